@@ -1,0 +1,1 @@
+"""What people touch: command line, pipeline, result folders, exports, the phone simulator."""

@@ -1,0 +1,1 @@
+"""The `omocap` command, one module per subcommand."""

@@ -1,0 +1,1 @@
+"""Everything that comes in: phone logs, meshes and mounts become an ObjectMotion."""

@@ -1,0 +1,1 @@
+"""The body: model, forward kinematics, skinning, limb solvers and the shipped asset."""

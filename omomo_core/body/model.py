@@ -1,0 +1,31 @@
+"""BodyModel: a skinned body whose joints are those of `omomo_core.skeleton`."""
+
+from dataclasses import dataclass
+
+from jaxtyping import Float, Int
+from torch import Tensor
+
+
+@dataclass(frozen=True)
+class BodyModel:
+    """Rest pose: T-pose, y up, facing +z, +x = body left, metres; the pelvis joint may be anywhere."""
+
+    name: str
+    credit: str
+    """Licence and authors of the shape, shown wherever the body is used."""
+    rest_joints: Float[Tensor, "52 3"]
+    """Joint positions in the order of ALL_JOINTS."""
+    vertices: Float[Tensor, "verts 3"]
+    faces: Int[Tensor, "faces 3"]
+    skin_joints: Int[Tensor, "verts influences"]
+    """Index into ALL_JOINTS of each vertex's bones."""
+    skin_weights: Float[Tensor, "verts influences"]
+    """Weights summing to 1."""
+    relaxed_fingers: Float[Tensor, "30 3 3"]
+    """Rotation of each finger joint relative to its parent in a relaxed hand."""
+
+    @property
+    def height(self) -> float:
+        """Stature in metres."""
+        y = self.vertices[:, 1]
+        return float(y.max() - y.min())

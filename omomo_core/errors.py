@@ -1,0 +1,32 @@
+"""The one exception family: what is wrong, where, and how to fix it."""
+
+
+class OmocapError(Exception):
+    """A problem the user can act on; the command line prints it and exits with code 2.
+
+    Args:
+        code: stable short name, e.g. ``"mount-missing"``.
+        what: one sentence saying what is wrong.
+        where: the file, frame range or option it concerns ("" when there is none).
+        fix: one sentence saying what to do about it.
+    """
+
+    def __init__(self, code: str, what: str, *, where: str = "", fix: str = "") -> None:
+        super().__init__(what)
+        self.code = code
+        self.what = what
+        self.where = where
+        self.fix = fix
+
+    def __str__(self) -> str:
+        place = f" [{self.where}]" if self.where else ""
+        remedy = f" {self.fix}" if self.fix else ""
+        return f"{self.what}{place}{remedy} ({self.code})"
+
+
+class InputError(OmocapError):
+    """The input (session, mesh, mount, option) cannot give a correct motion."""
+
+
+class AssetError(OmocapError):
+    """A file the program needs (body, weights) is missing, damaged or of another version."""

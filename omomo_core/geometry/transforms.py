@@ -1,0 +1,36 @@
+"""Rigid transforms and time derivatives, for numpy arrays."""
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+
+
+def apply(T_a_b: Float[np.ndarray, "frames 4 4"], points_b: Float[np.ndarray, "points 3"]):
+    """Points of frame b in frame a, for each frame: (frames, points, 3)."""
+    return points_b @ T_a_b[:, :3, :3].swapaxes(-1, -2) + T_a_b[:, None, :3, 3]
+
+
+def inverse(T_a_b: Float[np.ndarray, "*batch 4 4"]) -> Float[np.ndarray, "*batch 4 4"]:
+    """T_b_a of a rigid T_a_b."""
+    T_b_a = np.zeros_like(T_a_b)
+    R_b_a = T_a_b[..., :3, :3].swapaxes(-1, -2)
+    T_b_a[..., :3, :3] = R_b_a
+    T_b_a[..., :3, 3] = -np.einsum("...ij,...j->...i", R_b_a, T_a_b[..., :3, 3])
+    T_b_a[..., 3, 3] = 1.0
+    return T_b_a
+
+
+def velocity(x: Float[np.ndarray, "frames *rest"], fps: float) -> Float[np.ndarray, "frames *rest"]:
+    """Central differences, one-sided at the ends, in units per second; zero for a single frame."""
+    return np.gradient(x, axis=0) * fps if len(x) > 1 else np.zeros_like(x)
+
+
+def angular_velocity(
+    R_world_body: Float[np.ndarray, "frames 3 3"], fps: float
+) -> Float[np.ndarray, "frames 3"]:
+    """Angular velocity in the world, rad/s: that from each frame to the next, the last repeated."""
+    if len(R_world_body) < 2:
+        return np.zeros((len(R_world_body), 3))
+    step = R_world_body[1:] @ R_world_body[:-1].swapaxes(-1, -2)
+    omega = Rotation.from_matrix(step).as_rotvec() * fps
+    return np.concatenate([omega, omega[-1:]])

@@ -1,0 +1,1 @@
+"""Everything that goes to the eye: scenes, cameras, renderers and video."""
