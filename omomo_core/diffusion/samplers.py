@@ -97,7 +97,9 @@ def _dpm_step(
 
     h = half_log_snr(m) - half_log_snr(n)
     estimate = x0
-    if previous is not None:
+    # Into the last level the step in log SNR is many times the one before it: extrapolating there
+    # overshoots (Lu et al. 2022, section 5 ends at first order too).
+    if previous is not None and m > 0:
         ratio = (half_log_snr(n) - half_log_snr(previous[1])) / h
         estimate = x0 + (x0 - previous[0]) / (2 * ratio)
     now, then = schedule.alpha_bar[n], schedule.alpha_bar[m]

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 BASIS_RADIUS = 1.0
 PAPER_POINTS = 1024
@@ -18,14 +18,14 @@ PAPER_POINTS = 1024
 def basis(count: int = PAPER_POINTS) -> Float[np.ndarray, "count 3"]:
     """The first `count` of the 1,024 published basis points, uniform in the unit ball, metres."""
     # The published file is this seed and recipe to the last digit, so it need not be shipped.
-    random = np.random.RandomState(13)  # noqa: NPY002
+    random = np.random.RandomState(13)
     direction = random.normal(size=(PAPER_POINTS, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     return (direction * random.uniform(size=(PAPER_POINTS, 1)) ** (1 / 3) * BASIS_RADIUS)[:count]
 
 
 def encode(
-    tree: cKDTree,
+    tree: KDTree,
     centre: Float[np.ndarray, "3"],
     R_world_object: Float[np.ndarray, "frames 3 3"],
     count: int = PAPER_POINTS,

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 import trimesh
 from jaxtyping import Float
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from omomo_core.motion import ObjectMesh
 
@@ -23,9 +23,9 @@ class Surface:
     """Unit normals of the faces they lie on, as the mesh winds them."""
 
     @cached_property
-    def tree(self) -> cKDTree:
+    def tree(self) -> KDTree:
         """Nearest-neighbour index over the points."""
-        return cKDTree(self.points)
+        return KDTree(self.points)
 
     @cached_property
     def centre(self) -> Float[np.ndarray, "3"]:
@@ -36,5 +36,6 @@ class Surface:
 def sample_surface(mesh: ObjectMesh, count: int = SURFACE_POINTS) -> Surface:
     """`count` points uniform in area; the same mesh always gives the same points."""
     solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
-    points, face = trimesh.sample.sample_surface(solid, count, seed=0)
-    return Surface(points=np.asarray(points), normals=np.asarray(solid.face_normals[face]))
+    sampled = trimesh.sample.sample_surface(solid, count, seed=0)
+    points, face = np.asarray(sampled[0]), np.asarray(sampled[1])
+    return Surface(points=points, normals=np.asarray(solid.face_normals)[face])

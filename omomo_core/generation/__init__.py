@@ -1,0 +1,1 @@
+"""From an ObjectMotion to people who move it: windows, sampling, solving, ranking."""

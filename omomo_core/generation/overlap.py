@@ -1,0 +1,82 @@
+"""Long takes: windows denoised together, their estimates averaged where they overlap.
+
+Every denoising step of every window sees the others' estimates (the idea of MultiDiffusion,
+Bar-Tal et al. 2023), so the windows end as one motion without a seam.
+"""
+
+from collections.abc import Callable
+
+import torch
+from jaxtyping import Float, Int
+from torch import Tensor
+
+from omomo_core.diffusion.samplers import Sampler, sample
+from omomo_core.diffusion.schedule import cosine_schedule
+from omomo_core.geometry.canonical import Layout, turn
+from omomo_core.stage import Stage
+from omomo_core.windows import WINDOW
+
+CHUNK = 64
+"""Windows that go through the network at once: bounds memory on long takes."""
+
+
+def merge(
+    x: Float[Tensor, "samples windows window channels"],
+    index: Int[Tensor, "windows window"],
+    frames: int,
+) -> Float[Tensor, "samples frames channels"]:
+    """One value per frame of the take: the mean of its windows, weighted to the windows' middles."""
+    ramp = torch.minimum(torch.arange(WINDOW) + 1, WINDOW - torch.arange(WINDOW)).to(x.dtype)
+    # Padding repeats the last frame: only its first appearance counts.
+    repeated = torch.zeros_like(index, dtype=torch.bool)
+    repeated[:, 1:] = index[:, 1:] == index[:, :-1]
+    weight = ramp * ~repeated
+    total = torch.zeros(frames, dtype=x.dtype).index_add(0, index.flatten(), weight.flatten())
+    summed = torch.zeros(len(x), frames, x.shape[-1], dtype=x.dtype)
+    summed.index_add_(1, index.flatten(), (x * weight[..., None]).flatten(1, 2))
+    return summed / total[:, None]
+
+
+def sample_take(
+    stage: Stage,
+    condition: Float[Tensor, "b window condition"],
+    shape: Float[Tensor, "b tokens shape"],
+    valid: Tensor,
+    yaw: Float[Tensor, " b"],
+    layout: Layout,
+    index: Int[Tensor, "windows window"],
+    generator: torch.Generator,
+    *,
+    frames: int,
+    sampler: Sampler,
+    steps: int,
+    on_step: Callable[[float], None],
+) -> Float[Tensor, "samples frames channels"]:
+    """Features of K samples of a take, raw units, world axes (batch = samples x windows)."""
+    windows = len(index)
+    samples = len(condition) // windows
+
+    def to_world(x: Tensor) -> Tensor:
+        raw = turn(stage.denormalise(x), yaw, layout)
+        return merge(raw.unflatten(0, (samples, windows)), index, frames)
+
+    def predict(x: Tensor, n: int) -> Tensor:
+        parts = [
+            stage(x[i], condition[i], shape[i], torch.full((len(x[i]),), n), valid[i])
+            for i in (slice(a, a + CHUNK) for a in range(0, len(x), CHUNK))
+        ]
+        shared = to_world(torch.cat(parts))[:, index].flatten(0, 1)
+        return stage.normalise(turn(shared, -yaw, layout))
+
+    noise = torch.randn(samples, frames, layout.channels, generator=generator)
+    with torch.inference_mode():
+        x = sample(
+            predict,
+            noise[:, index].flatten(0, 1),
+            cosine_schedule(),
+            generator,
+            sampler=sampler,
+            steps=steps,
+            on_step=on_step,
+        )
+        return to_world(x)

@@ -1,0 +1,117 @@
+"""Making a sampled body keep its promises: planted feet stay put, holding palms stay on the object."""
+
+import numpy as np
+import torch
+from jaxtyping import Bool, Float
+from scipy.ndimage import gaussian_filter1d
+from torch import Tensor
+
+from omomo_core.body.kinematics import forward_kinematics
+from omomo_core.body.limbs import reach
+from omomo_core.body.model import BodyModel
+from omomo_core.skeleton import joint
+
+PLANTED = 0.5
+SHORTEST_STEP = 4
+"""Frames: shorter plants are not locked."""
+STRETCH = 0.97
+"""Share of a straight arm's length that the pelvis is moved to stay within."""
+ARMS = ("left_arm", "right_arm")
+LEGS = ("left_leg", "right_leg")
+ANKLES, TOES = (joint("left_ankle"), joint("right_ankle")), (10, 11)
+SHOULDERS, WRISTS = (16, 17), (20, 21)
+
+
+def solve_body(
+    body: BodyModel,
+    root: Float[Tensor, "frames 3"],
+    rotations: Float[Tensor, "frames 22 3 3"],
+    foot_contact: Float[Tensor, "frames 4"],
+    palms: Float[Tensor, "frames 2 3"],
+    hold: Float[Tensor, "frames 2"],
+) -> tuple[Float[Tensor, "frames 3"], Float[Tensor, "frames 22 3 3"], Float[Tensor, "frames 2"]]:
+    """Solve one sample.
+
+    Args:
+        body: whose bones.
+        root: sampled pelvis, world, metres.
+        rotations: sampled global rotations.
+        foot_contact: probability that left ankle, right ankle, left toe, right toe is planted.
+        palms: where the palms should be, world, metres.
+        hold: how strongly, in [0, 1].
+
+    Returns:
+        Root, rotations, and how far each palm misses its place where it should hold (metres).
+    """
+    feet = _foot_targets(body, root, rotations, foot_contact)
+    for _ in range(3):
+        root = root + _towards(body, root, rotations, palms, hold)
+    for side, leg in enumerate(LEGS):
+        rotations, _ = reach(body, root, rotations, leg, feet[:, side])
+    for side, arm in enumerate(ARMS):
+        rotations, _ = reach(
+            body, root, rotations, arm, palms[:, side], weight=hold[:, side].contiguous()
+        )
+    reached = forward_kinematics(body, root, rotations)[:, 22:]
+    miss = (reached - palms).norm(dim=-1)
+    return root, rotations, torch.where(hold > 0.99, miss, torch.zeros_like(miss))
+
+
+def _towards(
+    body: BodyModel, root: Tensor, rotations: Tensor, palms: Tensor, hold: Tensor
+) -> Float[Tensor, "frames 3"]:
+    """A smooth move of the pelvis that brings palms which are out of reach within it."""
+    joints = forward_kinematics(body, root, rotations)
+    rest = body.rest_joints
+    move = torch.zeros_like(root)
+    for side in range(2):
+        shoulder, elbow, wrist = SHOULDERS[side], SHOULDERS[side] + 2, WRISTS[side]
+        length = (rest[elbow] - rest[shoulder]).norm() + (rest[wrist] - rest[elbow]).norm()
+        target = palms[:, side] - (joints[:, 22 + side] - joints[:, wrist])
+        way = target - joints[:, shoulder]
+        distance = way.norm(dim=-1, keepdim=True).clamp(min=1e-6)
+        excess = (distance - STRETCH * length).clamp(min=0) * hold[:, side, None]
+        move = move + 0.5 * excess * way / distance
+    if float(move.abs().max()) == 0:
+        return move
+    return torch.from_numpy(gaussian_filter1d(move.numpy(), 4.0, axis=0, mode="nearest"))
+
+
+def _foot_targets(
+    body: BodyModel, root: Tensor, rotations: Tensor, foot_contact: Tensor
+) -> Float[Tensor, "frames 2 3"]:
+    """Ankles, still while planted and never with a toe or heel below the floor."""
+    joints = forward_kinematics(body, root, rotations)
+    sole = float(body.vertices[:, 1].min())
+    planted = foot_contact.numpy() > PLANTED
+    targets: list[Tensor] = []
+    for side in range(2):
+        ankle = joints[:, ANKLES[side]].numpy().astype(np.float64)
+        down = planted[:, side] | planted[:, 2 + side]
+        locked = torch.from_numpy((ankle + _corrections(ankle, down)).astype(np.float32))
+        toe = locked + joints[:, TOES[side]] - joints[:, ANKLES[side]]
+        for point, name in ((locked, ANKLES[side]), (toe, TOES[side])):
+            height = float(body.rest_joints[name, 1]) - sole
+            locked = locked + _up((height - point[:, 2]).clamp(min=0))
+        targets.append(locked)
+    return torch.stack(targets, dim=1)
+
+
+def _up(height: Float[Tensor, " frames"]) -> Float[Tensor, "frames 3"]:
+    zero = torch.zeros_like(height)
+    return torch.stack([zero, zero, height], dim=-1)
+
+
+def _corrections(
+    ankle: Float[np.ndarray, "frames 3"], down: Bool[np.ndarray, " frames"]
+) -> Float[np.ndarray, "frames 3"]:
+    """What to add to an ankle so that it stands still in each plant; linear in between."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], down, [False]]).astype(int)))
+    plants = [(a, b) for a, b in edges.reshape(-1, 2) if b - a >= SHORTEST_STEP]
+    if not plants:
+        return np.zeros_like(ankle)
+    frames = np.concatenate([np.arange(a, b) for a, b in plants])
+    wanted = np.concatenate([np.tile(np.median(ankle[a:b], axis=0), (b - a, 1)) for a, b in plants])
+    needed = wanted - ankle[frames]
+    everywhere = np.arange(len(ankle))
+    return np.stack([np.interp(everywhere, frames, needed[:, i]) for i in range(3)], axis=1)

@@ -1,0 +1,54 @@
+"""Frames that need no human: a heading per window, and what a change of heading does to features.
+
+Features are vectors first, scalars after. The origin is a moving reference that every window of a
+take shares, so between windows only the heading differs, and that is a linear map: x0 estimates of
+overlapping windows can be averaged exactly.
+"""
+
+from dataclasses import dataclass
+
+import torch
+from jaxtyping import Bool, Float
+from torch import Tensor
+
+from omomo_core.geometry.rotations import yaw_matrix
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How many 3-vectors a feature row begins with, and how many scalars follow."""
+
+    vectors: int
+    scalars: int
+
+    @property
+    def channels(self) -> int:
+        """Length of a row."""
+        return 3 * self.vectors + self.scalars
+
+
+def turn(
+    x: Float[Tensor, "b frames channels"], yaw: Float[Tensor, " b"], layout: Layout
+) -> Float[Tensor, "b frames channels"]:
+    """Turn the vectors of each row by its window's yaw (radians, about z); scalars stay."""
+    split = 3 * layout.vectors
+    vectors = x[..., :split].reshape(*x.shape[:2], layout.vectors, 3)
+    turned = torch.einsum("bij,btvj->btvi", yaw_matrix(yaw).to(x.dtype), vectors)
+    return torch.cat([turned.flatten(-2), x[..., split:]], dim=-1)
+
+
+def heading_of_travel(
+    centre: Float[Tensor, "b frames 3"], valid: Bool[Tensor, "b frames"]
+) -> tuple[Float[Tensor, " b"], Bool[Tensor, " b"]]:
+    """Yaw of the way from an object's first to its last place; False where it goes under 0.25 m."""
+    last = valid.long().sum(dim=1).clamp(min=1) - 1
+    way = centre[torch.arange(len(centre)), last, :2] - centre[:, 0, :2]
+    return torch.atan2(way[:, 1], way[:, 0]), way.norm(dim=-1) > 0.25
+
+
+def heading_of_palms(
+    palms: Float[Tensor, "b frames 2 3"], valid: Bool[Tensor, "b frames"]
+) -> Float[Tensor, " b"]:
+    """Yaw that the person faces, from the mean direction between right and left palm."""
+    left = ((palms[:, :, 0] - palms[:, :, 1])[..., :2] * valid[..., None]).sum(dim=1)
+    return torch.atan2(-left[:, 0], left[:, 1])

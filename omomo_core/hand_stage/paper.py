@@ -1,0 +1,45 @@
+"""Stage 1 as published (OMOMO section 3.3): absolute palms in the person's first-frame frame."""
+
+from jaxtyping import Float
+from torch import Tensor
+
+from omomo_core.diffusion.denoiser import DenoiserConfig
+from omomo_core.geometry.bps import PAPER_POINTS
+from omomo_core.geometry.human_frame import into_frame, out_of_frame
+from omomo_core.geometry.rotations import yaw_matrix
+from omomo_core.stage import StageConfig
+from omomo_core.windows import ObjectWindows
+
+CONFIG = StageConfig(
+    stage="hands",
+    configuration="paper",
+    denoiser=DenoiserConfig(channels=6, condition=3, shape=3 * PAPER_POINTS),
+    clamp=True,
+)
+
+
+def condition(
+    windows: ObjectWindows, origin: Float[Tensor, "b 3"], yaw: Float[Tensor, " b"]
+) -> Float[Tensor, "b frames 3"]:
+    """The object's centre in the frame, metres."""
+    return into_frame(windows.centre, origin, yaw)
+
+
+def shape_code(windows: ObjectWindows, yaw: Float[Tensor, " b"]) -> Float[Tensor, "b frames shape"]:
+    """BPS of every frame in the frame's axes."""
+    R_frame_world = yaw_matrix(-yaw)[:, None].to(windows.R_world_object.dtype)
+    return windows.shape(R_frame_world @ windows.R_world_object).flatten(-2)
+
+
+def pack(
+    palms: Float[Tensor, "b frames 2 3"], origin: Float[Tensor, "b 3"], yaw: Float[Tensor, " b"]
+) -> Float[Tensor, "b frames 6"]:
+    """Palm positions in the frame."""
+    return into_frame(palms, origin, yaw).flatten(-2)
+
+
+def unpack(
+    x: Float[Tensor, "b frames 6"], origin: Float[Tensor, "b 3"], yaw: Float[Tensor, " b"]
+) -> Float[Tensor, "b frames 2 3"]:
+    """Palms in the world."""
+    return out_of_frame(x.unflatten(-1, (2, 3)), origin, yaw)

@@ -1,0 +1,104 @@
+"""A trained stage: a denoiser with the statistics that put its features on one scale, and its file."""
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Literal
+
+import torch
+from jaxtyping import Bool, Float
+from safetensors import safe_open
+from safetensors.torch import save_file
+from torch import Tensor, nn
+
+from omomo_core.diffusion.denoiser import Denoiser, DenoiserConfig
+from omomo_core.errors import AssetError
+
+Configuration = Literal["capture", "paper"]
+StageName = Literal["hands", "body"]
+
+
+@dataclass(frozen=True)
+class StageConfig:
+    """Which stage, in which configuration, of which size."""
+
+    stage: StageName
+    configuration: Configuration
+    denoiser: DenoiserConfig
+    clamp: bool = False
+    """Clip x0 to [-1, 1] while sampling, as the paper does."""
+
+
+class Stage(nn.Module):
+    """Predicts x0 of raw features (metres, not normalised) from raw conditions."""
+
+    def __init__(self, config: StageConfig) -> None:
+        super().__init__()
+        self.config = config
+        self.denoiser = Denoiser(config.denoiser)
+        for name, width in (("x", config.denoiser.channels), ("c", config.denoiser.condition)):
+            self.register_buffer(f"{name}_mean", torch.zeros(width))
+            self.register_buffer(f"{name}_std", torch.ones(width))
+        self.x_mean: Tensor
+        self.x_std: Tensor
+        self.c_mean: Tensor
+        self.c_std: Tensor
+
+    def normalise(self, x: Float[Tensor, "*b channels"]) -> Float[Tensor, "*b channels"]:
+        """Raw features to the scale the diffusion works in."""
+        return (x - self.x_mean) / self.x_std
+
+    def denormalise(self, x: Float[Tensor, "*b channels"]) -> Float[Tensor, "*b channels"]:
+        """Inverse of `normalise`."""
+        return x * self.x_std + self.x_mean
+
+    def forward(
+        self,
+        x: Float[Tensor, "b frames channels"],
+        condition: Float[Tensor, "b frames condition"],
+        shape: Float[Tensor, "b tokens shape"] | None,
+        level: Tensor,
+        valid: Bool[Tensor, "b frames"],
+    ) -> Float[Tensor, "b frames channels"]:
+        """x0 (normalised) from x_n (normalised) and a raw condition."""
+        x0 = self.denoiser(x, (condition - self.c_mean) / self.c_std, shape, level, valid)
+        return x0.clamp(-1, 1) if self.config.clamp and not self.training else x0
+
+
+def save_stage(stage: Stage, path: Path, training: dict[str, str]) -> None:
+    """Write weights (fp16; statistics fp32) with the configuration and `training` notes inside."""
+    tensors = {
+        k: (v.half() if k.startswith("denoiser") else v).contiguous()
+        for k, v in stage.state_dict().items()
+    }
+    save_file(tensors, path, {"config": json.dumps(asdict(stage.config)), **training})
+
+
+def load_stage(path: Path) -> Stage:
+    """Read what `save_stage` wrote, in evaluation mode.
+
+    Raises:
+        AssetError: missing, damaged, or not one of our files.
+    """
+    if not path.is_file():
+        raise AssetError(
+            "weights-missing",
+            f"There are no weights for this stage: {path.name} is not there.",
+            where=str(path),
+            fix="Train them with `omocap train`, or reinstall the program.",
+        )
+    try:
+        with safe_open(path, framework="pt") as file:
+            config = json.loads(file.metadata()["config"])
+            tensors = {k: file.get_tensor(k).float() for k in file.keys()}  # noqa: SIM118
+        config["denoiser"] = DenoiserConfig(**config["denoiser"])
+        stage = Stage(StageConfig(**config))
+        stage.load_state_dict(tensors)
+    except Exception as error:
+        raise AssetError(
+            "weights-damaged",
+            "The weights file cannot be read.",
+            where=str(path),
+            fix="Restore the file, or train it again with `omocap train`.",
+        ) from error
+    return stage.eval()

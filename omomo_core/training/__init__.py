@@ -1,0 +1,1 @@
+"""Training: windows drawn from clips, losses, and a loop that can be stopped and resumed."""

@@ -1,0 +1,67 @@
+"""Saving a run so that it can be resumed exactly, without pickle."""
+
+import os
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+
+import torch
+from safetensors import safe_open
+from safetensors.torch import save_file
+from torch import Tensor
+
+from omomo_core.stage import Stage, StageConfig, save_stage
+from omomo_core.training.loop import TrainOptions, TrainState, make_optimiser
+
+
+def save_run(state: TrainState, folder: Path, options: TrainOptions, notes: dict[str, str]) -> None:
+    """Write `<stage>.safetensors` (the average, to ship) and `<stage>.resume` (everything else)."""
+    folder.mkdir(parents=True, exist_ok=True)
+    name = state.stage.config.stage
+    recipe = {k: str(v) for k, v in asdict(options).items()}
+    notes = {**notes, **recipe, "steps_done": str(state.step), "loss": f"{state.loss:.5f}"}
+    _replace(folder / f"{name}.safetensors", lambda p: save_stage(state.average, p, notes))
+    tensors = _tensors("weights", state.stage) | _tensors("average", state.average)
+    for i, moments in state.optimiser.state_dict()["state"].items():
+        tensors |= {f"optimiser.{i}.{k}": v.contiguous() for k, v in moments.items()}
+    progress = {"step": str(state.step), "loss": repr(state.loss)}
+    _replace(folder / f"{name}.resume", lambda p: save_file(tensors, p, progress))
+
+
+def resume_run(config: StageConfig, folder: Path, options: TrainOptions) -> TrainState | None:
+    """The state `save_run` left in the folder, or None when there is none."""
+    path = folder / f"{config.stage}.resume"
+    if not path.is_file():
+        return None
+    with safe_open(path, framework="pt") as file:
+        progress = file.metadata()
+        tensors = {k: file.get_tensor(k) for k in file.keys()}  # noqa: SIM118
+    stage, average = Stage(config), Stage(config)
+    stage.load_state_dict(_part(tensors, "weights."))
+    average.load_state_dict(_part(tensors, "average."))
+    optimiser = make_optimiser(stage, options)
+    moments: dict[int, dict[str, Tensor]] = {}
+    for key, value in _part(tensors, "optimiser.").items():
+        index, name = key.split(".", 1)
+        moments.setdefault(int(index), {})[name] = value
+    optimiser.load_state_dict(
+        {"state": moments, "param_groups": optimiser.state_dict()["param_groups"]}
+    )
+    return TrainState(
+        stage, average.eval(), optimiser, int(progress["step"]), float(progress["loss"])
+    )
+
+
+def _tensors(prefix: str, module: torch.nn.Module) -> dict[str, Tensor]:
+    return {f"{prefix}.{k}": v.contiguous() for k, v in module.state_dict().items()}
+
+
+def _part(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:
+    return {k.removeprefix(prefix): v for k, v in tensors.items() if k.startswith(prefix)}
+
+
+def _replace(path: Path, write: Callable[[Path], None]) -> None:
+    """Write beside the target, then rename: an interrupted save leaves the old file whole."""
+    temporary = path.with_name(path.name + ".new")
+    write(temporary)
+    os.replace(temporary, path)

@@ -1,0 +1,166 @@
+"""The training loop of one stage: resumable, with an exponential moving average of the weights."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+from omomo_core.body_stage import paper as body_paper
+from omomo_core.diffusion.schedule import cosine_schedule
+from omomo_core.stage import Stage
+from omomo_core.training.corpus import Corpus
+from omomo_core.training.examples import Example, make_example
+
+STATISTICS_BATCHES = 8
+
+
+@dataclass(frozen=True)
+class TrainOptions:
+    """The recipe."""
+
+    steps: int = 10_000
+    batch: int = 64
+    rate: float = 5e-4
+    warmup: int = 200
+    ema: float = 0.998
+    velocity: float = 1.0
+    """Weight of the L1 loss on frame-to-frame differences (capture configuration)."""
+    seed: int = 0
+
+
+@dataclass
+class TrainState:
+    """Everything that a resumed run needs."""
+
+    stage: Stage
+    average: Stage
+    optimiser: torch.optim.AdamW
+    step: int = 0
+    loss: float = math.nan
+
+
+def start(stage: Stage, corpus: Corpus, options: TrainOptions) -> TrainState:
+    """A fresh run: statistics from the data, average equal to the weights."""
+    torch.manual_seed(options.seed)
+    _measure_statistics(stage, corpus, options.batch)
+    average = Stage(stage.config)
+    average.load_state_dict(stage.state_dict())
+    return TrainState(stage, average.eval(), make_optimiser(stage, options))
+
+
+def make_optimiser(stage: Stage, options: TrainOptions) -> torch.optim.AdamW:
+    """AdamW over the trainable weights."""
+    return torch.optim.AdamW(stage.parameters(), lr=options.rate, weight_decay=0.01, fused=True)
+
+
+def train(
+    state: TrainState,
+    corpus: Corpus,
+    options: TrainOptions,
+    on_step: Callable[[TrainState], bool],
+    device: torch.device,
+) -> None:
+    """Run until `options.steps`, or until `on_step` (called after every step) returns False."""
+    schedule = cosine_schedule()
+    state.stage.train()
+    # A resumed run must not see the same windows again.
+    torch.manual_seed(options.seed + 1 + state.step)
+    smooth = state.loss
+    while state.step < options.steps:
+        for group in state.optimiser.param_groups:
+            group["lr"] = options.rate * _rate(state.step, options)
+        loss = _step(state.stage, corpus, options, schedule.add_noise, device)
+        if math.isfinite(loss.item()):
+            state.optimiser.zero_grad()
+            loss.backward()
+            torch.nn.utils.clip_grad_norm_(state.stage.parameters(), 1.0)
+            state.optimiser.step()
+            _follow(state, options.ema)
+            smooth = loss.item() if math.isnan(smooth) else 0.99 * smooth + 0.01 * loss.item()
+        state.step, state.loss = state.step + 1, smooth
+        if not on_step(state):
+            break
+
+
+def _rate(step: int, options: TrainOptions) -> float:
+    """Linear warm-up, then a cosine down to a twentieth."""
+    if step < options.warmup:
+        return (step + 1) / options.warmup
+    done = (step - options.warmup) / max(1, options.steps - options.warmup)
+    return 0.05 + 0.95 * 0.5 * (1 + math.cos(math.pi * min(1.0, done)))
+
+
+def _follow(state: TrainState, decay: float) -> None:
+    """Move the average towards the weights; early on it follows fast."""
+    decay = min(decay, (1 + state.step) / (10 + state.step))
+    with torch.no_grad():
+        for a, w in zip(state.average.parameters(), state.stage.parameters(), strict=True):
+            a.lerp_(w, 1 - decay)
+
+
+def _draw(stage: Stage, corpus: Corpus, batch: int) -> Example:
+    c = stage.config
+    points = c.denoiser.shape // 3
+    windows = corpus.draw(batch, points, objects_only=c.stage == "hands")
+    return make_example(c, windows)
+
+
+def _step(
+    stage: Stage,
+    corpus: Corpus,
+    options: TrainOptions,
+    add_noise: Callable[[Tensor, Tensor, Tensor], Tensor],
+    device: torch.device,
+) -> Float[Tensor, ""]:
+    example = _draw(stage, corpus, options.batch)
+    x0 = stage.normalise(example.x0.to(device))
+    condition, shape = example.condition.to(device), example.shape
+    if stage.config.stage == "body" and stage.config.configuration == "paper":
+        condition = body_paper.condition(
+            x0[..., body_paper.POSITIONS - 6 : body_paper.POSITIONS].cpu()
+        ).to(device)
+    level = torch.randint(0, 1000, (len(x0),))
+    x_n = add_noise(x0.cpu(), level, torch.randn(x0.shape)).to(device)
+    with torch.autocast(device.type, torch.bfloat16):
+        guess = stage(
+            x_n,
+            condition,
+            None if shape is None else shape.to(device),
+            level.to(device),
+            example.valid.to(device),
+        )
+    return _loss(stage, guess.float(), x0, example.valid.to(device), options.velocity)
+
+
+def _loss(
+    stage: Stage, guess: Tensor, x0: Tensor, valid: Tensor, velocity: float
+) -> Float[Tensor, ""]:
+    """L1 on x0; the paper divides by all frames, padding included, and has no other term."""
+    error = (guess - x0).abs() * valid[..., None]
+    if stage.config.configuration == "paper":
+        return error.mean()
+    loss = error.sum() / (valid.sum() * x0.shape[-1])
+    both = (valid[:, 1:] & valid[:, :-1])[..., None]
+    change = ((guess[:, 1:] - guess[:, :-1]) - (x0[:, 1:] - x0[:, :-1])).abs() * both
+    return loss + velocity * change.sum() / (both.sum() * x0.shape[-1])
+
+
+def _measure_statistics(stage: Stage, corpus: Corpus, batch: int) -> None:
+    """Set the statistics that put features on one scale."""
+    examples = [_draw(stage, corpus, batch) for _ in range(STATISTICS_BATCHES)]
+    x = torch.cat([e.x0[e.valid] for e in examples])
+    if stage.config.configuration == "paper":
+        # Min-max to [-1, 1] for positions; rotations and conditions enter as they are.
+        count = min(body_paper.POSITIONS, x.shape[-1])
+        low, high = x.amin(dim=0)[:count], x.amax(dim=0)[:count]
+        stage.x_mean[:count] = (low + high) / 2
+        stage.x_std[:count] = ((high - low) / 2).clamp(min=1e-3)
+        return
+    c = torch.cat([e.condition[e.valid] for e in examples])
+    stage.x_mean.copy_(x.mean(dim=0))
+    stage.x_std.copy_(x.std(dim=0).clamp(min=1e-3))
+    stage.c_mean.copy_(c.mean(dim=0))
+    stage.c_std.copy_(c.std(dim=0).clamp(min=1e-2))
