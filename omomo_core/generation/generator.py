@@ -1,8 +1,6 @@
 """The generator: an object motion in, K people who move it out, ranked (OMOMO section 3)."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -13,9 +11,16 @@ from torch import Tensor
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.body_stage import capture as body_stage
-from omomo_core.diffusion.samplers import Sampler
 from omomo_core.generation.overlap import sample_take
-from omomo_core.generation.scores import score
+from omomo_core.generation.paper import generate_as_published
+from omomo_core.generation.result import (
+    Generation,
+    GenerationOptions,
+    Progress,
+    Stages,
+    notes_of,
+)
+from omomo_core.generation.scores import must_be_held, score
 from omomo_core.generation.solve import solve_body
 from omomo_core.generation.take import Take, object_windows, prepare, window_frames
 from omomo_core.geometry.rotations import rotmat_from_6d
@@ -24,41 +29,6 @@ from omomo_core.hand_stage.contact_rule import constrain
 from omomo_core.hand_stage.segments import hold
 from omomo_core.motion import HandMotion, HumanMotion, ObjectMotion
 from omomo_core.stage import Stage
-
-Progress = Callable[[str, float], None]
-"""(name of the step, fraction done)."""
-
-
-@dataclass(frozen=True)
-class GenerationOptions:
-    """How to generate."""
-
-    samples: int = 4
-    seed: int = 0
-    contact: Literal["segments", "paper"] = "segments"
-    sampler: Sampler = "dpm++"
-    steps: int = 20
-
-
-@dataclass(frozen=True)
-class Generation:
-    """K samples, best first place named."""
-
-    motions: tuple[HumanMotion, ...]
-    chosen: int
-    """Index of the sample with the least faults."""
-    scores: tuple[dict[str, float], ...]
-    notes: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Stages:
-    """The two trained networks."""
-
-    hands: Stage
-    body: Stage
-    height: float
-    """Stature of the body they were trained on, metres."""
 
 
 def generate(
@@ -80,16 +50,18 @@ def generate(
     Returns:
         The samples in the world of `motion`. The same arguments give the same result.
     """
+    if stages.hands.config.configuration == "paper":
+        return generate_as_published(motion, body, stages, options, progress)
     scale = stages.height / body.height
     take, trained = prepare(motion), prepare(_scaled(motion, scale))
     generator = torch.Generator().manual_seed(options.seed)
-    moving = _must_be_held(take)
+    moving = must_be_held(take)
     predicted = _sample_hands(trained, stages.hands, options, generator, progress)
     hands = [_apply_contact(_resized(h, 1 / scale), take, moving, options) for h in predicted]
     people = _sample_body(trained, hands, scale, body, stages.body, options, generator, progress)
     scores = tuple(score(human, take, miss, moving) for human, miss in people)
     chosen = int(np.argmin([s["total"] for s in scores]))
-    return Generation(tuple(h for h, _ in people), chosen, scores, _notes(scores[chosen]))
+    return Generation(tuple(h for h, _ in people), chosen, scores, notes_of(scores[chosen]))
 
 
 def _sample_hands(
@@ -205,12 +177,6 @@ def _finish(
     return human, miss.double().numpy()
 
 
-def _must_be_held(take: Take) -> Bool[np.ndarray, " frames"]:
-    """Frames in which the object moves: nothing here moves by itself."""
-    speed = np.linalg.norm(take.velocity, axis=1)
-    return (speed > 0.10) | (np.linalg.norm(take.spin, axis=1) > 0.5)
-
-
 def _scaled(motion: ObjectMotion, scale: float) -> ObjectMotion:
     """The same scene for a person of another height: every length times `scale`."""
     T = motion.T_world_object.copy()
@@ -221,18 +187,3 @@ def _scaled(motion: ObjectMotion, scale: float) -> ObjectMotion:
 
 def _resized(hands: HandMotion, scale: float) -> HandMotion:
     return replace(hands, palms=hands.palms * scale)
-
-
-def _notes(scores: dict[str, float]) -> tuple[str, ...]:
-    notes: list[str] = []
-    if scores["unheld"] > 0.05:
-        notes.append(
-            f"the object moves with no hand on it in {scores['unheld']:.0%} of its moving frames"
-        )
-    if scores["miss_cm"] > 1:
-        notes.append(
-            f"the palms miss the object by {scores['miss_cm']:.1f} cm on average while holding"
-        )
-    if scores["inside_cm"] > 1:
-        notes.append(f"the body is {scores['inside_cm']:.1f} cm inside the object on average")
-    return tuple(notes)

@@ -44,6 +44,12 @@ def score(
     return {**faults, "total": sum(weights[k] * v for k, v in faults.items())}
 
 
+def must_be_held(take: Take) -> Bool[np.ndarray, " frames"]:
+    """Frames in which the object moves: nothing here moves by itself."""
+    speed = np.linalg.norm(take.velocity, axis=1)
+    return (speed > 0.10) | (np.linalg.norm(take.spin, axis=1) > 0.5)
+
+
 def _skate(human: HumanMotion) -> float:
     """Mean horizontal speed of planted ankles and toes, cm/s."""
     feet = human.joints[:, (7, 8, 10, 11), :2]

@@ -99,22 +99,18 @@ def _object_rows(
     clip: Clip, frames: int, centre_object: Float[np.ndarray, "3"]
 ) -> dict[str, Tensor]:
     moved = clip.object_motion
-    if moved is None:
-        T, centre, lowest = (
-            np.tile(np.eye(4), (frames, 1, 1)),
-            np.zeros((frames, 3)),
-            np.zeros(frames),
-        )
-    else:
-        T = moved.T_world_object
-        centre = T[:, :3, :3] @ centre_object + T[:, :3, 3]
-        lowest = (moved.mesh.vertices @ T[:, 2, :3].T).min(axis=0) + T[:, 2, 3]
+    pose = moved.T_world_object if moved else np.tile(np.eye(4), (frames, 1, 1))
+    R_world_object, position = pose[:, :3, :3], pose[:, :3, 3]
+    centre, lowest = np.zeros((frames, 3)), np.zeros(frames)
+    if moved:
+        centre = R_world_object @ centre_object + position
+        lowest = (moved.mesh.vertices @ R_world_object[:, 2].T).min(axis=0) + position[:, 2]
     rows = {
         "centre": centre,
         "lowest": lowest,
         "velocity": velocity(centre, FPS),
-        "spin": angular_velocity(T[:, :3, :3], FPS),
-        "R_world_object": T[:, :3, :3],
+        "spin": angular_velocity(R_world_object, FPS),
+        "R_world_object": R_world_object,
     }
     return {k: torch.from_numpy(np.asarray(v, np.float32)) for k, v in rows.items()}
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from omomo_core.body.load import load_body
-from omomo_core.generation.generator import Stages
+from omomo_core.generation.result import Stages
 from omomo_core.stage import Configuration, load_stage
 
 SHIPPED = Path(__file__).parent

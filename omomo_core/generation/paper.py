@@ -1,0 +1,163 @@
+"""The published generator: one window of four seconds, no release, nothing solved afterwards.
+
+Its networks see the object from where the person stands and faces in the first frame, which no phone
+knows: each sample tries another place around the object, and the ranking picks.
+"""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+from omomo_core.body.kinematics import forward_kinematics
+from omomo_core.body.model import BodyModel
+from omomo_core.body_stage import paper as body_stage
+from omomo_core.diffusion.samplers import sample
+from omomo_core.diffusion.schedule import cosine_schedule
+from omomo_core.errors import InputError
+from omomo_core.generation.result import Generation, GenerationOptions, Progress, Stages, notes_of
+from omomo_core.generation.scores import must_be_held, score
+from omomo_core.generation.take import Take, object_windows, prepare, window_frames
+from omomo_core.geometry.bps import PAPER_POINTS
+from omomo_core.hand_stage import paper as hand_stage
+from omomo_core.hand_stage.contact_rule import constrain
+from omomo_core.hand_stage.segments import hold
+from omomo_core.motion import HandMotion, HumanMotion, ObjectMotion
+from omomo_core.stage import Stage
+from omomo_core.windows import WINDOW, ObjectWindows
+
+STANDING_OFF = 0.35
+"""Metres between the object's side and the person assumed to stand before it."""
+
+
+def generate_as_published(
+    motion: ObjectMotion,
+    body: BodyModel,
+    stages: Stages,
+    options: GenerationOptions,
+    progress: Progress,
+) -> Generation:
+    """OMOMO sections 3.3 and 3.4 on one window.
+
+    Raises:
+        InputError: the motion is longer than the model's window.
+    """
+    if len(motion.T_world_object) > WINDOW:
+        raise InputError(
+            "paper-too-long",
+            f"The paper's model makes {WINDOW / 30:.0f} s of motion; "
+            f"this one lasts {len(motion.T_world_object) / 30:.1f} s.",
+            fix="Use the default configuration (--config capture), which has no limit.",
+        )
+    take = prepare(motion)
+    generator = torch.Generator().manual_seed(options.seed)
+    windows = object_windows(take, window_frames(take.frames), options.samples, PAPER_POINTS)
+    origin, yaw = _places(take, options.samples)
+    x = _draw(
+        stages.hands,
+        hand_stage.condition(windows, origin, yaw),
+        hand_stage.shape_code(windows, yaw),
+        windows,
+        options,
+        generator,
+        lambda done: progress("hands", done),
+    )
+    palms = hand_stage.unpack(x, origin, yaw)[:, : take.frames].double().numpy()
+    hands = [_contact(p, take, options) for p in palms]
+    held = torch.from_numpy(np.stack([h.palms for h in hands])).float()
+    held = held[:, torch.arange(WINDOW).clamp(max=take.frames - 1)]
+    wanted = torch.zeros(options.samples, WINDOW, body_stage.CHANNELS)
+    wanted[..., body_stage.POSITIONS - 6 : body_stage.POSITIONS] = hand_stage.pack(
+        held, origin, yaw
+    )
+    slots = stages.body.normalise(wanted)[..., body_stage.POSITIONS - 6 : body_stage.POSITIONS]
+    x = _draw(
+        stages.body,
+        body_stage.condition(slots, generator),
+        None,
+        windows,
+        options,
+        generator,
+        lambda done: progress("body", done),
+    )
+    joints, rotations = body_stage.unpack(x, origin, yaw)
+    people = [
+        _person(joints[k, : take.frames, 0], rotations[k, : take.frames], hands[k], body)
+        for k in range(options.samples)
+    ]
+    moving = must_be_held(take)
+    miss = [
+        np.linalg.norm(p.joints[:, 22:] - h.palms, axis=-1)
+        for p, h in zip(people, hands, strict=True)
+    ]
+    scores = tuple(score(p, take, m, moving) for p, m in zip(people, miss, strict=True))
+    chosen = int(np.argmin([s["total"] for s in scores]))
+    return Generation(tuple(people), chosen, scores, notes_of(scores[chosen]))
+
+
+def _places(take: Take, samples: int) -> tuple[Float[Tensor, "b 3"], Float[Tensor, " b"]]:
+    """People around the object in its first frame, facing it (they face -y in their own frame)."""
+    yaw = torch.arange(samples) * (2 * math.pi / samples)
+    reach = float(np.linalg.norm(take.surface.points - take.surface.centre, axis=1).max())
+    back = torch.stack([-yaw.sin(), yaw.cos(), torch.zeros(samples)], dim=-1)
+    centre = torch.from_numpy(take.centre[0] * [1, 1, 0]).float()
+    return centre + (reach + STANDING_OFF) * back, yaw
+
+
+def _draw(
+    stage: Stage,
+    condition: Tensor,
+    shape: Tensor | None,
+    windows: ObjectWindows,
+    options: GenerationOptions,
+    generator: torch.Generator,
+    on_step: Callable[[float], None],
+) -> Float[Tensor, "b frames channels"]:
+    noise = torch.randn(len(condition), WINDOW, stage.config.denoiser.channels, generator=generator)
+
+    def predict(x: Tensor, n: int) -> Tensor:
+        return stage(x, condition, shape, torch.full((len(x),), n), windows.valid)
+
+    with torch.inference_mode():
+        x = sample(
+            predict,
+            noise,
+            cosine_schedule(),
+            generator,
+            sampler=options.sampler,
+            steps=options.steps,
+            on_step=on_step,
+        )
+        return stage.denormalise(x)
+
+
+def _contact(
+    palms: Float[np.ndarray, "frames 2 3"], take: Take, options: GenerationOptions
+) -> HandMotion:
+    T = take.motion.T_world_object
+    published = constrain(palms, take.motion.mesh.vertices, T)
+    if options.contact == "paper":
+        return published
+    # Stage 1 as published has no contact channel: the rule's labels become the segments.
+    labels = HandMotion(palms=palms, contact=published.contact)
+    return hold(labels, take.surface, T, must_be_held(take))[0]
+
+
+def _person(
+    root: Float[Tensor, "frames 3"],
+    rotations: Float[Tensor, "frames 22 3 3"],
+    hands: HandMotion,
+    body: BodyModel,
+) -> HumanMotion:
+    frames = len(root)
+    return HumanMotion(
+        root=root.double().numpy(),
+        rotations=rotations.double().numpy(),
+        fingers=body.relaxed_fingers.expand(frames, 30, 3, 3).double().numpy(),
+        joints=forward_kinematics(body, root, rotations).double().numpy(),
+        hand_contact=hands.contact,
+        foot_contact=np.zeros((frames, 4)),
+    )

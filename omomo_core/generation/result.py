@@ -1,0 +1,55 @@
+"""What a generator is asked for and what it returns."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from omomo_core.diffusion.samplers import Sampler
+from omomo_core.motion import HumanMotion
+from omomo_core.stage import Stage
+
+Progress = Callable[[str, float], None]
+"""(name of the step, fraction done)."""
+
+
+@dataclass(frozen=True)
+class GenerationOptions:
+    """How to generate."""
+
+    samples: int = 4
+    seed: int = 0
+    contact: Literal["segments", "paper"] = "segments"
+    sampler: Sampler = "dpm++"
+    steps: int = 20
+
+
+@dataclass(frozen=True)
+class Stages:
+    """The two trained networks."""
+
+    hands: Stage
+    body: Stage
+    height: float
+    """Stature of the body they were trained on, metres."""
+
+
+@dataclass(frozen=True)
+class Generation:
+    """K samples, judged."""
+
+    motions: tuple[HumanMotion, ...]
+    chosen: int
+    """Index of the sample with the least faults."""
+    scores: tuple[dict[str, float], ...]
+    notes: tuple[str, ...]
+    """What is still wrong with the chosen sample, in words."""
+
+
+def notes_of(scores: dict[str, float]) -> tuple[str, ...]:
+    """The faults of a sample that its user should know of."""
+    told = (
+        ("unheld", 0.05, "the object moves with no hand on it in {:.0%} of its moving frames"),
+        ("miss_cm", 1.0, "the palms miss the object by {:.1f} cm on average while holding it"),
+        ("inside_cm", 1.0, "the body is {:.1f} cm inside the object on average"),
+    )
+    return tuple(text.format(scores[key]) for key, limit, text in told if scores[key] > limit)
