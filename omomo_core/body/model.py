@@ -1,6 +1,6 @@
 """BodyModel: a skinned body whose joints are those of `omomo_core.skeleton`."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from jaxtyping import Float, Int
 from torch import Tensor
@@ -8,7 +8,7 @@ from torch import Tensor
 
 @dataclass(frozen=True)
 class BodyModel:
-    """Rest pose: T-pose, y up, facing +z, +x = body left, metres; the pelvis joint may be anywhere."""
+    """Rest pose: T-pose, y up, facing +z, +x = body left, metres; the pelvis may be anywhere."""
 
     name: str
     credit: str
@@ -29,3 +29,9 @@ class BodyModel:
         """Stature in metres."""
         y = self.vertices[:, 1]
         return float(y.max() - y.min())
+
+
+def with_height(body: BodyModel, height: float) -> BodyModel:
+    """The same body scaled to a stature, metres."""
+    scale = height / body.height
+    return replace(body, rest_joints=body.rest_joints * scale, vertices=body.vertices * scale)

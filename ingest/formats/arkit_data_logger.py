@@ -1,0 +1,66 @@
+"""ARKit Data Logger: ARKit_camera_pose.txt, poses only.
+
+A # line, then `t_ns r11 r12 r13 tx r21 r22 r23 ty r31 r32 r33 tz`: ARKit camera axes and world,
+nanoseconds since boot.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from ingest.formats.poses import check_poses, poses_from_matrices
+from ingest.formats.table import Table, numbers, read_rows
+from ingest.session import CaptureSession
+from omomo_core.errors import InputError
+
+NAME = "ARKit Data Logger"
+FILES = "ARKit_camera_pose.txt, or a folder with one"
+_WIDTH = 13
+
+
+def detect(path: Path) -> bool:
+    """Whether the file, or a .txt file of the folder, has thirteen numbers a line."""
+    return bool(_trajectories(path)) if path.is_dir() else _is_trajectory(path)
+
+
+def read(path: Path) -> CaptureSession:
+    """Read a trajectory file, or a folder that holds exactly one."""
+    files = _trajectories(path) if path.is_dir() else [path]
+    if len(files) != 1:
+        raise InputError(
+            "session-ambiguous",
+            f"The folder holds {len(files)} trajectories: {', '.join(f.name for f in files)}.",
+            where=str(path),
+            fix="Pass one of these files instead of the folder.",
+        )
+    raw = numbers(read_rows(files[0], None), _WIDTH, range(_WIDTH))
+    seconds = np.concatenate([raw.values[:, :1] * 1e-9, raw.values[:, 1:]], axis=1)
+    table = Table(raw.path, seconds, raw.lines)
+    T = poses_from_matrices(table, table.values[:, 1:].reshape(-1, 3, 4))
+    check_poses(table, T)
+    return CaptureSession(app=NAME, source=path, times=table.values[:, 0], T_world_phone=T)
+
+
+def write(session: CaptureSession, folder: Path) -> Path:
+    """Write ARKit_camera_pose.txt as the app does (six decimals); returns the folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    lines = ["# Created by omocap "]
+    for t, T in zip(session.times, session.T_world_phone, strict=True):
+        row = " ".join(f"{x:.6f}" for x in T[:3].ravel())
+        lines.append(f"{round(t * 1e9)} {row} ")
+    (folder / "ARKit_camera_pose.txt").write_text("\n".join([*lines, ""]), encoding="utf-8")
+    return folder
+
+
+def _trajectories(folder: Path) -> list[Path]:
+    return sorted(file for file in folder.glob("*.txt") if file.is_file() and _is_trajectory(file))
+
+
+def _is_trajectory(file: Path) -> bool:
+    if file.name.startswith("ARKit_camera_pose"):
+        return True
+    with file.open("rb") as lines:
+        first = lines.readline(4096)
+        first = lines.readline(4096) if first.startswith(b"#") else first
+    fields = first.split()
+    return len(fields) == _WIDTH and fields[0].isdigit() and len(fields[0]) > 9

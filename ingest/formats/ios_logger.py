@@ -1,0 +1,118 @@
+"""ios_logger (and its relatives): ARposes.txt, Frames.txt, Accel.txt, Gyro.txt, Frames.m4v.
+
+Commas, no header. Poses are ARKit's own, the quaternion is written w first. Frames.txt holds the
+intrinsics of the images, a subset of the poses; Accel.txt is in g. Time is Unix seconds.
+"""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float64
+from scipy.spatial.transform import Rotation
+
+from ingest.formats.poses import check_poses, poses_from_quaternions
+from ingest.formats.table import Table, numbers, read_rows
+from ingest.session import GRAVITY, CaptureSession, ImuLog
+
+NAME = "ios_logger"
+FILES = "a folder with ARposes.txt"
+IMAGE_SIZE = (1920, 1440)
+
+
+def detect(path: Path) -> bool:
+    """Whether the folder has ARposes.txt, or the file's first line has its eight numbers."""
+    if path.is_dir():
+        return (path / "ARposes.txt").is_file()
+    if path.name == "ARposes.txt":
+        return True
+    with path.open("rb") as file:
+        fields = file.readline(4096).split(b",")
+    return len(fields) == 8 and all(field.strip(b" \r\n-.e0123456789") == b"" for field in fields)
+
+
+def read(path: Path) -> CaptureSession:
+    """Read a session folder (or the ARposes.txt in it)."""
+    folder = path if path.is_dir() else path.parent
+    table = _table(folder / "ARposes.txt" if path.is_dir() else path, 8)
+    T = poses_from_quaternions(table, slice(1, 4), (5, 6, 7, 4))
+    check_poses(table, T)
+    times = table.values[:, 0]
+    images = _table(folder / "Frames.txt", 6) if (folder / "Frames.txt").is_file() else None
+    intrinsics = _at(times, images.values[:, 0], images.values[:, 2:]) if images else None
+    video = folder / "Frames.m4v"
+    return CaptureSession(
+        app=NAME,
+        source=path,
+        times=times,
+        T_world_phone=T,
+        intrinsics=intrinsics,
+        image_size=IMAGE_SIZE if images else None,
+        video=video if video.is_file() else None,
+        video_times=images.values[:, 0] if images else None,
+        imu=_read_imu(folder),
+    )
+
+
+def write(session: CaptureSession, folder: Path) -> Path:
+    """Write the session as the app does (six decimals); returns the folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    wxyz = Rotation.from_matrix(session.T_world_phone[:, :3, :3]).as_quat()[:, [3, 0, 1, 2]]
+    poses = [session.times[:, None], session.T_world_phone[:, :3, 3], wxyz]
+    _write_rows(folder / "ARposes.txt", np.concatenate(poses, axis=1))
+    if session.intrinsics is not None:
+        times = session.times if session.video_times is None else session.video_times
+        K = _at(times, session.times, session.intrinsics)
+        rows = [f"{t:.6f},{i}," + _fixed(k) for i, (t, k) in enumerate(zip(times, K, strict=True))]
+        _write_lines(folder / "Frames.txt", rows)
+    if session.imu is not None:
+        stamps = session.imu.times[:, None]
+        _write_rows(folder / "Accel.txt", np.hstack([stamps, session.imu.accel / GRAVITY]))
+        _write_rows(folder / "Gyro.txt", np.hstack([stamps, session.imu.gyro]))
+    if session.video is not None:
+        shutil.copyfile(session.video, folder / "Frames.m4v")
+    return folder
+
+
+def _table(path: Path, width: int) -> Table:
+    return numbers(read_rows(path, ","), width, range(width))
+
+
+def _read_imu(folder: Path) -> ImuLog | None:
+    """Gyroscope samples brought to the accelerometer's stamps where both ran."""
+    files = folder / "Accel.txt", folder / "Gyro.txt"
+    if not all(file.is_file() for file in files):
+        return None
+    accel, gyro = (_by_time(_table(file, 4)) for file in files)
+    if min(len(accel), len(gyro)) < 2:
+        return None
+    accel = accel[(accel[:, 0] >= gyro[0, 0]) & (accel[:, 0] <= gyro[-1, 0])]
+    times = accel[:, 0]
+    return ImuLog(
+        times=times, accel=accel[:, 1:] * GRAVITY, gyro=_at(times, gyro[:, 0], gyro[:, 1:])
+    )
+
+
+def _by_time(table: Table) -> Float64[np.ndarray, "rows columns"]:
+    return table.values[np.argsort(table.values[:, 0], kind="stable")]
+
+
+def _at(
+    times: Float64[np.ndarray, " frames"],
+    known_times: Float64[np.ndarray, " known"],
+    known: Float64[np.ndarray, "known columns"],
+) -> Float64[np.ndarray, "frames columns"]:
+    """Linear interpolation of each column."""
+    return np.stack([np.interp(times, known_times, column) for column in known.T], axis=1)
+
+
+def _write_rows(path: Path, rows: Float64[np.ndarray, "rows columns"]) -> None:
+    _write_lines(path, [_fixed(row) for row in rows])
+
+
+def _write_lines(path: Path, lines: list[str]) -> None:
+    path.write_text("".join(f"{line}\r\n" for line in lines), encoding="utf-8", newline="")
+
+
+def _fixed(row: Float64[np.ndarray, " numbers"]) -> str:
+    return ",".join(f"{x:.6f}" for x in row)

@@ -1,0 +1,140 @@
+"""Text tables of numbers, read strictly: every defect is an InputError naming file and line."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float64
+
+from omomo_core.errors import InputError
+
+MAX_BYTES = 256 * 2**20
+"""A log of an hour is about 70 MB."""
+
+_CUT_FIX = (
+    "The app was stopped or the copy was interrupted while it wrote this line: copy the session "
+    "from the phone again, or delete line {line} if the recording before it is enough."
+)
+
+
+@dataclass(frozen=True)
+class TextRows:
+    """The fields of each line that is neither blank nor a # comment."""
+
+    path: Path
+    rows: tuple[tuple[str, ...], ...]
+    lines: tuple[int, ...]
+    """Line number of each row, from 1."""
+    ends_with_newline: bool
+
+    def without_header(self) -> "TextRows":
+        """The same rows but the first."""
+        return TextRows(self.path, self.rows[1:], self.lines[1:], self.ends_with_newline)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Finite numbers, and where each row stands in its file."""
+
+    path: Path
+    values: Float64[np.ndarray, "rows columns"]
+    lines: tuple[int, ...]
+
+    def place(self, row: int) -> str:
+        """File and line of a row, for messages."""
+        return f"{self.path}:{self.lines[row]}"
+
+
+def read_rows(path: Path, separator: str | None) -> TextRows:
+    """Split a text file into fields; `separator` None means any white space."""
+    if path.stat().st_size > MAX_BYTES:
+        raise InputError(
+            "log-too-large",
+            f"{path.name} has {path.stat().st_size / 2**20:.0f} MB; a phone log has at most "
+            f"{MAX_BYTES / 2**20:.0f}.",
+            where=str(path),
+            fix="Give the folder that the capture app wrote.",
+        )
+    text = path.read_bytes().decode("utf-8", errors="replace").removeprefix("\ufeff")
+    rows: list[tuple[str, ...]] = []
+    lines: list[int] = []
+    for number, line in enumerate(text.split("\n"), start=1):
+        if line.strip() and not line.lstrip().startswith("#"):
+            fields = line.strip("\r\n").split(separator)
+            rows.append(tuple(field.strip() for field in fields))
+            lines.append(number)
+    return TextRows(path, tuple(rows), tuple(lines), text.endswith("\n"))
+
+
+def numbers(text: TextRows, width: int, columns: Sequence[int]) -> Table:
+    """The named columns as numbers; every row must have `width` fields.
+
+    Raises:
+        InputError: "log-truncated" when the last line is cut, "log-damaged" for any other line
+            with missing, extra or unreadable fields, "log-not-finite" for NaN or infinity.
+    """
+    values = np.empty((len(text.rows), len(columns)))
+    for i in range(len(text.rows)):
+        values[i] = _row_numbers(text, i, width, columns)
+    table = Table(text.path, values, text.lines)
+    if not text.ends_with_newline and text.rows:
+        _refuse_cut_number(text, columns)
+    finite = np.isfinite(values).all(axis=1)
+    if not finite.all():
+        raise InputError(
+            "log-not-finite",
+            f"{text.path.name} has NaN or infinity where a number belongs.",
+            where=table.place(int(np.argmin(finite))),
+            fix="Record the take again; the tracker or the app failed at this line.",
+        )
+    return table
+
+
+def _row_numbers(text: TextRows, i: int, width: int, columns: Sequence[int]) -> list[float]:
+    fields = text.rows[i]
+    if len(fields) != width:
+        raise _damaged(text, i, f"{len(fields)} fields instead of {width}")
+    try:
+        return [float(fields[c]) for c in columns]
+    except ValueError:
+        bad = next(fields[c] for c in columns if not _is_number(fields[c]))
+        raise _damaged(text, i, f"{bad[:30]!r} where a number belongs") from None
+
+
+def _is_number(field: str) -> bool:
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return True
+
+
+def _damaged(text: TextRows, i: int, what: str) -> InputError:
+    line, last = text.lines[i], i == len(text.rows) - 1
+    fix = _CUT_FIX if last else "Copy the session from the phone again; do not edit the log."
+    return InputError(
+        "log-truncated" if last else "log-damaged",
+        f"Line {line} of {text.path.name} is {'cut short' if last else 'damaged'}: it has {what}.",
+        where=f"{text.path}:{line}",
+        fix=fix.format(line=line),
+    )
+
+
+def _refuse_cut_number(text: TextRows, columns: Sequence[int]) -> None:
+    """A file cut inside its very last number still parses; the missing decimals give it away.
+
+    A number cut after its sixth decimal is within a micrometre of the whole one: harmless.
+    """
+    width = len(text.rows[-1])
+    if max(columns) != width - 1 or len(text.rows) < 2:
+        return
+    usual = min(_decimals(row[-1]) for row in text.rows[:-1])
+    if _decimals(text.rows[-1][-1]) < min(usual, 6):
+        number = text.rows[-1][-1]
+        raise _damaged(text, len(text.rows) - 1, f"no line end and {number!r} as its last number")
+
+
+def _decimals(number: str) -> int:
+    mantissa, _, exponent = number.lower().partition("e")
+    return len(mantissa.partition(".")[2]) - int(exponent or 0)

@@ -1,0 +1,52 @@
+"""CaptureSession: what a phone logged, in one convention, whichever app wrote it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+R_CAMERA_DEVICE = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+"""Maps device axes (portrait: x right, y up, z out of the screen) into ARKit camera axes."""
+
+GRAVITY = 9.80665
+"""One g in m/s^2."""
+
+
+@dataclass(frozen=True)
+class ImuLog:
+    """Accelerometer and gyroscope on one clock (that of the poses), in device axes."""
+
+    times: Float64[np.ndarray, " samples"]
+    """Seconds, never decreasing."""
+    accel: Float64[np.ndarray, "samples 3"]
+    """m/s^2 as Core Motion signs it: gravity minus the phone's acceleration (down at rest)."""
+    gyro: Float64[np.ndarray, "samples 3"]
+    """Angular velocity, rad/s, right-hand rule."""
+
+
+@dataclass(frozen=True)
+class CaptureSession:
+    """Poses of a phone in the ARKit world: y up, metres, origin where the session started.
+
+    The phone's frame is ARKit's camera: origin in the optical centre of the wide camera, in the
+    landscape image x right, y up, z towards the viewer.
+    """
+
+    app: str
+    """The app that wrote it, e.g. "Stray Scanner"."""
+    source: Path
+    """The folder or file it was read from."""
+    times: Float64[np.ndarray, " frames"]
+    """Seconds on the app's clock (since boot, or Unix time), strictly increasing."""
+    T_world_phone: Float64[np.ndarray, "frames 4 4"]
+    intrinsics: Float64[np.ndarray, "frames 4"] | None = None
+    """fx, fy, cx, cy of each pose in pixels of `image_size` (pixel centres at whole numbers)."""
+    image_size: tuple[int, int] | None = None
+    """Width and height the intrinsics refer to; a smaller video scales them by width'/width."""
+    tracking_ok: Bool[np.ndarray, " frames"] | None = None
+    """False where the app says ARKit was limited; None when it does not log that (most apps)."""
+    video: Path | None = None
+    video_times: Float64[np.ndarray, " images"] | None = None
+    """Time of each video frame, in its order; the stamps inside the video are not real time."""
+    imu: ImuLog | None = None

@@ -1,0 +1,1 @@
+"""From phone poses to the object's motion: resample, split at tracking faults, find the floor."""

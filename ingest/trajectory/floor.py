@@ -1,0 +1,108 @@
+"""Where the floor is: under the object where it rests."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Bool, Float, Float64
+from scipy.spatial import ConvexHull, QhullError
+
+from ingest.trajectory.rests import find_rests
+from omomo_core.motion import FPS, ObjectMesh
+
+ASSUMED_HEIGHT = 1.0
+"""Metres of the object's centre above the floor when nothing tells."""
+_SAME_LEVEL = 0.03
+"""Rests within this height of the lowest one stand on the same floor; tracking drifts."""
+_MAX_DIP = 0.05
+
+
+@dataclass(frozen=True)
+class Floor:
+    """The floor's height and how it is known."""
+
+    height: float
+    """Metres along the up axis of the ARKit world (its y)."""
+    source: Literal["given", "rest", "lowest", "assumed"]
+    message: str
+
+    @property
+    def certain(self) -> bool:
+        """Whether it was given or measured."""
+        return self.source in ("given", "rest")
+
+
+def find_floor(
+    T_zup_object: Float64[np.ndarray, "frames 4 4"],
+    valid: Bool[np.ndarray, " frames"],
+    mesh: ObjectMesh,
+    given: float | None = None,
+) -> Floor:
+    """The floor of a take, from the object's poses in the ARKit world turned z up, at 30 fps.
+
+    The object's lowest vertex while it stands still at its lowest level is on the floor. A given
+    height (metres, ARKit world) wins. If the object later goes well below where it stood still,
+    it stood on something else, and its lowest point is used; if it never stands still, its
+    centre is assumed to be carried at 1 m. Both are said in the message.
+    """
+    if given is not None:
+        return Floor(given, "given", f"The floor is at {given:.3f} m, as given.")
+    bottom = _lowest_vertex(T_zup_object, mesh)
+    rests = find_rests(T_zup_object, valid)
+    if not rests:
+        return _assumed(T_zup_object[valid], bottom[valid], mesh)
+    height, start, stop = _lowest_rest(bottom, rests)
+    deepest = float(np.percentile(bottom[valid], 1))
+    size = float(np.ptp(mesh.vertices, axis=0).max())
+    if deepest < height - _MAX_DIP * (1 + size):
+        return Floor(
+            deepest,
+            "lowest",
+            f"The object goes {height - deepest:.2f} m below the places where it stands still, so "
+            "its lowest point is taken as the floor; if it never touched the floor, give its "
+            "height (--floor).",
+        )
+    when = f"{start / FPS:.1f} to {stop / FPS:.1f} s"
+    return Floor(height, "rest", f"The floor is where the object rests ({when}).")
+
+
+def _lowest_rest(
+    bottom: Float64[np.ndarray, " frames"], rests: list[tuple[int, int]]
+) -> tuple[float, int, int]:
+    """Mean height of the lowest rests, weighted by duration, and the first of them."""
+    levels = np.array([np.median(bottom[a:b]) for a, b in rests])
+    low = np.flatnonzero(levels < levels.min() + _SAME_LEVEL)
+    weights = np.array([rests[i][1] - rests[i][0] for i in low])
+    return float(np.average(levels[low], weights=weights)), *rests[low[0]]
+
+
+def _assumed(
+    T: Float64[np.ndarray, "frames 4 4"], bottom: Float64[np.ndarray, " frames"], mesh: ObjectMesh
+) -> Floor:
+    centre = (mesh.vertices.max(axis=0) + mesh.vertices.min(axis=0)) / 2
+    carried = float(np.median(T[:, 2, :3] @ centre + T[:, 2, 3])) - ASSUMED_HEIGHT
+    # A long object reaches below a centre carried at 1 m: never put it through the floor.
+    return Floor(
+        min(carried, float(bottom.min())),
+        "assumed",
+        "The object never stands still, so the floor is a guess: its centre is taken to be "
+        f"{ASSUMED_HEIGHT:g} m above it. Start the take with the object on the floor for a second, "
+        "or give the height (--floor).",
+    )
+
+
+def _lowest_vertex(
+    T: Float64[np.ndarray, "frames 4 4"], mesh: ObjectMesh
+) -> Float64[np.ndarray, " frames"]:
+    """Height of the lowest vertex in each frame."""
+    corners = _hull(mesh.vertices)
+    lowest = [(corners @ up).min() for up in T[:, 2, :3]]
+    return np.array(lowest, dtype=np.float64) + T[:, 2, 3]
+
+
+def _hull(vertices: Float[np.ndarray, "verts 3"]) -> Float64[np.ndarray, "corners 3"]:
+    points = vertices.astype(np.float64)
+    try:
+        return points[ConvexHull(points).vertices]
+    except QhullError:  # a flat object has no hull; every vertex is a corner then
+        return points

@@ -1,0 +1,42 @@
+"""Runs of bit-identical poses: a live tracker never repeats itself, so it had lost the room."""
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from ingest.trajectory.jumps import velocities
+
+MIN_SECONDS = 0.25
+_MAX_SPEED = 0.2
+"""m/s by which a phone at rest may start or stop within one step."""
+_MAX_TURN = 0.35
+"""rad/s, the same for the rotation."""
+
+
+def repeated_runs(
+    times: Float64[np.ndarray, " frames"], T: Float64[np.ndarray, "frames 4 4"]
+) -> list[tuple[int, int]]:
+    """First and last pose of each run of equal poses that lasts 0.25 s or more."""
+    same = (np.diff(T, axis=0) == 0).all(axis=(1, 2))
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]]).astype(int)))
+    runs = [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    return [(a, b) for a, b in runs if times[b] - times[a] >= MIN_SECONDS]
+
+
+def find_frozen(
+    times: Float64[np.ndarray, " frames"], T: Float64[np.ndarray, "frames 4 4"]
+) -> Bool[np.ndarray, " steps"]:
+    """Mark the steps of repeated runs that start or end in full motion, and the step out of them.
+
+    A run that the phone eases into and out of is an object standing still in a log without noise
+    (a synthetic one): it stays.
+    """
+    frozen = np.zeros(len(T) - 1, bool)
+    linear, angular = velocities(T, np.diff(times)[:, None])
+    abrupt = (np.linalg.norm(linear, axis=1) > _MAX_SPEED) | (
+        np.linalg.norm(angular, axis=1) > _MAX_TURN
+    )
+    for first, last in repeated_runs(times, T):
+        borders = [step for step in (first - 1, last) if 0 <= step < len(frozen)]
+        if abrupt[borders].any():
+            frozen[first : last + 1] = True
+    return frozen

@@ -1,0 +1,98 @@
+"""The floor is under the object where it rests."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from ingest.trajectory.floor import find_floor
+from ingest.trajectory.rests import find_rests
+from omomo_core.motion import ObjectMesh
+
+
+def _path(*stops: tuple[float, float], jitter: float = 4e-4) -> np.ndarray:
+    """Poses at 30 fps through (seconds, height): equal neighbours are rests."""
+    seconds, heights = np.array(stops).T
+    clock = np.arange(int(seconds[-1] * 30)) / 30
+    T = np.tile(np.eye(4), (len(clock), 1, 1))
+    rng = np.random.default_rng(0)
+    T[:, 2, 3] = np.interp(clock, seconds, heights)
+    moving = np.gradient(T[:, 2, 3]) != 0
+    T[:, 0, 3] = np.cumsum(np.where(moving, 0.5 / 30, 0))
+    T[:, :3, 3] += rng.normal(scale=jitter, size=(len(T), 3))
+    T[:, :3, :3] = Rotation.from_rotvec(rng.normal(scale=8e-4, size=(len(T), 3))).as_matrix()
+    return T
+
+
+def _valid(T: np.ndarray) -> np.ndarray:
+    return np.ones(len(T), bool)
+
+
+def test_rests_are_found_where_they_are():
+    T = _path((0, 0), (1, 0), (2, 0.8), (3, 0.8), (4, 0))
+    found = find_rests(T, _valid(T))
+    assert len(found) == 2
+    np.testing.assert_allclose(found, [(0, 30), (60, 90)], atol=2)
+
+
+def test_turning_in_place_is_no_rest():
+    T = np.tile(np.eye(4), (60, 1, 1))
+    T[:, :3, :3] = Rotation.from_euler("z", np.arange(60)[:, None], degrees=True).as_matrix()
+    assert find_rests(T, _valid(T)) == []
+
+
+def test_the_lowest_rest_wins(box):
+    T = _path((0, -1.3), (1, -1.3), (2, -0.6), (3, -0.6), (4, -1.31), (5, -1.31))
+    floor = find_floor(T, _valid(T), box)
+    assert floor.source == "rest"
+    assert floor.certain
+    assert floor.height == pytest.approx(-1.305, abs=0.004)
+
+
+def test_the_lowest_vertex_counts_not_the_origin(box):
+    T = _path((0, -1.0), (1.5, -1.0), (2, 0), (3, 0.2))
+    T[:, :3, :3] = Rotation.from_euler("x", 90, degrees=True).as_matrix()
+    floor = find_floor(T, _valid(T), box)
+    assert floor.height == pytest.approx(-1.15, abs=0.003)
+
+
+def test_lost_frames_are_no_rest(box):
+    T = _path((0, -1.3), (1, -1.3), (2, -0.6), (3.5, -0.6))
+    valid = _valid(T)
+    valid[:60] = False
+    assert find_floor(T, valid, box).height == pytest.approx(-0.6, abs=0.003)
+
+
+def test_never_at_rest_is_said_and_assumed(box):
+    T = _path((0, 0), (1, 0.1), (2, 0.0), (3, 0.1))
+    floor = find_floor(T, _valid(T), box)
+    assert floor.source == "assumed"
+    assert not floor.certain
+    assert "guess" in floor.message
+    centre = np.median(T[:, 2, 3]) + 0.25
+    assert centre - floor.height == pytest.approx(1.0, abs=0.01)
+
+
+def test_an_assumed_floor_is_never_above_the_object(box):
+    T = _path((0, 0), (1, -1.5), (1.2, 0), (4, 0.2))
+    floor = find_floor(T, _valid(T), box)
+    assert floor.height <= T[:, 2, 3].min() + 0.01
+
+
+def test_held_still_in_the_air_then_set_lower(box):
+    T = _path((0, 0), (1, 0), (2, -0.9), (2.1, -0.91), (3, 0.1))
+    floor = find_floor(T, _valid(T), box)
+    assert floor.source == "lowest"
+    assert floor.height == pytest.approx(-0.9, abs=0.05)
+    assert "0.9" in floor.message
+
+
+def test_a_given_height_wins(box):
+    T = _path((0, 0), (2, 0))
+    assert find_floor(T, _valid(T), box, -0.77).height == -0.77
+
+
+def test_a_flat_object_has_a_floor_too():
+    square = np.array([[0, 0, 0.0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    flat = ObjectMesh(square, np.array([[0, 1, 2], [0, 2, 3]]), "tray")
+    T = _path((0, 0.4), (2, 0.4))
+    assert find_floor(T, _valid(T), flat).height == pytest.approx(0.4, abs=0.005)

@@ -1,0 +1,81 @@
+"""read_session finds the session and its app, or says what it found instead."""
+
+from pathlib import Path
+
+import pytest
+
+from ingest.formats import arkit_data_logger, ios_logger, stray_scanner
+from ingest.formats.detect import FORMATS, read_session
+from omomo_core.errors import InputError
+
+
+@pytest.mark.parametrize("format_", FORMATS, ids=lambda f: f.NAME)
+def test_a_folder_a_file_or_a_folder_around_it(wander, tmp_path: Path, format_):
+    inner = format_.write(wander(0), tmp_path / "outer" / "3f2a9c")
+    (tmp_path / "outer" / "__MACOSX").mkdir()
+    (tmp_path / "outer" / "notes.txt").write_text("chair, take 2")
+    pose_file = {
+        "Stray Scanner": "odometry.csv",
+        "ios_logger": "ARposes.txt",
+        "ARKit Data Logger": "ARKit_camera_pose.txt",
+    }[format_.NAME]
+    for path in (inner, inner.parent, inner / pose_file):
+        assert read_session(path).app == format_.NAME
+
+
+@pytest.mark.parametrize("format_", FORMATS, ids=lambda f: f.NAME)
+def test_a_renamed_pose_file_is_known_by_its_content(wander, tmp_path: Path, format_):
+    folder = format_.write(wander(0), tmp_path)
+    log = max((p for p in folder.iterdir() if "imu" not in p.name), key=lambda p: p.stat().st_size)
+    renamed = log.rename(tmp_path / "my take.log")
+    assert read_session(renamed).app == format_.NAME
+
+
+def _error(path: Path) -> InputError:
+    with pytest.raises(InputError) as caught:
+        read_session(path)
+    return caught.value
+
+
+def test_nothing_there(tmp_path: Path):
+    assert _error(tmp_path / "nowhere").code == "session-missing"
+
+
+def test_not_a_session_names_what_it_found_and_what_it_knows(tmp_path: Path):
+    (tmp_path / "holiday.jpg").write_bytes(b"\xff\xd8")
+    error = _error(tmp_path)
+    assert error.code == "session-unknown"
+    assert "holiday.jpg" in error.what
+    assert all(format_.NAME in error.fix for format_ in FORMATS)
+    assert _error(tmp_path / "holiday.jpg").code == "session-unknown"
+
+
+def test_an_empty_folder_and_an_empty_file(tmp_path: Path):
+    assert "empty" in _error(tmp_path).what
+    (tmp_path / "nothing.bin").touch()
+    assert _error(tmp_path / "nothing.bin").code == "session-unknown"
+
+
+def test_two_sessions_are_not_chosen_between(wander, tmp_path: Path):
+    stray_scanner.write(wander(0), tmp_path / "one")
+    ios_logger.write(wander(1), tmp_path / "two")
+    error = _error(tmp_path)
+    assert error.code == "session-ambiguous"
+    assert "one, two" in error.what
+
+
+def test_two_apps_in_one_folder(wander, tmp_path: Path):
+    stray_scanner.write(wander(0), tmp_path)
+    ios_logger.write(wander(1), tmp_path)
+    assert _error(tmp_path).code == "session-ambiguous"
+
+
+def test_two_trajectories_in_one_folder(wander, tmp_path: Path):
+    arkit_data_logger.write(wander(0), tmp_path)
+    text = (tmp_path / "ARKit_camera_pose.txt").read_text()
+    (tmp_path / "ARKit_camera_pose_2.txt").write_text(text)
+    error = _error(tmp_path)
+    assert error.code == "session-ambiguous"
+    assert "ARKit_camera_pose.txt, ARKit_camera_pose_2.txt" in error.what
+    assert "instead of the folder" in error.fix
+    assert read_session(tmp_path / "ARKit_camera_pose_2.txt").app == "ARKit Data Logger"

@@ -1,0 +1,188 @@
+"""Phone poses become object poses; jumps, gaps and freezes split a take, and nothing is smoothed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from ingest.mount import Mount, identity_mount
+from ingest.trajectory.breaks import find_breaks
+from ingest.trajectory.object_motion import to_object_motion
+from ingest.trajectory.resample import resample
+from ingest.trajectory.segments import cut, segments
+from omomo_core.errors import InputError
+from omomo_core.motion import FPS
+
+
+def _moved(session, first: int, T: np.ndarray):
+    """The session with a constant transform on every pose from `first` on: a relocalisation."""
+    poses = session.T_world_phone.copy()
+    poses[first:] = T @ poses[first:]
+    return replace(session, T_world_phone=poses)
+
+
+def _shift(x: float) -> np.ndarray:
+    T = np.eye(4)
+    T[0, 3] = x
+    return T
+
+
+def test_a_clean_take_is_one_segment(wander, box):
+    session = wander(0, seconds=4.0)
+    take = to_object_motion(session, box, identity_mount(), floor=-1.0)
+    assert take.segments == ((0, 121),)
+    assert take.notes == ()
+    assert take.motion.valid.all()
+
+
+def test_frames_and_worlds_are_those_of_the_definition(wander, box):
+    session = wander(1)
+    T_phone_object = np.eye(4)
+    T_phone_object[:3, :3] = Rotation.from_rotvec([0.3, -1.0, 0.5]).as_matrix()
+    T_phone_object[:3, 3] = [0.1, -0.4, 0.2]
+    take = to_object_motion(session, box, Mount(T_phone_object, "test"), floor=-1.25)
+    np.testing.assert_allclose(take.motion.T_world_object[0, :2, 3], 0, atol=1e-12)
+    for frame in (0, 17, 90):
+        T_arkit_object = session.T_world_phone[2 * frame] @ T_phone_object
+        expected = take.T_world_arkit @ T_arkit_object
+        np.testing.assert_allclose(take.motion.T_world_object[frame], expected, atol=1e-9)
+        height_above_floor = T_arkit_object[1, 3] + 1.25
+        assert take.motion.T_world_object[frame, 2, 3] == pytest.approx(height_above_floor)
+    np.testing.assert_allclose(take.T_world_arkit[:3, :3] @ [0, 1, 0], [0, 0, 1], atol=1e-12)
+
+
+@settings(max_examples=20, deadline=None)
+@given(first=st.integers(70, 170), sign=st.sampled_from([-1, 1]))
+def test_a_half_metre_jump_splits_exactly_there(wander, box, first: int, sign: int):
+    session = _moved(wander(2, seconds=4.0), first, _shift(0.5 * sign))
+    assert np.flatnonzero(find_breaks(session).jumps).tolist() == [first - 1]
+    take = to_object_motion(session, box, identity_mount(), floor=-1.0)
+    # One frame is given up: the first one after the last pose before the jump.
+    lost = (first - 1) // 2 + 1
+    assert take.segments == ((0, lost), (lost + 1, 121))
+    assert "jump" in take.notes[0]
+    steps = np.linalg.norm(np.diff(take.motion.T_world_object[:, :3, 3], axis=0), axis=1)
+    good = take.motion.valid[1:] & take.motion.valid[:-1]
+    assert steps[good].max() < 0.1
+
+
+def test_small_jumps_and_turns_of_a_relocalisation(wander):
+    session = wander(3)
+    for T in (_shift(0.06), np.eye(4)):
+        T = T.copy()
+        if T[0, 3] == 0:
+            T[:3, :3] = Rotation.from_euler("y", 8, degrees=True).as_matrix()
+        jumped = _moved(session, 90, T)
+        assert np.flatnonzero(find_breaks(jumped).jumps).tolist() == [89]
+
+
+def test_one_wild_pose_is_cut_out(wander):
+    session = wander(4)
+    poses = session.T_world_phone.copy()
+    poses[77, :3, 3] += [0, 0.7, 0]
+    jumps = find_breaks(replace(session, T_world_phone=poses)).jumps
+    assert np.flatnonzero(jumps).tolist() == [76, 77]
+
+
+def test_an_object_put_down_hard_is_no_jump(wander):
+    """1.5 m/s down, then dead still within one step."""
+    session = wander(5)
+    poses = np.tile(np.eye(4), (len(session.times), 1, 1))
+    poses[:, 1, 3] = 1.5 * np.maximum(0, 1.0 - (session.times - session.times[0]))
+    poses[:, :3, 3] += np.random.default_rng(0).normal(scale=3e-4, size=(len(poses), 3))
+    assert not find_breaks(replace(session, T_world_phone=poses)).any.any()
+
+
+def test_a_gap_is_masked_and_short_holes_are_bridged(wander, box):
+    session = wander(6, seconds=4.0)
+
+    def without(first: int, last: int):
+        keep = np.ones(len(session.times), bool)
+        keep[first:last] = False
+        return replace(
+            session,
+            times=session.times[keep],
+            T_world_phone=session.T_world_phone[keep],
+            intrinsics=None,
+            video_times=None,
+        )
+
+    take = to_object_motion(without(100, 103), box, identity_mount(), floor=-1.0)
+    assert take.segments == ((0, 121),)
+    take = to_object_motion(without(100, 131), box, identity_mount(), floor=-1.0)
+    assert take.segments == ((0, 50), (66, 121))
+    assert "Gap" in take.notes[0]
+    assert "1.65 to 2.18 s" in take.notes[0]
+
+
+def test_frozen_tracking_is_flagged_and_a_still_object_is_not(wander, box):
+    session = wander(7, seconds=4.0)
+    poses = session.T_world_phone.copy()
+    poses[100:130] = poses[100]
+    frozen = replace(session, T_world_phone=poses)
+    assert np.flatnonzero(find_breaks(frozen).frozen).tolist() == list(range(100, 130))
+    take = to_object_motion(frozen, box, identity_mount(), floor=-1.0)
+    assert take.segments == ((0, 51), (66, 121))
+    ease = np.clip((session.times - session.times[0] - 1) / 2, 0, 1)
+    ease = ease**3 * (10 - 15 * ease + 6 * ease**2)
+    poses = np.tile(np.eye(4), (len(session.times), 1, 1))
+    poses[:, 0, 3] = ease
+    assert not find_breaks(replace(session, T_world_phone=poses)).any.any()
+
+
+def test_limited_tracking_that_the_app_logs_is_masked(wander, box):
+    session = wander(8, seconds=4.0)
+    ok = np.ones(len(session.times), bool)
+    ok[80:120] = False
+    take = to_object_motion(replace(session, tracking_ok=ok), box, identity_mount(), floor=-1.0)
+    assert take.segments == ((0, 40), (61, 121))
+    assert "Limited tracking" in take.notes[0]
+
+
+def test_a_hopeless_take_is_an_error(wander, box):
+    session = wander(9)
+    sparse = replace(
+        session,
+        times=session.times[::12],
+        T_world_phone=session.T_world_phone[::12],
+        intrinsics=None,
+        video_times=None,
+    )
+    with pytest.raises(InputError) as caught:
+        to_object_motion(sparse, box, identity_mount())
+    assert caught.value.code == "tracking-broken"
+    assert "gap" in caught.value.what
+
+
+def test_segments_of_a_second_and_cut(wander, box):
+    motion = to_object_motion(wander(0, seconds=4.0), box, identity_mount(), floor=-1.0).motion
+    valid = motion.valid.copy()
+    valid[[29, 60]] = False
+    motion = replace(motion, valid=valid)
+    assert segments(motion) == [(30, 60), (61, 121)]
+    piece = cut(motion, 30, 60)
+    assert piece.start_time == pytest.approx(1.0)
+    assert piece.valid.all()
+    np.testing.assert_array_equal(piece.T_world_object, motion.T_world_object[30:60])
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10**6), rate=st.sampled_from([24.0, 30.0, 59.94, 120.0]))
+def test_resampling_goes_by_time(wander, seed: int, rate: float):
+    """Any rate and irregular stamps: the motion at 30 fps is the same motion."""
+    session = wander(seed, rate=rate)
+    rng = np.random.default_rng(seed)
+    keep = rng.random(len(session.times)) > 0.15
+    keep[0] = True
+    times, T = session.times[keep], session.T_world_phone[keep]
+    frames, valid = resample(times, T, np.diff(times) > 0.1)
+    fine = wander(seed, rate=rate)
+    grid = times[0] + np.arange(len(frames)) / FPS
+    expected = np.stack(
+        [np.interp(grid, fine.times, fine.T_world_phone[:, i, 3]) for i in range(3)], axis=1
+    )
+    np.testing.assert_allclose(frames[valid, :3, 3], expected[valid], atol=0.008)
+    np.testing.assert_allclose(np.linalg.det(frames[:, :3, :3]), 1, atol=1e-9)
