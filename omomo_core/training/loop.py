@@ -10,7 +10,7 @@ from torch import Tensor
 
 from omomo_core.body_stage import paper as body_paper
 from omomo_core.diffusion.schedule import cosine_schedule
-from omomo_core.stage import Stage
+from omomo_core.stage import Stage, StageConfig
 from omomo_core.training.corpus import Corpus
 from omomo_core.training.examples import Example, make_example
 
@@ -42,11 +42,12 @@ class TrainState:
     loss: float = math.nan
 
 
-def start(stage: Stage, corpus: Corpus, options: TrainOptions) -> TrainState:
+def start(config: StageConfig, corpus: Corpus, options: TrainOptions) -> TrainState:
     """A fresh run: statistics from the data, average equal to the weights."""
     torch.manual_seed(options.seed)
+    stage = Stage(config)
     _measure_statistics(stage, corpus, options.batch)
-    average = Stage(stage.config)
+    average = Stage(config)
     average.load_state_dict(stage.state_dict())
     return TrainState(stage, average.eval(), make_optimiser(stage, options))
 
@@ -66,10 +67,10 @@ def train(
     """Run until `options.steps`, or until `on_step` (called after every step) returns False."""
     schedule = cosine_schedule()
     state.stage.train()
-    # A resumed run must not see the same windows again.
-    torch.manual_seed(options.seed + 1 + state.step)
     smooth = state.loss
     while state.step < options.steps:
+        # Seeded by the step, so that a resumed run is the uninterrupted one.
+        torch.manual_seed(1_000_003 * options.seed + state.step)
         for group in state.optimiser.param_groups:
             group["lr"] = options.rate * _rate(state.step, options)
         loss = _step(state.stage, corpus, options, schedule.add_noise, device)

@@ -23,7 +23,7 @@ from omomo_core.stage import Stage, StageConfig, load_stage, save_stage
 from omomo_core.training.checkpoint import resume_run, save_run
 from omomo_core.training.corpus import Corpus
 from omomo_core.training.examples import make_example
-from omomo_core.training.loop import TrainOptions, start, train
+from omomo_core.training.loop import TrainOptions, TrainState, start, train
 
 BODY = load_body()
 UPRIGHT = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
@@ -142,7 +142,7 @@ def small(stage: str) -> StageConfig:
 @pytest.mark.parametrize("stage", ["hands", "body"])
 def test_training_learns(corpus: Corpus, stage: str):
     options = TrainOptions(steps=60, batch=16, rate=3e-3, warmup=5)
-    state = start(Stage(small(stage)), corpus, options)
+    state = start(small(stage), corpus, options)
     losses: list[float] = []
     train(state, corpus, options, lambda s: losses.append(s.loss) or True, CPU)
     assert losses[-1] < 0.8 * losses[0]
@@ -164,19 +164,17 @@ def test_paper_examples_have_the_published_shapes(corpus: Corpus):
 def test_an_interrupted_run_resumes_to_the_same_weights(corpus: Corpus, tmp_path: Path):
     options = TrainOptions(steps=8, batch=4, warmup=2)
 
-    def stop_at(n: int):
-        return lambda s: s.step < n
+    def run(state: TrainState, until: int) -> TrainState:
+        train(state, corpus, options, lambda s: s.step < until, CPU)
+        return state
 
-    torch.manual_seed(0)
-    state = start(Stage(small("hands")), corpus, options)
-    train(state, corpus, options, stop_at(4), CPU)
-    save_run(state, tmp_path, options, {})
-    train(state, corpus, options, stop_at(99), CPU)
+    whole = run(start(small("hands"), corpus, options), 99)
+    save_run(run(start(small("hands"), corpus, options), 4), tmp_path, options, {})
     resumed = resume_run(small("hands"), tmp_path, options)
     assert resumed is not None
     assert resumed.step == 4
-    train(resumed, corpus, options, stop_at(99), CPU)
-    for a, b in zip(state.average.parameters(), resumed.average.parameters(), strict=True):
+    run(resumed, 99)
+    for a, b in zip(whole.average.parameters(), resumed.average.parameters(), strict=True):
         assert torch.equal(a, b)
 
 
