@@ -88,7 +88,8 @@ def _sample_hands(
         steps=options.steps,
         on_step=lambda done: progress("hands", done),
     )
-    palms, contact = hand_stage.unpack(x, torch.from_numpy(take.centre).float())
+    centre = torch.from_numpy(take.centre).float().expand(len(x), -1, 3)
+    palms, contact = hand_stage.unpack(x, centre)
     return [
         HandMotion(palms=p.double().numpy(), contact=c.double().numpy())
         for p, c in zip(palms, contact, strict=True)

@@ -164,4 +164,4 @@ def _measure_statistics(stage: Stage, corpus: Corpus, batch: int) -> None:
     stage.x_mean.copy_(x.mean(dim=0))
     stage.x_std.copy_(x.std(dim=0).clamp(min=1e-3))
     stage.c_mean.copy_(c.mean(dim=0))
-    stage.c_std.copy_(c.std(dim=0).clamp(min=1e-2))
+    stage.c_std.copy_(c.std(dim=0).clamp(min=0.1))

@@ -1,0 +1,97 @@
+"""The `omocap` command: joins the subcommands and turns every failure into one clear paragraph."""
+
+import logging
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+from typing import Annotated
+
+import typer
+from rich.logging import RichHandler
+
+from capture_app.cli import doctor, inspect, render, rerun, run
+from capture_app.cli.console import errors, report
+from omomo_core.errors import OmocapError
+
+app = typer.Typer(
+    name="omocap",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("run")(run.run)
+app.command("inspect")(inspect.inspect)
+app.command("render")(render.render)
+app.command("rerun")(rerun.rerun)
+app.command("doctor")(doctor.doctor)
+
+
+def _show_version(wanted: bool) -> bool:
+    if wanted:
+        typer.echo(f"omocap {version('omocap')}")
+        raise typer.Exit
+    return wanted
+
+
+@app.callback()
+def omocap(
+    debug: Annotated[
+        bool, typer.Option("--debug", help="Show the Python traceback of an error.")
+    ] = False,
+    show_version: Annotated[
+        bool,
+        typer.Option(
+            "--version", help="Show the version and stop.", callback=_show_version, is_eager=True
+        ),
+    ] = False,
+) -> None:
+    """Clamp an iPhone to an object, move the object, get the motion of the person who moved it.
+
+    Start with `omocap doctor`, look at a recording with `omocap inspect`, make the motion with
+    `omocap run`.
+    """
+
+
+def main() -> None:
+    """Entry point of the `omocap` command."""
+    handler = RichHandler(console=errors, show_time=False, show_path=False)
+    logging.basicConfig(level=logging.WARNING, format="%(message)s", handlers=[handler])
+    raise SystemExit(invoke(sys.argv[1:]))
+
+
+def invoke(arguments: Sequence[str]) -> int:
+    """Run one command line.
+
+    Returns:
+        0 when it worked, 2 when the input cannot give a correct result, 130 when interrupted, and 1
+        for a defect of the program.
+    """
+    # Accepted anywhere, because it is added to the end of a command that has just failed.
+    debug = "--debug" in arguments
+    try:
+        return _exit_code([a for a in arguments if a != "--debug"])
+    except OmocapError as error:
+        if debug:
+            raise
+        report(error)
+        return 2
+    except Exception as error:
+        if debug:
+            raise
+        errors.print(
+            f"[red]Error:[/] this is a defect of omocap: {type(error).__name__}.",
+            "Run the same command with --debug and report what it prints.",
+        )
+        return 1
+
+
+def _exit_code(arguments: list[str]) -> int:
+    try:
+        app(arguments)
+    except SystemExit as done:
+        code = done.code if isinstance(done.code, int) else 1
+        if code == 130:
+            errors.print("Interrupted; nothing was left behind.")
+        return code
+    return 0

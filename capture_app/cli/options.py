@@ -1,0 +1,150 @@
+"""The words of the command line: arguments and options, each described once."""
+
+import re
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from omomo_core.errors import InputError
+
+IDENTITY = "identity"
+
+
+class ContactRule(StrEnum):
+    """How predicted hands are put on the object."""
+
+    segments = "segments"
+    paper = "paper"
+
+
+class Configuration(StrEnum):
+    """Which trained model."""
+
+    capture = "capture"
+    paper = "paper"
+
+
+class DrawingBackend(StrEnum):
+    """What draws the pictures."""
+
+    auto = "auto"
+    pyrender = "pyrender"
+    raycast = "raycast"
+
+
+def _option(*names: str, text: str, **rest: Any) -> Any:
+    """An option whose default, if it has one worth showing, is said in its text."""
+    return typer.Option(*names, help=text, show_default=False, **rest)
+
+
+Session = Annotated[
+    Path, typer.Argument(help="Session folder that the phone's logger wrote.", show_default=False)
+]
+Result = Annotated[
+    Path, typer.Argument(help="Result folder that `omocap run` wrote.", show_default=False)
+]
+ResultFolder = Annotated[Path, _option("-o", "--output", text="Result folder to make.")]
+OutputFile = Annotated[
+    Path | None,
+    _option("-o", "--output", text="File to write; in the result folder if not given."),
+]
+Mesh = Annotated[
+    Path, _option("--object", text="Mesh of the object: OBJ, PLY, STL or GLB, in metres.")
+]
+OptionalMesh = Annotated[
+    Path | None, _option("--object", text="Mesh of the object, to find its floor.")
+]
+Mount = Annotated[
+    str | None,
+    _option(
+        text="Mount file: where the object is as the phone sees it. Or the word identity, when the "
+        "mesh is made in the phone's own axes.",
+    ),
+]
+Seed = Annotated[int, typer.Option(help="The same seed gives the same motion.", min=0)]
+Samples = Annotated[int, typer.Option(help="Motions to make; the best is chosen.", min=1, max=64)]
+Contact = Annotated[
+    ContactRule,
+    typer.Option(
+        help="Hands hold the object while it needs it (segments), or from the first touch to the "
+        "end as published (paper)."
+    ),
+]
+Config = Annotated[Configuration, typer.Option(help="Trained model.")]
+Weights = Annotated[Path | None, _option(text="Folder of your own weights, from `omocap train`.")]
+Steps = Annotated[
+    int, typer.Option(help="Steps of the sampler; more is slower and finer.", min=1, max=1000)
+]
+Height = Annotated[float | None, _option(text="Height of the person in metres.", min=0.8, max=2.6)]
+Body = Annotated[Path | None, _option(text="Your own SMPL-X model file, as the body.")]
+Floor = Annotated[
+    float | None,
+    _option(
+        text="Height of the floor in the phone's world, metres (0 is where recording began, so it "
+        "is negative). Found where the object rests if not given.",
+    ),
+]
+MeshScale = Annotated[
+    float, typer.Option(help="Factor to metres, e.g. 0.01 for a mesh in centimetres.", min=1e-6)
+]
+Segment = Annotated[
+    int | None,
+    _option(
+        text="Which stretch of a take that tracking failures split, from 1; the longest if not "
+        "given.",
+    ),
+]
+Video = Annotated[bool, typer.Option(help="Draw a video.")]
+Size = Annotated[str, typer.Option(help="Width x height of the pictures in pixels.")]
+Force = Annotated[bool, _option("--force", text="Replace an earlier result of the same name.")]
+AsJson = Annotated[bool, _option("--json", text="Print the report as JSON, for programs.")]
+Sample = Annotated[int | None, _option(text="Which sample, from 1; the chosen one if not given.")]
+Still = Annotated[
+    float | None,
+    _option(text="Draw one PNG picture, at this time in seconds from the start of the motion."),
+]
+Markers = Annotated[bool, typer.Option(help="Show where hands hold, and the object's trail.")]
+Backend = Annotated[
+    DrawingBackend, typer.Option(help="OpenGL (pyrender), or a ray caster that needs none.")
+]
+
+
+def mount_file(mount: str | None) -> Path | None:
+    """The mount's file, None for the word identity.
+
+    Raises:
+        InputError: it is not given; the message explains what a mount is.
+    """
+    if mount is None:
+        raise InputError(
+            "mount-needed",
+            "The mount is not given. The log says how the phone moved; the mount says where the "
+            "object is as the phone sees it: a rotation and an offset in metres, which stay the "
+            "same while the phone stays clamped.",
+            where="--mount",
+            fix="Find it once per clamping and pass --mount FILE.json, a file with "
+            '{"T_phone_object": four rows of four numbers} that maps points of the mesh into the '
+            "axes of the phone's camera (in the landscape picture x right, y up, z towards you). "
+            "If the mesh is made in those axes already, pass --mount identity.",
+        )
+    return None if mount == IDENTITY else Path(mount)
+
+
+def picture_size(text: str, option: str) -> tuple[int, int]:
+    """Width and height of "960x540".
+
+    Raises:
+        InputError: it is written otherwise, or of a size nobody wants.
+    """
+    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text.strip().lower())
+    width, height = (int(found[1]), int(found[2])) if found else (0, 0)
+    if not (64 <= width <= 7680 and 64 <= height <= 4320):
+        raise InputError(
+            "size-invalid",
+            f"{text!r} is no picture size.",
+            where=option,
+            fix="Write width x height in pixels, e.g. 1280x720.",
+        )
+    return width, height

@@ -1,0 +1,21 @@
+"""`omocap rerun`: make a result again from its manifest."""
+
+from capture_app.cli import options as given
+from capture_app.cli.console import progress_bars
+from capture_app.cli.summary import summarise
+
+
+def rerun(result: given.Result, output: given.ResultFolder, force: given.Force = False) -> None:
+    """Make the same motion again, from the inputs and options in a result's manifest.
+
+    Stops if an input or the weights have changed since.
+    """
+    from capture_app.manifest import read_manifest
+    from capture_app.pipeline import run_take
+    from capture_app.rerun import request_of
+    from capture_app.result import MANIFEST
+
+    request = request_of(read_manifest(result / MANIFEST), output, replace=force)
+    with progress_bars() as progress:
+        made = run_take(request, progress)
+    summarise(made)

@@ -1,0 +1,34 @@
+"""What is printed at the end of a run."""
+
+from typing import TYPE_CHECKING
+
+from rich.table import Table
+
+from capture_app.cli.console import output, say
+
+if TYPE_CHECKING:
+    from capture_app.result import Result
+
+
+def summarise(result: "Result") -> None:
+    """Where everything is, and what the user should know about it."""
+    manifest = result.manifest
+    table = Table(box=None, pad_edge=False, show_header=False)
+    about = {
+        "motion.glb": "person and object, for Blender, Unity, Unreal",
+        "motion.mp4": "video",
+        "motion.npz": "the numbers; see docs/format.md",
+        "manifest.json": "how it was made",
+    }
+    for name, what in about.items():
+        if (result.folder / name).is_file():
+            table.add_row(f"  {name}", f"[dim]{what}[/]")
+    frames, samples = len(result.object_motion.valid), len(result.motions)
+    say("Done", f"in {sum(manifest.timings.values()):.0f} s: {result.folder}", "green")
+    output.print(table)
+    output.print(
+        f"{frames / 30:.1f} s of motion at 30 fps; sample {manifest.chosen + 1} of {samples} chosen; "
+        f"body {manifest.body.name}, {manifest.body.height:.2f} m."
+    )
+    for note in manifest.notes:
+        say("Note", note, "yellow")

@@ -1,0 +1,140 @@
+"""What this machine has and lacks to run omocap, as data."""
+
+import os
+import platform
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, requires, version
+from pathlib import Path
+from re import match
+from typing import Literal
+
+from omomo_core.errors import OmocapError
+
+Level = Literal["ok", "warn", "bad"]
+
+_ENOUGH_MEMORY = 4 * 2**30
+"""Bytes: a take of a minute with four samples stays below this."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """One line of the examination."""
+
+    name: str
+    level: Level
+    found: str
+    fix: str = ""
+    """What to do unless all is well."""
+
+
+def examine() -> Iterator[Check]:
+    """Look at the installation and the machine, one check after another."""
+    yield Check("omocap", "ok", f"{version('omocap')}, Python {platform.python_version()}")
+    for name, look in (
+        ("packages", _packages),
+        ("body", _body),
+        ("weights", _weights),
+        ("OpenGL", _opengl),
+        ("video encoder", _encoder),
+        ("memory", _memory),
+        ("threads", _threads),
+    ):
+        yield _guarded(name, look)
+
+
+def _guarded(name: str, look: Callable[[], Check]) -> Check:
+    """A check that fails in a way nobody thought of is itself a finding."""
+    try:
+        return look()
+    except OmocapError as error:
+        return Check(name, "bad", error.what, error.fix)
+    except Exception as error:
+        return Check(name, "bad", f"{type(error).__name__}: {error}", "Install omocap again.")
+
+
+def _packages() -> Check:
+    """The packages omocap asks for itself, without those of its extras."""
+    wanted = [line for line in requires("omocap") or [] if "extra ==" not in line]
+    names = [found.group() for line in wanted if (found := match(r"[\w.-]+", line))]
+    present: list[str] = []
+    missing: list[str] = []
+    for name in names:
+        try:
+            present.append(f"{name} {version(name)}")
+        except PackageNotFoundError:
+            missing.append(name)
+    if missing:
+        fix = f"pip install {' '.join(missing)}"
+        return Check("packages", "bad", f"missing: {', '.join(missing)}", fix)
+    return Check("packages", "ok", ", ".join(present))
+
+
+def _body() -> Check:
+    from omomo_core.body.load import load_body
+
+    body = load_body()
+    return Check("body", "ok", f"{body.name}, {len(body.vertices)} vertices ({body.credit})")
+
+
+def _weights() -> Check:
+    from omomo_core.weights.load import SHIPPED, load_stages
+
+    load_stages()
+    files = sorted((SHIPPED / "capture").glob("*.safetensors"))
+    sizes = ", ".join(f"{file.name} {file.stat().st_size / 1e6:.0f} MB" for file in files)
+    return Check("weights", "ok", sizes)
+
+
+def _opengl() -> Check:
+    from render.renderer import open_renderer
+
+    try:
+        with open_renderer(64, 64, "pyrender"):
+            return Check("OpenGL", "ok", "offscreen pictures through EGL")
+    except OmocapError as error:
+        found = f"{error.what} Videos are drawn by the slower ray caster."
+        return Check("OpenGL", "warn", found, "apt-get install libegl1 libgl1")
+
+
+def _encoder() -> Check:
+    import av
+    from av.codec.codec import UnknownCodecError
+
+    try:
+        av.Codec("libx264", "w")
+    except UnknownCodecError:
+        return Check(
+            "video encoder", "bad", "no H.264 (libx264)", "pip install --force-reinstall av"
+        )
+    return Check("video encoder", "ok", f"H.264 by PyAV {av.__version__}")
+
+
+def _memory() -> Check:
+    free = _free_memory()
+    if free is None:
+        return Check("memory", "ok", "unknown on this system")
+    found = f"{free / 2**30:.1f} GiB free"
+    if free < _ENOUGH_MEMORY:
+        return Check("memory", "warn", found, "Close other programs, or run with --samples 1.")
+    return Check("memory", "ok", found)
+
+
+def _free_memory() -> int | None:
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+    except OSError:
+        return None
+    sizes = {line.split(":")[0]: int(line.split()[1]) * 1024 for line in lines}
+    return sizes.get("MemAvailable")
+
+
+def _threads() -> Check:
+    import torch
+
+    cores = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+    found = f"{torch.get_num_threads()} for torch on {cores} cores"
+    if torch.get_num_threads() > cores:
+        return Check("threads", "warn", found, f"Set OMP_NUM_THREADS={cores}.")
+    return Check("threads", "ok", found)

@@ -1,0 +1,1 @@
+"""The motion in other programs' formats, one file per format."""

@@ -1,0 +1,135 @@
+"""The manifest of a result: everything needed to make it again, and to judge it."""
+
+import hashlib
+import platform
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from omomo_core.errors import InputError
+
+FORMAT_VERSION = 1
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Input(_Record):
+    """A file or folder the motion was made from."""
+
+    role: Literal["session", "object", "mount", "body"]
+    path: str
+    """As the user gave it."""
+    sha256: str
+
+
+class Segment(_Record):
+    """The stretch of the take between two tracking failures that was used."""
+
+    index: int
+    """Counted from 1."""
+    count: int
+    start: int
+    """First frame at 30 fps from the start of the recording."""
+    stop: int
+
+
+class FloorRecord(_Record):
+    """Where the floor is in the recording."""
+
+    height: float
+    """Metres along the up axis of the session's own world."""
+    source: str
+
+
+class Versions(_Record):
+    """The software that made the result."""
+
+    omocap: str = Field(default_factory=lambda: version("omocap"))
+    python: str = Field(default_factory=platform.python_version)
+    torch: str = Field(default_factory=lambda: version("torch"))
+    numpy: str = Field(default_factory=lambda: version("numpy"))
+    machine: str = Field(default_factory=platform.machine)
+
+
+class BodyRecord(_Record):
+    """The body the motion is on."""
+
+    name: str
+    credit: str
+    height: float
+    """Metres."""
+
+
+class Manifest(_Record):
+    """`manifest.json` of a result folder."""
+
+    format_version: Literal[1] = FORMAT_VERSION
+    created: datetime = Field(default_factory=lambda: datetime.now(UTC).replace(microsecond=0))
+    versions: Versions = Field(default_factory=Versions)
+    inputs: tuple[Input, ...]
+    options: dict[str, str | int | float | bool | None]
+    """Every option of the run, the seed among them, as given or by default."""
+    segment: Segment
+    floor: FloorRecord
+    mount_method: str
+    body: BodyRecord
+    weights: dict[str, str]
+    """SHA-256 of each file of weights, by file name."""
+    scores: tuple[dict[str, float], ...]
+    """Ranking of each sample."""
+    chosen: int
+    notes: tuple[str, ...]
+    """What the user should know about this motion, in sentences."""
+    timings: dict[str, float]
+    """Seconds spent in each stage."""
+    files: tuple[str, ...]
+
+
+def write_manifest(path: Path, manifest: Manifest) -> None:
+    """Write it as indented JSON."""
+    path.write_text(manifest.model_dump_json(indent=2) + "\n")
+
+
+def read_manifest(path: Path) -> Manifest:
+    """Read what `write_manifest` wrote.
+
+    Raises:
+        InputError: there is none, it is damaged, or from another version of the format.
+    """
+    try:
+        return Manifest.model_validate_json(path.read_bytes())
+    except OSError as error:
+        raise InputError(
+            "result-missing",
+            "This is no result folder: it has no manifest.",
+            where=str(path),
+            fix="Give the folder that `omocap run` wrote.",
+        ) from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise InputError(
+            "manifest-invalid",
+            f"The manifest cannot be read: {'.'.join(map(str, first['loc']))}: {first['msg']}.",
+            where=str(path),
+            fix="Run the take again with this version of omocap.",
+        ) from error
+
+
+def sha256(path: Path) -> str:
+    """Hash of a file's bytes, or of a folder's file names and bytes in sorted order."""
+    if path.is_file():
+        return _file_hash(path)
+    digest = hashlib.sha256()
+    for file in sorted(p for p in path.rglob("*") if p.is_file()):
+        digest.update(f"{file.relative_to(path).as_posix()}\0{_file_hash(file)}\n".encode())
+    return digest.hexdigest()
+
+
+def _file_hash(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,84 @@
+"""Everything a run reads and checks before the slow part starts."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from capture_app.manifest import Segment
+from capture_app.request import TakeRequest
+from ingest.formats.detect import read_session
+from ingest.mesh import load_mesh
+from ingest.mount import Mount, identity_mount, load_mount
+from ingest.trajectory.object_motion import ObjectTake, to_object_motion
+from ingest.trajectory.segments import cut
+from omomo_core.body.load import load_body
+from omomo_core.body.model import BodyModel, with_height
+from omomo_core.errors import InputError
+from omomo_core.generation.result import Stages
+from omomo_core.motion import ObjectMotion
+from omomo_core.weights.load import load_stages
+
+
+@dataclass(frozen=True)
+class PreparedTake:
+    """What is known before a person is generated: the moving object, and who moves it."""
+
+    motion: ObjectMotion
+    """The chosen segment of the take."""
+    take: ObjectTake
+    segment: Segment
+    mount: Mount
+    body: BodyModel
+    stages: Stages
+
+
+def prepare_take(request: TakeRequest) -> PreparedTake:
+    """Read and check every input of a request.
+
+    Raises:
+        InputError, AssetError: see `capture_app.pipeline.run_take`.
+    """
+    mesh = load_mesh(request.mesh, scale=request.mesh_scale)
+    mount = load_mount(request.mount) if request.mount else identity_mount()
+    session = read_session(request.session)
+    take = to_object_motion(session, mesh, mount, floor=request.floor)
+    segment = _choose(take, request.segment, request.session)
+    body = load_body(request.body)
+    return PreparedTake(
+        motion=cut(take.motion, segment.start, segment.stop),
+        take=take,
+        segment=segment,
+        mount=mount,
+        body=with_height(body, request.height) if request.height else body,
+        stages=_stages(request),
+    )
+
+
+def _choose(take: ObjectTake, wanted: int | None, session: Path) -> Segment:
+    """The wanted segment, or the longest."""
+    count = len(take.segments)
+    if wanted is not None and not 1 <= wanted <= count:
+        raise InputError(
+            "segment-missing",
+            f"There is no segment {wanted}: the take has {count}.",
+            where=str(session),
+            fix=f"Give --segment a number from 1 to {count}, or leave it out for the longest.",
+        )
+    lengths = [stop - start for start, stop in take.segments]
+    index = int(np.argmax(lengths)) + 1 if wanted is None else wanted
+    start, stop = take.segments[index - 1]
+    return Segment(index=index, count=count, start=start, stop=stop)
+
+
+def _stages(request: TakeRequest) -> Stages:
+    stages = load_stages(request.configuration, request.weights)
+    trained = stages.hands.config.configuration
+    if trained != request.configuration:
+        raise InputError(
+            "weights-configuration",
+            f"The weights are of the configuration {trained}, not {request.configuration}.",
+            where=str(request.weights),
+            fix=f"Add --config {trained}.",
+        )
+    return stages

@@ -1,0 +1,26 @@
+"""Rotation matrices to and from xyzw quaternions, for numpy arrays of any batch shape."""
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+
+
+def xyzw_from_matrix(
+    R: Float[np.ndarray, "frames *batch 3 3"],
+) -> Float[np.ndarray, "frames *batch 4"]:
+    """Unit quaternions of rotations over time, continuous along the frames.
+
+    q and -q are the same rotation: the first frame takes w >= 0 and every later one the sign nearer
+    to the frame before, so that a reader may interpolate the numbers.
+    """
+    flat = Rotation.from_matrix(R.reshape(-1, 3, 3).astype(np.float64)).as_quat(canonical=True)
+    quaternions = flat.reshape(*R.shape[:-2], 4)
+    turns = np.sum(quaternions[1:] * quaternions[:-1], axis=-1, keepdims=True) < 0
+    quaternions[1:] *= np.cumprod(np.where(turns, -1.0, 1.0), axis=0)
+    return quaternions
+
+
+def matrix_from_xyzw(q: Float[np.ndarray, "*batch 4"]) -> Float[np.ndarray, "*batch 3 3"]:
+    """Rotation matrices of quaternions, which are normalised first."""
+    flat = Rotation.from_quat(q.reshape(-1, 4).astype(np.float64)).as_matrix()
+    return flat.reshape(*q.shape[:-1], 3, 3)

@@ -1,0 +1,38 @@
+"""TakeRequest: everything a user says when they ask for a motion."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from omomo_core.generation.result import GenerationOptions
+from omomo_core.stage import Configuration
+
+
+@dataclass(frozen=True)
+class TakeRequest:
+    """One take to be turned into a motion."""
+
+    session: Path
+    """What the phone's logger wrote."""
+    mesh: Path
+    """The object's surface."""
+    mount: Path | None
+    """Where the object is in the phone's frame; None when the phone's frame is the object's."""
+    output: Path
+    """The result folder to make."""
+    options: GenerationOptions = field(default_factory=GenerationOptions)
+    configuration: Configuration = "capture"
+    weights: Path | None = None
+    """A folder that `omocap train` wrote; None for the weights that ship."""
+    body: Path | None = None
+    """A SMPL-X model file; None for the body that ships."""
+    height: float | None = None
+    """Stature of the person, metres; None for the body's own."""
+    floor: float | None = None
+    """Height of the floor in the session's world, metres; None finds it."""
+    mesh_scale: float = 1.0
+    segment: int | None = None
+    """Which stretch between tracking failures, counted from 1; None for the longest."""
+    video_size: tuple[int, int] | None = (960, 540)
+    """Width and height in pixels; None makes no video."""
+    replace: bool = False
+    """Put the result in place of an earlier one."""

@@ -1,0 +1,138 @@
+"""The things on the stage: floor, object, markers, trail. Their look is decided here."""
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from omomo_core.motion import ObjectMotion
+from render.actors import Actor
+from render.normals import split_creases
+from render.scene import Color, Drawable, Scene
+
+BODY_COLOR: Color = (0.42, 0.56, 0.74)
+OBJECT_COLOR: Color = (0.87, 0.60, 0.33)
+LOST_COLOR: Color = (0.72, 0.70, 0.68)
+TRAIL_COLOR: Color = (0.80, 0.45, 0.22)
+FREE_COLOR: Color = (0.78, 0.79, 0.80)
+CONTACT_COLOR: Color = (0.27, 0.68, 0.45)
+
+_TILE = np.array([0.895, 0.885, 0.868])
+_CHECKER = 0.014
+_LINE = 0.075
+_LINE_WIDTH = 0.022
+
+
+def floor(
+    low: Float[np.ndarray, " 2"], high: Float[np.ndarray, " 2"], *, margin: float = 3.5
+) -> Drawable:
+    """A floor at z = 0 with a line every metre of the world's grid, fading into the background.
+
+    Args:
+        low, high: corners of the ground that is used, x y in metres.
+        margin: how far the floor reaches beyond it before it has faded away, metres.
+    """
+    a, b = np.floor(np.asarray(low) - margin), np.ceil(np.asarray(high) + margin)
+    sides = [_texture_side(length) for length in b - a]
+    step = (b - a) / sides
+    x, y = np.meshgrid(*(a[k] + step[k] * (np.arange(sides[k]) + 0.5) for k in (0, 1)))
+    shade = _CHECKER * ((np.floor(x) + np.floor(y)) % 2 - 0.5)
+    to_line = np.minimum(np.abs(x - np.rint(x)), np.abs(y - np.rint(y)))
+    shade -= _LINE * (to_line < 0.5 * max(_LINE_WIDTH, 1.2 * step.max()))
+    beyond = np.hypot(_outside(x, low[0], high[0]), _outside(y, low[1], high[1])) / margin
+    fade = np.clip((beyond - 0.25) / 0.75, 0.0, 1.0)
+    fade = (fade * fade * (3.0 - 2.0 * fade))[..., None]
+    color = (_TILE + shade[..., None]) * (1.0 - fade) + np.array(Scene(()).background) * fade
+    corners = np.array([[a[0], a[1], 0], [b[0], a[1], 0], [b[0], b[1], 0], [a[0], b[1], 0]])
+    return Drawable(
+        name="floor",
+        vertices=corners,
+        faces=np.array([[0, 1, 2], [0, 2, 3]]),
+        uv=np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]),
+        texture=(np.clip(color, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8),
+        casts_shadow=False,
+    )
+
+
+def rigid_object(motion: ObjectMotion, color: Color = OBJECT_COLOR) -> Actor:
+    """The object along its path, its sharp edges kept sharp; grey where its pose is a guess."""
+    vertices, faces = split_creases(motion.mesh.vertices, motion.mesh.faces)
+    return Actor(
+        Drawable("object", vertices, faces, color),
+        T_world=motion.T_world_object,
+        color=np.where(motion.valid[:, None], color, LOST_COLOR),
+    )
+
+
+def contact_marker(
+    name: str,
+    position: Float[np.ndarray, "frames 3"],
+    contact: Float[np.ndarray, " frames"],
+    radius: float = 0.038,
+) -> Actor:
+    """A small ball that turns from grey to green with the probability of contact."""
+    vertices, faces = _ball(radius)
+    T_world = np.tile(np.eye(4), (len(position), 1, 1))
+    T_world[:, :3, 3] = position
+    share = np.clip(contact, 0.0, 1.0)[:, None]
+    color = (1.0 - share) * np.array(FREE_COLOR) + share * np.array(CONTACT_COLOR)
+    drawable = Drawable(name, vertices, faces, FREE_COLOR, casts_shadow=False)
+    return Actor(drawable, T_world=T_world, color=color)
+
+
+def trail(path: Float[np.ndarray, "frames 3"], radius: float = 0.007) -> Actor:
+    """The way a point has come so far: a thin tube that grows with the frames."""
+    every = 1 + len(path) // 600
+    stops = np.minimum(np.arange(0, len(path) - 1 + every, every), len(path) - 1)
+    sides = 6
+    rings = path[:, None] + radius * _around(path, sides)
+    faces = _tube_faces(len(stops), sides)
+
+    def grown(frame: int) -> Float[np.ndarray, "verts 3"]:
+        # Rings that lie ahead wait at the tip: the buffers keep their size.
+        return rings[np.minimum(stops, frame)].reshape(-1, 3)
+
+    drawable = Drawable("trail", grown(0), faces, TRAIL_COLOR, casts_shadow=False)
+    return Actor(drawable, vertices=grown)
+
+
+def _outside(x: Float[np.ndarray, "*n"], low: float, high: float) -> Float[np.ndarray, "*n"]:
+    """How far x lies outside an interval, 0 inside."""
+    return np.maximum(np.maximum(low - x, x - high), 0.0)
+
+
+def _texture_side(metres: float) -> int:
+    """Texels along a side: about one per centimetre, within what every graphics card takes."""
+    return int(np.clip(2 ** np.ceil(np.log2(100.0 * metres)), 256, 2048))
+
+
+def _ball(radius: float) -> tuple[Float[np.ndarray, "verts 3"], Int[np.ndarray, "faces 3"]]:
+    rows, columns = 9, 16
+    lat, lon = np.meshgrid(
+        np.linspace(-0.5 * np.pi, 0.5 * np.pi, rows),
+        np.linspace(0.0, 2.0 * np.pi, columns, endpoint=False),
+        indexing="ij",
+    )
+    level = np.cos(lat)
+    points = np.stack([level * np.cos(lon), level * np.sin(lon), np.sin(lat)], axis=-1)
+    return radius * points.reshape(-1, 3), _tube_faces(rows, columns)
+
+
+def _tube_faces(rings: int, sides: int) -> Int[np.ndarray, "faces 3"]:
+    """Triangles between consecutive rings of `sides` vertices each."""
+    ring, side = np.meshgrid(np.arange(rings - 1), np.arange(sides), indexing="ij")
+    here, after = ring * sides + side, ring * sides + (side + 1) % sides
+    low = np.stack([here, after, after + sides], axis=-1)
+    high = np.stack([here, after + sides, here + sides], axis=-1)
+    return np.concatenate([low, high], axis=-1).reshape(-1, 3)
+
+
+def _around(path: Float[np.ndarray, "frames 3"], sides: int) -> Float[np.ndarray, "frames sides 3"]:
+    """Unit vectors square to the path, turned around it."""
+    along = np.gradient(path, axis=0) if len(path) > 1 else np.zeros_like(path)
+    along = along + np.array([1e-9, 0.0, 0.0])
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    steep = np.abs(along[:, 2:]) > 0.9
+    across = np.cross(along, np.where(steep, [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]))
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    up = np.cross(along, across)
+    angle = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False)[:, None]
+    return np.cos(angle) * across[:, None] + np.sin(angle) * up[:, None]

@@ -1,0 +1,226 @@
+"""Draws with OpenGL: pyrender's context, buffers and passes, our own light, updates in place."""
+
+# pyrender hides its renderer behind the offscreen one and offers no way to bring another.
+# pyright: reportPrivateUsage=false
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from render.cameras import Camera, look_at
+from render.normals import VertexNormals
+from render.pyrender_shim import GLRenderer, egl, gl, pyrender
+from render.renderer import FAR, NEAR, Picture, Renderer
+from render.scene import Drawable, Light, Scene
+
+SHADOW_BLUR = 0.025
+"""Radius of the soft edge of shadows, metres."""
+
+
+class PyrenderRenderer(Renderer):
+    """The "pyrender" backend; EGL binds it to its first thread."""
+
+    def __init__(self, width: int, height: int, samples: int) -> None:
+        super().__init__(width, height)
+        self._offscreen: Any = pyrender.OffscreenRenderer(width, height)
+        self._offscreen._renderer = _LitRenderer(width, height, samples)
+        self._camera = pyrender.IntrinsicsCamera(1.0, 1.0, 0.0, 0.0, znear=NEAR, zfar=FAR)
+        self.show(Scene(()))
+
+    def show(self, scene: Scene) -> None:
+        """Draw this scene from now on."""
+        self._stage = _Stage(bg_color=(*scene.background, 1.0), ambient_light=(0.0, 0.0, 0.0))
+        self._stage.light = scene.light
+        self._camera_node = self._stage.add(self._camera)
+        sun = pyrender.DirectionalLight()
+        self._stage.add(sun, pose=_pose_facing(-scene.light.to_sun))
+        self._surfaces: dict[str, _Surface] = {}
+        for drawable in scene.drawables:
+            surface = _Surface(drawable)
+            self._surfaces[drawable.name] = surface
+            self._stage.add_node(surface.node)
+
+    def update(
+        self,
+        name: str,
+        *,
+        vertices: Float[np.ndarray, "verts 3"] | None = None,
+        T_world: Float[np.ndarray, "4 4"] | None = None,
+        color: Float[np.ndarray, " 3"] | None = None,
+        visible: bool | None = None,
+    ) -> None:
+        """Change a drawable in place."""
+        surface = self._surfaces[name]
+        if vertices is not None:
+            self._offscreen._platform.make_current()  # another renderer may have drawn since
+            surface.move(vertices)
+        if T_world is not None:
+            self._stage.set_pose(surface.node, T_world)
+        if color is not None:
+            surface.material.baseColorFactor = (*np.clip(color, 0, 1), 1.0)
+        if visible is not None:
+            surface.mesh.is_visible = visible
+
+    def draw(self, camera: Camera) -> Picture:
+        """The scene as the camera sees it."""
+        self._camera.fx, self._camera.fy = camera.fx, camera.fy
+        # pyrender counts pixels from the corner of the first one, Camera from its centre.
+        self._camera.cx, self._camera.cy = camera.cx + 0.5, camera.cy + 0.5
+        self._stage.set_pose(self._camera_node, camera.T_world_camera)
+        casters = [s for s in self._surfaces.values() if s.shades]
+        flags = pyrender.RenderFlags.NONE
+        if casters:
+            flags |= pyrender.RenderFlags.SHADOWS_DIRECTIONAL
+            self._stage.enclose(np.concatenate([s.corners(self._stage) for s in casters]))
+        color, depth = self._offscreen.render(self._stage, flags)
+        return np.ascontiguousarray(color), np.ascontiguousarray(depth)
+
+    def close(self) -> None:
+        """Free the OpenGL context, and no more: pyrender would close the display under others."""
+        platform: Any = self._offscreen._platform
+        if platform is None:
+            return
+        platform.make_current()
+        self._offscreen._renderer.delete()
+        egl.eglMakeCurrent(
+            platform._egl_display, egl.EGL_NO_SURFACE, egl.EGL_NO_SURFACE, egl.EGL_NO_CONTEXT
+        )
+        egl.eglDestroyContext(platform._egl_display, platform._egl_context)
+        self._offscreen._renderer = self._offscreen._platform = None
+
+
+class _Surface:
+    """A drawable in OpenGL: one primitive, the mesh around it and its node."""
+
+    def __init__(self, drawable: Drawable) -> None:
+        self._normals = VertexNormals(drawable.faces, len(drawable.vertices))
+        texture = uv = None
+        if drawable.texture is not None and drawable.uv is not None:
+            # With three bytes a texel, rows of most widths would break OpenGL's alignment of four.
+            opaque = np.dstack(
+                [drawable.texture, np.full(drawable.texture.shape[:2], 255, np.uint8)]
+            )
+            texture = pyrender.Texture(source=opaque, source_channels="RGBA")
+            uv = drawable.uv * [1.0, -1.0] + [0.0, 1.0]  # OpenGL's v goes up
+        self.material: Any = pyrender.MetallicRoughnessMaterial(
+            baseColorFactor=(*drawable.color, 1.0), baseColorTexture=texture, doubleSided=True
+        )
+        self.primitive = _LivePrimitive(
+            drawable.vertices,
+            normals=self._normals(drawable.vertices),
+            texcoord_0=uv,
+            indices=drawable.faces,
+            material=self.material,
+        )
+        self.mesh: Any = pyrender.Mesh([self.primitive])
+        self.mesh.casts_shadow = drawable.casts_shadow
+        self.node = pyrender.Node(mesh=self.mesh)
+
+    @property
+    def shades(self) -> bool:
+        """Whether it throws a shadow now."""
+        return self.mesh.casts_shadow and self.mesh.is_visible
+
+    def move(self, vertices: Float[np.ndarray, "verts 3"]) -> None:
+        self.primitive.move(vertices, self._normals(vertices))
+
+    def corners(self, stage: Any) -> Float[np.ndarray, "8 3"]:
+        """Corners of the bounding box, in the world."""
+        low, high = self.primitive.bounds
+        corner = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+        T = stage.get_pose(self.node)
+        return corner @ T[:3, :3].T + T[:3, 3]
+
+
+class _LivePrimitive(pyrender.Primitive):
+    """A primitive whose vertices are replaced in the buffer the card already holds."""
+
+    def move(
+        self, positions: Float[np.ndarray, "verts 3"], normals: Float[np.ndarray, "verts 3"]
+    ) -> None:
+        self.positions, self.normals = positions, normals
+        if not self._buffers:
+            return  # not drawn yet: the first drawing uploads everything
+        parts = [self.positions, self.normals]
+        if self.texcoord_0 is not None:
+            parts.append(self.texcoord_0)
+        data = np.ascontiguousarray(np.hstack(parts), np.float32)
+        gl.glBindBuffer(gl.GL_ARRAY_BUFFER, self._buffers[0])
+        gl.glBufferSubData(gl.GL_ARRAY_BUFFER, 0, data.nbytes, data)
+
+
+class _Stage(pyrender.Scene):
+    """pyrender fits the shadow map to `centroid` and `scale` of the whole scene, floor and all.
+
+    Fitted to what casts shadows it spends its texels where they are seen.
+    """
+
+    light: Light
+    _center = np.zeros(3)
+    _radius = np.float64(1.0)
+
+    def enclose(self, points: Float[np.ndarray, "points 3"]) -> None:
+        low, high = points.min(axis=0), points.max(axis=0)
+        self._center = 0.5 * (low + high)
+        self._radius = np.float64(0.5 * np.linalg.norm(high - low) + 2 * SHADOW_BLUR)
+
+    @property
+    def centroid(self) -> Float[np.ndarray, " 3"]:
+        return self._center
+
+    @property
+    def scale(self) -> np.floating[Any]:
+        return self._radius
+
+
+class _LitRenderer(GLRenderer):
+    """pyrender's passes with our shaders, any multisampling, and shadows of casters only."""
+
+    def __init__(self, width: int, height: int, samples: int) -> None:
+        super().__init__(width, height)
+        self._samples = samples
+        self._program_cache.shader_dir = str(Path(__file__).parent / "shaders")
+
+    def _bind_lighting(self, scene: _Stage, program: Any, node: Any, flags: int) -> None:
+        light = scene.light
+        program.set_uniform("to_sun", light.to_sun)
+        program.set_uniform("sun", light.sun)
+        program.set_uniform("sky", light.sky)
+        program.set_uniform("ground", light.ground)
+        if flags & pyrender.RenderFlags.SHADOWS_DIRECTIONAL:
+            (light_node,) = scene.light_nodes
+            self._bind_texture(light_node.light.shadow_texture, "shadow_map", program)
+            V, P = self._get_light_cam_matrices(scene, light_node, flags)
+            program.set_uniform("light_matrix", P @ V)
+            program.set_uniform("blur", SHADOW_BLUR)
+
+    def _shadow_mapping_pass(self, scene: _Stage, light_node: Any, flags: int) -> None:
+        hidden = [m for m in scene.meshes if m.is_visible and not m.casts_shadow]
+        for mesh in hidden:
+            mesh.is_visible = False
+        try:
+            super()._shadow_mapping_pass(scene, light_node, flags)
+        finally:
+            for mesh in hidden:
+                mesh.is_visible = True
+
+    def _configure_main_framebuffer(self) -> None:
+        fresh = self._main_fb is None
+        super()._configure_main_framebuffer()
+        if not fresh:
+            return
+        for buffer, kind in (
+            (self._main_cb_ms, gl.GL_RGBA),
+            (self._main_db_ms, gl.GL_DEPTH_COMPONENT24),
+        ):
+            gl.glBindRenderbuffer(gl.GL_RENDERBUFFER, buffer)
+            gl.glRenderbufferStorageMultisample(
+                gl.GL_RENDERBUFFER, self._samples, kind, self.viewport_width, self.viewport_height
+            )
+
+
+def _pose_facing(direction: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "4 4"]:
+    """A pose whose -z axis points along a direction."""
+    return look_at(np.zeros(3), direction)

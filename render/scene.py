@@ -1,0 +1,60 @@
+"""What is drawn: surfaces and the light on them. Both backends draw from this and nothing else."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float, Int, UInt8
+
+Color = tuple[float, float, float]
+"""Red, green, blue as shown on the screen, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class Drawable:
+    """One surface with smooth normals, seen from both sides."""
+
+    name: str
+    vertices: Float[np.ndarray, "verts 3"]
+    """In the drawable's own frame, metres; that frame is the world until an update moves it."""
+    faces: Int[np.ndarray, "faces 3"]
+    color: Color = (1.0, 1.0, 1.0)
+    """Multiplied with the texture when there is one."""
+    uv: Float[np.ndarray, "verts 2"] | None = None
+    """Texture coordinates: (0, 0) is the texture's top left corner, (1, 1) its bottom right."""
+    texture: UInt8[np.ndarray, "h w 3"] | None = None
+    casts_shadow: bool = True
+
+
+@dataclass(frozen=True)
+class Light:
+    """One sun and the glow of the sky; level ground in the sun shows its own colour unchanged."""
+
+    azimuth: float = -1.0
+    """Where the sun stands, counter-clockwise from +x, radians."""
+    elevation: float = 0.9
+    sky: float = 0.68
+    """Light on a surface facing up in the shadow, 0 to 1."""
+    ground: float = 0.50
+    """Light on a surface facing down."""
+
+    @property
+    def to_sun(self) -> Float[np.ndarray, " 3"]:
+        """Unit vector toward the sun."""
+        level = np.cos(self.elevation)
+        x, y = level * np.cos(self.azimuth), level * np.sin(self.azimuth)
+        return np.array([x, y, np.sin(self.elevation)])
+
+    @property
+    def sun(self) -> float:
+        """Strength of the sun on a surface that faces it."""
+        return float((1.0 - self.sky) / np.sin(self.elevation))
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything a renderer is shown at once; names of drawables are unique."""
+
+    drawables: Sequence[Drawable]
+    background: Color = (0.925, 0.918, 0.905)
+    light: Light = field(default_factory=Light)

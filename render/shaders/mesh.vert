@@ -1,0 +1,25 @@
+#version 330 core
+// The names in capitals are replaced by pyrender before compiling.
+layout(location = 0) in vec3 position;
+layout(location = NORMAL_LOC) in vec3 normal;
+#ifdef TEXCOORD_0_LOC
+layout(location = TEXCOORD_0_LOC) in vec2 uv;
+out vec2 frag_uv;
+#endif
+
+uniform mat4 M;
+uniform mat4 V;
+uniform mat4 P;
+
+out vec3 frag_position;
+out vec3 frag_normal;
+
+void main() {
+    vec4 world = M * vec4(position, 1.0);
+    gl_Position = P * V * world;
+    frag_position = world.xyz;
+    frag_normal = mat3(M) * normal;
+#ifdef TEXCOORD_0_LOC
+    frag_uv = uv;
+#endif
+}

@@ -1,0 +1,3 @@
+#version 330 core
+// Draws the shadow map: depth only.
+void main() {}

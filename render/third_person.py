@@ -1,0 +1,158 @@
+"""The picture everybody asks for: the person, the object and the floor from a following camera."""
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+import torch
+from jaxtyping import Float, UInt8
+
+from omomo_core.body.kinematics import full_kinematics
+from omomo_core.body.model import BodyModel
+from omomo_core.body.skinning import skin
+from omomo_core.errors import InputError
+from omomo_core.motion import FPS, HumanMotion, ObjectMotion
+from omomo_core.skeleton import joint
+from render.actors import Actor, play
+from render.cameras import Camera
+from render.captions import caption
+from render.follow import FollowStyle, follow
+from render.props import BODY_COLOR, contact_marker, floor, rigid_object, trail
+from render.renderer import Backend, open_renderer
+from render.scene import Color, Drawable, Light, Scene
+
+_CHUNK = 32
+_CROWN = 0.22
+"""Metres from the head joint to the top of the hair."""
+
+
+def frames(
+    human: HumanMotion,
+    object_motion: ObjectMotion,
+    body: BodyModel,
+    *,
+    width: int = 960,
+    height: int = 540,
+    backend: Backend = "auto",
+    label: str = "",
+    markers: bool = True,
+    time_code: bool = True,
+    cameras: Sequence[Camera] | None = None,
+    samples: int = 4,
+) -> Iterator[UInt8[np.ndarray, "h w 3"]]:
+    """Pictures of a motion at 30 fps, one at a time; the body is skinned as they are drawn.
+
+    Args:
+        human, object_motion: of the same frames.
+        body: whose skin to draw.
+        width, height: pixels; even numbers suit video.
+        backend: see `open_renderer`.
+        label: written in the top left corner.
+        markers: draw the palms' contacts and the object's trail.
+        time_code: write the time of the recording in the bottom left corner.
+        cameras: one per frame, in place of the following camera.
+        samples: multisampling, see `open_renderer`.
+
+    Raises:
+        InputError: the two motions differ in length.
+    """
+    count = len(human.root)
+    if len(object_motion.T_world_object) != count:
+        raise InputError(
+            "frames-differ",
+            f"The person has {count} frames, the object {len(object_motion.T_world_object)}.",
+            fix="Give the two motions of one result.",
+        )
+    views = follow_motion(human, object_motion, width, height) if cameras is None else cameras
+    actors = stage(human, object_motion, body, markers=markers)
+    with open_renderer(width, height, backend, samples=samples) as renderer:
+        ground = _ground(human, object_motion)
+        renderer.show(Scene([ground, *(a.drawable for a in actors)], light=_key_light(views[0])))
+        for frame, (rgb, _) in enumerate(play(renderer, actors, views)):
+            seconds = object_motion.start_time + frame / FPS if time_code else None
+            yield caption(rgb, label=label, seconds=seconds)
+
+
+def stage(
+    human: HumanMotion, object_motion: ObjectMotion, body: BodyModel, *, markers: bool = True
+) -> list[Actor]:
+    """The actors of a motion, without a floor: body, object and, if wanted, markers and trail."""
+    actors = [
+        skinned_body(human, body),
+        rigid_object(object_motion),
+    ]
+    if markers:
+        for k, side in enumerate(("left", "right")):
+            palm, contact = human.joints[:, 22 + k], human.hand_contact[:, k]
+            actors.append(contact_marker(f"{side} palm", palm, contact))
+        actors.append(trail(object_corners(object_motion).mean(axis=1)))
+    return actors
+
+
+def skinned_body(
+    human: HumanMotion, body: BodyModel, name: str = "body", color: Color = BODY_COLOR
+) -> Actor:
+    """The body's skin along the motion, computed a chunk of frames at a time."""
+    vertices = _lazy_skin(human, body)
+    return Actor(Drawable(name, vertices(0), body.faces.numpy(), color), vertices=vertices)
+
+
+def follow_motion(
+    human: HumanMotion,
+    object_motion: ObjectMotion,
+    width: int,
+    height: int,
+    style: FollowStyle = FollowStyle(),
+) -> list[Camera]:
+    """The camera that follows a person and their object, one per frame."""
+    corners = object_corners(object_motion)
+    crown = human.joints[:, joint("head"), None] + [0.0, 0.0, _CROWN]
+    return follow(
+        np.concatenate([human.joints, crown, corners], axis=1),
+        human.root[:, :2],
+        human.rotations[:, joint("pelvis"), :2, 2],  # the body faces +z at rest
+        corners.mean(axis=1)[:, :2],
+        width,
+        height,
+        style,
+    )
+
+
+def object_corners(motion: ObjectMotion) -> Float[np.ndarray, "frames 8 3"]:
+    """The corners of the object's own bounding box in the world; their mean is its middle."""
+    low, high = motion.mesh.vertices.min(axis=0), motion.mesh.vertices.max(axis=0)
+    corner = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(8, 3)
+    T = motion.T_world_object
+    return corner @ T[:, :3, :3].transpose(0, 2, 1) + T[:, None, :3, 3]
+
+
+def _lazy_skin(
+    human: HumanMotion, body: BodyModel
+) -> Callable[[int], Float[np.ndarray, "verts 3"]]:
+    root, rotations, fingers = (
+        torch.as_tensor(np.ascontiguousarray(part), dtype=torch.float32)
+        for part in (human.root, human.rotations, human.fingers)
+    )
+    kept: dict[int, Float[np.ndarray, "frames verts 3"]] = {}
+
+    def vertices(frame: int) -> Float[np.ndarray, "verts 3"]:
+        chunk = frame // _CHUNK
+        if chunk not in kept:
+            kept.clear()
+            part = slice(chunk * _CHUNK, (chunk + 1) * _CHUNK)
+            with torch.inference_mode():
+                posed = full_kinematics(body, root[part], rotations[part], fingers[part])
+                kept[chunk] = skin(body, *posed).numpy()
+        return kept[chunk][frame % _CHUNK]
+
+    return vertices
+
+
+def _ground(human: HumanMotion, object_motion: ObjectMotion) -> Drawable:
+    used = np.concatenate([human.joints, object_corners(object_motion)], axis=1)[..., :2]
+    return floor(used.min(axis=(0, 1)), used.max(axis=(0, 1)))
+
+
+def _key_light(camera: Camera) -> Light:
+    """The sun over the shoulder of the first camera, to its left: shapes read, shadows show."""
+    toward_camera = camera.T_world_camera[:3, 2]
+    return Light(azimuth=float(np.arctan2(toward_camera[1], toward_camera[0])) - 0.9)

@@ -1,0 +1,130 @@
+"""The whole way from a phone's log to a result folder, with untrained weights."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from capture_app.manifest import read_manifest
+from capture_app.pipeline import run_take
+from capture_app.rerun import request_of
+from capture_app.result import body_of, load_result
+from omomo_core.errors import OmocapError
+
+# `inputs` writes the files of a good take: see conftest.py.
+Inputs = Any
+
+
+def silent(stage: str, fraction: float) -> None:
+    """Nobody listens."""
+
+
+def test_a_take_becomes_a_result_folder(inputs: Inputs, weights: Path) -> None:
+    heard: list[tuple[str, float]] = []
+    request = replace(inputs.request(weights), video_size=(96, 64), height=1.6)
+    made = run_take(request, lambda stage, fraction: heard.append((stage, fraction)))
+
+    names = ["manifest.json", "motion.glb", "motion.mp4", "motion.npz"]
+    assert sorted(path.name for path in inputs.output.iterdir()) == names
+    assert list(dict.fromkeys(stage for stage, _ in heard)) == list(made.manifest.timings)
+    assert {stage: f for stage, f in heard} == dict.fromkeys(made.manifest.timings, 1.0)
+
+    frames = len(made.object_motion.valid)
+    assert frames == 91
+    assert {m.joints.shape for m in made.motions} == {(frames, 24, 3)}
+    assert len(made.motions) == len(made.manifest.scores) == 2
+    with av.open(str(inputs.output / "motion.mp4")) as video:
+        assert sum(1 for _ in video.decode(video=0)) == frames
+
+
+def test_the_object_moves_as_the_phone_did(inputs: Inputs, weights: Path) -> None:
+    T_phone_object = np.eye(4)
+    T_phone_object[:3, :3] = Rotation.from_euler("x", 90, degrees=True).as_matrix()
+    T_phone_object[:3, 3] = [0.0, -0.1, -0.05]
+    inputs.write_mount(T_phone_object)
+    made = run_take(inputs.request(weights), silent)
+    poses = np.loadtxt(inputs.session / "ARposes.txt", delimiter=",")[::2]
+    R_arkit_phone = Rotation.from_quat(poses[:, [5, 6, 7, 4]])
+    in_arkit = R_arkit_phone.apply(T_phone_object[:3, 3]) + poses[:, 1:4]
+    z_up = np.stack([in_arkit[:, 0], -in_arkit[:, 2], in_arkit[:, 1]], axis=1)
+    moved = made.object_motion.T_world_object[:, :3, 3]
+    np.testing.assert_allclose(moved - moved[0], z_up - z_up[0], atol=1e-5)
+    assert made.manifest.mount_method == "made up"
+    assert made.manifest.floor.source == "rest"
+    lowest = made.object_motion.mesh.vertices @ made.object_motion.T_world_object[0, 2, :3]
+    assert abs((lowest + moved[0, 2]).min()) < 0.005
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_seed_does_not(
+    inputs: Inputs, weights: Path
+) -> None:
+    request = inputs.request(weights)
+    run_take(request, silent)
+    run_take(replace(request, output=inputs.folder / "again"), silent)
+    other = replace(request.options, seed=1)
+    run_take(replace(request, output=inputs.folder / "other", options=other), silent)
+    for name in ("motion.npz", "motion.glb"):
+        first = (inputs.output / name).read_bytes()
+        assert (inputs.folder / "again" / name).read_bytes() == first
+        assert (inputs.folder / "other" / name).read_bytes() != first
+
+
+def test_a_manifest_makes_the_same_motion_again(inputs: Inputs, weights: Path) -> None:
+    run_take(replace(inputs.request(weights), height=1.9, floor=-1.3), silent)
+    manifest = read_manifest(inputs.output / "manifest.json")
+    run_take(request_of(manifest, inputs.folder / "again"), silent)
+    first = (inputs.output / "motion.npz").read_bytes()
+    assert (inputs.folder / "again" / "motion.npz").read_bytes() == first
+
+
+def test_a_changed_input_is_not_run_again_silently(inputs: Inputs, weights: Path) -> None:
+    run_take(inputs.request(weights), silent)
+    manifest = read_manifest(inputs.output / "manifest.json")
+    inputs.mount.write_text(inputs.mount.read_text() + "\n")
+    with pytest.raises(OmocapError) as caught:
+        request_of(manifest, inputs.folder / "again")
+    assert caught.value.code == "input-changed"
+    inputs.mount.unlink()
+    with pytest.raises(OmocapError) as caught:
+        request_of(manifest, inputs.folder / "again")
+    assert caught.value.code == "input-missing"
+
+
+def test_the_body_of_a_result_has_its_height(inputs: Inputs, weights: Path) -> None:
+    run_take(replace(inputs.request(weights), height=1.5), silent)
+    result = load_result(inputs.output)
+    assert body_of(result).height == pytest.approx(1.5, abs=1e-6)
+
+
+def test_a_split_take_uses_the_longest_segment_and_says_so(inputs: Inputs, weights: Path) -> None:
+    poses = np.loadtxt(inputs.session / "ARposes.txt", delimiter=",")
+    poses[70:, 1] += 1.5  # relocalised after 1.17 s
+    np.savetxt(inputs.session / "ARposes.txt", poses, "%.6f", ",")
+    made = run_take(inputs.request(weights), silent)
+    segment = made.manifest.segment
+    assert (segment.index, segment.count) == (2, 2)
+    assert made.object_motion.start_time == pytest.approx(segment.start / 30)
+    assert any("--segment" in note for note in made.manifest.notes)
+
+    first = replace(inputs.request(weights), output=inputs.folder / "first", segment=1)
+    made = run_take(first, silent)
+    assert (made.manifest.segment.start, made.object_motion.start_time) == (0, 0.0)
+    with pytest.raises(OmocapError) as caught:
+        run_take(replace(first, output=inputs.folder / "third", segment=3), silent)
+    assert caught.value.code == "segment-missing"
+
+
+@pytest.mark.parametrize("stage", ["hands", "solve", "export", "video"])
+def test_an_interrupted_run_leaves_nothing(inputs: Inputs, weights: Path, stage: str) -> None:
+    def interrupt(heard: str, fraction: float) -> None:
+        if heard == stage:
+            raise KeyboardInterrupt
+
+    before = set(inputs.folder.iterdir())
+    with pytest.raises(KeyboardInterrupt):
+        run_take(replace(inputs.request(weights), video_size=(96, 64)), interrupt)
+    assert set(inputs.folder.iterdir()) == before
