@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.logging import RichHandler
 
-from capture_app.cli import doctor, inspect, render, rerun, run
+from capture_app.cli import data, demo, doctor, inspect, render, rerun, run, simulate, train
 from capture_app.cli.console import errors, report
 from omomo_core.errors import OmocapError
 
@@ -25,6 +25,10 @@ app.command("inspect")(inspect.inspect)
 app.command("render")(render.render)
 app.command("rerun")(rerun.rerun)
 app.command("doctor")(doctor.doctor)
+app.command("demo")(demo.demo)
+app.command("simulate")(simulate.simulate)
+app.command("train")(train.train)
+app.add_typer(data.app, name="data")
 
 
 def _show_version(wanted: bool) -> bool:

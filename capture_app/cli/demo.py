@@ -1,0 +1,35 @@
+"""`omocap demo`: the main job on a recording that comes with the program."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from capture_app.cli.console import progress_bars
+from capture_app.cli.summary import summarise
+
+
+def demo(
+    result: Annotated[
+        Path, typer.Option("-o", "--output", help="Result folder to make.")
+    ] = Path("out/demo"),
+) -> None:
+    """Turn the recording that comes with the program into a motion, a GLB and a video.
+
+    A simulated phone, clamped to a box, recorded how the box is lifted, carried and put down. The
+    same as `omocap run` on that session; an earlier demo in the same place is replaced.
+    """
+    from capture_app.pipeline import run_take
+    from capture_app.request import TakeRequest
+    from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+
+    request = TakeRequest(
+        session=DEMO / SESSION,
+        mesh=DEMO / MESH,
+        mount=DEMO / MOUNT,
+        output=result,
+        replace=True,
+    )
+    with progress_bars() as progress:
+        made = run_take(request, progress)
+    summarise(made)
