@@ -1,1 +1,1 @@
-"""Human motion for training: mocap readers, retargeting, synthesis of object motions, clip files."""
+"""Motion for training: mocap readers, retargeting, synthesis of object motions, clip files."""

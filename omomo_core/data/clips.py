@@ -34,7 +34,8 @@ def save_clips(path: Path, clips: Sequence[Clip]) -> None:
     """Write clips into one compressed npz (no pickle): arrays joined along frames, plus a JSON index."""
     index: list[dict[str, object]] = []
     arrays: dict[str, list[np.ndarray]] = {
-        k: [] for k in ("root", "rotations", "hand_contact", "foot_contact", "T", "vertices", "faces")
+        k: []
+        for k in ("root", "rotations", "hand_contact", "foot_contact", "T", "vertices", "faces")
     }
     for clip in clips:
         moved = clip.object_motion
@@ -63,7 +64,7 @@ def load_clips(path: Path) -> list[Clip]:
     """Read what `save_clips` wrote."""
     with np.load(path, allow_pickle=False) as file:
         index = json.loads(str(file["index"]))
-        data = {k: file[k] for k in file.files if k != "index"}
+        data = {k: _double(file[k]) for k in file.files if k != "index"}
     clips: list[Clip] = []
     at = {"frames": 0, "T": 0, "verts": 0, "faces": 0}
     for row in index:
@@ -80,6 +81,11 @@ def load_clips(path: Path) -> list[Clip]:
         )
         at["frames"] = here.stop
     return clips
+
+
+def _double(x: np.ndarray) -> np.ndarray:
+    """Single precision is for the file; everything computes in double."""
+    return x.astype(np.float64) if x.dtype == np.float32 else x
 
 
 def _object_motion(

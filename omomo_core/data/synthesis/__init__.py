@@ -1,0 +1,1 @@
+"""Motion of people moving objects, made from plain mocap: bodies are re-solved to hold the object."""
