@@ -1,1 +1,1 @@
-"""The science: body, object features, diffusion, contact, data, training. It knows no phones and no pixels."""
+"""The science: body, encodings, diffusion, contact, data, training. It knows no phones or pixels."""

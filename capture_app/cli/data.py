@@ -33,7 +33,7 @@ def build(
 
     Files that cannot be used are skipped and counted by reason, never trained on.
     """
-    from omomo_core.data.synthesis.synthesise import synthesise
+    from omomo_core.data.synthesis.engine import synthesise
     from rich.progress import Progress
 
     from capture_app.cli.console import output, say

@@ -10,9 +10,9 @@ from capture_app.cli.summary import summarise
 
 
 def demo(
-    result: Annotated[
-        Path, typer.Option("-o", "--output", help="Result folder to make.")
-    ] = Path("out/demo"),
+    result: Annotated[Path, typer.Option("-o", "--output", help="Result folder to make.")] = Path(
+        "out/demo"
+    ),
 ) -> None:
     """Turn the recording that comes with the program into a motion, a GLB and a video.
 

@@ -5,10 +5,8 @@ from jaxtyping import Float
 from scipy.ndimage import gaussian_filter1d
 from torch import Tensor
 
-from omomo_core.diffusion.denoiser import DenoiserConfig
+from omomo_core.capture import stage_config
 from omomo_core.geometry.canonical import Layout, heading_of_palms, turn
-from omomo_core.hand_stage.capture import BASIS_POINTS, PATCH
-from omomo_core.stage import StageConfig
 from omomo_core.windows import HumanWindows, ObjectWindows
 
 LAYOUT = Layout(vectors=1 + 23 + 44, scalars=4)
@@ -18,23 +16,7 @@ CONDITION = 17
 SMOOTHING = 10.0
 """Frames (standard deviation) over which the reference path is smoothed."""
 
-CONFIG = StageConfig(
-    stage="body",
-    configuration="capture",
-    denoiser=DenoiserConfig(
-        channels=LAYOUT.channels,
-        condition=CONDITION,
-        shape=3 * BASIS_POINTS,
-        shape_hidden=256,
-        shape_width=128,
-        width=256,
-        head_width=64,
-        feedforward=1024,
-        patch=PATCH,
-        mask_keys=True,
-        dropout=0.05,
-    ),
-)
+CONFIG = stage_config("body", LAYOUT.channels, CONDITION)
 
 
 def reference_path(palms: Float[Tensor, "*b frames 2 3"]) -> Float[Tensor, "*b frames 2"]:

@@ -4,6 +4,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -56,7 +57,7 @@ def save_clips(path: Path, clips: Sequence[Clip]) -> None:
             arrays["T"].append(moved.T_world_object.astype(np.float32))
             arrays["vertices"].append(moved.mesh.vertices.astype(np.float32))
             arrays["faces"].append(moved.mesh.faces.astype(np.int32))
-    joined = {k: np.concatenate(v) for k, v in arrays.items() if v}
+    joined: dict[str, Any] = {k: np.concatenate(v) for k, v in arrays.items() if v}
     np.savez_compressed(path, index=np.array(json.dumps(index)), **joined)
 
 

@@ -11,6 +11,7 @@ from torch import Tensor
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.body_stage import capture as body_stage
+from omomo_core.capture import BASIS_POINTS, shape_code
 from omomo_core.generation.overlap import sample_take
 from omomo_core.generation.paper import generate_as_published
 from omomo_core.generation.result import (
@@ -72,12 +73,12 @@ def _sample_hands(
     progress: Progress,
 ) -> list[HandMotion]:
     index = window_frames(take.frames)
-    windows = object_windows(take, index, options.samples, hand_stage.BASIS_POINTS)
+    windows = object_windows(take, index, options.samples, BASIS_POINTS)
     yaw = hand_stage.canonical_yaw(windows)
     x = sample_take(
         stage,
         hand_stage.condition(windows, yaw),
-        hand_stage.shape_code(windows, yaw),
+        shape_code(windows, yaw),
         windows.valid,
         yaw,
         hand_stage.LAYOUT,
@@ -120,7 +121,7 @@ def _sample_body(
     progress: Progress,
 ) -> list[tuple[HumanMotion, Float[np.ndarray, "frames 2"]]]:
     index = window_frames(take.frames)
-    windows = object_windows(take, index, options.samples, hand_stage.BASIS_POINTS)
+    windows = object_windows(take, index, options.samples, BASIS_POINTS)
     palms = torch.from_numpy(np.stack([h.palms for h in hands])).float() * scale
     contact = torch.from_numpy(np.stack([h.contact for h in hands])).float()
     reference = body_stage.reference_path(palms)
@@ -135,7 +136,7 @@ def _sample_body(
             windows,
             yaw,
         ),
-        hand_stage.shape_code(windows, yaw),
+        shape_code(windows, yaw),
         windows.valid,
         yaw,
         body_stage.LAYOUT,

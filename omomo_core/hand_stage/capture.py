@@ -4,35 +4,15 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from omomo_core.diffusion.denoiser import DenoiserConfig
+from omomo_core.capture import stage_config
 from omomo_core.geometry.canonical import Layout, heading_of_travel, turn
-from omomo_core.geometry.rotations import yaw_matrix
-from omomo_core.stage import StageConfig
 from omomo_core.windows import ObjectWindows
 
 LAYOUT = Layout(vectors=2, scalars=2)
 """Left and right palm minus the object's centre; contact of left and right hand as -1 or 1."""
 CONDITION = 10
-BASIS_POINTS = 256
-PATCH = 4
 
-CONFIG = StageConfig(
-    stage="hands",
-    configuration="capture",
-    denoiser=DenoiserConfig(
-        channels=LAYOUT.channels,
-        condition=CONDITION,
-        shape=3 * BASIS_POINTS,
-        shape_hidden=256,
-        shape_width=128,
-        width=256,
-        head_width=64,
-        feedforward=1024,
-        patch=PATCH,
-        mask_keys=True,
-        dropout=0.05,
-    ),
-)
+CONFIG = stage_config("hands", LAYOUT.channels, CONDITION)
 
 
 def canonical_yaw(windows: ObjectWindows) -> Float[Tensor, " b"]:
@@ -59,14 +39,6 @@ def condition(
     turned = turn(vectors, -yaw, Layout(3, 0))
     heights = torch.stack([windows.centre[..., 2], windows.lowest], dim=-1)
     return torch.cat([turned[..., :8], heights], dim=-1)
-
-
-def shape_code(windows: ObjectWindows, yaw: Float[Tensor, " b"]) -> Float[Tensor, "b tokens shape"]:
-    """BPS of the object in the middle of each patch, canonical axes, zero where there is none."""
-    R_world_object = windows.R_world_object[:, PATCH // 2 :: PATCH]
-    R_canonical_object = yaw_matrix(-yaw)[:, None].to(R_world_object.dtype) @ R_world_object
-    code = windows.shape(R_canonical_object).flatten(-2)
-    return code * windows.present[:, None, None]
 
 
 def pack(

@@ -8,6 +8,7 @@ from torch import Tensor
 
 from omomo_core.body_stage import capture as body_capture
 from omomo_core.body_stage import paper as body_paper
+from omomo_core.capture import shape_code
 from omomo_core.geometry.canonical import turn
 from omomo_core.geometry.human_frame import human_frame
 from omomo_core.geometry.rotations import rotmat_from_6d
@@ -44,7 +45,7 @@ def _hands_capture(windows: Windows) -> Example:
     return Example(
         x0=turn(x, -yaw, hand_capture.LAYOUT),
         condition=hand_capture.condition(moved, yaw),
-        shape=hand_capture.shape_code(moved, yaw),
+        shape=shape_code(moved, yaw),
         valid=moved.valid,
     )
 
@@ -56,7 +57,7 @@ def _body_capture(windows: Windows) -> Example:
     return Example(
         x0=turn(body_capture.pack(person), -yaw, body_capture.LAYOUT),
         condition=body_capture.condition(palms, person.hand_contact, person.reference, moved, yaw),
-        shape=hand_capture.shape_code(moved, yaw),
+        shape=shape_code(moved, yaw),
         valid=moved.valid,
     )
 

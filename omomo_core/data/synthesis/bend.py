@@ -105,7 +105,7 @@ def _about_z(angle: Float[np.ndarray, "*b"]) -> Float[np.ndarray, "*b 3 3"]:
 
 
 def _about_left(
-    yaw: Float[np.ndarray, "*b"], angle: Float[np.ndarray, "*b n"]
+    yaw: Float[np.ndarray, "*#b"], angle: Float[np.ndarray, "*#b n"]
 ) -> Float[np.ndarray, "*b n 3 3"]:
     """Pitch forward about the horizontal axis to the left of the heading."""
     heading = _about_z(yaw)[..., None, :, :]

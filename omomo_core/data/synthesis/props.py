@@ -98,7 +98,7 @@ def _pushes(
         inward = _AHEAD * np.cos(tilt) - _UP * np.sin(tilt)
         out.append(Grasp("push", points, np.stack([inward, inward]), fingers=_UP))
     if 0.5 < high[2] < 1.1:
-        x = low[0] + rng.uniform(0.04, 0.08)
+        x = low[0] + min(rng.uniform(0.04, 0.08), (high[0] - low[0]) / 2)
         points = np.array([[x, middle + y, high[2]], [x, middle - y, high[2]]])
         out.append(Grasp("push", points, np.stack([-_UP, -_UP]), fingers=_AHEAD))
     if high[1] - low[1] < 0.6 and 0.55 < high[2] < 1.25:

@@ -1,0 +1,151 @@
+"""Synthetic clips: the hands really hold the thing, which rests still before and after."""
+
+from collections import Counter
+from functools import cache
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from omomo_core.body.load import load_body
+from omomo_core.data.build import build_mocap
+from omomo_core.data.clips import Clip
+from omomo_core.data.grounding import foot_skating, sole_points
+from omomo_core.data.retarget import joints_of
+from omomo_core.data.synthesis.engine import FRAMES, synthesise
+from omomo_core.data.synthesis.footage import mirrored, reversed_in_time, survey
+from omomo_core.data.synthesis.stage import rehearse
+from omomo_core.errors import InputError
+from omomo_core.motion import FPS
+
+COUNT = 8
+
+
+@cache
+def made(folder: Path) -> tuple[list[Clip], list[Clip], Counter[str]]:
+    """The mocap, the clips made of it, and why attempts failed."""
+    body = load_body()
+    mocap = [clip for part in ("02", "13") for clip in build_mocap(folder / part, body)]
+    rejected: Counter[str] = Counter()
+    return mocap, list(synthesise(mocap, body, COUNT, seed=1, rejected=rejected)), rejected
+
+
+@pytest.fixture(scope="module")
+def folder(shared: Path) -> Path:
+    return shared / "data/mocap/cmu_bvh"
+
+
+def test_clips_are_whole_and_licensed(folder: Path) -> None:
+    _, clips, _ = made(folder)
+    assert len({clip.name for clip in clips}) == COUNT
+    for clip in clips:
+        assert clip.source == "synthesis"
+        assert "mocap.cs.cmu.edu" in clip.licence
+        assert clip.object_motion is not None
+        assert len(clip.root) == len(clip.object_motion.T_world_object) == FRAMES
+        assert np.isfinite(clip.root).all()
+        assert clip.hand_contact.max(axis=1).sum() >= 60
+        np.testing.assert_allclose(np.linalg.det(clip.rotations), 1.0, atol=1e-6)
+
+
+def test_palms_stay_on_one_place_of_the_object(folder: Path) -> None:
+    body = load_body()
+    for clip in made(folder)[1]:
+        assert clip.object_motion is not None
+        T = clip.object_motion.T_world_object
+        palms = joints_of(body, clip.root, clip.rotations)[:, 22:]
+        local = np.einsum("tji,thj->thi", T[:, :3, :3], palms - T[:, None, :3, 3])
+        for hand in range(2):
+            held = local[clip.hand_contact[:, hand] > 0, hand]
+            if len(held):
+                assert np.linalg.norm(held - np.median(held, axis=0), axis=-1).max() < 0.04
+                gaps = np.linalg.norm(
+                    clip.object_motion.mesh.vertices[None] - held[::20, None], axis=-1
+                )
+                assert gaps.min() < 0.15
+
+
+def test_a_free_object_rests(folder: Path) -> None:
+    for clip in made(folder)[1]:
+        assert clip.object_motion is not None
+        T, mesh = clip.object_motion.T_world_object, clip.object_motion.mesh
+        free = clip.hand_contact.max(axis=1) == 0
+        both = free[1:] & free[:-1]
+        assert np.abs(np.diff(T, axis=0))[both].sum() == 0.0
+        world = np.einsum("tij,vj->tvi", T[::8, :3, :3], mesh.vertices) + T[::8, None, :3, 3]
+        assert world[..., 2].min() > -0.02
+        speed = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=-1) * FPS
+        assert speed.max() < 4.0
+
+
+def test_feet_neither_skate_nor_sink(folder: Path) -> None:
+    body = load_body()
+    for clip in made(folder)[1]:
+        soles = sole_points(body, clip.root, clip.rotations)
+        assert foot_skating(soles, clip.foot_contact > 0) < 0.15
+        assert soles[..., 2].min() > -0.1
+
+
+def test_seed_and_index_fix_the_clip(folder: Path) -> None:
+    mocap, clips, _ = made(folder)
+    again = list(islice(synthesise(mocap, load_body(), 2, seed=1), 2))
+    for a, b in zip(clips, again, strict=False):
+        assert a.name == b.name
+        np.testing.assert_array_equal(a.rotations, b.rotations)
+    other = next(synthesise(mocap, load_body(), 1, seed=2))
+    assert not np.array_equal(other.root, clips[0].root)
+
+
+def test_workers_make_the_same_clips(folder: Path) -> None:
+    mocap, clips, _ = made(folder)
+    steps: list[tuple[int, int]] = []
+    parallel = list(
+        synthesise(
+            mocap, load_body(), 2, 1, lambda done, total: steps.append((done, total)), workers=2
+        )
+    )
+    assert steps == [(1, 2), (2, 2)]
+    for a, b in zip(parallel, clips, strict=False):
+        np.testing.assert_allclose(a.rotations, b.rotations, atol=1e-9)
+
+
+def test_useless_mocap_is_refused(folder: Path) -> None:
+    clip = made(folder)[0][0]
+    short = Clip(
+        "short", "cmu_bvh", "", clip.root[:20], clip.rotations[:20],
+        clip.hand_contact[:20], clip.foot_contact[:20], None,
+    )  # fmt: skip
+    with pytest.raises(InputError) as caught:
+        next(synthesise([short], load_body(), 1, seed=0))
+    assert caught.value.code == "synthesis-footage"
+
+
+def test_mirroring_exchanges_the_sides(folder: Path) -> None:
+    body = load_body()
+    stretch = survey(made(folder)[0], body).stretches[0]
+    twin = mirrored(stretch)
+    joints, other = (joints_of(body, s.root, s.rotations) for s in (stretch, twin))
+    flip = np.array([1.0, -1.0, 1.0])
+    np.testing.assert_allclose(other[:, 20], joints[:, 21] * flip, atol=0.02)
+    np.testing.assert_allclose(other[:, 7], joints[:, 8] * flip, atol=0.02)
+    back = reversed_in_time(reversed_in_time(stretch))
+    np.testing.assert_array_equal(back.root, stretch.root)
+
+
+def test_a_rehearsed_stage_stands_still_where_asked(folder: Path) -> None:
+    body = load_body()
+    rng = np.random.default_rng(0)
+    footage = survey(made(folder)[0], body)
+    stages = [rehearse(rng, s, FRAMES, [40, 50]) for s in footage.stretches for _ in range(4)]
+    found = [stage for stage in stages if stage is not None]
+    assert found
+    for stage in found:
+        assert len(stage.root) == FRAMES
+        (a, b), (c, d) = stage.pauses
+        assert b - a in (39, 40, 41)
+        assert d - c in (49, 50, 51)
+        assert b < c
+        for first, last in stage.pauses:
+            middle = stage.root[max(first + 15, 0) : min(last - 15, FRAMES)]
+            assert np.ptp(middle, axis=0).max() < 0.01
