@@ -16,6 +16,8 @@ SHORTEST_STEP = 4
 """Frames: shorter plants are not locked."""
 STRETCH = 0.97
 """Share of a straight arm's length that the pelvis is moved to stay within."""
+FARTHEST = 0.25
+"""Metres that the pelvis is moved at most: beyond that the sample is wrong and must say so."""
 ARMS = ("left_arm", "right_arm")
 LEGS = ("left_leg", "right_leg")
 ANKLES, TOES = (joint("left_ankle"), joint("right_ankle")), (10, 11)
@@ -44,8 +46,10 @@ def solve_body(
         Root, rotations, and how far each palm misses its place where it should hold (metres).
     """
     feet = _foot_targets(body, root, rotations, foot_contact)
+    sampled = root
     for _ in range(3):
-        root = root + _towards(body, root, rotations, palms, hold)
+        move = root + _towards(body, root, rotations, palms, hold) - sampled
+        root = sampled + move * (FARTHEST / move.norm(dim=-1, keepdim=True).clamp(min=FARTHEST))
     for side, leg in enumerate(LEGS):
         rotations, _ = reach(body, root, rotations, leg, feet[:, side])
     for side, arm in enumerate(ARMS):

@@ -25,6 +25,7 @@ _COMFORTABLE_REACH = 0.93
 _AMOUNTS = np.linspace(0.0, 1.2, 13)
 _WRISTS = (joint("left_wrist"), joint("right_wrist"))
 _SHOULDERS = (joint("left_shoulder"), joint("right_shoulder"))
+_ELBOWS = (joint("left_elbow"), joint("right_elbow"))
 _COLLARS = (joint("left_collar"), joint("right_collar"))
 _SPINE3 = joint("spine3")
 _ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
@@ -64,7 +65,7 @@ def perform(body: BodyModel, stage: Stage, script: Script, hands: Hands) -> Perf
     amount = _amount(body, base, hands, torso)
     pose = _Pose(*bent(body, base.root, base.rotations, amount, torso))
     pose = _arms(body, pose, hands, yaw)
-    pose = _legs(body, pose, stage, yaw, amount)
+    pose = _legs(body, pose, stage)
     joints = joints_of(body, pose.root, pose.rotations)
     residual = np.linalg.norm(joints[:, 22:] - hands.palms, axis=-1) * hands.contact
     return Performance(pose.root, pose.rotations, residual)
@@ -77,10 +78,9 @@ def _wrist_goals(
     rest = body.rest_joints.double().numpy()
     palm = np.stack([rest[p] - rest[w] for p, w in zip(PALM_JOINTS, _WRISTS, strict=True)])
     goals = hands.palms - np.einsum("thij,hj->thi", hands.R_world_wrist, palm)
-    elbows = (joint("left_elbow"), joint("right_elbow"))
     lengths = [
         float(np.linalg.norm(rest[e] - rest[s]) + np.linalg.norm(rest[w] - rest[e]))
-        for s, e, w in zip(_SHOULDERS, elbows, _WRISTS, strict=True)
+        for s, e, w in zip(_SHOULDERS, _ELBOWS, _WRISTS, strict=True)
     ]
     return goals, np.array(lengths)
 
@@ -147,20 +147,19 @@ def _arms(body: BodyModel, pose: _Pose, hands: Hands, yaw: Float[np.ndarray, " f
         rotations[:, w] = _blend(rotations[:, w], hands.R_world_wrist[:, h], hands.pull[:, h])
     rotations = _raise_collars(body, replace(pose, rotations=rotations), hands)
     joints = joints_of(body, pose.root, rotations)
-    turned = torch.as_tensor(rotations)
-    for h, arm in enumerate(_ARMS):
+    for h, (arm, collar) in enumerate(zip(_ARMS, _COLLARS, strict=True)):
         pole = _elbow_pole(yaw, goals[:, h].numpy() - joints[:, _SHOULDERS[h]], 1 - 2 * h)
-        weight = torch.as_tensor(min_jerk(hands.pull[:, h] / 0.75))
-        turned, _ = reach(
-            body,
-            torch.as_tensor(pose.root),
-            turned,
-            arm,
-            goals[:, h],
+        # Solved from straight arms, such that the elbow is a hinge whatever the mocap arm did.
+        straight = rotations.copy()
+        straight[:, [_SHOULDERS[h], _ELBOWS[h]]] = rotations[:, collar, None]
+        solved, _ = reach(
+            body, torch.as_tensor(pose.root), torch.as_tensor(straight), arm, goals[:, h],
             torch.as_tensor(pole),
-            weight,
-        )
-    return replace(pose, rotations=turned.numpy())
+        )  # fmt: skip
+        weight = min_jerk(hands.pull[:, h] / 0.75)
+        for j in (_SHOULDERS[h], _ELBOWS[h]):
+            rotations[:, j] = _blend(rotations[:, j], solved[:, j].numpy(), weight)
+    return replace(pose, rotations=rotations)
 
 
 def _blend(
@@ -219,23 +218,10 @@ def _raise_collars(
     return rotations
 
 
-def _legs(
-    body: BodyModel,
-    pose: _Pose,
-    stage: Stage,
-    yaw: Float[np.ndarray, " frames"],
-    amount: Float[np.ndarray, " frames"],
-) -> _Pose:
-    """Feet stay where they were in the base motion; bent knees go over the toes."""
-    ankles = joints_of(body, stage.root, stage.rotations)
+def _legs(body: BodyModel, pose: _Pose, stage: Stage) -> _Pose:
+    """Feet stay where they were in the base motion."""
+    joints = joints_of(body, stage.root, stage.rotations)
     root, turned = torch.as_tensor(pose.root), torch.as_tensor(pose.rotations)
-    ahead = np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)], axis=-1)
-    left = np.stack([-np.sin(yaw), np.cos(yaw), np.zeros_like(yaw)], axis=-1)
-    bending = torch.as_tensor(min_jerk(amount / 0.3))
-    for (leg, ankle), side in zip(_LEGS, (1.0, -1.0), strict=True):
-        goal = torch.as_tensor(ankles[:, ankle])
-        toes = stage.rotations[:, ankle, :, 2] * [1.0, 1.0, 0.0]
-        turned, _ = reach(body, root, turned, leg, goal)
-        pole = torch.as_tensor(ahead + 0.5 * toes + 0.25 * side * left)
-        turned, _ = reach(body, root, turned, leg, goal, pole, bending)
+    for leg, ankle in _LEGS:
+        turned, _ = reach(body, root, turned, leg, torch.as_tensor(joints[:, ankle]))
     return replace(pose, rotations=turned.numpy())

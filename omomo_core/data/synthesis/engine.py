@@ -1,11 +1,13 @@
 """The synthesis engine: mocap in, clips of people carrying and pushing things out."""
 
+import multiprocessing
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 
 import numpy as np
+import torch
 from jaxtyping import Float
 
 from omomo_core.body.model import BodyModel
@@ -77,11 +79,12 @@ def synthesise(
         )
     make = partial(_clip, footage, body, seed)
     if workers == 1:
-        results = map(make, range(count))
-        yield from _reported(results, count, progress, rejected)
+        yield from _reported(map(make, range(count)), count, progress, rejected)
         return
-    with ProcessPoolExecutor(workers) as pool:
-        results = pool.map(make, range(count), chunksize=8)
+    # Spawned, not forked: a forked process may hang in torch's threads.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, context, _start_worker, (make,)) as pool:
+        results = pool.map(_work, range(count), chunksize=4)
         yield from _reported(results, count, progress, rejected)
 
 
@@ -97,6 +100,20 @@ def _reported(
         if progress is not None:
             progress(done, count)
         yield clip
+
+
+_Maker = Callable[[int], tuple[Clip, Counter[str]]]
+_maker: list[_Maker] = []
+"""In a worker process: what makes a clip. The footage is sent once, not with every clip."""
+
+
+def _start_worker(make: _Maker) -> None:
+    torch.set_num_threads(1)
+    _maker[:] = [make]
+
+
+def _work(index: int) -> tuple[Clip, Counter[str]]:
+    return _maker[0](index)
 
 
 def _clip(footage: Footage, body: BodyModel, seed: int, index: int) -> tuple[Clip, Counter[str]]:

@@ -255,7 +255,7 @@ _MAKERS: dict[str, Callable[[np.random.Generator], Prop]] = {
 }
 _WEIGHTS: dict[Use, dict[str, float]] = {
     "lift": {
-        "carton": 4, "crate": 1.5, "chair": 2, "stool": 1, "table": 1.2, "suitcase": 0.8,
+        "carton": 6, "crate": 1.5, "chair": 2, "stool": 1, "table": 1.2, "suitcase": 0.8,
         "bucket": 1, "lamp": 1, "monitor": 1,
     },
     "push": {"carton": 6, "chair": 1.5, "table": 2},

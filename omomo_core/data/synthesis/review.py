@@ -26,6 +26,8 @@ _MORE_SKATING = 0.06
 _FASTEST_TURN = 18.0
 """Radians per second of any joint."""
 _FASTEST_PALM = 5.0
+_JERKIEST = 90.0
+"""Metres per second squared of any joint; real steps reach 60."""
 _WRIST_BEND = np.radians(85)
 _LOWER_BODY = ("pelvis", "left_knee", "right_knee", "left_ankle", "right_ankle",
                "left_foot", "right_foot")  # fmt: skip
@@ -68,6 +70,8 @@ def fault(
         return "too-fast"
     if np.linalg.norm(np.diff(joints[:, 22:], axis=0), axis=-1).max() * FPS > _FASTEST_PALM:
         return "too-fast"
+    if np.linalg.norm(np.diff(joints, 2, axis=0), axis=-1).max() * FPS**2 > _JERKIEST:
+        return "jerky"
     return "wrist" if _wrist_bend(joints, hands).max() > _WRIST_BEND else None
 
 

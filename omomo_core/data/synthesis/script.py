@@ -26,7 +26,7 @@ _HOLDS: dict[str, tuple[float, float, float]] = {
     "low": (0.3, 0.72, 0.92),
     "waist": (0.35, 0.92, 1.12),
     "chest": (0.25, 1.12, 1.38),
-    "overhead": (0.1, 1.65, 1.95),
+    "overhead": (0.1, 1.6, 1.82),
 }
 """Chance, lowest and highest palm height while carrying, metres."""
 _LOWEST_FLIGHT = 0.04

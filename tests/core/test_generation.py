@@ -1,0 +1,140 @@
+"""The generator with untrained networks: what must hold whatever the networks say."""
+
+import numpy as np
+import pytest
+import torch
+import trimesh
+
+from omomo_core.body.kinematics import forward_kinematics
+from omomo_core.body.load import load_body
+from omomo_core.body.model import with_height
+from omomo_core.body_stage import paper as body_paper
+from omomo_core.capture import stage_config
+from omomo_core.errors import InputError
+from omomo_core.generation.generator import generate
+from omomo_core.generation.result import Generation, GenerationOptions, Stages
+from omomo_core.generation.solve import solve_body
+from omomo_core.hand_stage import paper as hand_paper
+from omomo_core.motion import ObjectMesh, ObjectMotion
+from omomo_core.stage import Stage
+
+BODY = load_body()
+UPRIGHT = torch.tensor([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+
+
+def untrained(configuration: str = "capture") -> Stages:
+    torch.manual_seed(0)
+    if configuration == "paper":
+        return Stages(Stage(hand_paper.CONFIG).eval(), Stage(body_paper.CONFIG).eval(), BODY.height)
+    hands, body = stage_config("hands", 8, 10), stage_config("body", 208, 17)
+    return Stages(Stage(hands).eval(), Stage(body).eval(), BODY.height)
+
+
+def carried(frames: int) -> ObjectMotion:
+    solid = trimesh.creation.box((0.4, 0.3, 0.3))
+    T = np.tile(np.eye(4), (frames, 1, 1))
+    T[:, 0, 3], T[:, 2, 3] = np.linspace(0, frames / 40, frames), 1.0
+    mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "box")
+    return ObjectMotion(mesh, T, np.ones(frames, bool))
+
+
+def run(motion: ObjectMotion, **options: object) -> Generation:
+    settings = {"samples": 2, "steps": 3, **options}
+    return generate(
+        motion, BODY, untrained(), GenerationOptions(**settings), lambda name, done: None
+    )  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("frames", [1, 37, 120, 121, 400])
+def test_takes_of_any_length(frames: int):
+    made = run(carried(frames))
+    assert len(made.motions) == 2
+    assert made.motions[0].joints.shape == (frames, 24, 3)
+    assert np.isfinite(made.motions[0].joints).all()
+    assert made.scores[made.chosen]["total"] == min(s["total"] for s in made.scores)
+
+
+def test_the_same_seed_gives_the_same_people_and_another_seed_others():
+    a, b, c = run(carried(150)), run(carried(150)), run(carried(150), seed=1)
+    np.testing.assert_array_equal(a.motions[1].joints, b.motions[1].joints)
+    assert np.abs(a.motions[1].joints - c.motions[1].joints).max() > 0.01
+    assert np.abs(a.motions[0].joints - a.motions[1].joints).max() > 0.01
+
+
+def test_joints_are_the_kinematics_of_the_rotations():
+    human = run(carried(60)).motions[0]
+    joints = forward_kinematics(
+        BODY, torch.from_numpy(human.root), torch.from_numpy(human.rotations)
+    )
+    np.testing.assert_allclose(human.joints, joints.numpy(), atol=1e-5)
+    R = human.rotations
+    np.testing.assert_allclose(
+        R @ R.swapaxes(-1, -2), np.broadcast_to(np.eye(3), R.shape), atol=1e-4
+    )
+
+
+def test_where_the_walk_takes_place_changes_nothing():
+    here, there = carried(200), carried(200)
+    there.T_world_object[:, 0, 3] += 60.0
+    a, b = run(here).motions[0].joints, run(there).motions[0].joints
+    np.testing.assert_allclose(a, b - [60.0, 0, 0], atol=2e-3)
+
+
+def test_a_taller_person_is_the_scene_scaled():
+    motion = carried(90)
+    small = ObjectMotion(
+        ObjectMesh(motion.mesh.vertices / 1.1, motion.mesh.faces, "box"),
+        motion.T_world_object.copy(),
+        motion.valid,
+    )
+    small.T_world_object[:, :3, 3] /= 1.1
+    options = GenerationOptions(samples=1, steps=3)
+    tall = with_height(BODY, 1.1 * BODY.height)
+    a = generate(motion, tall, untrained(), options, lambda name, done: None).motions[0]
+    b = generate(small, BODY, untrained(), options, lambda name, done: None).motions[0]
+    # What the palm's thickness adds is not scaled: hence centimetres.
+    assert np.abs(a.root / 1.1 - b.root).max() < 0.03
+
+
+def standing(frames: int) -> tuple[torch.Tensor, torch.Tensor]:
+    root = torch.tensor([0.0, 0.0, float(BODY.rest_joints[0, 1])]).expand(frames, 3).clone()
+    return root, UPRIGHT.expand(frames, 22, 3, 3).clone()
+
+
+def test_holding_palms_reach_their_places_and_free_ones_stay():
+    root, R = standing(40)
+    start = forward_kinematics(BODY, root, R)
+    palms = start[:, 22:].clone()
+    palms[:, 0] = torch.tensor([0.15, -0.4, 1.1])
+    hold = torch.tensor([1.0, 0.0]).expand(40, 2).clone()
+    out_root, out_R, miss = solve_body(BODY, root, R, torch.ones(40, 4), palms, hold)
+    joints = forward_kinematics(BODY, out_root, out_R)
+    assert (joints[:, 22] - palms[:, 0]).norm(dim=-1).max() < 1e-4
+    assert miss.max() < 1e-4
+    assert (out_R[:, 17] - R[:, 17]).abs().max() < 1e-6
+
+
+def test_a_planted_foot_that_slides_is_stopped_and_never_sinks():
+    root, R = standing(60)
+    root[:, 1] += torch.linspace(0, 0.12, 60)
+    root[:, 2] -= 0.05
+    palms, hold = torch.zeros(60, 2, 3), torch.zeros(60, 2)
+    out_root, out_R, _ = solve_body(BODY, root, R, torch.ones(60, 4), palms, hold)
+    joints = forward_kinematics(BODY, out_root, out_R)
+    assert joints[:, 7].diff(dim=0).norm(dim=-1).max() < 1e-4
+    assert joints[:, 10:12, 2].min() > float(BODY.rest_joints[10, 1]) - 1e-3
+
+
+def test_out_of_reach_is_reported_not_hidden():
+    root, R = standing(20)
+    palms = torch.tensor([3.0, 3.0, 3.0]).expand(20, 2, 3).clone()
+    _, _, miss = solve_body(BODY, root, R, torch.ones(20, 4), palms, torch.ones(20, 2))
+    assert miss.min() > 0.5
+
+
+def test_the_published_model_makes_one_window_and_refuses_more():
+    options = GenerationOptions(samples=2, steps=2, contact="paper")
+    made = generate(carried(90), BODY, untrained("paper"), options, lambda name, done: None)
+    assert made.motions[0].joints.shape == (90, 24, 3)
+    with pytest.raises(InputError, match="paper-too-long"):
+        generate(carried(121), BODY, untrained("paper"), options, lambda name, done: None)
