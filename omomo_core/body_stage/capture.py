@@ -97,3 +97,9 @@ def unpack(
     six = vectors[..., 24:, :].unflatten(-2, (22, 2))
     contact = ((x[..., 3 * LAYOUT.vectors :] + 1) / 2).clamp(0, 1)
     return root, joints, six, contact
+
+
+def feet(x: Float[Tensor, "*b channels"]) -> Float[Tensor, "*b 12"]:
+    """Left ankle, right ankle, left toe, right toe from the reference point, metres."""
+    vectors = x[..., : 3 * 24].unflatten(-1, (24, 3))
+    return (vectors[..., :1, :] + vectors[..., (7, 8, 10, 11), :]).flatten(-2)

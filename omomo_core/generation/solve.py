@@ -9,9 +9,13 @@ from torch import Tensor
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.limbs import reach
 from omomo_core.body.model import BodyModel
+from omomo_core.geometry.transforms import velocity
+from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
 
 PLANTED = 0.5
+GLIDING = 0.5
+"""m/s: a foot sampled faster than this is not standing, whatever its contact says."""
 SHORTEST_STEP = 4
 """Frames: shorter plants are not locked."""
 STRETCH = 0.97
@@ -91,7 +95,8 @@ def _foot_targets(
     targets: list[Tensor] = []
     for side in range(2):
         ankle = joints[:, ANKLES[side]].numpy().astype(np.float64)
-        down = planted[:, side] | planted[:, 2 + side]
+        speed = np.linalg.norm(velocity(ankle[:, :2], FPS), axis=1)
+        down = (planted[:, side] | planted[:, 2 + side]) & (speed < GLIDING)
         locked = torch.from_numpy((ankle + _corrections(ankle, down)).astype(np.float32))
         toe = locked + joints[:, TOES[side]] - joints[:, ANKLES[side]]
         for point, name in ((locked, ANKLES[side]), (toe, TOES[side])):

@@ -5,9 +5,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import torch
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from torch import Tensor
 
+from omomo_core.body_stage import capture as body_capture
 from omomo_core.body_stage import paper as body_paper
 from omomo_core.diffusion.schedule import cosine_schedule
 from omomo_core.stage import Stage, StageConfig
@@ -28,6 +29,9 @@ class TrainOptions:
     ema: float = 0.998
     velocity: float = 1.0
     """Weight of the L1 loss on frame-to-frame differences (capture configuration)."""
+    feet: float = 20.0
+    """Weight of the L1 error of the feet's steps in the world, metres a frame (capture body stage):
+    root and feet err little each, and together they glide."""
     seed: int = 0
 
 
@@ -133,20 +137,30 @@ def _step(
             level.to(device),
             example.valid.to(device),
         )
-    return _loss(stage, guess.float(), x0, example.valid.to(device), options.velocity)
+    valid = example.valid.to(device)
+    if stage.config.configuration == "paper":
+        # The paper divides by all frames, padding included, and has no other term.
+        return ((guess.float() - x0).abs() * valid[..., None]).mean()
+    return _loss(stage, guess.float() - x0, valid, options)
 
 
 def _loss(
-    stage: Stage, guess: Tensor, x0: Tensor, valid: Tensor, velocity: float
+    stage: Stage,
+    error: Float[Tensor, "b frames channels"],
+    valid: Bool[Tensor, "b frames"],
+    options: TrainOptions,
 ) -> Float[Tensor, ""]:
-    """L1 on x0; the paper divides by all frames, padding included, and has no other term."""
-    error = (guess - x0).abs() * valid[..., None]
-    if stage.config.configuration == "paper":
-        return error.mean()
-    loss = error.sum() / (valid.sum() * x0.shape[-1])
+    """L1 on x0, on its change from frame to frame, and on the feet's."""
     both = (valid[:, 1:] & valid[:, :-1])[..., None]
-    change = ((guess[:, 1:] - guess[:, :-1]) - (x0[:, 1:] - x0[:, :-1])).abs() * both
-    return loss + velocity * change.sum() / (both.sum() * x0.shape[-1])
+
+    def change(x: Tensor) -> Tensor:
+        return (x.diff(dim=1).abs() * both).sum() / (both.sum() * x.shape[-1])
+
+    loss = (error.abs() * valid[..., None]).sum() / (valid.sum() * error.shape[-1])
+    loss = loss + options.velocity * change(error)
+    if stage.config.stage == "body":
+        loss = loss + options.feet * change(body_capture.feet(error * stage.x_std))
+    return loss
 
 
 def _measure_statistics(stage: Stage, corpus: Corpus, batch: int) -> None:
