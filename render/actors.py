@@ -35,13 +35,17 @@ class Actor:
 
 
 def play(
-    renderer: Renderer, actors: Sequence[Actor], cameras: Sequence[Camera]
+    renderer: Renderer,
+    actors: Sequence[Actor],
+    cameras: Sequence[Camera],
+    only: Sequence[int] | None = None,
 ) -> Iterator[Picture]:
     """One picture per camera: frame i of every actor seen from `cameras[i]`.
 
-    The renderer must be showing a scene that holds the actors' drawables.
+    The renderer must be showing a scene that holds the actors' drawables. `only` names the frames to
+    draw; without it, all are drawn.
     """
-    for frame, camera in enumerate(cameras):
+    for frame in range(len(cameras)) if only is None else only:
         for actor in actors:
             actor.pose(renderer, frame)
-        yield renderer.draw(camera)
+        yield renderer.draw(cameras[frame])

@@ -38,6 +38,7 @@ def frames(
     time_code: bool = True,
     cameras: Sequence[Camera] | None = None,
     samples: int = 4,
+    only: Sequence[int] | None = None,
 ) -> Iterator[UInt8[np.ndarray, "h w 3"]]:
     """Pictures of a motion at 30 fps, one at a time; the body is skinned as they are drawn.
 
@@ -51,6 +52,7 @@ def frames(
         time_code: write the time of the recording in the bottom left corner.
         cameras: one per frame, in place of the following camera.
         samples: multisampling, see `open_renderer`.
+        only: the frames to draw, seen as in the whole video; without it, all of them.
 
     Raises:
         InputError: the two motions differ in length.
@@ -67,7 +69,8 @@ def frames(
     with open_renderer(width, height, backend, samples=samples) as renderer:
         ground = _ground(human, object_motion)
         renderer.show(Scene([ground, *(a.drawable for a in actors)], light=_key_light(views[0])))
-        for frame, (rgb, _) in enumerate(play(renderer, actors, views)):
+        order = range(count) if only is None else only
+        for frame, (rgb, _) in zip(order, play(renderer, actors, views, order), strict=True):
             seconds = object_motion.start_time + frame / FPS if time_code else None
             yield caption(rgb, label=label, seconds=seconds)
 

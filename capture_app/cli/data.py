@@ -33,13 +33,13 @@ def build(
 
     Files that cannot be used are skipped and counted by reason, never trained on.
     """
-    from omomo_core.data.synthesis.engine import synthesise
     from rich.progress import Progress
 
     from capture_app.cli.console import output, say
     from omomo_core.body.load import load_body
     from omomo_core.data.build import build_mocap
     from omomo_core.data.clips import save_clips
+    from omomo_core.data.synthesis.engine import synthesise
 
     body, dropped = load_body(), Counter[str]()
     with Progress() as bar:

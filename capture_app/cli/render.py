@@ -1,6 +1,5 @@
 """`omocap render`: draw the video or a picture of a result."""
 
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -46,10 +45,11 @@ def render(
         height=height,
         markers=markers,
         backend=backend.value,
+        only=None if frame is None else [frame],
     )
     with progress_bars() as progress:
         if frame is not None:
-            write_png(target, next(islice(pictures, frame, None)))
+            write_png(target, next(pictures))
         else:
             told = (progress("video", (k + 1) / count) or p for k, p in enumerate(pictures))
             write_video(target, told, FPS)

@@ -80,6 +80,14 @@ def test_all_frames_come(body: BodyModel, human: HumanMotion, carried: ObjectMot
     assert sum(1 for _ in movie) == FRAMES
 
 
+def test_one_frame_alone_looks_as_it_does_in_the_video(
+    body: BodyModel, human: HumanMotion, carried: ObjectMotion
+) -> None:
+    whole = list(third_person.frames(human, carried, body, width=160, height=96))
+    (alone,) = third_person.frames(human, carried, body, width=160, height=96, only=[3])
+    assert np.abs(whole[3].astype(int) - alone.astype(int)).mean() < 1.0
+
+
 def test_motions_of_different_length_are_refused(
     body: BodyModel, human: HumanMotion, carried: ObjectMotion
 ) -> None:
