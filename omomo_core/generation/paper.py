@@ -6,10 +6,11 @@ knows: each sample tries another place around the object, and the ranking picks.
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import torch
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
@@ -53,65 +54,98 @@ def generate_as_published(
             fix="Use the default configuration (--config capture), which has no limit.",
         )
     take = prepare(motion)
+    window = _window(take, options)
     generator = torch.Generator().manual_seed(options.seed)
-    windows = object_windows(take, window_frames(take.frames), options.samples, PAPER_POINTS)
-    origin, yaw = _places(take, options.samples)
-    x = _draw(
-        stages.hands,
-        hand_stage.condition(windows, origin, yaw),
-        hand_stage.shape_code(windows, yaw),
-        windows,
-        options,
-        generator,
-        lambda done: progress("hands", done),
-    )
-    palms = hand_stage.unpack(x, origin, yaw)[:, : take.frames].double().numpy()
-    hands = [_contact(p, take, options) for p in palms]
-    held = torch.from_numpy(np.stack([h.palms for h in hands])).float()
-    held = held[:, torch.arange(WINDOW).clamp(max=take.frames - 1)]
-    wanted = torch.zeros(options.samples, WINDOW, body_stage.CHANNELS)
-    wanted[..., body_stage.POSITIONS - 6 : body_stage.POSITIONS] = hand_stage.pack(
-        held, origin, yaw
-    )
-    slots = stages.body.normalise(wanted)[..., body_stage.POSITIONS - 6 : body_stage.POSITIONS]
-    x = _draw(
-        stages.body,
-        body_stage.condition(slots, generator),
-        None,
-        windows,
-        options,
-        generator,
-        lambda done: progress("body", done),
-    )
-    joints, rotations = body_stage.unpack(x, origin, yaw)
-    people = [
-        _person(joints[k, : take.frames, 0], rotations[k, : take.frames], hands[k], body)
-        for k in range(options.samples)
-    ]
+    hands = _hands(window, stages.hands, options, generator, progress)
+    people = _people(window, hands, body, stages.body, options, generator, progress)
     moving = must_be_held(take)
-    miss = [
-        np.linalg.norm(p.joints[:, 22:] - h.palms, axis=-1)
+    scores = tuple(
+        score(p, take, np.linalg.norm(p.joints[:, 22:] - h.palms, axis=-1), moving)
         for p, h in zip(people, hands, strict=True)
-    ]
-    scores = tuple(score(p, take, m, moving) for p, m in zip(people, miss, strict=True))
+    )
     chosen = int(np.argmin([s["total"] for s in scores]))
     return Generation(tuple(people), chosen, scores, notes_of(scores[chosen]))
 
 
-def _places(take: Take, samples: int) -> tuple[Float[Tensor, "b 3"], Float[Tensor, " b"]]:
-    """People around the object in its first frame, facing it (they face -y in their own frame)."""
-    yaw = torch.arange(samples) * (2 * math.pi / samples)
+@dataclass(frozen=True)
+class _Window:
+    """One window, once per sample, each seen from another place around the object."""
+
+    take: Take
+    object: ObjectWindows
+    origin: Float[Tensor, "b 3"]
+    yaw: Float[Tensor, " b"]
+
+
+def _window(take: Take, options: GenerationOptions) -> _Window:
+    """People stand around the object in its first frame and face it (-y in their own frame)."""
+    count = options.samples
+    yaw = torch.arange(count) * (2 * math.pi / count)
     reach = float(np.linalg.norm(take.surface.points - take.surface.centre, axis=1).max())
-    back = torch.stack([-yaw.sin(), yaw.cos(), torch.zeros(samples)], dim=-1)
+    back = torch.stack([-yaw.sin(), yaw.cos(), torch.zeros(count)], dim=-1)
     centre = torch.from_numpy(take.centre[0] * [1, 1, 0]).float()
-    return centre + (reach + STANDING_OFF) * back, yaw
+    windows = object_windows(take, window_frames(take.frames), count, PAPER_POINTS)
+    return _Window(take, windows, centre + (reach + STANDING_OFF) * back, yaw)
+
+
+def _hands(
+    window: _Window,
+    stage: Stage,
+    options: GenerationOptions,
+    generator: torch.Generator,
+    progress: Progress,
+) -> list[HandMotion]:
+    """Stage 1 and the contact constraint."""
+    x = _draw(
+        stage,
+        hand_stage.condition(window.object, window.origin, window.yaw),
+        hand_stage.shape_code(window.object, window.yaw),
+        window.object.valid,
+        options,
+        generator,
+        lambda done: progress("hands", done),
+    )
+    palms = hand_stage.unpack(x, window.origin, window.yaw)[:, : window.take.frames]
+    return [_contact(p, window.take, options) for p in palms.double().numpy()]
+
+
+def _people(
+    window: _Window,
+    hands: list[HandMotion],
+    body: BodyModel,
+    stage: Stage,
+    options: GenerationOptions,
+    generator: torch.Generator,
+    progress: Progress,
+) -> list[HumanMotion]:
+    """Stage 2, from the constrained palms."""
+    frames = window.take.frames
+    held = torch.from_numpy(np.stack([h.palms for h in hands])).float()
+    held = held[:, torch.arange(WINDOW).clamp(max=frames - 1)]
+    slots = slice(body_stage.POSITIONS - 6, body_stage.POSITIONS)
+    wanted = torch.zeros(len(hands), WINDOW, body_stage.CHANNELS)
+    wanted[..., slots] = hand_stage.pack(held, window.origin, window.yaw)
+    x = _draw(
+        stage,
+        body_stage.condition(stage.normalise(wanted)[..., slots], generator),
+        None,
+        window.object.valid,
+        options,
+        generator,
+        lambda done: progress("body", done),
+    )
+    joints, rotations = body_stage.unpack(x, window.origin, window.yaw)
+    return [
+        _person(joints[k, :frames, 0], rotations[k, :frames], hand, body)
+        for k, hand in enumerate(hands)
+    ]
 
 
 def _draw(
     stage: Stage,
     condition: Tensor,
     shape: Tensor | None,
-    windows: ObjectWindows,
+    valid: Bool[Tensor, "b frames"],
     options: GenerationOptions,
     generator: torch.Generator,
     on_step: Callable[[float], None],
@@ -119,7 +153,7 @@ def _draw(
     noise = torch.randn(len(condition), WINDOW, stage.config.denoiser.channels, generator=generator)
 
     def predict(x: Tensor, n: int) -> Tensor:
-        return stage(x, condition, shape, torch.full((len(x),), n), windows.valid)
+        return stage(x, condition, shape, torch.full((len(x),), n), valid)
 
     with torch.inference_mode():
         x = sample(
