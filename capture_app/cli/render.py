@@ -1,5 +1,6 @@
 """`omocap render`: draw the video or a picture of a result."""
 
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -8,6 +9,9 @@ from capture_app.cli.console import progress_bars, say
 from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from jaxtyping import UInt8
+
     from capture_app.result import Result
 
 
@@ -22,21 +26,22 @@ def render(
 ) -> None:
     """Draw a result again: another size, another sample, or a single picture.
 
+    The ending of the output file decides: .mp4, .webp (a small loop for a web page), or .png with --still.
+
     Example: `omocap render chair_motion --size 1920x1080 -o chair.mp4`
     """
     width, height = given.picture_size(size, "--size")
     from capture_app.result import body_of, load_result
-    from omomo_core.motion import FPS
     from render.stills import write_png
     from render.third_person import frames
-    from render.video import write_video
 
     loaded = load_result(result)
     index = _sample(loaded, sample)
     count = len(loaded.object_motion.valid)
     frame = None if still is None else _frame(still, count)
     target = file or result / _default_name(index, frame)
-    _check_folder(target)
+    _check_target(target, ".png" if still is not None else (".mp4", ".webp"))
+    order = _order(frame, count, target)
     pictures = frames(
         loaded.motions[index],
         loaded.object_motion,
@@ -45,15 +50,32 @@ def render(
         height=height,
         markers=markers,
         backend=backend.value,
-        only=None if frame is None else [frame],
+        only=order,
     )
     with progress_bars() as progress:
+        told = (progress("video", (k + 1) / len(order)) or p for k, p in enumerate(pictures))
         if frame is not None:
-            write_png(target, next(pictures))
+            write_png(target, next(told))
         else:
-            told = (progress("video", (k + 1) / count) or p for k, p in enumerate(pictures))
-            write_video(target, told, FPS)
+            _write_moving(target, told)
     say("Done", str(target), "green")
+
+
+def _order(frame: int | None, count: int, target: Path) -> Sequence[int]:
+    """The frames to draw; an animation for a web page has half as many a second as a video."""
+    if frame is not None:
+        return [frame]
+    return range(0, count, 2 if target.suffix == ".webp" else 1)
+
+
+def _write_moving(target: Path, pictures: "Iterable[UInt8[np.ndarray, 'h w 3']]") -> None:
+    from omomo_core.motion import FPS
+    from render.video import write_video, write_webp
+
+    if target.suffix == ".webp":
+        write_webp(target, pictures, FPS / 2)
+    else:
+        write_video(target, pictures, FPS)
 
 
 def _sample(result: "Result", wanted: int | None) -> int:
@@ -86,7 +108,15 @@ def _default_name(sample: int, frame: int | None) -> str:
     return f"sample_{sample + 1}.mp4" if frame is None else f"sample_{sample + 1}_{frame:05d}.png"
 
 
-def _check_folder(file: Path) -> None:
+def _check_target(file: Path, endings: str | tuple[str, ...]) -> None:
+    if not file.name.endswith(endings):
+        wanted = endings if isinstance(endings, str) else " or ".join(endings)
+        raise InputError(
+            "output-ending",
+            f"This output file must end in {wanted}.",
+            where=str(file),
+            fix="Give another name with -o.",
+        )
     if not file.parent.is_dir():
         raise InputError(
             "output-not-writable",

@@ -185,7 +185,9 @@ def test_render_draws_a_result_again(
     small = ["render", str(inputs.output), "--size", "96x64"]
     assert invoke([*small, "-o", str(film)]) == 0
     assert invoke([*small, "-o", str(picture), "--still", "0.1"]) == 0
+    assert invoke([*small, "-o", str(inputs.folder / "loop.webp")]) == 0
     assert film.stat().st_size > 1000
+    assert (inputs.folder / "loop.webp").read_bytes()[8:12] == b"WEBP"
     assert picture.read_bytes().startswith(b"\x89PNG")
     capsys.readouterr()
     for words, code in (
@@ -193,6 +195,8 @@ def test_render_draws_a_result_again(
         (["--still", "60"], "time-outside"),
         (["--size", "big"], "size-invalid"),
         (["-o", str(inputs.folder / "no" / "film.mp4")], "output-not-writable"),
+        (["-o", str(inputs.folder / "film.avi")], "output-ending"),
+        (["--still", "0.1", "-o", str(inputs.folder / "still.jpg")], "output-ending"),
     ):
         assert_refused(capsys, inputs.folder, [*small, *words], code)
     assert_refused(capsys, inputs.folder, ["render", str(inputs.session)], "result-missing")
