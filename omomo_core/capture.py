@@ -27,7 +27,7 @@ def stage_config(stage: StageName, channels: int, condition: int) -> StageConfig
         mask_keys=True,
         dropout=0.05,
     )
-    return StageConfig(stage=stage, configuration="capture", denoiser=sizes, skip=True)
+    return StageConfig(stage=stage, configuration="capture", denoiser=sizes)
 
 
 def shape_code(windows: ObjectWindows, yaw: Float[Tensor, " b"]) -> Float[Tensor, "b tokens shape"]:

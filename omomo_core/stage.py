@@ -12,10 +12,8 @@ from safetensors.torch import save_file
 from torch import Tensor, nn
 
 from omomo_core.diffusion.denoiser import Denoiser, DenoiserConfig
-from omomo_core.diffusion.schedule import cosine_schedule
 from omomo_core.errors import AssetError
 
-ALPHA_BAR = cosine_schedule().alpha_bar
 Configuration = Literal["capture", "paper"]
 StageName = Literal["hands", "body"]
 
@@ -29,10 +27,6 @@ class StageConfig:
     denoiser: DenoiserConfig
     clamp: bool = False
     """Clip x0 to [-1, 1] while sampling, as the paper does."""
-    skip: bool = False
-    """Let the network say only what x_n does not: x0 = sqrt(a) x_n + sqrt(1 - a) F, with a the
-    level's alpha_bar (Karras et al. 2022, section 5, for data of unit variance). Without it a small
-    network spends itself on copying, and forgets fine things such as steps."""
 
 
 class Stage(nn.Module):
@@ -68,9 +62,6 @@ class Stage(nn.Module):
     ) -> Float[Tensor, "b frames channels"]:
         """x0 (normalised) from x_n (normalised) and a raw condition."""
         x0 = self.denoiser(x, (condition - self.c_mean) / self.c_std, shape, level, valid)
-        if self.config.skip:
-            a = ALPHA_BAR.to(x)[level][:, None, None]
-            x0 = a.sqrt() * x + (1 - a).sqrt() * x0
         return x0.clamp(-1, 1) if self.config.clamp and not self.training else x0
 
 

@@ -136,7 +136,7 @@ def small(stage: str) -> StageConfig:
         channels=d.channels, condition=d.condition, shape=d.shape, shape_hidden=32, shape_width=16,
         width=64, layers=1, heads=2, head_width=16, feedforward=64, patch=4, mask_keys=True,
     )  # fmt: skip
-    return StageConfig(stage, "capture", sizes, skip=True)  # type: ignore[arg-type]
+    return StageConfig(stage, "capture", sizes)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("stage", ["hands", "body"])
