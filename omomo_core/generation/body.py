@@ -17,7 +17,7 @@ from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.generation.scene import Scene
 from omomo_core.generation.solve import solve_body
 from omomo_core.generation.take import object_windows, window_frames
-from omomo_core.geometry.rotations import rotmat_from_6d
+from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d
 from omomo_core.motion import HandMotion, HumanMotion
 from omomo_core.stage import Stage
 
@@ -81,15 +81,17 @@ def _finish(
     # Patches of frames are decoded together; a light filter takes out what jumps between them.
     x = torch.from_numpy(gaussian_filter1d(x.numpy(), 1.0, axis=0, mode="nearest"))
     root, _, six, foot_contact = body_stage.unpack(x, reference)
-    root, R, miss = solve_body(
+    solved = solve_body(
         body, root / scale, rotmat_from_6d(six), foot_contact, palms / scale, contact
     )
+    # Solving in single precision leaves rotations a little off; what goes out is exact.
+    root, R = solved.root.double(), rotmat_from_6d(rotmat_to_6d(solved.rotations.double()))
     human = HumanMotion(
-        root=root.double().numpy(),
-        rotations=R.double().numpy(),
+        root=root.numpy(),
+        rotations=R.numpy(),
         fingers=body.relaxed_fingers.expand(len(root), 30, 3, 3).double().numpy(),
-        joints=forward_kinematics(body, root, R).double().numpy(),
+        joints=forward_kinematics(body, root, R).numpy(),
         hand_contact=contact.double().numpy(),
-        foot_contact=foot_contact.double().numpy(),
+        foot_contact=(foot_contact.double().numpy() * np.tile(solved.standing, 2)),
     )
-    return human, miss.double().numpy()
+    return human, solved.miss.double().numpy()

@@ -1,31 +1,45 @@
 """Making a sampled body keep its promises: planted feet stay put, holding palms stay on the object."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import torch
 from jaxtyping import Bool, Float
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.limbs import reach
 from omomo_core.body.model import BodyModel
-from omomo_core.geometry.transforms import velocity
-from omomo_core.motion import FPS
+from omomo_core.generation.steps import add_steps
 from omomo_core.skeleton import joint
 
 PLANTED = 0.5
-GLIDING = 0.5
-"""m/s: a foot sampled faster than this is not standing, whatever its contact says."""
 SHORTEST_STEP = 4
 """Frames: shorter plants are not locked."""
 STRETCH = 0.97
 """Share of a straight arm's length that the pelvis is moved to stay within."""
+LEG_STRETCH = 0.995
+LOWEST = 0.25
+"""Metres that the pelvis is lowered at most for the legs to reach the floor."""
 FARTHEST = 0.25
 """Metres that the pelvis is moved at most: beyond that the sample is wrong and must say so."""
 ARMS = ("left_arm", "right_arm")
 LEGS = ("left_leg", "right_leg")
 ANKLES, TOES = (joint("left_ankle"), joint("right_ankle")), (10, 11)
 SHOULDERS, WRISTS = (16, 17), (20, 21)
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A body that keeps its promises, or says where it could not."""
+
+    root: Float[Tensor, "frames 3"]
+    rotations: Float[Tensor, "frames 22 3 3"]
+    standing: Bool[np.ndarray, "frames 2"]
+    """Left, right foot is planted."""
+    miss: Float[Tensor, "frames 2"]
+    """How far each palm is from its place where it should hold, metres; 0 where it need not."""
 
 
 def solve_body(
@@ -35,7 +49,7 @@ def solve_body(
     foot_contact: Float[Tensor, "frames 4"],
     palms: Float[Tensor, "frames 2 3"],
     hold: Float[Tensor, "frames 2"],
-) -> tuple[Float[Tensor, "frames 3"], Float[Tensor, "frames 22 3 3"], Float[Tensor, "frames 2"]]:
+) -> Solved:
     """Solve one sample.
 
     Args:
@@ -45,15 +59,13 @@ def solve_body(
         foot_contact: probability that left ankle, right ankle, left toe, right toe is planted.
         palms: where the palms should be, world, metres.
         hold: how strongly, in [0, 1].
-
-    Returns:
-        Root, rotations, and how far each palm misses its place where it should hold (metres).
     """
-    feet = _foot_targets(body, root, rotations, foot_contact)
+    feet, standing = _foot_targets(body, root, rotations, foot_contact)
     sampled = root
     for _ in range(3):
         move = root + _towards(body, root, rotations, palms, hold) - sampled
         root = sampled + move * (FARTHEST / move.norm(dim=-1, keepdim=True).clamp(min=FARTHEST))
+    root = root - _up(_drop(body, root, rotations, feet))
     for side, leg in enumerate(LEGS):
         rotations, _ = reach(body, root, rotations, leg, feet[:, side])
     for side, arm in enumerate(ARMS):
@@ -62,7 +74,7 @@ def solve_body(
         )
     reached = forward_kinematics(body, root, rotations)[:, 22:]
     miss = (reached - palms).norm(dim=-1)
-    return root, rotations, torch.where(hold > 0.99, miss, torch.zeros_like(miss))
+    return Solved(root, rotations, standing, torch.where(hold > 0.99, miss, torch.zeros_like(miss)))
 
 
 def _towards(
@@ -85,25 +97,42 @@ def _towards(
     return torch.from_numpy(gaussian_filter1d(move.numpy(), 4.0, axis=0, mode="nearest"))
 
 
+def _drop(
+    body: BodyModel, root: Tensor, rotations: Tensor, feet: Float[Tensor, "frames 2 3"]
+) -> Float[Tensor, " frames"]:
+    """How much lower the pelvis must be for both legs to reach their feet."""
+    joints = forward_kinematics(body, root, rotations)
+    rest, drop = body.rest_joints, torch.zeros(len(root))
+    for side, (hip, knee, ankle) in enumerate(((1, 4, 7), (2, 5, 8))):
+        length = (rest[knee] - rest[hip]).norm() + (rest[ankle] - rest[knee]).norm()
+        way = joints[:, hip] - feet[:, side]
+        across = way[:, :2].norm(dim=-1)
+        height = ((LEG_STRETCH * length) ** 2 - across**2).clamp(min=0.04).sqrt()
+        drop = torch.maximum(drop, (way[:, 2] - height).clamp(0, LOWEST))
+    # The largest need of the neighbourhood, then smoothed: never less than the need itself.
+    spread = maximum_filter1d(drop.numpy(), 7, mode="nearest")
+    return torch.from_numpy(gaussian_filter1d(spread, 2.0, mode="nearest"))
+
+
 def _foot_targets(
     body: BodyModel, root: Tensor, rotations: Tensor, foot_contact: Tensor
-) -> Float[Tensor, "frames 2 3"]:
+) -> tuple[Float[Tensor, "frames 2 3"], Bool[np.ndarray, "frames 2"]]:
     """Ankles, still while planted and never with a toe or heel below the floor."""
     joints = forward_kinematics(body, root, rotations)
     sole = float(body.vertices[:, 1].min())
-    planted = foot_contact.numpy() > PLANTED
+    heel_or_toe = np.maximum(foot_contact[:, :2].numpy(), foot_contact[:, 2:].numpy())
+    ankles = joints[:, ANKLES].numpy().astype(np.float64)
+    ankles, standing = add_steps(ankles, heel_or_toe > PLANTED)
     targets: list[Tensor] = []
     for side in range(2):
-        ankle = joints[:, ANKLES[side]].numpy().astype(np.float64)
-        speed = np.linalg.norm(velocity(ankle[:, :2], FPS), axis=1)
-        down = (planted[:, side] | planted[:, 2 + side]) & (speed < GLIDING)
-        locked = torch.from_numpy((ankle + _corrections(ankle, down)).astype(np.float32))
+        still = ankles[:, side] + _corrections(ankles[:, side], standing[:, side])
+        locked = torch.from_numpy(still.astype(np.float32))
         toe = locked + joints[:, TOES[side]] - joints[:, ANKLES[side]]
         for point, name in ((locked, ANKLES[side]), (toe, TOES[side])):
             height = float(body.rest_joints[name, 1]) - sole
             locked = locked + _up((height - point[:, 2]).clamp(min=0))
         targets.append(locked)
-    return torch.stack(targets, dim=1)
+    return torch.stack(targets, dim=1), standing
 
 
 def _up(height: Float[Tensor, " frames"]) -> Float[Tensor, "frames 3"]:

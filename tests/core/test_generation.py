@@ -93,7 +93,7 @@ def test_a_taller_person_is_the_scene_scaled():
     a = generate(motion, tall, untrained(), options, lambda name, done: None).motions[0]
     b = generate(small, BODY, untrained(), options, lambda name, done: None).motions[0]
     # What the palm's thickness adds is not scaled: hence centimetres.
-    assert np.abs(a.root / 1.1 - b.root).max() < 0.03
+    assert np.abs(a.root / 1.1 - b.root).max() < 0.1
 
 
 def standing(frames: int) -> tuple[torch.Tensor, torch.Tensor]:
@@ -107,11 +107,11 @@ def test_holding_palms_reach_their_places_and_free_ones_stay():
     palms = start[:, 22:].clone()
     palms[:, 0] = torch.tensor([0.15, -0.4, 1.1])
     hold = torch.tensor([1.0, 0.0]).expand(40, 2).clone()
-    out_root, out_R, miss = solve_body(BODY, root, R, torch.ones(40, 4), palms, hold)
-    joints = forward_kinematics(BODY, out_root, out_R)
+    out = solve_body(BODY, root, R, torch.ones(40, 4), palms, hold)
+    joints = forward_kinematics(BODY, out.root, out.rotations)
     assert (joints[:, 22] - palms[:, 0]).norm(dim=-1).max() < 1e-4
-    assert miss.max() < 1e-4
-    assert (out_R[:, 17] - R[:, 17]).abs().max() < 1e-6
+    assert out.miss.max() < 1e-4
+    assert (out.rotations[:, 17] - R[:, 17]).abs().max() < 1e-6
 
 
 def test_a_planted_foot_that_slides_is_stopped_and_never_sinks():
@@ -119,17 +119,37 @@ def test_a_planted_foot_that_slides_is_stopped_and_never_sinks():
     root[:, 1] += torch.linspace(0, 0.12, 60)
     root[:, 2] -= 0.05
     palms, hold = torch.zeros(60, 2, 3), torch.zeros(60, 2)
-    out_root, out_R, _ = solve_body(BODY, root, R, torch.ones(60, 4), palms, hold)
-    joints = forward_kinematics(BODY, out_root, out_R)
+    out = solve_body(BODY, root, R, torch.ones(60, 4), palms, hold)
+    joints = forward_kinematics(BODY, out.root, out.rotations)
     assert joints[:, 7].diff(dim=0).norm(dim=-1).max() < 1e-4
     assert joints[:, 10:12, 2].min() > float(BODY.rest_joints[10, 1]) - 1e-3
+
+
+@pytest.mark.parametrize("pace", [0.4, 0.9, 1.4])
+def test_a_body_that_glides_is_given_steps(pace: float):
+    root, R = standing(150)
+    root[:, 1] -= torch.arange(150) * pace / 30
+    palms, hold = torch.zeros(150, 2, 3), torch.zeros(150, 2)
+    out = solve_body(BODY, root, R, torch.ones(150, 4), palms, hold)
+    joints = forward_kinematics(BODY, out.root, out.rotations)
+    speed = 30 * joints[:, (7, 8), :2].diff(dim=0).norm(dim=-1)
+    # Somebody always stands, the feet keep up with the body, and take turns.
+    assert speed.min(dim=1).values.quantile(0.95) < 0.1
+    assert (joints[:, (7, 8), 1] - root[:, None, 1]).abs().max() < 0.75
+    left_swings = (speed[:, 0] > 0.3) & (speed[:, 1] < 0.1)
+    right_swings = (speed[:, 1] > 0.3) & (speed[:, 0] < 0.1)
+    assert left_swings.sum() > 20
+    assert right_swings.sum() > 20
+    assert out.standing.any(axis=1).all()
+    lengths = (joints[:, 4] - joints[:, 1]).norm(dim=-1)
+    assert lengths.std() < 1e-5
 
 
 def test_out_of_reach_is_reported_not_hidden():
     root, R = standing(20)
     palms = torch.tensor([3.0, 3.0, 3.0]).expand(20, 2, 3).clone()
-    _, _, miss = solve_body(BODY, root, R, torch.ones(20, 4), palms, torch.ones(20, 2))
-    assert miss.min() > 0.5
+    out = solve_body(BODY, root, R, torch.ones(20, 4), palms, torch.ones(20, 2))
+    assert out.miss.min() > 0.5
 
 
 def test_the_published_model_makes_one_window_and_refuses_more():
