@@ -53,18 +53,20 @@ def test_in_the_demo_a_person_carries_the_box(demo: Result):
     assert human.hand_contact[carried].max(axis=1).mean() > 0.95
     T = inverse(motion.T_world_object)
     local = np.einsum("fij,fhj->fhi", T[:, :3, :3], human.joints[:, 22:]) + T[:, None, :3, 3]
-    mesh = box_mesh()
-    solid = trimesh.Trimesh(mesh.vertices, mesh.faces)
-    gap = np.abs(solid.nearest.signed_distance(local[carried].reshape(-1, 3)))
-    assert np.median(gap) < 0.04
+    beyond = np.abs(local[carried]) - box_mesh().vertices.max(axis=0)
+    outside = np.linalg.norm(np.maximum(beyond, 0), axis=-1)
+    gap = np.abs(outside + np.minimum(beyond.max(axis=-1), 0))
+    assert np.median(gap) < 0.03
+    assert gap.max() < 0.1
     # Upright, on the floor, walking with the box and not gliding.
-    assert human.joints[carried, 15, 2].min() > 1.2
+    walking = motion.T_world_object[:, 2, 3] > 0.95
+    assert human.joints[walking, 15, 2].min() > 1.3
     toes = human.joints[:, (10, 11), 2]
     assert toes.min() > 0.0
     assert np.percentile(toes.min(axis=1), 95) < 0.08
     speed = FPS * np.linalg.norm(np.diff(human.joints[:, (7, 8), :2], axis=0), axis=-1)
     standing = speed.min(axis=1)
-    assert np.median(standing[carried[1:]]) < 0.15
+    assert np.median(standing[walking[1:]]) < 0.15
 
 
 @pytest.mark.parametrize(
