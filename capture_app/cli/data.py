@@ -40,7 +40,15 @@ def build(
     from omomo_core.data.build import build_mocap
     from omomo_core.data.clips import save_clips
     from omomo_core.data.synthesis.engine import synthesise
+    from omomo_core.errors import InputError
 
+    if not out.resolve().parent.is_dir():
+        raise InputError(
+            "output-not-writable",
+            "The folder for the output file does not exist.",
+            where=str(out.parent),
+            fix="Make it, or give another file with -o.",
+        )
     body, dropped = load_body(), Counter[str]()
     with Progress() as bar:
         reading = bar.add_task("retarget", total=None)

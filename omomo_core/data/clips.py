@@ -1,6 +1,8 @@
 """Clip: the unit of training data, and its file format."""
 
 import json
+import os
+import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +11,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh, ObjectMotion
 
 
@@ -58,14 +61,29 @@ def save_clips(path: Path, clips: Sequence[Clip]) -> None:
             arrays["vertices"].append(moved.mesh.vertices.astype(np.float32))
             arrays["faces"].append(moved.mesh.faces.astype(np.int32))
     joined: dict[str, Any] = {k: np.concatenate(v) for k, v in arrays.items() if v}
-    np.savez_compressed(path, index=np.array(json.dumps(index)), **joined)
+    # Beside the target, then renamed: an interrupted save leaves no half file.
+    temporary = path.with_name(path.name + ".new.npz")
+    np.savez_compressed(temporary, index=np.array(json.dumps(index)), **joined)
+    os.replace(temporary, path)
 
 
 def load_clips(path: Path) -> list[Clip]:
-    """Read what `save_clips` wrote."""
-    with np.load(path, allow_pickle=False) as file:
-        index = json.loads(str(file["index"]))
-        data = {k: _double(file[k]) for k in file.files if k != "index"}
+    """Read what `save_clips` wrote.
+
+    Raises:
+        InputError: ``clips-damaged`` when the file is not one of those, or is not whole.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            index = json.loads(str(file["index"]))
+            data = {k: _double(file[k]) for k in file.files if k != "index"}
+    except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile) as error:
+        raise InputError(
+            "clips-damaged",
+            "This is not a file of training clips, or it is damaged.",
+            where=str(path),
+            fix="Make it again with `omocap data build`.",
+        ) from error
     clips: list[Clip] = []
     at = {"frames": 0, "T": 0, "verts": 0, "faces": 0}
     for row in index:

@@ -13,7 +13,7 @@ from omomo_core.body_stage import capture as body_capture
 from omomo_core.body_stage import paper as body_paper
 from omomo_core.data.clips import Clip, load_clips, save_clips
 from omomo_core.diffusion.denoiser import DenoiserConfig
-from omomo_core.errors import AssetError
+from omomo_core.errors import AssetError, InputError
 from omomo_core.geometry.canonical import turn
 from omomo_core.geometry.rotations import rotmat_from_6d
 from omomo_core.hand_stage import capture as hand_capture
@@ -73,6 +73,16 @@ def test_clip_files_round_trip(tmp_path: Path):
             np.testing.assert_allclose(
                 a.object_motion.T_world_object, b.object_motion.T_world_object, atol=1e-6
             )
+
+
+def test_a_damaged_clip_file_is_named(tmp_path: Path):
+    save_clips(tmp_path / "clips.npz", CLIPS)
+    whole = (tmp_path / "clips.npz").read_bytes()
+    for bad in (b"", b"no npz", whole[: len(whole) // 2]):
+        (tmp_path / "bad.npz").write_bytes(bad)
+        with pytest.raises(InputError, match="clips-damaged"):
+            load_clips(tmp_path / "bad.npz")
+    assert [p.name for p in tmp_path.glob("clips*")] == ["clips.npz"]
 
 
 def test_windows_are_padded_and_mirrored_bodies_obey_kinematics(corpus: Corpus):
