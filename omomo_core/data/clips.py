@@ -74,10 +74,11 @@ def load_clips(path: Path) -> list[Clip]:
         InputError: ``clips-damaged`` when the file is not one of those, or is not whole.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
+        # Opened here, because numpy leaves a damaged file open.
+        with path.open("rb") as handle, np.load(handle, allow_pickle=False) as file:
             index = json.loads(str(file["index"]))
             data = {k: _double(file[k]) for k in file.files if k != "index"}
-    except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile) as error:
+    except (OSError, EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
         raise InputError(
             "clips-damaged",
             "This is not a file of training clips, or it is damaged.",
