@@ -53,9 +53,8 @@ PALM_JOINTS: tuple[int, int] = (
 )
 """The palms are the bases of the middle fingers (left, right), as in the paper."""
 
-MODEL_JOINTS = 24
-"""Joints in the model: the 22 body joints, then left palm, right palm (parents: the wrists)."""
 MODEL_PARENTS: tuple[int, ...] = (*BODY_PARENTS, 20, 21)
+"""Of the model's 24 joints: the 22 body joints, then left palm, right palm (parents: the wrists)."""
 
 
 def joint(name: str) -> int:

@@ -11,7 +11,7 @@ from torch import Tensor
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.body_stage import capture as body_stage
-from omomo_core.capture import BASIS_POINTS, shape_code
+from omomo_core.capture import BASIS_POINTS
 from omomo_core.generation.overlap import sample_take
 from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.generation.scene import Scene
@@ -43,24 +43,22 @@ def sample_body(
     reference = body_stage.reference_path(palms)
     cut_palms = palms[:, index].flatten(0, 1)
     yaw = body_stage.canonical_yaw(cut_palms, windows)
+    known = body_stage.condition(
+        cut_palms,
+        (contact[:, index].flatten(0, 1) > 0.5).float(),
+        reference[:, index].flatten(0, 1),
+        windows,
+        yaw,
+    )
     x = sample_take(
         stage,
-        body_stage.condition(
-            cut_palms,
-            (contact[:, index].flatten(0, 1) > 0.5).float(),
-            reference[:, index].flatten(0, 1),
-            windows,
-            yaw,
-        ),
-        shape_code(windows, yaw),
-        windows.valid,
+        windows,
+        known,
         yaw,
         body_stage.LAYOUT,
-        index,
+        options,
         generator,
         frames=scene.trained.frames,
-        sampler=options.sampler,
-        steps=options.steps,
         on_step=lambda done: progress("body", done),
     )
     people: list[tuple[HumanMotion, Float[np.ndarray, "frames 2"]]] = []

@@ -2,7 +2,7 @@
 
 import torch
 
-from omomo_core.capture import BASIS_POINTS, shape_code
+from omomo_core.capture import BASIS_POINTS
 from omomo_core.generation.overlap import sample_take
 from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.generation.scene import Scene
@@ -27,16 +27,13 @@ def sample_hands(
     yaw = hand_stage.canonical_yaw(windows)
     x = sample_take(
         stage,
+        windows,
         hand_stage.condition(windows, yaw),
-        shape_code(windows, yaw),
-        windows.valid,
         yaw,
         hand_stage.LAYOUT,
-        index,
+        options,
         generator,
         frames=scene.trained.frames,
-        sampler=options.sampler,
-        steps=options.steps,
         on_step=lambda done: progress("hands", done),
     )
     centre = torch.from_numpy(scene.trained.centre).float().expand(len(x), -1, 3)

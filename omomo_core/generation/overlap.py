@@ -10,11 +10,14 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor
 
-from omomo_core.diffusion.samplers import Sampler, sample
+from omomo_core.capture import shape_code
+from omomo_core.diffusion.samplers import sample
 from omomo_core.diffusion.schedule import cosine_schedule
+from omomo_core.generation.result import GenerationOptions
+from omomo_core.generation.take import window_frames
 from omomo_core.geometry.canonical import Layout, turn
 from omomo_core.stage import Stage
-from omomo_core.windows import WINDOW
+from omomo_core.windows import WINDOW, ObjectWindows
 
 CHUNK = 64
 """Windows that go through the network at once: bounds memory on long takes."""
@@ -39,26 +42,26 @@ def merge(
 
 def sample_take(
     stage: Stage,
+    windows: ObjectWindows,
     condition: Float[Tensor, "b window condition"],
-    shape: Float[Tensor, "b tokens shape"],
-    valid: Tensor,
     yaw: Float[Tensor, " b"],
     layout: Layout,
-    index: Int[Tensor, "windows window"],
+    options: GenerationOptions,
     generator: torch.Generator,
     *,
     frames: int,
-    sampler: Sampler,
-    steps: int,
     on_step: Callable[[float], None],
 ) -> Float[Tensor, "samples frames channels"]:
-    """Features of K samples of a take, raw units, world axes (batch = samples x windows)."""
-    windows = len(index)
-    samples = len(condition) // windows
+    """Features of K samples of a take of `frames` frames, raw units, world axes.
+
+    The batch is samples x windows, sample-major, as `object_windows` makes it.
+    """
+    index, valid, shape = window_frames(frames), windows.valid, shape_code(windows, yaw)
+    samples = len(condition) // len(index)
 
     def to_world(x: Tensor) -> Tensor:
         raw = turn(stage.denormalise(x), yaw, layout)
-        return merge(raw.unflatten(0, (samples, windows)), index, frames)
+        return merge(raw.unflatten(0, (samples, len(index))), index, frames)
 
     def predict(x: Tensor, n: int) -> Tensor:
         parts = [
@@ -75,8 +78,8 @@ def sample_take(
             noise[:, index].flatten(0, 1),
             cosine_schedule(),
             generator,
-            sampler=sampler,
-            steps=steps,
+            sampler=options.sampler,
+            steps=options.steps,
             on_step=on_step,
         )
         return to_world(x)
