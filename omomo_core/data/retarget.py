@@ -1,7 +1,5 @@
 """Recorded motion onto our skeleton: rotations carried over, the root scaled by leg length."""
 
-from collections.abc import Sequence
-
 import numpy as np
 import torch
 from jaxtyping import Float
@@ -12,12 +10,6 @@ from omomo_core.body.model import BodyModel
 from omomo_core.data.calibration import Corrections
 from omomo_core.data.mocap import SourceMotion, leg_length
 from omomo_core.skeleton import BODY_JOINTS, joint
-
-LIMB_BONES: tuple[tuple[str, str], ...] = tuple(
-    (f"{side}_{a}", f"{side}_{b}")
-    for side in ("left", "right")
-    for a, b in (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
-)
 
 
 def retarget(
@@ -52,25 +44,6 @@ def joints_of(
     return forward_kinematics(
         body, torch.as_tensor(root, dtype=torch.float64), torch.as_tensor(rotations)
     ).numpy()
-
-
-def bone_angles(
-    motion: SourceMotion,
-    joints: Float[np.ndarray, "frames 24 3"],
-    bones: Sequence[tuple[str, str]] = LIMB_BONES,
-) -> Float[np.ndarray, "frames bones"]:
-    """Angle between each of our bones and the source's, radians."""
-    angles: list[Float[np.ndarray, " frames"]] = []
-    for a, b in bones:
-        theirs = motion.position(motion.skeleton.points[b]) - motion.position(
-            motion.skeleton.points[a]
-        )
-        ours = joints[:, joint(b)] - joints[:, joint(a)]
-        cosine = (theirs * ours).sum(-1) / (
-            np.linalg.norm(theirs, axis=-1) * np.linalg.norm(ours, axis=-1)
-        )
-        angles.append(np.arccos(cosine.clip(-1.0, 1.0)))
-    return np.stack(angles, axis=1)
 
 
 def _turned(

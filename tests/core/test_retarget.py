@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from jaxtyping import Float
 
 from omomo_core.body.load import load_body
 from omomo_core.data.build import build_mocap, mocap_clips
 from omomo_core.data.calibration import calibrate
 from omomo_core.data.grounding import foot_skating, ground, runs, sole_points
 from omomo_core.data.mocap import SourceMotion, read_mocap_folder, read_mocap_npz
-from omomo_core.data.retarget import bone_angles, joints_of, retarget
+from omomo_core.data.retarget import joints_of, retarget
 from omomo_core.skeleton import joint
 
 FAMILIES = {
@@ -21,6 +22,29 @@ FAMILIES = {
     "o3de": "data/mocap/o3de",
     "hdm05": "data/mocap/hdm05",
 }
+
+LIMB_BONES: tuple[tuple[str, str], ...] = tuple(
+    (f"{side}_{a}", f"{side}_{b}")
+    for side in ("left", "right")
+    for a, b in (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
+)
+
+
+def bone_angles(
+    motion: SourceMotion, joints: Float[np.ndarray, "frames 24 3"]
+) -> Float[np.ndarray, "frames bones"]:
+    """Angle between each of our limb bones and the source's, radians."""
+    angles: list[Float[np.ndarray, " frames"]] = []
+    for a, b in LIMB_BONES:
+        theirs = motion.position(motion.skeleton.points[b]) - motion.position(
+            motion.skeleton.points[a]
+        )
+        ours = joints[:, joint(b)] - joints[:, joint(a)]
+        cosine = (theirs * ours).sum(-1) / (
+            np.linalg.norm(theirs, axis=-1) * np.linalg.norm(ours, axis=-1)
+        )
+        angles.append(np.arccos(cosine.clip(-1.0, 1.0)))
+    return np.stack(angles, axis=1)
 
 
 @pytest.fixture(scope="module")
