@@ -11,7 +11,8 @@ from safetensors import safe_open
 from safetensors.torch import save_file
 from torch import Tensor, nn
 
-from omomo_core.diffusion.denoiser import Denoiser, DenoiserConfig
+from omomo_core.diffusion.blocks import DenoiserConfig
+from omomo_core.diffusion.denoiser import Denoiser
 from omomo_core.errors import AssetError
 
 Configuration = Literal["capture", "paper"]
@@ -27,6 +28,8 @@ class StageConfig:
     denoiser: DenoiserConfig
     clamp: bool = False
     """Clip x0 to [-1, 1] while sampling, as the paper does."""
+    level_shift: float = 1.0
+    """How far the levels that are trained and sampled lean to much noise (`shifted`)."""
 
 
 class Stage(nn.Module):

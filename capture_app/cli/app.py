@@ -9,7 +9,18 @@ from typing import Annotated
 import typer
 from rich.logging import RichHandler
 
-from capture_app.cli import data, demo, doctor, inspect, render, rerun, run, simulate, train
+from capture_app.cli import (
+    data,
+    demo,
+    doctor,
+    evaluate,
+    inspect,
+    render,
+    rerun,
+    run,
+    simulate,
+    train,
+)
 from capture_app.cli.console import errors, report
 from omomo_core.errors import OmocapError
 
@@ -28,6 +39,7 @@ app.command("doctor")(doctor.doctor)
 app.command("demo")(demo.demo)
 app.command("simulate")(simulate.simulate)
 app.command("train")(train.train)
+app.command("evaluate")(evaluate.evaluate)
 app.add_typer(data.app, name="data")
 
 
@@ -96,6 +108,6 @@ def _exit_code(arguments: list[str]) -> int:
     except SystemExit as done:
         code = done.code if isinstance(done.code, int) else 1
         if code == 130:
-            errors.print("Interrupted; nothing was left behind.")
+            errors.print("Interrupted; no half file was left behind.")
         return code
     return 0

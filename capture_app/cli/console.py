@@ -19,6 +19,7 @@ _STAGES = {
     "solve": "Fitting the arms",
     "export": "Writing the files",
     "video": "Drawing the video",
+    "evaluate": "Evaluating",
 }
 
 

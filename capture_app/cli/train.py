@@ -1,61 +1,103 @@
 """`omocap train`: train the stages on clips; stop and resume at any time."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
+    from omomo_core.data.clips import Clip
     from omomo_core.stage import StageConfig
     from omomo_core.training.corpus import Corpus
     from omomo_core.training.loop import TrainOptions
 
 
 def train(
-    data: Annotated[Path, typer.Argument(help="Clips made by `omocap data build`.")],
+    data: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Recordings (folders or files: BVH, npz, AMASS, the OMOMO release's .p), or clips "
+            "of `omocap data build` and data sets of `omocap data synthesise`."
+        ),
+    ],
     out: Annotated[
         Path, typer.Option("-o", "--out", help="Folder of the run; given again, it resumes.")
     ],
     stage: Annotated[str, typer.Option(help="hands, body, or both one after the other.")] = "both",
     config: Annotated[str, typer.Option(help="capture (the default model) or paper.")] = "capture",
-    steps: Annotated[int, typer.Option(help="Optimiser steps per stage.")] = 10_000,
+    steps: Annotated[int, typer.Option(help="Optimiser steps per stage.")] = 12_000,
     batch: Annotated[int, typer.Option(help="Windows of 4 s per step.")] = 64,
-    rate: Annotated[float, typer.Option(help="Peak learning rate.")] = 5e-4,
+    rate: Annotated[float, typer.Option(help="Peak learning rate.")] = 2e-3,
     synthesis_share: Annotated[
         float, typer.Option(help="Share of windows with an object in the body stage's batches.")
     ] = 0.7,
-    seed: Annotated[int, typer.Option(help="Seed of weights, windows and noise.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of weights, windows, noise and synthesis.")] = 0,
     save_every: Annotated[int, typer.Option(help="Steps between saves.")] = 500,
+    synthetic: Annotated[
+        int | None,
+        typer.Option(
+            help="Clips with objects to synthesise from recordings; by default 4000, or none "
+            "where the data has objects already.",
+            min=0,
+        ),
+    ] = None,
+    share_alike: Annotated[
+        bool, typer.Option(help="Use share-alike sources (HDM05); weights inherit the licence.")
+    ] = True,
+    bvh_unit: Annotated[str, typer.Option(help="Unit of BVH files: cm, m, mm or in.")] = "cm",
+    workers: Annotated[int, typer.Option(help="Processes that synthesise.", min=1)] = 1,
 ) -> None:
     """Train stage 1 (hands) and stage 2 (body) and write their weights.
 
-    The folder holds `<stage>.safetensors` (the averaged weights, ready for `omocap run --weights`)
-    and `<stage>.resume`. Interrupt it when you like: the same command goes on where it stopped.
+    Recordings become clips on our skeleton, people who move things are synthesised from them, and
+    both are kept in the folder of the run; files that cannot be used are skipped and counted by
+    reason. The folder then holds `<stage>.safetensors` (the averaged weights, ready for
+    `omocap run --weights`) and `<stage>.resume`. Interrupt it when you like: the same command goes
+    on where it stopped.
     """
-    import torch
-
+    from capture_app.cli.train_data import training_clips
+    from capture_app.training_data import Reading
     from omomo_core.body.load import load_body
-    from omomo_core.data.clips import load_clips
-    from omomo_core.errors import InputError
     from omomo_core.training.corpus import Corpus
     from omomo_core.training.loop import TrainOptions
 
     stages = ("hands", "body") if stage == "both" else (stage,)
     configs = [_config(name, config) for name in stages]
-    if not data.is_file():
-        raise InputError(
-            "no-training-data",
-            "The file of training clips is not there.",
-            where=str(data),
-            fix="Make one with `omocap data build MOCAP_FOLDER -o FILE`.",
-        )
-    clips = load_clips(data)
+    reading = Reading(share_alike, _metres(bvh_unit))
+    clips = training_clips(data, out, reading, synthetic=synthetic, seed=seed, workers=workers)
+    notes = _notes(data, clips)
     corpus = Corpus(clips, load_body(), synthesis_share)
+    del clips  # the corpus holds what training needs of them
     options = TrainOptions(steps=steps, batch=batch, rate=rate, seed=seed)
-    notes = {"data": data.name, "clips": str(len(clips)), "torch": torch.__version__}
-    notes["licences"] = "; ".join(sorted({clip.licence for clip in clips}))
     for each in configs:
         _train_stage(each, corpus, options, out, notes, save_every)
+
+
+def _notes(data: Sequence[Path], clips: "Sequence[Clip]") -> dict[str, str]:
+    """What the weights say about where they come from."""
+    import torch
+
+    return {
+        "data": ", ".join(source.name for source in data),
+        "clips": str(len(clips)),
+        "torch": torch.__version__,
+        "licences": "; ".join(sorted({clip.licence for clip in clips})),
+    }
+
+
+def _metres(unit: str) -> float:
+    from omomo_core.errors import InputError
+
+    known = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+    if unit not in known:
+        raise InputError(
+            "unknown-unit",
+            f"There is no unit {unit!r}.",
+            where="--bvh-unit",
+            fix=f"Use {', '.join(known)}.",
+        )
+    return known[unit]
 
 
 def _train_stage(

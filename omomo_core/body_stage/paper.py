@@ -4,7 +4,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from omomo_core.diffusion.denoiser import DenoiserConfig
+from omomo_core.diffusion.blocks import DenoiserConfig
 from omomo_core.geometry.human_frame import into_frame, out_of_frame
 from omomo_core.geometry.rotations import yaw_matrix
 from omomo_core.stage import StageConfig

@@ -1,7 +1,7 @@
 """A folder of recordings becomes training clips on our skeleton."""
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +11,12 @@ from omomo_core.body.model import BodyModel
 from omomo_core.data.calibration import Corrections, calibrate
 from omomo_core.data.clips import Clip
 from omomo_core.data.grounding import Grounded, ground, runs, sole_points
-from omomo_core.data.mocap import SourceMotion, read_mocap_folder
+from omomo_core.data.joint_angles import SIDES, elbow
+from omomo_core.data.mocap import METRES_PER_BVH_UNIT, SourceMotion, is_share_alike
+from omomo_core.data.recordings import motion_files, read_recordings
 from omomo_core.data.retarget import joints_of, retarget
+from omomo_core.data.smpl import Performance
+from omomo_core.errors import InputError
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
 
@@ -24,11 +28,13 @@ _LOWEST_PELVIS = 0.22
 _LOWEST_HEAD = 0.45
 """Lower is lying, rolling, standing on the hands: nothing anybody does while carrying."""
 _WORST_SKATING = 0.3
+_ELBOW = (-15.0, 165.0)
+"""Degrees of bending: beyond, the recording is broken."""
 _EDGE = round(0.1 * FPS)
 """Frames also dropped around a bad one."""
 
 Progress = Callable[[int, int], None]
-"""Called with clips done and clips in all."""
+"""Called with files done and files in all."""
 
 
 def build_mocap(
@@ -38,32 +44,69 @@ def build_mocap(
     share_alike: bool = True,
     progress: Progress | None = None,
     dropped: Counter[str] | None = None,
+    skipped: list[InputError] | None = None,
+    metres_per_unit: float = METRES_PER_BVH_UNIT,
 ) -> list[Clip]:
     """Read, retarget and ground every usable stretch of human motion below a folder.
 
     Args:
-        folder: BVH and npz files (see `read_mocap_folder`).
+        folder: recordings of any kind `read_recordings` knows, or one of them.
         body: whose proportions the clips get.
         share_alike: False leaves out motion under share-alike licences (HDM05).
         progress: called after each recording.
         dropped: counts what was left out by reason.
+        skipped: gets the error of each file that was left out.
+        metres_per_unit: of the BVH files.
 
     Returns:
-        Clips without objects, at least 0.8 s long, standing on the floor.
+        Clips at least 0.8 s long, standing on the floor; those of the OMOMO release with objects.
 
     Raises:
-        InputError: ``mocap-folder`` when the folder holds no motion file.
+        InputError: ``mocap-folder`` when the folder holds no motion file, ``mocap-unusable`` when
+            none of them can be used.
     """
-    motions = list(read_mocap_folder(folder, share_alike=share_alike, skipped=dropped))
+    refused: list[InputError] = [] if skipped is None else skipped
+    counts = Counter[str]() if dropped is None else dropped
+    clips: list[Clip] = []
+    motions: list[SourceMotion] = []
+    files = motion_files(folder)
+    for done, path in enumerate(files, start=1):
+        for found in read_recordings(path, body, metres_per_unit):
+            if isinstance(found, InputError):
+                refused.append(found)
+                counts[found.code] += 1
+            elif isinstance(found, SourceMotion):
+                if share_alike or not is_share_alike(found):
+                    motions.append(found)
+            elif isinstance(found, Performance):
+                clips += standing_clips(found, body, counts)
+            else:
+                clips.append(found)
+        if progress is not None:
+            progress(done, len(files))
+    clips += _retargeted(motions, body, counts)
+    if not clips:
+        reasons = ", ".join(f"{count} x {reason}" for reason, count in counts.most_common())
+        raise InputError(
+            "mocap-unusable",
+            f"None of {len(files)} motion files can be used ({reasons or 'none is asked for'}).",
+            where=str(folder),
+            fix=str(refused[0]) if refused else "Give recordings of people who stand and walk.",
+        )
+    return clips
+
+
+def _retargeted(
+    motions: Sequence[SourceMotion], body: BodyModel, dropped: Counter[str]
+) -> list[Clip]:
+    """Clips of recordings on skeletons that must be calibrated, each from all its recordings."""
     families: dict[str, list[SourceMotion]] = defaultdict(list)
     for motion in motions:
         families[motion.skeleton.name].append(motion)
     corrections = {name: calibrate(family, body) for name, family in families.items()}
     clips: list[Clip] = []
-    for done, motion in enumerate(motions, start=1):
+    for motion in motions:
         clips += mocap_clips(motion, corrections[motion.skeleton.name], body, dropped)
-        if progress is not None:
-            progress(done, len(motions))
     return clips
 
 
@@ -82,18 +125,27 @@ def mocap_clips(
         dropped: counts recordings that skate (``skating``) or have no good stretch (``no-floor``).
     """
     root, rotations = retarget(motion, corrections, body)
-    grounded = ground(body, root, rotations)
+    moved = Performance(motion.name, motion.skeleton.name, motion.licence, root, rotations)
+    return standing_clips(moved, body, dropped)
+
+
+def standing_clips(
+    performance: Performance, body: BodyModel, dropped: Counter[str] | None = None
+) -> Iterator[Clip]:
+    """As `mocap_clips`, of motion that is already on our skeleton."""
+    grounded = ground(body, performance.root, performance.rotations)
     reason = "skating" if grounded.skating > _WORST_SKATING else "no-floor"
     stretches = [] if reason == "skating" else runs(_usable(body, grounded))
     stretches = [(a, b) for a, b in stretches if b - a >= _SHORTEST]
     if not stretches and dropped is not None:
         dropped[reason] += 1
+    name = performance.name
     for k, (first, last) in enumerate(stretches):
         part = slice(first, last)
         yield Clip(
-            name=motion.name if len(stretches) == 1 else f"{motion.name}#{k}",
-            source=motion.skeleton.name,
-            licence=motion.licence,
+            name=name if len(stretches) == 1 else f"{name}#{k}",
+            source=performance.source,
+            licence=performance.licence,
             root=grounded.root[part],
             rotations=grounded.rotations[part],
             hand_contact=np.zeros((last - first, 2)),
@@ -109,5 +161,8 @@ def _usable(body: BodyModel, grounded: Grounded) -> Bool[np.ndarray, " frames"]:
     bad |= soles[..., 2].min(axis=1) < _DEEPEST_SOLE
     bad |= joints[:, 0, 2] < _LOWEST_PELVIS
     bad |= joints[:, joint("head"), 2] < _LOWEST_HEAD
+    for side in SIDES:
+        flexion = elbow(grounded.rotations, side).flexion
+        bad |= (flexion < _ELBOW[0]) | (flexion > _ELBOW[1])
     spread = np.convolve(bad, np.ones(2 * _EDGE + 1), mode="same") > 0
     return ~spread

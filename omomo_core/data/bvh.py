@@ -25,6 +25,8 @@ class Bvh:
     """Positions, metres."""
     rotations: Float[np.ndarray, "frames joints 3 3"]
     """Global rotations; the identity is the file's rest pose (its OFFSETs)."""
+    rest: Float[np.ndarray, "joints 3"]
+    """Positions in the rest pose, from the root, metres."""
 
 
 @dataclass
@@ -49,6 +51,15 @@ class _Tokens:
         except StopIteration:
             raise self.error("the file ends in the middle") from None
         return word
+
+    def title(self) -> str:
+        """A name, which may have spaces in it, and the brace that opens what it names."""
+        parts, line = [self.next()], self.line
+        while (word := self.next()) != "{":
+            if self.line != line:
+                raise self.error(f"expected {{, found '{word}'")
+            parts.append(word)
+        return " ".join(parts)
 
     def expect(self, *wanted: str) -> str:
         word = self.next()
@@ -80,20 +91,26 @@ def read_bvh(path: Path, *, metres_per_unit: float) -> Bvh:
         metres_per_unit: length of one unit of the file (0.01 for centimetres); BVH does not say.
 
     Raises:
-        InputError: ``bvh-syntax`` with file and line, ``bvh-not-finite``, ``bvh-empty``.
+        InputError: ``bvh-syntax`` with file and line, ``bvh-not-finite``, ``bvh-empty``,
+            ``bvh-unreadable``.
     """
-    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    try:
+        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
+    except OSError as problem:
+        raise InputError("bvh-unreadable", f"{problem.strerror}.", where=str(path)) from problem
     words = ((i, word) for i, line in enumerate(lines, start=1) for word in line.split())
     tokens = _Tokens(path, words)
     skeleton = _read_hierarchy(tokens)
     tokens.expect("FRAMES:")
-    frames = int(tokens.number())
+    frames = tokens.number()
+    if frames != frames // 1:
+        raise tokens.error(f"{frames:g} is no number of frames")
     tokens.expect("FRAME")
     tokens.expect("TIME:")
     frame_time = tokens.number()
-    if frame_time <= 0:
+    if not 0 < frame_time < np.inf:
         raise tokens.error(f"the frame time {frame_time} is not positive")
-    values = _read_values(tokens, frames, sum(len(j.channels) for j in skeleton))
+    values = _read_values(tokens, int(frames), sum(len(j.channels) for j in skeleton))
     joints, rotations = _pose(skeleton, values, metres_per_unit)
     return Bvh(
         names=tuple(j.name for j in skeleton),
@@ -101,7 +118,16 @@ def read_bvh(path: Path, *, metres_per_unit: float) -> Bvh:
         fps=1.0 / frame_time,
         joints=joints,
         rotations=rotations,
+        rest=_rest(skeleton) * metres_per_unit,
     )
+
+
+def _rest(skeleton: list[_Joint]) -> Float[np.ndarray, "joints 3"]:
+    rest = np.zeros((len(skeleton), 3))
+    for i, joint in enumerate(skeleton):
+        if joint.parent >= 0:
+            rest[i] = rest[joint.parent] + joint.offset
+    return rest
 
 
 def _read_hierarchy(tokens: _Tokens) -> list[_Joint]:
@@ -128,12 +154,11 @@ def _open_joint(word: str, tokens: _Tokens, skeleton: list[_Joint], open_joints:
     parent = open_joints[-1] if open_joints else -1
     if (word == "ROOT") != (parent < 0):
         raise tokens.error(f"{word} in the wrong place")
-    name = tokens.next()
+    name = tokens.title()
     if word == "END":
         name = f"{skeleton[parent].name}_end"
     open_joints.append(len(skeleton))
     skeleton.append(_Joint(name, parent))
-    tokens.expect("{")
 
 
 def _channels(tokens: _Tokens) -> list[str]:

@@ -19,13 +19,10 @@ from omomo_core.skeleton import BODY_JOINTS, joint
 Corrections = dict[str, Float[np.ndarray, "3 3"]]
 """Our joint -> R_source_ours."""
 
-_R_REST_OURS = {
-    "+z": np.eye(3),
-    "+x": np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]),
-}
-"""Our rest axes (x left, y up, z forward) in a rest pose looking along the key."""
 _ENOUGH_BEND = 0.02
 """Mean sine of the bend below which a limb is too straight to show its hinge axis."""
+_NEAR_REST = 0.5
+"""Cosine to the hinge axis at rest: farther away, a bend is noise of a limb held straight."""
 _LIMBS = {
     "hip": ("hip", "knee", "ankle"),
     "knee": ("hip", "knee", "ankle"),
@@ -42,10 +39,10 @@ def calibrate(motions: Sequence[SourceMotion], body: BodyModel) -> Corrections:
         body: whose rest bone directions the limbs are matched to.
     """
     skeleton = motions[0].skeleton
-    if skeleton.rest_forward is None:
+    if skeleton.rest_axes is None:
         corrections = _trunk(motions)
     else:
-        corrections = {name: _R_REST_OURS[skeleton.rest_forward] for name in BODY_JOINTS}
+        corrections = dict.fromkeys(BODY_JOINTS, skeleton.rest_axes)
     for side in ("left", "right"):
         for part in _LIMBS:
             corrections[f"{side}_{part}"] = _limb(motions, body, side, part, corrections)
@@ -89,9 +86,11 @@ def _limb(
     bone = _mean_local(motions, name, [_between(m, a, b) for m in motions])
     hinges = [_hinge(m, chain) for m in motions]
     bend = np.linalg.norm(np.concatenate(hinges), axis=-1).mean()
-    if bend < _ENOUGH_BEND and name in now:
-        return _shortest_arc(now[name] @ our_bone, bone) @ now[name]
     hinge = _mean_local(motions, name, hinges)
+    if name in now:
+        extended = _shortest_arc(now[name] @ our_bone, bone) @ now[name]
+        if bend < _ENOUGH_BEND or (extended @ our_hinge) @ hinge < _NEAR_REST:
+            return extended
     return _frame(bone, hinge, order="xy") @ _frame(our_bone, our_hinge, order="xy").T
 
 

@@ -1,9 +1,11 @@
-"""Clip: the unit of training data, and its file format."""
+"""Clip: the unit of training data, and its file format: one npz, or a folder of them."""
 
 import json
 import os
 import zipfile
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,10 +16,15 @@ from jaxtyping import Float
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh, ObjectMotion
 
+_PER_FRAME = ("root", "rotations", "hand_contact", "foot_contact")
+
 
 @dataclass(frozen=True)
 class Clip:
-    """One person's motion on our skeleton at 30 fps, with the object they moved if there is one."""
+    """One person's motion on our skeleton at 30 fps, with the object they moved if there is one.
+
+    Arrays read from files are single precision, as they are stored.
+    """
 
     name: str
     source: str
@@ -34,88 +41,129 @@ class Clip:
     object_motion: ObjectMotion | None
 
 
-def save_clips(path: Path, clips: Sequence[Clip]) -> None:
-    """Write clips into one compressed npz (no pickle): arrays joined along frames, plus a JSON index."""
-    index: list[dict[str, object]] = []
-    arrays: dict[str, list[np.ndarray]] = {
-        k: []
-        for k in ("root", "rotations", "hand_contact", "foot_contact", "T", "vertices", "faces")
-    }
+def save_clips(
+    path: Path, clips: Sequence[Clip], notes: Mapping[str, object] | None = None
+) -> None:
+    """Write clips into one compressed npz (no pickle): arrays joined along frames, plus a JSON index.
+
+    Args:
+        path: the file; it appears under its name only when it is whole and on the disk.
+        clips: what to write.
+        notes: anything JSON can hold, kept with the clips (see `read_index`).
+    """
+    arrays: dict[str, list[np.ndarray]] = defaultdict(list)
     for clip in clips:
-        moved = clip.object_motion
-        index.append(
-            {
-                "name": clip.name,
-                "source": clip.source,
-                "licence": clip.licence,
-                "frames": len(clip.root),
-                "object": moved.mesh.name if moved else None,
-                "verts": len(moved.mesh.vertices) if moved else 0,
-                "faces": len(moved.mesh.faces) if moved else 0,
-            }
-        )
-        for key in ("root", "rotations", "hand_contact", "foot_contact"):
+        for key in _PER_FRAME:
             arrays[key].append(np.asarray(getattr(clip, key), np.float32))
-        if moved:
+        if moved := clip.object_motion:
             arrays["T"].append(moved.T_world_object.astype(np.float32))
             arrays["vertices"].append(moved.mesh.vertices.astype(np.float32))
             arrays["faces"].append(moved.mesh.faces.astype(np.int32))
-    joined: dict[str, Any] = {k: np.concatenate(v) for k, v in arrays.items() if v}
+    joined: dict[str, Any] = {k: np.concatenate(v) for k, v in arrays.items()}
+    index, extra = json.dumps([_index_row(clip) for clip in clips]), json.dumps(dict(notes or {}))
     # Beside the target, then renamed: an interrupted save leaves no half file.
-    temporary = path.with_name(path.name + ".new.npz")
-    np.savez_compressed(temporary, index=np.array(json.dumps(index)), **joined)
-    os.replace(temporary, path)
+    temporary = path.with_name(f".{path.name}.partial")
+    try:
+        with temporary.open("wb") as file:
+            np.savez_compressed(file, index=np.array(index), notes=np.array(extra), **joined)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
 
 
 def load_clips(path: Path) -> list[Clip]:
-    """Read what `save_clips` wrote.
+    """All clips of a file that `save_clips` wrote, or of a folder of such files, in their order.
 
     Raises:
-        InputError: ``clips-damaged`` when the file is not one of those, or is not whole.
+        InputError: ``clips-missing`` when there is no such file, or none in the folder;
+            ``clips-damaged`` when a file is not one of those, or is not whole.
     """
+    return [clip for file in clip_files(path) for clip in _read_file(file)]
+
+
+def clip_files(path: Path) -> list[Path]:
+    """The files of a data set: the path itself, or the npz files of a folder by name.
+
+    Raises:
+        InputError: ``clips-missing`` when there is none.
+    """
+    files = sorted(path.glob("*.npz")) if path.is_dir() else [path]
+    if not files or not files[0].is_file():
+        raise InputError(
+            "clips-missing",
+            "There are no training clips.",
+            where=str(path),
+            fix="Make some with `omocap data build` and `omocap data synthesise`.",
+        )
+    return files
+
+
+def read_index(file: Path) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+    """What is in a file, without reading the motion: a row for each clip, and the notes.
+
+    Raises:
+        InputError: ``clips-damaged``.
+    """
+    with _opened(file) as data:
+        return json.loads(str(data["index"])), json.loads(str(data.get("notes", "{}")))
+
+
+@contextmanager
+def _opened(file: Path) -> Generator[Mapping[str, Any]]:
     try:
         # Opened here, because numpy leaves a damaged file open.
-        with path.open("rb") as handle, np.load(handle, allow_pickle=False) as file:
-            index = json.loads(str(file["index"]))
-            data = {k: _double(file[k]) for k in file.files if k != "index"}
+        with file.open("rb") as handle, np.load(handle, allow_pickle=False) as data:
+            yield data
     except (OSError, EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
         raise InputError(
             "clips-damaged",
             "This is not a file of training clips, or it is damaged.",
-            where=str(path),
-            fix="Make it again with `omocap data build`.",
+            where=str(file),
+            fix="Delete it and run the same command again that made it.",
         ) from error
-    clips: list[Clip] = []
+
+
+def _read_file(file: Path) -> Iterator[Clip]:
+    with _opened(file) as stored:
+        index = json.loads(str(stored["index"]))
+        data = {k: stored[k] for k in stored if k not in ("index", "notes")}
     at = {"frames": 0, "T": 0, "verts": 0, "faces": 0}
     for row in index:
         here = slice(at["frames"], at["frames"] + row["frames"])
         moved = _object_motion(row, data, at) if row["object"] is not None else None
-        clips.append(
-            Clip(
-                name=row["name"],
-                source=row["source"],
-                licence=row["licence"],
-                object_motion=moved,
-                **{k: data[k][here] for k in ("root", "rotations", "hand_contact", "foot_contact")},
-            )
+        yield Clip(
+            name=row["name"],
+            source=row["source"],
+            licence=row["licence"],
+            object_motion=moved,
+            **{k: data[k][here] for k in _PER_FRAME},
         )
         at["frames"] = here.stop
-    return clips
 
 
-def _double(x: np.ndarray) -> np.ndarray:
-    """Single precision is for the file; everything computes in double."""
-    return x.astype(np.float64) if x.dtype == np.float32 else x
+def _index_row(clip: Clip) -> dict[str, object]:
+    moved = clip.object_motion
+    return {
+        "name": clip.name,
+        "source": clip.source,
+        "licence": clip.licence,
+        "frames": len(clip.root),
+        "object": moved.mesh.name if moved else None,
+        "verts": len(moved.mesh.vertices) if moved else 0,
+        "faces": len(moved.mesh.faces) if moved else 0,
+    }
 
 
 def _object_motion(
-    row: dict[str, object], data: dict[str, np.ndarray], at: dict[str, int]
+    row: dict[str, Any], data: dict[str, np.ndarray], at: dict[str, int]
 ) -> ObjectMotion:
-    frames, verts, faces = int(str(row["frames"])), int(str(row["verts"])), int(str(row["faces"]))
+    frames, verts, faces = row["frames"], row["verts"], row["faces"]
     mesh = ObjectMesh(
         vertices=data["vertices"][at["verts"] : at["verts"] + verts],
         faces=data["faces"][at["faces"] : at["faces"] + faces],
-        name=str(row["object"]),
+        name=row["object"],
     )
     T = data["T"][at["T"] : at["T"] + frames]
     at["T"] += frames

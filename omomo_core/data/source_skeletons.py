@@ -1,19 +1,23 @@
 """The skeletons motion comes in, as data: which of their joints stand for which of ours."""
 
 from dataclasses import dataclass
-from typing import Literal
 
-RestForward = Literal["+x", "+z"]
+import numpy as np
+from jaxtyping import Float
+
+_FACING_Z = np.eye(3)
+_FACING_X = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SourceSkeleton:
-    """How to read one family of recordings (all are y up in their rest pose)."""
+    """How to read one family of recordings."""
 
     name: str
-    rest_forward: RestForward | None
-    """Where the body looks when all global rotations are the identity (arms and legs extended);
-    None when the local frames are arbitrary and the rest pose must be estimated."""
+    rest_axes: Float[np.ndarray, "3 3"] | None
+    """Columns: where the body's left, up and forward lie when all global rotations are the identity
+    and it stands, arms in any direction; None when the local frames are arbitrary and must be
+    estimated from the motion."""
     points: dict[str, str]
     """Our joint (or left_palm, right_palm) -> the source joint at that place."""
     drivers: dict[str, tuple[str, str, float]]
@@ -47,7 +51,7 @@ def _same(table: dict[str, str]) -> dict[str, tuple[str, str, float]]:
 
 CMU_BVH = SourceSkeleton(
     name="cmu_bvh",
-    rest_forward="+z",
+    rest_axes=_FACING_Z,
     points=_both_sides(
         {
             "hip": "*Thigh",
@@ -91,7 +95,7 @@ CMU_BVH = SourceSkeleton(
 
 CMU_JUMP = SourceSkeleton(
     name="cmu_jump",
-    rest_forward="+x",
+    rest_axes=_FACING_X,
     points=_both_sides(
         {p: f"*_{p}" for p in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")},
         "left",
@@ -126,7 +130,7 @@ CMU_JUMP = SourceSkeleton(
 
 O3DE = SourceSkeleton(
     name="o3de",
-    rest_forward=None,
+    rest_axes=None,
     points=_both_sides(
         {
             "hip": "*UpperLeg",
@@ -169,7 +173,7 @@ O3DE = SourceSkeleton(
 
 HDM05 = SourceSkeleton(
     name="hdm05",
-    rest_forward="+z",
+    rest_axes=_FACING_Z,
     points=_both_sides(
         {
             "hip": "*hipjoint",

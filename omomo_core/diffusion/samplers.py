@@ -7,7 +7,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from omomo_core.diffusion.schedule import Schedule
+from omomo_core.diffusion.schedule import Schedule, shifted
 
 PredictX0 = Callable[[Tensor, int], Tensor]
 """(x_n, level n) -> x0, any batch shape."""
@@ -22,6 +22,7 @@ def sample(
     *,
     sampler: Sampler = "dpm++",
     steps: int = 20,
+    shift: float = 1.0,
     on_step: Callable[[float], None] = lambda done: None,
 ) -> Float[Tensor, "*shape"]:
     """Turn standard normal noise x into a sample.
@@ -33,11 +34,12 @@ def sample(
         generator: source of the noise that ancestral sampling adds.
         sampler: "ddpm" always walks every level; the others take `steps`.
         steps: network evaluations of "ddim" and "dpm++".
+        shift: how far those evaluations lean to much noise (see `shifted`).
         on_step: called with the fraction done after each evaluation.
     """
     if sampler == "ddpm":
         return _ddpm(predict, x, schedule, generator, on_step)
-    levels = _levels(schedule, steps)
+    levels = _levels(schedule, steps, shift)
     step = _ddim_step if sampler == "ddim" else _dpm_step
     previous: tuple[Tensor, int] | None = None
     for i, n in enumerate(levels):
@@ -50,9 +52,10 @@ def sample(
     return x
 
 
-def _levels(schedule: Schedule, steps: int) -> list[int]:
+def _levels(schedule: Schedule, steps: int, shift: float) -> list[int]:
     last = len(schedule.beta) - 1
-    return [round(n) for n in torch.linspace(last, 0, steps).tolist()]
+    levels = [round(last * n) for n in shifted(torch.linspace(1, 0, steps), shift).tolist()]
+    return sorted(set(levels), reverse=True)
 
 
 def _ddpm(

@@ -32,3 +32,8 @@ def cosine_schedule(levels: int = LEVELS, offset: float = 0.008) -> Schedule:
     signal = torch.cos((t + offset) / (1 + offset) * math.pi / 2) ** 2
     beta = (1 - signal[1:] / signal[:-1]).clamp(0, 0.999)
     return Schedule(beta=beta, alpha_bar=torch.cumprod(1 - beta, dim=0))
+
+
+def shifted(u: Float[Tensor, "*b"], shift: float) -> Float[Tensor, "*b"]:
+    """Move shares of the way to full noise (0 to 1) towards 1 (Esser et al. 2024, section 5.3.2)."""
+    return shift * u / (1 + (shift - 1) * u)

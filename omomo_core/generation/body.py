@@ -1,17 +1,20 @@
 """Sampling stage 2: a whole body for each guess of the palms, solved to hold what they hold."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
+import roma
 import torch
 from jaxtyping import Float
 from scipy.ndimage import gaussian_filter1d
 from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
-from omomo_core.body.model import BodyModel
 from omomo_core.body_stage import capture as body_stage
 from omomo_core.capture import BASIS_POINTS
+from omomo_core.generation.fit import Fit
+from omomo_core.generation.known import Pose, body_pin, fade
 from omomo_core.generation.overlap import sample_take
 from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.generation.scene import Scene
@@ -25,13 +28,27 @@ from omomo_core.stage import Stage
 def sample_body(
     scene: Scene,
     hands: Sequence[HandMotion],
-    body: BodyModel,
+    fit: Fit,
     stage: Stage,
     options: GenerationOptions,
     generator: torch.Generator,
     progress: Progress,
+    *,
+    start: Pose | None = None,
+    certain: bool = False,
 ) -> list[tuple[HumanMotion, Float[np.ndarray, "frames 2"]]]:
     """People whose palms are where `hands` says, one for each.
+
+    Args:
+        scene: the object.
+        hands: palms and contact of each sample.
+        fit: whose body, and that of the network.
+        stage: the network.
+        options: sampler and its steps.
+        generator: source of randomness.
+        progress: told how far it is.
+        start: pose of the first frame, if known.
+        certain: the palms are known: arms follow them in every frame, not only where they hold.
 
     Returns:
         Each person, and how far their palms miss where they should hold, metres.
@@ -59,11 +76,15 @@ def sample_body(
         options,
         generator,
         frames=scene.trained.frames,
+        pin=None if start is None else body_pin(start, reference[0, 0], fit),
         on_step=lambda done: progress("body", done),
     )
+    hold = torch.ones_like(contact) if certain else contact
     people: list[tuple[HumanMotion, Float[np.ndarray, "frames 2"]]] = []
     for k in range(len(hands)):
-        people.append(_finish(x[k], reference[k], palms[k], contact[k], scene.scale, body))
+        hand = HandMotion(palms=hands[k].palms, contact=hold[k].double().numpy())
+        human, miss = _finish(x[k], reference[k], hand, fit, start)
+        people.append((replace(human, hand_contact=hands[k].contact), miss))
         progress("solve", (k + 1) / len(hands))
     return people
 
@@ -71,25 +92,39 @@ def sample_body(
 def _finish(
     x: Float[Tensor, "frames channels"],
     reference: Float[Tensor, "frames 2"],
-    palms: Float[Tensor, "frames 2 3"],
-    contact: Float[Tensor, "frames 2"],
-    scale: float,
-    body: BodyModel,
+    hands: HandMotion,
+    fit: Fit,
+    start: Pose | None,
 ) -> tuple[HumanMotion, Float[np.ndarray, "frames 2"]]:
     # Patches of frames are decoded together; a light filter takes out what jumps between them.
     x = torch.from_numpy(gaussian_filter1d(x.numpy(), 1.0, axis=0, mode="nearest"))
-    root, _, six, foot_contact = body_stage.unpack(x, reference)
-    solved = solve_body(
-        body, root / scale, rotmat_from_6d(six), foot_contact, palms / scale, contact
-    )
+    sampled, _, six, foot_contact = body_stage.unpack(x, reference)
+    turned = rotmat_from_6d(six)
+    palms, hold = (torch.from_numpy(a).float() for a in (hands.palms, hands.contact))
+    placed = fit.to_body(sampled, turned[:, 0])
+    solved = solve_body(fit.body, placed, turned, foot_contact, palms, hold)
     # Solving in single precision leaves rotations a little off; what goes out is exact.
-    root, R = solved.root.double(), rotmat_from_6d(rotmat_to_6d(solved.rotations.double()))
+    root, R = _begin_with(
+        start, solved.root.double(), rotmat_from_6d(rotmat_to_6d(solved.rotations.double()))
+    )
     human = HumanMotion(
         root=root.numpy(),
         rotations=R.numpy(),
-        fingers=body.relaxed_fingers.expand(len(root), 30, 3, 3).double().numpy(),
-        joints=forward_kinematics(body, root, R).numpy(),
-        hand_contact=contact.double().numpy(),
+        fingers=fit.body.relaxed_fingers.expand(len(root), 30, 3, 3).double().numpy(),
+        joints=forward_kinematics(fit.body, root, R).numpy(),
+        hand_contact=hands.contact,
         foot_contact=(foot_contact.double().numpy() * np.tile(solved.standing, 2)),
     )
     return human, solved.miss.double().numpy()
+
+
+def _begin_with(
+    start: Pose | None, root: Float[Tensor, "frames 3"], R: Float[Tensor, "frames 22 3 3"]
+) -> tuple[Float[Tensor, "frames 3"], Float[Tensor, "frames 22 3 3"]]:
+    """The first frame as given, if it is; what filter and solver changed in it fades out after it."""
+    if start is None:
+        return root, R
+    weight = fade(len(root)).double()[:, None]
+    step = roma.rotmat_to_rotvec(R[0].mT @ torch.from_numpy(start.rotations))
+    turned = R @ roma.rotvec_to_rotmat(weight[..., None] * step)
+    return root + weight * (torch.from_numpy(start.root) - root[0]), turned

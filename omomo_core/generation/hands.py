@@ -3,6 +3,7 @@
 import torch
 
 from omomo_core.capture import BASIS_POINTS
+from omomo_core.generation.known import Pin
 from omomo_core.generation.overlap import sample_take
 from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.generation.scene import Scene
@@ -20,6 +21,7 @@ def sample_hands(
     options: GenerationOptions,
     generator: torch.Generator,
     progress: Progress,
+    pin: Pin | None = None,
 ) -> list[HandMotion]:
     """Palms (world, metres) and contact weights of each sample, contacts applied."""
     index = window_frames(scene.trained.frames)
@@ -34,6 +36,7 @@ def sample_hands(
         options,
         generator,
         frames=scene.trained.frames,
+        pin=pin,
         on_step=lambda done: progress("hands", done),
     )
     centre = torch.from_numpy(scene.trained.centre).float().expand(len(x), -1, 3)

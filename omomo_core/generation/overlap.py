@@ -13,6 +13,7 @@ from torch import Tensor
 from omomo_core.capture import shape_code
 from omomo_core.diffusion.samplers import sample
 from omomo_core.diffusion.schedule import cosine_schedule
+from omomo_core.generation.known import Pin
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.generation.take import window_frames
 from omomo_core.geometry.canonical import Layout, turn
@@ -50,18 +51,21 @@ def sample_take(
     generator: torch.Generator,
     *,
     frames: int,
+    pin: Pin | None = None,
     on_step: Callable[[float], None],
 ) -> Float[Tensor, "samples frames channels"]:
     """Features of K samples of a take of `frames` frames, raw units, world axes.
 
-    The batch is samples x windows, sample-major, as `object_windows` makes it.
+    The batch is samples x windows, sample-major, as `object_windows` makes it. Features of the first
+    frame that are known (`pin`) are put into every estimate, so that the other frames follow them.
     """
     index, valid, shape = window_frames(frames), windows.valid, shape_code(windows, yaw)
     samples = len(condition) // len(index)
 
     def to_world(x: Tensor) -> Tensor:
         raw = turn(stage.denormalise(x), yaw, layout)
-        return merge(raw.unflatten(0, (samples, len(index))), index, frames)
+        merged = merge(raw.unflatten(0, (samples, len(index))), index, frames)
+        return merged if pin is None else pin.hold(merged)
 
     def predict(x: Tensor, n: int) -> Tensor:
         parts = [
@@ -80,6 +84,7 @@ def sample_take(
             generator,
             sampler=options.sampler,
             steps=options.steps,
+            shift=stage.config.level_shift,
             on_step=on_step,
         )
         return to_world(x)

@@ -19,6 +19,7 @@ from omomo_core.body_stage import paper as body_stage
 from omomo_core.diffusion.samplers import sample
 from omomo_core.diffusion.schedule import cosine_schedule
 from omomo_core.errors import InputError
+from omomo_core.generation.choose import choose
 from omomo_core.generation.result import Generation, GenerationOptions, Progress, Stages, notes_of
 from omomo_core.generation.scores import must_be_held, score
 from omomo_core.generation.take import Take, object_windows, prepare, window_frames
@@ -63,7 +64,7 @@ def generate_as_published(
         score(p, take, np.linalg.norm(p.joints[:, 22:] - h.palms, axis=-1), moving)
         for p, h in zip(people, hands, strict=True)
     )
-    chosen = int(np.argmin([s["total"] for s in scores]))
+    chosen = choose(people, scores)
     return Generation(tuple(people), chosen, scores, notes_of(scores[chosen]))
 
 

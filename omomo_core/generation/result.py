@@ -39,7 +39,7 @@ class Generation:
 
     motions: tuple[HumanMotion, ...]
     chosen: int
-    """Index of the sample with the least faults."""
+    """Index of the sample to show: amid the others, with few faults."""
     scores: tuple[dict[str, float], ...]
     notes: tuple[str, ...]
     """What is still wrong with the chosen sample, in words."""

@@ -65,7 +65,7 @@ def solve_body(
     for _ in range(3):
         move = root + _towards(body, root, rotations, palms, hold) - sampled
         root = sampled + move * (FARTHEST / move.norm(dim=-1, keepdim=True).clamp(min=FARTHEST))
-    root = root - _up(_drop(body, root, rotations, feet))
+    root = root - _up(_drop(body, root, rotations, feet, standing))
     for side, leg in enumerate(LEGS):
         rotations, _ = reach(body, root, rotations, leg, feet[:, side])
     for side, arm in enumerate(ARMS):
@@ -98,9 +98,13 @@ def _towards(
 
 
 def _drop(
-    body: BodyModel, root: Tensor, rotations: Tensor, feet: Float[Tensor, "frames 2 3"]
+    body: BodyModel,
+    root: Tensor,
+    rotations: Tensor,
+    feet: Float[Tensor, "frames 2 3"],
+    standing: Bool[np.ndarray, "frames 2"],
 ) -> Float[Tensor, " frames"]:
-    """How much lower the pelvis must be for both legs to reach their feet."""
+    """How much lower the pelvis must be for the legs to reach the feet that stand."""
     joints = forward_kinematics(body, root, rotations)
     rest, drop = body.rest_joints, torch.zeros(len(root))
     for side, (hip, knee, ankle) in enumerate(((1, 4, 7), (2, 5, 8))):
@@ -108,7 +112,8 @@ def _drop(
         way = joints[:, hip] - feet[:, side]
         across = way[:, :2].norm(dim=-1)
         height = ((LEG_STRETCH * length) ** 2 - across**2).clamp(min=0.04).sqrt()
-        drop = torch.maximum(drop, (way[:, 2] - height).clamp(0, LOWEST))
+        need = (way[:, 2] - height).clamp(0, LOWEST) * torch.from_numpy(standing[:, side])
+        drop = torch.maximum(drop, need)
     # The largest need of the neighbourhood, then smoothed: never less than the need itself.
     spread = maximum_filter1d(drop.numpy(), 7, mode="nearest")
     return torch.from_numpy(gaussian_filter1d(spread, 2.0, mode="nearest"))
@@ -120,14 +125,18 @@ def _foot_targets(
     """Ankles, still while planted and never with a toe or heel below the floor."""
     joints = forward_kinematics(body, root, rotations)
     sole = float(body.vertices[:, 1].min())
-    heel_or_toe = np.maximum(foot_contact[:, :2].numpy(), foot_contact[:, 2:].numpy())
+    heel, toe_down = (foot_contact[:, k : k + 2].numpy() > PLANTED for k in (0, 2))
     ankles = joints[:, ANKLES].numpy().astype(np.float64)
-    ankles, standing = add_steps(ankles, heel_or_toe > PLANTED)
+    ankles, standing = add_steps(ankles, heel | toe_down)
+    to_toe = (joints[:, TOES] - joints[:, ANKLES]).numpy()
     targets: list[Tensor] = []
     for side in range(2):
-        still = ankles[:, side] + _corrections(ankles[:, side], standing[:, side])
+        rolling = toe_down[:, side] & ~heel[:, side]
+        still = ankles[:, side] + _corrections(
+            ankles[:, side], to_toe[:, side], standing[:, side], rolling
+        )
         locked = torch.from_numpy(still.astype(np.float32))
-        toe = locked + joints[:, TOES[side]] - joints[:, ANKLES[side]]
+        toe = locked + torch.from_numpy(to_toe[:, side])
         for point, name in ((locked, ANKLES[side]), (toe, TOES[side])):
             height = float(body.rest_joints[name, 1]) - sole
             locked = locked + _up((height - point[:, 2]).clamp(min=0))
@@ -141,15 +150,28 @@ def _up(height: Float[Tensor, " frames"]) -> Float[Tensor, "frames 3"]:
 
 
 def _corrections(
-    ankle: Float[np.ndarray, "frames 3"], down: Bool[np.ndarray, " frames"]
+    ankle: Float[np.ndarray, "frames 3"],
+    to_toe: Float[np.ndarray, "frames 3"],
+    down: Bool[np.ndarray, " frames"],
+    rolling: Bool[np.ndarray, " frames"],
 ) -> Float[np.ndarray, "frames 3"]:
-    """What to add to an ankle so that it stands still in each plant; linear in between."""
+    """What to add to an ankle so that its foot stands still in each plant; linear in between.
+
+    Where only the toe is down (`rolling`) the foot turns about it and the ankle rises.
+    """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], down, [False]]).astype(int)))
-    plants = [(a, b) for a, b in edges.reshape(-1, 2) if b - a >= SHORTEST_STEP]
+    plants = [np.arange(a, b) for a, b in edges.reshape(-1, 2) if b - a >= SHORTEST_STEP]
     if not plants:
         return np.zeros_like(ankle)
-    frames = np.concatenate([np.arange(a, b) for a, b in plants])
-    wanted = np.concatenate([np.tile(np.median(ankle[a:b], axis=0), (b - a, 1)) for a, b in plants])
-    needed = wanted - ankle[frames]
-    everywhere = np.arange(len(ankle))
-    return np.stack([np.interp(everywhere, frames, needed[:, i]) for i in range(3)], axis=1)
+    needed: list[Float[np.ndarray, "frames 3"]] = []
+    for plant in plants:
+        flat = plant[~rolling[plant]]
+        toe = ankle[plant] + to_toe[plant]
+        if len(flat):
+            place = np.median(ankle[flat], axis=0)
+            ball = place + np.median(to_toe[flat], axis=0)
+        else:
+            place = ball = np.median(toe, axis=0)
+        needed.append(np.where(rolling[plant, None], ball - toe, place - ankle[plant]))
+    frames, moves = np.concatenate(plants), np.concatenate(needed)
+    return np.stack([np.interp(np.arange(len(ankle)), frames, m) for m in moves.T], axis=1)

@@ -3,7 +3,7 @@
 from jaxtyping import Float
 from torch import Tensor
 
-from omomo_core.diffusion.denoiser import DenoiserConfig
+from omomo_core.diffusion.blocks import DenoiserConfig
 from omomo_core.geometry.bps import PAPER_POINTS
 from omomo_core.geometry.human_frame import into_frame, out_of_frame
 from omomo_core.geometry.rotations import yaw_matrix

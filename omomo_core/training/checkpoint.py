@@ -11,7 +11,8 @@ from safetensors.torch import save_file
 from torch import Tensor
 
 from omomo_core.stage import Stage, StageConfig, save_stage
-from omomo_core.training.loop import TrainOptions, TrainState, make_optimiser
+from omomo_core.training.loop import TrainOptions, TrainState
+from omomo_core.training.optimiser import Optimiser
 
 
 def save_run(state: TrainState, folder: Path, options: TrainOptions, notes: dict[str, str]) -> None:
@@ -22,8 +23,7 @@ def save_run(state: TrainState, folder: Path, options: TrainOptions, notes: dict
     notes = {**notes, **recipe, "steps_done": str(state.step), "loss": f"{state.loss:.5f}"}
     _replace(folder / f"{name}.safetensors", lambda p: save_stage(state.average, p, notes))
     tensors = _tensors("weights", state.stage) | _tensors("average", state.average)
-    for i, moments in state.optimiser.state_dict()["state"].items():
-        tensors |= {f"optimiser.{i}.{k}": v.contiguous() for k, v in moments.items()}
+    tensors |= {f"optimiser.{k}": v for k, v in state.optimiser.tensors().items()}
     progress = {"step": str(state.step), "loss": repr(state.loss)}
     _replace(folder / f"{name}.resume", lambda p: save_file(tensors, p, progress))
 
@@ -39,14 +39,8 @@ def resume_run(config: StageConfig, folder: Path, options: TrainOptions) -> Trai
     stage, average = Stage(config), Stage(config)
     stage.load_state_dict(_part(tensors, "weights."))
     average.load_state_dict(_part(tensors, "average."))
-    optimiser = make_optimiser(stage, options)
-    moments: dict[int, dict[str, Tensor]] = {}
-    for key, value in _part(tensors, "optimiser.").items():
-        index, name = key.split(".", 1)
-        moments.setdefault(int(index), {})[name] = value
-    optimiser.load_state_dict(
-        {"state": moments, "param_groups": optimiser.state_dict()["param_groups"]}
-    )
+    optimiser = Optimiser(stage, options.rate)
+    optimiser.load(_part(tensors, "optimiser."))
     return TrainState(
         stage, average.eval(), optimiser, int(progress["step"]), float(progress["loss"])
     )

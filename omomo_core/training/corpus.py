@@ -36,13 +36,18 @@ class Corpus:
     def __init__(self, clips: Sequence[Clip], body: BodyModel, synthesis_share: float) -> None:
         self.lengths = torch.tensor([len(clip.root) for clip in clips])
         self.starts = torch.cumsum(self.lengths, 0) - self.lengths
-        meshes = [c.object_motion.mesh for c in clips if c.object_motion]
         has = torch.tensor([c.object_motion is not None for c in clips])
-        self.grids = ShapeGrids(meshes)
+        self.grids = ShapeGrids([c.object_motion.mesh for c in clips if c.object_motion])
         self.object_of = torch.where(has, torch.cumsum(has, 0), 0)
-        centres = self.grids.centres[self.object_of.numpy()]
-        rows = [_rows(clip, body, centre) for clip, centre in zip(clips, centres, strict=True)]
-        self.rows = {k: torch.cat([r[k] for r in rows]) for k in rows[0]}
+        self.rows: dict[str, Tensor] = {}
+        """What windows are made of, by name: all frames of all clips, joined."""
+        total = int(self.lengths.sum())
+        for clip, first, index in zip(clips, self.starts, self.object_of, strict=True):
+            for key, rows in _rows(clip, body, self.grids.centres[int(index)]).items():
+                # One buffer from the start: joining parts at the end would hold everything twice.
+                if key not in self.rows:
+                    self.rows[key] = torch.empty(total, *rows.shape[1:])
+                self.rows[key][first : first + len(rows)] = rows
         self.weights = _weights(self.lengths.float(), has, synthesis_share)
 
     def draw(self, count: int, basis_points: int, *, objects_only: bool = False) -> Windows:

@@ -10,23 +10,26 @@ from torch import Tensor
 
 from omomo_core.body_stage import capture as body_capture
 from omomo_core.body_stage import paper as body_paper
-from omomo_core.diffusion.schedule import cosine_schedule
+from omomo_core.diffusion.schedule import LEVELS, cosine_schedule, shifted
 from omomo_core.stage import Stage, StageConfig
 from omomo_core.training.corpus import Corpus
 from omomo_core.training.examples import Example, make_example
+from omomo_core.training.optimiser import Optimiser
 
 STATISTICS_BATCHES = 8
+FALL = 0.4
+"""Share of the steps at the end in which the learning rate falls."""
 
 
 @dataclass(frozen=True)
 class TrainOptions:
     """The recipe."""
 
-    steps: int = 10_000
+    steps: int = 12_000
     batch: int = 64
-    rate: float = 5e-4
+    rate: float = 2e-3
     warmup: int = 200
-    ema: float = 0.998
+    ema: float = 0.999
     velocity: float = 1.0
     """Weight of the L1 loss on frame-to-frame differences (capture configuration)."""
     feet: float = 20.0
@@ -41,7 +44,7 @@ class TrainState:
 
     stage: Stage
     average: Stage
-    optimiser: torch.optim.AdamW
+    optimiser: Optimiser
     step: int = 0
     loss: float = math.nan
 
@@ -53,12 +56,7 @@ def start(config: StageConfig, corpus: Corpus, options: TrainOptions) -> TrainSt
     _measure_statistics(stage, corpus, options.batch)
     average = Stage(config)
     average.load_state_dict(stage.state_dict())
-    return TrainState(stage, average.eval(), make_optimiser(stage, options))
-
-
-def make_optimiser(stage: Stage, options: TrainOptions) -> torch.optim.AdamW:
-    """AdamW over the trainable weights."""
-    return torch.optim.AdamW(stage.parameters(), lr=options.rate, weight_decay=0.01, fused=True)
+    return TrainState(stage, average.eval(), Optimiser(stage, options.rate))
 
 
 def train(
@@ -75,14 +73,9 @@ def train(
     while state.step < options.steps:
         # Seeded by the step, so that a resumed run is the uninterrupted one.
         torch.manual_seed(1_000_003 * options.seed + state.step)
-        for group in state.optimiser.param_groups:
-            group["lr"] = options.rate * _rate(state.step, options)
         loss = _step(state.stage, corpus, options, schedule.add_noise, device)
         if math.isfinite(loss.item()):
-            state.optimiser.zero_grad()
-            loss.backward()
-            torch.nn.utils.clip_grad_norm_(state.stage.parameters(), 1.0)
-            state.optimiser.step()
+            state.optimiser.step(loss, list(state.stage.parameters()), _rate(state.step, options))
             _follow(state, options.ema)
             smooth = loss.item() if math.isnan(smooth) else 0.99 * smooth + 0.01 * loss.item()
         state.step, state.loss = state.step + 1, smooth
@@ -91,11 +84,10 @@ def train(
 
 
 def _rate(step: int, options: TrainOptions) -> float:
-    """Linear warm-up, then a cosine down to a twentieth."""
-    if step < options.warmup:
-        return (step + 1) / options.warmup
-    done = (step - options.warmup) / max(1, options.steps - options.warmup)
-    return 0.05 + 0.95 * 0.5 * (1 + math.cos(math.pi * min(1.0, done)))
+    """Linear warm-up, then full, then linearly down: a run may be given more steps until it falls."""
+    falls = options.steps * (1 - FALL)
+    down = (options.steps - step) / max(1.0, options.steps - falls)
+    return max(0.02, min(1.0, (step + 1) / options.warmup, down))
 
 
 def _follow(state: TrainState, decay: float) -> None:
@@ -127,7 +119,8 @@ def _step(
         condition = body_paper.condition(
             x0[..., body_paper.POSITIONS - 6 : body_paper.POSITIONS].cpu()
         ).to(device)
-    level = torch.randint(0, 1000, (len(x0),))
+    share = shifted(torch.rand(len(x0)), stage.config.level_shift)
+    level = (share * (LEVELS - 1)).round().long()
     x_n = add_noise(x0.cpu(), level, torch.randn(x0.shape)).to(device)
     with torch.autocast(device.type, torch.bfloat16):
         guess = stage(

@@ -1,10 +1,12 @@
 """BPS during training: nearest surface points looked up in a grid, so that any turn is cheap."""
 
+import os
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Float, Float16, Int
 from torch import Tensor
 
 from omomo_core.geometry.bps import BASIS_RADIUS, basis
@@ -20,16 +22,14 @@ class ShapeGrids:
     """For each object, the surface point nearest to the middle of every cell of a cube around it."""
 
     def __init__(self, meshes: Sequence[ObjectMesh]) -> None:
-        middle = (np.arange(CELLS) + 0.5) / CELLS * 2 * BASIS_RADIUS - BASIS_RADIUS
-        cells = np.stack(np.meshgrid(middle, middle, middle, indexing="ij"), -1).reshape(-1, 3)
-        nearest, centres = [np.zeros((len(cells), 3), np.float16)], [np.zeros(3)]
-        for mesh in meshes:
-            surface = sample_surface(mesh)
-            _, index = surface.tree.query(cells + surface.centre)
-            nearest.append((surface.points[index] - surface.centre).astype(np.float16))
-            centres.append(surface.centre)
-        self.nearest = torch.from_numpy(np.stack(nearest))
-        self.centres: Float[np.ndarray, "objects 3"] = np.stack(centres)
+        cells = _cells()
+        self.nearest = torch.zeros(len(meshes) + 1, len(cells), 3, dtype=torch.float16)
+        self.centres: Float[np.ndarray, "objects 3"] = np.zeros((len(meshes) + 1, 3))
+        # scipy's search lets go of the interpreter: threads share the work and the memory.
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            grids = pool.map(lambda mesh: _grid(mesh, cells), meshes)
+            for k, (nearest, centre) in enumerate(grids, start=1):
+                self.nearest[k], self.centres[k] = torch.from_numpy(nearest), centre
 
     def lookup(self, index: Int[Tensor, " b"], mirrored: Tensor, count: int) -> ShapeLookup:
         """Encoder for the objects `index` (0 = none); where `mirrored` the object's x is flipped."""
@@ -47,3 +47,22 @@ class ShapeGrids:
             return offset @ R_canonical_object.transpose(-1, -2)
 
         return shape
+
+
+def _cells() -> Float[np.ndarray, "cells 3"]:
+    """Middles of the cells, metres from the object's centre."""
+    middle = (np.arange(CELLS) + 0.5) / CELLS * 2 * BASIS_RADIUS - BASIS_RADIUS
+    return np.stack(np.meshgrid(middle, middle, middle, indexing="ij"), -1).reshape(-1, 3)
+
+
+def _grid(
+    mesh: ObjectMesh, cells: Float[np.ndarray, "cells 3"]
+) -> tuple[Float16[np.ndarray, "cells 3"], Float[np.ndarray, "3"]]:
+    """Nearest surface point to each cell, and the centre that both are measured from."""
+    surface = sample_surface(mesh)
+    # No point of the basis ball lies in the corners of the cube.
+    asked = np.linalg.norm(cells, axis=-1) < BASIS_RADIUS * (1 + np.sqrt(3) / CELLS)
+    nearest = np.zeros((len(cells), 3), np.float16)
+    _, index = surface.tree.query(cells[asked] + surface.centre)
+    nearest[asked] = surface.points[index] - surface.centre
+    return nearest, surface.centre

@@ -278,7 +278,7 @@ def test_an_interrupt_is_quiet(
 
     monkeypatch.setattr("capture_app.inspection.read_session", interrupted)
     assert invoke(["inspect", "take"]) == 130
-    assert capsys.readouterr().err == "Interrupted; nothing was left behind.\n"
+    assert capsys.readouterr().err == "Interrupted; no half file was left behind.\n"
 
 
 def test_help_loads_nothing_heavy() -> None:

@@ -1,5 +1,6 @@
 """`omocap data`, `omocap train` and `omocap simulate` as a user calls them."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from ingest.mount import load_mount
 from omomo_core.data.clips import Clip, save_clips
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.stage import load_stage
+from tests.core.rig_files import write_bvh
 
 UPRIGHT = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
 
@@ -44,6 +46,35 @@ def test_train_writes_weights_and_goes_on_where_it_stopped(clips: Path, tmp_path
     assert invoke([*words, "--steps", "2"]) == 0
     assert load_stage(out / "hands.safetensors").config.configuration == "capture"
     assert (out / "body.safetensors").read_bytes() != first
+
+
+def test_train_takes_recordings_and_counts_what_it_leaves_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    mocap, out = tmp_path / "mocap", tmp_path / "run"
+    mocap.mkdir()
+    rig = {"pelvis": "Hips", "head": "Head", "neck": "Neck"}
+    sides = {"hip": "UpLeg", "knee": "Leg", "ankle": "Foot", "foot": "ToeBase", "collar": "Shoulder",
+             "shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand"}  # fmt: skip
+    rig |= {f"{s}_{k}": f"{s.title()}{v}" for s in ("left", "right") for k, v in sides.items()}
+    write_bvh(mocap / "walk.bvh", lambda name: rig.get(name, name))
+    (mocap / "broken.bvh").write_text("HIERARCHY")
+    words = ["train", str(mocap), "-o", str(out), "--batch", "2", "--stage", "body"]
+    words += ["--config", "paper", "--synthetic", "0"]
+    assert invoke([*words, "--steps", "1"]) == 0
+    assert "1 x bvh-syntax" in capsys.readouterr().out
+    told = json.loads((out / "data.json").read_text())
+    assert told["left_out"] == {"bvh-syntax": 1}
+    assert "broken.bvh" in told["problems"][0]
+    before = (out / "recorded.npz").stat().st_mtime_ns
+    assert invoke([*words, "--steps", "2"]) == 0
+    assert "1 x bvh-syntax" in capsys.readouterr().out
+    assert (out / "recorded.npz").stat().st_mtime_ns == before
+    (mocap / "walk.bvh").unlink()
+    assert invoke([*words, "--steps", "3"]) == 2
+    assert "run-differs" in capsys.readouterr().err
+    assert invoke([*words[:3], str(tmp_path / "other")]) == 2
+    assert "mocap-unusable" in capsys.readouterr().err
 
 
 def test_training_refuses_what_it_cannot_use(

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.body_stage import paper as body_paper
-from omomo_core.diffusion.denoiser import Denoiser, DenoiserConfig
+from omomo_core.diffusion.blocks import DenoiserConfig
+from omomo_core.diffusion.denoiser import Denoiser
 from omomo_core.diffusion.samplers import sample
 from omomo_core.diffusion.schedule import cosine_schedule
 from omomo_core.hand_stage import paper as hand_paper

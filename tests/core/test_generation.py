@@ -1,5 +1,7 @@
 """The generator with untrained networks: what must hold whatever the networks say."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -11,11 +13,13 @@ from omomo_core.body.model import with_height
 from omomo_core.body_stage import paper as body_paper
 from omomo_core.capture import stage_config
 from omomo_core.errors import InputError
+from omomo_core.generation.choose import choose
 from omomo_core.generation.generator import generate
+from omomo_core.generation.known import Known, Pose
 from omomo_core.generation.result import Generation, GenerationOptions, Stages
 from omomo_core.generation.solve import solve_body
 from omomo_core.hand_stage import paper as hand_paper
-from omomo_core.motion import ObjectMesh, ObjectMotion
+from omomo_core.motion import HandMotion, ObjectMesh, ObjectMotion
 from omomo_core.stage import Stage
 
 BODY = load_body()
@@ -27,7 +31,11 @@ def untrained(configuration: str = "capture") -> Stages:
     if configuration == "paper":
         return Stages(Stage(hand_paper.CONFIG).eval(), Stage(body_paper.CONFIG).eval(), BODY.height)
     hands, body = stage_config("hands", 8, 10), stage_config("body", 208, 17)
-    return Stages(Stage(hands).eval(), Stage(body).eval(), BODY.height)
+    stages = Stages(Stage(hands).eval(), Stage(body).eval(), BODY.height)
+    for stage in (stages.hands, stages.body):
+        # New networks predict the mean whatever they see; these shall differ.
+        torch.nn.init.normal_(stage.denoiser.out.weight, std=0.05)
+    return stages
 
 
 def carried(frames: int) -> ObjectMotion:
@@ -158,3 +166,47 @@ def test_the_published_model_makes_one_window_and_refuses_more():
     assert made.motions[0].joints.shape == (90, 24, 3)
     with pytest.raises(InputError, match="paper-too-long"):
         generate(carried(121), BODY, untrained("paper"), options, lambda name, done: None)
+
+
+def pose_of(motion: Generation, k: int, frame: int) -> Pose:
+    return Pose(motion.motions[k].root[frame], motion.motions[k].rotations[frame])
+
+
+def test_a_take_starts_from_the_given_pose_and_does_not_jump_away_from_it():
+    motion, options = carried(150), GenerationOptions(samples=2, steps=3)
+    start = pose_of(run(motion, seed=5), 1, 20)
+    known = Known(first_frame=start)
+    made = generate(motion, BODY, untrained(), options, lambda name, done: None, known)
+    free = run(motion)
+    for person, other in zip(made.motions, free.motions, strict=True):
+        np.testing.assert_allclose(person.root[0], start.root, atol=1e-6)
+        np.testing.assert_allclose(person.rotations[0], start.rotations, atol=1e-5)
+        step = np.linalg.norm(np.diff(person.joints, axis=0), axis=-1)[:10].max()
+        usual = np.linalg.norm(np.diff(other.joints, axis=0), axis=-1)[:30].max()
+        assert step < usual + 0.2
+
+
+def test_known_palms_are_followed_in_every_frame():
+    motion = carried(130)
+    motion.T_world_object[:, 2, 3] = 0.4
+    palms = np.stack([motion.T_world_object[:, :3, 3] + [0, s * 0.2, 0] for s in (-1, 1)], axis=1)
+    known = Known(hands=HandMotion(palms, np.zeros((130, 2))))
+    options, stages = GenerationOptions(samples=2, steps=3), untrained()
+    # A network that puts the body where the palms are, whatever the noise.
+    torch.nn.init.zeros_(stages.body.denoiser.out.weight)
+    made = generate(motion, BODY, stages, options, lambda name, done: None, known)
+    for person in made.motions:
+        off = np.linalg.norm(person.joints[:, 22:] - palms, axis=-1)
+        # Where the arms are long enough, though nothing is said to be in contact.
+        assert (off < 1e-3).mean() > 0.5
+        assert not person.hand_contact.any()
+
+
+def test_the_sample_that_is_shown_is_amid_the_others_and_the_better_of_two_alike():
+    person = run(carried(5)).motions[0]
+    places = [0.0, 1.0, 1.2, 1.2, 9.0]
+    people = [replace(person, joints=person.joints + at) for at in places]
+    faults = [0.0, 5.0, 4.0, 3.0, 0.0]
+    assert choose(people, [{"total": f} for f in faults]) == 3
+    assert choose(people[:1], [{"total": 7.0}]) == 0
+    assert choose(people[:2], [{"total": 2.0}, {"total": 1.0}]) == 1

@@ -1,4 +1,4 @@
-"""Recordings: bad ones are refused by name, the folder reader goes on without them."""
+"""Recordings: bad ones are refused by name, the others of a folder are read all the same."""
 
 from collections import Counter
 from pathlib import Path
@@ -7,7 +7,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from omomo_core.data.mocap import leg_length, read_cmu_bvh, read_mocap_folder, read_mocap_npz
+from omomo_core.body.load import load_body
+from omomo_core.data.mocap import (
+    METRES_PER_BVH_UNIT,
+    SourceMotion,
+    is_share_alike,
+    leg_length,
+    read_bvh_motion,
+    read_mocap_npz,
+)
+from omomo_core.data.recordings import motion_files, read_recordings
 from omomo_core.data.source_skeletons import CMU_JUMP
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
@@ -98,27 +107,32 @@ def test_a_file_without_the_keys_is_named(tmp_path: Path) -> None:
         assert caught.value.code == "mocap-file"
 
 
-def test_the_folder_reader_skips_and_counts(tmp_path: Path) -> None:
+def test_bad_files_of_a_folder_are_told_and_the_others_are_read(tmp_path: Path) -> None:
     (tmp_path / "deep").mkdir()
     write_standing(tmp_path / "deep" / "good.npz")
     write_standing(tmp_path / "sa.npz", licence="CC BY-SA 3.0")
     write_standing(tmp_path / "short.npz", frames=2)
     (tmp_path / "broken.bvh").write_text("HIERARCHY\n")
-    skipped: Counter[str] = Counter()
-    names = [m.name for m in read_mocap_folder(tmp_path, skipped=skipped)]
-    assert names == ["good", "sa"]
-    assert skipped == {"mocap-empty": 1, "bvh-syntax": 1}
-    assert [m.name for m in read_mocap_folder(tmp_path, share_alike=False)] == ["good"]
+    found = [
+        each
+        for path in motion_files(tmp_path)
+        for each in read_recordings(path, load_body(), METRES_PER_BVH_UNIT)
+    ]
+    motions = [each for each in found if isinstance(each, SourceMotion)]
+    assert [m.name for m in motions] == ["good", "sa"]
+    assert [is_share_alike(m) for m in motions] == [False, True]
+    problems = Counter(each.code for each in found if isinstance(each, InputError))
+    assert problems == {"mocap-empty": 1, "bvh-syntax": 1}
 
 
 def test_an_empty_folder_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
-        list(read_mocap_folder(tmp_path))
+        motion_files(tmp_path)
     assert caught.value.code == "mocap-folder"
 
 
 def test_real_cmu_walk(shared: Path) -> None:
-    motion = read_cmu_bvh(shared / "data/mocap/cmu_bvh/02/02_01.bvh")
+    motion = read_bvh_motion(shared / "data/mocap/cmu_bvh/02/02_01.bvh")
     assert motion.skeleton.name == "cmu_bvh"
     assert len(motion.positions) == 84  # 344 frames at 120 fps, the first 8 dropped
     hips = motion.position("hip")

@@ -1,6 +1,7 @@
 """Retargeting: bones point where the source's did, people face where they faced, soles on the floor."""
 
 from collections import Counter
+from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
@@ -12,7 +13,8 @@ from omomo_core.body.load import load_body
 from omomo_core.data.build import build_mocap, mocap_clips
 from omomo_core.data.calibration import calibrate
 from omomo_core.data.grounding import foot_skating, ground, runs, sole_points
-from omomo_core.data.mocap import SourceMotion, read_mocap_folder, read_mocap_npz
+from omomo_core.data.mocap import METRES_PER_BVH_UNIT, SourceMotion, read_mocap_npz
+from omomo_core.data.recordings import motion_files, read_recordings
 from omomo_core.data.retarget import joints_of, retarget
 from omomo_core.skeleton import joint
 
@@ -49,8 +51,13 @@ def bone_angles(
 
 @pytest.fixture(scope="module")
 def recordings(shared: Path) -> dict[str, list[SourceMotion]]:
-    folders = {name: read_mocap_folder(shared / path) for name, path in FAMILIES.items()}
-    return {name: list(islice(motions, 12)) for name, motions in folders.items()}
+    def motions(folder: Path) -> Iterator[SourceMotion]:
+        for path in motion_files(folder):
+            for found in read_recordings(path, load_body(), METRES_PER_BVH_UNIT):
+                if isinstance(found, SourceMotion):
+                    yield found
+
+    return {name: list(islice(motions(shared / path), 12)) for name, path in FAMILIES.items()}
 
 
 @pytest.mark.parametrize("family", FAMILIES)

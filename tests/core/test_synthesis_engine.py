@@ -11,15 +11,23 @@ import pytest
 from omomo_core.body.load import load_body
 from omomo_core.data.build import build_mocap
 from omomo_core.data.clips import Clip
-from omomo_core.data.grounding import foot_skating, sole_points
+from omomo_core.data.grounding import foot_skating, runs, sole_points
+from omomo_core.data.quality import judge
 from omomo_core.data.retarget import joints_of
-from omomo_core.data.synthesis.engine import FRAMES, synthesise
+from omomo_core.data.synthesis.attempt import attempt, finished
+from omomo_core.data.synthesis.casting import Sources
+from omomo_core.data.synthesis.engine import synthesise
 from omomo_core.data.synthesis.footage import mirrored, reversed_in_time, survey
+from omomo_core.data.synthesis.script import Action
 from omomo_core.data.synthesis.stage import rehearse
+from omomo_core.data.synthesis.walker.library import index
 from omomo_core.errors import InputError
+from omomo_core.geometry.surface import sample_surface
+from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import FPS
 
 COUNT = 8
+FRAMES = 240
 
 
 @cache
@@ -43,10 +51,31 @@ def test_clips_are_whole_and_licensed(folder: Path) -> None:
         assert clip.source == "synthesis"
         assert "mocap.cs.cmu.edu" in clip.licence
         assert clip.object_motion is not None
-        assert len(clip.root) == len(clip.object_motion.T_world_object) == FRAMES
+        assert len(clip.root) == len(clip.object_motion.T_world_object)
+        assert 120 <= len(clip.root) <= 300
         assert np.isfinite(clip.root).all()
-        assert clip.hand_contact.max(axis=1).sum() >= 60
+        assert clip.hand_contact.max(axis=1).sum() >= 40
         np.testing.assert_allclose(np.linalg.det(clip.rotations), 1.0, atol=1e-6)
+
+
+@pytest.mark.parametrize(("action", "seed"), [("carry", 2), ("relocate", 10), ("push", 4), ("drag", 10),
+                                             ("tip", 3), ("cart", 6)])  # fmt: skip
+def test_a_finished_clip_is_sound(folder: Path, action: Action, seed: int) -> None:
+    body, rng = load_body(), np.random.default_rng(seed)
+    footage = survey(made(folder)[0], body)
+    sources = Sources(footage, index(footage, body))
+    takes = (attempt(rng, sources, body, action) for _ in range(20))
+    take = next(take for take in takes if not isinstance(take, str))
+    clip = finished(rng, body, take, "clip")
+    motion = clip.object_motion
+    assert motion is not None
+    palms = to_local(motion.T_world_object, joints_of(body, clip.root, clip.rotations)[:, 22:])
+    surface = sample_surface(motion.mesh, 30_000)
+    assert surface.tree.query(palms[clip.hand_contact > 0])[0].max() < 0.03
+    quality = judge(clip, body, stride=12)
+    assert quality.floating_frames == 0
+    assert quality.trunk_depth_cm < 5.0
+    assert not {"elbow broken", "shoulder wrung", "wrist bent"} & set(quality.flags)
 
 
 def test_palms_stay_on_one_place_of_the_object(folder: Path) -> None:
@@ -55,15 +84,14 @@ def test_palms_stay_on_one_place_of_the_object(folder: Path) -> None:
         assert clip.object_motion is not None
         T = clip.object_motion.T_world_object
         palms = joints_of(body, clip.root, clip.rotations)[:, 22:]
-        local = np.einsum("tji,thj->thi", T[:, :3, :3], palms - T[:, None, :3, 3])
+        local = to_local(T, palms)
         for hand in range(2):
-            held = local[clip.hand_contact[:, hand] > 0, hand]
-            if len(held):
+            # A hand may let go and take another place; in one hold it stays where it is.
+            for first, last in runs(clip.hand_contact[:, hand] > 0):
+                held = local[first:last, hand]
                 assert np.linalg.norm(held - np.median(held, axis=0), axis=-1).max() < 0.04
-                gaps = np.linalg.norm(
-                    clip.object_motion.mesh.vertices[None] - held[::20, None], axis=-1
-                )
-                assert gaps.min() < 0.15
+                gaps = np.linalg.norm(clip.object_motion.mesh.vertices - held[0], axis=-1)
+                assert gaps.min() < 0.2
 
 
 def test_a_free_object_rests(folder: Path) -> None:
@@ -72,7 +100,7 @@ def test_a_free_object_rests(folder: Path) -> None:
         T, mesh = clip.object_motion.T_world_object, clip.object_motion.mesh
         free = clip.hand_contact.max(axis=1) == 0
         both = free[1:] & free[:-1]
-        assert np.abs(np.diff(T, axis=0))[both].sum() == 0.0
+        assert np.abs(np.diff(T, axis=0))[both].max(initial=0.0) < 1e-12
         world = np.einsum("tij,vj->tvi", T[::8, :3, :3], mesh.vertices) + T[::8, None, :3, 3]
         assert world[..., 2].min() > -0.02
         speed = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=-1) * FPS

@@ -12,7 +12,7 @@ from omomo_core.body.load import load_body
 from omomo_core.body_stage import capture as body_capture
 from omomo_core.body_stage import paper as body_paper
 from omomo_core.data.clips import Clip, load_clips, save_clips
-from omomo_core.diffusion.denoiser import DenoiserConfig
+from omomo_core.diffusion.blocks import DenoiserConfig
 from omomo_core.errors import AssetError, InputError
 from omomo_core.geometry.canonical import turn
 from omomo_core.geometry.rotations import rotmat_from_6d

@@ -5,24 +5,30 @@ from dataclasses import dataclass, replace
 import numpy as np
 import roma
 import torch
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
+from omomo_core.data.grounding import runs
 from omomo_core.data.retarget import joints_of
 from omomo_core.data.synthesis.bend import Torso, bent, manner
+from omomo_core.data.synthesis.directions import ahead_of, in_space, left_of
 from omomo_core.data.synthesis.footage import heading
 from omomo_core.data.synthesis.hands import Hands
-from omomo_core.data.synthesis.script import Script
+from omomo_core.data.synthesis.posture import Posture
+from omomo_core.data.synthesis.progress import min_jerk
 from omomo_core.data.synthesis.stage import Stage
-from omomo_core.data.synthesis.trajectory import min_jerk
 from omomo_core.skeleton import PALM_JOINTS, joint
 
-_COMFORTABLE_REACH = 0.93
-"""Of the straight arm; for anything farther people bend."""
+_STRAIGHT_LEG = 0.995
+"""Of hip to ankle at full stretch; the pelvis comes down before a knee locks."""
 _AMOUNTS = np.linspace(0.0, 1.2, 13)
+_KNEES_BEND = ([0.45, 0.9], [1.0, 0.0])
+"""Of what the person's squatting amounts to: for hands at these heights, metres."""
+_MOST_BEND = ([0.65, 0.9, 1.15], [1.2, 0.5, 0.2])
+"""Nobody bends far for what is high: for hands at these heights, metres."""
 _WRISTS = (joint("left_wrist"), joint("right_wrist"))
 _SHOULDERS = (joint("left_shoulder"), joint("right_shoulder"))
 _ELBOWS = (joint("left_elbow"), joint("right_elbow"))
@@ -51,24 +57,63 @@ class _Pose:
     rotations: Float[np.ndarray, "frames 22 3 3"]
 
 
-def perform(body: BodyModel, stage: Stage, script: Script, hands: Hands) -> Performance:
+def perform(body: BodyModel, stage: Stage, posture: Posture, hands: Hands) -> Performance:
     """Solve the whole body for one clip."""
     yaw = gaussian_filter1d(heading(stage.rotations), 4.0, mode="nearest")
-    engaged = hands.pull.max(axis=1)
+    engaged = gaussian_filter1d(hands.pull.max(axis=1), 3.0, mode="nearest")
     torso = Torso(
         yaw=yaw,
-        how=manner(script.squat),
-        lean=script.lean * engaged + stage.sway[:, 3],
-        twist=_twist(stage, hands, yaw) + stage.sway[:, 4],
+        how=manner(posture.squat * np.interp(_lowest_palm(hands), *_KNEES_BEND)),
+        lean=posture.lean * engaged + stage.sway[:, 3],
+        twist=posture.twist * _twist(stage, hands, yaw) + stage.sway[:, 4],
     )
-    base = _Pose(stage.root + stage.sway[:, :3], stage.rotations)
-    amount = _amount(body, base, hands, torso)
+    base = _shifted(stage, posture, yaw, engaged)
+    amount = _amount(body, base, hands, torso, posture.comfort)
     pose = _Pose(*bent(body, base.root, base.rotations, amount, torso))
+    feet = joints_of(body, stage.root, stage.rotations)
+    pose = _settled(body, pose, feet)
     pose = _arms(body, pose, hands, yaw)
-    pose = _legs(body, pose, stage)
+    pose = _legs(body, pose, feet)
     joints = joints_of(body, pose.root, pose.rotations)
     residual = np.linalg.norm(joints[:, 22:] - hands.palms, axis=-1) * hands.contact
     return Performance(pose.root, pose.rotations, residual)
+
+
+def _lowest_palm(hands: Hands) -> Float[np.ndarray, " frames"]:
+    """Height of the lower hand at work, as it was last and will be next where there is none."""
+    held = hands.contact > 0
+    lowest = np.where(held, hands.palms[..., 2], np.inf).min(axis=1)
+    frames = np.flatnonzero(held.any(axis=1))
+    return np.interp(np.arange(len(lowest)), frames, lowest[frames])
+
+
+def _shifted(
+    stage: Stage,
+    posture: Posture,
+    yaw: Float[np.ndarray, " frames"],
+    engaged: Float[np.ndarray, " frames"],
+) -> _Pose:
+    """The pelvis of somebody at work: ahead of the feet or behind them, and lower."""
+    ahead = in_space(ahead_of(yaw))
+    shift = posture.shift * ahead - np.array([0.0, 0.0, posture.crouch])
+    return _Pose(stage.root + stage.sway[:, :3] + engaged[:, None] * shift, stage.rotations)
+
+
+def _settled(body: BodyModel, pose: _Pose, feet: Float[np.ndarray, "frames 24 3"]) -> _Pose:
+    """Bring the pelvis down to where both legs reach their feet."""
+    rest = body.rest_joints.double().numpy()
+    joints = joints_of(body, pose.root, pose.rotations)
+    need = np.zeros(len(pose.root))
+    for hip, knee, ankle in ((joint(f"{s}_{n}") for n in ("hip", "knee", "ankle"))
+                             for s in ("left", "right")):  # fmt: skip
+        length = _STRAIGHT_LEG * float(
+            np.linalg.norm(rest[knee] - rest[hip]) + np.linalg.norm(rest[ankle] - rest[knee])
+        )
+        apart = joints[:, hip] - feet[:, ankle]
+        level = np.sqrt((length**2 - (apart[:, :2] ** 2).sum(-1)).clip(0.0))
+        need = np.maximum(need, apart[:, 2] - level)
+    drop = gaussian_filter1d(maximum_filter1d(need, 5, mode="nearest"), 2.0, mode="nearest")
+    return replace(pose, root=pose.root - np.array([0.0, 0.0, 1.0]) * drop[:, None])
 
 
 def _wrist_goals(
@@ -99,7 +144,7 @@ def _twist(
 
 
 def _amount(
-    body: BodyModel, base: _Pose, hands: Hands, torso: Torso
+    body: BodyModel, base: _Pose, hands: Hands, torso: Torso, comfort: float
 ) -> Float[np.ndarray, " frames"]:
     """The least bending that brings the shoulders near enough, smooth in time."""
     goals, lengths = _wrist_goals(body, hands)
@@ -110,31 +155,34 @@ def _amount(
     shoulders = joints_of(body, root, rotations)[..., _SHOULDERS, :]
     distance = np.linalg.norm(goals[held, None] - shoulders, axis=-1) / lengths
     need = np.where(hands.contact[held, None] > 0, distance, 0.0).max(axis=-1)
-    enough = need <= _COMFORTABLE_REACH
+    enough = need <= comfort
     first = np.where(enough.any(axis=1), enough.argmax(axis=1), need.argmin(axis=1))
     # Between two samples the reach is nearly linear in the amount.
     rows = np.arange(len(held))
     before = (first - 1).clip(0)
     gain = need[rows, before] - need[rows, first]
-    part = ((need[rows, before] - _COMFORTABLE_REACH) / np.maximum(gain, 1e-6)).clip(0.0, 1.0)
+    part = ((need[rows, before] - comfort) / np.maximum(gain, 1e-6)).clip(0.0, 1.0)
     least = _AMOUNTS[before] + part * (_AMOUNTS[first] - _AMOUNTS[before])
     least = np.where(first == 0, 0.0, least)
+    least = np.minimum(least, np.interp(_lowest_palm(hands)[held], *_MOST_BEND))
     smooth = gaussian_filter1d(maximum_filter1d(least, 7, mode="nearest"), 3.0, mode="nearest")
     amount = np.zeros(len(base.root))
     amount[held] = smooth
-    return _ramp(amount, int(held[0]), int(held[-1]))
+    return _ramped(amount, np.asarray(hands.contact.any(axis=1)))
 
 
-def _ramp(
-    amount: Float[np.ndarray, " frames"], first: int, last: int
+def _ramped(
+    amount: Float[np.ndarray, " frames"], held: Bool[np.ndarray, " frames"]
 ) -> Float[np.ndarray, " frames"]:
-    """Going down before the hands arrive, coming up after they leave; deep bends take longer."""
+    """Going down before hands arrive, coming up after they leave; deep bends take longer."""
     t = np.arange(len(amount))
-    for edge, ahead in ((first, first - t), (last, t - last)):
-        length = 12.0 + 26.0 * amount[edge]
-        outside = ahead > 0
-        amount[outside] = (amount[edge] * min_jerk(1.0 - ahead / length))[outside]
-    return gaussian_filter1d(amount, 2.0, mode="nearest")
+    out = amount.copy()
+    for first, last in runs(held):
+        for edge, ahead in ((first, first - t), (last - 1, t - last + 1)):
+            length = 12.0 + 26.0 * amount[edge]
+            ramp = amount[edge] * min_jerk(1.0 - ahead / length)
+            out = np.where((ahead > 0) & ~held, np.maximum(out, ramp), out)
+    return gaussian_filter1d(out, 2.0, mode="nearest")
 
 
 def _arms(body: BodyModel, pose: _Pose, hands: Hands, yaw: Float[np.ndarray, " frames"]) -> _Pose:
@@ -169,9 +217,10 @@ def _blend(
 ) -> Float[np.ndarray, "frames 3 3"]:
     """From a to b by weight, going the same way round in neighbouring frames."""
     first, second = (_steady(Rotation.from_matrix(R).as_quat()) for R in (a, b))
-    held = np.flatnonzero(weight >= 1.0)
-    split = int(held.mean()) if len(held) else len(weight)
-    for part in (slice(0, split), slice(split, len(weight))):
+    # Which way round only matters between two frames that are all b.
+    splits = [(i + j) // 2 for i, j in runs(weight >= 1.0)]
+    for i, j in zip([0, *splits], [*splits, len(weight)], strict=True):
+        part = slice(i, j)
         apart = ((first[part] * second[part]).sum(-1) * weight[part] * (1 - weight[part])).sum()
         second[part] *= 1.0 if apart >= 0 else -1.0
     angle = np.arccos((first * second).sum(-1).clip(-0.999, 0.999999))
@@ -190,8 +239,7 @@ def _elbow_pole(
     yaw: Float[np.ndarray, " frames"], to_goal: Float[np.ndarray, "frames 3"], side: int
 ) -> Float[np.ndarray, "frames 3"]:
     """Elbows point back under a hanging arm, down under one stretched ahead, always a bit outward."""
-    ahead = np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)], axis=-1)
-    left = np.stack([-np.sin(yaw), np.cos(yaw), np.zeros_like(yaw)], axis=-1)
+    ahead, left = in_space(ahead_of(yaw)), in_space(left_of(yaw))
     along = to_goal / np.linalg.norm(to_goal, axis=-1, keepdims=True)
     down = np.array([0.0, 0.0, -1.0])
     return np.cross(left, along) + 0.35 * side * left + 0.25 * down - 0.15 * ahead
@@ -218,10 +266,9 @@ def _raise_collars(
     return rotations
 
 
-def _legs(body: BodyModel, pose: _Pose, stage: Stage) -> _Pose:
+def _legs(body: BodyModel, pose: _Pose, feet: Float[np.ndarray, "frames 24 3"]) -> _Pose:
     """Feet stay where they were in the base motion."""
-    joints = joints_of(body, stage.root, stage.rotations)
     root, turned = torch.as_tensor(pose.root), torch.as_tensor(pose.rotations)
     for leg, ankle in _LEGS:
-        turned, _ = reach(body, root, turned, leg, torch.as_tensor(joints[:, ankle]))
+        turned, _ = reach(body, root, turned, leg, torch.as_tensor(feet[:, ankle]))
     return replace(pose, rotations=turned.numpy())

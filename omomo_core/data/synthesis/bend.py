@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from omomo_core.body.model import BodyModel
+from omomo_core.data.synthesis.directions import about_z, ahead_of, in_space
 from omomo_core.skeleton import BODY_JOINTS, joint
 
 _PITCH_SHARE = {
@@ -25,18 +26,22 @@ _ARMS = tuple(f"{side}_{p}" for side in ("left", "right") for p in ("shoulder", 
 class Manner:
     """What full bending (amount 1) means for one person; between stooping and squatting."""
 
-    pitch: float
-    drop: float
+    pitch: Float[np.ndarray, "*b"]
+    drop: Float[np.ndarray, "*b"]
     """The hips go down by this, metres."""
-    back: float
+    back: Float[np.ndarray, "*b"]
     """The hips go back by this, metres, so that the feet stay under the weight."""
 
+    def rows(self, frames: Int[np.ndarray, " n"]) -> "Manner":
+        """Some frames, with room for another axis."""
+        return Manner(self.pitch[frames, None], self.drop[frames, None], self.back[frames, None])
 
-def manner(squat: float) -> Manner:
+
+def manner(squat: Float[np.ndarray, " frames"]) -> Manner:
     """Stooping (0) bends the back, squatting (1) the knees."""
     return Manner(
         pitch=2.1 + (0.9 - 2.1) * squat,
-        drop=0.12 + (0.47 - 0.12) * squat,
+        drop=0.06 + (0.47 - 0.06) * squat,
         back=0.2 + (0.13 - 0.2) * squat,
     )
 
@@ -64,7 +69,10 @@ class Torso:
     def rows(self, frames: Int[np.ndarray, " n"]) -> "Torso":
         """Some frames, with room for another axis."""
         return Torso(
-            self.yaw[frames, None], self.how, self.lean[frames, None], self.twist[frames, None]
+            self.yaw[frames, None],
+            self.how.rows(frames),
+            self.lean[frames, None],
+            self.twist[frames, None],
         )
 
 
@@ -89,26 +97,23 @@ def bent(
     """
     how, yaw = torso.how, torso.yaw
     pitch = amount * how.pitch + torso.lean
-    turn = _about_z(torso.twist[..., None] * _TWIST) @ _about_left(yaw, pitch[..., None] * _PITCH)
+    turn = about_z(torso.twist[..., None] * _TWIST) @ _about_left(yaw, pitch[..., None] * _PITCH)
     turned = turn @ rotations
     rest = body.rest_joints.double().numpy()
     to_hips = (rest[joint("left_hip")] + rest[joint("right_hip")]) / 2 - rest[0]
     hips = root + rotations[..., 0, :, :] @ to_hips
-    ahead = np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)], axis=-1)
-    hips = hips - amount[..., None] * (how.back * ahead + [0.0, 0.0, how.drop])
+    ahead = in_space(ahead_of(yaw))
+    # Going down, hips and back lead and the knees follow (Burgess-Limerick et al. 1995).
+    down = np.array([0.0, 0.0, 1.0]) * (amount**2 * how.drop)[..., None]
+    hips = hips - (amount * how.back)[..., None] * ahead - down
     return hips - turned[..., 0, :, :] @ to_hips, turned
-
-
-def _about_z(angle: Float[np.ndarray, "*b"]) -> Float[np.ndarray, "*b 3 3"]:
-    c, s, o = np.cos(angle), np.sin(angle), np.zeros_like(angle)
-    return np.stack([c, -s, o, s, c, o, o, o, o + 1.0], axis=-1).reshape(*angle.shape, 3, 3)
 
 
 def _about_left(
     yaw: Float[np.ndarray, "*#b"], angle: Float[np.ndarray, "*#b n"]
 ) -> Float[np.ndarray, "*b n 3 3"]:
     """Pitch forward about the horizontal axis to the left of the heading."""
-    heading = _about_z(yaw)[..., None, :, :]
+    heading = about_z(yaw)[..., None, :, :]
     c, s, o = np.cos(angle), np.sin(angle), np.zeros_like(angle)
     pitch = np.stack([c, o, s, o, o + 1.0, o, -s, o, c], axis=-1).reshape(*angle.shape, 3, 3)
     return heading @ pitch @ np.swapaxes(heading, -1, -2)

@@ -50,13 +50,12 @@ def survey(clips: Sequence[Clip], body: BodyModel) -> Footage:
     for clip in clips:
         joints = joints_of(body, clip.root, clip.rotations)
         stops = _stops(clip, joints)
-        for first, last in runs(_calm(clip)):
+        for first, last in runs(_calm(clip, joints)):
             if last - first >= _SHORTEST:
                 part = slice(first, last)
                 name = f"{clip.name}[{first}:{last}]"
-                stretches.append(
-                    Stretch(clip.root[part], clip.rotations[part], stops[part], name, clip.licence)
-                )
+                root, rotations = clip.root[part].astype(float), clip.rotations[part].astype(float)
+                stretches.append(Stretch(root, rotations, stops[part], name, clip.licence))
     lengths = np.array([min(len(s.root), _LONGEST_SHARE) for s in stretches], float)
     return Footage(stretches, lengths / max(lengths.sum(), 1.0))
 
@@ -97,7 +96,7 @@ def _other_side(name: str) -> str:
     return name.replace("right_", "left_")
 
 
-def _calm(clip: Clip) -> Bool[np.ndarray, " frames"]:
+def _calm(clip: Clip, joints: Float[np.ndarray, "frames 24 3"]) -> Bool[np.ndarray, " frames"]:
     velocity = np.gradient(gaussian_filter1d(clip.root, 2.0, axis=0), 1 / FPS, axis=0)
     turning = np.gradient(gaussian_filter1d(heading(clip.rotations), 2.0), 1 / FPS)
     standing = maximum_filter1d(clip.foot_contact.max(axis=1), 9) > 0
@@ -106,7 +105,11 @@ def _calm(clip: Clip) -> Bool[np.ndarray, " frames"]:
     turns = np.swapaxes(clip.rotations[:-1], -1, -2) @ clip.rotations[1:]
     cosine = (np.trace(turns, axis1=-2, axis2=-1).min(axis=1, initial=3.0) - 1) / 2
     smooth = np.append(cosine > np.cos(_FASTEST_JOINT / FPS), True)
-    return calm & smooth & standing & upright & (np.abs(turning) < 4.0) & (clip.root[:, 2] > 0.6)
+    # Nobody waves the arms about while handling things.
+    low = joints[:, 20:22, 2].max(axis=1) < joints[:, 9, 2]
+    return (
+        low & calm & smooth & standing & upright & (np.abs(turning) < 4.0) & (clip.root[:, 2] > 0.6)
+    )
 
 
 def _stops(clip: Clip, joints: Float[np.ndarray, "frames 24 3"]) -> Float[np.ndarray, " frames"]:

@@ -4,19 +4,27 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from omomo_core.body.model import BodyModel
-from omomo_core.data.grounding import foot_contacts, foot_skating, sole_points
+from omomo_core.data.grounding import foot_contacts, foot_skating, runs, sole_points
+from omomo_core.data.joint_angles import SIDES, elbow, twist, wrist
+from omomo_core.data.penetration import body_in_object
 from omomo_core.data.retarget import joints_of
 from omomo_core.data.synthesis.actor import Performance
 from omomo_core.data.synthesis.hands import Hands
-from omomo_core.data.synthesis.script import Script
-from omomo_core.data.synthesis.shapes import Part
+from omomo_core.data.synthesis.holds import Handling
+from omomo_core.data.synthesis.props import Prop
+from omomo_core.data.synthesis.shapes import Part, joined
 from omomo_core.data.synthesis.stage import Stage
-from omomo_core.data.synthesis.trajectory import Handling
-from omomo_core.motion import FPS
+from omomo_core.geometry.transforms import to_local, turning_speed
+from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
 from omomo_core.skeleton import joint
 
 _PALM_OFF = 0.02
 _DEEPEST = 0.05
+_STRIDE = 20
+"""Frames between those in which the skin is compared with the prop."""
+_ELBOW = (-15.0, 162.0)
+_ARM_TWIST = 150.0
+"""Degrees; real elbows and upper arms stay well inside."""
 _INSIDE_FRAMES = 6
 """Frames in which a joint may be inside the prop before the clip is dropped."""
 _WALKED_THROUGH = 3
@@ -28,51 +36,96 @@ _FASTEST_TURN = 18.0
 _FASTEST_PALM = 5.0
 _JERKIEST = 90.0
 """Metres per second squared of any joint; real steps reach 60."""
-_WRIST_BEND = np.radians(85)
+_LEAST_WAY, _LEAST_TURN = 0.12, 0.25
+"""A clip in which the prop is moved less than both teaches nothing (metres, radians)."""
+_WRIST_BEND = 85.0
+"""Degrees between forearm and holding hand."""
 _LOWER_BODY = ("pelvis", "left_knee", "right_knee", "left_ankle", "right_ankle",
                "left_foot", "right_foot")  # fmt: skip
 _HARD_POINTS = ("pelvis", "spine2", "spine3", "neck", "head", "left_knee", "right_knee",
                 "left_ankle", "right_ankle", "left_foot", "right_foot")  # fmt: skip
 
 
-def walked_through(body: BodyModel, stage: Stage, script: Script, handling: Handling) -> bool:
+def walked_through(body: BodyModel, stage: Stage, prop: Prop, handling: Handling) -> bool:
     """Does the base motion lead through the place where the prop stands before or after?"""
-    T = handling.T_world_prop
     joints = joints_of(body, stage.root, stage.rotations)
-    points = joints[:, [joint(n) for n in _LOWER_BODY]] - T[:, None, :3, 3]
-    local = np.einsum("tji,tpj->tpi", T[:, :3, :3], points)
-    free = np.ones(len(T), bool)
-    free[handling.first : handling.last] = False
-    low, high = script.prop.low + _MARGIN, script.prop.high - _MARGIN
-    within = (local[..., :2] > low[:2]) & (local[..., :2] < high[:2])
-    return int((within.all(axis=-1).any(axis=1) & free).sum()) > _WALKED_THROUGH
+    points = joints[:, [joint(n) for n in _LOWER_BODY], :2]
+    vertices = np.concatenate([p.vertices for p in prop.parts])
+    count = 0
+    for first, last in runs(np.asarray(~handling.held.any(axis=1))):
+        R = handling.T_world_prop[first, :3, :3]
+        along = R[:2, np.linalg.norm(R[:2], axis=0).argmax()]
+        axes = np.stack([along, [-along[1], along[0]]]) / np.linalg.norm(along)
+        footprint = (vertices @ R.T + handling.T_world_prop[first, :3, 3])[:, :2] @ axes.T
+        seen = points[first:last] @ axes.T
+        within = seen > footprint.min(axis=0) + _MARGIN
+        within &= seen < footprint.max(axis=0) - _MARGIN
+        count += int(within.all(axis=-1).any(axis=1).sum())
+    return count > _WALKED_THROUGH
 
 
 def fault(
     body: BodyModel,
     stage: Stage,
-    script: Script,
+    prop: Prop,
     handling: Handling,
     hands: Hands,
     performance: Performance,
 ) -> str | None:
     """The first reason to reject a clip, or None."""
+    if _idle(handling):
+        return "nothing-happens"
     if np.quantile(performance.residual.max(axis=1), 0.99) > _PALM_OFF:
         return "palm-off"
     joints = joints_of(body, performance.root, performance.rotations)
-    if _inside(script.prop.parts, handling, joints).sum() > _INSIDE_FRAMES:
+    if _inside(prop.parts, handling, joints).sum() > _INSIDE_FRAMES:
         return "penetration"
     if _skating(body, performance) > _skating(body, stage) + _MORE_SKATING:
         return "skating"
-    turns = np.swapaxes(performance.rotations[:-1], -1, -2) @ performance.rotations[1:]
-    cosine = (np.trace(turns, axis1=-2, axis2=-1) - 1) / 2
-    if np.arccos(cosine.clip(-1, 1)).max() * FPS > _FASTEST_TURN:
+    if turning_speed(performance.rotations, FPS).max() > _FASTEST_TURN:
         return "too-fast"
     if np.linalg.norm(np.diff(joints[:, 22:], axis=0), axis=-1).max() * FPS > _FASTEST_PALM:
         return "too-fast"
     if np.linalg.norm(np.diff(joints, 2, axis=0), axis=-1).max() * FPS**2 > _JERKIEST:
         return "jerky"
-    return "wrist" if _wrist_bend(joints, hands).max() > _WRIST_BEND else None
+    if any(wrist(joints, s)[hands.contact[:, k] > 0].max(initial=0.0) > _WRIST_BEND
+           for k, s in enumerate(SIDES)):  # fmt: skip
+        return "wrist"
+    if _wrung(performance.rotations):
+        return "wrung-arm"
+    return "trunk-inside" if _trunk_depth(body, prop, handling, performance) > _DEEPEST else None
+
+
+def _wrung(rotations: Float[np.ndarray, "frames 22 3 3"]) -> bool:
+    """An elbow beyond straight, or an upper arm turned about itself as none can be."""
+    for side in SIDES:
+        flexion = elbow(rotations, side).flexion
+        if flexion.min() < _ELBOW[0] or flexion.max() > _ELBOW[1]:
+            return True
+        if np.abs(twist(rotations, f"{side}_shoulder", f"{side}_collar")).max() > _ARM_TWIST:
+            return True
+    return False
+
+
+def _trunk_depth(
+    body: BodyModel, prop: Prop, handling: Handling, performance: Performance
+) -> float:
+    """How deep the prop is in the trunk or the head, metres."""
+    T = handling.T_world_prop
+    mesh = ObjectMesh(*joined(prop.parts), prop.name)
+    motion = ObjectMotion(mesh, T, np.ones(len(T), bool))
+    rows = slice(None, None, _STRIDE)
+    root, rotations = performance.root[rows], performance.rotations[rows]
+    depth = body_in_object(body, root, rotations, motion, _STRIDE)
+    return float(depth["trunk"].max())
+
+
+def _idle(handling: Handling) -> bool:
+    """The prop is hardly moved at all."""
+    T = handling.T_world_prop
+    way = np.linalg.norm(T[:, :3, 3] - T[0, :3, 3], axis=-1).max()
+    cosine = (np.einsum("ij,tij->t", T[0, :3, :3], T[:, :3, :3]) - 1) / 2
+    return bool(way < _LEAST_WAY and np.arccos(cosine.clip(-1, 1)).max() < _LEAST_TURN)
 
 
 def _inside(
@@ -80,29 +133,16 @@ def _inside(
 ) -> Bool[np.ndarray, " frames"]:
     """Frames with a joint deeper in a part of the prop than flesh allows."""
     T = handling.T_world_prop
-    points = joints[:, [joint(n) for n in _HARD_POINTS]] - T[:, None, :3, 3]
-    local = np.einsum("tji,tpj->tpi", T[:, :3, :3], points)
+    points = to_local(T, joints[:, [joint(n) for n in _HARD_POINTS]])
     inside = np.zeros(len(T), bool)
     for part in parts:
         # Thin parts count too: a leg passing through a board is wrong at any depth.
         depth = np.minimum(_DEEPEST, (part.high - part.low) * 0.25)
-        within = (local > part.low + depth) & (local < part.high - depth)
-        inside |= within.all(axis=-1).any(axis=1)
+        within = (points > part.low + depth) & (points < part.high - depth)
+        inside |= np.any(within.all(axis=-1), axis=1)
     return inside
 
 
 def _skating(body: BodyModel, motion: Stage | Performance) -> float:
     soles = sole_points(body, motion.root, motion.rotations)
     return foot_skating(soles, foot_contacts(soles))
-
-
-def _wrist_bend(
-    joints: Float[np.ndarray, "frames 24 3"], hands: Hands
-) -> Float[np.ndarray, "frames 2"]:
-    """Angle between forearm and hand of holding hands."""
-    forearm = joints[:, 20:22] - joints[:, 18:20]
-    hand = joints[:, 22:] - joints[:, 20:22]
-    cosine = (forearm * hand).sum(-1) / (
-        np.linalg.norm(forearm, axis=-1) * np.linalg.norm(hand, axis=-1)
-    )
-    return np.arccos(cosine.clip(-1.0, 1.0)) * (hands.contact > 0)

@@ -1,43 +1,53 @@
-"""What happens in one clip: which action, with what, how high, how fast. Pure numbers, no motion yet."""
+"""What happens in one clip: an action as episodes of taking a prop, moving it and leaving it."""
 
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
+from omomo_core.data.synthesis.casting import Wanted
+from omomo_core.data.synthesis.posture import Posture
+from omomo_core.data.synthesis.props import Grasp, Prop
 
-from omomo_core.data.synthesis.props import Grasp, Prop, Use, make_prop
-
-Action = Literal["carry", "in_place", "push", "pull", "one_hand"]
-_ACTIONS: dict[Action, float] = {
-    "carry": 0.42,
-    "in_place": 0.16,
-    "push": 0.16,
-    "pull": 0.12,
-    "one_hand": 0.14,
-}
-_USES: dict[Action, Use] = {
-    "carry": "lift",
-    "in_place": "lift",
-    "push": "push",
-    "pull": "push",
-    "one_hand": "one_hand",
-}
-_HOLDS: dict[str, tuple[float, float, float]] = {
-    "low": (0.3, 0.72, 0.92),
-    "waist": (0.35, 0.92, 1.12),
-    "chest": (0.25, 1.12, 1.38),
-    "overhead": (0.1, 1.6, 1.82),
-}
-"""Chance, lowest and highest palm height while carrying, metres."""
-_LOWEST_FLIGHT = 0.04
+Action = Literal[
+    "carry", "relocate", "in_place", "raise", "one_hand", "swing", "flip",
+    "push", "pull", "drag", "shove", "turn", "tip",
+    "sweep", "mop", "vacuum", "trolley", "cart",
+]  # fmt: skip
+Span = tuple[int, int]
+"""First frame and one past the last."""
 
 
 @dataclass(frozen=True)
-class Script:
-    """The choices of one clip; heights in metres, angles in radians, times in frames."""
+class Stance:
+    """Where the prop is, seen from the actor; radians and metres."""
 
-    action: Action
-    prop: Prop
+    swing: float = 0.0
+    """Direction of the prop from the actor's heading, positive to the left."""
+    turn: float = 0.0
+    """Yaw of the prop against that direction."""
+    reach: float = 0.4
+    """From the pelvis to the middle of the palms, farther where the body needs the room."""
+    aside: float = 0.0
+    """How far the prop's middle is to the left of that direction."""
+    pitch: float = 0.0
+    """Tilt of the prop, its top away from the actor."""
+
+
+@dataclass(frozen=True)
+class Shove:
+    """How a prop is changed by somebody who stands still."""
+
+    ahead: float = 0.0
+    aside: float = 0.0
+    yaw: float = 0.0
+    pitch: float = 0.0
+    back: bool = False
+    """It comes back to where it was before it is left."""
+
+
+@dataclass(frozen=True)
+class Episode:
+    """From one taking of the prop to its leaving; times in frames, heights in metres."""
+
     grasp: Grasp
     hands: tuple[bool, bool]
     """Which hands (left, right) hold the prop."""
@@ -45,122 +55,86 @@ class Script:
     """False when the prop is in the hands from the first frame."""
     leaves: bool
     """False when it is still in the hands at the last frame."""
+    still: bool
+    """The actor does not walk between taking and leaving."""
     reach: int
     lift: int
     hold: int
-    """Frames held at one place; only in_place."""
+    """Frames between lifting and lowering; only where the actor stands still."""
     lower: int
     release: int
-    rest_heights: tuple[float, float]
+    rest: int
+    """Frames before the next episode begins, hands off."""
+    stops: tuple[int, ...]
+    """Lengths of the stops on the way."""
+    stances: tuple[Stance, Stance, Stance]
+    """When taken, while held, when left."""
+    heights: tuple[float, ...]
+    """Of the prop's bottom while held, visited in this order; empty when it slides."""
+    supports: tuple[float, float]
     """Height of what the prop stands on when it is taken and left."""
-    hold_height: float
-    """Height of the prop's bottom while it is carried."""
-    swings: tuple[float, float, float]
-    """Direction of the prop from the actor's heading when taken, carried and left."""
-    turns: tuple[float, float, float]
-    """Yaw of the prop against that direction when taken, carried and left."""
-    tilt: float
-    """Pitch about the palms while carried."""
-    squat: float
-    """How low things are reached: 0 by bending the back, 1 by bending the knees."""
-    lean: float
-    """Forward lean of the trunk while holding."""
-    distance: float
-    """Least distance from the pelvis to the near side of the prop."""
+    shove: Shove | None = None
+    """What is done to it in place; None when it goes with the actor."""
+    late: tuple[int, int] = (0, 0)
+    """How much later than the first each hand arrives, and earlier than the last it leaves."""
+    gesture: float = 0.0
+    """Turning and tilting while held, radians."""
+    swinging: tuple[float, float] = (0.0, 0.5)
+    """To and fro: radians to either side, and times per second."""
+    off: Span | None = None
+    """One hand lets go for a while: how long after taking, and for how long."""
 
     @property
-    def pause_frames(self) -> list[int]:
-        """How long the actor must stand still for each thing that happens standing."""
-        take, leave = self.reach + self.lift, self.lower + self.release
-        if self.action == "in_place":
-            return [take + self.hold + leave]
-        return [take] * self.takes + [leave] * self.leaves
-
-    def contact_frames(self, pauses: list[tuple[int, int]], frames: int) -> tuple[int, int]:
-        """First and one-past-last frame with the prop in the hands, from where the actor stops."""
-        first = pauses[0][0] + self.reach if self.takes else 0
-        last = pauses[-1][1] - self.release if self.leaves else frames
-        return max(first, 0), min(last, frames)
-
-    @property
-    def on_floor(self) -> bool:
-        """The prop slides over the floor and is never lifted."""
-        return self.grasp.use == "push"
+    def slides(self) -> bool:
+        """It stays on the floor."""
+        return not self.heights
 
 
-def draw_action(rng: np.random.Generator) -> Action:
-    """A random action, as often as people do it."""
-    return list(_ACTIONS)[rng.choice(len(_ACTIONS), p=list(_ACTIONS.values()))]
+@dataclass(frozen=True)
+class Script:
+    """The choices of one clip."""
+
+    action: Action
+    prop: Prop
+    episodes: tuple[Episode, ...]
+    posture: Posture
+    wanted: Wanted
+    """Of the base motion."""
+
+    def spans(self, pauses: list[Span]) -> list[Span]:
+        """From where the actor stops: the frames each episode has the prop in the hands."""
+        out: list[Span] = []
+        for take, leave in timeline(self.episodes)[1]:
+            first = 0 if take is None else pauses[take[0]][0] + take[1]
+            last = self.wanted.frames if leave is None else pauses[leave[0]][0] + leave[1]
+            out.append((max(first, 0), min(last, self.wanted.frames)))
+        return out
 
 
-def write_script(rng: np.random.Generator, action: Action) -> Script:
-    """Draw everything that belongs to an action."""
-    use = _USES[action]
-    prop = make_prop(rng, use)
-    grasps = [g for g in prop.grasps if g.use == use]
-    grasp = grasps[rng.integers(len(grasps))]
-    palm = float(grasp.points[:, 2].mean())
-    rests = (0.0, 0.0) if use == "push" else (_rest(rng, prop, palm), _rest(rng, prop, palm))
-    deep = max(0.0, 0.8 - palm - min(rests))
-    left_hand = bool(rng.random() < 0.5)
-    takes, leaves = _takes_and_leaves(rng, action)
-    return Script(
-        action=action,
-        prop=prop,
-        grasp=grasp,
-        hands=(True, True) if use != "one_hand" else (left_hand, not left_hand),
-        takes=takes,
-        leaves=leaves,
-        reach=int(rng.uniform(16, 26) + 16 * deep),
-        lift=int(rng.uniform(16, 26) + 14 * deep) if use != "push" else int(rng.uniform(6, 12)),
-        hold=int(rng.uniform(30, 110)),
-        lower=int(rng.uniform(16, 26) + 14 * deep) if use != "push" else int(rng.uniform(6, 12)),
-        release=int(rng.uniform(16, 26) + 16 * deep),
-        rest_heights=rests,
-        hold_height=0.0 if use == "push" else _hold_height(rng, use, prop, palm),
-        swings=_swings(rng, action),
-        turns=_turns(rng, action),
-        tilt=rng.normal(0.0, 0.1) if use == "lift" and palm > 0.1 else 0.0,
-        squat=rng.uniform(0.0, 0.35) if use == "push" else rng.uniform(0.15, 0.9),
-        lean=rng.uniform(0.08, 0.4) if action == "push" else rng.uniform(-0.1, 0.06),
-        distance=rng.uniform(0.28, 0.45) if use == "push" else rng.uniform(0.14, 0.26),
-    )
+_Cue = tuple[int, int]
+"""A pause, and frames since its begin."""
 
 
-def _takes_and_leaves(rng: np.random.Generator, action: Action) -> tuple[bool, bool]:
-    if action == "in_place":
-        return True, True
-    options = [(True, True), (True, False), (False, True), (False, False)]
-    return options[rng.choice(4, p=[0.45, 0.22, 0.18, 0.15])]
-
-
-def _rest(rng: np.random.Generator, prop: Prop, palm: float) -> float:
-    """The floor, or something to stand small things on."""
-    if prop.high[2] > 0.7 or rng.random() < 0.6:
-        return 0.0
-    return max(0.0, min(rng.uniform(0.3, 1.0), 1.35 - palm))
-
-
-def _hold_height(rng: np.random.Generator, use: Use, prop: Prop, palm: float) -> float:
-    if use == "one_hand":
-        return max(_LOWEST_FLIGHT, rng.uniform(0.68, 0.78) - palm)
-    if prop.name == "lamp":
-        return rng.uniform(_LOWEST_FLIGHT, 0.35)
-    chances = np.array([h[0] for h in _HOLDS.values()])
-    if prop.high[2] > 0.6 or prop.high[0] - prop.low[0] > 0.5:
-        chances[-1] = 0.0
-    name = rng.choice(list(_HOLDS), p=chances / chances.sum())
-    _, low, high = _HOLDS[str(name)]
-    return max(_LOWEST_FLIGHT, rng.uniform(low, high) - palm)
-
-
-def _swings(rng: np.random.Generator, action: Action) -> tuple[float, float, float]:
-    spread = {"in_place": 0.45, "one_hand": 0.08, "push": 0.06, "pull": 0.06}.get(action, 0.22)
-    a, b, c = rng.normal(0.0, spread, 3).clip(-2 * spread, 2 * spread)
-    return float(a), float(b * (0.7 if action == "in_place" else 0.3)), float(c)
-
-
-def _turns(rng: np.random.Generator, action: Action) -> tuple[float, float, float]:
-    a, b, c = rng.normal(0.0, 0.12, 3).clip(-0.25, 0.25)
-    extra = rng.uniform(-0.5, 0.5) if action == "in_place" else 0.0
-    return float(a), float(b + extra), float(c)
+def timeline(
+    episodes: tuple[Episode, ...],
+) -> tuple[list[int], list[tuple[_Cue | None, _Cue | None]]]:
+    """Lengths of the pauses, and when in them each episode takes and leaves the prop."""
+    pauses: list[int] = []
+    cues: list[tuple[_Cue | None, _Cue | None]] = []
+    now = 0
+    for k, episode in enumerate(episodes):
+        take = leave = None
+        if episode.takes:
+            take = (len(pauses), now + episode.reach)
+            now += episode.reach + episode.lift
+        if episode.still:
+            now += episode.hold
+        else:
+            pauses += [now] * (now > 0) + list(episode.stops)
+            now = 0
+        if episode.leaves:
+            leave = (len(pauses), now + episode.lower)
+            now += episode.lower + episode.release
+        now += episode.rest * (k < len(episodes) - 1)
+        cues.append((take, leave))
+    return pauses + [now] * (now > 0), cues

@@ -13,7 +13,6 @@ from omomo_core.data.synthesis.footage import Stretch
 _EASE = 5.0
 """Frames (one sigma) over which somebody comes to a stop."""
 _PAD = 20
-_SHORTEST_WALK = 24
 _LONGEST_IDLE = 75
 """Frames somebody may stand and wait where there is too little mocap around a stop."""
 
@@ -31,7 +30,12 @@ class Stage:
 
 
 def rehearse(
-    rng: np.random.Generator, stretch: Stretch, frames: int, pause_frames: list[int]
+    rng: np.random.Generator,
+    stretch: Stretch,
+    frames: int,
+    pause_frames: list[int],
+    rates: tuple[float, float] = (0.7, 1.2),
+    walk: tuple[int, int] = (24, 10_000),
 ) -> Stage | None:
     """Lay a stretch of mocap over `frames` frames with a stop of each given length, in this order.
 
@@ -39,23 +43,27 @@ def rehearse(
         rng: picks the stops, the speed and what comes before and after.
         stretch: the mocap.
         frames: length of the result.
-        pause_frames: length of each stop (at most two); there is movement between two stops.
+        pause_frames: length of each stop; there is movement between two stops.
+        rates: slowest and fastest play of the mocap.
+        walk: least and most frames between two stops.
 
     Returns:
         None where the stretch is too short or has no place to stop.
     """
-    rate = rng.uniform(0.7, 1.2)
+    rate = rng.uniform(*rates)
     if not pause_frames:
         spare = len(stretch.root) - 1 - frames * rate
         if spare < 0:
             return None
         source = rng.uniform(0, spare) + rate * np.arange(frames)
-        return Stage(*sample(stretch, source), sway=_sway(rng, frames), pauses=[])
+        return Stage(*sample(stretch, source), sway=idle_sway(rng, frames), pauses=[])
     moving = frames - sum(pause_frames)
-    stops = _pick_stops(rng, stretch, rate, len(pause_frames), moving)
+    stops = _pick_stops(rng, stretch, rate, len(pause_frames), (walk[0], min(walk[1], moving)))
     if stops is None:
         return None
     outer = moving - (stops[-1] - stops[0]) / rate
+    if outer < 0:
+        return None
     before, after = stops[0] / rate, (len(stretch.root) - 1 - stops[-1]) / rate
     idle = max(0.0, outer - before - after)
     if idle > _LONGEST_IDLE:
@@ -65,7 +73,7 @@ def rehearse(
     lead_in = rng.uniform(earliest, max(earliest, latest))
     source, pauses = _timeline(stops, rate, pause_frames, lead_in, idle_before, idle, frames)
     source = gaussian_filter1d(source.clip(0.0, len(stretch.root) - 1.0), _EASE)[_PAD:-_PAD]
-    return Stage(*sample(stretch, source), sway=_sway(rng, frames), pauses=pauses)
+    return Stage(*sample(stretch, source), sway=idle_sway(rng, frames), pauses=pauses)
 
 
 def sample(
@@ -81,23 +89,24 @@ def sample(
     return root, (first @ step).numpy()
 
 
-def _sway(rng: np.random.Generator, frames: int) -> Float[np.ndarray, "frames 5"]:
+def idle_sway(rng: np.random.Generator, frames: int) -> Float[np.ndarray, "frames 5"]:
+    """What nobody can hold still, for `Stage.sway`."""
     noise = gaussian_filter1d(rng.normal(size=(frames + 120, 5)), rng.uniform(12, 20), axis=0)
     scale = np.array([0.006, 0.006, 0.002, 0.015, 0.02])
     return noise[60:-60] / max(float(noise.std()), 1e-9) * scale
 
 
 def _pick_stops(
-    rng: np.random.Generator, stretch: Stretch, rate: float, count: int, moving: int
+    rng: np.random.Generator, stretch: Stretch, rate: float, count: int, walk: tuple[int, int]
 ) -> list[int] | None:
     """Source frames to stop at; better stops are likelier."""
     good = np.flatnonzero(stretch.stops)
     stops: list[int] = []
     for _ in range(count):
         if stops:
-            walk = (good - stops[0]) / rate
-            good = good[(walk >= _SHORTEST_WALK) & (walk <= moving)]
-        if len(good) == 0 or moving < 0:
+            way = (good - stops[-1]) / rate
+            good = good[(way >= walk[0]) & (way <= walk[1])]
+        if len(good) == 0 or walk[1] < 0:
             return None
         chance = stretch.stops[good] ** 1.5
         stops.append(int(rng.choice(good, p=chance / chance.sum())))

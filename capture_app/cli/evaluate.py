@@ -1,0 +1,136 @@
+"""`omocap evaluate`: how far generated people are from recorded ones."""
+
+import json
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from capture_app.cli import options
+
+if TYPE_CHECKING:
+    from omomo_core.evaluation.report import Evaluation
+
+
+class Bones(StrEnum):
+    """Whose skeleton the generated people get."""
+
+    person = "person"
+    shipped = "shipped"
+
+
+COLUMNS = {
+    "mpjpe_cm": "MPJPE",
+    "t_root_cm": "T_root",
+    "hand_jpe_cm": "HandJPE",
+    "o_root": "O_root",
+    "contact_precision": "Precision",
+    "contact_recall": "Recall",
+    "contact_f1": "F1",
+    "contact_f1_all_frames": "F1 frames",
+    "foot_sliding_cm": "Sliding",
+    "penetration_cm": "Inside",
+}
+WIDTH = 132
+
+
+def evaluate(
+    clips: Annotated[
+        Path, typer.Option(help="Folder of clips; docs/evaluation.md describes their layout.")
+    ],
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="File to write every figure to.")
+    ] = None,
+    weights: options.Weights = None,
+    samples: Annotated[
+        int, typer.Option(help="K: people generated for each clip.", min=1, max=200)
+    ] = 20,
+    seed: options.Seed = 0,
+    steps: options.Steps = 20,
+    body: Annotated[
+        Bones,
+        typer.Option(help="Bones of the generated people: the recorded person's, or our body's."),
+    ] = Bones.person,
+    protocol: Annotated[
+        list[str] | None, typer.Option(help="Only this protocol; may be given several times.")
+    ] = None,
+) -> None:
+    """Generate the people of recorded clips anew and measure how far they are from the real ones.
+
+    Every clip is answered with its palms given and guessed, with and without the person's first
+    pose. K1 is the sample that the program would show; K20 the best of 20. Lengths are in cm.
+    """
+    from capture_app.cli.console import progress_bars, say
+    from omomo_core.body.load import load_body
+    from omomo_core.evaluation.clips import clip_paths
+    from omomo_core.evaluation.protocols import PROTOCOLS
+    from omomo_core.evaluation.report import evaluate as run
+    from omomo_core.generation.result import GenerationOptions
+    from omomo_core.weights.load import load_stages
+
+    _check(json_file, protocol or [])
+    chosen = [p for p in PROTOCOLS if protocol is None or p in protocol]
+    paths, stages = clip_paths(clips), load_stages("capture", weights)
+    with progress_bars() as progress:
+        made = run(
+            paths,
+            chosen,
+            stages,
+            load_body(),
+            GenerationOptions(samples=samples, seed=seed, steps=steps),
+            body.value,
+            lambda clip, done: progress("evaluate", done),
+        )
+    for name, reason in made.skipped.items():
+        say("skipped", f"{name}: {reason}", "yellow")
+    _print(made)
+    if json_file is not None:
+        settings = {"samples": samples, "seed": seed, "steps": steps, "body": body.value}
+        settings |= {"weights": str(weights) if weights else "shipped"}
+        json_file.write_text(json.dumps(made.document(settings), indent=1) + "\n")
+
+
+def _check(json_file: Path | None, protocols: list[str]) -> None:
+    """Refuse at once what would only fail after minutes of work."""
+    from omomo_core.errors import InputError
+    from omomo_core.evaluation.protocols import PROTOCOLS
+
+    unknown = [p for p in protocols if p not in PROTOCOLS]
+    if unknown:
+        raise InputError(
+            "unknown-protocol",
+            f"There is no protocol {unknown[0]!r}.",
+            where="--protocol",
+            fix=f"Use {', '.join(PROTOCOLS)}.",
+        )
+    if json_file is not None and not json_file.resolve().parent.is_dir():
+        raise InputError(
+            "output-not-writable",
+            "The folder for the file of figures does not exist.",
+            where=str(json_file.parent),
+            fix="Make it, or give another file with --json.",
+        )
+
+
+def _print(made: "Evaluation") -> None:
+    from rich.table import Table
+
+    from capture_app.cli.console import output
+    from omomo_core.evaluation.protocols import average
+
+    title = f"Mean of {len(made.clips)} clips, {len(made.skipped)} skipped"
+    table = Table("protocol", "", title=title)
+    for name in COLUMNS.values():
+        table.add_column(name, no_wrap=True, justify="right")
+    for protocol, columns in made.table().items():
+        for k, row in columns.items():
+            table.add_row(protocol, k.replace("_", " "), *_cells(row))
+        table.add_section()
+    table.add_row("the clips themselves", "", *_cells(average([c.own for c in made.clips])))
+    # Figures are never cut, however narrow the terminal or where the output goes.
+    output.print(table, width=WIDTH, crop=False, no_wrap=True)
+
+
+def _cells(row: dict[str, float]) -> list[str]:
+    return [f"{row[key]:.2f}" if key in row else "" for key in COLUMNS]

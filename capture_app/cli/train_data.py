@@ -1,0 +1,75 @@
+"""The first half of `omocap train`: from what the user has to clips, told on the console."""
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from capture_app.cli.console import errors, output, say
+from capture_app.training_data import RECORDED, SYNTHETIC, Reading, gather, split
+from omomo_core.body.load import load_body
+from omomo_core.data.build import Progress
+from omomo_core.data.clips import Clip, load_clips
+from omomo_core.data.dataset import shards
+
+DEFAULT_SYNTHETIC = 4000
+
+
+def training_clips(
+    sources: Sequence[Path],
+    run: Path,
+    reading: Reading,
+    *,
+    synthetic: int | None,
+    seed: int,
+    workers: int,
+) -> list[Clip]:
+    """Load clips, make those of recordings, and synthesise from recordings what was asked for.
+
+    Raises:
+        InputError: as `split`, `gather`, `load_clips` and the synthesis.
+    """
+    ready, recordings = split(sources)
+    clips = [clip for source in ready for clip in load_clips(source)]
+    if recordings:
+        clips += _recorded(recordings, run, reading)
+        objects = any(clip.object_motion for clip in clips)
+        count = (0 if objects else DEFAULT_SYNTHETIC) if synthetic is None else synthetic
+        if count > 0:
+            clips += _synthesised(run, count, seed, workers)
+    _tell(clips)
+    return clips
+
+
+def _recorded(recordings: Sequence[Path], run: Path, reading: Reading) -> list[Clip]:
+    from rich.progress import Progress as Bars
+
+    with Bars(console=errors, disable=not errors.is_terminal) as bars:
+
+        def bar(source: Path) -> Progress:
+            task = bars.add_task(f"read {source.name}", total=None)
+            return lambda done, total: bars.update(task, completed=done, total=total)
+
+        found = gather(recordings, run, load_body(), reading, bar)
+    for reason, count in found.dropped.most_common():
+        say("left out", f"{count} x {reason}", "yellow")
+    if found.dropped:
+        output.print(f"Which files, and what is wrong with them: {run / 'data.json'}")
+    return found.clips
+
+
+def _synthesised(run: Path, count: int, seed: int, workers: int) -> list[Clip]:
+    from capture_app.cli.data_synthesise import synthesise
+
+    folder = run / SYNTHETIC
+    synthesise(run / RECORDED, folder, count, seed, workers)
+    return [clip for file in shards(folder) for clip in load_clips(file)]
+
+
+def _tell(clips: Sequence[Clip]) -> None:
+    """How many clips there are of each source, and how long they are."""
+    frames = Counter[str]()
+    number = Counter(clip.source for clip in clips)
+    for clip in clips:
+        frames[clip.source] += len(clip.root)
+    for source, count in number.most_common():
+        output.print(f"{count} clips of {source}, {frames[source] / 30 / 60:.1f} min")

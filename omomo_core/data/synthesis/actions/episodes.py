@@ -1,0 +1,101 @@
+"""What the episodes of all actions have in common: how a prop is held, from where to where, how high."""
+
+import numpy as np
+
+from omomo_core.data.synthesis.manners import stance_for, tempo
+from omomo_core.data.synthesis.props import Grasp, Prop, Use, side_grasp
+from omomo_core.data.synthesis.script import Action, Episode
+
+LEVELS: dict[str, tuple[float, float, float]] = {
+    "low": (0.3, 0.76, 0.92),
+    "waist": (0.35, 0.92, 1.12),
+    "chest": (0.25, 1.12, 1.38),
+    "overhead": (0.1, 1.55, 1.82),
+}
+"""Chance, lowest and highest palm height while carrying, metres."""
+LOWEST_FLIGHT = 0.03
+"""Of the bottom of what is carried, metres."""
+
+
+def use_of(action: Action) -> Use:
+    """What a prop must be good for."""
+    if action in ("push", "pull", "drag", "shove"):
+        return "push"
+    if action == "tip":
+        return "tip"
+    return "one_hand" if action == "one_hand" else "lift"
+
+
+def takes_and_leaves(rng: np.random.Generator, *, stands: bool = True) -> tuple[bool, bool]:
+    """Whether the prop is taken and left within the clip; what cannot stand stays in the hands."""
+    options = [(True, True), (True, False), (False, True), (False, False)]
+    return options[rng.choice(4, p=[0.5, 0.2, 0.18, 0.12]) if stands else 3]
+
+
+def draw_grasp(rng: np.random.Generator, prop: Prop, use: Use) -> tuple[Grasp, float]:
+    """A way to hold the prop, and how the prop is turned toward the actor for it."""
+    grasps = [g for g in prop.grasps if g.use == use]
+    # Nobody stoops for what can be held standing.
+    heights = np.array([float(g.points[:, 2].min()) for g in grasps])
+    easy = np.interp(heights, [0.4, 0.8, 1.2, 1.5], [0.1, 1.0, 1.0, 0.4]) ** 2
+    grasp = grasps[rng.choice(len(grasps), p=easy / easy.sum())]
+    turn = 0.0
+    if use == "lift" and rng.random() < 0.35:
+        turn = rng.uniform(-np.pi, np.pi)
+        around = side_grasp(prop, turn, float(grasp.points[:, 2].mean()))
+        if around is not None:
+            return around, turn
+        turn = 0.0
+    return grasp, turn
+
+
+def draw_episode(
+    rng: np.random.Generator,
+    action: Action,
+    prop: Prop,
+    grip: tuple[Grasp, float],
+    ends: tuple[bool, bool] = (True, True),
+    supports: tuple[float, float] = (0.0, 0.0),
+    **more: object,
+) -> Episode:
+    """An episode with everything drawn that is not given."""
+    grasp, turn = grip
+    palm = float(grasp.points[:, 2].mean())
+    deep = max(0.0, 0.8 - palm - min(supports))
+    one = grasp.one_handed or (action in ("push", "pull", "drag") and rng.random() < 0.2)
+    left = bool(rng.random() < 0.5)
+    pause = tempo(rng, deep, slides=grasp.use == "push")
+    late = int(rng.uniform(2, 14)) if rng.random() < 0.5 and not one else 0
+    drawn: dict[str, object] = {
+        "grasp": grasp,
+        "hands": (left, not left) if one else (True, True),
+        "takes": ends[0],
+        "leaves": ends[1],
+        "still": False,
+        "hold": int(rng.uniform(20, 100)),
+        "rest": int(rng.uniform(4, 40)),
+        "stops": (),
+        "stances": tuple(stance_for(rng, action, turn, moment) for moment in range(3)),
+        "heights": (),
+        "supports": supports,
+        "late": (late, 0) if left else (0, late),
+        "off": (int(rng.uniform(20, 90)), int(rng.uniform(22, 45)))
+        if not one and rng.random() < 0.15
+        else None,
+    }
+    return Episode(**(drawn | pause | more))  # pyright: ignore[reportArgumentType]
+
+
+def draw_level(rng: np.random.Generator, prop: Prop, palm: float, names: list[str]) -> float:
+    """Height of the bottom of a prop whose palms are at one of some levels."""
+    big = prop.high[2] > 0.6 or prop.high[0] - prop.low[0] > 0.5
+    chances = np.array([LEVELS[n][0] * (n != "overhead" or not big) for n in names])
+    name = str(rng.choice(names, p=chances / chances.sum()))
+    return max(LOWEST_FLIGHT, rng.uniform(*LEVELS[name][1:]) - palm)
+
+
+def draw_support(rng: np.random.Generator, prop: Prop, palm: float, scale: float) -> float:
+    """The floor, or something to stand small things on."""
+    if (prop.high - prop.low).max() > 0.4 or rng.random() < 0.7:
+        return 0.0
+    return max(0.0, min(rng.uniform(0.35, 0.8) * scale, 1.35 - palm))

@@ -1,0 +1,82 @@
+"""Actions in which a prop stays on the floor: slid by walking, moved by the arms alone, turned."""
+
+import numpy as np
+
+from omomo_core.data.synthesis.actions.episodes import (
+    draw_episode,
+    draw_grasp,
+    takes_and_leaves,
+    use_of,
+)
+from omomo_core.data.synthesis.manners import stance_for
+from omomo_core.data.synthesis.props import Prop, Use, side_grasp
+from omomo_core.data.synthesis.script import Action, Episode, Shove, Stance
+
+
+def slide(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
+    """Pushed or pulled over the floor by walking, with stops."""
+    grip = draw_grasp(rng, prop, "push")
+    stops = tuple(int(s) for s in rng.uniform(6, 40, rng.choice([0, 1, 2], p=[0.6, 0.3, 0.1])))
+    stances = tuple(stance_for(rng, action, grip[1], m) for m in range(3))
+    if action == "drag":
+        tilt = rng.uniform(0.08, 0.45) * (1 if rng.random() < 0.5 else -1)
+        stances = (stances[0], Stance(**(vars(stances[1]) | {"pitch": tilt})), stances[2])
+    ends = takes_and_leaves(rng, stands=prop.stands)
+    more = {"lift": int(rng.uniform(14, 24)), "lower": int(rng.uniform(14, 24))}
+    extra = more if action == "drag" else {}
+    return [draw_episode(rng, action, prop, grip, ends, stops=stops, stances=stances, **extra)]  # pyright: ignore[reportArgumentType]
+
+
+def shove(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
+    """Pushed, pulled or tipped with the arms only, several times."""
+    grip = draw_grasp(rng, prop, use_of(action))
+    episodes: list[Episode] = []
+    for _ in range(int(rng.choice([1, 2, 3], p=[0.4, 0.35, 0.25]))):
+        shove = Shove(
+            ahead=rng.uniform(-0.22, 0.3),
+            aside=rng.uniform(-0.15, 0.15),
+            yaw=rng.uniform(-0.35, 0.35),
+            back=rng.random() < 0.2,
+        )
+        if action == "tip":
+            shove = Shove(pitch=rng.choice([-1.0, 1.0]) * rng.uniform(0.12, 0.6), back=True)
+        moving = int(rng.uniform(16, 32) + 25 * (abs(shove.pitch) + abs(shove.ahead)))
+        episodes.append(
+            draw_episode(
+                rng, action, prop, grip, still=True, shove=shove, lift=moving,
+                lower=moving if shove.back else 8, hold=int(rng.uniform(0, 50)),
+            )
+        )  # fmt: skip
+    return episodes
+
+
+def turn(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
+    """Turned on the spot: by walking round it, or by strokes of the arms and re-grasping."""
+    if rng.random() < 0.4:
+        use: Use = "push" if any(g.use == "push" for g in prop.grasps) else "lift"
+        grip = draw_grasp(rng, prop, use)
+        palm = float(grip[0].points[:, 2].mean())
+        lifted = use == "lift" and rng.random() < 0.6
+        heights = (max(rng.uniform(0.03, 0.15), rng.uniform(0.4, 0.9) - palm),) if lifted else ()
+        return [
+            draw_episode(
+                rng, action, prop, grip, takes_and_leaves(rng, stands=prop.stands), heights=heights
+            )
+        ]
+    height = prop.high[2] * rng.uniform(0.6, 0.95)
+    at, way = rng.uniform(-np.pi, np.pi), float(rng.choice([-1, 1]))
+    episodes: list[Episode] = []
+    for _ in range(int(rng.integers(1, 5))):
+        grasp = side_grasp(prop, at, height)
+        if grasp is None:
+            return []
+        step = way * rng.uniform(0.3, 0.8)
+        episodes.append(
+            draw_episode(
+                rng, action, prop, (grasp, at), still=True, shove=Shove(yaw=step),
+                lift=int(rng.uniform(14, 22) + 15 * abs(step)), lower=6,
+                hold=int(rng.uniform(0, 8)), rest=int(rng.uniform(2, 10)), off=None,
+            )
+        )  # fmt: skip
+        at += step
+    return episodes

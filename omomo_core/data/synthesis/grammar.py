@@ -1,0 +1,71 @@
+"""The grammar of actions: how often people do what with things, and in which manner."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from omomo_core.data.synthesis.actions.episodes import use_of
+from omomo_core.data.synthesis.actions.lifting import carry, flip, in_place, relocate
+from omomo_core.data.synthesis.actions.sliding import shove, slide, turn
+from omomo_core.data.synthesis.casting import Wanted
+from omomo_core.data.synthesis.manners import moves_for, posture_for
+from omomo_core.data.synthesis.props import Prop, make_prop, scaled
+from omomo_core.data.synthesis.script import Action, Episode, Script, timeline
+from omomo_core.data.synthesis.stature import our_scale
+
+_ACTIONS: dict[Action, float] = {
+    "carry": 0.2, "relocate": 0.18, "in_place": 0.08, "raise": 0.06, "one_hand": 0.07,
+    "swing": 0.03, "flip": 0.01, "push": 0.11, "pull": 0.07, "drag": 0.06, "shove": 0.04,
+    "turn": 0.05, "tip": 0.04, "sweep": 0.01, "mop": 0.015, "vacuum": 0.02, "trolley": 0.01,
+    "cart": 0.015,
+}  # fmt: skip
+_SHORTEST, _LONGEST = 120, 300
+"""Frames of a clip."""
+_Writer = Callable[[np.random.Generator, Action, Prop, float], list[Episode]]
+_WRITERS: dict[Action, _Writer] = {
+    "carry": carry, "one_hand": carry, "relocate": relocate, "in_place": in_place,
+    "raise": in_place, "swing": in_place, "flip": flip, "push": slide, "pull": slide,
+    "drag": slide, "shove": shove, "tip": shove, "turn": turn,
+}  # fmt: skip
+
+
+def draw_action(rng: np.random.Generator) -> Action:
+    """A random action, as often as people do it."""
+    chances = np.array(list(_ACTIONS.values()))
+    return list(_ACTIONS)[rng.choice(len(chances), p=chances / chances.sum())]
+
+
+def write_script(rng: np.random.Generator, action: Action) -> Script:
+    """Draw everything that belongs to an action."""
+    while True:
+        scale = our_scale(rng)
+        prop = scaled(make_prop(rng, use_of(action)), scale)
+        episodes = _WRITERS[action](rng, action, prop, scale)
+        script = _script(rng, action, prop, episodes) if episodes else None
+        if script is not None:
+            return script
+
+
+def _script(
+    rng: np.random.Generator, action: Action, prop: Prop, episodes: list[Episode]
+) -> Script | None:
+    """Fit the episodes into a clip of a length that suits them; None when they take too long."""
+    slow = episodes[0].slides
+    walks = sum(not e.still for e in episodes)
+    stepping = action == "relocate"
+    walking = walks * (rng.uniform(25, 60) if stepping else rng.uniform(60, 150))
+    pauses = timeline(tuple(episodes))[0]
+    spare = 0.0 if rng.random() < 0.4 else rng.uniform(0, 70)
+    frames = int(max(sum(pauses) + walking + spare, _SHORTEST))
+    if frames > _LONGEST:
+        return None
+    wanted = Wanted(
+        frames,
+        pauses,
+        rate=(0.45, 0.9) if slow else (0.7, 1.2),
+        walk=(10, 50) if stepping else (24, _LONGEST),
+        backward={"pull": 0.8, "drag": 1.0, "push": 0.05, "relocate": 0.3}.get(action, 0.12),
+        moves=moves_for(action),
+        made_to_measure=action == "turn" and walks > 0,
+    )
+    return Script(action, prop, tuple(episodes), posture_for(rng, action), wanted)

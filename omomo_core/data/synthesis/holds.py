@@ -1,0 +1,50 @@
+"""Which hand holds a prop where and when; the prop's motion goes with it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+
+@dataclass(frozen=True)
+class Hold:
+    """One palm on one place of the prop, from one frame to another."""
+
+    hand: int
+    """0 left, 1 right."""
+    first: int
+    """First frame in contact."""
+    last: int
+    """One past the last frame in contact."""
+    point: Float[np.ndarray, " 3"]
+    """On the surface, prop frame, metres."""
+    inward: Float[np.ndarray, " 3"]
+    """From the palm into the surface, unit length."""
+    fingers: Float[np.ndarray, " 3"] | None = None
+    """Where the fingers point, prop frame; None lets them follow the forearm."""
+    reach: int = 0
+    """Frames in which the hand comes; 0 for a hand that is there from the start."""
+    release: int = 0
+    """Frames in which the hand goes; 0 for a hand that stays to the end."""
+
+
+@dataclass(frozen=True)
+class Handling:
+    """The prop's motion and how it is held."""
+
+    T_world_prop: Float[np.ndarray, "frames 4 4"]
+    holds: tuple[Hold, ...]
+
+    @property
+    def held(self) -> Bool[np.ndarray, "frames 2"]:
+        """Which hand is on the prop."""
+        return contact_of(self.holds, len(self.T_world_prop))
+
+
+def contact_of(holds: Sequence[Hold], frames: int) -> Bool[np.ndarray, "frames 2"]:
+    """Which hand is in contact in which frame."""
+    contact = np.zeros((frames, 2), bool)
+    for hold in holds:
+        contact[max(hold.first, 0) : hold.last, hold.hand] = True
+    return contact

@@ -1,0 +1,104 @@
+"""How people do things: their pace, their posture, and where they stand to the thing."""
+
+from typing import TypedDict
+
+import numpy as np
+
+from omomo_core.data.synthesis.posture import Posture
+from omomo_core.data.synthesis.script import Action, Stance
+from omomo_core.data.synthesis.walker.path import CHANCES, Chances
+
+
+class Tempo(TypedDict):
+    """Frames of the parts of taking and leaving."""
+
+    reach: int
+    lift: int
+    lower: int
+    release: int
+
+
+def tempo(rng: np.random.Generator, deep: float, *, slides: bool) -> Tempo:
+    """One person's pace; `deep` is how far below 0.8 m the hands go, metres."""
+    pace = rng.uniform(0.75, 1.3)
+    move = 14 * deep if not slides else -10
+    return {
+        "reach": int(pace * (rng.uniform(14, 26) + 16 * deep)),
+        "lift": int(pace * (rng.uniform(15, 26) + move)),
+        "lower": int(pace * (rng.uniform(15, 26) + move)),
+        "release": int(pace * (rng.uniform(14, 26) + 16 * deep)),
+    }
+
+
+def posture_for(rng: np.random.Generator, action: Action) -> Posture:
+    """How somebody holds the body for an action.
+
+    Pushing bodies lean into the load with the pelvis behind the hands, pulling ones hang back from
+    it with bent knees; free lifting is anything between stooping and squatting.
+    """
+    if action in ("push", "shove", "tip"):
+        lean = rng.uniform(-0.05, 0.5)
+        return Posture(
+            squat=rng.uniform(0.0, 0.5),
+            lean=lean,
+            shift=0.1 * lean + rng.normal(0.0, 0.03),
+            crouch=rng.uniform(0.0, 0.04),
+            comfort=rng.uniform(0.82, 0.97),
+            twist=rng.uniform(0.3, 1.0),
+        )
+    if action in ("pull", "drag"):
+        return Posture(
+            squat=rng.uniform(0.0, 0.7),
+            lean=rng.uniform(-0.25, 0.3),
+            shift=-rng.uniform(0.0, 0.12),
+            crouch=rng.uniform(0.0, 0.06),
+            comfort=rng.uniform(0.88, 0.98),
+            twist=rng.uniform(0.3, 1.0),
+        )
+    return Posture(
+        squat=rng.uniform(0.05, 0.95),
+        lean=rng.normal(0.0, 0.08),
+        shift=rng.normal(0.0, 0.025),
+        crouch=max(0.0, rng.normal(0.0, 0.02)),
+        comfort=rng.uniform(0.82, 0.97),
+        twist=rng.uniform(0.4, 1.1),
+    )
+
+
+_FAR = ("push", "pull", "drag", "shove", "tip")
+"""What is done at arm's length."""
+
+
+def stance_for(rng: np.random.Generator, action: Action, turn: float, moment: int) -> Stance:
+    """Where the prop is, seen from the actor; `moment` 0 when taken, 1 while held, 2 when left."""
+    spread = {"carry": 0.24, "relocate": 0.3, "one_hand": 0.08, "drag": 0.22, "pull": 0.22,
+              "push": 0.18, "turn": 0.15}.get(action, 0.26)  # fmt: skip
+    if moment == 1 and action not in ("push", "pull", "drag"):
+        spread *= 0.6
+    far = action in _FAR
+    reach = rng.uniform(0.35, 0.72) if far else 0.2 + rng.gamma(4.0, 0.05)
+    skew = {"push": 0.2, "pull": 0.25, "drag": 0.25}.get(action, 0.16)
+    return Stance(
+        swing=float(np.clip(rng.normal(0.0, spread), -2.2 * spread, 2.2 * spread)),
+        turn=turn + float(np.clip(rng.normal(0.0, skew), -0.5, 0.5)),
+        reach=float(np.clip(reach, 0.22, 0.75)),
+        aside=rng.normal(0.0, 0.04),
+        pitch=rng.normal(0.0, 0.1) if moment == 1 and not far and action != "one_hand" else 0.0,
+    )
+
+
+def moves_for(action: Action) -> Chances:
+    """How somebody moves between stops during an action."""
+    return _MOVES.get(action, CHANCES)
+
+
+_DRAG: Chances = {"back": 0.7, "side": 0.1, "orbit": 0.12, "shuffle": 0.08}
+_MOVES: dict[Action, Chances] = {
+    "push": {"walk": 0.62, "shuffle": 0.1, "orbit": 0.14, "side": 0.08, "turn": 0.06},
+    "pull": _DRAG,
+    "drag": _DRAG,
+    "turn": {"orbit": 0.75, "turn": 0.25},
+    "relocate": {
+        "walk": 0.12, "back": 0.12, "side": 0.2, "shuffle": 0.34, "turn": 0.1, "orbit": 0.12,
+    },
+}  # fmt: skip

@@ -1,0 +1,1 @@
+"""The whole clip re-solved at once: palms, feet, limits, collisions and balance weighed together."""

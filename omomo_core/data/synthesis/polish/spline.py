@@ -1,0 +1,98 @@
+"""Smooth corrections: cubic B-splines in time, and least squares over their coefficients."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from jaxtyping import Float
+from scipy.linalg import solveh_banded
+from torch import Tensor
+
+_ORDER = 4
+"""Coefficients that touch one frame."""
+
+
+@dataclass(frozen=True)
+class Spline:
+    """A uniform cubic B-spline with a coefficient every `spacing` frames."""
+
+    frames: int
+    spacing: float
+
+    @property
+    def count(self) -> int:
+        """Number of coefficients."""
+        return int(np.ceil((self.frames - 1) / self.spacing)) + _ORDER - 1
+
+    def basis(self, frames: Float[np.ndarray, " times"]) -> Float[Tensor, "times coefficients"]:
+        """Weight of every coefficient at some frames."""
+        return self._weights(frames, 0)
+
+    def bending(self) -> Float[Tensor, "coefficients coefficients"]:
+        """Quadratic form: mean squared second derivative in time, per frame^4."""
+        B = self._weights(np.arange(self.frames, dtype=float), 2)
+        return B.T @ B / self.frames
+
+    def _weights(
+        self, frames: Float[np.ndarray, " times"], derivative: int
+    ) -> Float[Tensor, "times coefficients"]:
+        at = frames / self.spacing
+        first = np.minimum(np.floor(at).astype(int), self.count - _ORDER)
+        u = (at - first)[:, None]
+        if derivative == 0:
+            w = [(1 - u) ** 3, 3 * u**3 - 6 * u**2 + 4, -3 * u**3 + 3 * u**2 + 3 * u + 1, u**3]
+            scale = 1 / 6
+        else:
+            w = [1 - u, 3 * u - 2, 1 - 3 * u, u]
+            scale = 1 / self.spacing**2
+        out = np.zeros((len(frames), self.count))
+        rows = np.arange(len(frames))[:, None]
+        out[rows, first[:, None] + np.arange(_ORDER)] = np.concatenate(w, axis=1) * scale
+        return torch.as_tensor(out, dtype=torch.float32)
+
+
+def solve(
+    basis: Float[Tensor, "times coefficients"],
+    hessian: Float[Tensor, "times n n"],
+    gradient: Float[Tensor, "times n"],
+    bending: Float[Tensor, "coefficients coefficients"],
+    stiffness: Float[Tensor, " n"],
+    now: Float[Tensor, "coefficients n"],
+) -> Float[Tensor, "coefficients n"]:
+    """One Gauss-Newton step of the coefficients.
+
+    Args:
+        basis: weights of the coefficients at the frames that were looked at.
+        hessian: of the cost of each frame in the value of the spline there.
+        gradient: likewise.
+        bending: quadratic form of the spline's second derivative.
+        stiffness: its weight for each of the n values.
+        now: the present coefficients.
+    """
+    count, n = now.shape
+    flat = hessian.flatten(1)
+    bands = np.zeros((_ORDER, count, n, n))
+    for k in range(_ORDER):
+        pair = basis[:, : count - k] * basis[:, k:]
+        block = (pair.T @ flat).unflatten(1, (n, n))
+        block += torch.diagonal(bending, k)[:, None, None] * torch.diag(stiffness)
+        bands[k, : count - k] = block.numpy()
+    slope = basis.T @ gradient + (bending @ now) * stiffness
+    step = solveh_banded(
+        _lower(bands), -slope.flatten().double().numpy(), lower=True, check_finite=False,
+        overwrite_ab=True, overwrite_b=True,
+    )  # fmt: skip
+    return torch.as_tensor(step, dtype=now.dtype).reshape(count, n)
+
+
+def _lower(bands: Float[np.ndarray, "order count n n"]) -> Float[np.ndarray, "rows unknowns"]:
+    """LAPACK's lower band storage of a symmetric block-banded matrix.
+
+    Column (i, a) holds the entries (i + k, b) below it, which are entry (a, b) of band k.
+    """
+    order, count, n, _ = bands.shape
+    column = bands.transpose(1, 2, 0, 3).reshape(count, n, order * n)
+    out = np.zeros((count, n, order * n))
+    for a in range(n):
+        out[:, a, : order * n - a] = column[:, a, a:]
+    return np.ascontiguousarray(out.reshape(count * n, order * n).T)

@@ -1,0 +1,1 @@
+"""Measuring generated motion against recorded people who moved objects."""

@@ -1,0 +1,105 @@
+"""The person of a recorded clip on our terms: their skeleton as a body, their pose in our rotations.
+
+A clip's rest pose has other axes (x forward, y left, z up) and other directions of arms and legs than
+ours. Limbs are turned to our rest directions; the trunk keeps the clip's shape. So a rotation means to
+this skeleton what it means to ours, and forward kinematics gives the clip's joints back.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import torch
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+
+from omomo_core.body.kinematics import MODEL_REST
+from omomo_core.body.model import BodyModel, with_height
+from omomo_core.skeleton import MODEL_PARENTS, PALM_JOINTS, joint
+
+LIMBS = {1: 4, 2: 5, 4: 7, 5: 8, 7: 10, 8: 11, 16: 18, 17: 19, 18: 20, 19: 21, 20: 22, 21: 23}
+"""Joints that drive one straight bone, and the end of that bone."""
+AXES = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+"""R_clip_ours at rest: our left, up and forward are the clip's y, z and x."""
+
+_PARENTS = [max(parent, 0) for parent in MODEL_PARENTS]
+
+Offsets = Float[np.ndarray, "24 3"]
+"""From each joint's parent to it, in the parent's frame as the clip has it, metres."""
+
+
+def bone_offsets(
+    joints: Float[np.ndarray, "frames 24 3"], rotations: Float[np.ndarray, "frames 22 3 3"]
+) -> tuple[Offsets, float]:
+    """Where each joint sits in its parent's frame (median over the frames), and the farthest that
+    any frame strays from it, metres: bones do not change their length.
+    """
+    parents = np.array(MODEL_PARENTS[1:])
+    local = np.einsum(
+        "fjyx,fjy->fjx", rotations[:, parents], joints[:, 1:] - joints[:, parents], optimize=True
+    )
+    offsets = np.zeros((24, 3))
+    offsets[1:] = np.median(local, axis=0)
+    return offsets, float(np.linalg.norm(local - offsets[1:], axis=-1).max())
+
+
+def our_rotations(
+    rotations: Float[np.ndarray, "frames 22 3 3"], offsets: Offsets, body: BodyModel
+) -> Float[np.ndarray, "frames 22 3 3"]:
+    """Rotations of a clip with the identity at our T-pose."""
+    return rotations @ AXES @ _limb_turns(offsets, body)
+
+
+def body_of(offsets: Offsets, body: BodyModel) -> BodyModel:
+    """Our body with the bones of a clip's person; its surface follows the joints."""
+    bones = np.einsum("jyx,jy->jx", AXES @ _limb_turns(offsets, body)[_PARENTS], offsets)
+    rest = np.zeros((24, 3))
+    for j in range(1, 24):
+        rest[j] = rest[MODEL_PARENTS[j]] + bones[j]
+    ours = body.rest_joints.double().numpy()
+    scaled = with_height(body, body.height * _best_scale(rest, ours[list(MODEL_REST)]))
+    moved = torch.from_numpy(_all_joints(rest, scaled.rest_joints.double().numpy())).float()
+    return replace(
+        scaled,
+        name=f"{body.name} with a recorded person's bones",
+        rest_joints=moved,
+        vertices=scaled.vertices + _follow(scaled, moved - scaled.rest_joints),
+    )
+
+
+def _limb_turns(offsets: Offsets, body: BodyModel) -> Float[np.ndarray, "22 3 3"]:
+    """Smallest rotations that take our rest directions of the limbs to the clip's, in our axes."""
+    rest = body.rest_joints.double().numpy()[list(MODEL_REST)]
+    turns = np.tile(np.eye(3), (22, 1, 1))
+    for start, end in LIMBS.items():
+        turns[start] = _smallest_turn(rest[end] - rest[start], AXES.T @ offsets[end])
+    return turns
+
+
+def _smallest_turn(old: Float[np.ndarray, "3"], new: Float[np.ndarray, "3"]):
+    """The smallest (3, 3) rotation that takes one direction to another, not opposite one."""
+    old, new = old / np.linalg.norm(old), new / np.linalg.norm(new)
+    axis = np.cross(old, new)
+    angle = np.arctan2(np.linalg.norm(axis), old @ new)
+    return Rotation.from_rotvec(axis * (angle / max(1e-12, np.sin(angle)))).as_matrix()
+
+
+def _best_scale(theirs: Float[np.ndarray, "24 3"], ours: Float[np.ndarray, "24 3"]) -> float:
+    """Least squares over the joints of the T-pose, measured from between the ankles."""
+    a, b = (x - x[[7, 8]].mean(axis=0) for x in (ours, theirs))
+    return float((a * b).sum() / (a * a).sum())
+
+
+def _all_joints(
+    rest: Float[np.ndarray, "24 3"], ours: Float[np.ndarray, "52 3"]
+) -> Float[np.ndarray, "52 3"]:
+    """Fingers keep our hand's shape about the person's palm; the ankles are as high as ours."""
+    up = np.array([0.0, ours[[7, 8], 1].mean() - rest[[7, 8], 1].mean(), 0.0])
+    shifts = [rest[22 + side] - ours[palm] for side, palm in enumerate(PALM_JOINTS)]
+    return np.concatenate([rest[:22], ours[22:37] + shifts[0], ours[37:] + shifts[1]]) + up
+
+
+def _follow(body: BodyModel, moves: Float[torch.Tensor, "52 3"]) -> Float[torch.Tensor, "verts 3"]:
+    """How the surface moves with the joints; the head as the neck, lest a head grow or shrink."""
+    moves = moves.clone()
+    moves[joint("head")] = moves[joint("neck")]
+    return (body.skin_weights[..., None] * moves[body.skin_joints]).sum(dim=1)

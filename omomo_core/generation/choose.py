@@ -1,0 +1,25 @@
+"""Which of K samples to show when nobody knows the truth."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from jaxtyping import Float
+from scipy.stats import rankdata
+
+from omomo_core.motion import HumanMotion
+
+
+def choose(motions: Sequence[HumanMotion], scores: Sequence[Mapping[str, float]]) -> int:
+    """Index of the sample to show: one amid the others (twice as important) and with few faults.
+
+    The least faulty alone is often an outlier; the one amid the others alone may skate.
+    """
+    amid = rankdata(spread(np.stack([human.joints for human in motions])).round(6))
+    faults = rankdata([s["total"] for s in scores])
+    return int(np.argmin(2 * amid + faults))
+
+
+def spread(points: Float[np.ndarray, "samples frames joints 3"]) -> Float[np.ndarray, " samples"]:
+    """Mean distance of each sample's points from the others', metres: the medoid's is the least."""
+    far = [np.linalg.norm(points - one, axis=-1).mean() for one in points]
+    return np.array(far) * len(points) / max(1, len(points) - 1)

@@ -1,0 +1,174 @@
+"""`omocap data synthesise` and `omocap data inspect` as a user calls them."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from capture_app.cli.app import invoke
+from omomo_core.body.load import load_body
+from omomo_core.data import dataset
+from omomo_core.data.build import build_mocap
+from omomo_core.data.clips import Clip, load_clips, save_clips
+from omomo_core.data.synthesis import engine
+from omomo_core.motion import ObjectMesh, ObjectMotion
+from render.video import read_frames
+
+UPRIGHT = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
+
+
+def clip(k: int, *, with_object: bool = True, frames: int = 12) -> Clip:
+    """Somebody in the T-pose and a box on the floor, which slides away by itself when k is 1."""
+    solid = trimesh.creation.box((0.3, 0.3, 0.4))
+    T = np.tile(np.eye(4), (frames, 1, 1))
+    T[:, :3, 3] = [1.0, 0.0, 0.2]
+    T[:, 0, 3] += np.arange(frames) * 0.05 * (k == 1)
+    mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "box")
+    return Clip(
+        name=f"{k:05d} carry box",
+        source="test",
+        licence="CC0",
+        root=np.tile([0.0, 0.0, 0.95], (frames, 1)),
+        rotations=np.tile(UPRIGHT, (frames, 22, 1, 1)),
+        hand_contact=np.zeros((frames, 2)),
+        foot_contact=np.ones((frames, 4)),
+        object_motion=ObjectMotion(mesh, T, np.ones(frames, bool)) if with_object else None,
+    )
+
+
+@pytest.fixture
+def recorded(tmp_path: Path) -> Path:
+    save_clips(tmp_path / "recorded.npz", [clip(9, with_object=False)])
+    return tmp_path / "recorded.npz"
+
+
+@pytest.fixture
+def stubbed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Clips that cost nothing, in files of two."""
+
+    def make(_clips, _body, _count, _seed, progress, *, workers, rejected, indices):
+        def clips():
+            for done, index in enumerate(indices, start=1):
+                rejected["palm-off"] += 1
+                progress(done, len(indices))
+                yield clip(index)
+
+        return clips()
+
+    monkeypatch.setattr(engine, "synthesise", make)
+    monkeypatch.setattr(dataset, "SHARD", 2)
+
+
+@pytest.mark.usefixtures("stubbed")
+def test_a_data_set_is_made_gone_on_with_and_told_about(
+    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    out = tmp_path / "set"
+    assert invoke(["data", "synthesise", str(recorded), "-o", str(out), "--count", "3"]) == 0
+    assert len(load_clips(out)) == 4
+    # Its own recorded part serves as the mocap of the next run.
+    assert invoke(["data", "synthesise", str(out), "-o", str(out), "--count", "4"]) == 0
+    told = capsys.readouterr().out
+    assert "palm-off" in told
+    assert "carry" in told
+    assert json.loads((out / "dataset.json").read_text())["clips"] == 4
+
+
+@pytest.mark.usefixtures("stubbed")
+def test_a_data_set_of_another_seed_is_refused(
+    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    words = ["data", "synthesise", str(recorded), "-o", str(tmp_path / "set"), "--count", "2"]
+    assert invoke(words) == 0
+    assert invoke([*words, "--seed", "5"]) == 2
+    assert "seed 0, not 5" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("stubbed")
+def test_an_interrupted_run_keeps_its_whole_files(
+    recorded: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+):
+    whole = engine.synthesise
+
+    def interrupted(*args, indices, **rest):
+        yield from whole(*args, indices=indices[:3], **rest)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(engine, "synthesise", interrupted)
+    out = tmp_path / "set"
+    assert invoke(["data", "synthesise", str(recorded), "-o", str(out), "--count", "6"]) == 130
+    assert f"2 of 6 clips are in {out}; the same command goes on" in capsys.readouterr().err
+    assert [f.name for f in dataset.shards(out)] == ["clips_00000.npz"]
+
+
+@pytest.mark.slow
+def test_ctrl_c_leaves_whole_files_and_says_how_to_go_on(shared: Path, tmp_path: Path):
+    mocap = build_mocap(shared / "data/mocap/cmu_bvh/02", load_body())
+    save_clips(tmp_path / "mocap.npz", mocap)
+    out = tmp_path / "set"
+    script = (
+        "import sys; from omomo_core.data import dataset; dataset.SHARD = 1\n"
+        "from capture_app.cli.app import invoke; raise SystemExit(invoke(sys.argv[1:]))"
+    )
+    words = ["data", "synthesise", str(tmp_path / "mocap.npz"), "-o", str(out), "--count", "500"]
+    process = subprocess.Popen(
+        [sys.executable, "-c", script, *words, "--workers", "2"],
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+    )
+    end = time.monotonic() + 120
+    while not dataset.shards(out) and time.monotonic() < end and process.poll() is None:
+        time.sleep(0.2)
+    os.killpg(process.pid, signal.SIGINT)
+    said = process.communicate(timeout=60)[1]
+    assert process.returncode == 130, said
+    assert "the same command goes on" in said
+    assert "Traceback" not in said
+    kept = len(dataset.shards(out))
+    assert 0 < kept < 500
+    assert json.loads((out / "dataset.json").read_text())["clips"] == kept
+    assert not list(out.glob(".*"))
+
+
+def test_inspect_draws_and_measures_what_it_is_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    save_clips(tmp_path / "clips.npz", [clip(k, with_object=k < 2, frames=6) for k in range(3)])
+    words = ["data", "inspect", str(tmp_path / "clips.npz"), "-o", str(tmp_path / "look")]
+    assert invoke([*words, "--backend", "raycast", "--videos", "1", "--name", "00001"]) == 0
+    (quality,) = json.loads((tmp_path / "look/quality.json").read_text())
+    assert quality["name"] == "00001 carry box"
+    assert "floats" in quality["flags"]
+    assert "00001 carry box: floats" in capsys.readouterr().out
+    assert (tmp_path / "look/sheet_00.png").read_bytes().startswith(b"\x89PNG")
+    assert len(read_frames(tmp_path / "look/clips.mp4", [0, 2])) == 2
+
+
+def test_inspect_measures_a_random_choice_without_drawing(tmp_path: Path):
+    save_clips(tmp_path / "clips.npz", [clip(k, frames=5) for k in range(6)])
+    words = ["data", "inspect", str(tmp_path / "clips.npz"), "--clips", "3", "--measure-only"]
+    for seed in "0", "0", "1":
+        assert invoke([*words, "-o", str(tmp_path / seed), "--seed", seed]) == 0
+    rows = json.loads((tmp_path / "0/quality.json").read_text())
+    assert len({row["name"] for row in rows}) == 3
+    assert [p.name for p in (tmp_path / "0").iterdir()] == ["quality.json"]
+
+
+def test_inspect_refuses_what_has_nothing_to_show(
+    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    for path, code in ((recorded, "no-such-clip"), (tmp_path / "none.npz", "clips-missing")):
+        assert invoke(["data", "inspect", str(path), "-o", str(tmp_path / "look")]) == 2
+        assert code in capsys.readouterr().err

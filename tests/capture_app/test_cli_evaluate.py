@@ -1,0 +1,81 @@
+"""`omocap evaluate` as a user calls it, with untrained networks."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from capture_app.cli.app import invoke
+from omomo_core.capture import stage_config
+from omomo_core.stage import Stage, save_stage
+
+
+@pytest.fixture
+def weights(tmp_path: Path) -> Path:
+    folder = tmp_path / "weights"
+    folder.mkdir()
+    torch.manual_seed(0)
+    for name, channels, condition in (("hands", 8, 10), ("body", 208, 17)):
+        stage = Stage(stage_config(name, channels, condition))
+        save_stage(stage, folder / f"{name}.safetensors", {})
+    return folder
+
+
+def words(clips: Path, weights: Path, *more: str) -> list[str]:
+    samples = ["--samples", "2", "--steps", "2", "--weights", str(weights)]
+    return ["evaluate", "--clips", str(clips), *samples, *more]
+
+
+def test_every_protocol_is_measured_and_bad_clips_are_skipped_with_their_names(
+    tmp_path: Path, weights: Path, write_clip, capsys: pytest.CaptureFixture[str]
+):
+    write_clip("sub1_box_001")
+    np.savez(tmp_path / "sub1_box_002.npz", joints=np.zeros((3, 22, 3)))
+    out = tmp_path / "figures.json"
+    assert invoke(words(tmp_path, weights, "--json", str(out))) == 0
+    printed = capsys.readouterr().out
+    assert "sub1_box_002.npz" in printed
+    assert "1 skipped" in printed
+    found = json.loads(out.read_text())
+    metrics = {"mpjpe_cm", "t_root_cm", "hand_jpe_cm", "o_root", "contact_f1", "penetration_cm"}
+    metrics |= {"contact_precision", "contact_recall", "left_contact_f1", "foot_sliding_cm"}
+    for palms in ("gt_palms", "predicted_palms"):
+        for given in ("", "_first_frame"):
+            for k in ("K1", "K2"):
+                assert metrics <= found[palms + given][k].keys()
+            assert found[palms]["K2"]["mpjpe_cm"] <= found[palms]["K1"]["mpjpe_cm"]
+    assert found["gt_palms"]["K1"]["hand_jpe_cm"] < found["predicted_palms"]["K1"]["hand_jpe_cm"]
+    assert found["baseline_opposed_palms"]["K1"]["hand_jpe_cm"] > 0
+    assert found["real_clips"]["contact_share"] == 1.0
+    assert [row["clip"] for row in found["clips"]] == ["sub1_box_001"]
+    assert found["clips"][0]["gt_palms"] == found["gt_palms"]
+    assert list(found["skipped"]) == ["sub1_box_002.npz"]
+    assert "clip-keys" in found["skipped"]["sub1_box_002.npz"]
+
+
+def test_the_same_seed_gives_the_same_figures(tmp_path: Path, weights: Path, write_clip):
+    write_clip("sub1_box_001")
+    texts: list[str] = []
+    for name in ("a.json", "b.json"):
+        more = ("--json", str(tmp_path / name), "--protocol", "predicted_palms")
+        assert invoke(words(tmp_path, weights, *more)) == 0
+        texts.append((tmp_path / name).read_text())
+    assert texts[0] == texts[1]
+    assert "gt_palms" not in json.loads(texts[0])
+
+
+def test_what_cannot_be_evaluated_is_refused(
+    tmp_path: Path, weights: Path, write_clip, capsys: pytest.CaptureFixture[str]
+):
+    np.savez(tmp_path / "sub1_box_002.npz", joints=np.zeros((0, 22, 3)))
+    for more, code in (
+        ((), "no-usable-clips"),
+        (("--protocol", "oracle"), "unknown-protocol"),
+        (("--json", str(tmp_path / "no" / "x.json")), "output-not-writable"),
+    ):
+        assert invoke(words(tmp_path, weights, *more)) == 2
+        assert code in capsys.readouterr().err
+    assert invoke(words(tmp_path / "none", weights)) == 2
+    assert "no-clips" in capsys.readouterr().err

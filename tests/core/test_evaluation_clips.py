@@ -1,0 +1,141 @@
+"""Reading recorded clips: what is read is true, what cannot be used is named."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from omomo_core.body.kinematics import forward_kinematics
+from omomo_core.body.load import load_body
+from omomo_core.body.model import with_height
+from omomo_core.errors import InputError
+from omomo_core.evaluation.clips import NAMES, clip_paths, read_clip
+from omomo_core.generation.fit import Fit
+
+BODY = load_body()
+NAME = "sub1_box_001"
+
+
+def arrays(path: Path) -> dict[str, np.ndarray]:
+    with np.load(path) as file:
+        return dict(file)
+
+
+def test_a_clip_of_our_own_body_gives_it_back(tmp_path: Path, write_clip):
+    root, R = write_clip(NAME)
+    clip = read_clip(tmp_path / f"{NAME}.npz", BODY)
+    np.testing.assert_allclose(clip.rotations, R, atol=1e-5)
+    np.testing.assert_allclose(clip.root, root, atol=1e-6)
+    bones = (clip.body.rest_joints[:22] - BODY.rest_joints[:22]).diff(dim=0)
+    assert bones.abs().max() < 1e-4
+    assert clip.body.height == pytest.approx(BODY.height, abs=1e-3)
+    assert clip.motion.mesh.name == "box"
+    assert clip.text == "Carry the box."
+
+
+def test_the_order_of_the_joints_in_the_file_is_of_no_account(tmp_path: Path, write_clip):
+    write_clip(NAME)
+    path = tmp_path / f"{NAME}.npz"
+    before = read_clip(path, BODY)
+    data = arrays(path)
+    order = np.random.default_rng(0).permutation(22)
+    for key in ("joint_names", "joints", "joint_rot_global_xyzw"):
+        data[key] = data[key][order] if key == "joint_names" else data[key][:, order]
+    np.savez(path, **data)
+    np.testing.assert_allclose(read_clip(path, BODY).joints, before.joints)
+
+
+def spoil(change: Callable[[dict[str, np.ndarray]], object]) -> Callable[[Path], None]:
+    def apply(path: Path) -> None:
+        data = arrays(path)
+        change(data)
+        np.savez(path, **data)
+
+    return apply
+
+
+def nan(data: dict[str, np.ndarray]) -> None:
+    data["palms"] = data["palms"].copy()
+    data["palms"][3, 0, 0] = np.nan
+
+
+def stretch(data: dict[str, np.ndarray]) -> None:
+    data["joints"] = data["joints"].copy()
+    data["joints"][5:9, NAMES.index("L_Knee")] += 0.3
+
+
+BAD = {
+    "clip-keys": spoil(lambda d: d.pop("palms")),
+    "clip-empty": spoil(lambda d: d.update({k: v[:0] for k, v in d.items() if v.ndim > 1})),
+    "clip-shape": spoil(lambda d: d.update(obj_pos=d["obj_pos"][:-1])),
+    "clip-not-finite": spoil(nan),
+    "clip-convention": spoil(lambda d: d.update(fps=np.array(60))),
+    "clip-skeleton": spoil(lambda d: d.update(joint_names=np.array([f"b{i}" for i in range(22)]))),
+    "clip-rotations": spoil(lambda d: d.update(obj_rot_xyzw=2 * d["obj_rot_xyzw"])),
+    "clip-bones": spoil(stretch),
+    "clip-units": spoil(
+        lambda d: d.update({k: 100 * d[k] for k in ("joints", "palms", "obj_pos")})
+    ),
+    "clip-unreadable": lambda path: path.write_bytes(b"PK\x03\x04 not a zip"),
+    "clip-mesh": lambda path: (path.parent / "meshes" / "box.npz").unlink(),
+}
+
+
+@pytest.mark.parametrize("code", BAD)
+def test_bad_clips_are_named(tmp_path: Path, write_clip, code: str):
+    write_clip(NAME)
+    path = tmp_path / f"{NAME}.npz"
+    BAD[code](path)
+    with pytest.raises(InputError) as caught:
+        read_clip(path, BODY)
+    assert caught.value.code == code
+    assert caught.value.where
+    assert caught.value.fix
+
+
+def test_a_mesh_in_other_units_or_with_missing_vertices_is_named(tmp_path: Path, write_clip):
+    write_clip(NAME)
+    mesh, path = tmp_path / "meshes" / "box.npz", tmp_path / f"{NAME}.npz"
+    data = arrays(mesh)
+    for change, code in (
+        ({"vertices": data["vertices"] * 1000}, "clip-units"),
+        ({"faces": data["faces"] + 5}, "clip-mesh"),
+        ({"faces": data["faces"][:0]}, "clip-mesh"),
+    ):
+        np.savez(mesh, **{**data, **change})
+        with pytest.raises(InputError) as caught:
+            read_clip(path, BODY)
+        assert caught.value.code == code
+
+
+def test_a_folder_without_clips_is_refused(tmp_path: Path):
+    for folder in (tmp_path, tmp_path / "none"):
+        with pytest.raises(InputError, match="no-clips"):
+            clip_paths(folder)
+
+
+def test_hips_of_another_stature_are_the_same_hips_scaled():
+    fit = Fit(BODY, with_height(BODY, 1.9))
+    root, R = torch.tensor([[0.3, -2.0, 0.8]]), torch.eye(3)[None]
+    torch.testing.assert_close(fit.to_body(root, R), root / fit.scale)
+    torch.testing.assert_close(fit.to_trained(fit.to_body(root, R), R), root)
+
+
+def test_a_real_persons_bones_give_their_joints_back(shared: Path):
+    clip = read_clip(clip_paths(shared / "data" / "omomo_clips")[0], BODY)
+    root, R = torch.from_numpy(clip.root), torch.from_numpy(clip.rotations)
+    joints = forward_kinematics(clip.body, root, R).numpy()
+    np.testing.assert_allclose(joints, clip.joints, atol=1e-5)
+    assert 1.4 < clip.body.height < 2.1
+    assert abs(float(clip.body.vertices[:, 1].min())) < 0.02
+    # The pelvis' y axis is up while they stand.
+    assert clip.rotations[:, 0, 2, 1].mean() > 0.7
+    hips = fit_round_trip(clip.body, clip.root, clip.rotations[:, 0])
+    np.testing.assert_allclose(hips, clip.root, atol=1e-6)
+
+
+def fit_round_trip(body, root: np.ndarray, pelvis: np.ndarray) -> np.ndarray:
+    fit, R = Fit(BODY, body), torch.from_numpy(pelvis)
+    return fit.to_body(fit.to_trained(torch.from_numpy(root), R), R).numpy()

@@ -1,0 +1,76 @@
+"""Scripts of all actions, people of all statures, and hands that follow their holds."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from omomo_core.data.synthesis.grammar import draw_action, write_script
+from omomo_core.data.synthesis.hands import PALM_THICKNESS, plan_hands
+from omomo_core.data.synthesis.holds import Handling, Hold
+from omomo_core.data.synthesis.script import Action
+from omomo_core.data.synthesis.stature import our_scale
+
+HANDLED: list[Action] = ["carry", "relocate", "in_place", "raise", "one_hand", "swing", "flip", "push",
+                         "pull", "drag", "shove", "turn", "tip"]  # fmt: skip
+
+
+@pytest.mark.parametrize("action", HANDLED)
+def test_every_action_has_scripts_that_fit_their_clips(action: Action) -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(3):
+        script = write_script(rng, action)
+        wanted = script.wanted
+        assert 120 <= wanted.frames <= 300
+        assert sum(wanted.pause_frames) <= wanted.frames
+        ends = np.cumsum(wanted.pause_frames)
+        pauses = [(int(b - a), int(b)) for a, b in zip(wanted.pause_frames, ends, strict=True)]
+        spans = script.spans(pauses)
+        for (_, before), (after, _) in pairwise(spans):
+            assert before < after
+        for episode, (first, last) in zip(script.episodes, spans, strict=True):
+            assert 0 <= first < last <= wanted.frames
+            assert any(episode.hands)
+        assert all(e.takes for e in script.episodes[1:])
+        assert all(e.leaves for e in script.episodes[:-1])
+
+
+def test_all_actions_are_drawn_and_people_are_small_and_tall() -> None:
+    rng = np.random.default_rng(0)
+    assert set(HANDLED) <= {draw_action(rng) for _ in range(2000)}
+    statures = 1.72 / np.array([our_scale(rng) for _ in range(2000)])
+    assert statures.min() >= 1.45
+    assert statures.max() <= 2.0
+    assert 1.66 < statures.mean() < 1.74
+    assert statures.std() > 0.07
+
+
+def test_one_seed_writes_one_script() -> None:
+    first, second = (write_script(np.random.default_rng(5), "carry") for _ in range(2))
+    assert first.wanted == second.wanted
+    assert first.episodes[0].heights == second.episodes[0].heights
+
+
+@settings(deadline=None, max_examples=25)
+@given(gap=st.integers(2, 80), hand=st.sampled_from([0, 1]))
+def test_a_hand_goes_from_hold_to_hold_without_a_jump(gap: int, hand: int) -> None:
+    place = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0])
+    a, b = np.array([0.1, 0.2, 0.3]), np.array([0.2, 0.2, 0.1])
+    holds = (
+        Hold(hand, 20, 60, a, *place, reach=10, release=10),
+        Hold(hand, 60 + gap, 180, b, *place, reach=10),
+    )
+    hands = plan_hands(Handling(np.tile(np.eye(4), (180, 1, 1)), holds))
+    held = hands.contact[:, hand] > 0
+    np.testing.assert_array_equal(np.flatnonzero(held), [*range(20, 60), *range(60 + gap, 180)])
+    assert hands.contact[:, 1 - hand].sum() == hands.pull[:, 1 - hand].sum() == 0.0
+    off = np.array([0.0, PALM_THICKNESS, 0.0])
+    np.testing.assert_allclose(hands.palms[20:60, hand], np.tile(a + off, (40, 1)), atol=1e-9)
+    np.testing.assert_allclose(hands.palms[60 + gap, hand], b + off, atol=1e-9)
+    assert (hands.pull[held, hand] == 1.0).all()
+    assert hands.pull[0, hand] == 0.0
+    # Where the goal jumps, nothing pulls toward it.
+    jumps = np.linalg.norm(np.diff(hands.palms[:, hand], axis=0), axis=-1) > 0.2
+    assert hands.pull[:-1, hand][jumps].max(initial=0.0) < 1e-6

@@ -1,0 +1,165 @@
+"""Made-up base motions: feet stand where they are put, and the body goes where the path goes."""
+
+import pickle
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from omomo_core.body.load import load_body
+from omomo_core.data.build import build_mocap
+from omomo_core.data.clips import Clip
+from omomo_core.data.grounding import foot_contacts, foot_skating, sole_points
+from omomo_core.data.retarget import joints_of
+from omomo_core.data.synthesis.footage import Footage, heading, survey
+from omomo_core.data.synthesis.stage import Stage
+from omomo_core.data.synthesis.walker.follow import follow
+from omomo_core.data.synthesis.walker.improvise import improvise
+from omomo_core.data.synthesis.walker.library import Library, index
+from omomo_core.data.synthesis.walker.path import Move, MoveName, draw_move, lay
+from omomo_core.errors import InputError
+from omomo_core.motion import FPS
+
+FRAMES = 240
+PAUSES = [30, 25]
+
+
+@cache
+def library() -> Library:
+    """Standing at ease made by hand: no mocap is needed to step along a path."""
+    body = load_body()
+    flat = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    rotations = np.tile(flat, (60, 22, 1, 1))
+    for side, j in ((1.0, (16, 18, 20)), (-1.0, (17, 19, 21))):
+        c, s = np.cos(1.3), side * np.sin(1.3)
+        rotations[:, j] = flat @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    height = float(body.rest_joints[0, 1] - body.vertices[:, 1].min())
+    clip = Clip(
+        name="standing",
+        source="test",
+        licence="free",
+        root=np.tile([0.0, 0.0, height], (60, 1)),
+        rotations=rotations,
+        hand_contact=np.zeros((60, 2)),
+        foot_contact=np.ones((60, 4)),
+        object_motion=None,
+    )
+    return index(survey([clip], body), body)
+
+
+@cache
+def stages() -> list[Stage]:
+    made = [improvise(np.random.default_rng([5, k]), library(), FRAMES, PAUSES) for k in range(8)]
+    return [stage for stage in made if stage is not None]
+
+
+def test_nearly_every_try_succeeds() -> None:
+    assert len(stages()) >= 7
+
+
+def test_stages_have_the_length_and_stops_asked_for() -> None:
+    for stage in stages():
+        assert stage.root.shape == (FRAMES, 3)
+        assert stage.sway.shape == (FRAMES, 5)
+        assert [b - a for a, b in stage.pauses] == PAUSES
+        (a, b), (c, d) = stage.pauses
+        assert 0 <= a < b < c < d <= FRAMES
+        np.testing.assert_allclose(np.linalg.det(stage.rotations), 1.0, atol=1e-6)
+
+
+def test_there_is_movement_between_the_stops() -> None:
+    for stage in stages():
+        between = slice(stage.pauses[0][1], stage.pauses[1][0])
+        moved = np.ptp(stage.root[between, :2], axis=0).max()
+        assert moved > 0.05 or np.ptp(heading(stage.rotations)[between]) > 0.1
+
+
+def test_nobody_moves_in_the_stops() -> None:
+    body = load_body()
+    for stage in stages():
+        soles = sole_points(body, stage.root, stage.rotations)
+        ankles = joints_of(body, stage.root, stage.rotations)[:, 7:9]
+        for a, b in stage.pauses:
+            assert np.linalg.norm(np.diff(stage.root[a:b], axis=0), axis=-1).max() * FPS < 0.12
+            assert np.abs(np.diff(soles[a:b], axis=0)).max() * FPS < 0.05
+            assert soles[a:b, :, 2].max() < 0.045
+            assert np.linalg.norm(np.diff(ankles[a, :, :2], axis=0)) < 0.45
+
+
+def test_feet_neither_slide_nor_sink_nor_cross() -> None:
+    body = load_body()
+    for stage in stages():
+        soles = sole_points(body, stage.root, stage.rotations)
+        assert foot_skating(soles, foot_contacts(soles)) < 0.03
+        assert soles[..., 2].min() > -0.03
+        ankles = joints_of(body, stage.root, stage.rotations)[:, 7:9]
+        across = ((ankles[:, 0] - ankles[:, 1]) * stage.rotations[:, 0, :, 0]).sum(-1)
+        assert across.min() > 0.0
+
+
+def test_nothing_pops() -> None:
+    body = load_body()
+    for stage in stages():
+        joints = joints_of(body, stage.root, stage.rotations)
+        assert np.linalg.norm(np.diff(joints, 2, axis=0), axis=-1).max() * FPS**2 < 100.0
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.sampled_from(["walk", "back", "side", "shuffle", "turn", "orbit"]), st.integers(0, 99))
+def test_the_body_is_where_the_path_ends(name: MoveName, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    path = lay([20, draw_move(rng, {name: 1.0}), 45], start=(1.0, -2.0), yaw=2.5)
+    root, rotations = follow(rng, library(), path)
+    assert np.linalg.norm(root[-1, :2] - path.position[-1]) < 0.15
+    off = heading(rotations) - path.heading
+    off = (off + np.pi) % (2 * np.pi) - np.pi
+    assert np.abs(off).max() < np.radians(15)
+    assert np.linalg.norm(root[:, :2] - path.position, axis=1).max() < 0.2
+
+
+def test_a_path_has_the_length_and_turn_of_its_moves() -> None:
+    straight = lay([5, Move("back", (-0.8, 0.0), 0.0, 50), 5], yaw=np.pi / 2)
+    np.testing.assert_allclose(straight.position[-1], [0.0, -0.8], atol=1e-9)
+    curve = lay([Move("walk", (1.0, 0.0), 0.7, 40, (0.2, 0.9))], yaw=0.1)
+    assert curve.heading[-1] == pytest.approx(0.8)
+    assert np.linalg.norm(np.diff(curve.position, axis=0), axis=1).sum() < 1.0
+    assert len(curve.heading) == 40
+
+
+def test_sideways_steps_lead_with_the_foot_on_that_side() -> None:
+    body = load_body()
+    for way, first in ((0.5, 0), (-0.5, 1)):
+        path = lay([15, Move("side", (0.0, way), 0.0, 50), 40])
+        root, rotations = follow(np.random.default_rng(0), library(), path)
+        ankles = joints_of(body, root, rotations)[:, 7:9]
+        moved = np.linalg.norm(ankles[..., :2] - ankles[0, :, :2], axis=-1) > 0.03
+        assert moved[:, first].argmax() < moved[:, 1 - first].argmax()
+
+
+def test_the_same_seed_gives_the_same_motion() -> None:
+    one, two = (improvise(np.random.default_rng(3), library(), 120, [30]) for _ in range(2))
+    assert one is not None
+    assert two is not None
+    np.testing.assert_array_equal(one.root, two.root)
+
+
+def test_no_time_to_move_gives_nothing() -> None:
+    assert improvise(np.random.default_rng(0), library(), 70, [30, 30]) is None
+
+
+def test_nobody_standing_is_refused() -> None:
+    with pytest.raises(InputError) as error:
+        index(Footage([], np.zeros(0)), load_body())
+    assert error.value.code == "walker-standing"
+
+
+def test_mocap_gives_a_small_library(shared: Path) -> None:
+    body = load_body()
+    clips = build_mocap(shared / "data/mocap/cmu_bvh/13", body)
+    real = index(survey(clips, body), body)
+    assert len(pickle.dumps(real)) < 8_000_000
+    assert "mocap.cs.cmu.edu" in real.licence
+    assert improvise(np.random.default_rng(1), real, FRAMES, PAUSES) is not None
