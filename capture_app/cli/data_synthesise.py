@@ -25,12 +25,16 @@ def synthesise(
     out: Annotated[
         Path, typer.Option("-o", "--out", help="Folder of the data set; given again, it goes on.")
     ],
-    count: Annotated[int, typer.Option(help="Clips to make, of 8 s each.", min=1)] = 4000,
+    count: Annotated[int, typer.Option(help="Clips to make, of 4 to 10 s each.", min=1)] = 4000,
     seed: Annotated[int, typer.Option(help="The same seed makes the same clips.", min=0)] = 0,
     workers: Annotated[int, typer.Option(help="Processes to use.", min=1)] = 1,
     share_alike: Annotated[
         bool, typer.Option(help="Use share-alike sources (HDM05); weights inherit the licence.")
     ] = True,
+    furniture: Annotated[
+        Path | None,
+        typer.Option(help="Folder of .obj furniture to handle, too (docs/training.md)."),
+    ] = None,
 ) -> None:
     """Make clips of people who carry, push, pull, lift and turn things, out of recorded motion.
 
@@ -41,17 +45,20 @@ def synthesise(
     from omomo_core.data import dataset
     from omomo_core.data.synthesis.engine import RECIPE
     from omomo_core.data.synthesis.engine import synthesise as make
+    from omomo_core.data.synthesis.props import Furniture
 
+    # Before the recordings are read, which may take minutes.
+    meshes = Furniture(furniture).digest if furniture is not None else None
     body, rejected = load_body(), Counter[str]()
     recorded = _recorded(mocap, body, share_alike=share_alike)
-    recipe = dataset.Recipe(seed, RECIPE, dataset.digest(recorded))
+    recipe = dataset.Recipe(seed, RECIPE, dataset.digest(recorded), meshes)
     dataset.open_dataset(out, recipe, recorded)
     indices = dataset.missing_indices(out, count)
     try:
         with _progress(len(indices), count) as progress:
             clips = make(
                 recorded, body, count, seed, progress,
-                workers=workers, rejected=rejected, indices=indices,
+                workers=workers, rejected=rejected, indices=indices, furniture=furniture,
             )  # fmt: skip
             with closing(clips):
                 for _ in dataset.write_shards(out, indices, clips, rejected):

@@ -20,19 +20,22 @@ class Bones(StrEnum):
     shipped = "shipped"
 
 
-COLUMNS = {
+FIGURES = {
     "mpjpe_cm": "MPJPE",
     "t_root_cm": "T_root",
     "hand_jpe_cm": "HandJPE",
-    "o_root": "O_root",
-    "contact_precision": "Precision",
-    "contact_recall": "Recall",
     "contact_f1": "F1",
-    "contact_f1_all_frames": "F1 frames",
     "foot_sliding_cm": "Sliding",
     "penetration_cm": "Inside",
 }
-WIDTH = 132
+"""What is printed; the file has more."""
+GIVEN = {
+    "gt_palms": "palms",
+    "gt_palms_first_frame": "palms, pose",
+    "predicted_palms": "nothing",
+    "predicted_palms_first_frame": "pose",
+    "baseline_opposed_palms": "(unlearned)",
+}
 
 
 def evaluate(
@@ -59,7 +62,7 @@ def evaluate(
     """Generate the people of recorded clips anew and measure how far they are from the real ones.
 
     Every clip is answered with its palms given and guessed, with and without the person's first
-    pose. K1 is the sample that the program would show; K20 the best of 20. Lengths are in cm.
+    pose. K1 is the sample that the program would show; K20 the best of 20 (of --samples). cm.
     """
     from capture_app.cli.console import progress_bars, say
     from omomo_core.body.load import load_body
@@ -119,18 +122,18 @@ def _print(made: "Evaluation") -> None:
     from capture_app.cli.console import output
     from omomo_core.evaluation.protocols import average
 
+    best = f"K{made.samples}"
     title = f"Mean of {len(made.clips)} clips, {len(made.skipped)} skipped"
-    table = Table("protocol", "", title=title)
-    for name in COLUMNS.values():
-        table.add_column(name, no_wrap=True, justify="right")
+    table = Table("given", "", title=title)
+    for name in FIGURES.values():
+        table.add_column(name, justify="right")
     for protocol, columns in made.table().items():
-        for k, row in columns.items():
-            table.add_row(protocol, k.replace("_", " "), *_cells(row))
+        for k in ("K1", best):
+            table.add_row(GIVEN[protocol], k, *_cells(columns[k]))
         table.add_section()
-    table.add_row("the clips themselves", "", *_cells(average([c.own for c in made.clips])))
-    # Figures are never cut, however narrow the terminal or where the output goes.
-    output.print(table, width=WIDTH, crop=False, no_wrap=True)
+    table.add_row("real clips", "", *_cells(average([clip.own for clip in made.clips])))
+    output.print(table)
 
 
 def _cells(row: dict[str, float]) -> list[str]:
-    return [f"{row[key]:.2f}" if key in row else "" for key in COLUMNS]
+    return [f"{row[key]:.2f}" if key in row else "" for key in FIGURES]

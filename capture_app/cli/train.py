@@ -26,18 +26,20 @@ def train(
     ],
     stage: Annotated[str, typer.Option(help="hands, body, or both one after the other.")] = "both",
     config: Annotated[str, typer.Option(help="capture (the default model) or paper.")] = "capture",
-    steps: Annotated[int, typer.Option(help="Optimiser steps per stage.")] = 12_000,
+    steps: Annotated[
+        int | None, typer.Option(help="Optimiser steps per stage; else as for the shipped weights.")
+    ] = None,
     batch: Annotated[int, typer.Option(help="Windows of 4 s per step.")] = 64,
-    rate: Annotated[float, typer.Option(help="Peak learning rate.")] = 2e-3,
+    rate: Annotated[float, typer.Option(help="Peak learning rate.")] = 1e-3,
     synthesis_share: Annotated[
         float, typer.Option(help="Share of windows with an object in the body stage's batches.")
-    ] = 0.7,
+    ] = 0.75,
     seed: Annotated[int, typer.Option(help="Seed of weights, windows, noise and synthesis.")] = 0,
     save_every: Annotated[int, typer.Option(help="Steps between saves.")] = 500,
     synthetic: Annotated[
         int | None,
         typer.Option(
-            help="Clips with objects to synthesise from recordings; by default 4000, or none "
+            help="Clips with objects to synthesise from recordings; by default 3000, or none "
             "where the data has objects already.",
             min=0,
         ),
@@ -60,7 +62,7 @@ def train(
     from capture_app.training_data import Reading
     from omomo_core.body.load import load_body
     from omomo_core.training.corpus import Corpus
-    from omomo_core.training.loop import TrainOptions
+    from omomo_core.training.loop import SHIPPED_STEPS, TrainOptions
 
     stages = ("hands", "body") if stage == "both" else (stage,)
     configs = [_config(name, config) for name in stages]
@@ -69,8 +71,8 @@ def train(
     notes = _notes(data, clips)
     corpus = Corpus(clips, load_body(), synthesis_share)
     del clips  # the corpus holds what training needs of them
-    options = TrainOptions(steps=steps, batch=batch, rate=rate, seed=seed)
     for each in configs:
+        options = TrainOptions(steps or SHIPPED_STEPS[each.stage], batch, rate, seed=seed)
         _train_stage(each, corpus, options, out, notes, save_every)
 
 

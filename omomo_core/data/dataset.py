@@ -34,6 +34,8 @@ class Recipe:
     """Of the program that makes clips."""
     mocap: str
     """Digest of the recorded motion."""
+    furniture: str | None = None
+    """Digest of the furniture meshes, if any were used."""
     shard: int = SHARD
 
 
@@ -93,9 +95,11 @@ def open_dataset(folder: Path, recipe: Recipe, recorded: Sequence[Clip]) -> None
 def _check_same(card: Path, recipe: Recipe) -> None:
     try:
         before = json.loads(card.read_text())["recipe"]
-        names = {"seed": "seed", "version": "recipe", "mocap": "recorded motion", "shard": "size"}
-        now = asdict(recipe)
-        other = [f"{names[k]} {before[k]}, not {now[k]}" for k in names if before[k] != now[k]]
+        # A data set that says nothing of furniture was made before there was a choice.
+        before, now = {"furniture": None, **before}, asdict(recipe)
+        names = {"version": "recipe", "mocap": "recorded motion", "shard": "size"}
+        differ = [k for k in now if before[k] != now[k]]
+        other = [f"{names.get(k, k)} {_said(before[k])}, not {_said(now[k])}" for k in differ]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(
             "dataset-damaged",
@@ -110,6 +114,10 @@ def _check_same(card: Path, recipe: Recipe) -> None:
             where=str(card),
             fix="Give the options it was made with, or a new folder with -o.",
         )
+
+
+def _said(value: object) -> str:
+    return "none" if value is None else str(value)
 
 
 def missing_indices(folder: Path, count: int) -> list[int]:

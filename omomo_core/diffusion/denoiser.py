@@ -39,7 +39,7 @@ class Denoiser(nn.Module):
         self,
         x: Float[Tensor, "b frames channels"],
         condition: Float[Tensor, "b frames condition"],
-        shape: Float[Tensor, "b tokens shape"] | None,
+        shape: Float[Tensor, "b #tokens shape"] | None,
         level: Int[Tensor, " b"],
         valid: Bool[Tensor, "b frames"],
     ) -> Float[Tensor, "b frames channels"]:
@@ -48,7 +48,7 @@ class Denoiser(nn.Module):
         tokens = frames // c.patch
         parts = [torch.cat([x, condition], dim=-1).reshape(b, tokens, -1)]
         if shape is not None:
-            parts.append(self.shape_code(shape))
+            parts.append(self.shape_code(shape).expand(b, tokens, -1))
         h = self.embed(torch.cat(parts, dim=-1))
         seen = valid.reshape(b, tokens, c.patch).any(dim=-1)
         noise = self.noise_level(sinusoid(level, 64).to(h.dtype))

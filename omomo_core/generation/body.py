@@ -12,7 +12,7 @@ from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body_stage import capture as body_stage
-from omomo_core.capture import BASIS_POINTS
+from omomo_core.capture import BASIS_POINTS, shape_code
 from omomo_core.generation.fit import Fit
 from omomo_core.generation.known import Pose, body_pin, fade
 from omomo_core.generation.overlap import sample_take
@@ -20,7 +20,7 @@ from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.generation.scene import Scene
 from omomo_core.generation.solve import solve_body
 from omomo_core.generation.take import object_windows, window_frames
-from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d
+from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d, yaw_matrix
 from omomo_core.motion import HandMotion, HumanMotion
 from omomo_core.stage import Stage
 
@@ -53,10 +53,33 @@ def sample_body(
     Returns:
         Each person, and how far their palms miss where they should hold, metres.
     """
+    contact = torch.from_numpy(np.stack([h.contact for h in hands])).float()
+    x, reference = _sampled(scene, hands, contact, fit, stage, options, generator, progress, start)
+    hold = torch.ones_like(contact) if certain else contact
+    people: list[tuple[HumanMotion, Float[np.ndarray, "frames 2"]]] = []
+    for k in range(len(hands)):
+        hand = HandMotion(palms=hands[k].palms, contact=hold[k].double().numpy())
+        human, miss = _finish(x[k], reference[k], hand, fit, start)
+        people.append((replace(human, hand_contact=hands[k].contact), miss))
+        progress("solve", (k + 1) / len(hands))
+    return people
+
+
+def _sampled(
+    scene: Scene,
+    hands: Sequence[HandMotion],
+    contact: Float[Tensor, "samples frames 2"],
+    fit: Fit,
+    stage: Stage,
+    options: GenerationOptions,
+    generator: torch.Generator,
+    progress: Progress,
+    start: Pose | None,
+) -> tuple[Float[Tensor, "samples frames channels"], Float[Tensor, "samples frames 2"]]:
+    """What the network says of each person, and the path from which it says it."""
     index = window_frames(scene.trained.frames)
     windows = object_windows(scene.trained, index, len(hands), BASIS_POINTS)
     palms = torch.from_numpy(np.stack([h.palms for h in hands])).float() * scene.scale
-    contact = torch.from_numpy(np.stack([h.contact for h in hands])).float()
     reference = body_stage.reference_path(palms)
     cut_palms = palms[:, index].flatten(0, 1)
     yaw = body_stage.canonical_yaw(cut_palms, windows)
@@ -71,7 +94,8 @@ def sample_body(
         stage,
         windows,
         known,
-        yaw,
+        shape_code(windows, yaw),
+        yaw_matrix(yaw)[:, None],
         body_stage.LAYOUT,
         options,
         generator,
@@ -79,14 +103,7 @@ def sample_body(
         pin=None if start is None else body_pin(start, reference[0, 0], fit),
         on_step=lambda done: progress("body", done),
     )
-    hold = torch.ones_like(contact) if certain else contact
-    people: list[tuple[HumanMotion, Float[np.ndarray, "frames 2"]]] = []
-    for k in range(len(hands)):
-        hand = HandMotion(palms=hands[k].palms, contact=hold[k].double().numpy())
-        human, miss = _finish(x[k], reference[k], hand, fit, start)
-        people.append((replace(human, hand_contact=hands[k].contact), miss))
-        progress("solve", (k + 1) / len(hands))
-    return people
+    return x, reference
 
 
 def _finish(

@@ -10,13 +10,13 @@ from omomo_core.motion import HumanMotion
 
 
 def choose(motions: Sequence[HumanMotion], scores: Sequence[Mapping[str, float]]) -> int:
-    """Index of the sample to show: one amid the others (twice as important) and with few faults.
+    """Index of the sample to show: one amid the others and with few faults, by the sum of both ranks.
 
     The least faulty alone is often an outlier; the one amid the others alone may skate.
     """
     amid = rankdata(spread(np.stack([human.joints for human in motions])).round(6))
     faults = rankdata([s["total"] for s in scores])
-    return int(np.argmin(2 * amid + faults))
+    return int(np.argmin(amid + faults))
 
 
 def spread(points: Float[np.ndarray, "samples frames joints 3"]) -> Float[np.ndarray, " samples"]:

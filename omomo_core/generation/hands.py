@@ -27,11 +27,13 @@ def sample_hands(
     index = window_frames(scene.trained.frames)
     windows = object_windows(scene.trained, index, options.samples, BASIS_POINTS)
     yaw = hand_stage.canonical_yaw(windows)
+    axes = hand_stage.object_axes(windows, yaw)
     x = sample_take(
         stage,
         windows,
-        hand_stage.condition(windows, yaw),
-        yaw,
+        hand_stage.condition(windows, yaw, axes),
+        hand_stage.shape_code(windows, axes),
+        axes,
         hand_stage.LAYOUT,
         options,
         generator,

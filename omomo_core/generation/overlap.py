@@ -10,13 +10,12 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor
 
-from omomo_core.capture import shape_code
 from omomo_core.diffusion.samplers import sample
 from omomo_core.diffusion.schedule import cosine_schedule
 from omomo_core.generation.known import Pin
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.generation.take import window_frames
-from omomo_core.geometry.canonical import Layout, turn
+from omomo_core.geometry.canonical import Layout, rotate
 from omomo_core.stage import Stage
 from omomo_core.windows import WINDOW, ObjectWindows
 
@@ -45,7 +44,8 @@ def sample_take(
     stage: Stage,
     windows: ObjectWindows,
     condition: Float[Tensor, "b window condition"],
-    yaw: Float[Tensor, " b"],
+    shape: Float[Tensor, "b tokens shape"],
+    axes: Float[Tensor, "b _ 3 3"],
     layout: Layout,
     options: GenerationOptions,
     generator: torch.Generator,
@@ -56,14 +56,15 @@ def sample_take(
 ) -> Float[Tensor, "samples frames channels"]:
     """Features of K samples of a take of `frames` frames, raw units, world axes.
 
-    The batch is samples x windows, sample-major, as `object_windows` makes it. Features of the first
+    The batch is samples x windows, sample-major, as `object_windows` makes it. `axes` is R_world_axes of
+    what the network says, for each window or each of its frames. Features of the first
     frame that are known (`pin`) are put into every estimate, so that the other frames follow them.
     """
-    index, valid, shape = window_frames(frames), windows.valid, shape_code(windows, yaw)
+    index, valid = window_frames(frames), windows.valid
     samples = len(condition) // len(index)
 
     def to_world(x: Tensor) -> Tensor:
-        raw = turn(stage.denormalise(x), yaw, layout)
+        raw = rotate(stage.denormalise(x), axes, layout)
         merged = merge(raw.unflatten(0, (samples, len(index))), index, frames)
         return merged if pin is None else pin.hold(merged)
 
@@ -73,7 +74,7 @@ def sample_take(
             for i in (slice(a, a + CHUNK) for a in range(0, len(x), CHUNK))
         ]
         shared = to_world(torch.cat(parts))[:, index].flatten(0, 1)
-        return stage.normalise(turn(shared, -yaw, layout))
+        return stage.normalise(rotate(shared, axes.transpose(-1, -2), layout))
 
     noise = torch.randn(samples, frames, layout.channels, generator=generator)
     with torch.inference_mode():

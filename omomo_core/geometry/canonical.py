@@ -31,9 +31,16 @@ def turn(
     x: Float[Tensor, "b frames channels"], yaw: Float[Tensor, " b"], layout: Layout
 ) -> Float[Tensor, "b frames channels"]:
     """Turn the vectors of each row by its window's yaw (radians, about z); scalars stay."""
+    return rotate(x, yaw_matrix(yaw)[:, None], layout)
+
+
+def rotate(
+    x: Float[Tensor, "b frames channels"], R: Float[Tensor, "b #frames 3 3"], layout: Layout
+) -> Float[Tensor, "b frames channels"]:
+    """Turn the vectors of each row by a rotation of its window, or of its frame; scalars stay."""
     split = 3 * layout.vectors
-    vectors = x[..., :split].reshape(*x.shape[:2], layout.vectors, 3)
-    turned = torch.einsum("bij,btvj->btvi", yaw_matrix(yaw).to(x.dtype), vectors)
+    vectors = x[..., :split].unflatten(-1, (layout.vectors, 3))
+    turned = vectors @ R.to(x.dtype).transpose(-1, -2)
     return torch.cat([turned.flatten(-2), x[..., split:]], dim=-1)
 
 

@@ -9,7 +9,7 @@ from torch import Tensor
 from omomo_core.body_stage import capture as body_capture
 from omomo_core.body_stage import paper as body_paper
 from omomo_core.capture import shape_code
-from omomo_core.geometry.canonical import turn
+from omomo_core.geometry.canonical import rotate, turn
 from omomo_core.geometry.human_frame import human_frame
 from omomo_core.geometry.rotations import rotmat_from_6d
 from omomo_core.hand_stage import capture as hand_capture
@@ -28,6 +28,7 @@ class Example:
     x0: Float[Tensor, "b frames channels"]
     condition: Float[Tensor, "b frames condition"]
     shape: Float[Tensor, "b tokens shape"] | None
+    """One code for each token of the network, or one for the window."""
     valid: Bool[Tensor, "b frames"]
 
 
@@ -41,11 +42,12 @@ def make_example(config: StageConfig, windows: Windows) -> Example:
 def _hands_capture(windows: Windows) -> Example:
     moved, person = windows.object, windows.human
     yaw = hand_capture.training_yaw(moved)
+    axes = hand_capture.object_axes(moved, yaw)
     x = hand_capture.pack(person.joints[:, :, 22:], person.hand_contact, moved)
     return Example(
-        x0=turn(x, -yaw, hand_capture.LAYOUT),
-        condition=hand_capture.condition(moved, yaw),
-        shape=shape_code(moved, yaw),
+        x0=rotate(x, axes.transpose(-1, -2), hand_capture.LAYOUT),
+        condition=hand_capture.condition(moved, yaw, axes),
+        shape=hand_capture.shape_code(moved, axes),
         valid=moved.valid,
     )
 

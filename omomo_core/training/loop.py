@@ -11,11 +11,13 @@ from torch import Tensor
 from omomo_core.body_stage import capture as body_capture
 from omomo_core.body_stage import paper as body_paper
 from omomo_core.diffusion.schedule import LEVELS, cosine_schedule, shifted
-from omomo_core.stage import Stage, StageConfig
+from omomo_core.stage import Stage, StageConfig, StageName
 from omomo_core.training.corpus import Corpus
 from omomo_core.training.examples import Example, make_example
 from omomo_core.training.optimiser import Optimiser
 
+SHIPPED_STEPS: dict[StageName, int] = {"hands": 3_700, "body": 5_700}
+"""Of the weights that ship; with more time, more is better."""
 STATISTICS_BATCHES = 8
 FALL = 0.4
 """Share of the steps at the end in which the learning rate falls."""
@@ -25,9 +27,9 @@ FALL = 0.4
 class TrainOptions:
     """The recipe."""
 
-    steps: int = 12_000
+    steps: int
     batch: int = 64
-    rate: float = 2e-3
+    rate: float = 1e-3
     warmup: int = 200
     ema: float = 0.999
     velocity: float = 1.0

@@ -53,7 +53,7 @@ def recorded(tmp_path: Path) -> Path:
 def stubbed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Clips that cost nothing, in files of two."""
 
-    def make(_clips, _body, _count, _seed, progress, *, workers, rejected, indices):
+    def make(_clips, _body, _count, _seed, progress, *, workers, rejected, indices, furniture):
         def clips():
             for done, index in enumerate(indices, start=1):
                 rejected["palm-off"] += 1
@@ -89,6 +89,25 @@ def test_a_data_set_of_another_seed_is_refused(
     assert invoke(words) == 0
     assert invoke([*words, "--seed", "5"]) == 2
     assert "seed 0, not 5" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("stubbed")
+def test_furniture_belongs_to_the_data_set(
+    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    out, meshes = tmp_path / "set", tmp_path / "meshes"
+    words = ["data", "synthesise", str(recorded), "-o", str(out), "--count", "2"]
+    assert invoke([*words, "--furniture", str(meshes)]) == 2
+    said = capsys.readouterr().err
+    assert "furniture-folder" in said
+    assert not out.exists()
+    meshes.mkdir()
+    solid = trimesh.creation.box((0.4, 0.1, 0.5))
+    (meshes / "pillow.obj").write_text(str(solid.export(file_type="obj")))
+    assert invoke([*words, "--furniture", str(meshes)]) == 0
+    assert invoke([*words, "--furniture", str(meshes)]) == 0
+    assert invoke(words) == 2
+    assert "not none" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("stubbed")

@@ -1,5 +1,6 @@
 """Data sets: whole files, gone on with where they stop, never mixed from two recipes."""
 
+import json
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -92,13 +93,29 @@ def test_a_set_may_grow_but_not_shrink(folder: Path):
         missing_indices(folder, 3)
 
 
-@pytest.mark.parametrize("other", [{"seed": 1}, {"version": 2}, {"mocap": "def"}])
-def test_other_options_are_refused_by_name(folder: Path, other: dict[str, int]):
+@pytest.mark.parametrize("other", [{"seed": 1}, {"version": 2}, {"mocap": "def"},
+                                   {"furniture": "def"}])  # fmt: skip
+def test_other_options_are_refused_by_name(folder: Path, other: dict[str, int | str]):
     open_dataset(folder, RECIPE, [])
     with pytest.raises(InputError, match="dataset-differs") as caught:
         open_dataset(folder, replace(RECIPE, **other), [])
     (value,) = other.values()
     assert f"not {value}" in caught.value.what
+
+
+def test_a_set_with_furniture_is_not_gone_on_with_without(tmp_path: Path):
+    open_dataset(tmp_path / "set", replace(RECIPE, furniture="abc"), [clip(1, with_object=False)])
+    with pytest.raises(InputError, match="furniture abc, not none"):
+        open_dataset(tmp_path / "set", RECIPE, [])
+
+
+def test_a_set_that_says_nothing_of_furniture_has_none(folder: Path):
+    card = json.loads((folder / "dataset.json").read_text())
+    assert card["recipe"].pop("furniture") is None
+    (folder / "dataset.json").write_text(json.dumps(card))
+    open_dataset(folder, RECIPE, [])
+    with pytest.raises(InputError, match="furniture none, not abc"):
+        open_dataset(folder, replace(RECIPE, furniture="abc"), [])
 
 
 def test_folders_of_something_else_are_refused(tmp_path: Path):

@@ -30,7 +30,7 @@ def untrained(configuration: str = "capture") -> Stages:
     torch.manual_seed(0)
     if configuration == "paper":
         return Stages(Stage(hand_paper.CONFIG).eval(), Stage(body_paper.CONFIG).eval(), BODY.height)
-    hands, body = stage_config("hands", 8, 10), stage_config("body", 208, 17)
+    hands, body = stage_config("hands", 8, 22), stage_config("body", 208, 17)
     stages = Stages(Stage(hands).eval(), Stage(body).eval(), BODY.height)
     for stage in (stages.hands, stages.body):
         # New networks predict the mean whatever they see; these shall differ.
@@ -183,7 +183,7 @@ def test_a_take_starts_from_the_given_pose_and_does_not_jump_away_from_it():
         np.testing.assert_allclose(person.rotations[0], start.rotations, atol=1e-5)
         step = np.linalg.norm(np.diff(person.joints, axis=0), axis=-1)[:10].max()
         usual = np.linalg.norm(np.diff(other.joints, axis=0), axis=-1)[:30].max()
-        assert step < usual + 0.2
+        assert step < usual + 0.4
 
 
 def test_known_palms_are_followed_in_every_frame():

@@ -8,6 +8,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from omomo_core.data.synthesis.grammar import write_script
 from omomo_core.data.synthesis.props import (
     WIDEST_HOLD,
     Furniture,
@@ -22,7 +23,6 @@ from omomo_core.data.synthesis.shapes import Part, beam, box, cylinder, joined, 
 from omomo_core.errors import InputError
 
 USES: tuple[Use, ...] = ("lift", "push", "one_hand", "tool", "tip")
-FURNITURE = Path(__file__).parents[3] / "shared/data/objects/kaykit_furniture_cc0"
 SIZES = {
     "largetable": (0.6, 2.0, 0.65, 0.8),
     "smalltable": (0.3, 1.25, 0.3, 0.76),
@@ -172,17 +172,38 @@ def test_sides_of_a_turned_box_are_its_turned_faces() -> None:
     assert side_grasp(prop, 0.0, 0.5) is None
 
 
-def test_a_folder_without_furniture_is_named(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("name", "text", "code"),
+    [
+        (None, "", "furniture-folder"),
+        ("piano.obj", "", "furniture-folder"),
+        ("chair.obj", "", "furniture-mesh"),
+        ("chair.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3", "furniture-mesh"),
+        ("chair.obj", "v 0 0 0\nv 1 0 0\nv 0 1 nan\nf 1 2 3", "furniture-mesh"),
+        ("chair.obj", "v 0 0 0\nv 1 0 1\nv 0 1 0\nf 1 2 4", "furniture-mesh"),
+        ("chair.obj", "v 0 0 0\nv 1 0\n", "furniture-mesh"),
+    ],
+)
+def test_useless_furniture_is_named(tmp_path: Path, name: str | None, text: str, code: str) -> None:
+    if name is not None:
+        (tmp_path / name).write_text(text)
     with pytest.raises(InputError) as error:
         Furniture(tmp_path)
-    assert error.value.code == "furniture-folder"
+    assert error.value.code == code
+    assert str(tmp_path) in error.value.where
+    assert error.value.fix
+
+
+def write_box(file: Path, high: float = 1.5) -> None:
+    part = box((-1, 0, -2), (1, high, 2))
+    lines = [f"v {x} {y} {z}" for x, y, z in part.vertices]
+    lines += [f"f {a}//1 {b}//1 {c}//1" for a, b, c in part.faces + 1]
+    file.parent.mkdir(exist_ok=True)
+    file.write_text("\n".join(lines))
 
 
 def test_furniture_files_become_props(tmp_path: Path) -> None:
-    part = box((-1, 0, -2), (1, 1.5, 2))
-    lines = [f"v {x} {y} {z}" for x, y, z in part.vertices]
-    lines += [f"f {a}//1 {b}//1 {c}//1" for a, b, c in part.faces + 1]
-    (tmp_path / "cabinet_small.obj").write_text("\n".join(lines))
+    write_box(tmp_path / "cabinet_small.obj")
     furniture = Furniture(tmp_path)
     rng = np.random.default_rng(0)
     prop = placed(rng, furniture.draw(rng))
@@ -192,9 +213,43 @@ def test_furniture_files_become_props(tmp_path: Path) -> None:
     assert prop.grasps
 
 
-@pytest.mark.skipif(not FURNITURE.is_dir(), reason="../shared is not there")
-def test_real_furniture_can_be_handled() -> None:
-    furniture = Furniture(FURNITURE)
+def test_corners_counted_backward_are_the_same_corners(tmp_path: Path) -> None:
+    write_box(tmp_path / "a/pillow.obj")
+    (forward,) = Furniture(tmp_path / "a").draw(np.random.default_rng(0)).parts
+    lines = (tmp_path / "a/pillow.obj").read_text().splitlines()
+    count = sum(line.startswith("v") for line in lines)
+    back = [
+        "f " + " ".join(str(int(w.split("/")[0]) - 1 - count) for w in line.split()[1:])
+        if line.startswith("f")
+        else line
+        for line in lines
+    ]
+    (tmp_path / "pillow.obj").write_text("\n".join(back))
+    (tmp_path / "a/pillow.obj").unlink()
+    (backward,) = Furniture(tmp_path).draw(np.random.default_rng(0)).parts
+    np.testing.assert_array_equal(
+        forward.vertices[forward.faces], backward.vertices[backward.faces]
+    )
+
+
+def test_digest_is_of_the_meshes_not_of_where_they_lie(tmp_path: Path) -> None:
+    for folder in "a", "b", "c":
+        write_box(tmp_path / folder / "pillow.obj", high=2.0 if folder == "c" else 1.5)
+    (tmp_path / "b/notes.txt").write_text("mine")
+    a, b, c = (Furniture(tmp_path / folder).digest for folder in ("a", "b", "c"))
+    assert a == b != c
+
+
+def test_scripts_are_written_for_furniture_too(tmp_path: Path) -> None:
+    write_box(tmp_path / "lamp_table.obj")
+    furniture = Furniture(tmp_path)
+    rng = np.random.default_rng(0)
+    names = [write_script(rng, "carry", furniture).prop.name for _ in range(40)]
+    assert 1 <= names.count("lamp") <= 15
+
+
+def test_real_furniture_can_be_handled(shared: Path) -> None:
+    furniture = Furniture(shared / "data/objects/kaykit_furniture_cc0")
     rng = np.random.default_rng(1)
     props = [placed(rng, furniture.draw(rng)) for _ in range(15)]
     assert all(p.low[2] == pytest.approx(0.0, abs=1e-9) for p in props)

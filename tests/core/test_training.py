@@ -1,9 +1,11 @@
 """Corpus, examples and the loop: mirroring is exact, learning happens, resuming is exact."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import roma
 import torch
 import trimesh
 
@@ -14,8 +16,8 @@ from omomo_core.body_stage import paper as body_paper
 from omomo_core.data.clips import Clip, load_clips, save_clips
 from omomo_core.diffusion.blocks import DenoiserConfig
 from omomo_core.errors import AssetError, InputError
-from omomo_core.geometry.canonical import turn
-from omomo_core.geometry.rotations import rotmat_from_6d
+from omomo_core.geometry.canonical import rotate, turn
+from omomo_core.geometry.rotations import rotmat_from_6d, yaw_matrix
 from omomo_core.hand_stage import capture as hand_capture
 from omomo_core.hand_stage import paper as hand_paper
 from omomo_core.motion import ObjectMesh, ObjectMotion
@@ -24,6 +26,7 @@ from omomo_core.training.checkpoint import resume_run, save_run
 from omomo_core.training.corpus import Corpus
 from omomo_core.training.examples import make_example
 from omomo_core.training.loop import TrainOptions, TrainState, start, train
+from omomo_core.windows import WINDOW
 
 BODY = load_body()
 UPRIGHT = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
@@ -132,11 +135,30 @@ def test_a_scene_elsewhere_gives_the_same_features(corpus: Corpus):
     torch.manual_seed(2)
     w = corpus.draw(4, 16, objects_only=True)
     yaw = hand_capture.canonical_yaw(w.object)
-    a = hand_capture.condition(w.object, yaw)
+    axes = hand_capture.object_axes(w.object, yaw)
+    a = hand_capture.condition(w.object, yaw, axes)
     moved = {k: getattr(w.object, k) for k in w.object.__dataclass_fields__}
     moved["centre"] = w.object.centre + torch.tensor([40.0, -70.0, 0.0])
-    b = hand_capture.condition(type(w.object)(**moved), yaw)
+    b = hand_capture.condition(type(w.object)(**moved), yaw, axes)
     assert torch.allclose(a, b, atol=1e-3)
+
+
+def test_a_palm_that_holds_stands_still_in_the_axes_of_the_object(corpus: Corpus):
+    torch.manual_seed(4)
+    w = corpus.draw(8, 16, objects_only=True)
+    R = roma.random_rotmat(8 * WINDOW).unflatten(0, (8, WINDOW))
+    moved = replace(w.object, R_world_object=R)
+    yaw = torch.randn(8)
+    axes = hand_capture.object_axes(moved, yaw)
+    held = R @ torch.tensor([0.1, -0.2, 0.3]) + moved.centre
+    palms = torch.stack([held, held], dim=2)
+    x = hand_capture.pack(palms, torch.ones(8, WINDOW, 2), moved)
+    seen = rotate(x, axes.transpose(-1, -2), hand_capture.LAYOUT)
+    assert (seen - seen[:, :1]).abs().max() < 1e-4
+    assert torch.allclose(rotate(seen, axes, hand_capture.LAYOUT), x, atol=1e-5)
+    middle = moved.valid.sum(dim=1) // 2
+    upright = axes[torch.arange(8), middle]
+    assert torch.allclose(upright, yaw_matrix(yaw), atol=1e-5)
 
 
 def small(stage: str) -> StageConfig:

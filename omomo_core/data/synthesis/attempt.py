@@ -73,7 +73,7 @@ def _handled(
     rng: np.random.Generator, sources: Sources, body: BodyModel, action: Action
 ) -> Plan | str:
     """Something handled as the grammar of actions says."""
-    script = write_script(rng, action)
+    script = write_script(rng, action, sources.furniture)
 
     def long_enough(stage: Stage) -> bool:
         return sum(last - first for first, last in script.spans(stage.pauses)) >= _SHORTEST_HOLD

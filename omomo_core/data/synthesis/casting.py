@@ -8,7 +8,7 @@ import numpy as np
 from omomo_core.data.synthesis.footage import Footage, mirrored, reversed_in_time
 from omomo_core.data.synthesis.holds import Handling
 from omomo_core.data.synthesis.posture import Posture
-from omomo_core.data.synthesis.props import Prop
+from omomo_core.data.synthesis.props import Furniture, Prop
 from omomo_core.data.synthesis.stage import Stage, rehearse
 from omomo_core.data.synthesis.walker.improvise import improvise
 from omomo_core.data.synthesis.walker.library import Library
@@ -21,10 +21,12 @@ _IMPROVISED = 0.6
 
 @dataclass(frozen=True)
 class Sources:
-    """What base motions are made of."""
+    """What clips are made of."""
 
     footage: Footage
     library: Library
+    furniture: Furniture | None = None
+    """Meshes to handle besides the procedural things."""
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import torch
@@ -17,6 +18,7 @@ from omomo_core.data.synthesis.attempt import attempt, finished
 from omomo_core.data.synthesis.casting import Sources
 from omomo_core.data.synthesis.footage import survey
 from omomo_core.data.synthesis.grammar import draw_action
+from omomo_core.data.synthesis.props import Furniture
 from omomo_core.data.synthesis.walker.library import index
 from omomo_core.errors import InputError
 
@@ -37,6 +39,7 @@ def synthesise(
     workers: int = 1,
     rejected: Counter[str] | None = None,
     indices: Sequence[int] | None = None,
+    furniture: Path | None = None,
 ) -> Generator[Clip]:
     """Make clips of people carrying, pushing, pulling, lifting and turning things.
 
@@ -49,13 +52,14 @@ def synthesise(
         workers: processes to use.
         rejected: counts the attempts that were thrown away, by reason; up to date with every clip.
         indices: of the clips to make; 0 to `count` - 1 if not given.
+        furniture: folder of meshes to handle besides the procedural things, as `Furniture` reads it.
 
     Returns:
         Clips of 120 to 300 frames with objects, source ``synthesis``, under the licence of their mocap, in
         the order of their indices.
 
     Raises:
-        InputError: ``synthesis-footage`` when the mocap has no usable stretch.
+        InputError: ``synthesis-footage`` when the mocap has no usable stretch; as `Furniture`.
     """
     wanted = range(count) if indices is None else indices
     footage = survey([_recorded(c) for c in clips if c.object_motion is None], body)
@@ -65,7 +69,8 @@ def synthesise(
             "The mocap has no stretch of calm walking or standing of 1.5 s.",
             fix="Give more or longer clips.",
         )
-    make = partial(_clip, Sources(footage, index(footage, body)), body, seed)
+    meshes = Furniture(furniture) if furniture is not None else None
+    make = partial(_clip, Sources(footage, index(footage, body), meshes), body, seed)
     if workers == 1:
         yield from _reported(map(make, wanted), len(wanted), progress, rejected)
         return

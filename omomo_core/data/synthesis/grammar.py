@@ -9,7 +9,7 @@ from omomo_core.data.synthesis.actions.lifting import carry, flip, in_place, rel
 from omomo_core.data.synthesis.actions.sliding import shove, slide, turn
 from omomo_core.data.synthesis.casting import Wanted
 from omomo_core.data.synthesis.manners import moves_for, posture_for
-from omomo_core.data.synthesis.props import Prop, make_prop, scaled
+from omomo_core.data.synthesis.props import Furniture, Prop, make_prop, scaled
 from omomo_core.data.synthesis.script import Action, Episode, Script, timeline
 from omomo_core.data.synthesis.stature import our_scale
 
@@ -35,11 +35,13 @@ def draw_action(rng: np.random.Generator) -> Action:
     return list(_ACTIONS)[rng.choice(len(chances), p=chances / chances.sum())]
 
 
-def write_script(rng: np.random.Generator, action: Action) -> Script:
+def write_script(
+    rng: np.random.Generator, action: Action, furniture: Furniture | None = None
+) -> Script:
     """Draw everything that belongs to an action."""
     while True:
         scale = our_scale(rng)
-        prop = scaled(make_prop(rng, use_of(action)), scale)
+        prop = scaled(make_prop(rng, use_of(action), furniture), scale)
         episodes = _WRITERS[action](rng, action, prop, scale)
         script = _script(rng, action, prop, episodes) if episodes else None
         if script is not None:

@@ -1,5 +1,6 @@
 """Furniture meshes from a folder of wavefront files, as props (an extra: nothing needs them)."""
 
+import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -38,19 +39,36 @@ class Furniture:
     """Meshes of a folder (and below it), y up, front toward +z, in any unit.
 
     Raises:
-        InputError: ``furniture-folder`` when the folder holds no mesh of a known kind.
+        InputError: ``furniture-folder`` when the folder holds no mesh of a known kind;
+            ``furniture-mesh`` when one of them cannot be read.
     """
 
     folder: Path
 
     def __post_init__(self) -> None:
-        if not self._files:
+        if not self.folder.is_dir():
+            raise InputError(
+                "furniture-folder",
+                "The folder of furniture does not exist.",
+                where=str(self.folder),
+                fix="Give a folder of .obj files.",
+            )
+        if not self._meshes:
             raise InputError(
                 "furniture-folder",
                 "There is no .obj file of a known piece of furniture.",
                 where=str(self.folder),
                 fix=f"Names must start with one of: {', '.join(sorted(_SIZES))}.",
             )
+
+    @property
+    def digest(self) -> str:
+        """The same for the same files of known kinds in any folder."""
+        seen = hashlib.sha256()
+        for path, _ in self._files:
+            seen.update(path.relative_to(self.folder).as_posix().encode() + b"\0")
+            seen.update(hashlib.sha256(path.read_bytes()).digest())
+        return seen.hexdigest()[:16]
 
     @cached_property
     def _files(self) -> list[tuple[Path, str]]:
@@ -63,16 +81,16 @@ class Furniture:
         return out
 
     @cached_property
-    def _read(self) -> dict[Path, list[Part]]:
-        return {}
+    def _meshes(self) -> list[tuple[str, list[Part]]]:
+        """Kind and parts of each; read once, for every worker process."""
+        return [
+            (kind, _parts(path, kind.startswith(("table", "chair")))) for path, kind in self._files
+        ]
 
     def draw(self, rng: np.random.Generator) -> Blueprint:
         """One of the meshes in a random size of its kind."""
-        path, known = self._files[rng.integers(len(self._files))]
-        if path not in self._read:
-            self._read[path] = _parts(path, known.startswith(("table", "chair")))
-        name, smallest, largest, mass = _SIZES[known]
-        parts = self._read[path]
+        kind, parts = self._meshes[rng.integers(len(self._meshes))]
+        name, smallest, largest, mass = _SIZES[kind]
         low = np.min([p.low for p in parts], axis=0)
         high = np.max([p.high for p in parts], axis=0)
         scale = rng.uniform(smallest, largest) / (high - low)
@@ -96,15 +114,45 @@ def _parts(path: Path, on_legs: bool) -> list[Part]:
 
 
 def _read_obj(path: Path) -> tuple[Float[np.ndarray, "v 3"], np.ndarray]:
-    """Vertices and triangles; faces with more corners are fanned."""
+    """Vertices and triangles.
+
+    Raises:
+        InputError: ``furniture-mesh`` when the file holds no solid surface.
+    """
+    try:
+        vertices, faces = _surface(path.read_text())
+        finite = np.isfinite(vertices).all()
+        # What is flat has no size to be changed.
+        if not (finite and (np.ptp(vertices[faces].reshape(-1, 3), axis=0) > 0).all()):
+            raise ValueError("no extent")
+    except (OSError, ValueError, IndexError) as error:
+        raise InputError(
+            "furniture-mesh",
+            "This piece of furniture cannot be used: its surface is missing, flat or damaged.",
+            where=str(path),
+            fix="Export it as .obj again, or take it out of the folder.",
+        ) from error
+    return vertices, faces
+
+
+def _surface(text: str) -> tuple[np.ndarray, np.ndarray]:
+    """What a wavefront file says; faces with more than three corners are fanned."""
     vertices: list[list[float]] = []
     faces: list[list[int]] = []
-    for line in path.read_text().splitlines():
+    for line in text.splitlines():
         words = line.split()
         if words[:1] == ["v"]:
             x, y, z = map(float, words[1:4])
             vertices.append([z, x, y])
         elif words[:1] == ["f"]:
-            corners = [int(w.split("/")[0]) - 1 for w in words[1:]]
+            corners = [_corner(word, len(vertices)) for word in words[1:]]
             faces += [[corners[0], b, c] for b, c in pairwise(corners[1:])]
     return np.array(vertices), np.array(faces)
+
+
+def _corner(word: str, count: int) -> int:
+    """Index of a vertex, which files count from 1, or from -1 back from the last one read."""
+    number = int(word.split("/")[0])
+    if number == 0 or number < -count:
+        raise ValueError("no such vertex")
+    return number - 1 if number > 0 else count + number
