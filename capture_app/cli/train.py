@@ -53,10 +53,9 @@ def train(
     """Train stage 1 (hands) and stage 2 (body) and write their weights.
 
     Recordings become clips on our skeleton, people who move things are synthesised from them, and
-    both are kept in the folder of the run; files that cannot be used are skipped and counted by
-    reason. The folder then holds `<stage>.safetensors` (the averaged weights, ready for
-    `omocap run --weights`) and `<stage>.resume`. Interrupt it when you like: the same command goes
-    on where it stopped.
+    both are kept in the folder of the run; unusable files are skipped and counted by reason. The
+    folder then holds `<stage>.safetensors` (averaged weights, ready for `omocap run --weights`) and
+    `<stage>.resume`. Interrupt it when you like: the same command goes on where it stopped.
     """
     from capture_app.cli.train_data import training_clips
     from capture_app.training_data import Reading
