@@ -1,12 +1,23 @@
-"""The manifest of a finished run."""
+"""The manifest of a finished run or correction."""
 
 from collections.abc import Iterator
 from dataclasses import asdict
 
-from capture_app.manifest import BodyRecord, FloorRecord, Input, Manifest, Segment, sha256
+from capture_app.faults import unsatisfied
+from capture_app.manifest import (
+    BodyRecord,
+    Correction,
+    FloorRecord,
+    Input,
+    Manifest,
+    Segment,
+    sha256,
+)
 from capture_app.prepare import PreparedTake
-from capture_app.request import TakeRequest
-from omomo_core.generation.result import Generation
+from capture_app.request import ResolveRequest, TakeRequest
+from capture_app.result import MANIFEST, Result
+from omomo_core.generation.person import Person
+from omomo_core.generation.result import Generation, notes_of
 from omomo_core.motion import FPS
 from omomo_core.weights.load import SHIPPED
 
@@ -31,7 +42,42 @@ def describe(
         weights={path.name: sha256(path) for path in sorted(weights.glob("*.safetensors"))},
         scores=people.scores,
         chosen=people.chosen,
-        notes=(*prepared.take.notes, *_segment_note(prepared.segment), *people.notes),
+        notes=(*prepared.take.notes, *_segment_note(prepared.segment)),
+        faults=(*people.notes, *unsatisfied(people.people[people.chosen])),
+        timings=timings,
+        files=files,
+    )
+
+
+def describe_correction(
+    request: ResolveRequest,
+    before: Result,
+    person: Person,
+    scores: dict[str, float],
+    timings: dict[str, float],
+    files: tuple[str, ...],
+) -> Manifest:
+    """The manifest of a result whose chosen sample was corrected: that one's, but for what is new."""
+    first = before.manifest
+    return Manifest(
+        inputs=first.inputs,
+        options={**first.options, "video_size": _size(request.video_size)},
+        segment=first.segment,
+        floor=first.floor,
+        mount_method=first.mount_method,
+        body=first.body,
+        weights=first.weights,
+        correction=Correction(
+            result=str(request.result),
+            manifest_sha256=sha256(request.result / MANIFEST),
+            sample=first.chosen,
+            contacts=str(request.contacts),
+            contacts_sha256=sha256(request.contacts),
+        ),
+        scores=(scores,),
+        chosen=0,
+        notes=first.notes,
+        faults=(*notes_of(scores), *unsatisfied(person)),
         timings=timings,
         files=files,
     )
@@ -52,6 +98,7 @@ def _inputs(request: TakeRequest) -> Iterator[Input]:
         "object": request.mesh,
         "mount": request.mount,
         "body": request.body,
+        "contacts": request.contacts,
     }
     for role, path in given.items():
         if path is not None:
@@ -59,7 +106,6 @@ def _inputs(request: TakeRequest) -> Iterator[Input]:
 
 
 def _options(request: TakeRequest) -> dict[str, str | int | float | bool | None]:
-    size = request.video_size
     return {
         **asdict(request.options),
         "configuration": request.configuration,
@@ -68,5 +114,9 @@ def _options(request: TakeRequest) -> dict[str, str | int | float | bool | None]
         "floor": request.floor,
         "mesh_scale": request.mesh_scale,
         "segment": request.segment,
-        "video_size": f"{size[0]}x{size[1]}" if size else None,
+        "video_size": _size(request.video_size),
     }
+
+
+def _size(pixels: tuple[int, int] | None) -> str | None:
+    return f"{pixels[0]}x{pixels[1]}" if pixels else None

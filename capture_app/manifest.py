@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from omomo_core.errors import InputError
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 
 
 class _Record(BaseModel):
@@ -21,7 +21,7 @@ class _Record(BaseModel):
 class Input(_Record):
     """A file or folder the motion was made from."""
 
-    role: Literal["session", "object", "mount", "body"]
+    role: Literal["session", "object", "mount", "body", "contacts"]
     path: str
     """As the user gave it."""
     sha256: str
@@ -46,6 +46,20 @@ class FloorRecord(_Record):
     source: str
 
 
+class Correction(_Record):
+    """Where a result comes from whose contacts were corrected."""
+
+    result: str
+    """The folder, as the user gave it."""
+    manifest_sha256: str
+    """Of its manifest.json."""
+    sample: int
+    """Index of the sample that was corrected."""
+    contacts: str
+    """The file of the corrected contacts, as the user gave it."""
+    contacts_sha256: str
+
+
 class Versions(_Record):
     """The software that made the result."""
 
@@ -68,7 +82,7 @@ class BodyRecord(_Record):
 class Manifest(_Record):
     """`manifest.json` of a result folder."""
 
-    format_version: Literal[1] = FORMAT_VERSION
+    format_version: Literal[2] = FORMAT_VERSION
     created: datetime = Field(default_factory=lambda: datetime.now(UTC).replace(microsecond=0))
     versions: Versions = Field(default_factory=Versions)
     inputs: tuple[Input, ...]
@@ -80,11 +94,15 @@ class Manifest(_Record):
     body: BodyRecord
     weights: dict[str, str]
     """SHA-256 of each file of weights, by file name."""
+    correction: Correction | None = None
+    """In a corrected result, whose inputs, options and weights are those of the first."""
     scores: tuple[dict[str, float], ...]
     """Ranking of each sample."""
     chosen: int
     notes: tuple[str, ...]
-    """What the user should know about this motion, in sentences."""
+    """What the user should know about the take, in sentences."""
+    faults: tuple[str, ...]
+    """What could not be satisfied in the chosen sample, in sentences."""
     timings: dict[str, float]
     """Seconds spent in each stage."""
     files: tuple[str, ...]

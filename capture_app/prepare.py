@@ -14,8 +14,11 @@ from ingest.trajectory.object_motion import ObjectTake, to_object_motion
 from ingest.trajectory.segments import cut
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel, with_height
+from omomo_core.contact.file import read_contacts
+from omomo_core.contact.segment import Span
 from omomo_core.errors import InputError
 from omomo_core.generation.result import Stages
+from omomo_core.geometry.surface import sample_surface
 from omomo_core.motion import ObjectMotion
 from omomo_core.weights.load import load_stages
 
@@ -29,6 +32,8 @@ class PreparedTake:
     take: ObjectTake
     segment: Segment
     mount: Mount
+    contacts: tuple[Span, ...] | None
+    """What each hand holds, where that is given."""
     body: BodyModel
     stages: Stages
 
@@ -39,20 +44,40 @@ def prepare_take(request: TakeRequest) -> PreparedTake:
     Raises:
         InputError, AssetError: see `capture_app.pipeline.run_take`.
     """
+    _check_contact_rule(request)
     mesh = load_mesh(request.mesh, scale=request.mesh_scale)
     mount = load_mount(request.mount) if request.mount else identity_mount()
     session = read_session(request.session)
     take = to_object_motion(session, mesh, mount, floor=request.floor)
     segment = _choose(take, request.segment, request.session)
+    motion = cut(take.motion, segment.start, segment.stop)
     body = load_body(request.body)
     return PreparedTake(
-        motion=cut(take.motion, segment.start, segment.stop),
+        motion=motion,
         take=take,
         segment=segment,
         mount=mount,
+        contacts=_contacts(request, motion),
         body=with_height(body, request.height) if request.height else body,
         stages=_stages(request),
     )
+
+
+def _check_contact_rule(request: TakeRequest) -> None:
+    if request.contacts and not request.segments:
+        raise InputError(
+            "contacts-unused",
+            "The published contact rule and model find the contacts themselves; they take none that "
+            "are given.",
+            where=str(request.contacts),
+            fix="Leave out --contact paper and --config paper, or leave out --contacts.",
+        )
+
+
+def _contacts(request: TakeRequest, motion: ObjectMotion) -> tuple[Span, ...] | None:
+    if request.contacts is None:
+        return None
+    return read_contacts(request.contacts, len(motion.valid), sample_surface(motion.mesh))
 
 
 def _choose(take: ObjectTake, wanted: int | None, session: Path) -> Segment:

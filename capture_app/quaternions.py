@@ -4,6 +4,9 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
+ROUNDING = 1e-6
+"""What single precision may change in a quaternion that is read and written again."""
+
 
 def xyzw_from_matrix(
     R: Float[np.ndarray, "frames *batch 3 3"],
@@ -24,3 +27,15 @@ def matrix_from_xyzw(q: Float[np.ndarray, "*batch 4"]) -> Float[np.ndarray, "*ba
     """Rotation matrices of quaternions, which are normalised first."""
     flat = Rotation.from_quat(q.reshape(-1, 4).astype(np.float64)).as_matrix()
     return flat.reshape(*q.shape[:-1], 3, 3)
+
+
+def same_numbers(
+    q: Float[np.ndarray, "frames *batch 4"], earlier: Float[np.ndarray, "frames *batch 4"]
+) -> Float[np.ndarray, "frames *batch 4"]:
+    """Quaternions with the earlier ones' numbers wherever they are the same rotation but for rounding.
+
+    The signs stay those of `q`.
+    """
+    signed = np.copysign(1.0, np.sum(q * earlier, axis=-1, keepdims=True)) * earlier
+    same = np.abs(signed - q).max(axis=-1, keepdims=True) < ROUNDING
+    return np.where(same, signed, q)

@@ -1,4 +1,4 @@
-"""TakeRequest: everything a user says when they ask for a motion."""
+"""Everything a user says when they ask for a motion, or for a correction of one."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,6 +20,8 @@ class TakeRequest:
     output: Path
     """The result folder to make."""
     options: GenerationOptions = field(default_factory=GenerationOptions)
+    contacts: Path | None = None
+    """Which hand holds when and where, laid out as in `omomo_core.contact.file`; None decodes it."""
     configuration: Configuration = "capture"
     weights: Path | None = None
     """A folder that `omocap train` wrote; None for the weights that ship."""
@@ -32,6 +34,26 @@ class TakeRequest:
     mesh_scale: float = 1.0
     segment: int | None = None
     """Which stretch between tracking failures, counted from 1; None for the longest."""
+    video_size: tuple[int, int] | None = (960, 540)
+    """Width and height in pixels; None makes no video."""
+    replace: bool = False
+    """Put the result in place of an earlier one."""
+
+    @property
+    def segments(self) -> bool:
+        """Hands hold in segments, and not by the published rule."""
+        return self.options.contact == "segments" and self.configuration == "capture"
+
+
+@dataclass(frozen=True)
+class ResolveRequest:
+    """A result whose contacts were corrected."""
+
+    result: Path
+    contacts: Path
+    """All contacts of its chosen sample as they should be."""
+    output: Path
+    """The result folder to make."""
     video_size: tuple[int, int] | None = (960, 540)
     """Width and height in pixels; None makes no video."""
     replace: bool = False

@@ -14,9 +14,11 @@ def request_of(manifest: Manifest, output: Path, *, replace: bool = False) -> Ta
     """The same take again, into another folder.
 
     Raises:
-        InputError: an input or the weights are not there any more, or are not what they were.
+        InputError: an input or the weights are not there any more, or are not what they were; or the
+            result was corrected.
     """
-    inputs = {item.role: _unchanged(item) for item in manifest.inputs}
+    _check_not_corrected(manifest)
+    inputs = {item.role: unchanged(item) for item in manifest.inputs}
     options: dict[str, Any] = dict(manifest.options)
     generation = {key: options.pop(key) for key in GenerationOptions.__dataclass_fields__}
     size, weights = options.pop("video_size"), options.pop("weights")
@@ -26,6 +28,7 @@ def request_of(manifest: Manifest, output: Path, *, replace: bool = False) -> Ta
         mesh=inputs["object"],
         mount=inputs.get("mount"),
         body=inputs.get("body"),
+        contacts=inputs.get("contacts"),
         output=output,
         options=GenerationOptions(**generation),
         weights=Path(weights) if weights else None,
@@ -40,7 +43,23 @@ def _size(text: str) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def _unchanged(item: Input) -> Path:
+def _check_not_corrected(manifest: Manifest) -> None:
+    origin = manifest.correction
+    if origin is not None:
+        raise InputError(
+            "result-corrected",
+            "The contacts of this result were corrected; its manifest alone does not make it again.",
+            where=origin.result,
+            fix=f"Run `omocap rerun` on that result and `omocap resolve` with {origin.contacts}.",
+        )
+
+
+def unchanged(item: Input) -> Path:
+    """Where an input is.
+
+    Raises:
+        InputError: it is not there any more, or not what it was.
+    """
     path = Path(item.path)
     if not path.exists():
         raise InputError(

@@ -7,16 +7,21 @@ from pathlib import Path
 import numpy as np
 
 from capture_app.manifest import Manifest, read_manifest
-from capture_app.quaternions import matrix_from_xyzw, xyzw_from_matrix
+from capture_app.quaternions import matrix_from_xyzw, same_numbers, xyzw_from_matrix
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel, with_height
+from omomo_core.contact.segment import Segment
 from omomo_core.errors import InputError
+from omomo_core.generation.person import Person
 from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion
 from omomo_core.skeleton import BODY_JOINTS, FINGER_JOINTS
 
+_PLAIN = ("root", "joints", "hand_contact", "foot_contact")
+"""Arrays of a HumanMotion that are written as they are."""
 JOINT_NAMES = (*BODY_JOINTS, "left_palm", "right_palm")
 
-MOTION, MANIFEST, GLB, VIDEO = "motion.npz", "manifest.json", "motion.glb", "motion.mp4"
+MOTION, MANIFEST, CONTACTS = "motion.npz", "manifest.json", "contacts.json"
+GLB, VIDEO = "motion.glb", "motion.mp4"
 """Names of the files of a result folder."""
 
 
@@ -26,9 +31,14 @@ class Result:
 
     folder: Path
     manifest: Manifest
-    motions: tuple[HumanMotion, ...]
+    people: tuple[Person, ...]
     """The samples; `manifest.chosen` is the index of the best."""
     object_motion: ObjectMotion
+
+    @property
+    def motions(self) -> tuple[HumanMotion, ...]:
+        """The samples' bodies."""
+        return tuple(person.human for person in self.people)
 
 
 def load_result(folder: Path) -> Result:
@@ -38,10 +48,10 @@ def load_result(folder: Path) -> Result:
         InputError: it is none, or damaged.
     """
     manifest = read_manifest(folder / MANIFEST)
-    motions, object_motion = load_motion(folder / MOTION)
-    if manifest.chosen >= len(motions):
+    people, object_motion = load_motion(folder / MOTION)
+    if manifest.chosen >= len(people):
         raise _damaged(folder / MOTION, "it holds fewer samples than the manifest says")
-    return Result(folder, manifest, motions, object_motion)
+    return Result(folder, manifest, people, object_motion)
 
 
 def body_of(result: Result) -> BodyModel:
@@ -56,7 +66,7 @@ def body_of(result: Result) -> BodyModel:
 
 def save_motion(
     path: Path,
-    motions: Sequence[HumanMotion],
+    people: Sequence[Person],
     chosen: int,
     object_motion: ObjectMotion,
     body_name: str,
@@ -65,10 +75,10 @@ def save_motion(
 
     Args:
         path: the .npz file to write (no pickle in it).
-        motions: K samples of equal length.
+        people: K samples of equal length.
         chosen: index of the best one.
         object_motion: as many frames as the samples.
-        body_name: the body whose bones the motions move.
+        body_name: the body whose bones the samples move.
     """
     arrays: dict[str, np.ndarray] = {
         "fps": np.array(FPS, np.float32),
@@ -77,25 +87,50 @@ def save_motion(
         "joint_names": np.array(JOINT_NAMES),
         "rotation_names": np.array(BODY_JOINTS),
         "finger_names": np.array(FINGER_JOINTS),
-        **_human_arrays(motions),
+        **_people_arrays(people),
         **_object_arrays(object_motion),
     }
+    _write(path, arrays)
+
+
+def save_corrected(path: Path, before: Result, person: Person) -> None:
+    """Write a result's arrays again with its chosen sample, as corrected, in place of all samples.
+
+    What is the same has the same numbers, to the last bit.
+
+    Args:
+        path: the .npz file to write.
+        before: the result; its file is read again.
+        person: its chosen sample, corrected.
+    """
+    arrays = _read(before.folder / MOTION)
+    new = _people_arrays([person])
+    for key in ("rotations_xyzw", "fingers_xyzw"):
+        new[key] = same_numbers(new[key][0], arrays[key][before.manifest.chosen])[None]
+    _write(path, {**arrays, **new, "chosen": np.array(0, np.int32)})
+
+
+def _write(path: Path, arrays: dict[str, np.ndarray]) -> None:
     # numpy stamps every member 1980-01-01: equal arrays make equal files.
     np.savez_compressed(path, allow_pickle=False, **arrays)
 
 
-def load_motion(path: Path) -> tuple[tuple[HumanMotion, ...], ObjectMotion]:
+def _read(path: Path) -> dict[str, np.ndarray]:
+    # Opened here and not by numpy, which leaves a damaged file open.
+    with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+        return {key: file[key] for key in file.files}
+
+
+def load_motion(path: Path) -> tuple[tuple[Person, ...], ObjectMotion]:
     """Read what `save_motion` wrote: the samples and the object's motion.
 
     Raises:
         InputError: the file is missing or damaged.
     """
     try:
-        # Opened here and not by numpy, which leaves a damaged file open.
-        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-            data = {key: file[key] for key in file.files}
+        data = _read(path)
         samples = range(len(data["root"]))
-        return tuple(_human(data, k) for k in samples), _object_motion(data)
+        return tuple(_person(data, k) for k in samples), _object_motion(data)
     except FileNotFoundError as error:
         raise InputError(
             "result-missing",
@@ -116,12 +151,18 @@ def _damaged(path: Path, why: str) -> InputError:
     )
 
 
-def _human_arrays(motions: Sequence[HumanMotion]) -> dict[str, np.ndarray]:
-    plain = ("root", "joints", "hand_contact", "foot_contact")
-    arrays = {key: np.stack([getattr(m, key) for m in motions]) for key in plain}
+def _people_arrays(people: Sequence[Person]) -> dict[str, np.ndarray]:
+    motions = [person.human for person in people]
+    spans = [(k, s.hand, s.start, s.stop) for k, p in enumerate(people) for s in p.segments]
+    anchors = [s.anchor for p in people for s in p.segments]
+    arrays = {key: np.stack([getattr(m, key) for m in motions]) for key in _PLAIN}
     arrays["rotations_xyzw"] = np.stack([xyzw_from_matrix(m.rotations) for m in motions])
     arrays["fingers_xyzw"] = np.stack([xyzw_from_matrix(m.fingers) for m in motions])
-    return {key: array.astype(np.float32) for key, array in arrays.items()}
+    arrays["palm_miss"] = np.stack([p.miss for p in people])
+    arrays["inside"] = np.stack([p.depth for p in people])
+    arrays["contact_anchors"] = np.array(anchors).reshape(-1, 3)
+    single = {key: array.astype(np.float32) for key, array in arrays.items()}
+    return {**single, "contact_spans": np.array(spans, np.int32).reshape(-1, 4)}
 
 
 def _object_arrays(moved: ObjectMotion) -> dict[str, np.ndarray]:
@@ -137,13 +178,20 @@ def _object_arrays(moved: ObjectMotion) -> dict[str, np.ndarray]:
     }
 
 
-def _human(data: dict[str, np.ndarray], k: int) -> HumanMotion:
-    plain = ("root", "joints", "hand_contact", "foot_contact")
-    return HumanMotion(
+def _person(data: dict[str, np.ndarray], k: int) -> Person:
+    human = HumanMotion(
         rotations=matrix_from_xyzw(data["rotations_xyzw"][k]).astype(np.float32),
         fingers=matrix_from_xyzw(data["fingers_xyzw"][k]).astype(np.float32),
-        **{key: data[key][k] for key in plain},
+        **{key: data[key][k] for key in _PLAIN},
     )
+    anchors = data["contact_anchors"].astype(np.float64)
+    contacts = zip(data["contact_spans"].tolist(), anchors, strict=True)
+    segments = tuple(
+        Segment(hand, start, stop, anchor)
+        for (sample, hand, start, stop), anchor in contacts
+        if sample == k
+    )
+    return Person(human, segments, data["palm_miss"][k], data["inside"][k])
 
 
 def _object_motion(data: dict[str, np.ndarray]) -> ObjectMotion:

@@ -17,6 +17,7 @@ from capture_app.cli import (
     inspect,
     render,
     rerun,
+    resolve,
     run,
     simulate,
     train,
@@ -35,6 +36,7 @@ app.command("run")(run.run)
 app.command("inspect")(inspect.inspect)
 app.command("render")(render.render)
 app.command("rerun")(rerun.rerun)
+app.command("resolve")(resolve.resolve)
 app.command("doctor")(doctor.doctor)
 app.command("demo")(demo.demo)
 app.command("simulate")(simulate.simulate)

@@ -72,6 +72,16 @@ Contact = Annotated[
         "end as published (paper)."
     ),
 ]
+Contacts = Annotated[
+    Path | None,
+    _option(
+        text="Which hand holds the object when and where: a contacts.json to obey instead of "
+        "deciding it.",
+    ),
+]
+CorrectedContacts = Annotated[
+    Path, _option("--contacts", text="The result's contacts.json as you want it.")
+]
 Config = Annotated[Configuration, typer.Option(help="Trained model.")]
 Weights = Annotated[Path | None, _option(text="Folder of your own weights, from `omocap train`.")]
 Steps = Annotated[

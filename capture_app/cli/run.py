@@ -13,6 +13,7 @@ def run(
     seed: given.Seed = 0,
     samples: given.Samples = 4,
     contact: given.Contact = given.ContactRule.segments,
+    contacts: given.Contacts = None,
     config: given.Config = given.Configuration.capture,
     weights: given.Weights = None,
     steps: given.Steps = 20,
@@ -28,7 +29,8 @@ def run(
     """Make the motion of the person who moved the object.
 
     Writes a folder with *motion.glb* (the animated person and object, for Blender, Unity, Unreal),
-    *motion.mp4*, *motion.npz* (the numbers) and *manifest.json* (how it was made).
+    *motion.mp4*, *motion.npz* (the numbers), *contacts.json* (which hand holds when and where, to be
+    corrected with `omocap resolve`) and *manifest.json* (how it was made).
 
     Example: `omocap run my_take --object chair.obj --mount chair_mount.json -o chair_motion`
     """
@@ -44,6 +46,7 @@ def run(
         mount=place,
         output=result,
         options=GenerationOptions(samples, seed, contact.value, steps=steps),
+        contacts=contacts,
         configuration=config.value,
         weights=weights,
         body=body,

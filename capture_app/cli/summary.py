@@ -18,6 +18,7 @@ def summarise(result: "Result") -> None:
         "motion.glb": "person and object, for Blender, Unity, Unreal",
         "motion.mp4": "video",
         "motion.npz": "the numbers; see docs/format.md",
+        "contacts.json": "which hand holds when and where; correct it with omocap resolve",
         "manifest.json": "how it was made",
     }
     for name, what in about.items():
@@ -30,5 +31,5 @@ def summarise(result: "Result") -> None:
         f"{frames / 30:.1f} s of motion at 30 fps; sample {manifest.chosen + 1} of {samples} chosen; "
         f"body {manifest.body.name}, {manifest.body.height:.2f} m."
     )
-    for note in manifest.notes:
+    for note in (*manifest.notes, *manifest.faults):
         say("Note", note, "yellow")

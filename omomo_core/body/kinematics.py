@@ -6,6 +6,7 @@ one matrix product: the 0/1 matrix of ancestors sums the rotated bones from the 
 
 from collections.abc import Sequence
 
+import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor
@@ -47,6 +48,17 @@ def forward_kinematics(
     """
     rest = body.rest_joints[list(MODEL_REST)]
     return _place(root, rotations, rest, MODEL_PARENTS, _MODEL_ANCESTORS)
+
+
+def joints_of(
+    body: BodyModel,
+    root: Float[np.ndarray, "*b 3"],
+    rotations: Float[np.ndarray, "*b 22 3 3"],
+) -> Float[np.ndarray, "*b 24 3"]:
+    """`forward_kinematics` for numpy arrays."""
+    return forward_kinematics(
+        body, torch.as_tensor(root, dtype=torch.float64), torch.as_tensor(rotations)
+    ).numpy()
 
 
 def full_kinematics(

@@ -131,7 +131,7 @@ def _read(path: Path, keys: tuple[str, ...], fix: str) -> dict[str, np.ndarray]:
             data = {} if missing else {key: np.asarray(file[key]) for key in keys}
     except _UNREADABLE as error:
         raise AssetError(
-            "body-damaged", f"The body file cannot be read: {error}.", where=str(path), fix=fix
+            "body-damaged", "The body file cannot be read.", where=str(path), fix=fix
         ) from error
     if missing:
         raise AssetError(

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool
 
+from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
 from omomo_core.data.calibration import Corrections, calibrate
 from omomo_core.data.clips import Clip
@@ -14,7 +15,7 @@ from omomo_core.data.grounding import Grounded, ground, runs, sole_points
 from omomo_core.data.joint_angles import SIDES, elbow
 from omomo_core.data.mocap import METRES_PER_BVH_UNIT, SourceMotion, is_share_alike
 from omomo_core.data.recordings import motion_files, read_recordings
-from omomo_core.data.retarget import joints_of, retarget
+from omomo_core.data.retarget import retarget
 from omomo_core.data.smpl import Performance
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS

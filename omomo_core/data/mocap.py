@@ -117,14 +117,20 @@ def read_mocap_npz(path: Path) -> SourceMotion:
             names = tuple(str(n) for n in data["joint_names"])
             fps, up, licence = float(data["fps"]), str(data["up"]), str(data["licence"])
     except UNREADABLE as problem:
-        raise InputError(
-            "mocap-file", f"This is not a motion file: {problem}.", where=str(path)
-        ) from problem
+        raise not_a_motion(path, problem) from problem
     if not np.isfinite(quaternions).all() or (np.abs(quaternions).max(-1) < 1e-6).any():
         raise InputError("mocap-not-finite", "A rotation is not a number.", where=str(path))
     rotations = Rotation.from_quat(quaternions.reshape(-1, 4)).as_matrix()
     rotations = rotations.reshape(*quaternions.shape[:2], 3, 3)
     return checked_motion(path, names, joints, rotations, fps, up, licence)
+
+
+def not_a_motion(path: Path, problem: Exception) -> InputError:
+    """What to say of a file that numpy would not read, or that lacks an array."""
+    why = f"{problem}"
+    if "pickle" in why:  # numpy advises to load it unsafely
+        why = "it is damaged, or holds Python objects, which are never loaded"
+    return InputError("mocap-file", f"This is not a motion file: {why}.", where=str(path))
 
 
 def checked_motion(

@@ -1,11 +1,9 @@
 """Recorded motion onto our skeleton: rotations carried over, the root scaled by leg length."""
 
 import numpy as np
-import torch
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.data.calibration import Corrections
 from omomo_core.data.mocap import SourceMotion, leg_length
@@ -33,17 +31,6 @@ def retarget(
     pelvis_to_hips = (rest[joint("left_hip")] + rest[joint("right_hip")]) / 2 - rest[0]
     root = hips * (our_leg / leg_length(motion)) - rotations[:, 0] @ pelvis_to_hips
     return root, rotations
-
-
-def joints_of(
-    body: BodyModel,
-    root: Float[np.ndarray, "*b 3"],
-    rotations: Float[np.ndarray, "*b 22 3 3"],
-) -> Float[np.ndarray, "*b 24 3"]:
-    """`forward_kinematics` for numpy arrays."""
-    return forward_kinematics(
-        body, torch.as_tensor(root, dtype=torch.float64), torch.as_tensor(rotations)
-    ).numpy()
 
 
 def _turned(

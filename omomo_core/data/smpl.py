@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from omomo_core.body.kinematics import global_rotations
 from omomo_core.body.model import BodyModel
 from omomo_core.data.grounding import sole_points
-from omomo_core.data.mocap import UNREADABLE, check_rate, resample
+from omomo_core.data.mocap import UNREADABLE, check_rate, not_a_motion, resample
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
 
@@ -128,9 +128,7 @@ def _arrays(
                 pose = np.concatenate([np.asarray(p, float) for p in parts], axis=-1)
             pose = pose.reshape(len(pose), 22, 3)
     except UNREADABLE as problem:
-        raise InputError(
-            "mocap-file", f"This is not a motion file: {problem}.", where=str(path)
-        ) from problem
+        raise not_a_motion(path, problem) from problem
     if rate is None or trans.shape != (len(pose), 3):
         missing = "frame rate" if rate is None else "translation for each pose"
         raise InputError("mocap-file", f"There is no {missing}.", where=str(path))

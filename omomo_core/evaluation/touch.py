@@ -11,7 +11,8 @@ from scipy.spatial import KDTree
 from omomo_core.body.kinematics import full_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.body.skinning import skin
-from omomo_core.geometry.surface import Surface, sample_surface
+from omomo_core.geometry.distance_field import DistanceField, distance_field
+from omomo_core.geometry.surface import sample_surface
 from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import HumanMotion, ObjectMotion
 
@@ -32,14 +33,15 @@ class Touching:
     motion: ObjectMotion
 
     @cached_property
-    def surface(self) -> Surface:
-        """Denser than the generator's: depths are measured against it."""
-        return sample_surface(self.motion.mesh, POINTS)
-
-    @cached_property
     def tree(self) -> KDTree:
         """The vertices, as in the paper, and surface points for meshes of few large faces."""
-        return KDTree(np.concatenate([self.motion.mesh.vertices, self.surface.points]))
+        mesh = self.motion.mesh
+        return KDTree(np.concatenate([mesh.vertices, sample_surface(mesh, POINTS).points]))
+
+    @cached_property
+    def field(self) -> DistanceField:
+        """What depths are measured against: the generator's own measure."""
+        return distance_field(self.motion.mesh)
 
     def palms(self, palms: Float[np.ndarray, "frames 2 3"]) -> Bool[np.ndarray, "frames 2"]:
         """Which palms touch, world, metres."""
@@ -52,49 +54,14 @@ class Touching:
         than 4 cm. The published figure took the threshold for a share of half the object's
         largest side; it is given too.
         """
-        depth = self._depths(to_local(self.motion.T_world_object, _vertices(human, body))).max(
-            axis=1
-        )
+        local = to_local(self.motion.T_world_object, _vertices(human, body))
+        depth = -self.field.at(torch.from_numpy(local)).clamp(max=0).amin(dim=1).numpy()
         size = float(np.ptp(self.motion.mesh.vertices, axis=0).max())
         return {
             "penetration_cm": 100 * float(depth.mean()),
             "collision_share": float((depth > DEEP).mean()),
             "collision_share_published": float((depth > DEEP * size / 2).mean()),
         }
-
-    def _depths(self, local: Float[np.ndarray, "frames n 3"]) -> Float[np.ndarray, "frames n"]:
-        """Depth inside, metres, 0 outside: behind the nearest surface, and enclosed by the whole.
-
-        Scans have holes: neither test alone is enough (a sheet has a behind but no inside).
-        """
-        depth = np.zeros(local.shape[:2])
-        low, high = self.surface.points.min(axis=0), self.surface.points.max(axis=0)
-        frame, point = np.nonzero(((local > low) & (local < high)).all(axis=-1))
-        inside = local[frame, point]
-        distance, nearest = self.surface.tree.query(inside)
-        away = inside - self.surface.points[nearest]
-        behind = np.einsum("ni,ni->n", away, self.surface.normals[nearest]) < 0
-        behind[behind] = self._winding(inside[behind]) > 0.5
-        depth[frame[behind], point[behind]] = distance[behind]
-        return depth
-
-    def _winding(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
-        """Generalised winding number (Jacobson et al. 2013), each surface point a small dipole."""
-        step = 5
-        at, normal = self.surface.points[::step], self.surface.normals[::step]
-        share = self.motion_area / len(at) / (4 * np.pi)
-        number = [
-            (share * ((at - p) * normal).sum(axis=1) / (((at - p) ** 2).sum(axis=1) ** 1.5 + 1e-9))
-            for p in points
-        ]
-        return np.array([n.sum() for n in number])
-
-    @cached_property
-    def motion_area(self) -> float:
-        """Area of the mesh, square metres."""
-        corners = self.motion.mesh.vertices[self.motion.mesh.faces]
-        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        return 0.5 * float(np.linalg.norm(cross, axis=1).sum())
 
 
 def _vertices(human: HumanMotion, body: BodyModel) -> Float[np.ndarray, "frames n 3"]:

@@ -1,24 +1,15 @@
 """The generator: an object motion in, K people who move it out, ranked (OMOMO section 3)."""
 
-import torch
+import numpy as np
 
-from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
-from omomo_core.generation.body import sample_body
-from omomo_core.generation.choose import choose
-from omomo_core.generation.fit import Fit
-from omomo_core.generation.hands import sample_hands
-from omomo_core.generation.known import NOTHING, Known, hands_pin, start_from
+from omomo_core.generation.chapters import RECORDED
+from omomo_core.generation.known import NOTHING, Known
 from omomo_core.generation.paper import generate_as_published
-from omomo_core.generation.result import (
-    Generation,
-    GenerationOptions,
-    Progress,
-    Stages,
-    notes_of,
-)
-from omomo_core.generation.scene import scene_of
-from omomo_core.generation.scores import score
+from omomo_core.generation.person import joined
+from omomo_core.generation.ranking import ranked
+from omomo_core.generation.result import Generation, GenerationOptions, Progress, Stages
+from omomo_core.generation.stream import Block, stream
 from omomo_core.motion import ObjectMotion
 
 
@@ -38,36 +29,24 @@ def generate(
         stages: the trained networks.
         options: samples, seed, contact rule, sampler.
         progress: told what is being done.
-        known: palms or first pose, where they need not be guessed (not in the paper's model).
+        known: palms, contacts or first pose, where they need not be guessed (not in the paper's model).
 
     Returns:
         The samples in the world of `motion`. The same arguments give the same result.
     """
     if stages.hands.config.configuration == "paper":
         return generate_as_published(motion, body, stages, options, progress)
-    scene, fit = scene_of(motion, body.height, stages.height), Fit(load_body(), body)
-    generator = torch.Generator().manual_seed(options.seed)
-    start, pin = known.first_frame, None
-    if start is not None:
-        pin = hands_pin(start, scene, fit)
-    if known.hands is None:
-        hands = sample_hands(scene, stages.hands, options, generator, progress, pin)
-    else:
-        hands = [known.hands] * options.samples
-    if start is not None:
-        hands = [start_from(hand, start, fit) for hand in hands]
-    people = sample_body(
-        scene,
-        hands,
-        fit,
-        stages.body,
-        options,
-        generator,
-        progress,
-        start=start,
-        certain=known.hands is not None,
-    )
-    motions = tuple(human for human, _ in people)
-    scores = tuple(score(human, scene.take, miss, scene.moving) for human, miss in people)
-    chosen = choose(motions, scores)
-    return Generation(motions, chosen, scores, notes_of(scores[chosen]))
+    poses = motion.T_world_object
+    blocks: list[Block] = []
+
+    def overall(name: str, done: float) -> None:
+        before = sum(len(block.moving) for block in blocks)
+        now = min(RECORDED.length, len(poses) - before)
+        progress(name, (before + done * now) / len(poses))
+
+    for block in stream(
+        motion.mesh, poses, body, stages, options, overall, known, chapters=RECORDED
+    ):
+        blocks.append(block)
+    people = tuple(joined([b.people[k] for b in blocks]) for k in range(options.samples))
+    return ranked(people, np.concatenate([b.moving for b in blocks]))

@@ -1,16 +1,24 @@
-"""Sampling stage 1: K guesses of where the palms are, put on the object where they touch it."""
+"""Sampling stage 1: K guesses of where the palms are, and which hold what."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 import torch
+from jaxtyping import Float
+from torch import Tensor
 
 from omomo_core.capture import BASIS_POINTS
-from omomo_core.generation.known import Pin
+from omomo_core.contact.anchor import anchored
+from omomo_core.contact.decode import OPEN, Given, decode
+from omomo_core.contact.segment import Segment, Span, follow
+from omomo_core.generation.decided import Decided, fade
 from omomo_core.generation.overlap import sample_take
 from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.generation.scene import Scene
 from omomo_core.generation.take import object_windows, window_frames
 from omomo_core.hand_stage import capture as hand_stage
 from omomo_core.hand_stage.contact_rule import constrain
-from omomo_core.hand_stage.segments import hold
 from omomo_core.motion import HandMotion
 from omomo_core.stage import Stage
 
@@ -21,14 +29,14 @@ def sample_hands(
     options: GenerationOptions,
     generator: torch.Generator,
     progress: Progress,
-    pin: Pin | None = None,
-) -> list[HandMotion]:
-    """Palms (world, metres) and contact weights of each sample, contacts applied."""
+    decided: Decided | None,
+) -> Float[Tensor, "samples frames 8"]:
+    """Features of each sample: palms from the object's centre in the networks' world, contacts."""
     index = window_frames(scene.trained.frames)
     windows = object_windows(scene.trained, index, options.samples, BASIS_POINTS)
     yaw = hand_stage.canonical_yaw(windows)
     axes = hand_stage.object_axes(windows, yaw)
-    x = sample_take(
+    return sample_take(
         stage,
         windows,
         hand_stage.condition(windows, yaw, axes),
@@ -38,20 +46,72 @@ def sample_hands(
         options,
         generator,
         frames=scene.trained.frames,
-        pin=pin,
+        pin=None if decided is None else decided.hands,
         on_step=lambda done: progress("hands", done),
     )
-    centre = torch.from_numpy(scene.trained.centre).float().expand(len(x), -1, 3)
-    palms, contact = hand_stage.unpack(x, centre)
-    predicted = [
-        HandMotion(palms=p.double().numpy() / scene.scale, contact=c.double().numpy())
-        for p, c in zip(palms, contact, strict=True)
-    ]
-    return [_in_contact(hands, scene, options) for hands in predicted]
 
 
-def _in_contact(predicted: HandMotion, scene: Scene, options: GenerationOptions) -> HandMotion:
-    motion = scene.take.motion
-    if options.contact == "paper":
-        return constrain(predicted.palms, motion.mesh.vertices, motion.T_world_object)
-    return hold(predicted, scene.take.surface, motion.T_world_object, scene.moving)[0]
+def in_contact(
+    features: Float[Tensor, "samples frames 8"],
+    scene: Scene,
+    options: GenerationOptions,
+    decided: Decided | None,
+    contacts: Sequence[Span] | None = None,
+) -> tuple[list[HandMotion], list[tuple[Segment, ...]]]:
+    """Palms (world, metres) and contact weights of each sample, and its segments.
+
+    Args:
+        features: of `sample_hands`.
+        scene: the object.
+        options: which contact rule.
+        decided: what is decided of the first frames.
+        contacts: what each hand holds, if that is given; in frames of the scene.
+    """
+    centre = torch.from_numpy(scene.trained.centre).float().expand(len(features), -1, 3)
+    palms, contact = hand_stage.unpack(features, centre)
+    hands: list[HandMotion] = []
+    held: list[tuple[Segment, ...]] = []
+    for k in range(len(features)):
+        guess = HandMotion(palms[k].double().numpy() / scene.scale, contact[k].double().numpy())
+        given = OPEN
+        if decided is not None:
+            guess = starting_at(guess, decided.palms[k])
+            given = Given(decided.frames, decided.segments[k]) if decided.segments else OPEN
+        hand, segments = _held(guess, scene, options, given, contacts)
+        hands.append(hand)
+        held.append(segments)
+    return hands, held
+
+
+def _held(
+    guess: HandMotion,
+    scene: Scene,
+    options: GenerationOptions,
+    given: Given,
+    contacts: Sequence[Span] | None,
+) -> tuple[HandMotion, tuple[Segment, ...]]:
+    motion, surface = scene.take.motion, scene.take.surface
+    T = motion.T_world_object
+    if contacts is None and options.contact == "paper":
+        return constrain(guess.palms, motion.mesh.vertices, T), ()
+    if contacts is None:
+        segments = decode(guess, surface, T, scene.moving, given)
+    else:
+        segments = anchored([_as_before(c, given) for c in contacts], guess, surface, T)
+    return follow(segments, guess, T), segments
+
+
+def _as_before(contact: Span, given: Given) -> Span:
+    """A contact that has begun in the decided frames keeps the place it got there."""
+    for s in given.segments:
+        if s.hand == contact.hand and s.start <= contact.start < min(s.stop, given.until):
+            return replace(s, start=contact.start, stop=contact.stop)
+    return contact
+
+
+def starting_at(guess: HandMotion, before: Float[np.ndarray, "first 2 3"]) -> HandMotion:
+    """Palms whose first frames are decided; what that changes fades out after them."""
+    first = len(before)
+    weight = fade(len(guess.palms) - first + 1).double().numpy()[1:, None, None]
+    rest = guess.palms[first:] + weight * (before[-1] - guess.palms[first - 1])
+    return replace(guess, palms=np.concatenate([before, rest]))

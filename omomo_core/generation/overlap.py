@@ -12,7 +12,7 @@ from torch import Tensor
 
 from omomo_core.diffusion.samplers import sample
 from omomo_core.diffusion.schedule import cosine_schedule
-from omomo_core.generation.known import Pin
+from omomo_core.generation.decided import Pin
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.generation.take import window_frames
 from omomo_core.geometry.canonical import Layout, rotate

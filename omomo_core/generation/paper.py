@@ -15,18 +15,22 @@ from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
+from omomo_core.body.polish.depth import depth_inside
 from omomo_core.body_stage import paper as body_stage
+from omomo_core.contact.decode import decode
+from omomo_core.contact.segment import follow
+from omomo_core.contact.support import must_be_held
 from omomo_core.diffusion.samplers import sample
 from omomo_core.diffusion.schedule import cosine_schedule
 from omomo_core.errors import InputError
-from omomo_core.generation.choose import choose
-from omomo_core.generation.result import Generation, GenerationOptions, Progress, Stages, notes_of
-from omomo_core.generation.scores import must_be_held, score
-from omomo_core.generation.take import Take, object_windows, prepare, window_frames
+from omomo_core.generation.person import Person
+from omomo_core.generation.ranking import ranked
+from omomo_core.generation.result import Generation, GenerationOptions, Progress, Stages
+from omomo_core.generation.scene import Scene, Thing
+from omomo_core.generation.take import Take, object_windows, window_frames
 from omomo_core.geometry.bps import PAPER_POINTS
 from omomo_core.hand_stage import paper as hand_stage
 from omomo_core.hand_stage.contact_rule import constrain
-from omomo_core.hand_stage.segments import hold
 from omomo_core.motion import HandMotion, HumanMotion, ObjectMotion
 from omomo_core.stage import Stage
 from omomo_core.windows import WINDOW, ObjectWindows
@@ -54,18 +58,28 @@ def generate_as_published(
             f"this one lasts {len(motion.T_world_object) / 30:.1f} s.",
             fix="Use the default configuration (--config capture), which has no limit.",
         )
-    take = prepare(motion)
-    window = _window(take, options)
+    thing = Thing(motion.mesh, 1.0)
+    scene = thing.scene(motion.T_world_object)
+    window = _window(scene.take, options)
     generator = torch.Generator().manual_seed(options.seed)
     hands = _hands(window, stages.hands, options, generator, progress)
-    people = _people(window, hands, body, stages.body, options, generator, progress)
-    moving = must_be_held(take)
-    scores = tuple(
-        score(p, take, np.linalg.norm(p.joints[:, 22:] - h.palms, axis=-1), moving)
-        for p, h in zip(people, hands, strict=True)
+    humans = _people(window, hands, body, stages.body, options, generator, progress)
+    people = tuple(
+        _judged(human, hand, body, scene, thing) for human, hand in zip(humans, hands, strict=True)
     )
-    chosen = choose(people, scores)
-    return Generation(tuple(people), chosen, scores, notes_of(scores[chosen]))
+    return ranked(people, scene.moving)
+
+
+def _judged(
+    human: HumanMotion, hands: HandMotion, body: BodyModel, scene: Scene, thing: Thing
+) -> Person:
+    """Nothing is solved afterwards, but what is wrong is told all the same."""
+    root, R, T = (
+        torch.from_numpy(a) for a in (human.root, human.rotations, scene.take.motion.T_world_object)
+    )
+    miss = np.linalg.norm(human.joints[:, 22:] - hands.palms, axis=-1) * (hands.contact > 0.99)
+    depth = depth_inside(body, root, R, T, thing.barrier)
+    return Person(human, (), miss, depth.double().numpy())
 
 
 @dataclass(frozen=True)
@@ -107,7 +121,8 @@ def _hands(
         lambda done: progress("hands", done),
     )
     palms = hand_stage.unpack(x, window.origin, window.yaw)[:, : window.take.frames]
-    return [_contact(p, window.take, options) for p in palms.double().numpy()]
+    moving = must_be_held(window.take)
+    return [_contact(p, window.take, moving, options) for p in palms.double().numpy()]
 
 
 def _people(
@@ -170,7 +185,10 @@ def _draw(
 
 
 def _contact(
-    palms: Float[np.ndarray, "frames 2 3"], take: Take, options: GenerationOptions
+    palms: Float[np.ndarray, "frames 2 3"],
+    take: Take,
+    moving: Bool[np.ndarray, " frames"],
+    options: GenerationOptions,
 ) -> HandMotion:
     T = take.motion.T_world_object
     published = constrain(palms, take.motion.mesh.vertices, T)
@@ -178,7 +196,7 @@ def _contact(
         return published
     # Stage 1 as published has no contact channel: the rule's labels become the segments.
     labels = HandMotion(palms=palms, contact=published.contact)
-    return hold(labels, take.surface, T, must_be_held(take))[0]
+    return follow(decode(labels, take.surface, T, moving), labels, T)
 
 
 def _person(

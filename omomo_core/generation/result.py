@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from omomo_core.diffusion.samplers import Sampler
+from omomo_core.generation.person import Person
 from omomo_core.motion import HumanMotion
 from omomo_core.stage import Stage
 
@@ -37,12 +38,17 @@ class Stages:
 class Generation:
     """K samples, judged."""
 
-    motions: tuple[HumanMotion, ...]
+    people: tuple[Person, ...]
     chosen: int
     """Index of the sample to show: amid the others, with few faults."""
     scores: tuple[dict[str, float], ...]
     notes: tuple[str, ...]
     """What is still wrong with the chosen sample, in words."""
+
+    @property
+    def motions(self) -> tuple[HumanMotion, ...]:
+        """The samples' bodies."""
+        return tuple(person.human for person in self.people)
 
 
 def notes_of(scores: dict[str, float]) -> tuple[str, ...]:

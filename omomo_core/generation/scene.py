@@ -1,13 +1,18 @@
-"""A take at two sizes: as it is, and as it would be for a person of the networks' stature."""
+"""An object and a stretch of its motion at two sizes: as it is, and for the networks' stature."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool
+import torch
+from jaxtyping import Bool, Float
 
-from omomo_core.generation.scores import must_be_held
+from omomo_core.body.polish.barrier import Scanned
+from omomo_core.contact.support import must_be_held
 from omomo_core.generation.take import Take, prepare
-from omomo_core.motion import ObjectMotion
+from omomo_core.geometry.distance_field import distance_field
+from omomo_core.geometry.surface import Surface, sample_surface
+from omomo_core.motion import ObjectMesh, ObjectMotion
 
 
 @dataclass(frozen=True)
@@ -23,12 +28,37 @@ class Scene:
     """Frames in which somebody must hold the object."""
 
 
-def scene_of(motion: ObjectMotion, height: float, trained_height: float) -> Scene:
-    """Prepare a motion for a person of `height`, metres, and networks trained on `trained_height`."""
-    scale = trained_height / height
-    take = prepare(motion)
-    T = motion.T_world_object.copy()
-    T[:, :3, 3] *= scale
-    mesh = replace(motion.mesh, vertices=motion.mesh.vertices * scale)
-    trained = prepare(replace(motion, mesh=mesh, T_world_object=T))
-    return Scene(take, trained, scale, must_be_held(take))
+@dataclass(frozen=True)
+class Thing:
+    """An object, and what is computed from its mesh once for a take of any length."""
+
+    mesh: ObjectMesh
+    scale: float
+    """Stature of the networks' body over that of the person."""
+
+    @cached_property
+    def surface(self) -> Surface:
+        """Points on the object, its frame, metres."""
+        return sample_surface(self.mesh)
+
+    @cached_property
+    def barrier(self) -> Scanned:
+        """What no flesh should be in: the signed distance to the object, its frame, metres."""
+        return Scanned(distance_field(self.mesh), torch.from_numpy(self.surface.centre).float())
+
+    @cached_property
+    def _scaled(self) -> tuple[ObjectMesh, Surface]:
+        mesh = replace(self.mesh, vertices=self.mesh.vertices * self.scale)
+        return mesh, self.surface.scaled(self.scale)
+
+    def scene(self, T_world_object: Float[np.ndarray, "frames 4 4"]) -> Scene:
+        """A stretch of its motion, world, metres."""
+        known = np.ones(len(T_world_object), bool)
+        take = prepare(ObjectMotion(self.mesh, T_world_object, known), self.surface)
+        if self.scale == 1.0:
+            return Scene(take, take, 1.0, must_be_held(take))
+        T = T_world_object.copy()
+        T[:, :3, 3] *= self.scale
+        mesh, surface = self._scaled
+        trained = prepare(ObjectMotion(mesh, T, known), surface)
+        return Scene(take, trained, self.scale, must_be_held(take))

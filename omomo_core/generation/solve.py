@@ -1,177 +1,263 @@
-"""Making a sampled body keep its promises: planted feet stay put, holding palms stay on the object."""
+"""Making sampled bodies keep their promises: planted feet stay, holding palms are where they hold.
 
-from dataclasses import dataclass
+First the pelvis goes to where arms and legs reach, then whole stretches are corrected smoothly (`polish`)
+against joint ranges, the object's surface and loss of balance, then arms and legs are solved exactly.
+"""
+
+from dataclasses import dataclass, replace
 
 import numpy as np
+import roma
 import torch
 from jaxtyping import Bool, Float
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
-from omomo_core.body.limbs import reach
+from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
-from omomo_core.generation.steps import add_steps
-from omomo_core.skeleton import joint
+from omomo_core.body.polish.anatomy import centre_of_mass
+from omomo_core.body.polish.barrier import Barrier
+from omomo_core.body.polish.solver import polish
+from omomo_core.body.polish.targets import Targets
+from omomo_core.data.grounding import sole_points
+from omomo_core.generation.decided import Decided, fade
+from omomo_core.generation.feet import ANKLES, TOES, Feet, planted_feet
 
-PLANTED = 0.5
-SHORTEST_STEP = 4
-"""Frames: shorter plants are not locked."""
-STRETCH = 0.97
-"""Share of a straight arm's length that the pelvis is moved to stay within."""
+STRETCH, LONGEST = 0.97, 0.999
+"""Share of a straight arm's length that the pelvis is moved to stay within: before and after."""
 LEG_STRETCH = 0.995
 LOWEST = 0.25
 """Metres that the pelvis is lowered at most for the legs to reach the floor."""
 FARTHEST = 0.25
 """Metres that the pelvis is moved at most: beyond that the sample is wrong and must say so."""
-ARMS = ("left_arm", "right_arm")
-LEGS = ("left_leg", "right_leg")
-ANKLES, TOES = (joint("left_ankle"), joint("right_ankle")), (10, 11)
+ITERATIONS = 3
+"""Gauss-Newton steps of the polish."""
+ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
+LEGS: tuple[LimbName, LimbName] = ("left_leg", "right_leg")
 SHOULDERS, WRISTS = (16, 17), (20, 21)
 
 
 @dataclass(frozen=True)
-class Solved:
-    """A body that keeps its promises, or says where it could not."""
+class Wish:
+    """What the bodies are solved for."""
 
-    root: Float[Tensor, "frames 3"]
-    rotations: Float[Tensor, "frames 22 3 3"]
-    standing: Bool[np.ndarray, "frames 2"]
+    palms: Float[Tensor, "samples frames 2 3"]
+    """World, metres."""
+    hold: Float[Tensor, "samples frames 2"]
+    """How strongly each palm must be there, in [0, 1]."""
+    R_world_wrist: Float[Tensor, "samples frames 2 3 3"]
+    """How a holding hand should be turned."""
+    T_world_object: Float[np.ndarray, "frames 4 4"]
+    barrier: Barrier
+    """What no flesh should be in."""
+    balance: Float[np.ndarray, " frames"]
+    """1 where the weight must be over the feet, 0 where the object may be leant on."""
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Bodies that keep their promises, or say where they could not."""
+
+    root: Float[Tensor, "samples frames 3"]
+    rotations: Float[Tensor, "samples frames 22 3 3"]
+    standing: Bool[np.ndarray, "samples frames 2"]
     """Left, right foot is planted."""
-    miss: Float[Tensor, "frames 2"]
+    miss: Float[Tensor, "samples frames 2"]
     """How far each palm is from its place where it should hold, metres; 0 where it need not."""
 
 
-def solve_body(
+def solve_bodies(
     body: BodyModel,
-    root: Float[Tensor, "frames 3"],
-    rotations: Float[Tensor, "frames 22 3 3"],
-    foot_contact: Float[Tensor, "frames 4"],
-    palms: Float[Tensor, "frames 2 3"],
-    hold: Float[Tensor, "frames 2"],
+    root: Float[Tensor, "samples frames 3"],
+    rotations: Float[Tensor, "samples frames 22 3 3"],
+    foot_contact: Float[Tensor, "samples frames 4"],
+    wish: Wish,
+    decided: Decided | None = None,
+    free: Float[Tensor, " frames"] | None = None,
 ) -> Solved:
-    """Solve one sample.
+    """Solve K samples of one stretch.
 
     Args:
         body: whose bones.
         root: sampled pelvis, world, metres.
         rotations: sampled global rotations.
         foot_contact: probability that left ankle, right ankle, left toe, right toe is planted.
-        palms: where the palms should be, world, metres.
-        hold: how strongly, in [0, 1].
+        wish: what hands hold, and what is in the way.
+        decided: the first frames, which stay as they are.
+        free: how far pelvis and trunk of each frame may leave the sample, from 0 (not at all) to 1,
+            smooth; everywhere 1 if not given.
     """
-    feet, standing = _foot_targets(body, root, rotations, foot_contact)
-    sampled = root
+    free = torch.ones(root.shape[1]) if free is None else free
+    if decided is not None:
+        root, rotations = _after(decided, root, rotations)
+        free = free * (1 - _fade_after(decided.frames, root.shape[1]))
+    feet = _feet(body, root, rotations, foot_contact, decided)
+    pose = _Pose(root, _with_feet(rotations, feet))
+    pose = _within_reach(body, pose, feet, wish, free, STRETCH)
+    pose = _limbs(body, pose, feet, wish)
+    pose = _polished(body, pose, feet, wish, free)
+    pose = _limbs(body, _within_reach(body, pose, feet, wish, free, LONGEST), feet, wish)
+    if decided is not None:
+        pose.root[:, : decided.frames] = decided.root
+        pose.rotations[:, : decided.frames] = decided.rotations
+    palms = forward_kinematics(body, pose.root, pose.rotations)[..., 22:, :]
+    miss = (palms - wish.palms).norm(dim=-1)
+    return Solved(
+        pose.root,
+        pose.rotations,
+        np.stack([f.standing for f in feet]),
+        torch.where(wish.hold > 0.99, miss, 0.0),
+    )
+
+
+@dataclass(frozen=True)
+class _Pose:
+    root: Float[Tensor, "samples frames 3"]
+    rotations: Float[Tensor, "samples frames 22 3 3"]
+
+
+def _fade_after(first: int, frames: int) -> Float[Tensor, " frames"]:
+    """1 in the first frames, smoothly to 0 after them."""
+    return torch.cat([torch.ones(first - 1), fade(frames - first + 1)])
+
+
+def _after(
+    decided: Decided, root: Tensor, rotations: Tensor
+) -> tuple[Float[Tensor, "samples frames 3"], Float[Tensor, "samples frames 22 3 3"]]:
+    """The first frames as decided; what that changes fades out after them."""
+    first = decided.frames
+    weight = _fade_after(first, root.shape[1])[:, None]
+    step = roma.rotmat_to_rotvec(rotations[:, first - 1].mT @ decided.rotations[:, -1])
+    turned = rotations @ roma.rotvec_to_rotmat(weight[..., None] * step[:, None])
+    moved = root + weight * (decided.root[:, -1:] - root[:, first - 1 : first])
+    turned[:, :first], moved[:, :first] = decided.rotations, decided.root
+    return moved, turned
+
+
+def _feet(
+    body: BodyModel, root: Tensor, rotations: Tensor, foot_contact: Tensor, decided: Decided | None
+) -> list[Feet]:
+    joints = forward_kinematics(body, root, rotations).double().numpy()
+    R, down = rotations.double().numpy(), foot_contact.numpy()
+    stood = [None] * len(R) if decided is None else decided.standing
+    return [planted_feet(body, joints[k], R[k], down[k], stood[k]) for k in range(len(R))]
+
+
+def _with_feet(
+    rotations: Float[Tensor, "samples frames 22 3 3"], feet: list[Feet]
+) -> Float[Tensor, "samples frames 22 3 3"]:
+    planned = np.stack([f.rotations for f in feet]).swapaxes(2, 3)
+    turned = rotations.clone()
+    turned[:, :, (*ANKLES, *TOES)] = torch.from_numpy(planned).to(rotations).flatten(2, 3)
+    return turned
+
+
+def _ankles(feet: list[Feet]) -> Float[Tensor, "samples frames 2 3"]:
+    return torch.from_numpy(np.stack([f.ankles for f in feet])).float()
+
+
+def _within_reach(
+    body: BodyModel,
+    pose: _Pose,
+    feet: list[Feet],
+    wish: Wish,
+    free: Float[Tensor, " frames"],
+    stretch: float,
+) -> _Pose:
+    """Move the pelvis to where arms reach what they hold, and legs the floor."""
+    sampled, root = pose.root, pose.root
     for _ in range(3):
-        move = root + _towards(body, root, rotations, palms, hold) - sampled
+        towards = _towards(body, replace(pose, root=root), wish, stretch) * free[:, None]
+        move = root + towards - sampled
         root = sampled + move * (FARTHEST / move.norm(dim=-1, keepdim=True).clamp(min=FARTHEST))
-    root = root - _up(_drop(body, root, rotations, feet, standing))
-    for side, leg in enumerate(LEGS):
-        rotations, _ = reach(body, root, rotations, leg, feet[:, side])
-    for side, arm in enumerate(ARMS):
-        rotations, _ = reach(
-            body, root, rotations, arm, palms[:, side], weight=hold[:, side].contiguous()
-        )
-    reached = forward_kinematics(body, root, rotations)[:, 22:]
-    miss = (reached - palms).norm(dim=-1)
-    return Solved(root, rotations, standing, torch.where(hold > 0.99, miss, torch.zeros_like(miss)))
+    drop = _drop(body, replace(pose, root=root), feet) * free
+    return replace(pose, root=root - drop[..., None] * torch.tensor([0.0, 0.0, 1.0]))
 
 
 def _towards(
-    body: BodyModel, root: Tensor, rotations: Tensor, palms: Tensor, hold: Tensor
-) -> Float[Tensor, "frames 3"]:
+    body: BodyModel, pose: _Pose, wish: Wish, stretch: float
+) -> Float[Tensor, "samples frames 3"]:
     """A smooth move of the pelvis that brings palms which are out of reach within it."""
-    joints = forward_kinematics(body, root, rotations)
-    rest = body.rest_joints
-    move = torch.zeros_like(root)
+    joints = forward_kinematics(body, pose.root, pose.rotations)
+    rest, move = body.rest_joints, torch.zeros_like(pose.root)
     for side in range(2):
         shoulder, elbow, wrist = SHOULDERS[side], SHOULDERS[side] + 2, WRISTS[side]
         length = (rest[elbow] - rest[shoulder]).norm() + (rest[wrist] - rest[elbow]).norm()
-        target = palms[:, side] - (joints[:, 22 + side] - joints[:, wrist])
-        way = target - joints[:, shoulder]
+        target = wish.palms[..., side, :] - (joints[..., 22 + side, :] - joints[..., wrist, :])
+        way = target - joints[..., shoulder, :]
         distance = way.norm(dim=-1, keepdim=True).clamp(min=1e-6)
-        excess = (distance - STRETCH * length).clamp(min=0) * hold[:, side, None]
+        excess = (distance - stretch * length).clamp(min=0) * wish.hold[..., side, None]
         move = move + 0.5 * excess * way / distance
-    if float(move.abs().max()) == 0:
-        return move
-    return torch.from_numpy(gaussian_filter1d(move.numpy(), 4.0, axis=0, mode="nearest"))
+    return torch.from_numpy(gaussian_filter1d(move.numpy(), 4.0, axis=-2, mode="nearest"))
 
 
-def _drop(
-    body: BodyModel,
-    root: Tensor,
-    rotations: Tensor,
-    feet: Float[Tensor, "frames 2 3"],
-    standing: Bool[np.ndarray, "frames 2"],
-) -> Float[Tensor, " frames"]:
+def _drop(body: BodyModel, pose: _Pose, feet: list[Feet]) -> Float[Tensor, "samples frames"]:
     """How much lower the pelvis must be for the legs to reach the feet that stand."""
-    joints = forward_kinematics(body, root, rotations)
-    rest, drop = body.rest_joints, torch.zeros(len(root))
+    joints = forward_kinematics(body, pose.root, pose.rotations)
+    ankles, standing = _ankles(feet), torch.from_numpy(np.stack([f.standing for f in feet]))
+    rest, drop = body.rest_joints, torch.zeros(pose.root.shape[:2])
     for side, (hip, knee, ankle) in enumerate(((1, 4, 7), (2, 5, 8))):
         length = (rest[knee] - rest[hip]).norm() + (rest[ankle] - rest[knee]).norm()
-        way = joints[:, hip] - feet[:, side]
-        across = way[:, :2].norm(dim=-1)
+        way = joints[..., hip, :] - ankles[..., side, :]
+        across = way[..., :2].norm(dim=-1)
         height = ((LEG_STRETCH * length) ** 2 - across**2).clamp(min=0.04).sqrt()
-        need = (way[:, 2] - height).clamp(0, LOWEST) * torch.from_numpy(standing[:, side])
-        drop = torch.maximum(drop, need)
+        drop = torch.maximum(drop, (way[..., 2] - height).clamp(0, LOWEST) * standing[..., side])
     # The largest need of the neighbourhood, then smoothed: never less than the need itself.
-    spread = maximum_filter1d(drop.numpy(), 7, mode="nearest")
-    return torch.from_numpy(gaussian_filter1d(spread, 2.0, mode="nearest"))
+    near = maximum_filter1d(drop.numpy(), 7, axis=-1, mode="nearest")
+    return torch.from_numpy(gaussian_filter1d(near, 2.0, axis=-1, mode="nearest"))
 
 
-def _foot_targets(
-    body: BodyModel, root: Tensor, rotations: Tensor, foot_contact: Tensor
-) -> tuple[Float[Tensor, "frames 2 3"], Bool[np.ndarray, "frames 2"]]:
-    """Ankles, still while planted and never with a toe or heel below the floor."""
-    joints = forward_kinematics(body, root, rotations)
-    sole = float(body.vertices[:, 1].min())
-    heel, toe_down = (foot_contact[:, k : k + 2].numpy() > PLANTED for k in (0, 2))
-    ankles = joints[:, ANKLES].numpy().astype(np.float64)
-    ankles, standing = add_steps(ankles, heel | toe_down)
-    to_toe = (joints[:, TOES] - joints[:, ANKLES]).numpy()
-    targets: list[Tensor] = []
+def _limbs(body: BodyModel, pose: _Pose, feet: list[Feet], wish: Wish) -> _Pose:
+    ankles, rotations = _ankles(feet), pose.rotations
     for side in range(2):
-        rolling = toe_down[:, side] & ~heel[:, side]
-        still = ankles[:, side] + _corrections(
-            ankles[:, side], to_toe[:, side], standing[:, side], rolling
+        rotations, _ = reach(body, pose.root, rotations, LEGS[side], ankles[..., side, :])
+        rotations, _ = reach(
+            body,
+            pose.root,
+            rotations,
+            ARMS[side],
+            wish.palms[..., side, :],
+            weight=wish.hold[..., side].contiguous(),
         )
-        locked = torch.from_numpy(still.astype(np.float32))
-        toe = locked + torch.from_numpy(to_toe[:, side])
-        for point, name in ((locked, ANKLES[side]), (toe, TOES[side])):
-            height = float(body.rest_joints[name, 1]) - sole
-            locked = locked + _up((height - point[:, 2]).clamp(min=0))
-        targets.append(locked)
-    return torch.stack(targets, dim=1), standing
+    return replace(pose, rotations=rotations)
 
 
-def _up(height: Float[Tensor, " frames"]) -> Float[Tensor, "frames 3"]:
-    zero = torch.zeros_like(height)
-    return torch.stack([zero, zero, height], dim=-1)
+def _polished(
+    body: BodyModel,
+    pose: _Pose,
+    feet: list[Feet],
+    wish: Wish,
+    free: Float[Tensor, " frames"],
+) -> _Pose:
+    """Every sample corrected as a whole."""
+    solved = [
+        polish(
+            body,
+            root.double().numpy(),
+            rotations.double().numpy(),
+            _targets(body, root, rotations, feet[k], wish, k),
+            free=free.numpy(),
+            steps=ITERATIONS,
+        )
+        for k, (root, rotations) in enumerate(zip(pose.root, pose.rotations, strict=True))
+    ]
+    return _Pose(*(torch.from_numpy(np.stack([s[i] for s in solved])).float() for i in (0, 1)))
 
 
-def _corrections(
-    ankle: Float[np.ndarray, "frames 3"],
-    to_toe: Float[np.ndarray, "frames 3"],
-    down: Bool[np.ndarray, " frames"],
-    rolling: Bool[np.ndarray, " frames"],
-) -> Float[np.ndarray, "frames 3"]:
-    """What to add to an ankle so that its foot stands still in each plant; linear in between.
-
-    Where only the toe is down (`rolling`) the foot turns about it and the ankle rises.
-    """
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], down, [False]]).astype(int)))
-    plants = [np.arange(a, b) for a, b in edges.reshape(-1, 2) if b - a >= SHORTEST_STEP]
-    if not plants:
-        return np.zeros_like(ankle)
-    needed: list[Float[np.ndarray, "frames 3"]] = []
-    for plant in plants:
-        flat = plant[~rolling[plant]]
-        toe = ankle[plant] + to_toe[plant]
-        if len(flat):
-            place = np.median(ankle[flat], axis=0)
-            ball = place + np.median(to_toe[flat], axis=0)
-        else:
-            place = ball = np.median(toe, axis=0)
-        needed.append(np.where(rolling[plant, None], ball - toe, place - ankle[plant]))
-    frames, moves = np.concatenate(plants), np.concatenate(needed)
-    return np.stack([np.interp(np.arange(len(ankle)), frames, m) for m in moves.T], axis=1)
+def _targets(
+    body: BodyModel, root: Tensor, rotations: Tensor, feet: Feet, wish: Wish, k: int
+) -> Targets:
+    return Targets(
+        palms=wish.palms[k].double().numpy(),
+        R_world_wrist=wish.R_world_wrist[k].double().numpy(),
+        pull=wish.hold[k].double().numpy(),
+        ankles=feet.ankles,
+        soles=sole_points(body, root.double().numpy(), rotations.double().numpy()),
+        planted=np.concatenate([feet.standing & ~feet.rolling, feet.standing], axis=1),
+        centre=centre_of_mass(forward_kinematics(body, root, rotations).double().numpy()),
+        T_world_object=wish.T_world_object,
+        barrier=wish.barrier,
+        balance=wish.balance,
+        load=0.0,
+    )

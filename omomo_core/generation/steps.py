@@ -24,21 +24,27 @@ _GAP = 10
 
 
 def add_steps(
-    ankles: Float[np.ndarray, "frames 2 3"], planted: Bool[np.ndarray, "frames 2"]
+    ankles: Float[np.ndarray, "frames 2 3"],
+    planted: Bool[np.ndarray, "frames 2"],
+    stood: Bool[np.ndarray, "first 2"],
 ) -> tuple[Float[np.ndarray, "frames 2 3"], Bool[np.ndarray, "frames 2"]]:
     """Replace gliding by steps.
 
     Args:
         ankles: sampled left and right ankle, world, metres.
         planted: whether each is said to stand.
+        stood: whether each stands in the first frames, where ankles are as they shall be.
 
     Returns:
         Ankles that step where they glided, and which of them stand; elsewhere as given.
     """
     speed = np.linalg.norm(velocity(ankles[..., :2], FPS), axis=-1)
     stepped, standing = ankles.copy(), planted & (speed < STANDING)
+    standing[: len(stood)] = stood
     for start, stop in _glides(speed):
-        _walk(ankles, stepped, standing, start, stop)
+        begin = max(start, len(stood) - 1)
+        if begin < stop:
+            _walk(ankles, stepped, standing, begin, stop)
     return stepped, standing
 
 
@@ -65,9 +71,9 @@ def _walk(
     # Longer and quicker steps at a faster walk: about 1.75 a second at 0.8 m/s.
     count = max(2, round((last - start) / FPS * (1.35 + 0.5 * pace)))
     times = np.linspace(start, last, count + 1)
-    # The foot that lags behind the way goes first.
+    # A foot that is in the air goes first, or else the one that lags behind the way.
     ahead = (home[start, 0, :2] - home[start, 1, :2]) @ (way[-1] - way[0])
-    side = 1 if ahead > 0 else 0
+    side = int(ahead > 0) if standing[start].all() else int(standing[start, 0])
     place = home[start].copy()
     standing[start : last + 1] = True
     stepped[start : last + 1] = place

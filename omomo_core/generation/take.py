@@ -34,16 +34,16 @@ class Take:
         return len(self.centre)
 
 
-def prepare(motion: ObjectMotion) -> Take:
-    """Compute a take's features."""
+def prepare(motion: ObjectMotion, surface: Surface | None = None) -> Take:
+    """Compute a take's features; the surface of its mesh is sampled unless it is there already."""
     T = motion.T_world_object
-    surface = sample_surface(motion.mesh)
+    surface = surface or sample_surface(motion.mesh)
     centre = T[:, :3, :3] @ surface.centre + T[:, :3, 3]
     return Take(
         motion=motion,
         surface=surface,
         centre=centre,
-        lowest=(motion.mesh.vertices @ T[:, 2, :3].T).min(axis=0) + T[:, 2, 3],
+        lowest=(surface.outline @ T[:, 2, :3].T).min(axis=0) + T[:, 2, 3],
         velocity=velocity(centre, FPS),
         spin=angular_velocity(T[:, :3, :3], FPS),
     )

@@ -14,6 +14,8 @@ from capture_app.request import TakeRequest
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.body_stage import capture as body_stage
+from omomo_core.contact.segment import Segment
+from omomo_core.generation.person import Person
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.hand_stage import capture as hand_stage
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
@@ -82,8 +84,19 @@ def human(body: BodyModel) -> HumanMotion:
 
 
 @pytest.fixture(scope="session")
-def humans(body: BodyModel) -> tuple[HumanMotion, ...]:
-    return tuple(make_human(body, k) for k in range(3))
+def people(body: BodyModel) -> tuple[Person, ...]:
+    """Three samples that hold nothing, one place, and two."""
+    rng = np.random.default_rng(3)
+    held = [Segment(k % 2, 3 + 9 * k, 9 + 9 * k, rng.normal(size=3)) for k in range(3)]
+    return tuple(
+        Person(
+            make_human(body, k),
+            tuple(held[:k]),
+            rng.uniform(0, 0.1, (FRAMES, 2)),
+            rng.uniform(0, 0.1, FRAMES),
+        )
+        for k in range(3)
+    )
 
 
 @pytest.fixture(scope="session")

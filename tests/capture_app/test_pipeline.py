@@ -28,7 +28,7 @@ def test_a_take_becomes_a_result_folder(inputs: Inputs, weights: Path) -> None:
     request = replace(inputs.request(weights), video_size=(96, 64), height=1.6)
     made = run_take(request, lambda stage, fraction: heard.append((stage, fraction)))
 
-    names = ["manifest.json", "motion.glb", "motion.mp4", "motion.npz"]
+    names = ["contacts.json", "manifest.json", "motion.glb", "motion.mp4", "motion.npz"]
     assert sorted(path.name for path in inputs.output.iterdir()) == names
     assert list(dict.fromkeys(stage for stage, _ in heard)) == list(made.manifest.timings)
     assert {stage: f for stage, f in heard} == dict.fromkeys(made.manifest.timings, 1.0)

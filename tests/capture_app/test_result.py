@@ -1,5 +1,6 @@
 """motion.npz and manifest.json: what is written is what is read."""
 
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -20,8 +21,9 @@ from capture_app.manifest import (
     write_manifest,
 )
 from capture_app.quaternions import matrix_from_xyzw, xyzw_from_matrix
-from capture_app.result import JOINT_NAMES, load_motion, load_result, save_motion
+from capture_app.result import JOINT_NAMES, load_motion, load_result, save_corrected, save_motion
 from omomo_core.errors import InputError
+from omomo_core.generation.person import Person
 from omomo_core.motion import HumanMotion, ObjectMotion
 
 SHAPES = {
@@ -37,6 +39,10 @@ SHAPES = {
     "joints": (3, 40, 24, 3),
     "hand_contact": (3, 40, 2),
     "foot_contact": (3, 40, 4),
+    "palm_miss": (3, 40, 2),
+    "inside": (3, 40),
+    "contact_spans": (3, 4),
+    "contact_anchors": (3, 3),
     "object_position": (40, 3),
     "object_rotation_xyzw": (40, 4),
     "object_vertices": (8, 3),
@@ -60,14 +66,15 @@ def a_manifest(chosen: int = 1) -> Manifest:
         chosen=chosen,
         created=datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC),
         notes=("The floor is a guess.",),
+        faults=(),
         timings={"read": 0.1},
         files=("motion.npz",),
     )
 
 
 @pytest.fixture
-def saved(tmp_path: Path, humans: tuple[HumanMotion, ...], object_motion: ObjectMotion) -> Path:
-    save_motion(tmp_path / "motion.npz", humans, 1, object_motion, "tetra")
+def saved(tmp_path: Path, people: tuple[Person, ...], object_motion: ObjectMotion) -> Path:
+    save_motion(tmp_path / "motion.npz", people, 1, object_motion, "tetra")
     write_manifest(tmp_path / "manifest.json", a_manifest())
     return tmp_path
 
@@ -88,13 +95,19 @@ def test_every_key_is_in_the_documentation() -> None:
 
 
 def test_a_result_comes_back_as_it_was(
-    saved: Path, humans: tuple[HumanMotion, ...], object_motion: ObjectMotion
+    saved: Path, people: tuple[Person, ...], object_motion: ObjectMotion
 ) -> None:
     result = load_result(saved)
     assert result.manifest == a_manifest()
-    for loaded, human in zip(result.motions, humans, strict=True):
+    for loaded, person in zip(result.people, people, strict=True):
         for name in HumanMotion.__dataclass_fields__:
-            np.testing.assert_allclose(getattr(loaded, name), getattr(human, name), atol=1e-6)
+            was = getattr(person.human, name)
+            np.testing.assert_allclose(getattr(loaded.human, name), was, atol=1e-6)
+        np.testing.assert_allclose(loaded.miss, person.miss, atol=1e-6)
+        np.testing.assert_allclose(loaded.depth, person.depth, atol=1e-6)
+        for read, written in zip(loaded.segments, person.segments, strict=True):
+            assert (read.hand, read.start, read.stop) == (written.hand, written.start, written.stop)
+            np.testing.assert_allclose(read.anchor, written.anchor, atol=1e-6)
     moved = result.object_motion
     np.testing.assert_allclose(moved.T_world_object, object_motion.T_world_object, atol=1e-6)
     np.testing.assert_allclose(moved.mesh.vertices, object_motion.mesh.vertices, atol=1e-6)
@@ -104,10 +117,34 @@ def test_a_result_comes_back_as_it_was(
 
 
 def test_the_same_motion_gives_the_same_bytes(
-    saved: Path, humans: tuple[HumanMotion, ...], object_motion: ObjectMotion
+    saved: Path, people: tuple[Person, ...], object_motion: ObjectMotion
 ) -> None:
-    save_motion(saved / "again.npz", humans, 1, object_motion, "tetra")
+    save_motion(saved / "again.npz", people, 1, object_motion, "tetra")
     assert (saved / "again.npz").read_bytes() == (saved / "motion.npz").read_bytes()
+
+
+def test_what_a_correction_leaves_keeps_its_numbers(saved: Path) -> None:
+    before = load_result(saved)
+    person = before.people[1]
+    rotations = person.human.rotations.copy()
+    rotations[10:20] = rotations[10:20].swapaxes(-1, -2)
+    human = replace(person.human, rotations=rotations)
+    save_corrected(saved / "new.npz", before, replace(person, human=human, segments=()))
+    with np.load(saved / "motion.npz") as old, np.load(saved / "new.npz") as new:
+        same = np.abs(new["rotations_xyzw"][0]) == np.abs(old["rotations_xyzw"][1])
+        kept = np.delete(np.arange(40), range(10, 20))
+        assert same[kept].all()
+        assert not same[10:20].all()
+        for key in ("root", "joints", "fingers_xyzw", "palm_miss", "inside"):
+            np.testing.assert_array_equal(new[key][0], old[key][1])
+        for key in ("object_position", "object_rotation_xyzw", "object_vertices", "body"):
+            np.testing.assert_array_equal(new[key], old[key])
+        q = new["rotations_xyzw"][0]
+        assert (np.sum(q[1:] * q[:-1], axis=-1)[20:] > 0).all()
+        assert new["chosen"] == 0
+        assert new["contact_spans"].shape == (0, 4)
+    people, _ = load_motion(saved / "new.npz")
+    np.testing.assert_array_equal(people[0].human.rotations[kept], person.human.rotations[kept])
 
 
 @pytest.mark.parametrize(
@@ -116,7 +153,7 @@ def test_the_same_motion_gives_the_same_bytes(
         (lambda f: (f / "motion.npz").unlink(), "result-missing"),
         (lambda f: (f / "manifest.json").unlink(), "result-missing"),
         (lambda f: (f / "manifest.json").write_text("{"), "manifest-invalid"),
-        (lambda f: (f / "manifest.json").write_text('{"format_version": 9}'), "manifest-invalid"),
+        (lambda f: (f / "manifest.json").write_text('{"format_version": 1}'), "manifest-invalid"),
         (lambda f: (f / "motion.npz").write_bytes(b"PK\3\4 and nothing"), "result-damaged"),
         (lambda f: np.savez(f / "motion.npz", root=np.zeros((1, 2, 3))), "result-damaged"),
         (lambda f: write_manifest(f / "manifest.json", a_manifest(7)), "result-damaged"),

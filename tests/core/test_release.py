@@ -11,12 +11,12 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
+from omomo_core.body.kinematics import joints_of
 from omomo_core.body.load import load_body
 from omomo_core.data.clips import Clip
 from omomo_core.data.joblib_file import read_joblib
 from omomo_core.data.release import release_clips
 from omomo_core.data.release_objects import thinned
-from omomo_core.data.retarget import joints_of
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
 from omomo_core.skeleton import MODEL_PARENTS, PALM_JOINTS

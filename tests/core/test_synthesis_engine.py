@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from omomo_core.body.kinematics import joints_of
 from omomo_core.body.load import load_body
 from omomo_core.data.build import build_mocap
 from omomo_core.data.clips import Clip
 from omomo_core.data.grounding import foot_skating, runs, sole_points
 from omomo_core.data.quality import judge
-from omomo_core.data.retarget import joints_of
 from omomo_core.data.synthesis.attempt import attempt, finished
 from omomo_core.data.synthesis.casting import Sources
 from omomo_core.data.synthesis.engine import synthesise

@@ -9,18 +9,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from omomo_core.body.kinematics import joints_of
 from omomo_core.body.limbs import reach
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
+from omomo_core.body.polish.anatomy import VALUES, anatomy, centre_of_mass
+from omomo_core.body.polish.barrier import Boxes
+from omomo_core.body.polish.calm import calmed
+from omomo_core.body.polish.solver import polish
+from omomo_core.body.polish.spline import Spline, solve
+from omomo_core.body.polish.targets import Targets
+from omomo_core.body.polish.terms import points_of
 from omomo_core.data.grounding import sole_points
-from omomo_core.data.retarget import joints_of
+from omomo_core.data.synthesis.goals import targets_of
 from omomo_core.data.synthesis.hands import Hands
-from omomo_core.data.synthesis.polish.anatomy import VALUES, anatomy, centre_of_mass
-from omomo_core.data.synthesis.polish.calm import calmed
-from omomo_core.data.synthesis.polish.solver import polish
-from omomo_core.data.synthesis.polish.spline import Spline, solve
-from omomo_core.data.synthesis.polish.targets import Targets, targets_of
-from omomo_core.data.synthesis.polish.terms import box_depth, points_of
 from omomo_core.data.synthesis.shapes import Part, box
 from omomo_core.skeleton import joint
 
@@ -82,7 +84,7 @@ def depth(body: BodyModel, root: np.ndarray, rotations: np.ndarray, part: Part) 
     flesh = anatomy(body)
     points, _ = points_of(flesh, torch.as_tensor(root).float(), torch.as_tensor(rotations).float())
     low, high = (torch.as_tensor(x)[None].float() for x in (part.low, part.high))
-    return float(box_depth(points[:, 5:], flesh.radii, low, high)[0].max())
+    return float(Boxes(low, high).depth(points[:, 5:], flesh.radii)[0].max())
 
 
 def test_a_good_motion_stays(body: BodyModel) -> None:

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from omomo_core.body.kinematics import joints_of
 from omomo_core.body.load import load_body
 from omomo_core.data.build import build_mocap
 from omomo_core.data.clips import Clip
 from omomo_core.data.grounding import foot_contacts, foot_skating, sole_points
-from omomo_core.data.retarget import joints_of
 from omomo_core.data.synthesis.footage import Footage, heading, survey
 from omomo_core.data.synthesis.stage import Stage
 from omomo_core.data.synthesis.walker.follow import follow

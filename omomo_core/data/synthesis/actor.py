@@ -9,17 +9,17 @@ from jaxtyping import Bool, Float
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from scipy.spatial.transform import Rotation
 
+from omomo_core.body.kinematics import joints_of
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
 from omomo_core.data.grounding import runs
-from omomo_core.data.retarget import joints_of
 from omomo_core.data.synthesis.bend import Torso, bent, manner
 from omomo_core.data.synthesis.directions import ahead_of, in_space, left_of
 from omomo_core.data.synthesis.footage import heading
 from omomo_core.data.synthesis.hands import Hands
 from omomo_core.data.synthesis.posture import Posture
-from omomo_core.data.synthesis.progress import min_jerk
 from omomo_core.data.synthesis.stage import Stage
+from omomo_core.geometry.easing import min_jerk
 from omomo_core.skeleton import PALM_JOINTS, joint
 
 _STRAIGHT_LEG = 0.995
@@ -29,6 +29,9 @@ _KNEES_BEND = ([0.45, 0.9], [1.0, 0.0])
 """Of what the person's squatting amounts to: for hands at these heights, metres."""
 _MOST_BEND = ([0.65, 0.9, 1.15], [1.2, 0.5, 0.2])
 """Nobody bends far for what is high: for hands at these heights, metres."""
+_BEND_BACK = ([-0.15, 0.25], [0.15, 1.2])
+"""Nor for what is behind: bending takes the shoulders away from it. For hands this far ahead of the
+pelvis, metres."""
 _WRISTS = (joint("left_wrist"), joint("right_wrist"))
 _SHOULDERS = (joint("left_shoulder"), joint("right_shoulder"))
 _ELBOWS = (joint("left_elbow"), joint("right_elbow"))
@@ -164,7 +167,11 @@ def _amount(
     part = ((need[rows, before] - comfort) / np.maximum(gain, 1e-6)).clip(0.0, 1.0)
     least = _AMOUNTS[before] + part * (_AMOUNTS[first] - _AMOUNTS[before])
     least = np.where(first == 0, 0.0, least)
-    least = np.minimum(least, np.interp(_lowest_palm(hands)[held], *_MOST_BEND))
+    most = np.interp(_lowest_palm(hands)[held], *_MOST_BEND)
+    to_goal = goals[held] - base.root[held, None]
+    ahead = (to_goal * in_space(ahead_of(torso.yaw[held]))[:, None]).sum(axis=-1)
+    last = np.where(hands.contact[held] > 0, ahead, np.inf).min(axis=1)
+    least = np.minimum(least, np.minimum(most, np.interp(last, *_BEND_BACK)))
     smooth = gaussian_filter1d(maximum_filter1d(least, 7, mode="nearest"), 3.0, mode="nearest")
     amount = np.zeros(len(base.root))
     amount[held] = smooth

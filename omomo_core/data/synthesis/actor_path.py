@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float
 from scipy.ndimage import gaussian_filter1d
 
+from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
-from omomo_core.data.retarget import joints_of
 from omomo_core.data.synthesis.directions import ahead_of, left_of
 from omomo_core.data.synthesis.footage import heading
 from omomo_core.data.synthesis.stage import Stage

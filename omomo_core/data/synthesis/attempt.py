@@ -5,19 +5,19 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
+from omomo_core.body.polish.solver import polish
 from omomo_core.data.clips import Clip
 from omomo_core.data.grounding import foot_contacts, sole_points
-from omomo_core.data.retarget import joints_of
 from omomo_core.data.synthesis.actor import Performance, perform
 from omomo_core.data.synthesis.casting import Plan, Sources, cast
 from omomo_core.data.synthesis.directions import about_z
 from omomo_core.data.synthesis.footage import heading
+from omomo_core.data.synthesis.goals import targets_of
 from omomo_core.data.synthesis.grammar import write_script
 from omomo_core.data.synthesis.hands import Hands, along_forearms, plan_hands
 from omomo_core.data.synthesis.holds import Handling
-from omomo_core.data.synthesis.polish.solver import polish
-from omomo_core.data.synthesis.polish.targets import targets_of
 from omomo_core.data.synthesis.props import Prop
 from omomo_core.data.synthesis.review import fault, walked_through
 from omomo_core.data.synthesis.script import Action

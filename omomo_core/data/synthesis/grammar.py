@@ -14,7 +14,7 @@ from omomo_core.data.synthesis.script import Action, Episode, Script, timeline
 from omomo_core.data.synthesis.stature import our_scale
 
 _ACTIONS: dict[Action, float] = {
-    "carry": 0.2, "relocate": 0.18, "in_place": 0.08, "raise": 0.06, "one_hand": 0.07,
+    "carry": 0.19, "relocate": 0.17, "in_place": 0.08, "raise": 0.09, "one_hand": 0.07,
     "swing": 0.03, "flip": 0.01, "push": 0.11, "pull": 0.07, "drag": 0.06, "shove": 0.04,
     "turn": 0.05, "tip": 0.04, "sweep": 0.01, "mop": 0.015, "vacuum": 0.02, "trolley": 0.01,
     "cart": 0.015,

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from omomo_core.data.synthesis.holds import Handling, Hold
-from omomo_core.data.synthesis.progress import min_jerk
+from omomo_core.geometry.easing import min_jerk
 
 PALM_THICKNESS = 0.02
 """From the skin of the palm to the palm joint inside the hand, metres."""

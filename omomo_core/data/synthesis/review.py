@@ -3,11 +3,11 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
+from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
 from omomo_core.data.grounding import foot_contacts, foot_skating, runs, sole_points
 from omomo_core.data.joint_angles import SIDES, elbow, twist, wrist
 from omomo_core.data.penetration import body_in_object
-from omomo_core.data.retarget import joints_of
 from omomo_core.data.synthesis.actor import Performance
 from omomo_core.data.synthesis.hands import Hands
 from omomo_core.data.synthesis.holds import Handling

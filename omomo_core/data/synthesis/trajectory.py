@@ -12,9 +12,9 @@ from omomo_core.data.synthesis.actor_path import ActorPath, actor_path
 from omomo_core.data.synthesis.directions import ahead_of, left_of
 from omomo_core.data.synthesis.holding import holds_of
 from omomo_core.data.synthesis.holds import Handling, Hold
-from omomo_core.data.synthesis.progress import min_jerk
 from omomo_core.data.synthesis.script import Episode, Script, Span, Stance
 from omomo_core.data.synthesis.stage import Stage
+from omomo_core.geometry.easing import min_jerk
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
 

@@ -7,8 +7,8 @@ from jaxtyping import Float
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
+from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
-from omomo_core.data.retarget import joints_of
 from omomo_core.data.synthesis.directions import ahead_of, left_of
 from omomo_core.data.synthesis.footage import heading
 from omomo_core.data.synthesis.holds import Handling

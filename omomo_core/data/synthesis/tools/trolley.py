@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 from omomo_core.body.model import BodyModel
 from omomo_core.data.synthesis.actor_path import ActorPath, actor_path
 from omomo_core.data.synthesis.holds import Handling
-from omomo_core.data.synthesis.progress import min_jerk
 from omomo_core.data.synthesis.stage import Stage
 from omomo_core.data.synthesis.tools.grip import Bar, arm_lengths, grip_holds
 from omomo_core.data.synthesis.tools.job import ToolJob, sole
+from omomo_core.geometry.easing import min_jerk
 from omomo_core.skeleton import joint
 
 _GRIP = 0.012

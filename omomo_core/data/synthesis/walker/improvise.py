@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from omomo_core.body.kinematics import joints_of
 from omomo_core.data.grounding import foot_contacts, sole_points
-from omomo_core.data.retarget import joints_of
 from omomo_core.data.synthesis.stage import Stage, idle_sway
 from omomo_core.data.synthesis.walker.follow import follow
 from omomo_core.data.synthesis.walker.library import Library

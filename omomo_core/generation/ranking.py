@@ -3,10 +3,25 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.stats import rankdata
 
+from omomo_core.generation.person import Person
+from omomo_core.generation.result import Generation, notes_of
+from omomo_core.generation.scores import score
 from omomo_core.motion import HumanMotion
+
+
+def ranked(people: Sequence[Person], moving: Bool[np.ndarray, " frames"]) -> Generation:
+    """The samples judged, with the one to show and what is wrong with it.
+
+    Args:
+        people: of the same take.
+        moving: frames in which somebody must hold the object.
+    """
+    scores = tuple(score(person, moving) for person in people)
+    chosen = choose([person.human for person in people], scores)
+    return Generation(tuple(people), chosen, scores, notes_of(scores[chosen]))
 
 
 def choose(motions: Sequence[HumanMotion], scores: Sequence[Mapping[str, float]]) -> int:

@@ -10,6 +10,8 @@ from torch import Tensor
 
 _ORDER = 4
 """Coefficients that touch one frame."""
+_RIDGE = 1e-6
+"""Keeps coefficients that nothing decides at rest."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +24,7 @@ class Spline:
     @property
     def count(self) -> int:
         """Number of coefficients."""
-        return int(np.ceil((self.frames - 1) / self.spacing)) + _ORDER - 1
+        return max(1, int(np.ceil((self.frames - 1) / self.spacing))) + _ORDER - 1
 
     def basis(self, frames: Float[np.ndarray, " times"]) -> Float[Tensor, "times coefficients"]:
         """Weight of every coefficient at some frames."""
@@ -77,6 +79,7 @@ def solve(
         block = (pair.T @ flat).unflatten(1, (n, n))
         block += torch.diagonal(bending, k)[:, None, None] * torch.diag(stiffness)
         bands[k, : count - k] = block.numpy()
+    bands[0] += _RIDGE * np.eye(n)
     slope = basis.T @ gradient + (bending @ now) * stiffness
     step = solveh_banded(
         _lower(bands), -slope.flatten().double().numpy(), lower=True, check_finite=False,

@@ -8,7 +8,8 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor
 
-from omomo_core.data.synthesis.polish.anatomy import BONES, LIMITS, VALUES, Anatomy
+from omomo_core.body.polish.anatomy import BONES, LIMITS, VALUES, Anatomy
+from omomo_core.body.polish.barrier import Barrier
 from omomo_core.skeleton import MODEL_PARENTS, joint
 
 _PALM, _ANKLE, _SWING = 60.0, 60.0, 6.0
@@ -39,16 +40,15 @@ class Goals:
     """How far the feet support in each direction, world, metres."""
     balance: Float[Tensor, " times"]
     load: Float[Tensor, "times 3"]
-    """Mass times place of the prop where it is carried, kilogram metres."""
+    """Mass times place of the object where it is carried, kilogram metres."""
     load_mass: Float[Tensor, " times"]
-    T_world_prop: Float[Tensor, "times 4 4"]
-    low: Float[Tensor, "parts 3"]
-    high: Float[Tensor, "parts 3"]
+    T_world_object: Float[Tensor, "times 4 4"]
+    barrier: Barrier
 
     def at(self, frames: Int[np.ndarray, " n"]) -> "Goals":
         """Some of the frames."""
         timed = {f.name: getattr(self, f.name) for f in fields(self)}
-        return Goals(**{k: v if k in ("low", "high") else v[frames] for k, v in timed.items()})
+        return Goals(**{k: v if k == "barrier" else v[frames] for k, v in timed.items()})
 
 
 _Rows = tuple[Float[Tensor, "times rows values"], Float[Tensor, "times rows"]]
@@ -123,36 +123,16 @@ def _reaching(
 def _colliding(
     anatomy: Anatomy, goals: Goals, points: Float[Tensor, "times points 3"]
 ) -> tuple[list[int], Float[Tensor, "times flesh 3"], Float[Tensor, "times flesh"]]:
-    """Balls of flesh out of the part of the prop they are deepest in."""
-    R, at = goals.T_world_prop[:, :3, :3], goals.T_world_prop[:, :3, 3]
+    """Balls of flesh out of the object."""
+    R, at = goals.T_world_object[:, :3, :3], goals.T_world_object[:, :3, 3]
     local = (points[:, 5:] - at[:, None]) @ R
-    depth, normal = box_depth(local, anatomy.radii, goals.low, goals.high)
+    depth, normal = goals.barrier.depth(local, anatomy.radii)
     touching = _FLESH * (depth > 0)
     return (
         list(range(5, points.shape[1])),
         -touching[..., None] * (normal @ R.mT),
         touching * depth,
     )
-
-
-def box_depth(
-    points: Float[Tensor, "times flesh 3"],
-    radii: Float[Tensor, " flesh"],
-    low: Float[Tensor, "parts 3"],
-    high: Float[Tensor, "parts 3"],
-) -> tuple[Float[Tensor, "times flesh"], Float[Tensor, "times flesh 3"]]:
-    """How deep each ball is in the box it is deepest in (negative: apart), and the way out."""
-    middle, half = (low + high) / 2, (high - low) / 2
-    local = points[:, :, None] - middle
-    beyond = local.abs() - half
-    outside = beyond.clamp(min=0.0).norm(dim=-1)
-    depth, part = (radii[:, None] - outside - beyond.amax(dim=-1).clamp(max=0.0)).max(dim=-1)
-    index = part[..., None, None].expand(*part.shape, 1, 3)
-    local, beyond = local.gather(2, index)[:, :, 0], beyond.gather(2, index)[:, :, 0]
-    nearest = torch.nn.functional.one_hot(beyond.argmax(dim=-1), 3)
-    inside = (beyond.amax(dim=-1, keepdim=True) <= 0).to(beyond)
-    way = inside * nearest + (1 - inside) * beyond.clamp(min=0.0)
-    return depth, torch.nn.functional.normalize(way * local.sign(), dim=-1)
 
 
 def _balancing(

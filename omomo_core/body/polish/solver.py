@@ -9,16 +9,16 @@ from jaxtyping import Float
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from torch import Tensor
 
-from omomo_core.body.kinematics import forward_kinematics
+from omomo_core.body.kinematics import forward_kinematics, joints_of
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
-from omomo_core.data.retarget import joints_of
-from omomo_core.data.synthesis.polish.anatomy import BONES, VALUES, Anatomy, anatomy
-from omomo_core.data.synthesis.polish.calm import calmed
-from omomo_core.data.synthesis.polish.spline import Spline, solve
-from omomo_core.data.synthesis.polish.targets import Targets
-from omomo_core.data.synthesis.polish.terms import Goals, rows, support
-from omomo_core.data.synthesis.progress import min_jerk
+from omomo_core.body.polish.anatomy import BONES, VALUES, Anatomy, anatomy
+from omomo_core.body.polish.calm import calmed
+from omomo_core.body.polish.spline import Spline, solve
+from omomo_core.body.polish.targets import Targets
+from omomo_core.body.polish.terms import Goals, rows, support
+from omomo_core.geometry.easing import min_jerk
+from omomo_core.geometry.transforms import velocity
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
 
@@ -52,12 +52,13 @@ def polish(
     rotations: Float[np.ndarray, "frames 22 3 3"],
     targets: Targets,
     *,
+    free: Float[np.ndarray, " frames"] | None = None,
     steps: int = 4,
 ) -> _Pose:
     """Make a first guess of a whole clip physically and anatomically plausible.
 
     Smooth corrections of pelvis, trunk, shoulder girdle, arms and legs are found that weigh palms
-    and planted feet on their places, joint ranges, flesh outside the prop, the weight over the feet
+    and planted feet on their places, joint ranges, flesh outside the object, the weight over the feet
     and closeness to the first guess; then arms and legs are solved exactly.
 
     Args:
@@ -65,6 +66,7 @@ def polish(
         root: pelvis of the first guess, world, metres.
         rotations: its global R_world_joint.
         targets: what has to be satisfied.
+        free: how far each frame may be corrected, from 0 (not at all) to 1.
         steps: Gauss-Newton iterations.
 
     Returns:
@@ -74,7 +76,9 @@ def polish(
     targets = _approached(body, root, rotations, targets)
     rotations = calmed(rotations)
     flesh, spline = anatomy(body), Spline(frames, _SPACING)
-    guess = _Guess(_float(root), _float(rotations), spline.basis(np.arange(frames, dtype=float)))
+    basis = spline.basis(np.arange(frames, dtype=float))
+    basis = basis if free is None else basis * _float(free)[:, None]
+    guess = _Guess(_float(root), _float(rotations), basis)
     goals = _goals(flesh, root, targets)
     seen = np.unique(np.append(np.arange(0, frames, _STRIDE), frames - 1))
     values = torch.zeros(spline.count, VALUES)
@@ -133,11 +137,11 @@ def _float(a: np.ndarray) -> Tensor:
 
 
 def _goals(flesh: Anatomy, root: Float[np.ndarray, "frames 3"], targets: Targets) -> Goals:
-    speed = np.linalg.norm(np.gradient(root[:, :2], 1 / FPS, axis=0), axis=-1)
+    speed = np.linalg.norm(velocity(root[:, :2], FPS), axis=-1)
     calm = np.exp(-((gaussian_filter1d(speed, 5.0, mode="nearest") / _SLOW) ** 2))
     carried = targets.load * targets.pull.max(axis=1)
-    middle = (targets.low.min(axis=0) + targets.high.max(axis=0)) / 2
-    T = targets.T_world_prop
+    middle = targets.barrier.middle.double().numpy()
+    T = targets.T_world_object
     centre = T[:, :3, :3] @ middle + T[:, :3, 3]
     standing = _float(targets.planted.astype(float))
     return Goals(
@@ -150,9 +154,8 @@ def _goals(flesh: Anatomy, root: Float[np.ndarray, "frames 3"], targets: Targets
         balance=_float(targets.balance * calm),
         load=_float(centre * carried[:, None]),
         load_mass=_float(carried),
-        T_world_prop=_float(T),
-        low=_float(targets.low),
-        high=_float(targets.high),
+        T_world_object=_float(T),
+        barrier=targets.barrier,
     )
 
 

@@ -1,0 +1,60 @@
+"""What a result folder holds of its chosen sample alone: contacts, GLB and video."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import UInt8
+
+from capture_app.exports.glb import write_glb
+from capture_app.progress import Progress
+from capture_app.result import CONTACTS, GLB, VIDEO
+from omomo_core.body.model import BodyModel
+from omomo_core.contact.file import write_contacts
+from omomo_core.generation.person import Person
+from omomo_core.motion import FPS, HumanMotion, ObjectMotion
+from render.third_person import frames
+from render.video import write_video
+
+
+def write_chosen(
+    folder: Path,
+    person: Person,
+    moved: ObjectMotion,
+    body: BodyModel,
+    progress: Progress,
+    *,
+    contacts: bool,
+    video_size: tuple[int, int] | None,
+) -> None:
+    """Write the files that people look at.
+
+    Args:
+        folder: of the result.
+        person: the chosen sample.
+        moved: the object, as many frames as the person.
+        body: whose bones the person moves.
+        progress: told the stages "export" and "video".
+        contacts: write contacts.json; the published rule has none.
+        video_size: width and height in pixels; None draws no video.
+    """
+    if contacts:
+        write_contacts(folder / CONTACTS, person.segments, len(moved.valid))
+    write_glb(folder / GLB, person.human, moved, body)
+    progress("export", 1.0)
+    if video_size:
+        pictures = _watched(person.human, moved, body, video_size, progress)
+        write_video(folder / VIDEO, pictures, FPS)
+
+
+def _watched(
+    human: HumanMotion,
+    moved: ObjectMotion,
+    body: BodyModel,
+    size: tuple[int, int],
+    progress: Progress,
+) -> Iterator[UInt8[np.ndarray, "h w 3"]]:
+    """The video's pictures, told to `progress` as they are drawn."""
+    for k, picture in enumerate(frames(human, moved, body, width=size[0], height=size[1])):
+        yield picture
+        progress("video", (k + 1) / len(human.root))

@@ -1,0 +1,32 @@
+"""How deep somebody is inside an object, as the solver sees both."""
+
+from jaxtyping import Float
+from torch import Tensor
+
+from omomo_core.body.model import BodyModel
+from omomo_core.body.polish.anatomy import anatomy
+from omomo_core.body.polish.barrier import Barrier
+from omomo_core.body.polish.terms import points_of
+
+
+def depth_inside(
+    body: BodyModel,
+    root: Float[Tensor, "frames 3"],
+    rotations: Float[Tensor, "frames 22 3 3"],
+    T_world_object: Float[Tensor, "frames 4 4"],
+    barrier: Barrier,
+) -> Float[Tensor, " frames"]:
+    """Deepest ball of flesh of trunk, arms and legs, metres; 0 where none is inside.
+
+    Args:
+        body: whose flesh.
+        root: pelvis joint, world, metres.
+        rotations: global R_world_joint.
+        T_world_object: pose of the object.
+        barrier: the object.
+    """
+    flesh = anatomy(body)
+    points, _ = points_of(flesh, root.float(), rotations.float())
+    T = T_world_object.float()
+    local = (points[:, 5:] - T[:, None, :3, 3]) @ T[:, :3, :3]
+    return barrier.depth(local, flesh.radii)[0].clamp(min=0).amax(dim=-1)

@@ -1,0 +1,34 @@
+"""What a polished motion has to satisfy."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from omomo_core.body.polish.barrier import Barrier
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Goals of hands and feet, what must not be run into, and what is carried."""
+
+    palms: Float[np.ndarray, "frames 2 3"]
+    """World, metres; left, right."""
+    R_world_wrist: Float[np.ndarray, "frames 2 3 3"]
+    pull: Float[np.ndarray, "frames 2"]
+    """0 where a hand is free, 1 where it holds, smooth between."""
+    ankles: Float[np.ndarray, "frames 2 3"]
+    """Of the base motion, world, metres."""
+    soles: Float[np.ndarray, "frames 4 3"]
+    """Left heel, right heel, left ball, right ball, world, metres."""
+    planted: Bool[np.ndarray, "frames 4"]
+    """Which of the soles stand."""
+    centre: Float[np.ndarray, "frames 3"]
+    """Centre of mass of the base motion, which was in balance whatever its feet seem to say."""
+    T_world_object: Float[np.ndarray, "frames 4 4"]
+    barrier: Barrier
+    """The object, which no flesh may be inside of."""
+    balance: Float[np.ndarray, " frames"]
+    """1 where the weight must be over the feet, 0 where the object may be leant on."""
+    load: float
+    """Mass of the object while it is carried, kilograms (0: it stands on its own)."""

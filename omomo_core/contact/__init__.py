@@ -1,0 +1,1 @@
+"""Which hand holds the object when, and where: decoded from probabilities or written by hand."""

@@ -1,0 +1,51 @@
+"""Where on the object a hand is kept while it holds."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from jaxtyping import Float
+
+from omomo_core.contact.segment import Segment, Span
+from omomo_core.geometry.surface import Surface
+from omomo_core.geometry.transforms import to_local
+from omomo_core.motion import HandMotion
+
+PALM_THICKNESS = 0.02
+"""Metres from the palm joint (inside the hand) to the skin that touches."""
+
+
+def anchored(
+    spans: Iterable[Span],
+    predicted: HandMotion,
+    surface: Surface,
+    T_world_object: Float[np.ndarray, "frames 4 4"],
+) -> tuple[Segment, ...]:
+    """Give each span the place on the surface that is nearest to the predicted palm.
+
+    Args:
+        spans: those that are segments already keep their anchors; the others overlap the frames.
+        predicted: palms, world, metres.
+        surface: the object's surface in its own frame.
+        T_world_object: the object's pose per frame.
+    """
+    palms = to_local(T_world_object, predicted.palms)
+
+    def fix(span: Span) -> Segment:
+        if isinstance(span, Segment):
+            return span
+        median = np.median(palms[max(span.start, 0) : span.stop, span.hand], axis=0)
+        return Segment(span.hand, span.start, span.stop, _on_surface(median, surface))
+
+    return tuple(fix(span) for span in spans)
+
+
+def _on_surface(palm: Float[np.ndarray, "3"], surface: Surface) -> Float[np.ndarray, "3"]:
+    """The palm moved to its thickness above the nearest point of the surface."""
+    _, nearest = surface.tree.query(palm)
+    point, normal = surface.points[nearest], surface.normals[nearest]
+    # Scans wind some faces the wrong way round. A palm with nothing of the object beyond it is
+    # outside, whatever the normal says; amid the object's parts the normal is all there is.
+    above = (surface.points - palm) @ -normal
+    if (point - palm) @ normal > 0 and above.max() < 0:
+        normal = -normal
+    return point + PALM_THICKNESS * normal

@@ -1,0 +1,86 @@
+"""Re-grasps: a hand that is on the object all the time, but goes from one place of it to another."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.lib.stride_tricks import sliding_window_view
+from scipy.signal import find_peaks
+
+from omomo_core.contact.segment import Span
+
+STAY = 12
+"""Frames that a palm is at a place at least."""
+APART = 0.10
+"""Metres between two places: less is the prediction's wavering."""
+PACE = 0.05
+"""Metres a frame at which a hand goes from place to place (1.5 m/s)."""
+QUICKEST, SLOWEST = 6, 12
+"""Frames that it takes on its way."""
+
+
+def split_at_regrasps(
+    span: Span, palm: Float[np.ndarray, "frames 3"], free: Bool[np.ndarray, " frames"]
+) -> tuple[Span, ...]:
+    """The span, or its parts with a short gap of hand travel between each two.
+
+    Args:
+        span: one hand's contact; a segment's anchor stays with the first part.
+        palm: that hand's predicted palm in the object's frame, metres.
+        free: frames in which this hand may let go.
+    """
+    first = max(span.start, 0)
+    palm, free = palm[first : span.stop], free[first : span.stop]
+    travels = [t for t in _travels(palm) if free[slice(*t)].all()]
+    while travels:
+        moved = [_moved(palm, before, now, after) for before, now, after in _triples(travels, palm)]
+        if min(moved) >= APART:
+            break
+        del travels[int(np.argmin(moved))]
+    edges = [span.start, *(first + frame for t in travels for frame in t), span.stop]
+    head, *others = zip(edges[::2], edges[1::2], strict=True)
+    return (replace(span, stop=head[1]), *(Span(span.hand, *edge) for edge in others))
+
+
+_Travel = tuple[int, int]
+"""First frame on the way and first frame at the new place."""
+
+
+def _travels(palm: Float[np.ndarray, "frames 3"]) -> list[_Travel]:
+    """Where the palm's place before differs most from its place after."""
+    if len(palm) < 2 * STAY:
+        return []
+    places = np.median(sliding_window_view(palm, STAY, axis=0), axis=-1)
+    step = np.linalg.norm(places[STAY:] - places[:-STAY], axis=1)
+    peaks, _ = find_peaks(np.pad(step, 1), height=APART, distance=STAY)
+    travels: list[_Travel] = []
+    for at in peaks - 1:
+        before, after = places[at], places[at + STAY]
+        near = palm[at : at + 2 * STAY]
+        # The change point of least absolute deviations: all before it near the one place, all
+        # after it near the other.
+        nearer = np.linalg.norm(near - before, axis=1) - np.linalg.norm(near - after, axis=1)
+        sure = STAY // 2
+        change = int(at + sure + np.cumsum(nearer)[sure - 1 : -sure].argmin())
+        frames = int(np.clip(np.ceil(step[at] / PACE), QUICKEST, SLOWEST))
+        travels.append((change - frames // 2, change - frames // 2 + frames))
+    return travels
+
+
+def _triples(
+    travels: list[_Travel], palm: Float[np.ndarray, "frames 3"]
+) -> list[tuple[_Travel, _Travel, _Travel]]:
+    """Each travel between its neighbours; the ends of the contact count as such."""
+    all_of_it = [(0, 0), *travels, (len(palm), len(palm))]
+    return [(a, b, c) for (a, b), (_, c) in pairwise(pairwise(all_of_it))]
+
+
+def _moved(
+    palm: Float[np.ndarray, "frames 3"], before: _Travel, now: _Travel, after: _Travel
+) -> float:
+    """Metres between the places on both sides of a travel; 0 where the palm does not stay."""
+    sides = palm[before[1] : now[0]], palm[now[1] : after[0]]
+    if min(len(side) for side in sides) < STAY // 2:
+        return 0.0
+    return float(np.linalg.norm(np.median(sides[0], axis=0) - np.median(sides[1], axis=0)))

@@ -1,0 +1,93 @@
+"""Contact that comes and goes: segments per hand, and palms that keep to them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from omomo_core.geometry.easing import min_jerk
+from omomo_core.motion import HandMotion
+
+BLEND = 8
+"""Frames over which a palm goes from the prediction onto its anchor and back."""
+
+
+@dataclass(frozen=True)
+class Span:
+    """A hand on the object from frame `start` to `stop` (exclusive)."""
+
+    hand: int
+    """0 is left, 1 right."""
+    start: int
+    """Negative where it began before the frames at hand."""
+    stop: int
+
+
+@dataclass(frozen=True)
+class Segment(Span):
+    """A span in which the hand keeps to one place of the object."""
+
+    anchor: Float[np.ndarray, "3"]
+    """Where the palm joint is kept, in the object's frame, metres."""
+
+
+def follow(
+    segments: Sequence[Segment],
+    predicted: HandMotion,
+    T_world_object: Float[np.ndarray, "frames 4 4"],
+) -> HandMotion:
+    """Palms that are on their anchors within segments and go smoothly to the prediction around them.
+
+    Where a hand's next segment begins before both blends are over, the palm goes directly from anchor
+    to anchor.
+
+    Args:
+        segments: of both hands, in any order; those of one hand do not overlap.
+        predicted: palms, world, metres.
+        T_world_object: the object's pose per frame.
+
+    Returns:
+        The palms, world, metres, and contact weights in [0, 1]: 1 in segments, 0 away from them.
+    """
+    palms, contact = predicted.palms.copy(), np.zeros(predicted.contact.shape)
+    for hand in range(2):
+        held = sorted((s for s in segments if s.hand == hand), key=lambda s: s.start)
+        if held:
+            place, obeyed, contact[:, hand] = _path(held, len(palms))
+            R, t = T_world_object[:, :3, :3], T_world_object[:, :3, 3]
+            goal = np.einsum("fij,fj->fi", R, place) + t
+            palms[:, hand] += obeyed[:, None] * (goal - palms[:, hand])
+    return HandMotion(palms=palms, contact=contact)
+
+
+def _path(
+    held: Sequence[Segment], frames: int
+) -> tuple[
+    Float[np.ndarray, "frames 3"], Float[np.ndarray, " frames"], Float[np.ndarray, " frames"]
+]:
+    """One hand's way over the object (its frame), how far the palm obeys it, and contact weights."""
+    t, last = np.arange(frames), len(held) - 1
+    starts = np.array([s.start for s in held])
+    ends = np.array([s.stop - 1 for s in held])
+    anchors = np.stack([s.anchor for s in held])
+    begun = np.searchsorted(starts, t, side="right") - 1
+    here, there = np.maximum(begun, 0), np.minimum(begun + 1, last)
+    pause = starts[there] - ends[here]
+    share = min_jerk((t - ends[here]) / np.maximum(pause, 1))
+    place = anchors[here] + share[:, None] * (anchors[there] - anchors[here])
+    weight = min_jerk(1 - _outside(t, begun, starts, ends) / BLEND)
+    between = (begun >= 0) & (begun < last) & (pause <= 2 * BLEND)
+    return place, np.where(between, 1.0, weight), weight
+
+
+def _outside(
+    t: Int[np.ndarray, " frames"],
+    begun: Int[np.ndarray, " frames"],
+    starts: Int[np.ndarray, " segments"],
+    ends: Int[np.ndarray, " segments"],
+) -> Float[np.ndarray, " frames"]:
+    """Frames to the nearest segment; 0 or less inside one."""
+    since = t - np.append(ends, -np.inf)[begun]
+    until = np.append(starts, np.inf)[begun + 1] - t
+    return np.minimum(since, until)

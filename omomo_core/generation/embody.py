@@ -1,0 +1,112 @@
+"""From stage 2's features to people: on the bones asked for, holding what they hold."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from jaxtyping import Float
+from scipy.ndimage import gaussian_filter1d
+from torch import Tensor
+
+from omomo_core.body.kinematics import forward_kinematics
+from omomo_core.body.polish.depth import depth_inside
+from omomo_core.body_stage import capture as body_stage
+from omomo_core.contact.segment import Segment
+from omomo_core.generation.decided import Decided
+from omomo_core.generation.fit import Fit
+from omomo_core.generation.person import Person
+from omomo_core.generation.scene import Scene, Thing
+from omomo_core.generation.solve import WRISTS, Solved, Wish, solve_bodies
+from omomo_core.generation.wrists import facing
+from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d
+from omomo_core.motion import HandMotion, HumanMotion
+
+ON_FLOOR = 0.05
+"""Metres: an object that is no higher may be leant on."""
+
+
+def embody(
+    features: Float[Tensor, "samples frames channels"],
+    hands: Sequence[HandMotion],
+    segments: Sequence[tuple[Segment, ...]],
+    scene: Scene,
+    thing: Thing,
+    fit: Fit,
+    decided: Decided | None,
+    *,
+    certain: bool,
+) -> tuple[list[Person], Solved]:
+    """People of the features, whose palms are where `hands` says.
+
+    Args:
+        features: of `sample_body`.
+        hands: palms and contact weights of each sample.
+        segments: what they hold.
+        scene: where the object is.
+        thing: the object.
+        fit: whose body, and that of the network.
+        decided: the first frames, which stay as they are.
+        certain: the palms are known: arms follow them in every frame, not only where they hold.
+    """
+    # Patches of frames are decoded together; a light filter takes out what jumps between them.
+    x = torch.from_numpy(gaussian_filter1d(features.numpy(), 1.0, axis=1, mode="nearest"))
+    sampled, _, six, foot_contact = body_stage.unpack(x, torch.zeros(*x.shape[:2], 2))
+    R = rotmat_from_6d(six)
+    wish = _wish(R, hands, segments, scene, thing, certain=certain)
+    root = fit.to_body(sampled, R[:, :, 0])
+    solved = solve_bodies(fit.body, root, R, foot_contact, wish, decided)
+    people = [
+        _person(k, solved, foot_contact[k], hands[k], segments[k], thing, scene, fit)
+        for k in range(len(hands))
+    ]
+    return people, solved
+
+
+def _wish(
+    R: Float[Tensor, "samples frames 22 3 3"],
+    hands: Sequence[HandMotion],
+    segments: Sequence[tuple[Segment, ...]],
+    scene: Scene,
+    thing: Thing,
+    *,
+    certain: bool,
+) -> Wish:
+    T = scene.take.motion.T_world_object
+    contact = torch.from_numpy(np.stack([h.contact for h in hands])).float()
+    leaning = (scene.take.lowest < ON_FLOOR) & scene.moving
+    wrists = [facing(R[k][:, WRISTS], held, thing.surface, T) for k, held in enumerate(segments)]
+    return Wish(
+        palms=torch.from_numpy(np.stack([h.palms for h in hands])).float(),
+        hold=torch.ones_like(contact) if certain else contact,
+        R_world_wrist=torch.stack(wrists),
+        T_world_object=T,
+        barrier=thing.barrier,
+        balance=1.0 - gaussian_filter1d(leaning.astype(float), 5.0, mode="nearest"),
+    )
+
+
+def _person(
+    k: int,
+    solved: Solved,
+    foot_contact: Float[Tensor, "frames 4"],
+    hands: HandMotion,
+    segments: tuple[Segment, ...],
+    thing: Thing,
+    scene: Scene,
+    fit: Fit,
+) -> Person:
+    # Solving in single precision leaves rotations a little off; what goes out is exact.
+    root = solved.root[k].double()
+    R = rotmat_from_6d(rotmat_to_6d(solved.rotations[k].double()))
+    standing = np.tile(solved.standing[k], 2)
+    human = HumanMotion(
+        root=root.numpy(),
+        rotations=R.numpy(),
+        fingers=fit.body.relaxed_fingers.expand(len(root), 30, 3, 3).double().numpy(),
+        joints=forward_kinematics(fit.body, root, R).numpy(),
+        hand_contact=hands.contact,
+        foot_contact=foot_contact.double().numpy() * standing,
+    )
+    T = torch.from_numpy(scene.take.motion.T_world_object)
+    depth = depth_inside(fit.body, root, R, T, thing.barrier)
+    return Person(human, segments, solved.miss[k].double().numpy(), depth.double().numpy())

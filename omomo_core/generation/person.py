@@ -1,0 +1,80 @@
+"""One generated person, with what they hold and what could not be satisfied."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import TypeVar
+
+import numpy as np
+from jaxtyping import Float
+
+from omomo_core.contact.segment import Segment, Span
+from omomo_core.motion import HumanMotion
+
+
+@dataclass(frozen=True)
+class Person:
+    """A sample, or a stretch of one."""
+
+    human: HumanMotion
+    segments: tuple[Segment, ...]
+    """What each hand holds and when; empty where palms are given or follow the published rule."""
+    miss: Float[np.ndarray, "frames 2"]
+    """How far each palm is from its place where it should hold, metres; 0 where it need not."""
+    depth: Float[np.ndarray, " frames"]
+    """How deep trunk, arms or legs are inside the object, metres."""
+
+
+def stretch(person: Person, start: int, stop: int) -> Person:
+    """Frames `start` .. `stop`; segments keep the frames that they share with it."""
+    human = HumanMotion(
+        **{f.name: getattr(person.human, f.name)[start:stop] for f in fields(HumanMotion)}
+    )
+    return Person(
+        human,
+        shifted(person.segments, start, stop),
+        person.miss[start:stop],
+        person.depth[start:stop],
+    )
+
+
+_S = TypeVar("_S", bound=Span)
+
+
+def shifted(segments: Sequence[_S], start: int, stop: int) -> tuple[_S, ...]:
+    """Spans as seen from frame `start`, cut to what they share with `start` .. `stop`."""
+    cut = [
+        replace(s, start=max(s.start, start) - start, stop=min(s.stop, stop) - start)
+        for s in segments
+    ]
+    return tuple(s for s in cut if s.start < s.stop)
+
+
+def joined(parts: Sequence[Person]) -> Person:
+    """Stretches that follow each other as one person; a segment cut between two is one again."""
+    human = HumanMotion(
+        **{
+            f.name: np.concatenate([getattr(p.human, f.name) for p in parts])
+            for f in fields(HumanMotion)
+        }
+    )
+    segments: list[Segment] = []
+    first = 0
+    for part in parts:
+        for s in part.segments:
+            _append(segments, replace(s, start=s.start + first, stop=s.stop + first))
+        first += len(part.miss)
+    return Person(
+        human,
+        tuple(sorted(segments, key=lambda s: (s.start, s.hand))),
+        np.concatenate([p.miss for p in parts]),
+        np.concatenate([p.depth for p in parts]),
+    )
+
+
+def _append(segments: list[Segment], new: Segment) -> None:
+    for k, old in enumerate(segments):
+        same = old.hand == new.hand and old.stop == new.start
+        if same and np.array_equal(old.anchor, new.anchor):
+            segments[k] = replace(old, stop=new.stop)
+            return
+    segments.append(new)

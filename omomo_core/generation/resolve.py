@@ -1,0 +1,166 @@
+"""Contacts corrected by hand: a person is solved again where a correction touches them.
+
+The palms go to their new places as generated ones do, with the present motion in the place of the sample.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import torch
+from jaxtyping import Float
+from scipy.ndimage import gaussian_filter1d
+from torch import Tensor
+
+from omomo_core.body.kinematics import WRISTS, forward_kinematics
+from omomo_core.body.model import BodyModel
+from omomo_core.body.polish.depth import depth_inside
+from omomo_core.contact.anchor import anchored
+from omomo_core.contact.segment import Segment, Span, follow
+from omomo_core.data.grounding import runs
+from omomo_core.generation.embody import ON_FLOOR
+from omomo_core.generation.person import Person, joined, stretch
+from omomo_core.generation.scene import Scene, Thing
+from omomo_core.generation.solve import Solved, Wish, solve_bodies
+from omomo_core.generation.wrists import facing
+from omomo_core.geometry.easing import min_jerk
+from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d
+from omomo_core.motion import HandMotion, HumanMotion
+
+AROUND = 20
+"""Frames before and after a changed contact in which the body goes over to what stays as it is."""
+SAME = 1e-4
+"""Metres: anchors that are no farther apart are the same."""
+
+
+def changed(before: Sequence[Segment], after: Sequence[Span]) -> tuple[Span, ...]:
+    """Contacts of either that are not in the other; one without an anchor is always new."""
+    gone = [s for s in before if not _among(s, after)]
+    return (*gone, *(s for s in after if not _among(s, before)))
+
+
+def resolve(
+    person: Person, edited: Sequence[Span], scene: Scene, thing: Thing, body: BodyModel
+) -> Person:
+    """Give a person other contacts.
+
+    Args:
+        person: as they move now, with their present contacts.
+        edited: what each hand is to hold; where no anchor is given, at the place of the surface
+            that is nearest to the present palm. Those of one hand do not overlap.
+        scene: where the object is in the same frames, metres.
+        thing: the object.
+        body: the person's bones.
+
+    Returns:
+        The person with these contacts. Frames that are AROUND or more from every contact that is
+        not in both are as they were, bit for bit.
+    """
+    T = scene.take.motion.T_world_object
+    now = HandMotion(person.human.joints[:, 22:], person.human.hand_contact)
+    kept = [s for s in person.segments if _among(s, edited)]
+    given = [s for s in edited if not _among(s, person.segments)]
+    fresh = anchored(given, now, thing.surface, T)
+    segments = tuple(sorted((*kept, *fresh), key=lambda s: (s.start, s.hand)))
+    free = _free(changed(person.segments, segments), len(T))
+    hands = follow(segments, now, T)
+    wish = _wish(person.human, hands, fresh, free, scene, thing)
+    for start, stop in runs(free > 0):
+        new = _solved(person, hands, wish, free, slice(start, stop), body)
+        person = joined([stretch(person, 0, start), new, stretch(person, stop, len(T))])
+    return replace(person, segments=segments)
+
+
+def _among(one: Span, others: Sequence[Span]) -> bool:
+    return any(_same(one, other) for other in others)
+
+
+def _same(a: Span, b: Span) -> bool:
+    if not (isinstance(a, Segment) and isinstance(b, Segment)):
+        return False
+    times = (a.hand, a.start, a.stop) == (b.hand, b.start, b.stop)
+    return times and bool(np.linalg.norm(a.anchor - b.anchor) <= SAME)
+
+
+def _free(contacts: Sequence[Span], frames: int) -> Float[np.ndarray, " frames"]:
+    """1 within the contacts, smoothly to 0 over AROUND frames on both sides."""
+    t, near = np.arange(frames), np.zeros(frames)
+    for s in contacts:
+        away = np.maximum(s.start - t, t - (s.stop - 1))
+        near = np.maximum(near, 1 - away / AROUND)
+    return min_jerk(near)
+
+
+def _wish(
+    human: HumanMotion,
+    hands: HandMotion,
+    fresh: Sequence[Segment],
+    free: Float[np.ndarray, " frames"],
+    scene: Scene,
+    thing: Thing,
+) -> Wish:
+    """What is asked for in all frames; away from the changed contacts, what is there."""
+    T, present = scene.take.motion.T_world_object, human.joints[:, 22:]
+    wrists = facing(_tensor(human.rotations[:, WRISTS]), fresh, thing.surface, T)
+    leaning = (scene.take.lowest < ON_FLOOR) & scene.moving
+    return Wish(
+        palms=_tensor(present + free[:, None, None] * (hands.palms - present))[None],
+        hold=_tensor(hands.contact)[None],
+        R_world_wrist=wrists[None],
+        T_world_object=T,
+        barrier=thing.barrier,
+        balance=1.0 - gaussian_filter1d(leaning.astype(float), 5.0, mode="nearest"),
+    )
+
+
+def _solved(
+    person: Person,
+    hands: HandMotion,
+    wish: Wish,
+    free: Float[np.ndarray, " frames"],
+    rows: slice,
+    body: BodyModel,
+) -> Person:
+    """One stretch of the person as wished for."""
+    part = stretch(person, rows.start, rows.stop)
+    wish = replace(
+        wish,
+        palms=wish.palms[:, rows],
+        hold=wish.hold[:, rows],
+        R_world_wrist=wish.R_world_wrist[:, rows],
+        T_world_object=wish.T_world_object[rows],
+        balance=wish.balance[rows],
+    )
+    root, R, feet = (
+        _tensor(x)[None] for x in (part.human.root, part.human.rotations, part.human.foot_contact)
+    )
+    solved = solve_bodies(body, root, R, feet, wish, free=_tensor(free[rows]))
+    held = HandMotion(hands.palms[rows], hands.contact[rows])
+    return _person(part, solved, held, wish, body)
+
+
+def _person(part: Person, solved: Solved, hands: HandMotion, wish: Wish, body: BodyModel) -> Person:
+    # Solving in single precision leaves rotations a little off; what goes out is exact.
+    root = solved.root[0].double()
+    R = rotmat_from_6d(rotmat_to_6d(solved.rotations[0].double()))
+    joints = forward_kinematics(body, root, R).numpy()
+    human = replace(
+        part.human,
+        root=root.numpy(),
+        rotations=R.numpy(),
+        joints=joints,
+        hand_contact=hands.contact,
+        foot_contact=part.human.foot_contact * np.tile(solved.standing[0], 2),
+    )
+    miss = np.linalg.norm(joints[:, 22:] - hands.palms, axis=-1)
+    depth = depth_inside(body, root, R, torch.from_numpy(wish.T_world_object), wish.barrier)
+    return replace(
+        part,
+        human=human,
+        miss=np.where(hands.contact > 0.99, miss, 0.0),
+        depth=depth.double().numpy(),
+    )
+
+
+def _tensor(x: np.ndarray) -> Tensor:
+    return torch.from_numpy(x).float()

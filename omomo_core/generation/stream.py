@@ -1,0 +1,160 @@
+"""The generator over time: poses of the object in, finished stretches of K people out.
+
+A take of any length is sampled in chapters that begin with what the one before has decided, so memory does
+not grow with it, and poses may still be arriving.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from jaxtyping import Bool, Float
+from torch import Tensor
+
+from omomo_core.body.load import load_body
+from omomo_core.body.model import BodyModel
+from omomo_core.contact.segment import Segment
+from omomo_core.generation.body import sample_body
+from omomo_core.generation.chapters import Chapter, Chapters, cut
+from omomo_core.generation.decided import Decided, Pin
+from omomo_core.generation.embody import embody
+from omomo_core.generation.fit import Fit
+from omomo_core.generation.hands import in_contact, sample_hands, starting_at
+from omomo_core.generation.known import NOTHING, Known, decided_by
+from omomo_core.generation.person import Person, shifted, stretch
+from omomo_core.generation.result import GenerationOptions, Progress, Stages
+from omomo_core.generation.scene import Scene, Thing
+from omomo_core.generation.solve import Solved
+from omomo_core.motion import HandMotion, ObjectMesh
+
+
+@dataclass(frozen=True)
+class Block:
+    """Finished frames `first` .. `first + frames` of a take, of each sample."""
+
+    first: int
+    people: tuple[Person, ...]
+    moving: Bool[np.ndarray, " frames"]
+    """Where somebody must hold the object."""
+
+
+def stream(
+    mesh: ObjectMesh,
+    poses: Iterable[Float[np.ndarray, "4 4"]],
+    body: BodyModel,
+    stages: Stages,
+    options: GenerationOptions,
+    progress: Progress,
+    known: Known = NOTHING,
+    *,
+    chapters: Chapters,
+) -> Iterator[Block]:
+    """Generate the people who could have moved the object, while its poses arrive.
+
+    Args:
+        mesh: the object.
+        poses: T_world_object at 30 fps, world z up with the floor at 0, metres; read as needed.
+        body: who moves it; another stature is the same scene scaled.
+        stages: the trained networks (capture configuration).
+        options: samples, seed, contact rule, sampler.
+        progress: told what is being done, for each chapter anew.
+        known: what need not be guessed.
+        chapters: how long a stretch is sampled at once: `RECORDED` or `LIVE`.
+
+    Yields:
+        Stretches in the order of time, without gap or overlap. The same arguments give the same ones.
+    """
+    maker = _Maker(
+        Thing(mesh, stages.height / body.height),
+        Fit(load_body(), body),
+        stages,
+        options,
+        progress,
+        torch.Generator().manual_seed(options.seed),
+    )
+    decided: Decided | None = None
+    for chapter in cut(poses, chapters):
+        draft = maker.draft(chapter, known, decided)
+        now = range(chapter.decided, chapter.until)
+        people = tuple(stretch(p, now.start, now.stop) for p in draft.people)
+        yield Block(chapter.first + now.start, people, draft.scene.moving[now.start : now.stop])
+        if not chapter.last:
+            decided = draft.decided(chapter.until - chapters.context, chapter.until)
+
+
+@dataclass(frozen=True)
+class _Draft:
+    """A chapter as sampled and solved, all its frames."""
+
+    scene: Scene
+    hands: Float[Tensor, "samples frames 8"] | None
+    """None where the palms are given."""
+    body: Float[Tensor, "samples frames channels"]
+    palms: Float[np.ndarray, "samples frames 2 3"]
+    solved: Solved
+    people: list[Person]
+
+    def decided(self, start: int, stop: int) -> Decided:
+        """What the next chapter, which begins at `start`, must not change."""
+        rows = slice(start, stop)
+        return Decided(
+            hands=None if self.hands is None else Pin.all(self.hands[:, rows]),
+            body=Pin.all(self.body[:, rows]),
+            root=self.solved.root[:, rows],
+            rotations=self.solved.rotations[:, rows],
+            palms=self.palms[:, rows],
+            standing=self.solved.standing[:, rows],
+            segments=[shifted(p.segments, start, stop) for p in self.people],
+        )
+
+
+@dataclass(frozen=True)
+class _Maker:
+    """Samples and solves one chapter after another."""
+
+    thing: Thing
+    fit: Fit
+    stages: Stages
+    options: GenerationOptions
+    progress: Progress
+    generator: torch.Generator
+
+    def draft(self, chapter: Chapter, known: Known, decided: Decided | None) -> _Draft:
+        """All frames of a chapter."""
+        scene = self.thing.scene(chapter.T_world_object)
+        if known.first_frame is not None and chapter.first == 0:
+            decided = decided_by(known.first_frame, scene, self.fit, self.options.samples)
+        features, hands, segments = self._hands(scene, chapter, known, decided)
+        x = sample_body(
+            scene, hands, self.stages.body, self.options, self.generator, self.progress, decided
+        )
+        self.progress("solve", 0.0)
+        people, solved = embody(
+            x,
+            hands,
+            segments,
+            scene,
+            self.thing,
+            self.fit,
+            decided,
+            certain=known.hands is not None,
+        )
+        self.progress("solve", 1.0)
+        return _Draft(scene, features, x, np.stack([h.palms for h in hands]), solved, people)
+
+    def _hands(
+        self, scene: Scene, chapter: Chapter, known: Known, decided: Decided | None
+    ) -> tuple[Tensor | None, list[HandMotion], list[tuple[Segment, ...]]]:
+        """Stage 1, or what is given in its place."""
+        start, stop = chapter.first, chapter.first + len(chapter.T_world_object)
+        if known.hands is not None:
+            given = HandMotion(known.hands.palms[start:stop], known.hands.contact[start:stop])
+            if decided is not None:
+                given = starting_at(given, decided.palms[0])
+            return None, [given] * self.options.samples, [()] * self.options.samples
+        x = sample_hands(
+            scene, self.stages.hands, self.options, self.generator, self.progress, decided
+        )
+        contacts = None if known.contacts is None else shifted(known.contacts, start, stop)
+        return x, *in_contact(x, scene, self.options, decided, contacts)

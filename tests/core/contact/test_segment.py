@@ -1,0 +1,69 @@
+"""Palms that keep to their anchors and go smoothly between them and the prediction."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from omomo_core.contact.segment import BLEND, Segment, follow
+from omomo_core.geometry.transforms import to_local
+from omomo_core.motion import HandMotion
+from tests.core.contact.box import FRAMES, LEFT, RIGHT, carried, hands, switched
+
+STEEPEST = 15 / 8
+"""Of a minimum-jerk step over one frame."""
+
+
+@st.composite
+def holds(draw: st.DrawFn) -> list[Segment]:
+    """Segments of both hands, those of one hand at least six frames apart."""
+    found: list[Segment] = []
+    for hand in range(2):
+        frame = draw(st.integers(-20, 30))
+        while frame < FRAMES:
+            stop = frame + draw(st.integers(1, 40))
+            anchor = np.array(draw(st.tuples(*[st.floats(-0.3, 0.3)] * 3)))
+            found.append(Segment(hand, frame, stop, anchor))
+            frame = stop + draw(st.integers(6, 40))
+    return found
+
+
+@given(segments=holds(), seed=st.integers(0, 100))
+@settings(max_examples=60, deadline=None)
+def test_palms_are_on_their_anchors_and_nowhere_jump(segments: list[Segment], seed: int):
+    T = carried(seed)
+    predicted = hands(T, switched(FRAMES))
+    held = follow(segments, predicted, T)
+    local = to_local(T, held.palms)
+    for s in segments:
+        span = slice(max(s.start, 0), max(s.stop, 0))
+        assert np.abs(local[span, s.hand] - s.anchor).max(initial=0.0) < 1e-9
+        assert (held.contact[span, s.hand] == 1).all()
+    assert held.contact.min() >= 0
+    assert held.contact.max() <= 1
+    # From anchor to anchor in no less than seven frames, from the prediction in eight, or both.
+    farthest = np.linalg.norm([0.6, 0.6, 0.6])
+    speed = np.linalg.norm(np.diff(local, axis=0), axis=-1)
+    assert speed.max() < STEEPEST * farthest * (1 / 7 + 1 / BLEND)
+
+
+@given(segments=holds(), seed=st.integers(0, 100))
+@settings(max_examples=30, deadline=None)
+def test_away_from_segments_palms_are_as_predicted(segments: list[Segment], seed: int):
+    T = carried(seed)
+    predicted = hands(T, switched(FRAMES))
+    held = follow(segments, predicted, T)
+    near = np.zeros((FRAMES, 2), bool)
+    for s in segments:
+        near[max(s.start - BLEND, 0) : max(s.stop + BLEND, 0), s.hand] = True
+    np.testing.assert_array_equal(held.palms[~near], predicted.palms[~near])
+    assert (held.contact[~near] == 0).all()
+
+
+def test_a_hand_that_soon_holds_again_goes_there_directly():
+    T = carried(1)
+    segments = [Segment(0, 20, 40, LEFT), Segment(0, 50, 70, RIGHT)]
+    far = HandMotion(np.full((FRAMES, 2, 3), 9.0), switched(FRAMES))
+    local = to_local(T, follow(segments, far, T).palms)[40:50, 0]
+    way = (local - LEFT) @ (RIGHT - LEFT) / np.linalg.norm(RIGHT - LEFT) ** 2
+    assert (np.diff(way) > 0).all()
+    np.testing.assert_allclose(local, LEFT + way[:, None] * (RIGHT - LEFT), atol=1e-9)

@@ -1,0 +1,118 @@
+"""What is lifted, tipped or moved is held; what may rest is not said to be."""
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from omomo_core.contact.support import must_be_held
+from omomo_core.generation.take import prepare
+from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
+
+FRAMES = 90
+T_ = np.arange(FRAMES) / FPS
+
+
+def box(*size: float, fine: int = 0) -> ObjectMesh:
+    solid = trimesh.creation.box(size)
+    for _ in range(fine):
+        solid = solid.subdivide()
+    return ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "box")
+
+
+def chair() -> ObjectMesh:
+    """Seat, back and four legs; z up, floor at 0."""
+    parts = [trimesh.creation.box((0.42, 0.42, 0.04)), trimesh.creation.box((0.42, 0.04, 0.5))]
+    parts[0].apply_translation([0, 0, 0.44])
+    parts[1].apply_translation([0, 0.19, 0.7])
+    for x in (-0.19, 0.19):
+        for y in (-0.19, 0.19):
+            leg = trimesh.creation.box((0.04, 0.04, 0.42))
+            leg.apply_translation([x, y, 0.21])
+            parts.append(leg)
+    solid = trimesh.util.concatenate(parts)
+    return ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "chair")
+
+
+def held(
+    mesh: ObjectMesh, place: np.ndarray, turn: Rotation | None = None, *, grounded: bool = False
+) -> np.ndarray:
+    """must_be_held along positions (frames, 3); grounded: lowered until it touches the floor."""
+    T = np.tile(np.eye(4), (len(place), 1, 1))
+    if turn is not None:
+        T[:, :3, :3] = turn.as_matrix()
+    T[:, :3, 3] = place
+    if grounded:
+        T[:, 2, 3] -= prepare(ObjectMotion(mesh, T, np.ones(len(T), bool))).lowest
+    return must_be_held(prepare(ObjectMotion(mesh, T, np.ones(len(T), bool))))
+
+
+def at(x: np.ndarray | float, y: np.ndarray | float, z: np.ndarray | float) -> np.ndarray:
+    return np.stack(np.broadcast_arrays(x + 0 * T_, y + 0 * T_, z + 0 * T_), axis=1)
+
+
+def test_what_stands_still_on_the_floor_or_a_table_may_rest():
+    for height in (0.2, 0.2 + 0.74):
+        assert not held(box(0.4, 0.4, 0.4), at(0, 0, height)).any()
+
+
+def test_what_trembles_in_the_air_is_held():
+    sway = 0.006 * np.sin(2 * np.pi * 1.2 * T_)
+    assert held(box(0.4, 0.4, 0.4), at(sway, 0, 1.1)).all()
+
+
+def test_a_slow_lift_is_held_from_the_first_centimetres():
+    height = np.interp(T_, [0.5, 2.5], [0.0, 0.14])
+    is_held = held(box(0.4, 0.4, 0.4), at(0, 0, 0.2 + height))
+    assert is_held[(height > 0.032) & (T_ < 2.4)].all()
+    assert not is_held[T_ < 0.5].any()
+
+
+def test_what_is_pushed_over_the_floor_is_held():
+    x = np.interp(T_, [0.5, 2.5], [0.0, 0.8])
+    is_held = held(box(0.4, 0.4, 0.4), at(x, 0, 0.2))
+    assert is_held[(T_ > 0.6) & (T_ < 2.4)].all()
+    assert not is_held[T_ < 0.4].any()
+
+
+@pytest.mark.parametrize("mesh", [box(0.4, 0.4, 0.4), box(0.4, 0.4, 0.4, fine=4), chair()])
+def test_what_is_tipped_is_held_even_when_still(mesh: ObjectMesh):
+    for degrees, is_held in ((0, False), (3, False), (10, True), (20, True)):
+        turn = Rotation.from_rotvec([np.radians(degrees), 0.0, 0.0])
+        found = held(mesh, at(0, 0, 0), Rotation.concatenate([turn] * FRAMES), grounded=True)
+        assert (found == is_held).all(), degrees
+
+
+def test_round_things_lie_and_poles_do_not_stand_askew():
+    lying = Rotation.from_rotvec([np.pi / 2, 0.0, 0.0])
+    askew = Rotation.from_rotvec([np.radians(25), 0.0, 0.0])
+    solid = trimesh.creation.cylinder(0.02, 1.4, sections=24)
+    pole = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "pole")
+    ball = trimesh.creation.icosphere(3, 0.12)
+    for mesh, turn, is_held in (
+        (ObjectMesh(np.array(ball.vertices), np.array(ball.faces), "ball"), askew, False),
+        (pole, lying, False),
+        (pole, askew, True),
+    ):
+        turns = Rotation.concatenate([turn] * FRAMES)
+        assert (held(mesh, at(0, 0, 0), turns, grounded=True) == is_held).all()
+
+
+def test_a_spike_of_the_tracker_holds_nothing():
+    x = 0 * T_
+    x[40] = 0.05
+    assert not held(box(0.4, 0.4, 0.4), at(x, 0, 0.2)).any()
+
+
+@given(seed=st.integers(0, 10_000), cut=st.integers(30, 60))
+@settings(max_examples=30, deadline=None)
+def test_a_frame_is_judged_by_the_twenty_around_it(seed: int, cut: int):
+    rng = np.random.default_rng(seed)
+    knots = np.array([0, 0, 0.2]) + rng.random((10, 3)) * [0.1, 0.1, 0.1]
+    path = np.stack([np.interp(T_, np.linspace(0, 3, 10), k) for k in knots.T], axis=1)
+    mesh = box(0.4, 0.4, 0.4)
+    whole = held(mesh, path)
+    np.testing.assert_array_equal(held(mesh, path[:cut])[:-20], whole[: cut - 20])
+    np.testing.assert_array_equal(held(mesh, path[cut:])[20:], whole[cut + 20 :])
