@@ -17,8 +17,8 @@ def run_take(request: TakeRequest, progress: Progress) -> Result:
 
     Args:
         request: the inputs and options; all are checked before the slow part starts.
-        progress: told each stage ("read", "hands", "body", "solve", "export", "video") and how
-            far it is.
+        progress: told each stage ("read", "object", "hands", "contact", "body", "solve", "export",
+            "video") and how far it is.
 
     Returns:
         The result, as it is on the disk.

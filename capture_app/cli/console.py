@@ -14,9 +14,11 @@ errors = Console(stderr=True, highlight=False)
 
 _STAGES = {
     "read": "Reading the take",
+    "object": "Measuring the object",
     "hands": "Placing the hands",
+    "contact": "Deciding what they hold",
     "body": "Moving the body",
-    "solve": "Fitting the arms",
+    "solve": "Fitting the body",
     "export": "Writing the files",
     "video": "Drawing the video",
     "evaluate": "Evaluating",

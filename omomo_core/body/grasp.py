@@ -1,34 +1,294 @@
 """Fingers that close on what a hand holds: a synergy grasp.
 
-Each finger has one degree of freedom, from an open hand to a fist, its three joints in a fixed
-proportion; the thumb may also be laid beside the palm or turned against the fingers. Of all these
-postures a finger takes the one that touches most of the surface and enters none of it, so it lies on a
-wall and wraps around a pole. What meets no surface stays half open.
+Each finger has one degree of freedom, from an open hand to a fist, its joints in a fixed proportion;
+the thumb may also be turned, from beside the palm to against the fingers. Of these postures each
+finger takes the one that touches most of the surface and enters none of it, so it lies on a wall and
+wraps around a pole. What meets no surface stays half open.
 """
 
 from dataclasses import dataclass
-from typing import cast
 
 import roma
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy.ndimage import gaussian_filter1d
 from torch import Tensor
+from torch.nn.functional import normalize
 
-from omomo_core.body.hand import HandModel, Posture, finger_rotations, hand_model, sphere_centres
+from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.distance_field import DistanceField
 
+FINGERS, THUMB = slice(0, 4), 4
+"""Of the five of a hand, in the skeleton's order: index, middle, pinky, ring, thumb."""
+OPEN = torch.tensor([[-0.15, 0.05, 0.05]] * 4 + [[-0.35, 0.0, 0.0]])
+FIST = torch.tensor([[1.15, 1.9, 1.2]] * 4 + [[0.45, 0.8, 1.1]])
+"""Flexion of each finger's three joints, radians; the thumb's first is the base of its palm bone."""
+FLAT, ROUND = 0.0, 1.75
+"""Turn of the thumb about the hand's long axis, radians: beside the palm, against the fingers."""
+GATHER = 0.7
+"""Share of the spread that fingers lose in a fist."""
+
 ALLOWED = 0.002
-"""Metres that flesh gives way where it touches."""
+"""Metres that flesh gives way."""
 NEAR = 0.006
-"""A finger this far from the surface touches it about a third as much."""
-IDLE = 0.3
-"""Closing of a finger that meets nothing."""
-"""Frames: how smoothly fingers move."""
-_FINE, _STEP = 97, 8
-"""Closings in all, and from one to the next of those that are tried first."""
-_OPPOSED = (0.15, 0.45, 0.7, 0.95)
-"""How far round the thumb is tried, 0 beside the palm to 1 against the fingers."""
-_CHUNK = 1024
+"""Metres from the surface at which a finger touches it a third as much."""
+HARD = 500.0
+"""What a metre deeper than allowed costs, in whole fingers that touch."""
+IDLE, IDLE_TURN = 0.3, 0.5
+"""Closing, and turn of the thumb, of fingers that meet nothing."""
+LAZY = 0.05
+"""What closing farther from that costs: less than any touch is worth."""
+CLOSINGS, STRIDE = 61, 6
+"""From open to fist, and between those that are tried first."""
+TURNS = torch.tensor([0.0, 0.35, 0.7, 1.0])
+"""Turns of the thumb that are tried, 0 flat to 1 round."""
+OPPOSE = 1.0
+"""How much more a touch of the thumb is worth when it is round."""
+SMOOTH = 2.0
+"""Standard deviation of the filter over time, frames."""
+CHUNK = 1024
 """Hands solved at once."""
+PLACES = torch.tensor([0.45, 0.95])
+"""Where the two spheres of a bone are on its length."""
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """Fingers of both hands, and what of them is still inside the object."""
+
+    fingers: Float[Tensor, "frames 30 3 3"]
+    """Rotation of each finger joint relative to its parent."""
+    depth: Float[Tensor, "frames 2"]
+    """Of the deepest finger of the left and the right hand, metres; 0 where none is inside."""
+
+
+@dataclass(frozen=True)
+class _Hands:
+    """Both hands (left, right) at rest, their flesh as spheres; rest axes, metres, radians."""
+
+    offsets: Float[Tensor, "2 5 3 3"]
+    """From each joint's parent to it."""
+    spheres: Float[Tensor, "2 5 3 2 3"]
+    """Their centres from the bone's joint."""
+    radius: Float[Tensor, "2 5 3 2"]
+    axis: Float[Tensor, "2 5 3"]
+    """About which a finger bends."""
+    spread: Float[Tensor, "2 5"]
+    """Turn about the vertical that lays a finger along the hand."""
+    thumb: Float[Tensor, " 2"]
+    """Turn of the resting thumb from flat."""
+
+
+_Poses = tuple[Float[Tensor, "hands 3 3"], Float[Tensor, "hands 3"], Int[Tensor, " hands"]]
+"""R_object_wrist, the wrist in the object's frame, and which hand: 0 left, 1 right."""
+
+
+@dataclass(frozen=True)
+class _Choices:
+    """Postures to choose from for some fingers of both hands."""
+
+    centres: Float[Tensor, "2 fingers turns closings 6 3"]
+    """Spheres from the wrist joint, wrist axes."""
+    radius: Float[Tensor, "2 fingers 6"]
+    merit: Float[Tensor, "2 fingers turns closings"]
+    """What a posture is worth wherever the object is."""
+
+
+def grasp(
+    body: BodyModel,
+    R_world_wrist: Float[Tensor, "frames 2 3 3"],
+    wrists: Float[Tensor, "frames 2 3"],
+    T_world_object: Float[Tensor, "frames 4 4"],
+    field: DistanceField,
+    weight: Float[Tensor, "frames 2"],
+) -> Grasp:
+    """Close the fingers of both hands on an object.
+
+    Args:
+        body: whose hands; where they are free its fingers are relaxed.
+        R_world_wrist: global rotation of the left and the right wrist.
+        wrists: wrist joints, world, metres.
+        T_world_object: the object's pose.
+        field: signed distance to the object, in its frame.
+        weight: how much each hand holds the object, 0 free to 1.
+    """
+    hands = _hands(body)
+    R_object_world = T_world_object[:, None, :3, :3].mT.float()
+    R_object_wrist = R_object_world @ R_world_wrist.float()
+    shift = (wrists - T_world_object[:, None, :3, 3]).float()
+    at = (R_object_world @ shift[..., None])[..., 0]
+    closing, turn = _postures(hands, R_object_wrist, at, field, weight > 0)
+    held = _rotations(hands, _calm(closing, weight, IDLE), _calm(turn, weight, IDLE_TURN))
+    relaxed = body.relaxed_fingers.view(2, 5, 3, 3, 3)
+    step = roma.rotmat_to_rotvec(relaxed.mT @ held)
+    fingers = relaxed @ roma.rotvec_to_rotmat(weight.float()[..., None, None, None] * step)
+    points = _centres(hands, fingers).flatten(2, 4)
+    distance = field.at(points @ R_object_wrist.mT + at[..., None, :])
+    depth = (hands.radius.flatten(1) - distance).amax(dim=-1).clamp(min=0.0)
+    return Grasp(fingers.reshape(-1, 30, 3, 3), depth)
+
+
+def _postures(
+    hands: _Hands,
+    R_object_wrist: Float[Tensor, "frames 2 3 3"],
+    at: Float[Tensor, "frames 2 3"],
+    field: DistanceField,
+    holds: Bool[Tensor, "frames 2"],
+) -> tuple[Float[Tensor, "frames 2 5"], Float[Tensor, "frames 2 1"]]:
+    """How far each finger closes (0 open to 1 fist), how far round each thumb is turned."""
+    fingers, thumb = _choices(hands, FINGERS, TURNS[:1]), _choices(hands, slice(4, 5), TURNS)
+    closing = torch.full((*holds.shape, 5), IDLE)
+    turn = torch.full((*holds.shape, 1), IDLE_TURN)
+    for rows in holds.nonzero().split(CHUNK):
+        frame, side = rows.T
+        poses = (R_object_wrist[frame, side], at[frame, side], side)
+        found = [_best(choices, poses, field) for choices in (fingers, thumb)]
+        closing[frame, side] = torch.cat([c for _, c in found], dim=1) / (CLOSINGS - 1)
+        turn[frame, side] = TURNS[found[1][0]]
+    return closing, turn
+
+
+def _best(
+    choices: _Choices, poses: _Poses, field: DistanceField
+) -> tuple[Int[Tensor, "hands fingers"], Int[Tensor, "hands fingers"]]:
+    """Number of the turn and of the closing in which each finger holds best."""
+    fingers, turns = choices.merit.shape[1:3]
+    side, finger = poses[2][:, None, None, None], torch.arange(fingers)[:, None, None]
+    turn, tried = torch.arange(turns)[:, None], torch.arange(0, CLOSINGS, STRIDE)
+    worth = _worth(choices, (side, finger, turn, tried), poses, field)
+    best = worth.flatten(2).argmax(dim=-1)[..., None, None]
+    turn, rough = best // len(tried), tried[best % len(tried)]
+    near = (rough + torch.arange(1 - STRIDE, STRIDE)).clamp(0, CLOSINGS - 1)
+    worth = _worth(choices, (side, finger, turn, near), poses, field)
+    closing = near.gather(-1, worth.argmax(dim=-1, keepdim=True))
+    return turn[..., 0, 0], closing[..., 0, 0]
+
+
+def _worth(
+    choices: _Choices, which: tuple[Int[Tensor, "..."], ...], poses: _Poses, field: DistanceField
+) -> Float[Tensor, "hands fingers turns tries"]:
+    """Share of a finger that touches, less what it is too deep, and the merit of its posture.
+
+    Postures beyond the surface, that a closing finger would have to pass through, do not count.
+    """
+    R_object_wrist, at, _ = poses
+    centres = choices.centres[which]
+    points = centres.flatten(1, 4) @ R_object_wrist.mT + at[:, None]
+    gap = field.at(points).view(centres.shape[:-1]) - choices.radius[which[:2]]
+    touch = torch.exp(-gap.clamp(min=0.0) / NEAR).mean(dim=-1)
+    excess = (-gap.amin(dim=-1) - ALLOWED).clamp(min=0.0)
+    free = excess == 0
+    passed = ((free.cumsum(dim=-1) > 0) & ~free).cumsum(dim=-1) > 0
+    worth = (1 + OPPOSE * TURNS[which[2]]) * touch - HARD * excess + choices.merit[which]
+    return worth.masked_fill(passed, -torch.inf)
+
+
+def _choices(hands: _Hands, which: slice, turns: Float[Tensor, " turns"]) -> _Choices:
+    """Every posture of some of a hand's fingers."""
+    closing = torch.linspace(0, 1, CLOSINGS)
+    shape = (len(turns), CLOSINGS, 2)
+    rotations = _rotations(
+        hands,
+        closing[:, None, None].expand(*shape, 5),
+        turns[:, None, None, None].expand(*shape, 1),
+    )
+    centres = _centres(hands, rotations).flatten(-3, -2)[:, :, :, which].permute(2, 3, 0, 1, 4, 5)
+    radius = hands.radius[:, which].flatten(2)
+    merit = -LAZY * (closing - IDLE) ** 2 - HARD * _crowded(hands, centres, radius)
+    return _Choices(centres.contiguous(), radius, merit)
+
+
+def _crowded(
+    hands: _Hands,
+    centres: Float[Tensor, "2 fingers turns closings 6 3"],
+    radius: Float[Tensor, "2 fingers 6"],
+) -> Float[Tensor, "2 fingers turns closings"]:
+    """How deep the outer two bones of fingers are inside the palm's bones, metres."""
+    knuckles, flesh = hands.offsets[:, :2, 0], hands.spheres[:, :2, 0].mean(dim=2)
+    palm = torch.stack([k * knuckles for k in (0.6, 0.8, 1.0)], dim=2) + (
+        flesh - hands.offsets[:, :2, 1] * PLACES.mean()
+    ).unsqueeze(2)
+    apart = torch.cdist(centres[..., 2:, :].flatten(1, 4), palm.flatten(1, 2))
+    apart = apart.amin(dim=-1).view(*centres.shape[:4], 4)
+    thick = radius[:, :, None, None, 2:] + hands.radius[:, :1, None, :1, :1]
+    return (thick - apart).clamp(min=0.0).amax(dim=-1)
+
+
+def _rotations(
+    hands: _Hands, closing: Float[Tensor, "*b 2 5"], turn: Float[Tensor, "*b 2 1"]
+) -> Float[Tensor, "*b 2 5 3 3 3"]:
+    """Rotation of each finger joint relative to its parent in a posture."""
+    # The palm is in the way of a thumb beside it: only a round one bends.
+    bend = torch.cat([closing[..., FINGERS], closing[..., THUMB:] * turn**2], dim=-1)
+    angle = OPEN + bend[..., None] * (FIST - OPEN)
+    bent = roma.rotvec_to_rotmat(angle[..., None] * hands.axis[:, :, None])
+    aside = torch.zeros(*closing.shape, 3)
+    aside[..., 1] = GATHER * closing * hands.spread
+    aside[..., THUMB, 0] = FLAT + turn[..., 0] * (ROUND - FLAT) - hands.thumb
+    first = roma.rotvec_to_rotmat(aside) @ bent[..., 0, :, :]
+    return torch.cat([first[..., None, :, :], bent[..., 1:, :, :]], dim=-3)
+
+
+def _centres(
+    hands: _Hands, rotations: Float[Tensor, "*b 2 5 3 3 3"]
+) -> Float[Tensor, "*b 2 5 3 2 3"]:
+    """Spheres of bent fingers, from the wrist joint, wrist axes, metres."""
+    turned, joint = torch.eye(3), torch.zeros(3)
+    found: list[Tensor] = []
+    for k in range(3):
+        joint = joint + (turned @ hands.offsets[:, :, k, :, None])[..., 0]
+        turned = turned @ rotations[..., k, :, :]
+        found.append(joint[..., None, :] + hands.spheres[:, :, k] @ turned.mT)
+    return torch.stack(found, dim=-3)
+
+
+def _calm(
+    x: Float[Tensor, "frames 2 n"], weight: Float[Tensor, "frames 2"], idle: float
+) -> Float[Tensor, "frames 2 n"]:
+    """Smooth over time where hands hold, `idle` far from there."""
+    share = weight.float()[..., None].clamp(min=1e-9)
+    sums = (
+        gaussian_filter1d(s.numpy(), SMOOTH, axis=0, mode="nearest") for s in (x * share, share)
+    )
+    above, below = (torch.from_numpy(s) for s in sums)
+    return (above + 1e-6 * idle) / (below + 1e-6)
+
+
+def _hands(body: BodyModel) -> _Hands:
+    """Measure the hands of a body in its T-pose, palms down."""
+    joints = body.rest_joints[22:].view(2, 5, 3, 3)
+    wrists = body.rest_joints[list(WRISTS)][:, None, None].expand(2, 5, 1, 3)
+    bones = joints.diff(dim=2)
+    bones = torch.cat([bones, bones[:, :, -1:]], dim=2)
+    spheres, radius = _flesh(body, joints, bones)
+    mirror = torch.tensor([[1.0], [-1.0]])
+    along = joints[:, :, 2] - joints[:, :, 0]
+    down = torch.tensor([0.0, -1.0, 0.0]).expand_as(along)
+    axis = normalize(torch.linalg.cross(along, down), dim=-1)
+    spread = mirror * torch.atan2(along[..., 2], mirror * along[..., 0])
+    thumb = torch.atan2(-along[:, THUMB, 1], along[:, THUMB, 2])
+    level = torch.stack([torch.zeros(2), thumb.cos(), thumb.sin()], dim=-1)
+    axis[:, THUMB], spread[:, THUMB] = mirror * level, 0.0
+    offsets = joints - torch.cat([wrists, joints[:, :, :2]], dim=2)
+    return _Hands(offsets, spheres, radius, axis, spread, thumb)
+
+
+def _flesh(
+    body: BodyModel, joints: Float[Tensor, "2 5 3 3"], bones: Float[Tensor, "2 5 3 3"]
+) -> tuple[Float[Tensor, "2 5 3 2 3"], Float[Tensor, "2 5 3 2"]]:
+    """Two spheres in each bone, as thick as the skin that follows it."""
+    strongest = body.skin_weights.argmax(dim=1, keepdim=True)
+    follows = body.skin_joints.gather(1, strongest)[:, 0]
+    spheres, radii = torch.zeros(30, 2, 3), torch.zeros(30, 2)
+    for k, (joint, bone) in enumerate(zip(joints.view(-1, 3), bones.view(-1, 3), strict=True)):
+        skin = body.vertices[follows == 22 + k] - joint
+        length, along = bone.norm(), bone / bone.norm()
+        reach = skin @ along
+        side = skin - reach[:, None] * along
+        middle = side.mean(dim=0)
+        radii[k] = radius = (side - middle).norm(dim=1).median()
+        if k % 3 == 2:  # the last bone ends inside the fingertip
+            length = (reach.max() - radius) / PLACES[1]
+        spheres[k] = middle + PLACES[:, None] * length * along
+    return spheres.view(2, 5, 3, 2, 3), radii.view(2, 5, 3, 2)

@@ -31,6 +31,8 @@ from omomo_core.motion import FPS
 
 VERSION = 1
 HANDS = ("left", "right")
+TRAVEL = 3
+"""Frames that a hand needs at least between two places."""
 FARTHEST = 0.08
 """Metres off the surface beyond which a palm joint holds nothing."""
 _MOST_BYTES = 10 * 10**6
@@ -72,8 +74,8 @@ def read_contacts(path: Path, frames: int, surface: Surface) -> tuple[Span, ...]
     Raises:
         InputError: "contacts-missing", "contacts-unreadable", "contacts-version",
             "contacts-keys", "contacts-frames", "contacts-hand", "contacts-range",
-            "contacts-anchor", "contacts-off-surface" or "contacts-overlap"; where it concerns one
-            entry, it says which.
+            "contacts-anchor", "contacts-off-surface", "contacts-overlap" or "contacts-travel"; where
+            it concerns one entry, it says which.
     """
     data = _load(path)
     _check_keys(data, ("version", "fps", "frames", "segments"), (), str(path))
@@ -220,4 +222,12 @@ def _check_overlap(spans: Sequence[Span], path: Path) -> None:
                     f"The {name} hand holds two places from frame {spans[after].start} on.",
                     where=f"{path}, segments[{k}] and segments[{after}]",
                     fix="Shorten one of the two, or take it out.",
+                )
+            if spans[after].start - spans[k].stop < TRAVEL:
+                raise InputError(
+                    "contacts-travel",
+                    f"The {name} hand has {spans[after].start - spans[k].stop} frames to go from one "
+                    "place to the next.",
+                    where=f"{path}, segments[{k}] and segments[{after}]",
+                    fix=f"Leave at least {TRAVEL} frames between the two, or make them one.",
                 )

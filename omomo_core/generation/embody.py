@@ -8,7 +8,10 @@ from jaxtyping import Float
 from scipy.ndimage import gaussian_filter1d
 from torch import Tensor
 
-from omomo_core.body.kinematics import forward_kinematics
+from omomo_core.body.grasp import grasp
+from omomo_core.body.kinematics import WRISTS, forward_kinematics
+from omomo_core.body.model import BodyModel
+from omomo_core.body.polish.barrier import Scanned
 from omomo_core.body.polish.depth import depth_inside
 from omomo_core.body_stage import capture as body_stage
 from omomo_core.contact.segment import Segment
@@ -16,7 +19,7 @@ from omomo_core.generation.decided import Decided
 from omomo_core.generation.fit import Fit
 from omomo_core.generation.person import Person
 from omomo_core.generation.scene import Scene, Thing
-from omomo_core.generation.solve import WRISTS, Solved, Wish, solve_bodies
+from omomo_core.generation.solve import Solved, Wish, solve_bodies
 from omomo_core.generation.wrists import facing
 from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d
 from omomo_core.motion import HandMotion, HumanMotion
@@ -55,8 +58,9 @@ def embody(
     wish = _wish(R, hands, segments, scene, thing, certain=certain)
     root = fit.to_body(sampled, R[:, :, 0])
     solved = solve_bodies(fit.body, root, R, foot_contact, wish, decided)
+    T, planted = scene.take.motion.T_world_object, foot_contact.double().numpy()
     people = [
-        _person(k, solved, foot_contact[k], hands[k], segments[k], thing, scene, fit)
+        exact_person(fit.body, solved, k, planted[k], hands[k], segments[k], T, thing.barrier)
         for k in range(len(hands))
     ]
     return people, solved
@@ -73,7 +77,6 @@ def _wish(
 ) -> Wish:
     T = scene.take.motion.T_world_object
     contact = torch.from_numpy(np.stack([h.contact for h in hands])).float()
-    leaning = (scene.take.lowest < ON_FLOOR) & scene.moving
     wrists = [facing(R[k][:, WRISTS], held, thing.surface, T) for k, held in enumerate(segments)]
     return Wish(
         palms=torch.from_numpy(np.stack([h.palms for h in hands])).float(),
@@ -81,32 +84,40 @@ def _wish(
         R_world_wrist=torch.stack(wrists),
         T_world_object=T,
         barrier=thing.barrier,
-        balance=1.0 - gaussian_filter1d(leaning.astype(float), 5.0, mode="nearest"),
+        balance=balance(scene),
     )
 
 
-def _person(
-    k: int,
+def exact_person(
+    body: BodyModel,
     solved: Solved,
-    foot_contact: Float[Tensor, "frames 4"],
+    k: int,
+    foot_contact: Float[np.ndarray, "frames 4"],
     hands: HandMotion,
     segments: tuple[Segment, ...],
-    thing: Thing,
-    scene: Scene,
-    fit: Fit,
+    T_world_object: Float[np.ndarray, "frames 4 4"],
+    barrier: Scanned,
 ) -> Person:
+    """Sample `k` of what was solved, with fingers that close and what is wrong with it."""
     # Solving in single precision leaves rotations a little off; what goes out is exact.
     root = solved.root[k].double()
     R = rotmat_from_6d(rotmat_to_6d(solved.rotations[k].double()))
-    standing = np.tile(solved.standing[k], 2)
+    T, weight = torch.from_numpy(T_world_object), torch.from_numpy(hands.contact)
+    joints = forward_kinematics(body, root, R)
+    closed = grasp(body, R[:, WRISTS], joints[:, WRISTS], T, barrier.field, weight)
     human = HumanMotion(
         root=root.numpy(),
         rotations=R.numpy(),
-        fingers=fit.body.relaxed_fingers.expand(len(root), 30, 3, 3).double().numpy(),
-        joints=forward_kinematics(fit.body, root, R).numpy(),
+        fingers=closed.fingers.double().numpy(),
+        joints=joints.numpy(),
         hand_contact=hands.contact,
-        foot_contact=foot_contact.double().numpy() * standing,
+        foot_contact=foot_contact * np.tile(solved.standing[k], 2),
     )
-    T = torch.from_numpy(scene.take.motion.T_world_object)
-    depth = depth_inside(fit.body, root, R, T, thing.barrier)
-    return Person(human, segments, solved.miss[k].double().numpy(), depth.double().numpy())
+    depth = depth_inside(body, root, R, T, barrier).double().numpy()
+    return Person(human, segments, solved.miss[k].double().numpy(), depth)
+
+
+def balance(scene: Scene) -> Float[np.ndarray, " frames"]:
+    """1 where the weight must be over the feet, 0 where the object may be leant on."""
+    leaning = (scene.take.lowest < ON_FLOOR) & scene.moving
+    return 1.0 - gaussian_filter1d(leaning.astype(float), 5.0, mode="nearest")

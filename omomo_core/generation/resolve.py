@@ -9,22 +9,20 @@ from dataclasses import replace
 import numpy as np
 import torch
 from jaxtyping import Float
-from scipy.ndimage import gaussian_filter1d
 from torch import Tensor
 
-from omomo_core.body.kinematics import WRISTS, forward_kinematics
+from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.model import BodyModel
-from omomo_core.body.polish.depth import depth_inside
+from omomo_core.body.polish.barrier import Scanned
 from omomo_core.contact.anchor import anchored
 from omomo_core.contact.segment import Segment, Span, follow
 from omomo_core.data.grounding import runs
-from omomo_core.generation.embody import ON_FLOOR
+from omomo_core.generation.embody import balance, exact_person
 from omomo_core.generation.person import Person, joined, stretch
 from omomo_core.generation.scene import Scene, Thing
-from omomo_core.generation.solve import Solved, Wish, solve_bodies
+from omomo_core.generation.solve import Wish, solve_bodies
 from omomo_core.generation.wrists import facing
 from omomo_core.geometry.easing import min_jerk
-from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d
 from omomo_core.motion import HandMotion, HumanMotion
 
 AROUND = 20
@@ -66,7 +64,7 @@ def resolve(
     hands = follow(segments, now, T)
     wish = _wish(person.human, hands, fresh, free, scene, thing)
     for start, stop in runs(free > 0):
-        new = _solved(person, hands, wish, free, slice(start, stop), body)
+        new = _solved(person, hands, wish, free, slice(start, stop), body, thing.barrier)
         person = joined([stretch(person, 0, start), new, stretch(person, stop, len(T))])
     return replace(person, segments=segments)
 
@@ -102,14 +100,13 @@ def _wish(
     """What is asked for in all frames; away from the changed contacts, what is there."""
     T, present = scene.take.motion.T_world_object, human.joints[:, 22:]
     wrists = facing(_tensor(human.rotations[:, WRISTS]), fresh, thing.surface, T)
-    leaning = (scene.take.lowest < ON_FLOOR) & scene.moving
     return Wish(
         palms=_tensor(present + free[:, None, None] * (hands.palms - present))[None],
         hold=_tensor(hands.contact)[None],
         R_world_wrist=wrists[None],
         T_world_object=T,
         barrier=thing.barrier,
-        balance=1.0 - gaussian_filter1d(leaning.astype(float), 5.0, mode="nearest"),
+        balance=balance(scene),
     )
 
 
@@ -120,6 +117,7 @@ def _solved(
     free: Float[np.ndarray, " frames"],
     rows: slice,
     body: BodyModel,
+    barrier: Scanned,
 ) -> Person:
     """One stretch of the person as wished for."""
     part = stretch(person, rows.start, rows.stop)
@@ -136,30 +134,8 @@ def _solved(
     )
     solved = solve_bodies(body, root, R, feet, wish, free=_tensor(free[rows]))
     held = HandMotion(hands.palms[rows], hands.contact[rows])
-    return _person(part, solved, held, wish, body)
-
-
-def _person(part: Person, solved: Solved, hands: HandMotion, wish: Wish, body: BodyModel) -> Person:
-    # Solving in single precision leaves rotations a little off; what goes out is exact.
-    root = solved.root[0].double()
-    R = rotmat_from_6d(rotmat_to_6d(solved.rotations[0].double()))
-    joints = forward_kinematics(body, root, R).numpy()
-    human = replace(
-        part.human,
-        root=root.numpy(),
-        rotations=R.numpy(),
-        joints=joints,
-        hand_contact=hands.contact,
-        foot_contact=part.human.foot_contact * np.tile(solved.standing[0], 2),
-    )
-    miss = np.linalg.norm(joints[:, 22:] - hands.palms, axis=-1)
-    depth = depth_inside(body, root, R, torch.from_numpy(wish.T_world_object), wish.barrier)
-    return replace(
-        part,
-        human=human,
-        miss=np.where(hands.contact > 0.99, miss, 0.0),
-        depth=depth.double().numpy(),
-    )
+    planted = part.human.foot_contact
+    return exact_person(body, solved, 0, planted, held, part.segments, wish.T_world_object, barrier)
 
 
 def _tensor(x: np.ndarray) -> Tensor:

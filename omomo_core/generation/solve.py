@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from torch import Tensor
 
-from omomo_core.body.kinematics import forward_kinematics
+from omomo_core.body.kinematics import WRISTS, forward_kinematics
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
 from omomo_core.body.polish.anatomy import centre_of_mass
@@ -31,11 +31,13 @@ LOWEST = 0.25
 """Metres that the pelvis is lowered at most for the legs to reach the floor."""
 FARTHEST = 0.25
 """Metres that the pelvis is moved at most: beyond that the sample is wrong and must say so."""
+CLEARANCE = 0.01
+"""Metres that flesh keeps from the object: it is known to a grid's step."""
 ITERATIONS = 3
 """Gauss-Newton steps of the polish."""
 ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
 LEGS: tuple[LimbName, LimbName] = ("left_leg", "right_leg")
-SHOULDERS, WRISTS = (16, 17), (20, 21)
+SHOULDERS = (16, 17)
 
 
 @dataclass(frozen=True)
@@ -237,6 +239,7 @@ def _polished(
             root.double().numpy(),
             rotations.double().numpy(),
             _targets(body, root, rotations, feet[k], wish, k),
+            clearance=CLEARANCE,
             free=free.numpy(),
             steps=ITERATIONS,
         )

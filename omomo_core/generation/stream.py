@@ -125,11 +125,12 @@ class _Maker:
         scene = self.thing.scene(chapter.T_world_object)
         if known.first_frame is not None and chapter.first == 0:
             decided = decided_by(known.first_frame, scene, self.fit, self.options.samples)
+        self.progress("object", 1.0)
         features, hands, segments = self._hands(scene, chapter, known, decided)
+        self.progress("contact", 1.0)
         x = sample_body(
             scene, hands, self.stages.body, self.options, self.generator, self.progress, decided
         )
-        self.progress("solve", 0.0)
         people, solved = embody(
             x,
             hands,

@@ -23,8 +23,8 @@ MARGIN = 0.15
 """Metres of grid at least around the object."""
 FINEST, COARSEST = 0.008, 0.025
 """Metres between grid points: parts thinner than that are met, but have no depth."""
-GRID_POINTS = 400_000
-"""What a grid is made of between these limits: half a second of one core."""
+GRID_POINTS = 200_000
+"""What a grid is made of between these limits: a quarter of a second of one core."""
 _STRIDE = 2
 """Away from the surface every second grid point is measured and the others lie between."""
 _BAND = 2.0
@@ -51,9 +51,8 @@ class DistanceField:
 
         Trilinear between grid points. Beyond the grid it is a lower bound of the distance.
         """
-        nearest, beyond = self._entered(points)
-        distance = self._sampled(self._volume[:1], nearest)
-        return _reaching(distance, beyond)[..., 0]
+        distance = self._sampled(self._volume[:1], points)
+        return _reaching(distance, self._beyond(points))[..., 0]
 
     def away(self, points: Float[Tensor, "*b 3"]) -> Float[Tensor, "*b 3"]:
         """Unit direction in which the distance grows fastest: out of the object, object's frame.
@@ -66,34 +65,33 @@ class DistanceField:
         self, points: Float[Tensor, "*b 3"]
     ) -> tuple[Float[Tensor, "*b"], Float[Tensor, "*b 3"]]:
         """`at` and `away` of the same points, cheaper than one after the other."""
-        nearest, beyond = self._entered(points)
-        distance, slope = self._sampled(self._volume, nearest).split([1, 3], dim=-1)
-        within = normalize(slope, dim=-1)
-        inside = (beyond == 0).all(dim=-1, keepdim=True)
-        away = torch.where(inside, within, normalize(distance * within + beyond, dim=-1))
+        distance, slope = self._sampled(self._volume, points).split([1, 3], dim=-1)
+        beyond, away = self._beyond(points), normalize(slope, dim=-1)
+        if beyond.any():
+            inside = (beyond == 0).all(dim=-1, keepdim=True)
+            away = torch.where(inside, away, normalize(distance * away + beyond, dim=-1))
         return _reaching(distance, beyond)[..., 0], away
 
-    def _entered(
-        self, points: Float[Tensor, "*b 3"]
-    ) -> tuple[Float[Tensor, "*b 3"], Float[Tensor, "*b 3"]]:
-        """The nearest places in the grid, and the way from there to the points."""
+    def _beyond(self, points: Float[Tensor, "*b 3"]) -> Float[Tensor, "*b 3"]:
+        """The way from the nearest place in the grid to a point, metres."""
         points = points.to(self.values)
-        nearest = points.clamp(self.low, self.high)
-        return nearest, points - nearest
+        return points - points.clamp(self.low, self.high)
 
     @cached_property
-    def _volume(self) -> Float[Tensor, "4 x y z"]:
-        """The distance and its slope (central differences) at the grid's points."""
-        return torch.stack([self.values, *torch.gradient(self.values, spacing=self.spacing)])
+    def _volume(self) -> Float[Tensor, "4 z y x"]:
+        """The distance and its slope (central differences), the axes as `grid_sample` wants them."""
+        slope = torch.gradient(self.values, spacing=self.spacing)
+        return torch.stack([self.values, *slope]).permute(0, 3, 2, 1).contiguous()
 
     def _sampled(
-        self, volume: Float[Tensor, "channels x y z"], points: Float[Tensor, "*b 3"]
+        self, volume: Float[Tensor, "channels z y x"], points: Float[Tensor, "*b 3"]
     ) -> Float[Tensor, "*b channels"]:
-        """Trilinear values at points within the grid."""
-        at = (points.reshape(-1, 3) - self.low) / (self.high - self.low) * 2 - 1
-        # grid_sample wants the last axis of the volume first.
-        at = at.flip(-1)[None, None, None]
-        found = grid_sample(volume[None], at, padding_mode="border", align_corners=True)
+        """Trilinear values at points, those beyond the grid at the nearest place in it."""
+        scale = 2 / (self.high - self.low)
+        at = torch.addcmul(-1 - scale * self.low, points.to(self.values).reshape(-1, 3), scale)
+        found = grid_sample(
+            volume[None], at[None, None, None], padding_mode="border", align_corners=True
+        )
         return found[0, :, 0, 0].T.reshape(*points.shape[:-1], len(volume))
 
 
@@ -101,6 +99,8 @@ def _reaching(
     distance: Float[Tensor, "*b 1"], beyond: Float[Tensor, "*b 3"]
 ) -> Float[Tensor, "*b 1"]:
     """Distance from a way beyond the grid, at least: the object is all on the other side of a plane."""
+    if not beyond.any():
+        return distance
     far = beyond.norm(dim=-1, keepdim=True)
     return torch.where(far > 0, torch.hypot(distance, far), distance)
 

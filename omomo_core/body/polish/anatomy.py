@@ -42,6 +42,12 @@ _FLESH: tuple[tuple[str, str, float, float], ...] = (
 The skull is beyond its joint. Radii from segment girths (NASA-STD-3000 anthropometry), less what
 soft tissue gives in contact.
 """
+_NEAR_HANDS: tuple[tuple[str, str, float, float], ...] = tuple(
+    (f"{s}_elbow", f"{s}_wrist", share, radius)
+    for s in _SIDES
+    for share, radius in ((0.25, 0.036), (0.75, 0.03), (0.95, 0.027))
+)
+"""The rest of the forearms: they come as near to an object as the hands that hold it."""
 _STATURE = 1.72
 
 _MASSES: tuple[tuple[str, str, float, float], ...] = (
@@ -94,19 +100,26 @@ class Anatomy:
     """Kilograms."""
 
 
-def anatomy(body: BodyModel) -> Anatomy:
-    """Points in this order: two palms, two ankles, the centre of mass, then balls of flesh."""
+def anatomy(body: BodyModel, *, clearance: float | None = None) -> Anatomy:
+    """Points in this order: two palms, two ankles, the centre of mass, then balls of flesh.
+
+    Args:
+        body: whose bones.
+        clearance: metres added to the balls' radii, with the whole of the forearms among them; None
+            for what synthesis keeps out of its props.
+    """
+    flesh = _FLESH if clearance is None else _FLESH + _NEAR_HANDS
     rest = body.rest_joints[list(MODEL_REST)].float()
     above = [max(p, 0) for p in MODEL_PARENTS]
     mixing = torch.zeros(22, len(BONES))
     for name in BODY_JOINTS:
         for bone, share in _BETWEEN.get(name, {name: 1.0} if name in BONES else {}).items():
             mixing[joint(name), BONES.index(bone)] = share
-    weights = torch.zeros(5 + len(_FLESH), 24)
+    weights = torch.zeros(5 + len(flesh), 24)
     for row, j in enumerate((22, 23, joint("left_ankle"), joint("right_ankle"))):
         weights[row, j] = 1.0
     weights[4] = _mass_shares()
-    for row, (start, end, share, _) in enumerate(_FLESH, start=5):
+    for row, (start, end, share, _) in enumerate(flesh, start=5):
         weights[row, joint(start)] += 1 - share
         weights[row, joint(end)] += share
     placing = weights @ _tree()
@@ -115,7 +128,7 @@ def anatomy(body: BodyModel) -> Anatomy:
         levers=placing[:, None, :] * mixing[above].T[None],
         offsets=rest - rest[above],
         mixing=mixing,
-        radii=torch.tensor([r for *_, r in _FLESH]) * (body.height / _STATURE),
+        radii=torch.tensor([r for *_, r in flesh]) * (body.height / _STATURE) + (clearance or 0.0),
         mass=BODY_MASS_INDEX * body.height**2,
     )
 

@@ -25,7 +25,7 @@ def depth_inside(
         T_world_object: pose of the object.
         barrier: the object.
     """
-    flesh = anatomy(body)
+    flesh = anatomy(body, clearance=0.0)
     points, _ = points_of(flesh, root.float(), rotations.float())
     T = T_world_object.float()
     local = (points[:, 5:] - T[:, None, :3, 3]) @ T[:, :3, :3]

@@ -52,6 +52,7 @@ def polish(
     rotations: Float[np.ndarray, "frames 22 3 3"],
     targets: Targets,
     *,
+    clearance: float | None = None,
     free: Float[np.ndarray, " frames"] | None = None,
     steps: int = 4,
 ) -> _Pose:
@@ -66,6 +67,7 @@ def polish(
         root: pelvis of the first guess, world, metres.
         rotations: its global R_world_joint.
         targets: what has to be satisfied.
+        clearance: metres that flesh keeps from the object, see `anatomy`.
         free: how far each frame may be corrected, from 0 (not at all) to 1.
         steps: Gauss-Newton iterations.
 
@@ -75,7 +77,7 @@ def polish(
     frames = len(root)
     targets = _approached(body, root, rotations, targets)
     rotations = calmed(rotations)
-    flesh, spline = anatomy(body), Spline(frames, _SPACING)
+    flesh, spline = anatomy(body, clearance=clearance), Spline(frames, _SPACING)
     basis = spline.basis(np.arange(frames, dtype=float))
     basis = basis if free is None else basis * _float(free)[:, None]
     guess = _Guess(_float(root), _float(rotations), basis)

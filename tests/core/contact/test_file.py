@@ -103,6 +103,12 @@ def test_a_hand_is_not_in_two_places(tmp_path: Path):
     assert problem.where.endswith("contacts.json, segments[2] and segments[0]")
 
 
+def test_a_hand_needs_time_to_go_from_place_to_place(tmp_path: Path):
+    problem = error(tmp_path, GOOD, {**GOOD, "start": GOOD["stop"], "stop": GOOD["stop"] + 10})
+    assert problem.code == "contacts-travel"
+    assert problem.where.endswith("contacts.json, segments[0] and segments[1]")
+
+
 def test_the_whole_must_fit_the_take(tmp_path: Path):
     assert error(tmp_path, GOOD, frames=80).code == "contacts-frames"
     assert error(tmp_path, GOOD, fps=60).code == "contacts-frames"

@@ -1,0 +1,109 @@
+"""How fast a person is generated: the published algorithm and ours, part by part, and long takes.
+
+Usage: python benchmarks/generate.py [--quick]
+
+Every case runs in a process of its own, one after the other, on the same object and the same cores. The
+published algorithm is our `paper` configuration with 1,000 + 1,000 steps; its networks are untrained,
+which costs the same. --quick lets it take 20 of those steps and multiplies.
+"""
+
+import json
+import resource
+import subprocess
+import sys
+import time
+
+import numpy as np
+
+from omomo_core.body.load import load_body
+from omomo_core.body_stage import paper as body_paper
+from omomo_core.data.synthesis.props import make_prop
+from omomo_core.generation.chapters import RECORDED
+from omomo_core.generation.generator import generate
+from omomo_core.generation.known import NOTHING
+from omomo_core.generation.result import GenerationOptions, Stages
+from omomo_core.generation.stream import stream
+from omomo_core.hand_stage import paper as hand_paper
+from omomo_core.motion import FPS, ObjectMotion
+from omomo_core.stage import Stage
+from omomo_core.weights.load import load_stages
+
+QUICK_STEPS = 20
+CASES = (
+    ("published, 1 sample", {"paper": True, "samples": 1, "seconds": 4}),
+    ("published, 20 samples", {"paper": True, "samples": 20, "seconds": 4}),
+    ("ours, 1 sample", {"samples": 1, "seconds": 4}),
+    ("ours, 20 samples", {"samples": 20, "seconds": 4}),
+    ("ours, 40 s", {"samples": 1, "seconds": 40}),
+    ("ours, 10 min", {"samples": 1, "seconds": 600}),
+)
+
+
+def carried(seconds: float) -> ObjectMotion:
+    """A chair-like scan that is lifted, carried to and fro, and put down, again and again."""
+    rng = np.random.default_rng(4)
+    prop = make_prop(rng, "lift")
+    mesh = prop.mesh(rng)
+    frames = round(seconds * FPS)
+    t = np.arange(frames) / FPS
+    swing = 0.5 - 0.5 * np.cos(2 * np.pi * t / 8)
+    T = np.tile(np.eye(4), (frames, 1, 1))
+    T[:, 0, 3] = 1.5 * swing
+    T[:, 2, 3] = -mesh.vertices[:, 2].min() + 0.5 * np.clip(2 * np.sin(2 * np.pi * t / 4), 0, 1)
+    return ObjectMotion(mesh, T, np.ones(frames, bool))
+
+
+def measure(paper: bool = False, samples: int = 1, seconds: int = 4, quick: bool = False) -> dict:
+    """Seconds by part, and the peak of memory, of one case."""
+    body, motion = load_body(), carried(seconds)
+    published = Stages(
+        Stage(hand_paper.CONFIG).eval(), Stage(body_paper.CONFIG).eval(), body.height
+    )
+    stages = published if paper else load_stages()
+    options = GenerationOptions(samples)
+    if paper:
+        sampler = "ddim" if quick else "ddpm"
+        options = GenerationOptions(samples, 0, "paper", sampler, QUICK_STEPS if quick else 1000)
+    parts: dict[str, float] = {}
+    last = time.perf_counter()
+
+    def clock(name: str, done: float) -> None:
+        nonlocal last
+        now = time.perf_counter()
+        parts[name] = parts.get(name, 0.0) + now - last
+        last = now
+
+    if paper:
+        generate(motion, body, stages, options, clock)
+    else:
+        poses = iter(motion.T_world_object)
+        made = stream(motion.mesh, poses, body, stages, options, clock, NOTHING, chapters=RECORDED)
+        assert sum(len(block.moving) for block in made) == len(motion.valid)
+    clock("rest", 1.0)
+    if quick and paper:
+        parts = {
+            k: v * (1000 / QUICK_STEPS if k in ("hands", "body") else 1) for k, v in parts.items()
+        }
+    megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return {"parts": parts, "megabytes": megabytes, "faces": len(motion.mesh.faces)}
+
+
+def main() -> None:
+    if len(sys.argv) > 2 and sys.argv[1] == "--case":
+        print(json.dumps(measure(**json.loads(sys.argv[2]))))
+        return
+    quick = "--quick" in sys.argv
+    print(f"{'':24}{'seconds':>9}{'s per s':>9}{'MB':>7}   parts")
+    for name, case in CASES:
+        asked = json.dumps({**case, "quick": quick})
+        run = [sys.executable, __file__, "--case", asked]
+        made = json.loads(subprocess.run(run, check=True, capture_output=True, text=True).stdout)
+        total, parts = sum(made["parts"].values()), made["parts"]
+        told = ", ".join(f"{k} {v:.2f}" for k, v in parts.items() if v > 0.005)
+        each = total / float(case["seconds"])
+        print(f"{name:24}{total:9.2f}{each:9.3f}{made['megabytes']:7.0f}   {told}", flush=True)
+    print(f"The object has {made['faces']} faces.")
+
+
+if __name__ == "__main__":
+    main()
