@@ -39,7 +39,7 @@ def train(
     synthetic: Annotated[
         int | None,
         typer.Option(
-            help="Clips with objects to synthesise from recordings; by default 3000, or none "
+            help="Clips with objects to synthesise from recordings; by default 4200, or none "
             "where the data has objects already.",
             min=0,
         ),

@@ -11,7 +11,7 @@ from omomo_core.data.build import Progress
 from omomo_core.data.clips import Clip, load_clips
 from omomo_core.data.dataset import shards
 
-DEFAULT_SYNTHETIC = 3000
+DEFAULT_SYNTHETIC = 4200
 
 
 def training_clips(

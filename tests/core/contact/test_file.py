@@ -59,8 +59,8 @@ def error(tmp_path: Path, *entries: object, **other: object) -> InputError:
 
 def test_an_anchor_may_be_left_out(tmp_path: Path):
     bare = {key: GOOD[key] for key in ("hand", "start", "stop")}
-    again = {**GOOD, "start": 60, "stop": FRAMES, "anchor": None}
-    assert read(tmp_path, bare, again) == (Span(0, 12, 60), Span(0, 60, FRAMES))
+    again = {**GOOD, "start": 66, "stop": FRAMES, "anchor": None}
+    assert read(tmp_path, bare, again) == (Span(0, 12, 60), Span(0, 66, FRAMES))
 
 
 @pytest.mark.parametrize(

