@@ -33,7 +33,7 @@ ALLOWED = 0.002
 """Metres that flesh gives way."""
 NEAR = 0.006
 """Metres from the surface at which a finger touches it a third as much."""
-HARD = 500.0
+HARD = 3000.0
 """What a metre deeper than allowed costs, in whole fingers that touch."""
 IDLE, IDLE_TURN = 0.3, 0.5
 """Closing, and turn of the thumb, of fingers that meet nothing."""

@@ -78,7 +78,7 @@ def above(heights: list[float], forward: float = 0.0) -> torch.Tensor:
 def test_no_finger_enters_a_wall_or_a_pole(seed: int):
     gen = torch.Generator().manual_seed(seed)
     tilt = roma.rotvec_to_rotmat(0.12 * torch.rand(3, generator=gen) - 0.06)
-    height = 0.026 + 0.02 * torch.rand(1, generator=gen)
+    height = 0.034 + 0.012 * torch.rand(1, generator=gen)
     sideways = 0.04 * torch.rand(2, generator=gen) - 0.02
     wall = held("wall", torch.stack([sideways[:1], height, sideways[1:]], dim=-1), tilt)
     assert wall.depth.max() < 0.003
