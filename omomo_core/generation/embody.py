@@ -15,6 +15,7 @@ from omomo_core.body.polish.barrier import Scanned
 from omomo_core.body.polish.depth import depth_inside
 from omomo_core.body_stage import capture as body_stage
 from omomo_core.contact.segment import Segment
+from omomo_core.generation.calm import calmed
 from omomo_core.generation.decided import Decided
 from omomo_core.generation.fit import Fit
 from omomo_core.generation.person import Person
@@ -24,6 +25,8 @@ from omomo_core.generation.wrists import facing
 from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d
 from omomo_core.motion import HandMotion, HumanMotion
 
+ROOT_AND_JOINTS = 24
+"""Vectors that stage 2's features begin with."""
 ON_FLOOR = 0.05
 """Metres: an object that is no higher may be leant on."""
 
@@ -52,7 +55,8 @@ def embody(
         certain: the palms are known: arms follow them in every frame, not only where they hold.
     """
     # Patches of frames are decoded together; a light filter takes out what jumps between them.
-    x = torch.from_numpy(gaussian_filter1d(features.numpy(), 1.0, axis=1, mode="nearest"))
+    smooth = gaussian_filter1d(features.numpy(), 1.0, axis=1, mode="nearest")
+    x = torch.from_numpy(np.stack([calmed(sample, ROOT_AND_JOINTS) for sample in smooth]))
     sampled, _, six, foot_contact = body_stage.unpack(x, torch.zeros(*x.shape[:2], 2))
     R = rotmat_from_6d(six)
     wish = _wish(R, hands, segments, scene, thing, certain=certain)

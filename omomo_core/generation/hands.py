@@ -12,6 +12,7 @@ from omomo_core.capture import BASIS_POINTS
 from omomo_core.contact.anchor import anchored
 from omomo_core.contact.decode import OPEN, Given, decode
 from omomo_core.contact.segment import Segment, Span, follow
+from omomo_core.generation.calm import calmed
 from omomo_core.generation.decided import Decided, fade
 from omomo_core.generation.overlap import sample_take
 from omomo_core.generation.result import GenerationOptions, Progress
@@ -72,7 +73,8 @@ def in_contact(
     hands: list[HandMotion] = []
     held: list[tuple[Segment, ...]] = []
     for k in range(len(features)):
-        guess = HandMotion(palms[k].double().numpy() / scene.scale, contact[k].double().numpy())
+        calm = calmed(palms[k].double().flatten(1).numpy() / scene.scale, 2).reshape(-1, 2, 3)
+        guess = HandMotion(calm, contact[k].double().numpy())
         given = OPEN
         if decided is not None:
             guess = starting_at(guess, decided.palms[k])

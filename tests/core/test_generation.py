@@ -15,6 +15,7 @@ from omomo_core.body.polish.depth import depth_inside
 from omomo_core.body_stage import paper as body_paper
 from omomo_core.capture import stage_config
 from omomo_core.errors import InputError
+from omomo_core.generation.calm import calmed
 from omomo_core.generation.generator import generate
 from omomo_core.generation.known import Known, Pose
 from omomo_core.generation.ranking import choose
@@ -242,3 +243,15 @@ def test_flesh_leaves_an_object_that_it_may_not_be_in():
     after = depth_inside(BODY, out.root[0], turned, T, box)
     assert before.min() > 0.05
     assert after[5:-5].max() < 0.5 * before.min()
+
+
+def test_a_leap_is_spread_over_time_and_other_frames_are_left_alone():
+    x = np.zeros((120, 7))
+    x[:, 0] = 0.01 * np.arange(120)
+    np.testing.assert_array_equal(calmed(x, 2), x)
+    leap = x.copy()
+    leap[60:, 1] += 0.5
+    calm = calmed(leap, 2)
+    assert np.linalg.norm(np.diff(calm[:, :3], axis=0), axis=1).max() < 0.12
+    np.testing.assert_array_equal(calm[:20], leap[:20])
+    np.testing.assert_array_equal(calm[-20:], leap[-20:])
