@@ -33,7 +33,7 @@ FARTHEST = 0.25
 """Metres that the pelvis is moved at most: beyond that the sample is wrong and must say so."""
 CLEARANCE = 0.01
 """Metres that flesh keeps from the object: it is known to a grid's step."""
-ITERATIONS = 3
+ITERATIONS = 5
 """Gauss-Newton steps of the polish."""
 ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
 LEGS: tuple[LimbName, LimbName] = ("left_leg", "right_leg")
