@@ -55,8 +55,9 @@ def embody(
         certain: the palms are known: arms follow them in every frame, not only where they hold.
     """
     # Patches of frames are decoded together; a light filter takes out what jumps between them.
-    smooth = gaussian_filter1d(features.numpy(), 1.0, axis=1, mode="nearest")
-    x = torch.from_numpy(np.stack([calmed(sample, ROOT_AND_JOINTS) for sample in smooth]))
+    smooth = np.asarray(gaussian_filter1d(features.numpy(), 1.0, axis=1, mode="nearest"))
+    calm = [calmed(smooth[k], ROOT_AND_JOINTS) for k in range(len(smooth))]
+    x = torch.from_numpy(np.stack(calm))
     sampled, _, six, foot_contact = body_stage.unpack(x, torch.zeros(*x.shape[:2], 2))
     R = rotmat_from_6d(six)
     wish = _wish(R, hands, segments, scene, thing, certain=certain)
