@@ -56,18 +56,14 @@ def carried(seconds: float) -> ObjectMotion:
 def measure(paper: bool = False, samples: int = 1, seconds: int = 4, quick: bool = False) -> dict:
     """Seconds by part, and the peak of memory, of one case."""
     body, motion = load_body(), carried(seconds)
-    published = Stages(
-        Stage(hand_paper.CONFIG).eval(), Stage(body_paper.CONFIG).eval(), body.height
-    )
-    stages = published if paper else load_stages()
-    options = GenerationOptions(samples)
+    stages, options = load_stages(), GenerationOptions(samples)
+    # Loading libraries is not counted.
+    generate(carried(1), body, stages, GenerationOptions(1, steps=2), lambda name, done: None)
     if paper:
+        hands, bodies = (Stage(config).eval() for config in (hand_paper.CONFIG, body_paper.CONFIG))
+        stages = Stages(hands, bodies, body.height)
         sampler = "ddim" if quick else "ddpm"
         options = GenerationOptions(samples, 0, "paper", sampler, QUICK_STEPS if quick else 1000)
-    # Loading libraries is not counted.
-    generate(
-        carried(1), body, load_stages(), GenerationOptions(1, steps=2), lambda name, done: None
-    )
     parts: dict[str, float] = {}
     last = time.perf_counter()
 
@@ -82,7 +78,7 @@ def measure(paper: bool = False, samples: int = 1, seconds: int = 4, quick: bool
     else:
         poses = iter(motion.T_world_object)
         made = stream(motion.mesh, poses, body, stages, options, clock, NOTHING, chapters=RECORDED)
-        assert sum(len(block.moving) for block in made) == len(motion.valid)
+        assert sum(len(block.must_hold) for block in made) == len(motion.valid)
     clock("rest", 1.0)
     if quick and paper:
         parts = {

@@ -67,7 +67,7 @@ def resolve_result(request: ResolveRequest, progress: Progress) -> Result:
             video_size=request.video_size,
         )
         files = tuple(sorted(path.name for path in folder.iterdir()))
-        scores = score(person, scene.moving)
+        scores = score(person, scene.must_hold)
         manifest = describe_correction(request, before, person, scores, clock.seconds, files)
         write_manifest(folder / MANIFEST, manifest)
     return load_result(request.output)

@@ -124,5 +124,5 @@ def exact_person(
 
 def balance(scene: Scene) -> Float[np.ndarray, " frames"]:
     """1 where the weight must be over the feet, 0 where the object may be leant on."""
-    leaning = (scene.take.lowest < ON_FLOOR) & scene.moving
+    leaning = (scene.take.lowest < ON_FLOOR) & scene.must_hold
     return 1.0 - gaussian_filter1d(leaning.astype(float), 5.0, mode="nearest")

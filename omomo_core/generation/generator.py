@@ -40,7 +40,7 @@ def generate(
     blocks: list[Block] = []
 
     def overall(name: str, done: float) -> None:
-        before = sum(len(block.moving) for block in blocks)
+        before = sum(len(block.must_hold) for block in blocks)
         now = min(RECORDED.length, len(poses) - before)
         progress(name, (before + done * now) / len(poses))
 
@@ -49,4 +49,4 @@ def generate(
     ):
         blocks.append(block)
     people = tuple(joined([b.people[k] for b in blocks]) for k in range(options.samples))
-    return ranked(people, np.concatenate([b.moving for b in blocks]))
+    return ranked(people, np.concatenate([b.must_hold for b in blocks]))

@@ -97,7 +97,7 @@ def _held(
     if contacts is None and options.contact == "paper":
         return constrain(guess.palms, motion.mesh.vertices, T), ()
     if contacts is None:
-        segments = decode(guess, surface, T, scene.moving, given)
+        segments = decode(guess, surface, T, scene.must_hold, given)
     else:
         segments = anchored([_as_before(c, given) for c in contacts], guess, surface, T)
     return follow(segments, guess, T), segments

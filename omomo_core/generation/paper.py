@@ -19,7 +19,6 @@ from omomo_core.body.polish.depth import depth_inside
 from omomo_core.body_stage import paper as body_stage
 from omomo_core.contact.decode import decode
 from omomo_core.contact.segment import follow
-from omomo_core.contact.support import must_be_held
 from omomo_core.diffusion.samplers import sample
 from omomo_core.diffusion.schedule import cosine_schedule
 from omomo_core.errors import InputError
@@ -27,7 +26,7 @@ from omomo_core.generation.person import Person
 from omomo_core.generation.ranking import ranked
 from omomo_core.generation.result import Generation, GenerationOptions, Progress, Stages
 from omomo_core.generation.scene import Scene, Thing
-from omomo_core.generation.take import Take, object_windows, window_frames
+from omomo_core.generation.take import object_windows, window_frames
 from omomo_core.geometry.bps import PAPER_POINTS
 from omomo_core.hand_stage import paper as hand_stage
 from omomo_core.hand_stage.contact_rule import constrain
@@ -60,14 +59,14 @@ def generate_as_published(
         )
     thing = Thing(motion.mesh, 1.0)
     scene = thing.scene(motion.T_world_object)
-    window = _window(scene.take, options)
+    window = _window(scene, options)
     generator = torch.Generator().manual_seed(options.seed)
     hands = _hands(window, stages.hands, options, generator, progress)
     humans = _people(window, hands, body, stages.body, options, generator, progress)
     people = tuple(
         _judged(human, hand, body, scene, thing) for human, hand in zip(humans, hands, strict=True)
     )
-    return ranked(people, scene.moving)
+    return ranked(people, scene.must_hold)
 
 
 def _judged(
@@ -86,21 +85,21 @@ def _judged(
 class _Window:
     """One window, once per sample, each seen from another place around the object."""
 
-    take: Take
+    scene: Scene
     object: ObjectWindows
     origin: Float[Tensor, "b 3"]
     yaw: Float[Tensor, " b"]
 
 
-def _window(take: Take, options: GenerationOptions) -> _Window:
+def _window(scene: Scene, options: GenerationOptions) -> _Window:
     """People stand around the object in its first frame and face it (-y in their own frame)."""
-    count = options.samples
+    take, count = scene.take, options.samples
     yaw = torch.arange(count) * (2 * math.pi / count)
     reach = float(np.linalg.norm(take.surface.points - take.surface.centre, axis=1).max())
     back = torch.stack([-yaw.sin(), yaw.cos(), torch.zeros(count)], dim=-1)
     centre = torch.from_numpy(take.centre[0] * [1, 1, 0]).float()
     windows = object_windows(take, window_frames(take.frames), count, PAPER_POINTS)
-    return _Window(take, windows, centre + (reach + STANDING_OFF) * back, yaw)
+    return _Window(scene, windows, centre + (reach + STANDING_OFF) * back, yaw)
 
 
 def _hands(
@@ -120,9 +119,8 @@ def _hands(
         generator,
         lambda done: progress("hands", done),
     )
-    palms = hand_stage.unpack(x, window.origin, window.yaw)[:, : window.take.frames]
-    moving = must_be_held(window.take)
-    return [_contact(p, window.take, moving, options) for p in palms.double().numpy()]
+    palms = hand_stage.unpack(x, window.origin, window.yaw)[:, : window.scene.take.frames]
+    return [_contact(p, window.scene, options) for p in palms.double().numpy()]
 
 
 def _people(
@@ -135,7 +133,7 @@ def _people(
     progress: Progress,
 ) -> list[HumanMotion]:
     """Stage 2, from the constrained palms."""
-    frames = window.take.frames
+    frames = window.scene.take.frames
     held = torch.from_numpy(np.stack([h.palms for h in hands])).float()
     held = held[:, torch.arange(WINDOW).clamp(max=frames - 1)]
     slots = slice(body_stage.POSITIONS - 6, body_stage.POSITIONS)
@@ -185,18 +183,16 @@ def _draw(
 
 
 def _contact(
-    palms: Float[np.ndarray, "frames 2 3"],
-    take: Take,
-    moving: Bool[np.ndarray, " frames"],
-    options: GenerationOptions,
+    palms: Float[np.ndarray, "frames 2 3"], scene: Scene, options: GenerationOptions
 ) -> HandMotion:
-    T = take.motion.T_world_object
-    published = constrain(palms, take.motion.mesh.vertices, T)
+    motion = scene.take.motion
+    T = motion.T_world_object
+    published = constrain(palms, motion.mesh.vertices, T)
     if options.contact == "paper":
         return published
     # Stage 1 as published has no contact channel: the rule's labels become the segments.
     labels = HandMotion(palms=palms, contact=published.contact)
-    return follow(decode(labels, take.surface, T, moving), labels, T)
+    return follow(decode(labels, scene.take.surface, T, scene.must_hold), labels, T)
 
 
 def _person(

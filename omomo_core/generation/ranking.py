@@ -12,14 +12,14 @@ from omomo_core.generation.scores import score
 from omomo_core.motion import HumanMotion
 
 
-def ranked(people: Sequence[Person], moving: Bool[np.ndarray, " frames"]) -> Generation:
+def ranked(people: Sequence[Person], must_hold: Bool[np.ndarray, " frames"]) -> Generation:
     """The samples judged, with the one to show and what is wrong with it.
 
     Args:
         people: of the same take.
-        moving: frames in which somebody must hold the object.
+        must_hold: frames in which somebody must hold the object.
     """
-    scores = tuple(score(person, moving) for person in people)
+    scores = tuple(score(person, must_hold) for person in people)
     chosen = choose([person.human for person in people], scores)
     return Generation(tuple(people), chosen, scores, notes_of(scores[chosen]))
 

@@ -54,7 +54,11 @@ class Generation:
 def notes_of(scores: dict[str, float]) -> tuple[str, ...]:
     """The faults of a sample that its user should know of."""
     told = (
-        ("unheld", 0.05, "the object moves with no hand on it in {:.0%} of its moving frames"),
+        (
+            "unheld",
+            0.05,
+            "no hand is on the object in {:.0%} of the frames in which it must be held",
+        ),
         ("miss_cm", 1.0, "the palms miss the object by {:.1f} cm on average while holding it"),
         ("inside_cm", 1.0, "the body is {:.1f} cm inside the object on average"),
     )

@@ -24,7 +24,7 @@ class Scene:
     trained: Take
     """Every length times `scale`."""
     scale: float
-    moving: Bool[np.ndarray, " frames"]
+    must_hold: Bool[np.ndarray, " frames"]
     """Frames in which somebody must hold the object."""
 
 

@@ -18,16 +18,16 @@ _WEIGHTS = {
 }
 
 
-def score(person: Person, moving: Bool[np.ndarray, " frames"]) -> dict[str, float]:
+def score(person: Person, must_hold: Bool[np.ndarray, " frames"]) -> dict[str, float]:
     """Faults of one sample; "total" is what samples are ranked by, less is better.
 
     Args:
         person: the sample.
-        moving: frames in which somebody must hold the object.
+        must_hold: frames in which somebody must hold the object.
     """
     human, held = person.human, person.human.hand_contact > 0.5
     faults = {
-        "unheld": float((moving & ~held.any(axis=1)).sum() / max(1, moving.sum())),
+        "unheld": float((must_hold & ~held.any(axis=1)).sum() / max(1, must_hold.sum())),
         "miss_cm": 100 * float(person.miss[held].mean()) if held.any() else 0.0,
         "skate_cm_s": _skate(human),
         "inside_cm": 100 * float(person.depth.mean()),

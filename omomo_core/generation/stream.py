@@ -35,7 +35,7 @@ class Block:
 
     first: int
     people: tuple[Person, ...]
-    moving: Bool[np.ndarray, " frames"]
+    must_hold: Bool[np.ndarray, " frames"]
     """Where somebody must hold the object."""
 
 
@@ -78,7 +78,8 @@ def stream(
         draft = maker.draft(chapter, known, decided)
         now = range(chapter.decided, chapter.until)
         people = tuple(stretch(p, now.start, now.stop) for p in draft.people)
-        yield Block(chapter.first + now.start, people, draft.scene.moving[now.start : now.stop])
+        must_hold = draft.scene.must_hold[now.start : now.stop]
+        yield Block(chapter.first + now.start, people, must_hold)
         if not chapter.last:
             decided = draft.decided(chapter.until - chapters.context, chapter.until)
 

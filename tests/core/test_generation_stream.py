@@ -94,7 +94,7 @@ def test_live_motion_is_never_more_than_two_seconds_behind_the_poses():
     for block in stream(motion.mesh, arriving(), BODY, untrained(), options, quiet, chapters=LIVE):
         assert seen - done <= 121
         assert block.first == done
-        done += len(block.moving)
+        done += len(block.must_hold)
         assert seen - done <= 60
     assert done == 400
 
@@ -109,7 +109,7 @@ def test_memory_does_not_grow_with_the_take():
 
     options = GenerationOptions(samples=1, steps=2)
     for block in stream(motion.mesh, poses(), BODY, untrained(), options, quiet, chapters=SHORT):
-        held.append(len(block.moving))
+        held.append(len(block.must_hold))
     # Stretches are of one length, whatever came before.
     assert max(held) <= SHORT.length + SHORT.spare
     assert sum(held) == 1500
