@@ -1,7 +1,7 @@
 """What the solver could not satisfy in a motion, and when, in words."""
 
-from omomo_core.data.grounding import runs
 from omomo_core.generation.person import Person
+from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
 
 FAR = 0.03

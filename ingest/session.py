@@ -1,10 +1,11 @@
 """CaptureSession: what a phone logged, in one convention, whichever app wrote it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Bool, Float32, Float64
 
 R_CAMERA_DEVICE = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 """Maps device axes (portrait: x right, y up, z out of the screen) into ARKit camera axes."""
@@ -23,6 +24,16 @@ class ImuLog:
     """m/s^2 as Core Motion signs it: gravity minus the phone's acceleration (down at rest)."""
     gyro: Float64[np.ndarray, "samples 3"]
     """Angular velocity, rad/s, right-hand rule."""
+
+
+@dataclass(frozen=True)
+class DepthLog:
+    """Depth maps on the clock of the poses, read one at a time."""
+
+    times: Float64[np.ndarray, " maps"]
+    files: tuple[Path, ...]
+    load: Callable[[Path], Float32[np.ndarray, "height width"]]
+    """Metres along the viewing direction, 0 where unknown; the session's image, smaller."""
 
 
 @dataclass(frozen=True)
@@ -50,3 +61,11 @@ class CaptureSession:
     video_times: Float64[np.ndarray, " images"] | None = None
     """Time of each video frame, in its order; the stamps inside the video are not real time."""
     imu: ImuLog | None = None
+    gravity_aligned: bool = True
+    """False where y is not up because the app's world is the first frame's (Record3D)."""
+    images: tuple[Path, ...] | None = None
+    """Single images where the app writes no video, one for each of `video_times`."""
+    image_turns: int = 0
+    """Quarter turns counter-clockwise that bring stored images (video, images, depth) into the landscape that
+    `intrinsics` and the phone's frame are in."""
+    depth: DepthLog | None = None

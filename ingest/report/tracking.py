@@ -5,11 +5,12 @@ import numpy as np
 from ingest.report.check import Check, grade
 from ingest.session import CaptureSession
 from ingest.trajectory.axes import T_ZUP_ARKIT
-from ingest.trajectory.breaks import find_breaks, runs
+from ingest.trajectory.breaks import find_breaks
 from ingest.trajectory.frozen import repeated_runs
 from ingest.trajectory.jumps import velocities
 from ingest.trajectory.resample import resample
 from ingest.trajectory.rests import find_rests
+from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
 
 _FIX_TRACKING = "Keep the camera's view free, lit and textured; the take is split here."

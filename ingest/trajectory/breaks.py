@@ -49,9 +49,3 @@ def find_breaks(session: CaptureSession) -> Breaks:
     untracked = np.zeros(len(gaps), bool) if ok is None else ~(ok[1:] & ok[:-1])
     jumps = find_jumps(times, T) & ~gaps & ~frozen & ~untracked
     return Breaks(gaps=gaps, jumps=jumps, frozen=frozen, untracked=untracked)
-
-
-def runs(mask: Bool[np.ndarray, " items"]) -> list[tuple[int, int]]:
-    """(start, stop) of each run of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]

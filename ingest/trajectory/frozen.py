@@ -4,6 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from ingest.trajectory.jumps import velocities
+from omomo_core.geometry.runs import runs
 
 MIN_SECONDS = 0.25
 _MAX_SPEED = 0.2
@@ -17,9 +18,7 @@ def repeated_runs(
 ) -> list[tuple[int, int]]:
     """First and last pose of each run of equal poses that lasts 0.25 s or more."""
     same = (np.diff(T, axis=0) == 0).all(axis=(1, 2))
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]]).astype(int)))
-    runs = [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
-    return [(a, b) for a, b in runs if times[b] - times[a] >= MIN_SECONDS]
+    return [(a, b) for a, b in runs(same) if times[b] - times[a] >= MIN_SECONDS]
 
 
 def find_frozen(

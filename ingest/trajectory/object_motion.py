@@ -8,11 +8,12 @@ from jaxtyping import Float64
 from ingest.mount import Mount
 from ingest.session import CaptureSession
 from ingest.trajectory.axes import T_ZUP_ARKIT
-from ingest.trajectory.breaks import Breaks, find_breaks, runs
+from ingest.trajectory.breaks import Breaks, find_breaks
 from ingest.trajectory.floor import Floor, find_floor
 from ingest.trajectory.resample import resample
 from ingest.trajectory.segments import segments
 from omomo_core.errors import InputError
+from omomo_core.geometry.runs import runs
 from omomo_core.motion import ObjectMesh, ObjectMotion
 
 

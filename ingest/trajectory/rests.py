@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from ingest.trajectory.breaks import runs
+from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
 
 MIN_SECONDS = 0.5

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from ingest.trajectory.breaks import runs
+from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS, ObjectMotion
 
 MIN_SECONDS = 1.0

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float, Int
 from omomo_core.contact.anchor import anchored
 from omomo_core.contact.regrasp import split_at_regrasps
 from omomo_core.contact.segment import Segment, Span
+from omomo_core.geometry.runs import runs
 from omomo_core.geometry.surface import Surface
 from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import HandMotion
@@ -131,13 +132,12 @@ def _back(best: Int[np.ndarray, "frames 4"], last: int) -> Int[np.ndarray, " fra
 def _spans(holding: Bool[np.ndarray, " frames"], hand: int, given: Given) -> list[Span]:
     """One hand's runs, those of the first frames as they are given."""
     kept: list[Span] = [s for s in given.segments if s.hand == hand]
-    edges = np.flatnonzero(np.diff(holding, prepend=False, append=False)).tolist()
-    runs = [Span(hand, a, b) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    found = [Span(hand, a, b) for a, b in runs(holding)]
     still = [s for s in kept if s.stop >= given.until]
     ended = [s for s in kept if s.stop < given.until]
-    gone_on = [run.stop for run in runs if run.start < given.until <= run.stop]
+    gone_on = [run.stop for run in found if run.start < given.until <= run.stop]
     return [
         *ended,
         *(replace(s, stop=stop) for s, stop in zip(still, gone_on, strict=True)),
-        *(run for run in runs if run.start >= given.until),
+        *(run for run in found if run.start >= given.until),
     ]

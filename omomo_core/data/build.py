@@ -11,13 +11,14 @@ from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
 from omomo_core.data.calibration import Corrections, calibrate
 from omomo_core.data.clips import Clip
-from omomo_core.data.grounding import Grounded, ground, runs, sole_points
+from omomo_core.data.grounding import Grounded, ground, sole_points
 from omomo_core.data.joint_angles import SIDES, elbow
 from omomo_core.data.mocap import METRES_PER_BVH_UNIT, SourceMotion, is_share_alike
 from omomo_core.data.recordings import motion_files, read_recordings
 from omomo_core.data.retarget import retarget
 from omomo_core.data.smpl import Performance
 from omomo_core.errors import InputError
+from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
 

@@ -10,6 +10,7 @@ from scipy.ndimage import binary_closing, binary_opening, gaussian_filter1d
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
+from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
 
@@ -178,10 +179,3 @@ def _drift(
     gap = distance[np.arange(frames), nearest]
     fade = (0.5 + 0.5 * np.cos(np.pi * (gap / _HELD_STILL).clip(0.0, 1.0)))[:, None]
     return gaussian_filter1d(total[known[nearest]] * fade, 1.0, axis=0, mode="nearest")
-
-
-def runs(mask: Bool[np.ndarray, " frames"]) -> list[tuple[int, int]]:
-    """First and one-past-last index of every run of True."""
-    padded = np.concatenate([[False], mask, [False]]).astype(np.int8)
-    edges = np.flatnonzero(np.diff(padded))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))

@@ -12,9 +12,10 @@ from jaxtyping import Bool, Float
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
 from omomo_core.data.clips import Clip
-from omomo_core.data.grounding import foot_skating, runs, sole_points
+from omomo_core.data.grounding import foot_skating, sole_points
 from omomo_core.data.joint_angles import SIDES, Hinge, elbow, knee, twist, wrist
 from omomo_core.data.penetration import body_in_object
+from omomo_core.geometry.runs import runs
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.geometry.transforms import to_local, turning_speed
 from omomo_core.motion import FPS, ObjectMotion

@@ -8,8 +8,8 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.model import BodyModel
-from omomo_core.data.grounding import runs
 from omomo_core.generation.steps import add_steps
+from omomo_core.geometry.runs import runs
 from omomo_core.skeleton import joint
 
 PLANTED = 0.5

@@ -16,13 +16,13 @@ from omomo_core.body.model import BodyModel
 from omomo_core.body.polish.barrier import Scanned
 from omomo_core.contact.anchor import anchored
 from omomo_core.contact.segment import Segment, Span, follow
-from omomo_core.data.grounding import runs
 from omomo_core.generation.embody import balance, exact_person
 from omomo_core.generation.person import Person, joined, stretch
 from omomo_core.generation.scene import Scene, Thing
 from omomo_core.generation.solve import Wish, solve_bodies
 from omomo_core.generation.wrists import facing
 from omomo_core.geometry.easing import min_jerk
+from omomo_core.geometry.runs import runs
 from omomo_core.motion import HandMotion, HumanMotion
 
 AROUND = 20

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.ndimage import binary_closing, binary_opening
 
+from omomo_core.geometry.runs import runs
 from omomo_core.geometry.transforms import velocity
 from omomo_core.motion import FPS
 
@@ -53,8 +54,7 @@ def _glides(speed: Float[np.ndarray, "frames 2"]) -> list[tuple[int, int]]:
     gliding = speed.min(axis=1) > STANDING
     gliding = binary_closing(np.pad(gliding, _GAP), np.ones(_GAP))[_GAP:-_GAP]
     gliding = binary_opening(gliding, np.ones(_SHORTEST))
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], gliding, [False]]).astype(int)))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+    return runs(gliding)
 
 
 def _walk(

@@ -12,7 +12,7 @@ from omomo_core.body.kinematics import joints_of
 from omomo_core.body.load import load_body
 from omomo_core.data.build import build_mocap
 from omomo_core.data.clips import Clip
-from omomo_core.data.grounding import foot_skating, runs, sole_points
+from omomo_core.data.grounding import foot_skating, sole_points
 from omomo_core.data.quality import judge
 from omomo_core.data.synthesis.attempt import attempt, finished
 from omomo_core.data.synthesis.casting import Sources
@@ -22,6 +22,7 @@ from omomo_core.data.synthesis.script import Action
 from omomo_core.data.synthesis.stage import rehearse
 from omomo_core.data.synthesis.walker.library import index
 from omomo_core.errors import InputError
+from omomo_core.geometry.runs import runs
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import FPS

@@ -12,7 +12,6 @@ from scipy.spatial.transform import Rotation
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
-from omomo_core.data.grounding import runs
 from omomo_core.data.synthesis.bend import Torso, bent, manner
 from omomo_core.data.synthesis.directions import ahead_of, in_space, left_of
 from omomo_core.data.synthesis.footage import heading
@@ -20,6 +19,7 @@ from omomo_core.data.synthesis.hands import Hands
 from omomo_core.data.synthesis.posture import Posture
 from omomo_core.data.synthesis.stage import Stage
 from omomo_core.geometry.easing import min_jerk
+from omomo_core.geometry.runs import runs
 from omomo_core.skeleton import PALM_JOINTS, joint
 
 _STRAIGHT_LEG = 0.995

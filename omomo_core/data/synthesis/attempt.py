@@ -21,7 +21,7 @@ from omomo_core.data.synthesis.holds import Handling
 from omomo_core.data.synthesis.props import Prop
 from omomo_core.data.synthesis.review import fault, walked_through
 from omomo_core.data.synthesis.script import Action
-from omomo_core.data.synthesis.stage import Stage
+from omomo_core.data.synthesis.stage import Stage, goes_its_way
 from omomo_core.data.synthesis.toolwork import TOOL_ACTIONS, work
 from omomo_core.data.synthesis.trajectory import direct
 from omomo_core.motion import ObjectMesh, ObjectMotion
@@ -75,10 +75,12 @@ def _handled(
     """Something handled as the grammar of actions says."""
     script = write_script(rng, action, sources.furniture)
 
-    def long_enough(stage: Stage) -> bool:
-        return sum(last - first for first, last in script.spans(stage.pauses)) >= _SHORTEST_HOLD
+    def suits(stage: Stage) -> bool:
+        spans = script.spans(stage.pauses)
+        long_enough = sum(last - first for first, last in spans) >= _SHORTEST_HOLD
+        return long_enough and goes_its_way(stage, spans, script.wanted.way)
 
-    found = cast(rng, sources, script.wanted, long_enough)
+    found = cast(rng, sources, script.wanted, suits)
     if found is None:
         return "no-stage"
     slides = all(episode.slides for episode in script.episodes)

@@ -46,6 +46,8 @@ class Wanted:
     """How the actor moves between stops, where that is made up."""
     made_to_measure: bool = False
     """Recorded walks do not suit."""
+    way: int = 0
+    """1 where the actor mostly walks ahead with the thing, -1 backward, 0 anyhow."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from omomo_core.data.synthesis.props import Furniture
 from omomo_core.data.synthesis.walker.library import index
 from omomo_core.errors import InputError
 
-RECIPE = 3
+RECIPE = 4
 """Raised whenever the same seed makes other clips: data of two recipes must not be mixed unnoticed."""
 _TRIES = 60
 """Attempts at one action; then another is drawn."""

@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
 from omomo_core.data.clips import Clip
-from omomo_core.data.grounding import runs
+from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
 from omomo_core.skeleton import BODY_JOINTS
 

@@ -8,7 +8,7 @@ from omomo_core.data.synthesis.actions.episodes import use_of
 from omomo_core.data.synthesis.actions.lifting import carry, flip, in_place, relocate
 from omomo_core.data.synthesis.actions.sliding import shove, slide, turn
 from omomo_core.data.synthesis.casting import Wanted
-from omomo_core.data.synthesis.manners import moves_for, posture_for
+from omomo_core.data.synthesis.manners import moves_for, posture_for, way_of
 from omomo_core.data.synthesis.props import Furniture, Prop, make_prop, scaled
 from omomo_core.data.synthesis.script import Action, Episode, Script, timeline
 from omomo_core.data.synthesis.stature import our_scale
@@ -66,8 +66,9 @@ def _script(
         pauses,
         rate=(0.45, 0.9) if slow else (0.7, 1.2),
         walk=(10, 50) if stepping else (24, _LONGEST),
-        backward={"pull": 0.8, "drag": 1.0, "push": 0.05, "relocate": 0.3}.get(action, 0.12),
+        backward={"pull": 0.9, "drag": 1.0, "push": 0.05, "relocate": 0.3}.get(action, 0.12),
         moves=moves_for(action),
         made_to_measure=action == "turn" and walks > 0,
+        way=way_of(rng, action),
     )
     return Script(action, prop, tuple(episodes), posture_for(rng, action), wanted)

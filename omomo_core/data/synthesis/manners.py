@@ -5,6 +5,7 @@ from typing import TypedDict
 import numpy as np
 
 from omomo_core.data.synthesis.posture import Posture
+from omomo_core.data.synthesis.props import Prop
 from omomo_core.data.synthesis.script import Action, Stance
 from omomo_core.data.synthesis.walker.path import CHANCES, Chances
 
@@ -92,9 +93,33 @@ def moves_for(action: Action) -> Chances:
     return _MOVES.get(action, CHANCES)
 
 
-_DRAG: Chances = {"back": 0.7, "side": 0.1, "orbit": 0.12, "shuffle": 0.08}
+def way_of(rng: np.random.Generator, action: Action) -> int:
+    """Pushing leads ahead and pulling backward; now and then a thing is swung round or slid aside."""
+    if rng.random() < 0.12:
+        return 0
+    return {"push": 1, "pull": -1, "drag": -1}.get(action, 0)
+
+
+def tilt_for(rng: np.random.Generator, action: Action, prop: Prop, palm: float) -> float:
+    """Tilt of what slides or is tipped, its top away from the actor, radians.
+
+    The side that is held rises, as the hands take its weight off the floor; what is tall for its
+    depth may also be tipped towards whoever pulls it, its far side off the floor.
+    """
+    tall = palm > float(prop.high[0] - prop.low[0])
+    towards = tall and action != "push" and rng.random() < 0.6
+    often, least, most = _TILTS[action]
+    return float((rng.random() < often) * rng.uniform(least, most) * (-1 if towards else 1))
+
+
+_TILTS: dict[Action, tuple[float, float, float]] = {
+    "push": (0.25, 0.02, 0.14), "pull": (0.6, 0.02, 0.25), "drag": (1.0, 0.08, 0.45),
+    "tip": (1.0, 0.12, 0.6),
+}  # fmt: skip
+"""How often, from, to."""
+_DRAG: Chances = {"back": 0.78, "side": 0.05, "orbit": 0.09, "shuffle": 0.08}
 _MOVES: dict[Action, Chances] = {
-    "push": {"walk": 0.62, "shuffle": 0.1, "orbit": 0.14, "side": 0.08, "turn": 0.06},
+    "push": {"walk": 0.74, "shuffle": 0.08, "orbit": 0.09, "side": 0.05, "turn": 0.04},
     "pull": _DRAG,
     "drag": _DRAG,
     "turn": {"orbit": 0.75, "turn": 0.25},

@@ -5,7 +5,7 @@ from jaxtyping import Bool, Float
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
-from omomo_core.data.grounding import foot_contacts, foot_skating, runs, sole_points
+from omomo_core.data.grounding import foot_contacts, foot_skating, sole_points
 from omomo_core.data.joint_angles import SIDES, elbow, twist, wrist
 from omomo_core.data.penetration import body_in_object
 from omomo_core.data.synthesis.actor import Performance
@@ -14,6 +14,7 @@ from omomo_core.data.synthesis.holds import Handling
 from omomo_core.data.synthesis.props import Prop
 from omomo_core.data.synthesis.shapes import Part, joined
 from omomo_core.data.synthesis.stage import Stage
+from omomo_core.geometry.runs import runs
 from omomo_core.geometry.transforms import to_local, turning_speed
 from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
 from omomo_core.skeleton import joint

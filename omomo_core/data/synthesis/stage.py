@@ -8,11 +8,14 @@ import torch
 from jaxtyping import Float
 from scipy.ndimage import gaussian_filter1d
 
-from omomo_core.data.synthesis.footage import Stretch
+from omomo_core.data.synthesis.directions import ahead_of
+from omomo_core.data.synthesis.footage import Stretch, heading
 
 _EASE = 5.0
 """Frames (one sigma) over which somebody comes to a stop."""
 _PAD = 20
+_ON_ITS_WAY = 0.6
+"""Least share of the way that must lead ahead (or back) where the actor pushes (or pulls)."""
 _LONGEST_IDLE = 75
 """Frames somebody may stand and wait where there is too little mocap around a stop."""
 
@@ -74,6 +77,18 @@ def rehearse(
     source, pauses = _timeline(stops, rate, pause_frames, lead_in, idle_before, idle, frames)
     source = gaussian_filter1d(source.clip(0.0, len(stretch.root) - 1.0), _EASE)[_PAD:-_PAD]
     return Stage(*sample(stretch, source), sway=idle_sway(rng, frames), pauses=pauses)
+
+
+def goes_its_way(stage: Stage, spans: list[tuple[int, int]], way: int) -> bool:
+    """Whether the actor mostly walks ahead (way 1) or backward (-1) in some frames; 0 is anyhow."""
+    ahead = ahead_of(gaussian_filter1d(np.unwrap(heading(stage.rotations)), _EASE))
+    steps = np.diff(gaussian_filter1d(stage.root[:, :2], _EASE, axis=0), axis=0)
+    held = np.zeros(len(steps), bool)
+    for first, last in spans:
+        held[first:last] = True
+    along = (steps * ahead[1:]).sum(axis=1)[held]
+    far = np.linalg.norm(steps[held], axis=1).sum()
+    return bool(way * along.sum() >= _ON_ITS_WAY * abs(way) * far)
 
 
 def sample(

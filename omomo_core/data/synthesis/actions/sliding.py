@@ -1,5 +1,7 @@
 """Actions in which a prop stays on the floor: slid by walking, moved by the arms alone, turned."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from omomo_core.data.synthesis.actions.episodes import (
@@ -8,9 +10,9 @@ from omomo_core.data.synthesis.actions.episodes import (
     takes_and_leaves,
     use_of,
 )
-from omomo_core.data.synthesis.manners import stance_for
+from omomo_core.data.synthesis.manners import stance_for, tilt_for
 from omomo_core.data.synthesis.props import Prop, Use, side_grasp
-from omomo_core.data.synthesis.script import Action, Episode, Shove, Stance
+from omomo_core.data.synthesis.script import Action, Episode, Shove
 
 
 def slide(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
@@ -18,12 +20,11 @@ def slide(rng: np.random.Generator, action: Action, prop: Prop, scale: float) ->
     grip = draw_grasp(rng, prop, "push")
     stops = tuple(int(s) for s in rng.uniform(6, 40, rng.choice([0, 1, 2], p=[0.6, 0.3, 0.1])))
     stances = tuple(stance_for(rng, action, grip[1], m) for m in range(3))
-    if action == "drag":
-        tilt = rng.uniform(0.08, 0.45) * (1 if rng.random() < 0.5 else -1)
-        stances = (stances[0], Stance(**(vars(stances[1]) | {"pitch": tilt})), stances[2])
+    tilt = tilt_for(rng, action, prop, float(grip[0].points[:, 2].mean()))
+    stances = (stances[0], replace(stances[1], pitch=tilt), stances[2])
     ends = takes_and_leaves(rng, stands=prop.stands)
     more = {"lift": int(rng.uniform(14, 24)), "lower": int(rng.uniform(14, 24))}
-    extra = more if action == "drag" else {}
+    extra = more if tilt else {}
     return [draw_episode(rng, action, prop, grip, ends, stops=stops, stances=stances, **extra)]  # pyright: ignore[reportArgumentType]
 
 
@@ -39,7 +40,8 @@ def shove(rng: np.random.Generator, action: Action, prop: Prop, scale: float) ->
             back=rng.random() < 0.2,
         )
         if action == "tip":
-            shove = Shove(pitch=rng.choice([-1.0, 1.0]) * rng.uniform(0.12, 0.6), back=True)
+            palm = float(grip[0].points[:, 2].mean())
+            shove = Shove(pitch=tilt_for(rng, action, prop, palm), back=True)
         moving = int(rng.uniform(16, 32) + 25 * (abs(shove.pitch) + abs(shove.ahead)))
         episodes.append(
             draw_episode(

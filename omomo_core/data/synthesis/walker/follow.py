@@ -4,11 +4,11 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.ndimage import binary_closing
 
-from omomo_core.data.grounding import runs
 from omomo_core.data.synthesis.walker.bearing import bear
 from omomo_core.data.synthesis.walker.gait import step_along
 from omomo_core.data.synthesis.walker.library import Library
 from omomo_core.data.synthesis.walker.path import RootPath
+from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
 
 _AT_REST = 0.02
