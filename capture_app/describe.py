@@ -108,10 +108,16 @@ def _inputs(request: TakeRequest) -> Iterator[Input]:
 def _options(request: TakeRequest) -> dict[str, str | int | float | bool | None]:
     return {
         **asdict(request.options),
+        "animated": request.animated,
+        "node": request.node,
         "configuration": request.configuration,
         "weights": str(request.weights) if request.weights else None,
         "height": request.height,
         "floor": request.floor,
+        "up": ",".join(map(repr, request.up)) if request.up else None,
+        "stitch": request.stitch,
+        "closure": request.closure,
+        "force": request.force,
         "mesh_scale": request.mesh_scale,
         "segment": request.segment,
         "video_size": _size(request.video_size),

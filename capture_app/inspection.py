@@ -1,16 +1,18 @@
 """What `omocap inspect` finds: the report on a session, and what a run would use of it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import trimesh
 
 from ingest.formats.detect import read_session
 from ingest.mesh import load_mesh
-from ingest.mount import identity_mount, load_mount
-from ingest.report.check import TakeReport
-from ingest.report.inspect import inspect_session
+from ingest.mount import Mount, identity_mount, load_mount
+from ingest.report.check import Check, TakeReport
+from ingest.report.inspect import inspect_clock, inspect_session
 from ingest.session import CaptureSession
 from ingest.trajectory.object_motion import ObjectTake, to_object_motion
 from omomo_core.errors import InputError
@@ -18,6 +20,8 @@ from omomo_core.motion import ObjectMesh
 
 _PHONE_SIZE = (0.147, 0.071, 0.008)
 """Metres; stands in for the object when none is given."""
+
+Verdict = Literal["good", "usable with limits", "not usable"]
 
 
 @dataclass(frozen=True)
@@ -30,6 +34,24 @@ class Inspection:
     """What a run would start from, None when the session is unusable."""
     problem: InputError | None
     """Why it is unusable."""
+    mesh: ObjectMesh | None
+    """The object, None when the phone alone was looked at."""
+    mount: Mount
+
+    @property
+    def verdict(self) -> Verdict:
+        """What the checks come to; `omocap run` refuses a take that is not usable."""
+        if self.problem is not None or self.report.severity == "bad":
+            return "not usable"
+        return "good" if self.report.severity == "ok" else "usable with limits"
+
+    @property
+    def advice(self) -> str:
+        """The first thing to do about it, "" when there is nothing to do."""
+        bad = self.report.of("bad")
+        if self.problem is not None and not bad:
+            return self.problem.fix
+        return next((check.fix for check in bad or self.report.of("warn")), "")
 
 
 def inspect_take(
@@ -38,6 +60,9 @@ def inspect_take(
     mount: Path | None = None,
     *,
     floor: float | None = None,
+    up: Sequence[float] | None = None,
+    stitch: bool = False,
+    closure: bool = False,
     mesh_scale: float = 1.0,
 ) -> Inspection:
     """Read and check a session.
@@ -46,21 +71,90 @@ def inspect_take(
         session: the session's folder or file.
         mesh: the object; the phone alone if not given (the floor is then the phone's).
         mount: the mount's file; the identity if not given.
-        floor: height of the floor in the session's world, metres.
+        floor, up, stitch, closure: as for `to_object_motion`.
         mesh_scale: factor that brings the mesh to metres.
 
     Raises:
         InputError: an input cannot be read at all.
     """
-    moved = load_mesh(mesh, scale=mesh_scale) if mesh else _phone()
+    moved = load_mesh(mesh, scale=mesh_scale) if mesh else None
     fixed = load_mount(mount) if mount else identity_mount()
-    read = read_session(session)
-    report = inspect_session(read)
+    return look_over(
+        read_session(session), moved, fixed, floor=floor, up=up, stitch=stitch, closure=closure
+    )
+
+
+def look_over(
+    session: CaptureSession,
+    mesh: ObjectMesh | None,
+    mount: Mount,
+    *,
+    floor: float | None = None,
+    up: Sequence[float] | None = None,
+    stitch: bool = False,
+    closure: bool = False,
+) -> Inspection:
+    """Check a session that is read already; arguments as for `inspect_take`."""
+    first = inspect_clock(session)
+    if not first.complete:
+        return Inspection(session, first, None, None, mesh, mount)
+    take, problem, moved = None, None, mesh or _phone()
     try:
-        take = to_object_motion(read, moved, fixed, floor=floor)
-    except InputError as problem:
-        return Inspection(read, report, None, problem)
-    return Inspection(read, report, take, None)
+        take = to_object_motion(
+            session, moved, mount, floor=floor, up=up, stitch=stitch, closure=closure
+        )
+    except InputError as found:
+        problem = found
+    report = inspect_session(session, mesh=mesh, mount=mount, take=take)
+    return Inspection(session, report, take, problem, mesh, mount)
+
+
+def refuse_bad(seen: Inspection) -> None:
+    """Refuse a take whose motion would be wrong.
+
+    Raises:
+        InputError: "take-bad", or the code of `to_object_motion`, with the red checks, their poses
+            and what to do about each.
+    """
+    # Of many faults of one kind the first stands for all; the report lists them.
+    bad = list({check.name: check for check in reversed(seen.report.of("bad"))}.values())[::-1]
+    if seen.problem is not None:
+        told = " ".join([seen.problem.what, *map(_told, bad)])
+        raise InputError(seen.problem.code, told, where=_where(seen, bad), fix=seen.advice)
+    if bad:
+        forced = ["To use the take all the same, add --force."] if seen.take else []
+        raise InputError(
+            "take-bad",
+            " ".join(["The motion of this take would be wrong.", *map(_told, bad)]),
+            where=_where(seen, bad),
+            fix=" ".join([*dict.fromkeys(check.fix for check in bad), *forced]),
+        )
+
+
+def usable_take(seen: Inspection, *, force: bool = False) -> ObjectTake:
+    """What a run starts from; a bad take only by force, one that gives no motion at all never.
+
+    Raises:
+        InputError: see `refuse_bad`.
+    """
+    if seen.take is None or not force:
+        refuse_bad(seen)
+    assert seen.take is not None
+    return seen.take
+
+
+def _told(check: Check) -> str:
+    return f"{check.name.capitalize()}: {check.message}."
+
+
+def _where(seen: Inspection, bad: list[Check]) -> str:
+    """The session, and the poses of each red check that concerns a part of it."""
+    places = [
+        f"{check.name} at poses {check.frames[0]} to {check.frames[1] - 1}"
+        for check in bad
+        if check.frames is not None
+    ]
+    return "; ".join([str(seen.session.source), *places])
 
 
 def _phone() -> ObjectMesh:

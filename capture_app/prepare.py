@@ -5,12 +5,15 @@ from pathlib import Path
 
 import numpy as np
 
+from capture_app.inspection import look_over, usable_take
 from capture_app.manifest import Segment
 from capture_app.request import TakeRequest
+from ingest.animated.detect import read_animation
+from ingest.animated.take import AnimatedTake, to_animated_take
 from ingest.formats.detect import read_session
 from ingest.mesh import load_mesh
 from ingest.mount import Mount, identity_mount, load_mount
-from ingest.trajectory.object_motion import ObjectTake, to_object_motion
+from ingest.trajectory.object_motion import ObjectTake
 from ingest.trajectory.segments import cut
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel, with_height
@@ -29,9 +32,10 @@ class PreparedTake:
 
     motion: ObjectMotion
     """The chosen segment of the take."""
-    take: ObjectTake
+    take: ObjectTake | AnimatedTake
     segment: Segment
     mount: Mount
+    """Of the phone; where there is none, the identity."""
     contacts: tuple[Span, ...] | None
     """What each hand holds, where that is given."""
     body: BodyModel
@@ -45,10 +49,8 @@ def prepare_take(request: TakeRequest) -> PreparedTake:
         InputError, AssetError: see `capture_app.pipeline.run_take`.
     """
     _check_contact_rule(request)
-    mesh = load_mesh(request.mesh, scale=request.mesh_scale)
-    mount = load_mount(request.mount) if request.mount else identity_mount()
-    session = read_session(request.session)
-    take = to_object_motion(session, mesh, mount, floor=request.floor)
+    mount = load_mount(request.mount) if request.mount else _no_mount(request)
+    take = _animated(request) if request.animated else _recorded(request, mount)
     segment = _choose(take, request.segment, request.session)
     motion = cut(take.motion, segment.start, segment.stop)
     body = load_body(request.body)
@@ -61,6 +63,53 @@ def prepare_take(request: TakeRequest) -> PreparedTake:
         body=with_height(body, request.height) if request.height else body,
         stages=_stages(request),
     )
+
+
+def _recorded(request: TakeRequest, mount: Mount) -> ObjectTake:
+    """What a phone that is clamped to the object recorded."""
+    if request.mesh is None:
+        raise InputError(
+            "object-needed",
+            "The object's mesh is not given; a phone's log has none.",
+            where="--object",
+            fix="Give the mesh of what the phone is clamped to: --object FILE (OBJ, PLY, STL or GLB, "
+            "in metres).",
+        )
+    if request.node is not None:
+        raise InputError(
+            "node-unused",
+            "A phone's log has no nodes.",
+            where="--node",
+            fix="Leave out --node.",
+        )
+    mesh = load_mesh(request.mesh, scale=request.mesh_scale)
+    seen = look_over(
+        read_session(request.session),
+        mesh,
+        mount,
+        floor=request.floor,
+        up=request.up,
+        stitch=request.stitch,
+        closure=request.closure,
+    )
+    return usable_take(seen, force=request.force)
+
+
+def _animated(request: TakeRequest) -> AnimatedTake:
+    """The object's own motion."""
+    if request.up or request.stitch or request.closure:
+        raise InputError(
+            "tracking-unused",
+            "An object's own motion was tracked by no phone.",
+            where="--up, --stitch, --closure",
+            fix="Leave them out; the file says which way is up.",
+        )
+    animation = read_animation(request.session, request.node)
+    return to_animated_take(animation, request.mesh, scale=request.mesh_scale, floor=request.floor)
+
+
+def _no_mount(request: TakeRequest) -> Mount:
+    return Mount(np.eye(4), "none") if request.animated else identity_mount()
 
 
 def _check_contact_rule(request: TakeRequest) -> None:
@@ -80,7 +129,7 @@ def _contacts(request: TakeRequest, motion: ObjectMotion) -> tuple[Span, ...] | 
     return read_contacts(request.contacts, len(motion.valid), sample_surface(motion.mesh))
 
 
-def _choose(take: ObjectTake, wanted: int | None, session: Path) -> Segment:
+def _choose(take: ObjectTake | AnimatedTake, wanted: int | None, session: Path) -> Segment:
     """The wanted segment, or the longest."""
     count = len(take.segments)
     if wanted is not None and not 1 <= wanted <= count:

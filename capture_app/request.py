@@ -12,13 +12,17 @@ class TakeRequest:
     """One take to be turned into a motion."""
 
     session: Path
-    """What the phone's logger wrote."""
-    mesh: Path
-    """The object's surface."""
+    """What the phone's logger wrote, or a file of the object's own motion."""
+    mesh: Path | None
+    """The object's surface; None for that of an animation that has its own."""
     mount: Path | None
     """Where the object is in the phone's frame; None when the phone's frame is the object's."""
     output: Path
     """The result folder to make."""
+    animated: bool = False
+    """The session is the object's own motion; there is no phone and no mount."""
+    node: str | None = None
+    """Which thing of an animated scene is the object; None where only one moves."""
     options: GenerationOptions = field(default_factory=GenerationOptions)
     contacts: Path | None = None
     """Which hand holds when and where, laid out as in `omomo_core.contact.file`; None decodes it."""
@@ -31,6 +35,12 @@ class TakeRequest:
     """Stature of the person, metres; None for the body's own."""
     floor: float | None = None
     """Height of the floor in the session's world, metres; None finds it."""
+    up: tuple[float, float, float] | None = None
+    """Up in the session's world; None trusts the log, or finds it."""
+    stitch: bool = False
+    """Join the take where tracking jumped."""
+    closure: bool = False
+    """The object ends on the mark where it began; drift is taken out."""
     mesh_scale: float = 1.0
     segment: int | None = None
     """Which stretch between tracking failures, counted from 1; None for the longest."""
@@ -38,6 +48,8 @@ class TakeRequest:
     """Width and height in pixels; None makes no video."""
     replace: bool = False
     """Put the result in place of an earlier one."""
+    force: bool = False
+    """Use a take that `omocap inspect` calls not usable."""
 
     @property
     def segments(self) -> bool:

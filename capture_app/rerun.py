@@ -21,17 +21,18 @@ def request_of(manifest: Manifest, output: Path, *, replace: bool = False) -> Ta
     inputs = {item.role: unchanged(item) for item in manifest.inputs}
     options: dict[str, Any] = dict(manifest.options)
     generation = {key: options.pop(key) for key in GenerationOptions.__dataclass_fields__}
-    size, weights = options.pop("video_size"), options.pop("weights")
+    size, weights, up = (options.pop(key) for key in ("video_size", "weights", "up"))
     _check_weights(manifest, Path(weights or SHIPPED / options["configuration"]))
     return TakeRequest(
         session=inputs["session"],
-        mesh=inputs["object"],
+        mesh=inputs.get("object"),
         mount=inputs.get("mount"),
         body=inputs.get("body"),
         contacts=inputs.get("contacts"),
         output=output,
         options=GenerationOptions(**generation),
         weights=Path(weights) if weights else None,
+        up=_direction(up) if up else None,
         video_size=_size(size) if size else None,
         replace=replace,
         **options,
@@ -41,6 +42,11 @@ def request_of(manifest: Manifest, output: Path, *, replace: bool = False) -> Ta
 def _size(text: str) -> tuple[int, int]:
     width, height = text.split("x")
     return int(width), int(height)
+
+
+def _direction(text: str) -> tuple[float, float, float]:
+    x, y, z = map(float, text.split(","))
+    return x, y, z
 
 
 def _check_not_corrected(manifest: Manifest) -> None:

@@ -46,7 +46,7 @@ def _check_free(target: Path, replace: bool) -> None:
             "output-exists",
             "The output folder exists already.",
             where=str(target),
-            fix="Give another one with -o, or replace it with --force.",
+            fix="Give another one with -o, or replace it with --replace.",
         )
     if not (target / MARK).is_file() or target.is_symlink():
         raise InputError(

@@ -14,6 +14,7 @@ from capture_app.cli import (
     demo,
     doctor,
     evaluate,
+    formats,
     inspect,
     render,
     rerun,
@@ -38,6 +39,7 @@ app.command("render")(render.render)
 app.command("rerun")(rerun.rerun)
 app.command("resolve")(resolve.resolve)
 app.command("doctor")(doctor.doctor)
+app.command("formats")(formats.formats)
 app.command("demo")(demo.demo)
 app.command("simulate")(simulate.simulate)
 app.command("train")(train.train)

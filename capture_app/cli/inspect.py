@@ -1,7 +1,8 @@
 """`omocap inspect`: look a take over before spending time on it."""
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.table import Table
@@ -9,11 +10,20 @@ from rich.text import Text
 
 from capture_app.cli import options as given
 from capture_app.cli.console import output, report, say
+from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
     from capture_app.inspection import Inspection
 
 _COLOUR = {"ok": "green", "warn": "yellow", "bad": "red"}
+_VERDICT_COLOUR = {"good": "green", "usable with limits": "yellow", "not usable": "red"}
+
+HtmlFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--html", help="Also write the report, with plots, as one HTML file.", show_default=False
+    ),
+]
 
 
 def inspect(
@@ -21,35 +31,66 @@ def inspect(
     mesh: given.OptionalMesh = None,
     mount: given.Mount = None,
     floor: given.Floor = None,
+    up: given.Up = None,
+    stitch: given.Stitch = False,
+    closure: given.Closure = False,
     mesh_scale: given.MeshScale = 1.0,
+    html: HtmlFile = None,
     as_json: given.AsJson = False,
 ) -> None:
-    """Check a recording: rate, tracking failures, speeds, gravity, floor, video.
+    """Check a recording: tracking, rate, speeds, gravity, IMU, floor, mesh, mount, video.
 
-    Tells which stretches of it `omocap run` can use. Exit code 0, or 2 when it can use none.
+    Tells which stretches of it `omocap run` can use. Exit code 0, or 2 when a run would refuse it.
     """
-    from capture_app.inspection import inspect_take
+    from capture_app.inspection import inspect_take, refuse_bad
 
     # Without the object the phone alone is inspected, and needs no mount.
     place = given.mount_file(mount) if mesh else None
-    seen = inspect_take(session, mesh, place, floor=floor, mesh_scale=mesh_scale)
+    seen = inspect_take(
+        session,
+        mesh,
+        place,
+        floor=floor,
+        up=given.direction(up, "--up"),
+        stitch=stitch,
+        closure=closure,
+        mesh_scale=mesh_scale,
+    )
+    refusal = None
+    try:
+        refuse_bad(seen)
+    except InputError as problem:
+        refusal = problem
+    if html is not None:
+        _write_page(seen, html)
     if as_json:
-        output.print_json(data=_as_data(seen))
+        output.print_json(data=_as_data(seen, refusal))
     else:
-        _show(seen, with_floor=mesh is not None)
-    if seen.problem:
+        _show(seen)
+        if html is not None:
+            say("Page", str(html), "bold")
+    if refusal is not None:
         if not as_json:
-            report(seen.problem)
+            report(refusal)
         raise typer.Exit(2)
 
 
-def _as_data(seen: "Inspection") -> dict[str, Any]:
+def _write_page(seen: "Inspection", path: Path) -> None:
+    from capture_app.report_page.page import report_page
+    from capture_app.report_page.save import save_page
+
+    save_page(report_page(seen), path)
+
+
+def _as_data(seen: "Inspection", refusal: InputError | None) -> dict[str, Any]:
     take = seen.take
     return {
         "app": seen.session.app,
         "source": str(seen.session.source),
-        "usable": take is not None,
-        "problem": str(seen.problem) if seen.problem else None,
+        "verdict": seen.verdict,
+        "advice": seen.advice,
+        "usable": refusal is None,
+        "problem": str(refusal) if refusal else None,
         "severity": seen.report.severity,
         "checks": [asdict(check) for check in seen.report.checks],
         "segments": [list(segment) for segment in take.segments] if take else [],
@@ -58,7 +99,7 @@ def _as_data(seen: "Inspection") -> dict[str, Any]:
     }
 
 
-def _show(seen: "Inspection", *, with_floor: bool) -> None:
+def _show(seen: "Inspection") -> None:
     output.print(f"{seen.session.source} ({seen.session.app})", markup=False, soft_wrap=True)
     table = Table("", "check", "found", "poses", box=None, pad_edge=False, header_style="dim")
     for check in seen.report.checks:
@@ -69,6 +110,11 @@ def _show(seen: "Inspection", *, with_floor: bool) -> None:
         poses = f"{check.frames[0]}-{check.frames[1] - 1}" if check.frames else ""
         table.add_row(Text(check.severity, style=colour), check.name, found, poses)
     output.print(table)
+    _show_stretches(seen)
+    say("Verdict", seen.verdict, f"bold {_VERDICT_COLOUR[seen.verdict]}")
+
+
+def _show_stretches(seen: "Inspection") -> None:
     if seen.take is None:
         return
     longest = max(stop - start for start, stop in seen.take.segments)
@@ -76,5 +122,5 @@ def _show(seen: "Inspection", *, with_floor: bool) -> None:
         used = stop - start == longest and len(seen.take.segments) > 1
         note = " (the longest: used unless --segment says otherwise)" if used else ""
         say(f"Segment {k}", f"{start / 30:.1f} to {stop / 30:.1f} s can be used{note}", "bold")
-    if with_floor:
+    if seen.mesh is not None:
         say("Floor", seen.take.floor.message, "bold")

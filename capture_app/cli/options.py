@@ -42,6 +42,14 @@ def _option(*names: str, text: str, **rest: Any) -> Any:
 Session = Annotated[
     Path, typer.Argument(help="Session folder that the phone's logger wrote.", show_default=False)
 ]
+Recording = Annotated[
+    Path,
+    typer.Argument(
+        help="Session folder that the phone's logger wrote; or the object's own motion: GLB, glTF or "
+        "USD, keyframes in CSV or JSON, poses in npz or TUM text.",
+        show_default=False,
+    ),
+]
 Result = Annotated[
     Path, typer.Argument(help="Result folder that `omocap run` wrote.", show_default=False)
 ]
@@ -51,7 +59,16 @@ OutputFile = Annotated[
     _option("-o", "--output", text="File to write; in the result folder if not given."),
 ]
 Mesh = Annotated[
-    Path, _option("--object", text="Mesh of the object: OBJ, PLY, STL or GLB, in metres.")
+    Path | None,
+    _option(
+        "--object",
+        text="Mesh of the object: OBJ, PLY, STL or GLB, in metres. An animated GLB or USD has its "
+        "own.",
+    ),
+]
+Node = Annotated[
+    str | None,
+    _option(text="Name of the object in an animated GLB or USD in which several things move."),
 ]
 OptionalMesh = Annotated[
     Path | None, _option("--object", text="Mesh of the object, to find its floor.")
@@ -60,7 +77,8 @@ Mount = Annotated[
     str | None,
     _option(
         text="Mount file: where the object is as the phone sees it. Or the word identity, when the "
-        "mesh is made in the phone's own axes.",
+        "mesh is made in the phone's own axes. An object's own motion takes none; TUM text is a "
+        "phone's log with a mount, the object's motion without.",
     ),
 ]
 Seed = Annotated[int, typer.Option(help="The same seed gives the same motion.", min=0)]
@@ -93,7 +111,27 @@ Floor = Annotated[
     float | None,
     _option(
         text="Height of the floor in the phone's world, metres (0 is where recording began, so it "
-        "is negative). Found where the object rests if not given.",
+        "is negative). Found where the object rests if not given. In an animation, the height in "
+        "its file; the object's lowest point if not given.",
+    ),
+]
+Up = Annotated[
+    str | None,
+    _option(text="Which way is up in the phone's world, e.g. 0,1,0. Found if not given."),
+]
+Stitch = Annotated[
+    bool,
+    _option(
+        "--stitch",
+        text="Move what follows a tracking jump back to where it belongs, instead of splitting the "
+        "take there.",
+    ),
+]
+Closure = Annotated[
+    bool,
+    _option(
+        "--closure",
+        text="The object ends on the mark where it began: take the drift in between out.",
     ),
 ]
 MeshScale = Annotated[
@@ -108,7 +146,10 @@ Segment = Annotated[
 ]
 Video = Annotated[bool, typer.Option(help="Draw a video.")]
 Size = Annotated[str, typer.Option(help="Width x height of the pictures in pixels.")]
-Force = Annotated[bool, _option("--force", text="Replace an earlier result of the same name.")]
+Replace = Annotated[bool, _option("--replace", text="Replace an earlier result of the same name.")]
+Force = Annotated[
+    bool, _option("--force", text="Use a take that `omocap inspect` calls not usable.")
+]
 AsJson = Annotated[bool, _option("--json", text="Print the report as JSON, for programs.")]
 Sample = Annotated[int | None, _option(text="Which sample, from 1; the chosen one if not given.")]
 Still = Annotated[
@@ -137,9 +178,30 @@ def mount_file(mount: str | None) -> Path | None:
             fix="Find it once per clamping and pass --mount FILE.json, a file with "
             '{"T_phone_object": four rows of four numbers} that maps points of the mesh into the '
             "axes of the phone's camera (in the landscape picture x right, y up, z towards you). "
-            "If the mesh is made in those axes already, pass --mount identity.",
+            "If the mesh is made in those axes already, pass --mount identity. A file of the object's "
+            "own motion needs none: docs/blender.md lists the kinds that are read.",
         )
     return None if mount == IDENTITY else Path(mount)
+
+
+def direction(text: str | None, option: str) -> tuple[float, float, float] | None:
+    """The three numbers of "0,1,0".
+
+    Raises:
+        InputError: it is written otherwise.
+    """
+    if text is None:
+        return None
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(
+            "direction-invalid",
+            f"{text!r} is no direction.",
+            where=option,
+            fix="Write three numbers with commas between them, e.g. 0,1,0.",
+        ) from None
+    return x, y, z
 
 
 def picture_size(text: str, option: str) -> tuple[int, int]:

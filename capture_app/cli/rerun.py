@@ -5,7 +5,7 @@ from capture_app.cli.console import progress_bars
 from capture_app.cli.summary import summarise
 
 
-def rerun(result: given.Result, output: given.ResultFolder, force: given.Force = False) -> None:
+def rerun(result: given.Result, output: given.ResultFolder, replace: given.Replace = False) -> None:
     """Make the same motion again, from the inputs and options in a result's manifest.
 
     Stops if an input or the weights have changed since.
@@ -15,7 +15,7 @@ def rerun(result: given.Result, output: given.ResultFolder, force: given.Force =
     from capture_app.rerun import request_of
     from capture_app.result import MANIFEST
 
-    request = request_of(read_manifest(result / MANIFEST), output, replace=force)
+    request = request_of(read_manifest(result / MANIFEST), output, replace=replace)
     with progress_bars() as progress:
         made = run_take(request, progress)
     summarise(made)

@@ -11,7 +11,7 @@ def resolve(
     output: given.ResultFolder,
     video: given.Video = True,
     video_size: given.Size = "960x540",
-    force: given.Force = False,
+    replace: given.Replace = False,
 ) -> None:
     """Solve the motion again where you have corrected its contacts.
 
@@ -24,7 +24,7 @@ def resolve(
     from capture_app.request import ResolveRequest
     from capture_app.resolve import resolve_result
 
-    request = ResolveRequest(result, contacts, output, video_size=size, replace=force)
+    request = ResolveRequest(result, contacts, output, video_size=size, replace=replace)
     with progress_bars() as progress:
         made = resolve_result(request, progress)
     summarise(made)

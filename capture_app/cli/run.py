@@ -1,4 +1,4 @@
-"""`omocap run`: a phone session, a mesh and a mount become a motion."""
+"""`omocap run`: a phone session with mesh and mount, or an animated object, becomes a motion."""
 
 from capture_app.cli import options as given
 from capture_app.cli.console import progress_bars
@@ -6,10 +6,11 @@ from capture_app.cli.summary import summarise
 
 
 def run(
-    session: given.Session,
-    mesh: given.Mesh,
+    session: given.Recording,
     result: given.ResultFolder,
+    mesh: given.Mesh = None,
     mount: given.Mount = None,
+    node: given.Node = None,
     seed: given.Seed = 0,
     samples: given.Samples = 4,
     contact: given.Contact = given.ContactRule.segments,
@@ -20,10 +21,14 @@ def run(
     height: given.Height = None,
     body: given.Body = None,
     floor: given.Floor = None,
+    up: given.Up = None,
+    stitch: given.Stitch = False,
+    closure: given.Closure = False,
     mesh_scale: given.MeshScale = 1.0,
     segment: given.Segment = None,
     video: given.Video = True,
     video_size: given.Size = "960x540",
+    replace: given.Replace = False,
     force: given.Force = False,
 ) -> None:
     """Make the motion of the person who moved the object.
@@ -33,18 +38,23 @@ def run(
     corrected with `omocap resolve`) and *manifest.json* (how it was made).
 
     Example: `omocap run my_take --object chair.obj --mount chair_mount.json -o chair_motion`
+
+    An object that was animated needs no phone: `omocap run chair.glb -o chair_motion`
     """
-    place = given.mount_file(mount)
     size = given.picture_size(video_size, "--video-size") if video else None
     from capture_app.pipeline import run_take
     from capture_app.request import TakeRequest
+    from ingest.animated.detect import is_animation
     from omomo_core.generation.result import GenerationOptions
 
+    animated = is_animation(session, mounted=mount is not None)
     request = TakeRequest(
         session=session,
         mesh=mesh,
-        mount=place,
+        mount=None if animated else given.mount_file(mount),
         output=result,
+        animated=animated,
+        node=node,
         options=GenerationOptions(samples, seed, contact.value, steps=steps),
         contacts=contacts,
         configuration=config.value,
@@ -52,10 +62,14 @@ def run(
         body=body,
         height=height,
         floor=floor,
+        up=given.direction(up, "--up"),
+        stitch=stitch,
+        closure=closure,
         mesh_scale=mesh_scale,
         segment=segment,
         video_size=size,
-        replace=force,
+        replace=replace,
+        force=force,
     )
     with progress_bars() as progress:
         made = run_take(request, progress)

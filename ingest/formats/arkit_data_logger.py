@@ -6,15 +6,15 @@ nanoseconds since boot.
 
 from pathlib import Path
 
-import numpy as np
-
+from ingest.formats.pick import first_row
 from ingest.formats.poses import check_poses, poses_from_matrices
-from ingest.formats.table import Table, numbers, read_rows
+from ingest.formats.table import numbers, read_rows
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 
 NAME = "ARKit Data Logger"
 FILES = "ARKit_camera_pose.txt, or a folder with one"
+LACKS = "no tracking state, intrinsics, images or IMU"
 _WIDTH = 13
 
 
@@ -33,12 +33,11 @@ def read(path: Path) -> CaptureSession:
             where=str(path),
             fix="Pass one of these files instead of the folder.",
         )
-    raw = numbers(read_rows(files[0], None), _WIDTH, range(_WIDTH))
-    seconds = np.concatenate([raw.values[:, :1] * 1e-9, raw.values[:, 1:]], axis=1)
-    table = Table(raw.path, seconds, raw.lines)
-    T = poses_from_matrices(table, table.values[:, 1:].reshape(-1, 3, 4))
-    check_poses(table, T)
-    return CaptureSession(app=NAME, source=path, times=table.values[:, 0], T_world_phone=T)
+    table = numbers(read_rows(files[0], None), _WIDTH, range(_WIDTH))
+    times = table.values[:, 0] * 1e-9
+    T = poses_from_matrices(table.values[:, 1:].reshape(-1, 3, 4), table.place)
+    check_poses(times, T, table.path, table.place)
+    return CaptureSession(app=NAME, source=path, times=times, T_world_phone=T)
 
 
 def write(session: CaptureSession, folder: Path) -> Path:
@@ -59,8 +58,5 @@ def _trajectories(folder: Path) -> list[Path]:
 def _is_trajectory(file: Path) -> bool:
     if file.name.startswith("ARKit_camera_pose"):
         return True
-    with file.open("rb") as lines:
-        first = lines.readline(4096)
-        first = lines.readline(4096) if first.startswith(b"#") else first
-    fields = first.split()
-    return len(fields) == _WIDTH and fields[0].isdigit() and len(fields[0]) > 9
+    fields = first_row(file).split()
+    return len(fields) == _WIDTH and fields[0].isdecimal() and len(fields[0]) > 9

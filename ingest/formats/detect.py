@@ -1,59 +1,97 @@
-"""Which app wrote this? read_session looks at the content and reads it."""
+"""Which app wrote this? read_session finds the session, looks at the content and reads it."""
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Protocol, runtime_checkable
 
-from ingest.formats import arkit_data_logger, ios_logger, stray_scanner
+from ingest.archive import is_archive, unpack
+from ingest.formats.registry import FORMATS, Format
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 
-
-@runtime_checkable
-class Format(Protocol):
-    """What each module of this folder offers."""
-
-    @property
-    def NAME(self) -> str: ...  # noqa: D102
-    @property
-    def FILES(self) -> str: ...  # noqa: D102
-
-    def detect(self, path: Path) -> bool: ...  # noqa: D102
-    def read(self, path: Path) -> CaptureSession: ...  # noqa: D102
-    def write(self, session: CaptureSession, folder: Path) -> Path: ...  # noqa: D102
-
-
-FORMATS: tuple[Format, ...] = (stray_scanner, ios_logger, arkit_data_logger)
+_MAX_FOLDERS = 1000
+"""Looked into; more than that is a disk, not a share of a session."""
 
 
 def read_session(path: Path) -> CaptureSession:
-    """Read a session folder, its pose file, or a folder holding exactly one session folder.
+    """Read a session: its folder, its pose file, an archive, or a folder around its folder.
+
+    An archive is a .zip, .r3d, .tar or .tar.gz of any of these, told by its content. A session may
+    lie one or two folders down, if it is the only one there. Hidden folders are not looked into.
 
     Raises:
-        InputError: nothing there, not a session, several sessions, or a defect in the log.
+        InputError: "session-missing", "session-unknown", "session-ambiguous", "session-unreadable";
+            "archive-..." for an archive that is not unpacked; or a defect in the log.
     """
-    if not path.exists():
+    try:
+        if not path.exists():
+            raise InputError(
+                "session-missing",
+                "There is no such file or folder.",
+                where=str(path),
+                fix="Check the path.",
+            )
+        if path.is_file() and is_archive(path):
+            return _read_archive(path)
+        return replace(_read(path), source=path)
+    except OSError as error:
         raise InputError(
-            "session-missing",
-            "There is no such file or folder.",
-            where=str(path),
-            fix="Check the path.",
-        )
+            "session-unreadable",
+            f"It cannot be read: {error.strerror or error}.",
+            where=str(error.filename or path),
+            fix="Check that you may read it and that its disk is there; copy the session here.",
+        ) from error
+
+
+def _read_archive(path: Path) -> CaptureSession:
+    folder = unpack(path)
+    try:
+        return replace(_read(folder), source=path)
+    except InputError as error:
+        # The user knows the archive, not the folder that it was unpacked into.
+        where = error.where.replace(str(folder), str(path))
+        raise InputError(error.code, error.what, where=where, fix=error.fix) from error
+
+
+def _read(path: Path) -> CaptureSession:
     if (format_ := _format_of(path)) is not None:
         return format_.read(path)
-    inside = [folder for folder in _subfolders(path) if _format_of(folder) is not None]
-    if len(inside) == 1:
-        return read_session(inside[0])
-    if inside:
+    found = _sessions_in(path)
+    if len(found) > 1:
+        names = _names([str(folder.relative_to(path)) for folder, _ in found])
         raise InputError(
             "session-ambiguous",
-            f"The folder holds {len(inside)} sessions: {_names(inside)}.",
+            f"The folder holds {len(found)} sessions: {names}.",
             where=str(path),
             fix="Pass one of these folders.",
         )
+    for folder, format_ in found:
+        return format_.read(folder)
     raise _not_a_session(path)
 
 
+def _sessions_in(path: Path) -> list[tuple[Path, Format]]:
+    """The session folders one down, and two down in folders that are none themselves."""
+    found: list[tuple[Path, Format]] = []
+    looked = 0
+    level = _subfolders(path)
+    for _ in range(2):
+        looked += len(level)
+        if looked > _MAX_FOLDERS:
+            raise InputError(
+                "session-unknown",
+                f"It holds more than {_MAX_FOLDERS} folders and is no session itself.",
+                where=str(path),
+                fix="Give the folder of the session.",
+            )
+        claims = [(folder, _format_of(folder)) for folder in level]
+        found += [(folder, format_) for folder, format_ in claims if format_ is not None]
+        level = [deep for folder, claim in claims if claim is None for deep in _subfolders(folder)]
+    return found
+
+
 def _format_of(path: Path) -> Format | None:
+    if not (path.is_dir() or path.is_file()):
+        return None
     matches = [format_ for format_ in FORMATS if format_.detect(path)]
     if len(matches) > 1:
         raise InputError(
@@ -67,7 +105,7 @@ def _format_of(path: Path) -> Format | None:
 
 def _not_a_session(path: Path) -> InputError:
     if path.is_dir():
-        entries = sorted(path.iterdir())
+        entries = sorted(entry.name for entry in path.iterdir())
         found = f"it holds {_names(entries)}" if entries else "it is empty"
     else:
         found = f"{path.name} has {path.stat().st_size} bytes and none of their layouts"
@@ -76,7 +114,7 @@ def _not_a_session(path: Path) -> InputError:
         "session-unknown",
         f"This is not a phone session: {found}.",
         where=str(path),
-        fix=f"Give a session of {known}.",
+        fix=f"Give a session of {known}; or a .zip, .tar or .tar.gz of one.",
     )
 
 
@@ -87,6 +125,6 @@ def _subfolders(path: Path) -> list[Path]:
     return sorted(p for p in path.iterdir() if p.is_dir() and not p.name.startswith(hidden))
 
 
-def _names(paths: list[Path]) -> str:
-    shown = ", ".join(path.name for path in paths[:8])
-    return f"{shown} and {len(paths) - 8} more" if len(paths) > 8 else shown
+def _names(names: list[str]) -> str:
+    shown = ", ".join(names[:8])
+    return f"{shown} and {len(names) - 8} more" if len(names) > 8 else shown

@@ -11,13 +11,16 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
+from ingest.formats.pick import first_row, floats
 from ingest.formats.poses import check_poses, poses_from_quaternions
 from ingest.formats.table import Table, numbers, read_rows
 from ingest.session import GRAVITY, CaptureSession, ImuLog
 
 NAME = "ios_logger"
 FILES = "a folder with ARposes.txt"
+LACKS = "no tracking state or depth"
 IMAGE_SIZE = (1920, 1440)
+_POSE_WIDTH = 8
 
 
 def detect(path: Path) -> bool:
@@ -26,18 +29,16 @@ def detect(path: Path) -> bool:
         return (path / "ARposes.txt").is_file()
     if path.name == "ARposes.txt":
         return True
-    with path.open("rb") as file:
-        fields = file.readline(4096).split(b",")
-    return len(fields) == 8 and all(field.strip(b" \r\n-.e0123456789") == b"" for field in fields)
+    return len(floats(first_row(path).split(","))) == _POSE_WIDTH
 
 
 def read(path: Path) -> CaptureSession:
     """Read a session folder (or the ARposes.txt in it)."""
     folder = path if path.is_dir() else path.parent
-    table = _table(folder / "ARposes.txt" if path.is_dir() else path, 8)
-    T = poses_from_quaternions(table, slice(1, 4), (5, 6, 7, 4))
-    check_poses(table, T)
-    times = table.values[:, 0]
+    table = _table(folder / "ARposes.txt" if path.is_dir() else path, _POSE_WIDTH)
+    times, positions, xyzw = table.values[:, 0], table.values[:, 1:4], table.values[:, [5, 6, 7, 4]]
+    T = poses_from_quaternions(positions, xyzw, table.place)
+    check_poses(times, T, table.path, table.place)
     images = _table(folder / "Frames.txt", 6) if (folder / "Frames.txt").is_file() else None
     intrinsics = _at(times, images.values[:, 0], images.values[:, 2:]) if images else None
     video = folder / "Frames.m4v"

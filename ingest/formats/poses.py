@@ -1,50 +1,82 @@
-"""Checks and conversions every pose log needs, each failure naming the line."""
+"""Checks and conversions every pose log needs, each failure naming the line or frame.
+
+`place` gives the file and line (or frame) of a row, for messages: `Table.place`, or a function of
+the format.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
-from ingest.formats.table import Table
 from omomo_core.errors import InputError
 
 MIN_SECONDS = 1.0
+MAX_SECONDS = 86_400.0
+MAX_METRES = 1e5
+"""From the origin, along one axis; farther is another unit, or damage."""
 _UNIT_TOLERANCE = 1e-3
+_WILD = 9.0
+"""No element of a rotation is near this size; squares of still larger ones might overflow."""
 _FIX_LOG = "Give the log as the app wrote it; if it is untouched, record the take again."
+
+Place = Callable[[int], str]
 
 
 def poses_from_quaternions(
-    table: Table, xyz: slice, xyzw: tuple[int, int, int, int]
+    positions: Float64[np.ndarray, "frames 3"],
+    quaternions: Float64[np.ndarray, "frames 4"],
+    place: Place,
 ) -> Float64[np.ndarray, "frames 4 4"]:
-    """Poses from position columns and quaternion columns (given in the order x, y, z, w)."""
-    quaternions = table.values[:, list(xyzw)]
-    off = np.abs(np.linalg.norm(quaternions, axis=1) - 1)
-    if (off > _UNIT_TOLERANCE).any():
-        row = int(np.argmax(off > _UNIT_TOLERANCE))
+    """Poses from positions and quaternions (xyzw) of length 1."""
+    lengths = np.linalg.norm(quaternions.clip(-_WILD, _WILD), axis=1)
+    off = np.abs(lengths - 1) > _UNIT_TOLERANCE
+    if off.any():
+        row = int(np.argmax(off))
         raise InputError(
             "pose-not-unit",
-            f"The quaternion has length {np.linalg.norm(quaternions[row]):.4f} instead of 1.",
-            where=table.place(row),
+            f"The quaternion has length {lengths[row]:.4f} instead of 1.",
+            where=place(row),
             fix=_FIX_LOG,
         )
-    return _poses(Rotation.from_quat(quaternions).as_matrix(), table.values[:, xyz])
+    return _poses(Rotation.from_quat(quaternions).as_matrix(), positions)
 
 
 def poses_from_matrices(
-    table: Table, rows_3x4: Float64[np.ndarray, "frames 3 4"]
+    matrices: Float64[np.ndarray, "frames rows 4"], place: Place
 ) -> Float64[np.ndarray, "frames 4 4"]:
-    """Poses from [R | t]; R is made exactly orthonormal (logs print six decimals)."""
-    R = rows_3x4[:, :, :3]
-    off = np.abs(R @ R.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
-    off = np.maximum(off, np.abs(np.linalg.det(R) - 1))
-    if (off > _UNIT_TOLERANCE).any():
-        row = int(np.argmax(off > _UNIT_TOLERANCE))
+    """Poses from [R | t], with or without the row 0 0 0 1.
+
+    R is made exactly orthonormal (logs print six decimals).
+    """
+    faults = np.abs(matrices[:, 3:] - [0, 0, 0, 1]).max(axis=(1, 2), initial=0)
+    if (faults > _UNIT_TOLERANCE).any():
+        row = int(np.argmax(faults > _UNIT_TOLERANCE))
+        last = " ".join(f"{x:.3g}" for x in matrices[row, 3])
         raise InputError(
             "pose-not-rigid",
-            f"The 3x3 part is no rotation: it is off by {off[row]:.2g}.",
-            where=table.place(row),
+            f"The last row of the matrix is {last} instead of 0 0 0 1: it is transposed, or no "
+            "rigid transform.",
+            where=place(row),
+            fix="Write camera-to-world matrices row by row, the position in the last column.",
+        )
+    R = matrices[:, :3, :3].clip(-_WILD, _WILD)
+    off = np.abs(R @ R.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
+    handed = np.linalg.det(R)
+    off = np.maximum(off, np.abs(handed - 1))
+    if (off > _UNIT_TOLERANCE).any():
+        row = int(np.argmax(off > _UNIT_TOLERANCE))
+        mirrored = abs(handed[row] + 1) < _UNIT_TOLERANCE
+        fault = "it is mirrored (left-handed axes)" if mirrored else f"it is off by {off[row]:.2g}"
+        raise InputError(
+            "pose-not-rigid",
+            f"The 3x3 part is no rotation: {fault}.",
+            where=place(row),
             fix=_FIX_LOG,
         )
-    return _poses(Rotation.from_matrix(R).as_matrix(), rows_3x4[:, :, 3])
+    return _poses(Rotation.from_matrix(R).as_matrix(), matrices[:, :3, 3])
 
 
 def _poses(
@@ -56,44 +88,68 @@ def _poses(
     return T
 
 
-def check_length(table: Table) -> None:
-    """Refuse a log of fewer than two rows or less than a second (column 0 is the time)."""
-    if len(table.lines) >= 2 and table.values[-1, 0] - table.values[0, 0] >= MIN_SECONDS:
+def _check_far(T_world_phone: Float64[np.ndarray, "frames 4 4"], place: Place) -> None:
+    far = np.abs(T_world_phone[:, :3, 3]).max(axis=1) > MAX_METRES
+    if far.any():
+        row = int(np.argmax(far))
+        raise InputError(
+            "pose-far",
+            f"The phone is {np.abs(T_world_phone[row, :3, 3]).max():.3g} m from the origin.",
+            where=place(row),
+            fix=f"Positions are metres. {_FIX_LOG}",
+        )
+
+
+def check_length(times: Float64[np.ndarray, " frames"], log: Path, place: Place) -> None:
+    """Refuse a log of fewer than two poses, less than a second or more than a day."""
+    seconds = float(times[-1]) - float(times[0]) if len(times) else 0.0
+    if len(times) >= 2 and MIN_SECONDS <= seconds <= MAX_SECONDS:
         return
-    seconds = float(np.ptp(table.values[:, 0])) if len(table.lines) else 0.0
-    last = f":{table.lines[-1]}" if table.lines else ""
+    if seconds > MAX_SECONDS:
+        raise InputError(
+            "log-long",
+            f"{log.name} goes on for {seconds / 3600:.3g} hours; a take has minutes.",
+            where=place(int(np.argmax(np.diff(times))) + 1),
+            fix="Times are read in the unit of the app. Give one take, as the app wrote it.",
+        )
     raise InputError(
         "log-short",
-        f"{table.path.name} holds {len(table.lines)} poses over {seconds:.2f} s; "
+        f"{log.name} holds {len(times)} poses over {seconds:.2f} s; "
         f"a take needs at least {MIN_SECONDS:g} s.",
-        where=f"{table.path}{last}",
+        where=place(len(times) - 1) if len(times) else str(log),
         fix="Record a longer take, or copy the session again if it was longer than this.",
     )
 
 
-def check_poses(table: Table, T_world_phone: Float64[np.ndarray, "frames 4 4"]) -> None:
-    """Refuse time that does not advance, logs too short, and a tracker that never started.
+def check_poses(
+    times: Float64[np.ndarray, " frames"],
+    T_world_phone: Float64[np.ndarray, "frames 4 4"],
+    log: Path,
+    place: Place,
+) -> None:
+    """Refuse time (s) that does not advance, logs too short or long, and poses that are no track.
 
-    Column 0 of the table is the time in seconds.
+    Such are a tracker that never started, and positions (m) beyond any walk.
     """
-    steps = np.diff(table.values[:, 0])
-    if (steps <= 0).any():
-        row = int(np.argmax(steps <= 0))
+    _check_far(T_world_phone, place)
+    stops = times[1:] <= times[:-1]
+    if stops.any():
+        row = int(np.argmax(stops))
         raise InputError(
             "time-backwards",
             "The clock does not advance: it goes from "
-            f"{table.values[row, 0]:.6f} s to {table.values[row + 1, 0]:.6f} s.",
-            where=table.place(row + 1),
+            f"{times[row]:.6f} s to {times[row + 1]:.6f} s.",
+            where=place(row + 1),
             fix="Do not join or re-order logs: give one take as the app wrote it.",
         )
-    check_length(table)
+    check_length(times, log, place)
     if np.ptp(T_world_phone, axis=0).max() < 1e-6:
         at_origin = np.allclose(T_world_phone[0, :3, 3], 0)
         raise InputError(
             "tracking-never-started",
             f"All {len(T_world_phone)} poses are the same{' (the origin)' if at_origin else ''}: "
             "tracking never started.",
-            where=str(table.path),
+            where=str(log),
             fix="Use the back camera in a lit, textured room, move the phone until the app shows "
             "tracking, then record again.",
         )

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
+from ingest.formats.pick import first_row
 from ingest.formats.poses import check_poses, poses_from_quaternions
 from ingest.formats.table import Table, TextRows, numbers, read_rows
 from ingest.session import GRAVITY, CaptureSession, ImuLog
@@ -20,6 +21,7 @@ from omomo_core.errors import InputError
 
 NAME = "Stray Scanner"
 FILES = "a folder with odometry.csv"
+LACKS = "no tracking state; needs LiDAR"
 
 POSE_COLUMNS = ("timestamp", "x", "y", "z", "qx", "qy", "qz", "qw")
 CAMERA_COLUMNS = ("fx", "fy", "cx", "cy")
@@ -34,9 +36,8 @@ def detect(path: Path) -> bool:
     log = _odometry(path)
     if not log.is_file():
         return False
-    with log.open("rb") as file:
-        first = file.readline(4096).decode("utf-8", errors="replace").lower()
-    return path.is_dir() or {"timestamp", "qx", "qw"} <= {f.strip() for f in first.split(",")}
+    names = {name.strip() for name in first_row(log).lower().split(",")}
+    return path.is_dir() or {"timestamp", "qx", "qw"} <= names
 
 
 def read(path: Path) -> CaptureSession:
@@ -45,9 +46,9 @@ def read(path: Path) -> CaptureSession:
     folder = log.parent
     text = read_rows(log, ",")
     table = _columns(text, POSE_COLUMNS)
-    T = poses_from_quaternions(table, slice(1, 4), (4, 5, 6, 7))
+    T = poses_from_quaternions(table.values[:, 1:4], table.values[:, 4:8], table.place)
     T[:, :3, :3] = T[:, :3, :3] @ _FLIP
-    check_poses(table, T)
+    check_poses(table.values[:, 0], T, table.path, table.place)
     intrinsics = _intrinsics(text, folder / "camera_matrix.csv", len(T))
     video = folder / "rgb.mp4"
     return CaptureSession(
@@ -134,7 +135,7 @@ def _read_imu(path: Path) -> ImuLog | None:
     # The app pairs two sensors and stamps each pair with the later one: order is not certain.
     rows = table.values[np.argsort(table.values[:, 0], kind="stable")]
     accel = rows[:, 1:4]
-    in_g = np.median(np.linalg.norm(accel, axis=1)) < 3
+    in_g = np.median(np.abs(accel).max(axis=1)) < 3
     return ImuLog(times=rows[:, 0], accel=accel * (GRAVITY if in_g else 1.0), gyro=rows[:, 4:7])
 
 

@@ -1,23 +1,66 @@
 """inspect_session: every check on a take."""
 
-from ingest.report import sensors, timing, tracking
-from ingest.report.check import TakeReport
+from collections.abc import Iterator
+
+from ingest.mount import Mount
+from ingest.report import clamp, pace, sensors, solid, stance, timing, tracking
+from ingest.report.agreement import agreement_checks
+from ingest.report.check import Check, TakeReport
+from ingest.report.gravity import gravity
+from ingest.report.look import Look
+from ingest.report.units import units
 from ingest.session import CaptureSession
+from ingest.trajectory.object_motion import ObjectTake
+from omomo_core.motion import ObjectMesh
 
 
-def inspect_session(session: CaptureSession) -> TakeReport:
-    """Look a take over before spending time on it."""
-    return TakeReport(
-        (
-            timing.duration(session),
-            timing.rate(session),
-            *tracking.faults(session),
-            tracking.repeats(session),
-            tracking.path_length(session),
-            *tracking.speeds(session),
-            sensors.gravity(session),
-            sensors.intrinsics(session),
-            sensors.video(session),
-            tracking.floor_source(session),
-        )
-    )
+def inspect_session(
+    session: CaptureSession,
+    *,
+    mesh: ObjectMesh | None = None,
+    mount: Mount | None = None,
+    take: ObjectTake | None = None,
+) -> TakeReport:
+    """Look a take over, once `inspect_clock` finds that its stamps and units make sense.
+
+    Args:
+        session: what the phone logged.
+        mesh: the object, if it is known; its checks are left out otherwise.
+        mount: where the object is in the phone's frame; None is the identity, and not checked.
+        take: what `to_object_motion` makes of these, None when it refuses the session.
+    """
+    first = inspect_clock(session)
+    if not first.complete:
+        return first
+    return TakeReport((*first.checks, *_checks(Look(session, mesh, mount, take))))
+
+
+def inspect_clock(session: CaptureSession) -> TakeReport:
+    """The checks that need only stamps and positions.
+
+    It is not complete when units are wrong: nothing else is worth telling then.
+    """
+    first = units(session)
+    others = timing.duration(session), timing.rate(session), timing.steadiness(session)
+    return TakeReport((first, *others), first.severity != "bad")
+
+
+def _checks(look: Look) -> Iterator[Check]:
+    session = look.session
+    yield tracking.share(look)
+    yield from tracking.faults(look)
+    yield tracking.repeats(session)
+    yield pace.path_length(look)
+    yield from pace.paces(look)
+    yield gravity(look)
+    yield from agreement_checks(look)
+    yield stance.rests(look)
+    yield stance.floor(look)
+    yield stance.closure(look)
+    if look.mesh is not None:
+        yield from solid.mesh_checks(look.mesh)
+    if look.mesh is not None and look.mount is not None:
+        yield from clamp.mount_checks(look.mesh, look.mount)
+    yield from stance.object_checks(look)
+    yield sensors.intrinsics(session)
+    yield sensors.video(session)

@@ -1,24 +1,28 @@
-"""Duration and rate."""
+"""Duration, rate, and how steadily the poses come."""
 
 import numpy as np
 
-from ingest.report.check import Check, grade
+from ingest.report.check import Check, grade, graded
+from ingest.report.look import USEFUL_SECONDS
 from ingest.session import CaptureSession
 
-_SHORT_SECONDS = 3.0
+_LONG_SECONDS = 1800.0
 _WARN_PERIOD, _BAD_PERIOD = 0.04, 0.09
 """Seconds between poses: under 25 Hz is coarse, at 10 Hz every step is a gap."""
+_SHORTEST_PERIOD = 1 / 75
+"""ARKit gives at most 60 poses a second."""
+_DROP_WINDOW, _DROP = 61, 1.6
+"""Steps over which the rate is taken, and the factor by which a hot phone slows (60 to 30)."""
 
 
 def duration(session: CaptureSession) -> Check:
     """How long the take is."""
     seconds = float(session.times[-1] - session.times[0])
-    return Check(
-        "duration",
-        "ok" if seconds >= _SHORT_SECONDS else "warn",
-        f"{seconds:.1f} s, {len(session.times)} poses",
-        fix="" if seconds >= _SHORT_SECONDS else "Record at least three seconds.",
-    )
+    message = f"{seconds:.1f} s, {len(session.times)} poses"
+    if seconds > _LONG_SECONDS:
+        return Check("duration", "warn", message, fix="Give one take, not a whole session.")
+    severity = "ok" if seconds >= USEFUL_SECONDS else "warn"
+    return graded("duration", severity, message, "Record at least three seconds.")
 
 
 def rate(session: CaptureSession) -> Check:
@@ -26,11 +30,34 @@ def rate(session: CaptureSession) -> Check:
     steps = np.diff(session.times)
     period = float(np.median(steps))
     uneven = float(np.mean(np.abs(steps - period) > 0.2 * period))
-    severity = grade(period, _WARN_PERIOD, _BAD_PERIOD)
-    return Check(
-        "rate",
-        severity,
+    message = (
         f"{1 / period:.1f} poses a second; {uneven:.1%} of the steps are uneven, "
-        f"the longest is {1000 * steps.max():.0f} ms",
-        fix="" if severity == "ok" else "Set the app to 30 or 60 poses a second; cool the phone.",
+        f"the longest is {1000 * steps.max():.0f} ms"
+    )
+    if period < _SHORTEST_PERIOD:
+        fix = "ARKit gives at most 60: give the log as the app wrote it, not resampled or sped up."
+        return Check("rate", "warn", message, fix=fix)
+    severity = grade(period, _WARN_PERIOD, _BAD_PERIOD)
+    fix = "Set the app to 30 or 60 poses a second; cool the phone."
+    return graded("rate", severity, message, fix)
+
+
+def steadiness(session: CaptureSession) -> Check:
+    """Whether the rate stays: a hot phone falls from 60 to 30 poses a second, or fewer."""
+    steps = np.diff(session.times)
+    width = min(_DROP_WINDOW, len(steps))
+    windows = np.lib.stride_tricks.sliding_window_view(steps, width)
+    periods = np.median(windows, axis=1)
+    slow = np.flatnonzero(periods > _DROP * np.median(periods[: max(1, len(periods) // 10)]))
+    if not len(slow):
+        return Check("steady rate", "ok", "the rate stays the same")
+    first = int(slow[0]) + width // 2
+    before, after = 1 / periods[0], 1 / float(np.median(periods[slow]))
+    when = session.times[first] - session.times[0]
+    return Check(
+        "steady rate",
+        "warn",
+        f"from {before:.0f} to {after:.0f} poses a second at {when:.1f} s",
+        (first, min(int(slow[-1]) + width, len(steps)) + 1),
+        "The phone ran hot: let it cool, and record without the depth map or the screen's light.",
     )

@@ -8,9 +8,12 @@ from jaxtyping import Bool
 from ingest.session import CaptureSession
 from ingest.trajectory.frozen import find_frozen
 from ingest.trajectory.jumps import find_jumps
+from omomo_core.errors import InputError
 
 MAX_GAP = 0.1
 """Seconds between two poses that interpolation may span."""
+_MAX_PERIOD = 0.095
+"""Seconds between poses as a rule; closer to MAX_GAP, its jitter makes a gap of every other step."""
 
 
 @dataclass(frozen=True)
@@ -49,3 +52,20 @@ def find_breaks(session: CaptureSession) -> Breaks:
     untracked = np.zeros(len(gaps), bool) if ok is None else ~(ok[1:] & ok[:-1])
     jumps = find_jumps(times, T) & ~gaps & ~frozen & ~untracked
     return Breaks(gaps=gaps, jumps=jumps, frozen=frozen, untracked=untracked)
+
+
+def check_rate(session: CaptureSession) -> None:
+    """Refuse a log of 10 poses a second or fewer: every step of it is a gap.
+
+    Raises:
+        InputError: "rate-too-low".
+    """
+    period = float(np.median(np.diff(session.times)))
+    if period > _MAX_PERIOD:
+        raise InputError(
+            "rate-too-low",
+            f"The log has {1 / period:.3g} poses a second; how the object moved in between is not "
+            "known.",
+            where=str(session.source),
+            fix="Set the app to 30 or 60 poses a second and record again.",
+        )

@@ -1,4 +1,4 @@
-"""Where the floor is: under the object where it rests."""
+"""Where the floor is: under the object where it rests, or where depth maps show it."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Float64
 from scipy.spatial import ConvexHull, QhullError
 
+from ingest.trajectory.plane import fit_plane
 from ingest.trajectory.rests import find_rests
 from omomo_core.motion import FPS, ObjectMesh
 
@@ -15,6 +16,14 @@ ASSUMED_HEIGHT = 1.0
 _SAME_LEVEL = 0.03
 """Rests within this height of the lowest one stand on the same floor; tracking drifts."""
 _MAX_DIP = 0.05
+_MAX_TILT = np.radians(5)
+"""Of a floor that depth maps show: beyond it is no floor, or up is wrong."""
+_ON_FLOOR = 0.1
+"""Metres by which depth and rest may differ about the floor and mean the same one."""
+
+
+_CHUNK = 2**20
+"""Heights computed at a time."""
 
 
 @dataclass(frozen=True)
@@ -22,14 +31,14 @@ class Floor:
     """The floor's height and how it is known."""
 
     height: float
-    """Metres along the up axis of the ARKit world (its y)."""
-    source: Literal["given", "rest", "lowest", "assumed"]
+    """Metres along the up axis of the session's world (ARKit's y)."""
+    source: Literal["given", "rest", "depth", "lowest", "assumed"]
     message: str
 
     @property
     def certain(self) -> bool:
         """Whether it was given or measured."""
-        return self.source in ("given", "rest")
+        return self.source in ("given", "rest", "depth")
 
 
 def find_floor(
@@ -37,33 +46,69 @@ def find_floor(
     valid: Bool[np.ndarray, " frames"],
     mesh: ObjectMesh,
     given: float | None = None,
+    points: Float64[np.ndarray, "points 3"] | None = None,
 ) -> Floor:
-    """The floor of a take, from the object's poses in the ARKit world turned z up, at 30 fps.
+    """The floor of a take, from the object's poses in the session's world turned z up, at 30 fps.
 
     The object's lowest vertex while it stands still at its lowest level is on the floor. A given
-    height (metres, ARKit world) wins. If the object later goes well below where it stood still,
-    it stood on something else, and its lowest point is used; if it never stands still, its
-    centre is assumed to be carried at 1 m. Both are said in the message.
+    height (metres, session's world) wins. If the object goes well below where it stood still, or
+    the points of depth maps (same world) show a floor well below, it stood on something else. That
+    plane of points is used then, or its own lowest point without them. If it never stands still
+    and there is no plane, its centre is assumed to be carried at 1 m. All that is said in the
+    message.
     """
     if given is not None:
         return Floor(given, "given", f"The floor is at {given:.3f} m, as given.")
     bottom = _lowest_vertex(T_zup_object, mesh)
+    seen = _plane_below(points, T_zup_object[valid, :2, 3], float(bottom[valid].min()))
     rests = find_rests(T_zup_object, valid)
     if not rests:
-        return _assumed(T_zup_object[valid], bottom[valid], mesh)
+        return _shown(seen) or _assumed(T_zup_object[valid], bottom[valid], mesh)
     height, start, stop = _lowest_rest(bottom, rests)
     deepest = float(np.percentile(bottom[valid], 1))
     size = float(np.ptp(mesh.vertices, axis=0).max())
     if deepest < height - _MAX_DIP * (1 + size):
+        return _shown(seen) or _lowest(deepest, height)
+    if seen is not None and seen < height - _ON_FLOOR:
         return Floor(
-            deepest,
-            "lowest",
-            f"The object goes {height - deepest:.2f} m below the places where it stands still, so "
-            "its lowest point is taken as the floor; if it never touched the floor, give its "
-            "height (--floor).",
+            seen,
+            "depth",
+            f"The floor is the plane that the depth maps show {height - seen:.2f} m below the place "
+            "where the object stands still.",
         )
     when = f"{start / FPS:.1f} to {stop / FPS:.1f} s"
     return Floor(height, "rest", f"The floor is where the object rests ({when}).")
+
+
+def _plane_below(
+    points: Float64[np.ndarray, "points 3"] | None,
+    path: Float64[np.ndarray, "frames 2"],
+    lowest: float,
+) -> float | None:
+    """Height, amid the object's path, of the level plane under the object's lowest point."""
+    if points is None:
+        return None
+    below = points[points[:, 2] < lowest + _ON_FLOOR]
+    plane = fit_plane(below, np.array([0.0, 0.0, 1.0]), _MAX_TILT)
+    if plane is None:
+        return None
+    return float((plane.offset - plane.normal[:2] @ path.mean(axis=0)) / plane.normal[2])
+
+
+def _shown(seen: float | None) -> Floor | None:
+    if seen is None:
+        return None
+    return Floor(seen, "depth", "The floor is the plane that the depth maps show below the object.")
+
+
+def _lowest(deepest: float, rest: float) -> Floor:
+    return Floor(
+        deepest,
+        "lowest",
+        f"The object goes {rest - deepest:.2f} m below the places where it stands still, so its "
+        "lowest point is taken as the floor; if it never touched the floor, give its height "
+        "(--floor).",
+    )
 
 
 def _lowest_rest(
@@ -96,8 +141,8 @@ def _lowest_vertex(
 ) -> Float64[np.ndarray, " frames"]:
     """Height of the lowest vertex in each frame."""
     corners = _hull(mesh.vertices)
-    lowest = [(corners @ up).min() for up in T[:, 2, :3]]
-    return np.array(lowest, dtype=np.float64) + T[:, 2, 3]
+    chunks = np.array_split(T[:, 2, :3], len(T) * len(corners) // _CHUNK + 1)
+    return np.concatenate([(up @ corners.T).min(axis=1) for up in chunks]) + T[:, 2, 3]
 
 
 def _hull(vertices: Float[np.ndarray, "verts 3"]) -> Float64[np.ndarray, "corners 3"]:

@@ -30,11 +30,14 @@ def find_frozen(
     (a synthetic one): it stays.
     """
     frozen = np.zeros(len(T) - 1, bool)
+    repeated = repeated_runs(times, T)
+    if not repeated:
+        return frozen
     linear, angular = velocities(T, np.diff(times)[:, None])
     abrupt = (np.linalg.norm(linear, axis=1) > _MAX_SPEED) | (
         np.linalg.norm(angular, axis=1) > _MAX_TURN
     )
-    for first, last in repeated_runs(times, T):
+    for first, last in repeated:
         borders = [step for step in (first - 1, last) if 0 <= step < len(frozen)]
         if abrupt[borders].any():
             frozen[first : last + 1] = True

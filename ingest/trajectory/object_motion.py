@@ -1,19 +1,25 @@
 """The phone's log becomes the object's motion over our floor."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 
 from ingest.mount import Mount
 from ingest.session import CaptureSession
-from ingest.trajectory.axes import T_ZUP_ARKIT
-from ingest.trajectory.breaks import Breaks, find_breaks
+from ingest.trajectory.breaks import Breaks, check_rate, find_breaks
+from ingest.trajectory.closure import Closure, find_closure, spread
+from ingest.trajectory.depth_points import depth_points
 from ingest.trajectory.floor import Floor, find_floor
+from ingest.trajectory.gravity import Up, find_up, upright
+from ingest.trajectory.notes import break_notes, closure_note, stitch_notes
 from ingest.trajectory.resample import resample
-from ingest.trajectory.segments import segments
+from ingest.trajectory.segments import segments, within
+from ingest.trajectory.smooth import smooth
+from ingest.trajectory.stitch import Stitch, stitch_jumps
 from omomo_core.errors import InputError
-from omomo_core.geometry.runs import runs
+from omomo_core.geometry.transforms import apply
 from omomo_core.motion import ObjectMesh, ObjectMotion
 
 
@@ -26,14 +32,37 @@ class ObjectTake:
     segments: tuple[tuple[int, int], ...]
     """(start, stop) of the usable stretches, at least one."""
     T_world_arkit: Float64[np.ndarray, "4 4"]
-    """Maps the session's world (y up) into ours: T_world_phone of ours = T_world_arkit @ theirs."""
+    """Maps the session's world into ours: T_world_phone of ours = T_world_arkit @ theirs, but for
+    noise, and for what stitching and closure moved."""
     floor: Floor
+    up: Up
+    closure: Closure | None
+    """Between the object's rests at the start and at the end; None when it does not rest at both."""
     notes: tuple[str, ...]
     """What the user should know about this take."""
 
 
+@dataclass(frozen=True)
+class _Tracked:
+    """The object in the session's world at 30 fps."""
+
+    session: CaptureSession
+    """With poses stitched and without noise."""
+    T_session_object: Float64[np.ndarray, "frames 4 4"]
+    valid: Bool[np.ndarray, " frames"]
+    breaks: Breaks
+    stitches: list[Stitch]
+
+
 def to_object_motion(
-    session: CaptureSession, mesh: ObjectMesh, mount: Mount, *, floor: float | None = None
+    session: CaptureSession,
+    mesh: ObjectMesh,
+    mount: Mount,
+    *,
+    floor: float | None = None,
+    up: Sequence[float] | None = None,
+    stitch: bool = False,
+    closure: bool = False,
 ) -> ObjectTake:
     """Turn phone poses into object poses: 30 fps, z up, floor at 0, first position at x = y = 0.
 
@@ -41,56 +70,72 @@ def to_object_motion(
         session: what the phone logged.
         mesh: the object, in its own frame, metres.
         mount: where the object is in the phone's frame.
-        floor: height of the floor in the session's ARKit world (its y axis, metres; negative when
-            it is below the place where the session started); None finds it.
+        floor: height of the floor above the session's origin, metres, along up (negative when it
+            is below the place where the session started); None finds it.
+        up: up in the session's world, three numbers; None trusts or finds it.
+        stitch: move what follows a tracking jump back to where it belongs, instead of splitting.
+        closure: the object ends on the mark that it began on; spread what is missing over the take.
 
     Raises:
-        InputError: "tracking-broken" when no stretch of a second is usable.
+        InputError: "rate-too-low", "tracking-broken" when no stretch of a second is usable, those
+            of `ingest.trajectory.gravity.find_up`, and of `ingest.trajectory.closure.spread`.
     """
-    breaks = find_breaks(session)
-    T_arkit_phone, valid = resample(session.times, session.T_world_phone, breaks.any)
-    T_zup_object = T_ZUP_ARKIT @ T_arkit_phone @ mount.T_phone_object
-    _refuse_hopeless(session, breaks, ObjectMotion(mesh, T_zup_object, valid))
-    ground = find_floor(T_zup_object, valid, mesh, floor)
+    tracked = _track(session, mount, stitch)
+    T_session_object, valid = tracked.T_session_object, tracked.valid
+    stretches = segments(ObjectMotion(mesh, T_session_object, valid))
+    if not stretches:
+        raise _hopeless(session, tracked.breaks)
+    usable = within(stretches, len(valid))
+    upward = find_up(tracked.session, T_session_object, usable, up)
+    T_zup_session = upright(upward)
+    T_zup_object = T_zup_session @ T_session_object
+    drift = find_closure(T_zup_object, usable)
+    if closure:
+        T_zup_object = spread(T_zup_object, drift, str(session.source))
+    points = None if floor is not None else depth_points(tracked.session, usable)
+    if points is not None:
+        points = apply(T_zup_session[None], points)[0]
+    ground = find_floor(T_zup_object, usable, mesh, floor, points)
     T_world_zup = np.eye(4)
     T_world_zup[:2, 3] = -T_zup_object[np.argmax(valid), :2, 3]
     T_world_zup[2, 3] = -ground.height
-    motion = ObjectMotion(mesh, T_world_zup @ T_zup_object, valid)
-    notes = _break_notes(session, breaks)
     return ObjectTake(
-        motion=motion,
-        segments=tuple(segments(motion)),
-        T_world_arkit=T_world_zup @ T_ZUP_ARKIT,
+        motion=ObjectMotion(mesh, T_world_zup @ T_zup_object, valid),
+        segments=tuple(stretches),
+        T_world_arkit=T_world_zup @ T_zup_session,
         floor=ground,
-        notes=tuple(notes if ground.certain else [*notes, ground.message]),
+        up=upward,
+        closure=drift,
+        notes=_notes(tracked, upward, drift if closure else None, ground),
     )
 
 
-def _refuse_hopeless(session: CaptureSession, breaks: Breaks, motion: ObjectMotion) -> None:
-    if segments(motion):
-        return
+def _track(session: CaptureSession, mount: Mount, stitch: bool) -> _Tracked:
+    check_rate(session)
+    breaks, stitches = find_breaks(session), list[Stitch]()
+    if stitch:
+        session, breaks, stitches = stitch_jumps(session, breaks)
+    session = smooth(session, breaks.any)
+    T_session_phone, valid = resample(session.times, session.T_world_phone, breaks.any)
+    T_session_object = T_session_phone @ mount.T_phone_object
+    return _Tracked(session, T_session_object, valid, breaks, stitches)
+
+
+def _notes(tracked: _Tracked, up: Up, taken_out: Closure | None, floor: Floor) -> tuple[str, ...]:
+    times = tracked.session.times
+    notes = [*break_notes(times, tracked.breaks), *stitch_notes(times, tracked.stitches), up.note]
+    notes.append(closure_note(taken_out) if taken_out else "")
+    notes.append("" if floor.certain else floor.message)
+    return tuple(note for note in notes if note)
+
+
+def _hopeless(session: CaptureSession, breaks: Breaks) -> InputError:
     faults = ", ".join(
         f"{name} at {mask.sum()} steps" for name, mask in breaks.named() if mask.any()
     )
-    raise InputError(
+    return InputError(
         "tracking-broken",
         f"No second of the take is tracked without a fault ({faults}).",
         where=str(session.source),
         fix="Record again in a lit, textured room, at 30 or 60 poses a second, below 3 m/s.",
     )
-
-
-def _break_notes(session: CaptureSession, breaks: Breaks) -> list[str]:
-    """One sentence per fault, with its time in the take."""
-    seconds = session.times - session.times[0]
-    notes: list[str] = []
-    for name, mask in breaks.named():
-        found = runs(mask)
-        for first, last in found[:5]:
-            when = f"{seconds[first]:.2f} to {seconds[last]:.2f} s"
-            notes.append(f"{name.capitalize()} at {when}: the take is split there.")
-        if len(found) > 5:
-            notes.append(f"{name.capitalize()}: {len(found) - 5} more.")
-    if breaks.jumps.any():
-        notes.append("After a jump the object's height and place may be off by the jump.")
-    return notes

@@ -1,7 +1,7 @@
 """When something stands still: half a second within 5 mm and one degree."""
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Bool, Float64, Int
 
 from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
@@ -21,22 +21,22 @@ def find_rests(
     windows = np.lib.stride_tricks.sliding_window_view
     position = windows(T[:, :3, 3], width, axis=0)
     still = np.linalg.norm(np.ptp(position, axis=-1), axis=1) < MAX_SPREAD
-    still &= _turn_within(T[:, :3, :3], width) < MAX_TURN
     still &= windows(valid, width).all(axis=-1)
+    starts = np.flatnonzero(still)
+    starts = starts[_turn_within(T[:, :3, :3], starts, width) < MAX_TURN]
     resting = np.zeros(len(T), bool)
-    for start in np.flatnonzero(still):
-        resting[start : start + width] = True
+    for k in range(width):
+        resting[starts + k] = True
     return runs(resting)
 
 
 def _turn_within(
-    R: Float64[np.ndarray, "frames 3 3"], width: int
+    R: Float64[np.ndarray, "frames 3 3"], starts: Int[np.ndarray, " windows"], width: int
 ) -> Float64[np.ndarray, " windows"]:
-    """Largest angle (rad) between each frame and the width-1 frames after it."""
-    count = len(R) - width + 1
-    first, largest = R[:count], np.zeros(count)
+    """Largest angle (rad) between each of these frames and the width-1 frames after it."""
+    largest = np.zeros(len(starts))
     for k in range(1, width):
         # The chord of two rotations: |A - B|_F = 2 sqrt(2) sin(angle / 2).
-        chord = np.linalg.norm(R[k : k + count] - first, axis=(1, 2)) / np.sqrt(8)
+        chord = np.linalg.norm(R[starts + k] - R[starts], axis=(1, 2)) / np.sqrt(8)
         largest = np.maximum(largest, 2 * np.arcsin(np.minimum(chord, 1)))
     return largest

@@ -173,7 +173,7 @@ def test_run_says_where_the_result_is_and_what_to_know(
     assert "motion.glb" in told
     manifest = json.loads((inputs.output / "manifest.json").read_text())
     assert all(note in told for note in manifest["notes"])
-    assert invoke([*arguments(inputs, weights), "--force", "--seed", "4"]) == 0
+    assert invoke([*arguments(inputs, weights), "--replace", "--seed", "4"]) == 0
     assert json.loads((inputs.output / "manifest.json").read_text())["options"]["seed"] == 4
 
 

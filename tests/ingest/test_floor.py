@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from ingest.trajectory.floor import find_floor
+from ingest.trajectory.plane import fit_plane
 from ingest.trajectory.rests import find_rests
 from omomo_core.motion import ObjectMesh
 
@@ -96,3 +99,68 @@ def test_a_flat_object_has_a_floor_too():
     flat = ObjectMesh(square, np.array([[0, 1, 2], [0, 2, 3]]), "tray")
     T = _path((0, 0.4), (2, 0.4))
     assert find_floor(T, _valid(T), flat).height == pytest.approx(0.4, abs=0.005)
+
+
+def _room(floor: float, table: float | None = None, seed: int = 0) -> np.ndarray:
+    """Points that a phone sees, z up: the floor, a wall, clutter, perhaps a table on it."""
+    rng = np.random.default_rng(seed)
+    ground = rng.uniform([-2, -2, floor], [2, 2, floor], (2000, 3))
+    wall = rng.uniform([2, -2, floor], [2, 2, floor + 2.5], (2500, 3))
+    clutter = rng.uniform([-2, -2, floor], [2, 2, floor + 1], (800, 3))
+    parts = [ground, wall, clutter]
+    if table is not None:
+        parts.append(rng.uniform([-0.8, -0.6, table], [0.8, 0.6, table], (3000, 3)))
+    return np.concatenate(parts) + rng.normal(scale=0.006, size=(sum(map(len, parts)), 3))
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=st.integers(0, 10**6), tilt=st.floats(0, 0.6))
+def test_a_plane_is_found_amid_a_room(seed: int, tilt: float):
+    R = Rotation.from_rotvec([tilt, 0, 0]) * Rotation.from_euler("z", seed % 7)
+    points = R.apply(_room(-1.2, seed=seed))
+    plane = fit_plane(points, np.array([0.0, 0.0, 1.0]), 0.8)
+    assert plane is not None
+    np.testing.assert_allclose(plane.normal, R.apply([0, 0, 1]), atol=0.004)
+    assert plane.offset == pytest.approx(-1.2, abs=0.006)
+
+
+def test_a_cloud_has_no_plane():
+    points = np.random.default_rng(0).normal(size=(3000, 3))
+    assert fit_plane(points, np.array([0.0, 0.0, 1.0]), 0.8) is None
+    assert fit_plane(points[:5], np.array([0.0, 0.0, 1.0]), 0.8) is None
+
+
+def test_depth_shows_the_floor_when_nothing_rests(box):
+    T = _path((0, 0), (1, 0.1), (2, 0.0), (3, 0.1))
+    floor = find_floor(T, _valid(T), box, None, _room(-0.9))
+    assert floor.source == "depth"
+    assert floor.certain
+    assert floor.height == pytest.approx(-0.9, abs=0.006)
+    assert "depth maps" in floor.message
+
+
+def test_an_object_that_only_rests_on_a_table_is_not_on_the_floor(box):
+    T = _path((0, -0.2), (1, -0.2), (2, 0.3), (3, -0.2), (4, -0.2))
+    floor = find_floor(T, _valid(T), box, None, _room(-0.95))
+    assert floor.source == "depth"
+    assert floor.height == pytest.approx(-0.95, abs=0.006)
+    assert "0.75 m below" in floor.message
+
+
+def test_where_it_rests_on_the_floor_the_object_is_more_exact_than_depth(box):
+    T = _path((0, -0.9), (1, -0.9), (2, 0.3), (3, -0.9), (4, -0.9))
+    floor = find_floor(T, _valid(T), box, None, _room(-0.93, table=-0.2))
+    assert floor.source == "rest"
+    assert floor.height == pytest.approx(-0.9, abs=0.003)
+
+
+def test_a_plane_above_the_object_is_no_floor(box):
+    T = _path((0, -0.9), (1, -0.9), (2, -0.5), (3.5, -0.5))
+    floor = find_floor(T, _valid(T), box, None, _room(0.0))
+    assert floor.source == "rest"
+    assert floor.height == pytest.approx(-0.9, abs=0.003)
+
+
+def test_a_given_height_wins_over_depth(box):
+    T = _path((0, 0), (2, 0))
+    assert find_floor(T, _valid(T), box, -0.77, _room(-1.2)).height == -0.77

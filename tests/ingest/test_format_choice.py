@@ -8,22 +8,25 @@ from ingest.formats import arkit_data_logger, ios_logger, stray_scanner
 from ingest.formats.detect import FORMATS, read_session
 from omomo_core.errors import InputError
 
-
-@pytest.mark.parametrize("format_", FORMATS, ids=lambda f: f.NAME)
-def test_a_folder_a_file_or_a_folder_around_it(wander, tmp_path: Path, format_):
-    inner = format_.write(wander(0), tmp_path / "outer" / "3f2a9c")
-    (tmp_path / "outer" / "__MACOSX").mkdir()
-    (tmp_path / "outer" / "notes.txt").write_text("chair, take 2")
-    pose_file = {
-        "Stray Scanner": "odometry.csv",
-        "ios_logger": "ARposes.txt",
-        "ARKit Data Logger": "ARKit_camera_pose.txt",
-    }[format_.NAME]
-    for path in (inner, inner.parent, inner / pose_file):
-        assert read_session(path).app == format_.NAME
+TEXT_FORMATS = (stray_scanner, ios_logger, arkit_data_logger)
 
 
 @pytest.mark.parametrize("format_", FORMATS, ids=lambda f: f.NAME)
+def test_a_folder_a_file_or_folders_around_it(wander, tmp_path: Path, format_):
+    inner = format_.write(wander(0, seconds=1.2, rate=20), tmp_path / "share" / "outer" / "3f2a9c")
+    (tmp_path / "share" / "outer" / "__MACOSX").mkdir()
+    (tmp_path / "share" / "outer" / "notes.txt").write_text("chair, take 2")
+    format_.write(wander(1, seconds=1.2, rate=20), tmp_path / "share" / ".Trash" / "old")
+    pose_files = [file for file in inner.rglob("*") if file.is_file() and format_.detect(file)]
+    assert pose_files
+    for path in (inner, inner.parent, inner.parent.parent, pose_files[0]):
+        session = read_session(path)
+        assert session.app == format_.NAME
+        assert session.source == path
+    assert _error(tmp_path).code == "session-unknown"
+
+
+@pytest.mark.parametrize("format_", TEXT_FORMATS, ids=lambda f: f.NAME)
 def test_a_renamed_pose_file_is_known_by_its_content(wander, tmp_path: Path, format_):
     folder = format_.write(wander(0), tmp_path)
     log = max((p for p in folder.iterdir() if "imu" not in p.name), key=lambda p: p.stat().st_size)
@@ -47,6 +50,7 @@ def test_not_a_session_names_what_it_found_and_what_it_knows(tmp_path: Path):
     assert error.code == "session-unknown"
     assert "holiday.jpg" in error.what
     assert all(format_.NAME in error.fix for format_ in FORMATS)
+    assert ".zip" in error.fix
     assert _error(tmp_path / "holiday.jpg").code == "session-unknown"
 
 
@@ -62,6 +66,29 @@ def test_two_sessions_are_not_chosen_between(wander, tmp_path: Path):
     error = _error(tmp_path)
     assert error.code == "session-ambiguous"
     assert "one, two" in error.what
+
+
+def test_two_sessions_at_different_depths(wander, tmp_path: Path):
+    stray_scanner.write(wander(0), tmp_path / "one")
+    ios_logger.write(wander(1), tmp_path / "shared" / "two")
+    error = _error(tmp_path)
+    assert error.code == "session-ambiguous"
+    assert "one, shared/two" in error.what
+
+
+def test_a_folder_of_a_thousand_folders_is_not_searched(wander, tmp_path: Path):
+    stray_scanner.write(wander(0), tmp_path / "one")
+    for k in range(1000):
+        (tmp_path / str(k)).mkdir()
+    error = _error(tmp_path)
+    assert error.code == "session-unknown"
+    assert "1000 folders" in error.what
+
+
+def test_what_the_system_cannot_open_is_named(tmp_path: Path):
+    error = _error(tmp_path / ("x" * 300))
+    assert error.code == "session-unreadable"
+    assert "too long" in error.what
 
 
 def test_two_apps_in_one_folder(wander, tmp_path: Path):

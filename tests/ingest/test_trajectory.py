@@ -17,6 +17,12 @@ from omomo_core.errors import InputError
 from omomo_core.motion import FPS
 
 
+@pytest.fixture(scope="module")
+def wander(wander):
+    """Without the accelerometer, which is made of random numbers and points nowhere."""
+    return lambda *args, **how: replace(wander(*args, **how), imu=None)
+
+
 def _moved(session, first: int, T: np.ndarray):
     """The session with a constant transform on every pose from `first` on: a relocalisation."""
     poses = session.T_world_phone.copy()
@@ -142,19 +148,45 @@ def test_limited_tracking_that_the_app_logs_is_masked(wander, box):
     assert "Limited tracking" in take.notes[0]
 
 
+@pytest.mark.parametrize("rate", [1.0, 5.0, 10.0])
+def test_a_log_too_sparse_to_be_a_motion(wander, box, rate: float):
+    with pytest.raises(InputError) as caught:
+        to_object_motion(wander(9, seconds=30.0, rate=rate), box, identity_mount())
+    assert caught.value.code == "rate-too-low"
+    assert f"{rate:g} poses a second" in caught.value.what
+
+
+@pytest.mark.parametrize("rate", [12.0, 15.0, 24.0, 240.0])
+def test_every_other_rate_is_a_whole_take(wander, box, rate: float):
+    take = to_object_motion(wander(9, rate=rate), box, identity_mount(), floor=-1.0)
+    assert take.segments == ((0, 91),)
+
+
 def test_a_hopeless_take_is_an_error(wander, box):
     session = wander(9)
-    sparse = replace(
-        session,
-        times=session.times[::12],
-        T_world_phone=session.T_world_phone[::12],
-        intrinsics=None,
-        video_times=None,
-    )
+    ok = np.arange(len(session.times)) % 50 > 5
     with pytest.raises(InputError) as caught:
-        to_object_motion(sparse, box, identity_mount())
+        to_object_motion(replace(session, tracking_ok=ok), box, identity_mount())
     assert caught.value.code == "tracking-broken"
-    assert "gap" in caught.value.what
+    assert "limited tracking" in caught.value.what
+
+
+@pytest.mark.parametrize("keep_rotation", [True, False])
+@pytest.mark.parametrize("poses", [4, 60])
+def test_poses_at_the_origin_amid_a_take_are_no_motion(
+    wander, box, poses: int, keep_rotation: bool
+):
+    """What apps write while tracking is lost, be it for a moment or for long."""
+    session = wander(10, seconds=6.0)
+    T = session.T_world_phone.copy()
+    T[150 : 150 + poses, :3, 3] = 0
+    if not keep_rotation or poses > 4:
+        T[150 : 150 + poses, :3, :3] = np.eye(3)
+    take = to_object_motion(replace(session, T_world_phone=T), box, identity_mount())
+    clean = to_object_motion(session, box, identity_mount())
+    assert take.segments == ((0, 75), ((150 + poses) // 2 + (poses > 0), 181))
+    # Nor do they count for the floor.
+    assert take.floor.height == pytest.approx(clean.floor.height, abs=0.05)
 
 
 def test_segments_of_a_second_and_cut(wander, box):

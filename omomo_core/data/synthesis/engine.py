@@ -1,7 +1,9 @@
 """The synthesis engine: mocap in, clips of people carrying and pushing things out."""
 
 import multiprocessing
+import os
 import signal
+import threading
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -112,8 +114,17 @@ _maker: list[_Maker] = []
 def _start_worker(make: _Maker) -> None:
     # Ctrl-C reaches every process of the terminal; the first one decides what it means.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     torch.set_num_threads(1)
     _maker[:] = [make]
+
+
+def _end_with_parent() -> None:
+    """A worker whose first process was killed would go on, and then wait for ever."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _work(index: int) -> tuple[Clip, Counter[str]]:

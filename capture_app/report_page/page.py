@@ -1,0 +1,103 @@
+"""report_page: an inspection as one HTML text, every word of the take escaped."""
+
+from html import escape
+
+import numpy as np
+
+from capture_app.inspection import Inspection, Verdict
+from capture_app.report_page.plots import figures
+from capture_app.report_page.style import STYLE
+from ingest.report.check import Check, Severity
+from ingest.report.look import Look
+from ingest.report.series import take_series
+from omomo_core.motion import FPS
+
+WORDS: dict[Severity, str] = {"ok": "✓ good", "warn": "! look", "bad": "✕ bad"}
+_VERDICTS: dict[Verdict, tuple[Severity, str]] = {
+    "good": ("ok", "This take is good"),
+    "usable with limits": ("warn", "This take is usable with limits"),
+    "not usable": ("bad", "This take is not usable"),
+}
+
+
+def report_page(seen: Inspection) -> str:
+    """The whole page; it loads nothing from anywhere."""
+    name = seen.session.source.name or str(seen.session.source)
+    return (
+        '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{escape(name)}: take report</title><style>{STYLE}</style></head><body><main>"
+        f"<header><p>Take report · {escape(seen.session.app)}</p><h1>{escape(name)}</h1></header>"
+        f"{_verdict(seen)}{_facts(seen)}"
+        f"<h2>Checks</h2>{_checks(seen)}"
+        f"{_pictures(seen)}"
+        f"<footer>{escape(str(seen.session.source))}</footer></main></body></html>\n"
+    )
+
+
+def _pictures(seen: Inspection) -> str:
+    """None where even the clock makes no sense."""
+    if not seen.report.complete:
+        return ""
+    series = take_series(Look(seen.session, seen.mesh, seen.mount, seen.take))
+    return f"<h2>What was recorded</h2>{figures(series)}"
+
+
+def _verdict(seen: Inspection) -> str:
+    kind, words = _VERDICTS[seen.verdict]
+    paragraphs = "".join(f"<p>{escape(text)}</p>" for text in _advice(seen))
+    return f'<section class="verdict {kind}"><strong>{words}</strong>{paragraphs}</section>'
+
+
+def _advice(seen: Inspection) -> list[str]:
+    """What the verdict rests on, and the one thing to do."""
+    if seen.verdict == "good":
+        return ["Nothing is to be done: run it."]
+    told: list[str] = []
+    if seen.problem is not None:
+        told.append(seen.problem.what)
+    elif seen.verdict == "usable with limits" and seen.take is not None:
+        longest = max(stop - start for start, stop in seen.take.segments) / FPS
+        told.append(f"A run uses its longest stretch without a fault, {longest:.1f} s.")
+    return [*told, f"To do first: {seen.advice}"]
+
+
+def _facts(seen: Inspection) -> str:
+    times = seen.session.times
+    rate = 1 / np.median(np.diff(times))
+    facts = [("Length", f"{times[-1] - times[0]:.1f} s"), ("Poses a second", f"{rate:.0f}")]
+    if seen.take is not None:
+        spans = [(stop - start) / FPS for start, stop in seen.take.segments]
+        facts.append(("Usable stretches", str(len(spans))))
+        facts.append(("Longest", f"{max(spans):.1f} s"))
+    facts.append(("Red, amber checks", f"{_count(seen, 'bad')}, {_count(seen, 'warn')}"))
+    cells = "".join(f"<div><dt>{label}</dt><dd>{value}</dd></div>" for label, value in facts)
+    return f'<dl class="facts">{cells}</dl>'
+
+
+def _count(seen: Inspection, severity: Severity) -> int:
+    return len(seen.report.of(severity))
+
+
+def _checks(seen: Inspection) -> str:
+    """The worst first and open, those that are well folded up below."""
+    troubles = [_item(check) for kind in ("bad", "warn") for check in seen.report.of(kind)]
+    well = [_item(check) for check in seen.report.of("ok")]
+    listed = f'<ul class="checks">{"".join(troubles)}</ul>' if troubles else ""
+    return (
+        f"{listed}<details><summary>{WORDS['ok']}: {len(well)} checks</summary>"
+        f'<ul class="checks">{"".join(well)}</ul></details>'
+    )
+
+
+def _item(check: Check) -> str:
+    where = ""
+    if check.frames is not None:
+        first, last = check.frames[0], check.frames[1] - 1
+        where = f' <span class="where">poses {first} to {last}</span>'
+    fix = f'<span class="fix"><b>Do:</b> {escape(check.fix)}</span>' if check.fix else ""
+    return (
+        f'<li><span class="badge {check.severity}">{WORDS[check.severity]}</span>'
+        f'<span class="name">{escape(check.name.capitalize())}</span>'
+        f'<span class="what">{escape(check.message)}{where}{fix}</span></li>'
+    )

@@ -1,0 +1,193 @@
+"""An animated prim of a USD stage in one file: its motion, and its mesh. Needs usd-core.
+
+Up axis, metres per unit and time codes per second are the stage's; between time samples USD itself
+interpolates, but where they are dense: there poses turn along the sphere, because baked Euler
+angles may jump by a whole turn from one sample to the next.
+"""
+
+import zipfile
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float64
+
+from ingest.animated.animation import MAX_FPS, Animation, frame_times
+from ingest.animated.choice import choose
+from ingest.animated.poses import check_times
+from ingest.animated.recorded import sampled
+from ingest.animated.rows import not_finite
+from ingest.animated.stretch import split_stretch
+from ingest.animated.surface import Part, joined
+from omomo_core.errors import InputError
+
+NAME = "USD"
+FILES = "USD with an animated prim"
+
+_SPARSE = 0.1
+"""Seconds between time samples from which on USD's own interpolation is followed."""
+
+
+def detect(path: Path) -> bool:
+    """Whether it is a crate, a text or a packed USD file."""
+    with path.open("rb") as file:
+        head = file.read(8)
+    return head == b"PXR-USDC" or head.startswith(b"#usda") or _packed(path)
+
+
+def _packed(path: Path) -> bool:
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = archive.namelist()
+    except (OSError, ValueError, NotImplementedError, zipfile.BadZipFile):
+        return False
+    return bool(names) and names[0].endswith((".usd", ".usda", ".usdc"))
+
+
+def read(path: Path, node: str | None = None) -> Animation:
+    """The motion of a prim by itself and its parents, and the mesh of what hangs on it.
+
+    As for glTF: the meshes are those that move rigidly with the prim, scale is applied to them.
+
+    Args:
+        path: the file.
+        node: the prim's name, or its path (/World/Chair); None where only one that is animated has
+            a mesh.
+
+    Raises:
+        InputError: "usd-missing" without usd-core; "usd-unreadable", "usd-external", "usd-clock";
+            no prim or several fit; its animation is not that of a rigid thing.
+    """
+    return _Stage(path).animation(node)
+
+
+def _pxr(module: str) -> Any:
+    try:
+        return import_module(f"pxr.{module}")
+    except ImportError:
+        raise InputError(
+            "usd-missing",
+            "Reading USD needs a package that is not installed: usd-core.",
+            fix="Run pip install usd-core, or export as GLB.",
+        ) from None
+
+
+class _Stage:
+    """One USD file and what moves in it."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._usd, self._geom = _pxr("Usd"), _pxr("UsdGeom")
+        self._stage = self._open()
+        self._rate = float(self._stage.GetTimeCodesPerSecond())
+        if not 0 < self._rate < MAX_FPS:
+            raise InputError(
+                "usd-clock",
+                f"The stage has {self._rate:g} time codes a second.",
+                where=str(path),
+                fix="Set timeCodesPerSecond to the scene's frame rate.",
+            )
+        self._prims = [p for p in self._stage.Traverse() if p.IsA(self._geom.Xformable)]
+        self._moving = {p.GetPath() for p in self._prims if len(self._samples(p)) > 1}
+
+    def animation(self, wanted: str | None) -> Animation:
+        full = bool(wanted) and str(wanted).startswith("/")
+        names = [str(p.GetPath()) if full else str(p.GetName()) for p in self._prims]
+        moving = [i for i, p in enumerate(self._prims) if p.GetPath() in self._moving]
+        solid = [i for i in moving if any(True for _ in self._meshes(self._prims[i]))]
+        prim = self._prims[choose(names, solid or moving, wanted, self._path)]
+        codes = self._codes(prim)
+        times = codes / self._rate
+
+        def place(k: int) -> str:
+            return f"{self._path}, time code {codes[k]:g}"
+
+        check_times(times, place, self._path)
+        T = np.stack([self._placed(prim, code) for code in codes])
+        finite = np.isfinite(T).all(axis=(1, 2))
+        if not finite.all():
+            raise not_finite(place(int(np.argmin(finite))))
+        poses, stretch = split_stretch(T, place)
+        T_prim_units = np.linalg.inv(self._placed(prim, codes[0]))
+        parts = [self._part(mesh, T_prim_units, codes[0]) for mesh in self._meshes(prim)]
+        mesh = joined([p for p in parts if len(p[1])], stretch, str(prim.GetName()), self._path)
+        up = "y" if self._geom.GetStageUpAxis(self._stage) == self._geom.Tokens.y else "z"
+        moved = sampled(self._path, times, poses, up)
+        return Animation(self._path, moved.T_file_object, moved.valid, up, mesh)
+
+    def _open(self) -> Any:
+        try:
+            stage = self._usd.Stage.Open(str(self._path))
+            layers = [str(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath]
+        except Exception as problem:  # USD raises its own errors, of no common base
+            raise InputError(
+                "usd-unreadable",
+                f"{self._path.name} cannot be read: {str(problem).strip()[-200:]}",
+                where=str(self._path),
+                fix="Open it in a 3D program and export it again.",
+            ) from None
+        whole = str(self._path.resolve())
+        others = [layer for layer in layers if not layer.startswith(whole)]
+        if others:
+            raise InputError(
+                "usd-external",
+                f"{self._path.name} takes things from other files, e.g. {Path(others[0]).name}.",
+                where=str(self._path),
+                fix="Flatten it into one file (usdcat --flatten).",
+            )
+        return stage
+
+    def _samples(self, prim: Any) -> list[float]:
+        return list(self._geom.Xformable(prim).GetTimeSamples())
+
+    def _codes(self, prim: Any) -> Float64[np.ndarray, " times"]:
+        """Time codes at which the prim or a parent has a sample, and some between distant ones."""
+        samples: set[float] = set()
+        while prim.IsValid() and not prim.IsPseudoRoot():
+            if prim.GetPath() in self._moving:
+                samples |= set(self._samples(prim))
+            prim = prim.GetParent()
+        known = np.array(sorted(samples), np.float64)
+        if len(known) == 0:
+            return known
+        times = known / self._rate
+        every = frame_times(float(times[0]), float(times[-1]), self._path)
+        after = np.searchsorted(times, every, side="right").clip(1, len(times) - 1)
+        sparse = (times[after] - times[after - 1] > _SPARSE) if len(times) > 1 else after < 0
+        return np.unique(np.concatenate([known, every[sparse] * self._rate]))
+
+    def _placed(self, prim: Any, code: float) -> Float64[np.ndarray, "4 4"]:
+        """Maps the prim's points (its own units) into the world, metres, at a time code."""
+        # USD multiplies row vectors from the left.
+        matrix = self._geom.Xformable(prim).ComputeLocalToWorldTransform(float(code))
+        T = np.array(matrix, np.float64).T
+        T[:3] *= self._geom.GetStageMetersPerUnit(self._stage)
+        return T
+
+    def _meshes(self, top: Any) -> Iterator[Any]:
+        """The meshes that move rigidly with a prim."""
+        stack = [top]
+        while stack:
+            prim = stack.pop()
+            if prim.IsA(self._geom.Mesh):
+                yield prim
+            inside = prim.GetFilteredChildren(self._usd.TraverseInstanceProxies())
+            stack += [child for child in inside if child.GetPath() not in self._moving]
+
+    def _part(self, prim: Any, T_top_world: Float64[np.ndarray, "4 4"], code: float) -> Part:
+        """Vertices and triangles of a mesh, in the top prim's axes."""
+        mesh = self._geom.Mesh(prim)
+        points = np.array(mesh.GetPointsAttr().Get(code) or [], np.float64).reshape(-1, 3)
+        counts = np.array(mesh.GetFaceVertexCountsAttr().Get(code) or [], np.int64)
+        corners = np.array(mesh.GetFaceVertexIndicesAttr().Get(code) or [], np.int64)
+        starts = np.cumsum(counts) - counts
+        fans = np.maximum(counts - 2, 0)
+        first = np.repeat(starts, fans)
+        nth = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
+        faces = corners[np.stack([first, first + nth + 1, first + nth + 2], axis=1)]
+        if mesh.GetOrientationAttr().Get() == self._geom.Tokens.leftHanded:
+            faces = faces[:, ::-1]
+        T = T_top_world @ self._placed(prim, code)
+        return points @ T[:3, :3].T + T[:3, 3], faces

@@ -1,0 +1,82 @@
+"""AnySense: AR_Pose_<date>.txt, poses only.
+
+Lines `"<t_ms>" ,qx,qy,qz,qw,tx,ty,tz`: ARKit's own poses. The stamp is Unix time in milliseconds,
+taken when the line was written, not when the frame was: it jitters and may repeat.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float64
+from scipy.spatial.transform import Rotation
+
+from ingest.formats.pick import first_row, floats, logs, only_log
+from ingest.formats.poses import Place, check_poses, poses_from_quaternions
+from ingest.formats.table import numbers, read_rows
+from ingest.session import CaptureSession
+from omomo_core.errors import InputError
+
+NAME = "AnySense"
+FILES = "AR_Pose_<date>.txt, or a folder with one"
+LACKS = "no tracking state, intrinsics or IMU; times are those of writing, not of the frames"
+_WIDTH = 8
+
+
+def detect(path: Path) -> bool:
+    """Whether the file, or a .txt file of the folder, has a stamp in quotes and seven numbers."""
+    return bool(logs(path, ("*.txt",), _is_log))
+
+
+def read(path: Path) -> CaptureSession:
+    """Read a pose file, or a folder that holds exactly one.
+
+    Raises:
+        InputError: "time-repeats" where two lines carry one stamp: which pose is of which time
+            cannot be told; besides what every log is checked for.
+    """
+    text = read_rows(only_log(path, logs(path, ("*.txt",), _is_log)), ",")
+    bare = tuple((row[0].strip('"<>'), *row[1:]) for row in text.rows)
+    table = numbers(replace(text, rows=bare), _WIDTH, range(_WIDTH))
+    times = table.values[:, 0] * 1e-3
+    T = poses_from_quaternions(table.values[:, 5:8], table.values[:, 1:5], table.place)
+    _refuse_repeats(times, table.place)
+    check_poses(times, T, table.path, table.place)
+    return CaptureSession(app=NAME, source=path, times=times, T_world_phone=T)
+
+
+def write(session: CaptureSession, folder: Path) -> Path:
+    """Write AR_Pose_omocap.txt in the app's layout (times to the millisecond); returns the folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    quaternions = Rotation.from_matrix(session.T_world_phone[:, :3, :3]).as_quat()
+    poses = np.concatenate([quaternions, session.T_world_phone[:, :3, 3]], axis=1)
+    lines = [
+        f'"<{round(t * 1e3)}>" ,' + ",".join(f"{x:.9f}" for x in pose)
+        for t, pose in zip(session.times, poses, strict=True)
+    ]
+    (folder / "AR_Pose_omocap.txt").write_text("\n".join([*lines, ""]), encoding="utf-8")
+    return folder
+
+
+def _is_log(file: Path) -> bool:
+    stamp, *pose = first_row(file).split(",")
+    stamp = stamp.strip()
+    return (
+        stamp.startswith('"<')
+        and stamp.endswith('>"')
+        and stamp[2:-2].isdigit()
+        and len(floats(pose)) == _WIDTH - 1
+    )
+
+
+def _refuse_repeats(times: Float64[np.ndarray, " frames"], place: Place) -> None:
+    repeats = np.flatnonzero(np.diff(times) == 0) + 1
+    if len(repeats):
+        lines = ", ".join(place(int(row)).rsplit(":", 1)[1] for row in repeats[:8])
+        raise InputError(
+            "time-repeats",
+            f"{len(repeats)} lines carry the stamp of the line before them: {lines}"
+            f"{'...' if len(repeats) > 8 else ''}.",
+            where=place(int(repeats[0])),
+            fix="Delete these lines: their poses are left out and the others stay as they are.",
+        )

@@ -1,0 +1,108 @@
+"""Single images and 16-bit depth maps beside a log: found, measured, read and written."""
+
+import os
+import shutil
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+from jaxtyping import Float64
+
+from ingest.formats.depth_png import load_millimetres, save_millimetres
+from ingest.session import CaptureSession, DepthLog
+from omomo_core.errors import InputError
+
+_JPEG_SIZES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+"""Markers of the segments that hold height and width."""
+
+
+def file_inside(folder: Path, *names: str) -> Path | None:
+    """The first of these files that is there; a name that leads out of the folder is not."""
+    for name in names:
+        path = folder / name
+        if os.path.isfile(path) and path.resolve().is_relative_to(folder.resolve()):
+            return path
+    return None
+
+
+def stills(
+    times: Float64[np.ndarray, " frames"], files: Sequence[Path | None]
+) -> tuple[tuple[Path, ...] | None, Float64[np.ndarray, " images"] | None]:
+    """`images` and `video_times` of a session, from the image of each frame where there is one."""
+    there = [i for i, file in enumerate(files) if file is not None]
+    images = tuple(file for file in files if file is not None)
+    return (images, times[there]) if images else (None, None)
+
+
+def depth_log_mm(
+    times: Float64[np.ndarray, " frames"], files: Sequence[Path | None]
+) -> DepthLog | None:
+    """Depth maps in millimetres, from the file of each frame where there is one."""
+    maps, map_times = stills(times, files)
+    return (
+        None if maps is None or map_times is None else DepthLog(map_times, maps, load_millimetres)
+    )
+
+
+def picture_size(path: Path) -> tuple[int, int] | None:
+    """Width and height that a PNG or JPEG states, without decoding it; None for other files."""
+    with path.open("rb") as file:
+        data = file.read(2**20)
+    if data.startswith(b"\x89PNG\r\n\x1a\n") and len(data) >= 24:
+        return int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")
+    at = 2 if data.startswith(b"\xff\xd8") else len(data)
+    while at + 9 <= len(data) and data[at] == 0xFF:
+        if data[at + 1] in _JPEG_SIZES:
+            height, width = (int.from_bytes(data[at + k : at + k + 2], "big") for k in (5, 7))
+            return width, height
+        at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
+    return None
+
+
+def write_images(session: CaptureSession, target: Callable[[int], Path], turns: int) -> None:
+    """Write the session's single images, turned by quarter turns counter-clockwise.
+
+    Args:
+        session: an image at the time of no pose is left out: these layouts cannot hold it.
+        target: file to write for the image of a pose; its folder is made.
+        turns: 0 copies a file of the same kind byte by byte.
+    """
+    if session.images is None or session.video_times is None:
+        return
+    for i, source in _of_poses(session.times, session.video_times, session.images):
+        new = _made(target(i))
+        if turns % 4 == 0 and source.suffix.lower() == new.suffix:
+            shutil.copyfile(source, new)
+            continue
+        picture = cv2.imread(str(source), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+        if picture is None:
+            raise InputError("image-damaged", f"{source.name} is no picture.", where=str(source))
+        cv2.imwrite(str(new), np.ascontiguousarray(np.rot90(picture, turns)))
+
+
+def write_depth_mm(session: CaptureSession, target: Callable[[int], Path]) -> list[int]:
+    """Write the depth maps in landscape as 16-bit PNG of millimetres; returns their poses."""
+    if session.depth is None:
+        return []
+    depth = session.depth
+    maps = _of_poses(session.times, depth.times, depth.files)
+    for i, source in maps:
+        landscape = np.rot90(depth.load(source), session.image_turns)
+        save_millimetres(np.ascontiguousarray(landscape), _made(target(i)))
+    return [i for i, _ in maps]
+
+
+def _of_poses(
+    times: Float64[np.ndarray, " frames"],
+    file_times: Float64[np.ndarray, " files"],
+    files: Sequence[Path],
+) -> list[tuple[int, Path]]:
+    """Each pose that has a file at its very time, and that file."""
+    by_time = dict(zip(file_times.tolist(), files, strict=True))
+    return [(i, by_time[t]) for i, t in enumerate(times.tolist()) if t in by_time]
+
+
+def _made(path: Path) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return path

@@ -1,0 +1,101 @@
+"""Polycam raw data (developer mode): keyframes/{cameras,images,depth,...}/<microseconds>.*
+
+ARKit axes and y-up world, three rows t_00..t_23. The corrected_ folders hold the poses after
+Polycam's own optimisation and the undistorted images that belong to them; they are used when they
+cover the whole take.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from ingest.formats.json_file import mentions, write_object
+from ingest.formats.pictures import depth_log_mm, file_inside, stills, write_depth_mm, write_images
+from ingest.formats.poses import check_poses, poses_from_matrices
+from ingest.formats.records import CameraKeys, one_file_each, pinhole
+from ingest.session import CaptureSession
+from omomo_core.errors import InputError
+
+NAME = "Polycam"
+FILES = "a raw data folder with keyframes/cameras"
+LACKS = "a few keyframes a second only: for scanning an object, not for following it; needs LiDAR"
+CAMERA: CameraKeys = ("fx", "fy", "cx", "cy", "width", "height")
+MATRIX = tuple(f"t_{row}{column}" for row in range(3) for column in range(4))
+
+
+def detect(path: Path) -> bool:
+    """Whether the folder holds camera files with t_00..t_23, or the file is one of them."""
+    if path.is_file():
+        return path.parent.name in ("cameras", "corrected_cameras") and mentions(path, *MATRIX)
+    first = next(iter(_cameras(_keyframes(path))), None)
+    return first is not None and mentions(first, *MATRIX)
+
+
+def read(path: Path) -> CaptureSession:
+    """Read the raw data folder, its keyframes, or the take that a camera file belongs to."""
+    folder = _keyframes(path)
+    files = _cameras(folder)
+    times = np.array([_seconds(file) for file in files])
+    order = np.argsort(times, kind="stable")
+    times, files = times[order], [files[i] for i in order]
+    records = one_file_each(files)
+    T = poses_from_matrices(records.columns(MATRIX).reshape(-1, 3, 4), records.place)
+    log = files[0].parent
+    check_poses(times, T, log, records.place)
+    intrinsics, image_size = pinhole(records, CAMERA)
+    pictures = folder / log.name.replace("cameras", "images")
+    names = [file.stem for file in files]
+    images, image_times = stills(times, [file_inside(pictures, f"{n}.jpg") for n in names])
+    return CaptureSession(
+        app=NAME,
+        source=path,
+        times=times,
+        T_world_phone=T,
+        intrinsics=intrinsics,
+        image_size=image_size,
+        video_times=image_times,
+        images=images,
+        depth=depth_log_mm(times, [file_inside(folder / "depth", f"{n}.png") for n in names]),
+    )
+
+
+def write(session: CaptureSession, folder: Path) -> Path:
+    """Write the session as the app does before its optimisation; returns the folder."""
+    keyframes = folder / "keyframes"
+    (keyframes / "cameras").mkdir(parents=True, exist_ok=True)
+    names = [str(round(t * 1e6)) for t in session.times]
+    for i, name in enumerate(names):
+        values = dict(zip(MATRIX, session.T_world_phone[i, :3].ravel().tolist(), strict=True))
+        if session.intrinsics is not None and session.image_size is not None:
+            camera = [*session.intrinsics[i].tolist(), *session.image_size]
+            values |= dict(zip(CAMERA, camera, strict=True))
+        write_object(values, keyframes / "cameras" / f"{name}.json")
+    write_images(session, lambda i: keyframes / f"images/{names[i]}.jpg", session.image_turns)
+    write_depth_mm(session, lambda i: keyframes / f"depth/{names[i]}.png")
+    return folder
+
+
+def _keyframes(path: Path) -> Path:
+    """The folder that holds `cameras`."""
+    if path.is_file():
+        return path.parent.parent
+    return path / "keyframes" if (path / "keyframes").is_dir() else path
+
+
+def _cameras(keyframes: Path) -> list[Path]:
+    """The corrected camera files where there are as many, else those of the phone."""
+    raw, corrected = (
+        sorted((keyframes / name).glob("*.json")) for name in ("cameras", "corrected_cameras")
+    )
+    return corrected if {file.name for file in corrected} >= {file.name for file in raw} else raw
+
+
+def _seconds(file: Path) -> float:
+    if not (file.stem.isascii() and file.stem.isdigit() and len(file.stem) < 20):
+        raise InputError(
+            "log-no-times",
+            f"{file.name} is not named by a time in microseconds.",
+            where=str(file),
+            fix="Give the keyframes as Polycam exported them, their names unchanged.",
+        )
+    return int(file.stem) * 1e-6

@@ -1,0 +1,181 @@
+"""Record3D: an unpacked .r3d (metadata, rgbd/<i>.jpg, .depth) or its EXR + JPG export.
+
+The poses (quaternion xyzw, then position) belong to the PORTRAIT image in OpenGL axes, in the world
+of the first frame: it is not gravity that says what is up. Our phone's frame is landscape, so the
+poses are turned by a quarter, the intrinsics with them, and `image_turns` says that the images are
+still portrait. w and h contradict K in some files: then K is right.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float64
+from scipy.spatial.transform import Rotation
+
+from ingest.formats.cameras import from_matrices
+from ingest.formats.json_file import (
+    JsonObject,
+    load_object,
+    member,
+    mentions,
+    number_at,
+    numbers_at,
+    place,
+    write_object,
+)
+from ingest.formats.pictures import file_inside, picture_size, stills, write_images
+from ingest.formats.poses import check_poses, poses_from_quaternions
+from ingest.formats.record3d_depth import lzfse_depth
+from ingest.session import R_CAMERA_DEVICE, CaptureSession
+from omomo_core.errors import InputError
+from omomo_core.geometry.transforms import inverse
+
+NAME = "Record3D"
+FILES = "a .r3d file, or a folder with metadata and rgbd, or metadata.json and rgb"
+LACKS = "not aligned with gravity; no inertial data; needs LiDAR"
+
+T_PORTRAIT_PHONE = np.eye(4)
+"""Maps the phone's (landscape camera) axes into those of the portrait image."""
+T_PORTRAIT_PHONE[:3, :3] = R_CAMERA_DEVICE.T
+
+_TURNS = 1
+_OWN_KEYS = ("initPose", "cameraType", "perFrameIntrinsicCoeffs", "dw", "frameTimestamps")
+
+
+def detect(path: Path) -> bool:
+    """Whether the folder's metadata (or the file) has the app's keys."""
+    log = _log(path)
+    return any(mentions(log, "poses", key) for key in _OWN_KEYS)
+
+
+def read(path: Path) -> CaptureSession:
+    """Read an unpacked recording, or its metadata file.
+
+    Depth is there when the optional package pyliblzfse is; the EXR files of an export are not read.
+    """
+    log = _log(path)
+    values = load_object(log)
+
+    def where(row: int) -> str:
+        return place(log, f"frame {row}")
+
+    rows = numbers_at(member(values, "poses", log), (None, 7), log, "poses").reshape(-1, 7)
+    times = _times(values, len(rows), log)
+    _refuse_front_camera(rows, log)
+    T_world_portrait = poses_from_quaternions(rows[:, 4:], rows[:, :4], where)
+    check_poses(times, T_world_portrait, log, where)
+    intrinsics, image_size = _camera(values, len(rows), log)
+    folder = log.parent
+    names = [(f"rgbd/{i}.jpg", f"rgb/{i}.jpg", f"rgb/{i}.png") for i in range(len(rows))]
+    images, image_times = stills(times, [file_inside(folder, *name) for name in names])
+    if images is not None:
+        _refuse_landscape(picture_size(images[0]) or (0, 0), images[0])
+    return CaptureSession(
+        app=NAME,
+        source=path,
+        times=times,
+        T_world_phone=T_world_portrait @ T_PORTRAIT_PHONE,
+        intrinsics=intrinsics,
+        image_size=image_size,
+        gravity_aligned=False,
+        video_times=image_times,
+        images=images,
+        image_turns=_TURNS,
+        depth=lzfse_depth(values, times, log),
+    )
+
+
+def write(session: CaptureSession, folder: Path) -> Path:
+    """Write an unpacked .r3d without depth, in the world of its first frame; returns the folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    T_world_portrait = session.T_world_phone @ inverse(T_PORTRAIT_PHONE)
+    T = inverse(T_world_portrait[0]) @ T_world_portrait
+    poses = np.concatenate([Rotation.from_matrix(T[:, :3, :3]).as_quat(), T[:, :3, 3]], axis=1)
+    values: JsonObject = {
+        "cameraType": 1,
+        "initPose": [0, 0, 0, 1, 0, 0, 0],
+        "fps": round(1 / float(np.median(np.diff(session.times)))),
+        "frameTimestamps": session.times.tolist(),
+        "poses": poses.tolist(),
+    }
+    if session.intrinsics is not None and session.image_size is not None:
+        height, width = session.image_size
+        fy, fx, cy, flipped_cx = session.intrinsics.T
+        K = np.stack([fx, fy, width - 1 - flipped_cx, cy], axis=1)
+        first = [K[0, 0], 0, 0, 0, K[0, 1], 0, K[0, 2], K[0, 3], 1]
+        values |= {"w": width, "h": height, "K": first, "perFrameIntrinsicCoeffs": K.tolist()}
+    write_object(values, folder / "metadata")
+    write_images(session, lambda i: folder / f"rgbd/{i}.jpg", session.image_turns - _TURNS)
+    return folder
+
+
+def _log(path: Path) -> Path:
+    if not path.is_dir():
+        return path
+    return next((path / n for n in ("metadata", "metadata.json") if (path / n).is_file()), path)
+
+
+def _times(values: JsonObject, count: int, log: Path) -> Float64[np.ndarray, " frames"]:
+    """Seconds: the stamps of newer versions, else even steps."""
+    if values.get("frameTimestamps"):
+        return numbers_at(values["frameTimestamps"], (count,), log, "frameTimestamps")
+    fps = number_at(member(values, "fps", log), log, "fps")
+    if fps <= 0:
+        raise InputError(
+            "log-damaged",
+            f"{log.name} has fps {fps:g}.",
+            where=place(log, "fps"),
+            fix="Export the recording from the app again.",
+        )
+    return np.arange(count) / fps
+
+
+def _refuse_front_camera(rows: Float64[np.ndarray, "frames 7"], log: Path) -> None:
+    if len(rows) and np.abs(np.abs(rows) - [0, 0, 0, 1, 0, 0, 0]).max() < 1e-6:
+        raise InputError(
+            "front-camera",
+            "All poses are the identity: the front (Face ID) camera records no motion.",
+            where=str(log),
+            fix="Record with the back LiDAR camera (choose LiDAR in Record3D's settings).",
+        )
+
+
+def _camera(
+    values: JsonObject, count: int, log: Path
+) -> tuple[Float64[np.ndarray, "frames 4"] | None, tuple[int, int] | None]:
+    """Intrinsics and image size, turned into landscape; K is column by column."""
+    key = "perFrameIntrinsicCoeffs"
+    if values.get(key):
+        portrait = numbers_at(values[key], (count, 4), log, key)
+    elif "K" in values:
+        K = numbers_at(values["K"], (9,), log, "K").reshape(1, 3, 3).transpose(0, 2, 1)
+        portrait = from_matrices(K, lambda _: place(log, "K")).repeat(count, axis=0)
+    else:
+        return None, None
+    fx, fy, cx, cy = portrait.T
+    width, height = _size(values, cx[0], cy[0], log)
+    # Turning an image counter-clockwise takes its pixel (u, v) to (v, width - 1 - u).
+    return np.stack([fy, fx, cy, width - 1 - cx], axis=1), (height, width)
+
+
+def _size(values: JsonObject, cx: float, cy: float, log: Path) -> tuple[int, int]:
+    """Width and height of the portrait image, in the order that puts (cx, cy) near its middle."""
+    w, h = (int(number_at(member(values, key, log), log, key)) for key in ("w", "h"))
+
+    def off(size: tuple[int, int]) -> float:
+        return abs(cx - size[0] / 2) + abs(cy - size[1] / 2)
+
+    size = min((w, h), (h, w), key=off)
+    _refuse_landscape(size, log)
+    return size
+
+
+def _refuse_landscape(size: tuple[int, int], file: Path) -> None:
+    if size[0] > size[1]:
+        raise InputError(
+            "record3d-landscape",
+            f"The image is {size[0]} x {size[1]}, wider than high; Record3D writes portrait images "
+            "and poses that belong to them.",
+            where=str(file),
+            fix="Give the recording as the app exported it, its images not turned.",
+        )

@@ -1,0 +1,77 @@
+"""The formats that are known: one module each, all with the same attributes and functions."""
+
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+from ingest.formats import (
+    anysense,
+    arkit_data_logger,
+    arkit_recorder,
+    arkitscenes,
+    ios_logger,
+    iphumi,
+    nerfcapture,
+    nerfstudio,
+    polycam,
+    record3d,
+    scan_capture,
+    scanner_3d,
+    scannetpp,
+    spectacular,
+    stray_scanner,
+    tum,
+)
+from ingest.session import CaptureSession
+
+
+@runtime_checkable
+class Format(Protocol):
+    """What each module of this folder offers."""
+
+    @property
+    def NAME(self) -> str:
+        """The app's name."""
+        ...
+
+    @property
+    def FILES(self) -> str:
+        """What to give, e.g. "a folder with odometry.csv"."""
+        ...
+
+    @property
+    def LACKS(self) -> str:
+        """What the app does not log or needs, e.g. "no tracking state; needs LiDAR"."""
+        ...
+
+    def detect(self, path: Path) -> bool:
+        """Whether the file or folder is such a session, from a cheap look that accepts anything."""
+        ...
+
+    def read(self, path: Path) -> CaptureSession:
+        """Read what `detect` claims, or raise an InputError."""
+        ...
+
+    def write(self, session: CaptureSession, folder: Path) -> Path:
+        """Write a session as the app does; returns what `read` takes."""
+        ...
+
+
+FORMATS: tuple[Format, ...] = (
+    stray_scanner,
+    scan_capture,
+    record3d,
+    ios_logger,
+    arkit_data_logger,
+    arkit_recorder,
+    nerfcapture,
+    polycam,
+    scanner_3d,
+    iphumi,
+    anysense,
+    spectacular,
+    arkitscenes,
+    scannetpp,
+    nerfstudio,
+    tum,
+)
+"""Those that suit best first."""

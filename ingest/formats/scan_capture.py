@@ -1,0 +1,143 @@
+"""ScanCapture (of LaMAR): poses.txt, images.mp4, depth/<us>.bin. It logs the tracking state.
+
+After # comments, each line is `timestamp_us, status, tx, ty, tz, qx, qy, qz, qw, w, h, fx, fy, cx,
+cy, exposure_us`: ARKit's own poses, microseconds since boot. Image i of the video is line i. Depth
+is float32 metres, row by row, in the landscape of the images.
+"""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float64
+from scipy.spatial.transform import Rotation
+
+from ingest.formats.cameras import one_size
+from ingest.formats.depth_raw import load_metres, save_metres
+from ingest.formats.pick import first_row, floats
+from ingest.formats.poses import check_poses, poses_from_quaternions
+from ingest.formats.table import Table, TextRows, numbers, read_rows
+from ingest.session import CaptureSession, DepthLog
+from omomo_core.errors import InputError
+
+NAME = "ScanCapture"
+FILES = "a folder with poses.txt"
+LACKS = "nothing that is used here; its IMU files are not read"
+
+STATUSES = (
+    "normal",
+    "excessive motion",
+    "insufficient features",
+    "initializing",
+    "relocalizing",
+    "no tracking",
+    "unknown",
+)
+_WIDTH = 16
+_COLUMNS = (0, *range(2, 15))
+"""All but the status and the exposure."""
+
+
+def detect(path: Path) -> bool:
+    """Whether the file, or poses.txt of the folder, has a status after the time and enough fields.
+
+    A status that the app does not write is left to `read`, which names it.
+    """
+    log = _log(path)
+    fields = first_row(log).split(",") if log.is_file() else []
+    return (
+        len(fields) == _WIDTH
+        and fields[0].strip().isdigit()
+        and not floats(fields[1:2])
+        and len(floats(fields[2:])) == _WIDTH - 2
+    )
+
+
+def read(path: Path) -> CaptureSession:
+    """Read a session folder (or the poses.txt in it)."""
+    log = _log(path)
+    text = read_rows(log, ",")
+    table = numbers(text, _WIDTH, _COLUMNS)
+    times, values = table.values[:, 0] * 1e-6, table.values
+    T = poses_from_quaternions(values[:, 1:4], values[:, 4:8], table.place)
+    tracking_ok = _tracking_ok(text, table)
+    check_poses(times, T, log, table.place)
+    image_size = one_size(values[:, 8:10], table.place)
+    video = log.parent / "images.mp4"
+    return CaptureSession(
+        app=NAME,
+        source=path,
+        times=times,
+        T_world_phone=T,
+        intrinsics=values[:, 10:14] if min(image_size) > 0 else None,
+        image_size=image_size if min(image_size) > 0 else None,
+        tracking_ok=tracking_ok,
+        video=video if video.is_file() else None,
+        video_times=times if video.is_file() else None,
+        depth=_read_depth(log.parent / "depth"),
+    )
+
+
+def write(session: CaptureSession, folder: Path) -> Path:
+    """Write the session as the app does; returns the folder.
+
+    Size and intrinsics of a camera that is not known are written as 0, and so is the exposure.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    frames = len(session.times)
+    quaternions = Rotation.from_matrix(session.T_world_phone[:, :3, :3]).as_quat()
+    poses = np.concatenate([session.T_world_phone[:, :3, 3], quaternions], axis=1)
+    known = session.intrinsics is not None and session.image_size is not None
+    width, height = session.image_size if known and session.image_size else (0, 0)
+    K = session.intrinsics if known and session.intrinsics is not None else np.zeros((frames, 4))
+    ok = np.ones(frames, bool) if session.tracking_ok is None else session.tracking_ok
+    lines = [
+        f"{round(t * 1e6)}, {'normal' if good else 'unknown'}, {_fixed(pose)}, {width}, {height}, "
+        f"{_fixed(k)}, 0"
+        for t, good, pose, k in zip(session.times, ok, poses, K, strict=True)
+    ]
+    header = "# timestamp, status, tx, ty, tz, qx, qy, qz, qw, w, h, fx, fy, cx, cy, exposure"
+    (folder / "poses.txt").write_text("\n".join([header, *lines, ""]), encoding="utf-8")
+    if session.video is not None:
+        shutil.copyfile(session.video, folder / "images.mp4")
+    _write_depth(session, folder / "depth")
+    return folder
+
+
+def _log(path: Path) -> Path:
+    return path / "poses.txt" if path.is_dir() else path
+
+
+def _tracking_ok(text: TextRows, table: Table) -> Bool[np.ndarray, " frames"]:
+    statuses = [row[1] for row in text.rows]
+    for i, status in enumerate(statuses):
+        if status not in STATUSES:
+            raise InputError(
+                "tracking-unknown",
+                f"{status[:30]!r} is no tracking state; ScanCapture writes {', '.join(STATUSES)}.",
+                where=table.place(i),
+                fix='Write "normal" only where the phone knew its pose, else "unknown".',
+            )
+    return np.array([status == "normal" for status in statuses], dtype=bool)
+
+
+def _read_depth(folder: Path) -> DepthLog | None:
+    """The maps that are named by their microseconds."""
+    files = sorted((f for f in folder.glob("*.bin") if f.stem.isdigit()), key=lambda f: int(f.stem))
+    if not files:
+        return None
+    times = np.array([int(file.stem) for file in files]) * 1e-6
+    return DepthLog(times=times, files=tuple(files), load=load_metres)
+
+
+def _write_depth(session: CaptureSession, folder: Path) -> None:
+    if session.depth is None:
+        return
+    folder.mkdir(exist_ok=True)
+    for t, file in zip(session.depth.times, session.depth.files, strict=True):
+        metres = np.rot90(session.depth.load(file), session.image_turns)
+        save_metres(metres, folder / f"{round(t * 1e6)}.bin")
+
+
+def _fixed(row: Float64[np.ndarray, " numbers"]) -> str:
+    return ", ".join(f"{x:.9f}" for x in row)

@@ -1,0 +1,145 @@
+"""Where the object stands still, and what that tells: floor, drift, a mount that slipped."""
+
+import numpy as np
+from jaxtyping import Float64
+from scipy.spatial.transform import Rotation
+
+from ingest.report.check import Check, graded
+from ingest.report.look import Look
+from ingest.report.stable import standing_sides, tilt_from_standing
+from ingest.trajectory.object_motion import ObjectTake
+from ingest.trajectory.rests import find_rests
+from omomo_core.geometry.surface import sample_surface
+from omomo_core.motion import FPS
+
+_ON_FLOOR = 0.06
+"""Metres of the lowest point above the floor of an object that stands on it."""
+_BELOW_FLOOR = -0.1
+_TILT = 8.0
+"""Degrees that an object may lean from standing: a rough mesh, a soft carpet, a bent clamp."""
+_SLIP = 4.0
+"""Degrees between two rests on one side of the object; phones keep gravity within a degree."""
+_SAME_SIDE = 45.0
+_ON_MARK, _MARK_TURN = 0.3, 20.0
+"""Metres and degrees within which an object was meant to be back where it started."""
+_DRIFT = 0.05
+_FIX_REST = (
+    "Start and end the take with the object on the floor for a second, or give the floor's height "
+    "(--floor)."
+)
+_FIX_MOUNT = (
+    "Look at the clamp, then calibrate the mount again; if the object did lean against something, "
+    "all is well."
+)
+
+
+def rests(look: Look) -> Check:
+    """When the phone stands still."""
+    if not look.rests:
+        return Check("rests", "ok", "none of half a second")
+    spans = [f"{start / FPS:.1f} to {stop / FPS:.1f} s" for start, stop in look.rests]
+    more = f" and {len(spans) - 4} more" if len(spans) > 4 else ""
+    message = f"still at {', '.join(spans[:4])}{more}"
+    first, last = look.rests[0][0], look.rests[-1][1]
+    return Check("rests", "ok", message, look.logged(first, last))
+
+
+def floor(look: Look) -> Check:
+    """Whether the floor is known, and the object stays above it."""
+    take = look.object_take
+    if take is None:
+        return _floor_of_phone(look)
+    lowest = float(np.percentile(bottom(take)[take.motion.valid], 1))
+    if lowest < _BELOW_FLOOR:
+        message = f"the object goes {-lowest:.2f} m below the floor"
+        return Check("floor", "warn", message, fix="Correct --floor, or the mount.")
+    severity = "ok" if take.floor.certain else "warn"
+    return graded("floor", severity, take.floor.message, _FIX_REST)
+
+
+def _floor_of_phone(look: Look) -> Check:
+    if not look.rests:
+        message = "nothing stands still for half a second: the floor would be a guess"
+        return Check("floor", "warn", message, fix=_FIX_REST)
+    heights = look.poses[0][:, 2, 3]
+    start, stop = min(look.rests, key=lambda rest: float(np.median(heights[slice(*rest)])))
+    message = f"from where the object stands still, {start / FPS:.1f} to {stop / FPS:.1f} s"
+    return Check("floor", "ok", message, look.logged(start, stop))
+
+
+def closure(look: Look) -> Check:
+    """How far from its first rest the object ends, if it seems to have been brought back to it."""
+    ends = None if look.take is None else look.take.closure
+    if ends is None:
+        message = "drift is not measured: the object does not rest at both ends"
+        return Check("closure", "ok", message)
+    away = ends.translation
+    if away > _ON_MARK or ends.rotation > _MARK_TURN:
+        message = f"drift is not measured: the object ends {away:.2f} m from where it began"
+        return Check("closure", "ok", message)
+    return graded(
+        "closure",
+        "warn" if away > _DRIFT else "ok",
+        f"back within {100 * away:.1f} cm and {ends.rotation:.1f} deg of where it began",
+        "If it was put back on its mark, tracking drifted by that: record again with more to see.",
+        look.logged(ends.first[0], ends.last[1]),
+    )
+
+
+def object_checks(look: Look) -> list[Check]:
+    """How the object stands, and whether it stands alike each time; none without the object."""
+    take = look.object_take
+    if take is None or look.mesh is None:
+        return []
+    sides = standing_sides(look.mesh)
+    grounded = [rest for rest in _grounded(take) if len(sides)]
+    if not grounded:
+        message = "not checked: the object does not rest on the floor"
+        return [Check(name, "ok", message) for name in ("standing", "mount slip")]
+    poses = [_mean_pose(take.motion.T_world_object[slice(*rest)]) for rest in grounded]
+    found = [tilt_from_standing(T[:3, :3], sides) for T in poses]
+    return [_standing(look, grounded, [tilt for tilt, _ in found]), _slip(look, grounded, poses)]
+
+
+def _grounded(take: ObjectTake) -> list[tuple[int, int]]:
+    """The rests in which the object's lowest point is at the floor."""
+    heights = bottom(take)
+    found = find_rests(take.motion.T_world_object, take.motion.valid)
+    return [(a, b) for a, b in found if abs(np.median(heights[a:b])) < _ON_FLOOR]
+
+
+def _standing(look: Look, grounded: list[tuple[int, int]], tilts: list[float]) -> Check:
+    most = int(np.argmax(tilts))
+    message = f"it rests {tilts[most]:.1f} deg from standing by itself"
+    severity = "warn" if tilts[most] > _TILT else "ok"
+    return graded("standing", severity, message, _FIX_MOUNT, look.logged(*grounded[most]))
+
+
+def _slip(
+    look: Look, grounded: list[tuple[int, int]], poses: list[Float64[np.ndarray, "4 4"]]
+) -> Check:
+    """Tilt between each rest and the next on the same side: a clamp that slipped changes it."""
+    downs = np.stack([T[2, :3] for T in poses])
+    turns = np.degrees(np.arccos(np.clip((downs[1:] * downs[:-1]).sum(axis=1), -1, 1)))
+    alike = np.where(turns < _SAME_SIDE, turns, 0.0)
+    if not len(alike):
+        return Check("mount slip", "ok", "not checked: the object rests on the floor only once")
+    most = int(np.argmax(alike))
+    message = f"its tilt differs by {alike[most]:.1f} deg from one rest to the next"
+    between = look.logged(grounded[most][0], grounded[most + 1][1])
+    severity = "warn" if alike[most] > _SLIP else "ok"
+    return graded("mount slip", severity, message, _FIX_MOUNT, between)
+
+
+def bottom(take: ObjectTake) -> Float64[np.ndarray, " frames"]:
+    """Height of the object's lowest point over the floor in each frame, metres."""
+    corners = sample_surface(take.motion.mesh).outline
+    T = take.motion.T_world_object
+    return (T[:, 2, :3] @ corners.T).min(axis=1) + T[:, 2, 3]
+
+
+def _mean_pose(T: Float64[np.ndarray, "frames 4 4"]) -> Float64[np.ndarray, "4 4"]:
+    mean = np.eye(4)
+    mean[:3, :3] = Rotation.from_matrix(T[:, :3, :3]).mean().as_matrix()
+    mean[:3, 3] = T[:, :3, 3].mean(axis=0)
+    return mean

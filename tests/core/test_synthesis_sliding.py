@@ -1,0 +1,62 @@
+"""What stays on the floor goes the way people push and pull, and the side that is held rises."""
+
+import numpy as np
+import pytest
+
+from omomo_core.data.synthesis.directions import ahead_of
+from omomo_core.data.synthesis.grammar import write_script
+from omomo_core.data.synthesis.manners import tilt_for, way_of
+from omomo_core.data.synthesis.props import make_prop
+from omomo_core.data.synthesis.script import Action
+from omomo_core.data.synthesis.stage import Stage, goes_its_way
+
+FACING = 0.7
+
+
+def _walk(direction: float, frames: int = 60) -> Stage:
+    """A body that faces one way and moves along `direction` from its heading."""
+    root = np.zeros((frames, 3))
+    root[:, :2] = np.linspace(0, 1, frames)[:, None] * ahead_of(np.array(FACING + direction))
+    turn = np.array(
+        [[np.cos(FACING), -np.sin(FACING), 0], [np.sin(FACING), np.cos(FACING), 0], [0, 0, 1]]
+    )
+    return Stage(root, np.tile(turn, (frames, 22, 1, 1)), np.zeros((frames, 5)), [])
+
+
+@pytest.mark.parametrize(
+    ("direction", "ahead", "back"), [(0.0, True, False), (np.pi, False, True), (1.5, False, False)]
+)
+def test_only_walks_along_the_way_suit(direction: float, ahead: bool, back: bool):
+    stage, whole = _walk(direction), [(5, 55)]
+    assert goes_its_way(stage, whole, 1) == ahead
+    assert goes_its_way(stage, whole, -1) == back
+    assert goes_its_way(stage, whole, 0)
+
+
+def test_most_pushes_lead_ahead_and_most_pulls_back():
+    rng = np.random.default_rng(0)
+    for action, way in (("push", 1), ("pull", -1), ("drag", -1)):
+        ways = [way_of(rng, action) for _ in range(400)]  # pyright: ignore[reportArgumentType]
+        assert set(ways) == {way, 0}
+        assert 0.8 < np.mean(np.array(ways) == way) < 0.95
+    assert {way_of(rng, "carry") for _ in range(50)} == {0}
+
+
+@pytest.mark.parametrize("action", ["push", "pull", "drag", "tip"])
+def test_a_low_wide_thing_rises_where_it_is_held(action: Action):
+    rng = np.random.default_rng(1)
+    prop = make_prop(rng, "push")
+    depth = float(prop.high[0] - prop.low[0])
+    low = np.array([tilt_for(rng, action, prop, 0.9 * depth) for _ in range(300)])
+    tall = np.array([tilt_for(rng, action, prop, 1.1 * depth) for _ in range(300)])
+    assert (low >= 0).all()
+    assert (low > 0).any()
+    # A chair is tipped towards whoever pulls it by its back, but pushed over its far legs.
+    assert (tall < 0).any() == (action != "push")
+
+
+def test_scripts_of_pulls_ask_for_walks_that_lead_back():
+    rng = np.random.default_rng(2)
+    ways = [write_script(rng, "pull").wanted.way for _ in range(20)]
+    assert -1 in ways
+    assert 1 not in ways
