@@ -12,7 +12,7 @@ from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
 from ingest.formats.pick import first_row, floats
-from ingest.formats.poses import check_poses, poses_from_quaternions
+from ingest.formats.poses import check_clock, check_poses, poses_from_quaternions
 from ingest.formats.table import Table, numbers, read_rows
 from ingest.session import GRAVITY, CaptureSession, ImuLog
 
@@ -39,7 +39,7 @@ def read(path: Path) -> CaptureSession:
     times, positions, xyzw = table.values[:, 0], table.values[:, 1:4], table.values[:, [5, 6, 7, 4]]
     T = poses_from_quaternions(positions, xyzw, table.place)
     check_poses(times, T, table.path, table.place)
-    images = _table(folder / "Frames.txt", 6) if (folder / "Frames.txt").is_file() else None
+    images = _images(folder / "Frames.txt")
     intrinsics = _at(times, images.values[:, 0], images.values[:, 2:]) if images else None
     video = folder / "Frames.m4v"
     return CaptureSession(
@@ -77,6 +77,15 @@ def write(session: CaptureSession, folder: Path) -> Path:
 
 def _table(path: Path, width: int) -> Table:
     return numbers(read_rows(path, ","), width, range(width))
+
+
+def _images(path: Path) -> Table | None:
+    """A row for each image; None where the app wrote no image."""
+    images = _table(path, 6) if path.is_file() else None
+    if images is None or not images.lines:
+        return None
+    check_clock(images.values[:, 0], images.place)
+    return images
 
 
 def _read_imu(folder: Path) -> ImuLog | None:

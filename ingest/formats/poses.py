@@ -100,6 +100,20 @@ def _check_far(T_world_phone: Float64[np.ndarray, "frames 4 4"], place: Place) -
         )
 
 
+def check_clock(times: Float64[np.ndarray, " rows"], place: Place) -> None:
+    """Refuse time (seconds) that does not advance from row to row."""
+    stops = times[1:] <= times[:-1]
+    if stops.any():
+        row = int(np.argmax(stops))
+        raise InputError(
+            "time-backwards",
+            "The clock does not advance: it goes from "
+            f"{times[row]:.6f} s to {times[row + 1]:.6f} s.",
+            where=place(row + 1),
+            fix="Do not join or re-order logs: give one take as the app wrote it.",
+        )
+
+
 def check_length(times: Float64[np.ndarray, " frames"], log: Path, place: Place) -> None:
     """Refuse a log of fewer than two poses, less than a second or more than a day."""
     seconds = float(times[-1]) - float(times[0]) if len(times) else 0.0
@@ -132,16 +146,7 @@ def check_poses(
     Such are a tracker that never started, and positions (m) beyond any walk.
     """
     _check_far(T_world_phone, place)
-    stops = times[1:] <= times[:-1]
-    if stops.any():
-        row = int(np.argmax(stops))
-        raise InputError(
-            "time-backwards",
-            "The clock does not advance: it goes from "
-            f"{times[row]:.6f} s to {times[row + 1]:.6f} s.",
-            where=place(row + 1),
-            fix="Do not join or re-order logs: give one take as the app wrote it.",
-        )
+    check_clock(times, place)
     check_length(times, log, place)
     if np.ptp(T_world_phone, axis=0).max() < 1e-6:
         at_origin = np.allclose(T_world_phone[0, :3, 3], 0)
