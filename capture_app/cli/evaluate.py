@@ -50,7 +50,7 @@ def evaluate(
         int, typer.Option(help="K: people generated for each clip.", min=1, max=200)
     ] = 20,
     seed: options.Seed = 0,
-    steps: options.Steps = 20,
+    steps: options.Steps = 10,
     body: Annotated[
         Bones,
         typer.Option(help="Bones of the generated people: the recorded person's, or our body's."),

@@ -17,7 +17,7 @@ def run(
     contacts: given.Contacts = None,
     config: given.Config = given.Configuration.capture,
     weights: given.Weights = None,
-    steps: given.Steps = 20,
+    steps: given.Steps = 10,
     height: given.Height = None,
     body: given.Body = None,
     floor: given.Floor = None,

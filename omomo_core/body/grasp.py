@@ -45,8 +45,8 @@ TURNS = torch.tensor([0.0, 0.35, 0.7, 1.0])
 """Turns of the thumb that are tried, 0 flat to 1 round."""
 OPPOSE = 1.0
 """How much more a touch of the thumb is worth when it is round."""
-SMOOTH = 2.0
-"""Standard deviation of the filter over time, frames."""
+EVERY, SMOOTH = 2, 2.0
+"""Frames from one that is looked at to the next; standard deviation of the filter between them."""
 CHUNK = 1024
 """Hands solved at once."""
 PLACES = torch.tensor([0.45, 0.95])
@@ -57,9 +57,9 @@ PLACES = torch.tensor([0.45, 0.95])
 class Grasp:
     """Fingers of both hands, and what of them is still inside the object."""
 
-    fingers: Float[Tensor, "frames 30 3 3"]
+    fingers: Float[Tensor, "*b frames 30 3 3"]
     """Rotation of each finger joint relative to its parent."""
-    depth: Float[Tensor, "frames 2"]
+    depth: Float[Tensor, "*b frames 2"]
     """Of the deepest finger of the left and the right hand, metres; 0 where none is inside."""
 
 
@@ -97,11 +97,11 @@ class _Choices:
 
 def grasp(
     body: BodyModel,
-    R_world_wrist: Float[Tensor, "frames 2 3 3"],
-    wrists: Float[Tensor, "frames 2 3"],
+    R_world_wrist: Float[Tensor, "*b frames 2 3 3"],
+    wrists: Float[Tensor, "*b frames 2 3"],
     T_world_object: Float[Tensor, "frames 4 4"],
     field: DistanceField,
-    weight: Float[Tensor, "frames 2"],
+    weight: Float[Tensor, "*b frames 2"],
 ) -> Grasp:
     """Close the fingers of both hands on an object.
 
@@ -118,24 +118,28 @@ def grasp(
     R_object_wrist = R_object_world @ R_world_wrist.float()
     shift = (wrists - T_world_object[:, None, :3, 3]).float()
     at = (R_object_world @ shift[..., None])[..., 0]
-    closing, turn = _postures(hands, R_object_wrist, at, field, weight > 0)
-    held = _rotations(hands, _calm(closing, weight, IDLE), _calm(turn, weight, IDLE_TURN))
+    seen = weight.float().clone()
+    seen[..., [k for k in range(seen.shape[-2]) if k % EVERY], :] = 0.0
+    poses = (R_object_wrist.flatten(0, -4), at.flatten(0, -3))
+    found = _postures(hands, *poses, field, (seen > 0).flatten(0, -2))
+    closing, turn = (x.view(*seen.shape, x.shape[-1]) for x in found)
+    held = _rotations(hands, _calm(closing, seen, IDLE), _calm(turn, seen, IDLE_TURN))
     relaxed = body.relaxed_fingers.view(2, 5, 3, 3, 3)
     step = roma.rotmat_to_rotvec(relaxed.mT @ held)
     fingers = relaxed @ roma.rotvec_to_rotmat(weight.float()[..., None, None, None] * step)
-    points = _centres(hands, fingers).flatten(2, 4)
+    points = _centres(hands, fingers).flatten(-4, -2)
     distance = field.at(points @ R_object_wrist.mT + at[..., None, :])
     depth = (hands.radius.flatten(1) - distance).amax(dim=-1).clamp(min=0.0)
-    return Grasp(fingers.reshape(-1, 30, 3, 3), depth)
+    return Grasp(fingers.flatten(-5, -3), depth)
 
 
 def _postures(
     hands: _Hands,
-    R_object_wrist: Float[Tensor, "frames 2 3 3"],
-    at: Float[Tensor, "frames 2 3"],
+    R_object_wrist: Float[Tensor, "times 2 3 3"],
+    at: Float[Tensor, "times 2 3"],
     field: DistanceField,
-    holds: Bool[Tensor, "frames 2"],
-) -> tuple[Float[Tensor, "frames 2 5"], Float[Tensor, "frames 2 1"]]:
+    holds: Bool[Tensor, "times 2"],
+) -> tuple[Float[Tensor, "times 2 5"], Float[Tensor, "times 2 1"]]:
     """How far each finger closes (0 open to 1 fist), how far round each thumb is turned."""
     fingers, thumb = _choices(hands, FINGERS, TURNS[:1]), _choices(hands, slice(4, 5), TURNS)
     closing = torch.full((*holds.shape, 5), IDLE)
@@ -244,12 +248,12 @@ def _centres(
 
 
 def _calm(
-    x: Float[Tensor, "frames 2 n"], weight: Float[Tensor, "frames 2"], idle: float
-) -> Float[Tensor, "frames 2 n"]:
+    x: Float[Tensor, "*b frames 2 n"], weight: Float[Tensor, "*b frames 2"], idle: float
+) -> Float[Tensor, "*b frames 2 n"]:
     """Smooth over time where hands hold, `idle` far from there."""
-    share = weight.float()[..., None].clamp(min=1e-9)
+    share = weight[..., None].clamp(min=1e-9)
     sums = (
-        gaussian_filter1d(s.numpy(), SMOOTH, axis=0, mode="nearest") for s in (x * share, share)
+        gaussian_filter1d(s.numpy(), SMOOTH, axis=-3, mode="nearest") for s in (x * share, share)
     )
     above, below = (torch.from_numpy(s) for s in sums)
     return (above + 1e-6 * idle) / (below + 1e-6)

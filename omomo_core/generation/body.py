@@ -11,7 +11,7 @@ from torch import Tensor
 from omomo_core.body_stage import capture as body_stage
 from omomo_core.capture import BASIS_POINTS, shape_code
 from omomo_core.generation.decided import Decided, Pin
-from omomo_core.generation.overlap import sample_take
+from omomo_core.generation.overlap import Told, sample_take
 from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.generation.scene import Scene
 from omomo_core.generation.take import object_windows, window_frames
@@ -56,14 +56,11 @@ def sample_body(
     )
     x = sample_take(
         stage,
-        windows,
-        known,
-        shape_code(windows, yaw),
-        yaw_matrix(yaw)[:, None],
+        torch.randn(*contact.shape[:2], body_stage.LAYOUT.channels, generator=generator),
+        Told(windows.valid, known, shape_code(windows, yaw), yaw_matrix(yaw)[:, None]),
         body_stage.LAYOUT,
         options,
         generator,
-        frames=scene.trained.frames,
         pin=None if decided is None else _from_reference(decided.body, reference),
         on_step=lambda done: progress("body", done),
     )

@@ -31,6 +31,7 @@ ON_FLOOR = 0.05
 """Metres: an object that is no higher may be leant on."""
 
 
+@torch.inference_mode()
 def embody(
     features: Float[Tensor, "samples frames channels"],
     hands: Sequence[HandMotion],
@@ -64,10 +65,7 @@ def embody(
     root = fit.to_body(sampled, R[:, :, 0])
     solved = solve_bodies(fit.body, root, R, foot_contact, wish, decided)
     T, planted = scene.take.motion.T_world_object, foot_contact.double().numpy()
-    people = [
-        exact_person(fit.body, solved, k, planted[k], hands[k], segments[k], T, thing.barrier)
-        for k in range(len(hands))
-    ]
+    people = exact_people(fit.body, solved, planted, hands, segments, T, thing.barrier)
     return people, solved
 
 
@@ -93,33 +91,41 @@ def _wish(
     )
 
 
-def exact_person(
+def exact_people(
     body: BodyModel,
     solved: Solved,
-    k: int,
-    foot_contact: Float[np.ndarray, "frames 4"],
-    hands: HandMotion,
-    segments: tuple[Segment, ...],
+    foot_contact: Float[np.ndarray, "samples frames 4"],
+    hands: Sequence[HandMotion],
+    segments: Sequence[tuple[Segment, ...]],
     T_world_object: Float[np.ndarray, "frames 4 4"],
     barrier: Scanned,
-) -> Person:
-    """Sample `k` of what was solved, with fingers that close and what is wrong with it."""
+) -> list[Person]:
+    """The samples that were solved, with fingers that close and what is wrong with them."""
     # Solving in single precision leaves rotations a little off; what goes out is exact.
-    root = solved.root[k].double()
-    R = rotmat_from_6d(rotmat_to_6d(solved.rotations[k].double()))
-    T, weight = torch.from_numpy(T_world_object), torch.from_numpy(hands.contact)
+    root = solved.root.double()
+    R = rotmat_from_6d(rotmat_to_6d(solved.rotations.double()))
+    contact = np.stack([h.contact for h in hands])
+    T, weight = torch.from_numpy(T_world_object), torch.from_numpy(contact)
     joints = forward_kinematics(body, root, R)
-    closed = grasp(body, R[:, WRISTS], joints[:, WRISTS], T, barrier.field, weight)
-    human = HumanMotion(
-        root=root.numpy(),
-        rotations=R.numpy(),
-        fingers=closed.fingers.double().numpy(),
-        joints=joints.numpy(),
-        hand_contact=hands.contact,
-        foot_contact=foot_contact * np.tile(solved.standing[k], 2),
-    )
+    closed = grasp(body, R[..., WRISTS, :, :], joints[..., WRISTS, :], T, barrier.field, weight)
     depth = depth_inside(body, root, R, T, barrier).double().numpy()
-    return Person(human, segments, solved.miss[k].double().numpy(), depth)
+    fingers, standing = closed.fingers.double(), np.tile(solved.standing, 2)
+    return [
+        Person(
+            HumanMotion(
+                root=root[k].numpy(),
+                rotations=R[k].numpy(),
+                fingers=fingers[k].numpy(),
+                joints=joints[k].numpy(),
+                hand_contact=hands[k].contact,
+                foot_contact=foot_contact[k] * standing[k],
+            ),
+            segments[k],
+            solved.miss[k].double().numpy(),
+            depth[k],
+        )
+        for k in range(len(hands))
+    ]
 
 
 def balance(scene: Scene) -> Float[np.ndarray, " frames"]:

@@ -1,6 +1,6 @@
 """Sampling stage 1: K guesses of where the palms are, and which hold what."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,8 +13,9 @@ from omomo_core.contact.anchor import anchored
 from omomo_core.contact.decode import OPEN, Given, decode
 from omomo_core.contact.segment import Segment, Span, follow
 from omomo_core.generation.calm import calmed
-from omomo_core.generation.decided import Decided, fade
-from omomo_core.generation.overlap import sample_take
+from omomo_core.generation.cover import cover, guesses
+from omomo_core.generation.decided import Decided, Pin, fade
+from omomo_core.generation.overlap import Told, sample_take
 from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.generation.scene import Scene
 from omomo_core.generation.take import object_windows, window_frames
@@ -22,6 +23,9 @@ from omomo_core.hand_stage import capture as hand_stage
 from omomo_core.hand_stage.contact_rule import constrain
 from omomo_core.motion import HandMotion
 from omomo_core.stage import Stage
+
+QUICK = 4
+"""Steps in which guesses are drawn that are only compared: those that 10 would keep are much the same."""
 
 
 def sample_hands(
@@ -32,24 +36,63 @@ def sample_hands(
     progress: Progress,
     decided: Decided | None,
 ) -> Float[Tensor, "samples frames 8"]:
-    """Features of each sample: palms from the object's centre in the networks' world, contacts."""
+    """Features of each sample: palms from the object's centre in the networks' world, contacts.
+
+    Where nothing is decided yet, more are drawn in a few steps, and those that stand for all are
+    kept: the same noise becomes much the same palms in all the steps.
+    """
+    draw = _drawing(scene, stage, options, generator)
+    frames, samples = scene.trained.frames, options.samples
+    # Where noise is added on the way, the same start does not become the same palms.
+    some_more = decided is None and options.sampler != "ddpm"
+    count = guesses(samples) if some_more else samples
+    noise = torch.randn(count, frames, hand_stage.LAYOUT.channels, generator=generator)
+    quick = min(QUICK, options.steps)
+    share = 0.0
+    if count > samples:
+        share = count * quick / (count * quick + samples * options.steps)
+        x = draw(noise, quick, None, lambda done: progress("hands", share * done))
+        palms = x[..., : 3 * hand_stage.LAYOUT.vectors].unflatten(-1, (2, 3))
+        noise = noise[cover(palms.double().numpy(), samples)]
+    pin = None if decided is None else decided.hands
+    return draw(
+        noise, options.steps, pin, lambda done: progress("hands", share + (1 - share) * done)
+    )
+
+
+_Draw = Callable[
+    [Float[Tensor, "samples frames 8"], int, Pin | None, Callable[[float], None]],
+    Float[Tensor, "samples frames 8"],
+]
+"""(noise, steps, what is pinned, told how far it is) -> features."""
+
+
+def _drawing(
+    scene: Scene, stage: Stage, options: GenerationOptions, generator: torch.Generator
+) -> _Draw:
+    """Any number of samples of one scene."""
     index = window_frames(scene.trained.frames)
-    windows = object_windows(scene.trained, index, options.samples, BASIS_POINTS)
+    windows = object_windows(scene.trained, index, 1, BASIS_POINTS)
     yaw = hand_stage.canonical_yaw(windows)
     axes = hand_stage.object_axes(windows, yaw)
-    return sample_take(
-        stage,
-        windows,
-        hand_stage.condition(windows, yaw, axes),
-        hand_stage.shape_code(windows, axes),
-        axes,
-        hand_stage.LAYOUT,
-        options,
-        generator,
-        frames=scene.trained.frames,
-        pin=None if decided is None else decided.hands,
-        on_step=lambda done: progress("hands", done),
-    )
+    condition = hand_stage.condition(windows, yaw, axes)
+    told = Told(windows.valid, condition, hand_stage.shape_code(windows, axes), axes)
+
+    def draw(
+        noise: Tensor, steps: int, pin: Pin | None, on_step: Callable[[float], None]
+    ) -> Tensor:
+        return sample_take(
+            stage,
+            noise,
+            told.times(len(noise)),
+            hand_stage.LAYOUT,
+            replace(options, steps=steps),
+            generator,
+            pin=pin,
+            on_step=on_step,
+        )
+
+    return draw
 
 
 def in_contact(

@@ -5,9 +5,10 @@ Bar-Tal et al. 2023), so the windows end as one motion without a seam.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass, fields
 
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
 from omomo_core.diffusion.samplers import sample
@@ -17,7 +18,7 @@ from omomo_core.generation.result import GenerationOptions
 from omomo_core.generation.take import window_frames
 from omomo_core.geometry.canonical import Layout, rotate
 from omomo_core.stage import Stage
-from omomo_core.windows import WINDOW, ObjectWindows
+from omomo_core.windows import WINDOW
 
 CHUNK = 64
 """Windows that go through the network at once: bounds memory on long takes."""
@@ -40,28 +41,40 @@ def merge(
     return summed / total[:, None]
 
 
+@dataclass(frozen=True)
+class Told:
+    """What a network is told of each window; the batch is samples x windows, sample-major."""
+
+    valid: Bool[Tensor, "b window"]
+    condition: Float[Tensor, "b window condition"]
+    shape: Float[Tensor, "b tokens shape"]
+    axes: Float[Tensor, "b _ 3 3"]
+    """R_world_axes of what the network says, for each window or each of its frames."""
+
+    def times(self, samples: int) -> "Told":
+        """Of so many samples, where this is of one."""
+        parts = (getattr(self, f.name) for f in fields(self))
+        return Told(*(x.repeat(samples, *[1] * (x.ndim - 1)) for x in parts))
+
+
 def sample_take(
     stage: Stage,
-    windows: ObjectWindows,
-    condition: Float[Tensor, "b window condition"],
-    shape: Float[Tensor, "b tokens shape"],
-    axes: Float[Tensor, "b _ 3 3"],
+    noise: Float[Tensor, "samples frames channels"],
+    told: Told,
     layout: Layout,
     options: GenerationOptions,
     generator: torch.Generator,
     *,
-    frames: int,
     pin: Pin | None = None,
     on_step: Callable[[float], None],
 ) -> Float[Tensor, "samples frames channels"]:
-    """Features of K samples of a take of `frames` frames, raw units, world axes.
+    """Features that the noise of K samples of a take becomes, raw units, world axes.
 
-    The batch is samples x windows, sample-major, as `object_windows` makes it. `axes` is R_world_axes of
-    what the network says, for each window or each of its frames. Features of the first
-    frame that are known (`pin`) are put into every estimate, so that the other frames follow them.
+    Features of the first frames that are known (`pin`) are put into every estimate, so that the other
+    frames follow them.
     """
-    index, valid = window_frames(frames), windows.valid
-    samples = len(condition) // len(index)
+    samples, frames = noise.shape[:2]
+    index, axes = window_frames(frames), told.axes
 
     def to_world(x: Tensor) -> Tensor:
         raw = rotate(stage.denormalise(x), axes, layout)
@@ -70,13 +83,14 @@ def sample_take(
 
     def predict(x: Tensor, n: int) -> Tensor:
         parts = [
-            stage(x[i], condition[i], shape[i], torch.full((len(x[i]),), n), valid[i])
+            stage(
+                x[i], told.condition[i], told.shape[i], torch.full((len(x[i]),), n), told.valid[i]
+            )
             for i in (slice(a, a + CHUNK) for a in range(0, len(x), CHUNK))
         ]
         shared = to_world(torch.cat(parts))[:, index].flatten(0, 1)
         return stage.normalise(rotate(shared, axes.transpose(-1, -2), layout))
 
-    noise = torch.randn(samples, frames, layout.channels, generator=generator)
     with torch.inference_mode():
         x = sample(
             predict,

@@ -16,7 +16,7 @@ from omomo_core.body.model import BodyModel
 from omomo_core.body.polish.barrier import Scanned
 from omomo_core.contact.anchor import anchored
 from omomo_core.contact.segment import Segment, Span, follow
-from omomo_core.generation.embody import balance, exact_person
+from omomo_core.generation.embody import balance, exact_people
 from omomo_core.generation.person import Person, joined, stretch
 from omomo_core.generation.scene import Scene, Thing
 from omomo_core.generation.solve import Wish, solve_bodies
@@ -135,7 +135,8 @@ def _solved(
     solved = solve_bodies(body, root, R, feet, wish, free=_tensor(free[rows]))
     held = HandMotion(hands.palms[rows], hands.contact[rows])
     planted = part.human.foot_contact
-    return exact_person(body, solved, 0, planted, held, part.segments, wish.T_world_object, barrier)
+    T, segments = wish.T_world_object, [part.segments]
+    return exact_people(body, solved, planted[None], [held], segments, T, barrier)[0]
 
 
 def _tensor(x: np.ndarray) -> Tensor:

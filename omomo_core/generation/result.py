@@ -21,7 +21,7 @@ class GenerationOptions:
     seed: int = 0
     contact: Literal["segments", "paper"] = "segments"
     sampler: Sampler = "dpm++"
-    steps: int = 20
+    steps: int = 10
 
 
 @dataclass(frozen=True)

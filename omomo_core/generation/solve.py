@@ -35,6 +35,8 @@ CLEARANCE = 0.01
 """Metres that flesh keeps from the object: it is known to a grid's step."""
 ITERATIONS = 5
 """Gauss-Newton steps of the polish."""
+AT_ONCE = 2400
+"""Frames that are polished side by side, of all samples together: bounds memory."""
 ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
 LEGS: tuple[LimbName, LimbName] = ("left_leg", "right_leg")
 SHOULDERS = (16, 17)
@@ -232,33 +234,42 @@ def _polished(
     wish: Wish,
     free: Float[Tensor, " frames"],
 ) -> _Pose:
-    """Every sample corrected as a whole."""
+    """Every sample corrected as a whole, as many side by side as memory should hold."""
+    samples, frames = pose.root.shape[:2]
+    targets, count = _targets(body, pose, feet, wish), max(1, AT_ONCE // frames)
+    root, rotations = pose.root.double().numpy(), pose.rotations.double().numpy()
     solved = [
         polish(
             body,
-            root.double().numpy(),
-            rotations.double().numpy(),
-            _targets(body, root, rotations, feet[k], wish, k),
+            root[some],
+            rotations[some],
+            targets.of(some),
             clearance=CLEARANCE,
             free=free.numpy(),
             steps=ITERATIONS,
         )
-        for k, (root, rotations) in enumerate(zip(pose.root, pose.rotations, strict=True))
+        for some in (slice(k, k + count) for k in range(0, samples, count))
     ]
-    return _Pose(*(torch.from_numpy(np.stack([s[i] for s in solved])).float() for i in (0, 1)))
+    return _Pose(
+        *(torch.from_numpy(np.concatenate([s[i] for s in solved])).float() for i in (0, 1))
+    )
 
 
-def _targets(
-    body: BodyModel, root: Tensor, rotations: Tensor, feet: Feet, wish: Wish, k: int
-) -> Targets:
+def _targets(body: BodyModel, pose: _Pose, feet: list[Feet], wish: Wish) -> Targets:
+    root, rotations = (x.double().flatten(0, 1).numpy() for x in (pose.root, pose.rotations))
+    soles = sole_points(body, root, rotations).reshape(*pose.root.shape[:2], 4, 3)
+    standing, rolling = (
+        np.stack(of) for of in zip(*((f.standing, f.rolling) for f in feet), strict=True)
+    )
+    joints = forward_kinematics(body, pose.root, pose.rotations).double().numpy()
     return Targets(
-        palms=wish.palms[k].double().numpy(),
-        R_world_wrist=wish.R_world_wrist[k].double().numpy(),
-        pull=wish.hold[k].double().numpy(),
-        ankles=feet.ankles,
-        soles=sole_points(body, root.double().numpy(), rotations.double().numpy()),
-        planted=np.concatenate([feet.standing & ~feet.rolling, feet.standing], axis=1),
-        centre=centre_of_mass(forward_kinematics(body, root, rotations).double().numpy()),
+        palms=wish.palms.double().numpy(),
+        R_world_wrist=wish.R_world_wrist.double().numpy(),
+        pull=wish.hold.double().numpy(),
+        ankles=np.stack([f.ankles for f in feet]),
+        soles=soles,
+        planted=np.concatenate([standing & ~rolling, standing], axis=-1),
+        centre=centre_of_mass(joints),
         T_world_object=wish.T_world_object,
         barrier=wish.barrier,
         balance=wish.balance,

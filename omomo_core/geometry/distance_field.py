@@ -13,9 +13,8 @@ import numpy as np
 import torch
 import trimesh
 from jaxtyping import Float, Int
-from scipy.ndimage import zoom
 from torch import Tensor
-from torch.nn.functional import grid_sample, normalize
+from torch.nn.functional import grid_sample, interpolate, normalize
 
 from omomo_core.motion import ObjectMesh
 
@@ -29,6 +28,13 @@ _STRIDE = 3
 """Away from the surface every third grid point is measured and the others lie between."""
 _BAND = 1.25
 """How near is near, in those wider steps."""
+_ACROSS = 1.3
+"""Steps of the grid: two points that are next to each other and have the surface between them are at
+most one from it, together; more, because around the rim of a hole winding numbers change fast."""
+_ACCURACY = 1.5
+"""Distance in sizes of a part of the surface at which it counts as one: 0.06 turns off at most here."""
+_SURE = 0.3
+"""How far from one half a winding number is that need not be measured."""
 
 
 @dataclass(frozen=True)
@@ -119,37 +125,94 @@ def distance_field(mesh: ObjectMesh, *, spacing: float | None = None) -> Distanc
     wide = np.ceil(size / (_STRIDE * spacing)).astype(int)
     middle = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
     low = middle - wide * _STRIDE * spacing / 2
-    counts = [range(_STRIDE * n + 1) for n in wide]
-    points = low + spacing * np.stack(np.meshgrid(*counts, indexing="ij"), axis=-1)
     return DistanceField(
         low=torch.from_numpy(low).float(),
         spacing=spacing,
-        values=torch.from_numpy(_measured(_tidy(mesh), points)).float(),
+        values=_measured(_Sheet(_tidy(mesh)), low, spacing, wide),
     )
 
 
+class _Sheet:
+    """Triangles in trees, of which much may be asked."""
+
+    def __init__(self, mesh: trimesh.Trimesh) -> None:
+        self._mesh = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+        self._boxes, self._winding = igl.AABB(), igl.FastWindingNumberBVH()
+        self._boxes.init(*self._mesh)
+        self._winding.init(*self._mesh)
+
+    def distance(self, points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, " points"]:
+        """To the nearest triangle, metres."""
+        return np.sqrt(np.asarray(self._boxes.squared_distance(*self._mesh, points)[0]))
+
+    def turns(self, points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, " points"]:
+        """How often the surface winds around each point, either way."""
+        return np.abs(np.asarray(self._winding.winding_number(points, _ACCURACY)))
+
+
 def _measured(
-    mesh: trimesh.Trimesh, points: Float[np.ndarray, "x y z 3"]
-) -> Float[np.ndarray, "x y z"]:
+    sheet: _Sheet, low: Float[np.ndarray, "3"], spacing: float, wide: Int[np.ndarray, "3"]
+) -> Float[Tensor, "x y z"]:
     """Signed distances of a grid: exact near the surface, interpolated in the empty rest."""
-    step = slice(None, None, _STRIDE)
-    wide = points[step, step, step]
-    coarse = _signed(mesh, wide.reshape(-1, 3)).reshape(wide.shape[:3])
-    values = np.asarray(zoom(coarse, np.divide(points.shape[:3], coarse.shape), order=1))
-    near = np.abs(values) < _BAND * float(np.linalg.norm(wide[0, 0, 0] - wide[0, 0, 1]))
-    values[near] = _signed(mesh, points[near])
-    return values
+    distance, turns = (np.full(_STRIDE * wide + 1, np.nan) for _ in range(2))
+    every = (slice(None, None, _STRIDE),) * 3
+    places = low + _STRIDE * spacing * np.argwhere(np.ones(wide + 1))
+    distance[every] = sheet.distance(places).reshape(wide + 1)
+    turns[every] = sheet.turns(places).reshape(wide + 1)
+    rough = torch.from_numpy(_signed(distance[every], turns[every]))[None, None]
+    values = interpolate(rough, distance.shape, mode="trilinear", align_corners=True)[0, 0].numpy()
+    near = np.flatnonzero(np.abs(values) < _BAND * _STRIDE * spacing)
+    at = low + spacing * np.stack(np.unravel_index(near, distance.shape), axis=-1)
+    distance.flat[near] = sheet.distance(at)
+    _hand_on(turns, distance, near, spacing)
+    unsure = ~(np.abs(turns.flat[near] - 0.5) > _SURE)
+    turns.flat[near[unsure]] = sheet.turns(at[unsure])
+    values.flat[near] = _signed(distance.flat[near], turns.flat[near])
+    return torch.from_numpy(values).float()
 
 
 def _signed(
-    mesh: trimesh.Trimesh, points: Float[np.ndarray, "points 3"]
-) -> Float[np.ndarray, " points"]:
-    """Distance to the triangles, negative where the surface winds around a point either way."""
-    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
-    kind = igl.SIGNED_DISTANCE_TYPE_UNSIGNED
-    distance = np.asarray(igl.signed_distance(points, vertices, faces, sign_type=kind)[0])
-    turns = igl.fast_winding_number(vertices, faces, points)
-    return np.where(np.abs(turns) > 0.5, -distance, distance)
+    distance: Float[np.ndarray, "*b"], turns: Float[np.ndarray, "*b"]
+) -> Float[np.ndarray, "*b"]:
+    return np.where(turns > 0.5, -distance, distance)
+
+
+def _hand_on(
+    turns: Float[np.ndarray, "x y z"],
+    distance: Float[np.ndarray, "x y z"],
+    wanted: Int[np.ndarray, " points"],
+    spacing: float,
+) -> None:
+    """Fill in winding numbers that neighbours in a grid can tell each other.
+
+    Winding numbers only leap at the surface, and it is not between two points whose distances to it
+    are together more than the way from one to the other. So most points near a surface, where
+    measuring costs most, need not be measured.
+
+    Args:
+        turns: NaN where it is unknown.
+        distance: to the surface, metres; NaN where it is unknown.
+        wanted: flat indices of what is filled in, where possible.
+        spacing: of the grid, metres.
+    """
+    told, far = turns.reshape(-1), distance.reshape(-1)
+    _, rows, columns = turns.shape
+    ways = (-rows * columns, rows * columns, -columns, columns, -1, 1)
+    wanted, found = wanted[np.isnan(told[wanted])], wanted
+    while len(found):
+        total, count = np.zeros(len(wanted)), np.zeros(len(wanted), int)
+        for way in ways:
+            # Who has no neighbour hears one on the grid's other side: both are out in the open.
+            there = wanted + way
+            heard = told.take(there, mode="clip")
+            between = far[wanted] + far.take(there, mode="clip") <= _ACROSS * spacing
+            clear = ~(between | np.isnan(heard))
+            total[clear] += heard[clear]
+            count += clear
+        known = count > 0
+        found = wanted[known]
+        told[found] = total[known] / count[known]
+        wanted = wanted[~known]
 
 
 def _tidy(mesh: ObjectMesh) -> trimesh.Trimesh:

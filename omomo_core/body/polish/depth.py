@@ -11,11 +11,11 @@ from omomo_core.body.polish.terms import points_of
 
 def depth_inside(
     body: BodyModel,
-    root: Float[Tensor, "frames 3"],
-    rotations: Float[Tensor, "frames 22 3 3"],
+    root: Float[Tensor, "*b frames 3"],
+    rotations: Float[Tensor, "*b frames 22 3 3"],
     T_world_object: Float[Tensor, "frames 4 4"],
     barrier: Barrier,
-) -> Float[Tensor, " frames"]:
+) -> Float[Tensor, "*b frames"]:
     """Deepest ball of flesh of trunk, arms and legs, metres; 0 where none is inside.
 
     Args:
@@ -26,7 +26,8 @@ def depth_inside(
         barrier: the object.
     """
     flesh = anatomy(body, clearance=0.0)
-    points, _ = points_of(flesh, root.float(), rotations.float())
-    T = T_world_object.float()
-    local = (points[:, 5:] - T[:, None, :3, 3]) @ T[:, :3, :3]
-    return barrier.depth(local, flesh.radii)[0].clamp(min=0).amax(dim=-1)
+    points, _ = points_of(flesh, root.float().flatten(0, -2), rotations.float().flatten(0, -4))
+    balls, T = points[:, 5:].view(*root.shape[:-1], -1, 3), T_world_object.float()
+    local = (balls - T[:, None, :3, 3]) @ T[:, :3, :3]
+    depth, _ = barrier.depth(local.flatten(0, -3), flesh.radii)
+    return depth.clamp(min=0).amax(dim=-1).view(root.shape[:-1])

@@ -1,11 +1,12 @@
 """Gauss-Newton over a whole clip, then exact hands and feet."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 import roma
 import torch
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from torch import Tensor
 
@@ -43,13 +44,13 @@ _ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
 _LEGS: tuple[LimbName, LimbName] = ("left_leg", "right_leg")
 _ANKLES = (joint("left_ankle"), joint("right_ankle"))
 
-_Pose = tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 22 3 3"]]
+_Pose = tuple[Float[np.ndarray, "*b frames 3"], Float[np.ndarray, "*b frames 22 3 3"]]
 
 
 def polish(
     body: BodyModel,
-    root: Float[np.ndarray, "frames 3"],
-    rotations: Float[np.ndarray, "frames 22 3 3"],
+    root: Float[np.ndarray, "*b frames 3"],
+    rotations: Float[np.ndarray, "*b frames 22 3 3"],
     targets: Targets,
     *,
     clearance: float | None = None,
@@ -60,7 +61,8 @@ def polish(
 
     Smooth corrections of pelvis, trunk, shoulder girdle, arms and legs are found that weigh palms
     and planted feet on their places, joint ranges, flesh outside the object, the weight over the feet
-    and closeness to the first guess; then arms and legs are solved exactly.
+    and closeness to the first guess; then arms and legs are solved exactly. Several clips with the
+    same object and of the same length are solved side by side.
 
     Args:
         body: whose bones, flesh and weight to use.
@@ -74,25 +76,29 @@ def polish(
     Returns:
         Root and rotations; held palms and planted feet are exact where the limbs reach.
     """
-    frames = len(root)
+    clips, frames = root.shape[:-2], root.shape[-2]
     targets = _approached(body, root, rotations, targets)
-    rotations = calmed(rotations)
+    rotations = _each(calmed, rotations)
     flesh, spline = anatomy(body, clearance=clearance), Spline(frames, _SPACING)
     basis = spline.basis(np.arange(frames, dtype=float))
     basis = basis if free is None else basis * _float(free)[:, None]
     guess = _Guess(_float(root), _float(rotations), basis)
-    goals = _goals(flesh, root, targets)
     seen = np.unique(np.append(np.arange(0, frames, _STRIDE), frames - 1))
-    values = torch.zeros(spline.count, VALUES)
+    values = torch.zeros(*clips, spline.count, VALUES)
     near, bending = _closeness(), spline.bending() * len(seen)
     stiffness = _SMOOTH**2 * near.diagonal()
-    part, watched = guess.at(seen), goals.at(seen)
+    part, watched = guess.at(seen), _goals(flesh, root, targets, seen)
     for _ in range(steps):
-        J, r = rows(flesh, watched, *part.corrected(flesh, values))
-        hessian = J.mT @ J + near
-        gradient = (J.mT @ r[..., None])[..., 0] + (part.basis @ values) @ near
-        step = solve(part.basis, hessian, gradient, bending, stiffness, values)
-        values = values + step.clamp(-_STEP, _STEP)
+        at, turned = part.corrected(flesh, values)
+        J, r = rows(flesh, watched, at.flatten(0, -2), turned.flatten(0, -4))
+        hessian = (J.mT @ J + near).view(*clips, len(seen), VALUES, VALUES)
+        gradient = (J.mT @ r[..., None]).view(*clips, len(seen), VALUES)
+        gradient = gradient + (part.basis @ values) @ near
+        for clip in np.ndindex(clips):
+            step = solve(
+                part.basis, hessian[clip], gradient[clip], bending, stiffness, values[clip]
+            )
+            values[clip] += step.clamp(-_STEP, _STEP)
     moved, turned = guess.corrected(flesh, values)
     shift = (moved - guess.root).double().numpy()
     return _exact(body, root + shift, _orthonormal(turned.double()), targets)
@@ -102,30 +108,40 @@ def polish(
 class _Guess:
     """The motion to correct, and how the spline's coefficients reach its frames."""
 
-    root: Float[Tensor, "frames 3"]
-    rotations: Float[Tensor, "frames 22 3 3"]
+    root: Float[Tensor, "*b frames 3"]
+    rotations: Float[Tensor, "*b frames 22 3 3"]
     basis: Float[Tensor, "frames coefficients"]
 
     def at(self, frames: np.ndarray) -> "_Guess":
-        return _Guess(self.root[frames], self.rotations[frames], self.basis[frames])
+        return _Guess(
+            self.root[..., frames, :], self.rotations[..., frames, :, :, :], self.basis[frames]
+        )
 
     def corrected(
-        self, flesh: Anatomy, values: Float[Tensor, "coefficients values"]
-    ) -> tuple[Float[Tensor, "frames 3"], Float[Tensor, "frames 22 3 3"]]:
+        self, flesh: Anatomy, values: Float[Tensor, "*b coefficients values"]
+    ) -> tuple[Float[Tensor, "*b frames 3"], Float[Tensor, "*b frames 22 3 3"]]:
         """Shift the pelvis and turn the bones about world axes."""
-        now = (self.basis @ values).unflatten(1, (-1, 3))
-        turns = flesh.mixing @ now[:, 1:]
-        return self.root + now[:, 0], roma.rotvec_to_rotmat(turns) @ self.rotations
+        now = (self.basis @ values).unflatten(-1, (-1, 3))
+        turns = flesh.mixing @ now[..., 1:, :]
+        return self.root + now[..., 0, :], roma.rotvec_to_rotmat(turns) @ self.rotations
+
+
+def _each(
+    change: Callable[[np.ndarray], np.ndarray], rotations: Float[np.ndarray, "*b frames 22 3 3"]
+) -> Float[np.ndarray, "*b frames 22 3 3"]:
+    """Every clip changed on its own."""
+    clips = rotations.reshape(-1, *rotations.shape[-4:])
+    return np.stack([change(clip) for clip in clips]).reshape(rotations.shape)
 
 
 def _approached(
     body: BodyModel,
-    root: Float[np.ndarray, "frames 3"],
-    rotations: Float[np.ndarray, "frames 22 3 3"],
+    root: Float[np.ndarray, "*b frames 3"],
+    rotations: Float[np.ndarray, "*b frames 22 3 3"],
     targets: Targets,
 ) -> Targets:
     """Hands that come or go keep the way the first guess has for them."""
-    palms = joints_of(body, root, rotations)[:, 22:]
+    palms = joints_of(body, root, rotations)[..., 22:, :]
     firm = targets.pull[..., None] >= 1.0
     return replace(
         targets,
@@ -138,33 +154,46 @@ def _float(a: np.ndarray) -> Tensor:
     return torch.as_tensor(a, dtype=torch.float32)
 
 
-def _goals(flesh: Anatomy, root: Float[np.ndarray, "frames 3"], targets: Targets) -> Goals:
-    speed = np.linalg.norm(velocity(root[:, :2], FPS), axis=-1)
+def _goals(
+    flesh: Anatomy,
+    root: Float[np.ndarray, "*b frames 3"],
+    targets: Targets,
+    seen: Int[np.ndarray, " seen"],
+) -> Goals:
+    """Targets of all clips at the frames that are looked at, one after the other."""
+    clips = root.shape[:-2]
+
+    def at(x: Float[np.ndarray, "..."], beside: int) -> Tensor:
+        """Of each clip at those frames; behind the axis of frames are `beside` others."""
+        x = np.broadcast_to(x, (*clips, *x.shape[x.ndim - beside - 1 :]))
+        return _float(x.take(seen, axis=len(clips))).flatten(0, -beside - 1)
+
+    level = np.moveaxis(root[..., :2], -2, 0)
+    speed = np.moveaxis(np.linalg.norm(velocity(level, FPS), axis=-1), 0, -1)
     calm = np.exp(-((gaussian_filter1d(speed, 5.0, mode="nearest") / _SLOW) ** 2))
-    carried = targets.load * targets.pull.max(axis=1)
-    middle = targets.barrier.middle.double().numpy()
-    T = targets.T_world_object
+    carried = targets.load * targets.pull.max(axis=-1)
+    T, middle = targets.T_world_object, targets.barrier.middle.double().numpy()
     centre = T[:, :3, :3] @ middle + T[:, :3, 3]
-    standing = _float(targets.planted.astype(float))
+    planted = at(targets.planted.astype(float), 1)
     return Goals(
-        palms=_float(targets.palms),
-        R_world_wrist=_float(targets.R_world_wrist),
-        pull=_float(targets.pull),
-        ankles=_float(targets.ankles),
-        planted=_float(_standing(targets)),
-        support=support(_float(targets.soles), standing, _float(targets.centre)),
-        balance=_float(targets.balance * calm),
-        load=_float(centre * carried[:, None]),
-        load_mass=_float(carried),
-        T_world_object=_float(T),
+        palms=at(targets.palms, 2),
+        R_world_wrist=at(targets.R_world_wrist, 3),
+        pull=at(targets.pull, 1),
+        ankles=at(targets.ankles, 2),
+        planted=at(_standing(targets), 1),
+        support=support(at(targets.soles, 2), planted, at(targets.centre, 1)),
+        balance=at(targets.balance * calm, 0),
+        load=at(centre * carried[..., None], 1),
+        load_mass=at(carried, 0),
+        T_world_object=at(T, 2),
         barrier=targets.barrier,
     )
 
 
-def _standing(targets: Targets) -> Float[np.ndarray, "frames 2"]:
+def _standing(targets: Targets) -> Float[np.ndarray, "*b frames 2"]:
     """1 while heel or ball stands, falling smoothly to 0 in the air."""
-    down = (targets.planted[:, :2] | targets.planted[:, 2:]).astype(float)
-    return gaussian_filter1d(maximum_filter1d(down, 9, axis=0), 1.5, axis=0, mode="nearest")
+    down = (targets.planted[..., :2] | targets.planted[..., 2:]).astype(float)
+    return gaussian_filter1d(maximum_filter1d(down, 9, axis=-2), 1.5, axis=-2, mode="nearest")
 
 
 def _closeness() -> Float[Tensor, "values values"]:
@@ -191,19 +220,19 @@ def _orthonormal(turned: Float[Tensor, "*b 3 3"]) -> Float[Tensor, "*b 3 3"]:
 
 def _exact(
     body: BodyModel,
-    root: Float[np.ndarray, "frames 3"],
-    rotations: Float[Tensor, "frames 22 3 3"],
+    root: Float[np.ndarray, "*b frames 3"],
+    rotations: Float[Tensor, "*b frames 22 3 3"],
     targets: Targets,
 ) -> _Pose:
     """Palms that hold and feet that stand exactly on their places."""
     at = torch.as_tensor(root)
     standing = torch.as_tensor(_standing(targets))
-    ankles = forward_kinematics(body, at, rotations)[:, _ANKLES]
+    ankles = forward_kinematics(body, at, rotations)[..., _ANKLES, :]
     goals = ankles + standing[..., None] * (torch.as_tensor(targets.ankles) - ankles)
+    palms, pull = torch.as_tensor(targets.palms), torch.as_tensor(targets.pull)
     for h in (0, 1):
-        rotations, _ = reach(body, at, rotations, _LEGS[h], goals[:, h])
+        rotations, _ = reach(body, at, rotations, _LEGS[h], goals[..., h, :])
         rotations, _ = reach(
-            body, at, rotations, _ARMS[h], torch.as_tensor(targets.palms[:, h]),
-            weight=torch.as_tensor(targets.pull[:, h]),
-        )  # fmt: skip
+            body, at, rotations, _ARMS[h], palms[..., h, :], weight=pull[..., h].contiguous()
+        )
     return root, rotations.numpy()

@@ -72,14 +72,10 @@ def solve(
         now: the present coefficients.
     """
     count, n = now.shape
-    flat = hessian.flatten(1)
-    bands = np.zeros((_ORDER, count, n, n))
-    for k in range(_ORDER):
-        pair = basis[:, : count - k] * basis[:, k:]
-        block = (pair.T @ flat).unflatten(1, (n, n))
-        block += torch.diagonal(bending, k)[:, None, None] * torch.diag(stiffness)
-        bands[k, : count - k] = block.numpy()
-    bands[0] += _RIDGE * np.eye(n)
+    bands = _pairs(basis).mT.reshape(-1, len(basis)) @ hessian.flatten(1)
+    bands = bands.view(_ORDER, count, n, n)
+    stiff = torch.stack([_filled(bending.diagonal(k), count) for k in range(_ORDER)])
+    bands.diagonal(0, 2, 3).add_(stiff[..., None] * stiffness)
     slope = basis.T @ gradient + (bending @ now) * stiffness
     step = solveh_banded(
         _lower(bands), -slope.flatten().double().numpy(), lower=True, check_finite=False,
@@ -88,14 +84,28 @@ def solve(
     return torch.as_tensor(step, dtype=now.dtype).reshape(count, n)
 
 
-def _lower(bands: Float[np.ndarray, "order count n n"]) -> Float[np.ndarray, "rows unknowns"]:
-    """LAPACK's lower band storage of a symmetric block-banded matrix.
+def _pairs(basis: Float[Tensor, "times coefficients"]) -> Float[Tensor, "order times coefficients"]:
+    """Weight of each coefficient times that of the one `k` after it."""
+    count = basis.shape[1]
+    return torch.stack([basis * _filled(basis[:, k:], count) for k in range(_ORDER)])
+
+
+def _filled(x: Float[Tensor, "*b some"], count: int) -> Float[Tensor, "*b count"]:
+    """Zeros behind the last."""
+    return torch.nn.functional.pad(x, (0, count - x.shape[-1]))
+
+
+def _lower(bands: Float[Tensor, "order count n n"]) -> Float[np.ndarray, "rows unknowns"]:
+    """LAPACK's lower band storage of a symmetric block-banded matrix, with the ridge.
 
     Column (i, a) holds the entries (i + k, b) below it, which are entry (a, b) of band k.
     """
     order, count, n, _ = bands.shape
-    column = bands.transpose(1, 2, 0, 3).reshape(count, n, order * n)
-    out = np.zeros((count, n, order * n))
+    column = bands.permute(1, 2, 0, 3).reshape(count, n, order * n).numpy()
+    # Columns lie one after the other, as LAPACK wants them: nothing is copied again.
+    out = np.empty((count, n, order * n))
     for a in range(n):
         out[:, a, : order * n - a] = column[:, a, a:]
-    return np.ascontiguousarray(out.reshape(count * n, order * n).T)
+        out[:, a, order * n - a :] = 0.0
+    out[:, :, 0] += _RIDGE
+    return out.reshape(count * n, order * n).T

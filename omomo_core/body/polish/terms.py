@@ -1,11 +1,10 @@
 """The cost of a pose, as weighted squares with their derivatives in the bones' turns."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
-import numpy as np
 import roma
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from torch import Tensor
 
 from omomo_core.body.polish.anatomy import BONES, LIMITS, VALUES, Anatomy
@@ -45,13 +44,10 @@ class Goals:
     T_world_object: Float[Tensor, "times 4 4"]
     barrier: Barrier
 
-    def at(self, frames: Int[np.ndarray, " n"]) -> "Goals":
-        """Some of the frames."""
-        timed = {f.name: getattr(self, f.name) for f in fields(self)}
-        return Goals(**{k: v if k == "barrier" else v[frames] for k, v in timed.items()})
-
 
 _Rows = tuple[Float[Tensor, "times rows values"], Float[Tensor, "times rows"]]
+_Normals = tuple[list[int], Float[Tensor, "times rows 3"], Float[Tensor, "times rows"]]
+"""Which point each row is about, the way in which its cost grows, and its residual."""
 
 
 def directions() -> Float[Tensor, "directions 3"]:
@@ -92,27 +88,30 @@ def rows(
     root: Float[Tensor, "times 3"],
     rotations: Float[Tensor, "times 22 3 3"],
 ) -> _Rows:
-    """Jacobian and residual of all weighted squares but closeness and smoothness."""
+    """Jacobian and residual of all weighted squares but closeness and smoothness.
+
+    Balls of flesh and joint ranges that cost nothing at any time have no rows.
+    """
     points, bones = points_of(anatomy, root, rotations)
-    ends, normals, errors = _reaching(goals, points)
-    hit, away, depth = _colliding(anatomy, goals, points)
-    off, tilt = _balancing(anatomy, goals, points)
-    which = torch.tensor([*ends, *hit, 4])
-    normals = torch.cat([normals, away, tilt], dim=1)
-    errors = torch.cat([errors, depth, off], dim=1)
-    levers = (anatomy.levers.flatten(0, 1) @ bones).unflatten(1, anatomy.levers.shape[:2])
-    turning = torch.linalg.cross(levers[:, which], normals[:, :, None], dim=-1)
-    position = torch.cat([normals[:, :, None], turning], dim=2).flatten(2)
-    angular = [_limiting(rotations), _holding(goals, rotations)]
-    return (
-        torch.cat([position, *(J for J, _ in angular)], dim=1),
-        torch.cat([errors, *(r for _, r in angular)], dim=1),
+    terms = (
+        _reaching(goals, points),
+        _colliding(anatomy, goals, points),
+        _balancing(anatomy, goals, points),
     )
+    normals = torch.cat([normal for _, normal, _ in terms], dim=1)
+    errors = torch.cat([error for _, _, error in terms], dim=1)
+    which = [point for points, _, _ in terms for point in points]
+    moving = sorted(set(which))
+    shares = anatomy.levers[moving].flatten(0, 1)
+    levers = (shares @ bones.transpose(0, 1).flatten(1)).view(len(moving), -1, len(root), 3)
+    levers = levers[[moving.index(point) for point in which]].permute(2, 0, 1, 3)
+    turning = torch.linalg.cross(levers, normals[:, :, None], dim=-1)
+    position = torch.cat([normals[:, :, None], turning], dim=2).flatten(2)
+    angular, off = _turning(goals, rotations)
+    return torch.cat([position, angular], dim=1), torch.cat([errors, off], dim=1)
 
 
-def _reaching(
-    goals: Goals, points: Float[Tensor, "times points 3"]
-) -> tuple[list[int], Float[Tensor, "times 12 3"], Float[Tensor, "times 12"]]:
+def _reaching(goals: Goals, points: Float[Tensor, "times points 3"]) -> _Normals:
     """Palms and ankles to their places."""
     weight = torch.cat([_PALM * goals.pull, _SWING + (_ANKLE - _SWING) * goals.planted], dim=1)
     error = (points[:, :4] - torch.cat([goals.palms, goals.ankles], dim=1)) * weight[..., None]
@@ -120,29 +119,23 @@ def _reaching(
     return [0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3], normals.flatten(1, 2), error.flatten(1)
 
 
-def _colliding(
-    anatomy: Anatomy, goals: Goals, points: Float[Tensor, "times points 3"]
-) -> tuple[list[int], Float[Tensor, "times flesh 3"], Float[Tensor, "times flesh"]]:
+def _colliding(anatomy: Anatomy, goals: Goals, points: Float[Tensor, "times points 3"]) -> _Normals:
     """Balls of flesh out of the object."""
     R, at = goals.T_world_object[:, :3, :3], goals.T_world_object[:, :3, 3]
     local = (points[:, 5:] - at[:, None]) @ R
     depth, normal = goals.barrier.depth(local, anatomy.radii)
-    touching = _FLESH * (depth > 0)
-    return (
-        list(range(5, points.shape[1])),
-        -touching[..., None] * (normal @ R.mT),
-        touching * depth,
-    )
+    hit = (depth > 0).any(dim=0).nonzero()[:, 0]
+    touching = _FLESH * (depth[:, hit] > 0)
+    away = -touching[..., None] * (normal[:, hit] @ R.mT)
+    return (5 + hit).tolist(), away, touching * depth[:, hit]
 
 
-def _balancing(
-    anatomy: Anatomy, goals: Goals, points: Float[Tensor, "times points 3"]
-) -> tuple[Float[Tensor, "times 1"], Float[Tensor, "times 1 3"]]:
+def _balancing(anatomy: Anatomy, goals: Goals, points: Float[Tensor, "times points 3"]) -> _Normals:
     """The centre of mass back over the feet, from the side on which it is farthest out."""
     weight, normal = overbalance(anatomy, goals, points[:, 4])
     share = anatomy.mass / (anatomy.mass + goals.load_mass)
     strong = (_BALANCE * goals.balance * (weight > 0))[:, None]
-    return strong * weight[:, None], (strong * share[:, None] * normal)[:, None]
+    return [4], (strong * share[:, None] * normal)[:, None], strong * weight[:, None]
 
 
 def overbalance(
@@ -155,27 +148,25 @@ def overbalance(
     return out, directions()[side]
 
 
-def _limiting(rotations: Float[Tensor, "times 22 3 3"]) -> _Rows:
-    """Joints back into their ranges."""
-    R = rotations[:, _PARENT_JOINTS]
-    turned = roma.rotmat_to_rotvec(R.mT @ rotations[:, _CHILD_JOINTS])
-    beyond = turned - turned.clamp(_RANGES[..., 0], _RANGES[..., 1])
-    axes = R.mT * (_LIMIT * (beyond != 0))[..., None]
-    J = axes.new_zeros(len(R), len(LIMITS), 3, VALUES)
-    for k, (parent, child, _) in enumerate(LIMITS):
-        J[:, k, :, _columns(child)] = axes[:, k]
-        J[:, k, :, _columns(parent)] = -axes[:, k]
-    return J.flatten(1, 2), (_LIMIT * beyond).flatten(1)
-
-
-def _holding(goals: Goals, rotations: Float[Tensor, "times 22 3 3"]) -> _Rows:
-    """Hands as the grasp wants them."""
+def _turning(goals: Goals, rotations: Float[Tensor, "times 22 3 3"]) -> _Rows:
+    """Joints back into their ranges, and hands as the grasp wants them."""
+    inverse = rotations[:, _PARENT_JOINTS].mT
+    turned = inverse @ rotations[:, _CHILD_JOINTS]
+    grasped = rotations[:, _WRISTS] @ goals.R_world_wrist.mT
+    found = roma.rotmat_to_rotvec(torch.cat([turned, grasped], dim=1))
+    angles, off = found.split([len(LIMITS), 2], dim=1)
+    beyond = angles - angles.clamp(_RANGES[..., 0], _RANGES[..., 1])
+    stopped = (beyond != 0).any(dim=2).any(dim=0).nonzero()[:, 0].tolist()
+    axes = inverse * (_LIMIT * (beyond != 0))[..., None]
     weight = (_HAND * goals.pull)[..., None]
-    off = roma.rotmat_to_rotvec(rotations[:, _WRISTS] @ goals.R_world_wrist.mT) * weight
-    J = off.new_zeros(len(off), 2, 3, VALUES)
+    J = axes.new_zeros(len(axes), len(stopped) + 2, 3, VALUES)
+    for row, k in enumerate(stopped):
+        parent, child, _ = LIMITS[k]
+        J[:, row, :, _columns(child)] = axes[:, k]
+        J[:, row, :, _columns(parent)] = -axes[:, k]
     for k, bone in enumerate(("left_wrist", "right_wrist")):
-        J[:, k, :, _columns(bone)] = weight[:, k, None] * torch.eye(3)
-    return J.flatten(1, 2), off.flatten(1)
+        J[:, len(stopped) + k, :, _columns(bone)] = weight[:, k, None] * torch.eye(3)
+    return J.flatten(1, 2), torch.cat([_LIMIT * beyond[:, stopped], weight * off], dim=1).flatten(1)
 
 
 def _columns(bone: str) -> slice:

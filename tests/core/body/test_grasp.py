@@ -133,6 +133,18 @@ def test_fingers_move_smoothly_as_a_hand_comes_and_slides():
     assert turned.max() < 0.35
 
 
+def test_several_people_are_each_alone():
+    wrists = torch.stack([above([0.03] * 5), above([0.04] * 5)])
+    both = wrists[:, :, None].expand(2, 5, 2, 3)
+    R, T = EYE.expand(2, 5, 2, 3, 3), torch.eye(4).expand(5, 4, 4)
+    weight = torch.tensor([1.0, 0.0]).expand(2, 5, 2)
+    found = grasp(BODY, R, both, T, field_of("wall"), weight)
+    for k in range(2):
+        alone = grasp(BODY, R[k], both[k], T, field_of("wall"), weight[k])
+        torch.testing.assert_close(found.fingers[k], alone.fingers)
+        torch.testing.assert_close(found.depth[k], alone.depth)
+
+
 @pytest.mark.parametrize("shape", ["wall", "poles"])
 def test_left_and_right_are_mirror_images(shape: str):
     frames, M = 3, torch.diag(torch.tensor([-1.0, 1.0, 1.0]))

@@ -110,6 +110,28 @@ def test_far_palms_are_reached_and_feet_stay(body: BodyModel) -> None:
     assert np.abs(sole_points(body, root, rotations) - wanted.soles).max() < 2e-3
 
 
+def test_clips_side_by_side_are_each_alone(body: BodyModel) -> None:
+    base = standing(body)
+    part = block((0.1, -0.18, 0.8), (0.6, 0.18, 1.1))
+    places = [[[0.35, 0.22, 0.95], [0.35, -0.22, 0.95]], [[0.7, 0.2, 0.9], [0.7, -0.25, 1.0]]]
+    alone = [goals(body, base, np.array(palms), part, 0.0) for palms in places]
+    both = replace(
+        alone[0],
+        **{
+            name: np.stack([getattr(a, name) for a in alone])
+            for name in ("palms", "R_world_wrist", "pull", "ankles", "soles", "planted", "centre")
+        },
+    )
+    root, rotations = polish(body, *(np.stack([x, x]) for x in base), both)
+    for k, wanted in enumerate(alone):
+        expected = polish(body, *base, wanted)
+        np.testing.assert_allclose(root[k], expected[0], atol=1e-4)
+        np.testing.assert_allclose(rotations[k], expected[1], atol=1e-3)
+        some = both.of(slice(k, k + 1))
+        np.testing.assert_array_equal(some.palms[0], wanted.palms)
+        np.testing.assert_array_equal(some.balance, wanted.balance)
+
+
 @pytest.mark.parametrize("corner", [0.05, 0.08])
 def test_flesh_leaves_the_prop(body: BodyModel, corner: float) -> None:
     base = standing(body)

@@ -84,6 +84,31 @@ def test_distances_near_a_shape_are_those_of_its_formula(shape: str):
     assert error.max() < 0.5 * field_of(shape).spacing
 
 
+def grid(field: DistanceField) -> np.ndarray:
+    index = np.indices(field.values.shape).reshape(3, -1).T
+    return field.low.double().numpy() + field.spacing * index
+
+
+@shapes
+def test_every_point_of_the_grid_is_on_the_right_side(shape: str):
+    field = field_of(shape)
+    true = SHAPES[shape][1](grid(field))
+    clear = np.abs(true) > 0.001
+    found = field.values.numpy().reshape(-1)
+    np.testing.assert_array_equal((found < 0)[clear], (true < 0)[clear])
+
+
+@pytest.mark.parametrize("steps", [20, 21])
+def test_walls_along_the_grid_keep_their_sides_apart(steps: int):
+    # On points of the grid, and in the middle between them.
+    size = 0.01 * np.array([steps, 30, 14])
+    field = distance_field(mesh_of(trimesh.creation.box(size)), spacing=0.01)
+    beyond = (np.abs(grid(field)) - size / 2).max(axis=1)
+    found = field.values.numpy().reshape(-1)
+    assert (found[beyond < -1e-6] < 0).all()
+    assert (found[beyond > 1e-6] > 0).all()
+
+
 @shapes
 def test_away_is_the_slope_of_the_formula(shape: str):
     build, formula = SHAPES[shape]
@@ -206,6 +231,18 @@ def test_a_noisy_scan_with_holes_keeps_its_inside():
     assert ((found < 0) == (true < 0))[clear].mean() > 0.995
     assert np.abs(found - true)[clear].mean() < 0.003
     assert at(field, np.zeros((1, 3)))[0] < -0.17
+
+
+def test_near_a_hole_the_sides_are_those_of_the_winding_number():
+    solid = trimesh.creation.icosphere(4, 0.2)
+    solid.update_faces(np.linalg.norm(solid.triangles_center - [0.2, 0, 0], axis=1) > 0.09)
+    field = distance_field(mesh_of(solid), spacing=0.012)
+    near = np.abs(to_sphere(grid(field))) < 0.03
+    turns = igl.winding_number(
+        np.asarray(solid.vertices), np.asarray(solid.faces), grid(field)[near]
+    )
+    found = field.values.numpy().reshape(-1)[near] < 0
+    assert (found == (np.abs(turns) > 0.5)).mean() > 0.998
 
 
 def test_an_open_box_holds_its_deep_end_and_not_its_mouth():
