@@ -40,13 +40,16 @@ def _option(*names: str, text: str, **rest: Any) -> Any:
 
 
 Session = Annotated[
-    Path, typer.Argument(help="Session folder that the phone's logger wrote.", show_default=False)
+    Path,
+    typer.Argument(
+        help="What the phone's logger wrote: folder, pose file or archive.", show_default=False
+    ),
 ]
 Recording = Annotated[
     Path,
     typer.Argument(
-        help="Session folder that the phone's logger wrote; or the object's own motion: GLB, glTF or "
-        "USD, keyframes in CSV or JSON, poses in npz or TUM text.",
+        help="What the phone's logger wrote (folder, pose file or archive); or the object's own "
+        "motion: GLB, glTF or USD, keyframes in CSV or JSON, poses in npz or TUM text.",
         show_default=False,
     ),
 ]

@@ -54,7 +54,7 @@ def _read_archive(path: Path) -> CaptureSession:
 
 def _read(path: Path) -> CaptureSession:
     if (format_ := _format_of(path)) is not None:
-        return format_.read(path)
+        return _read_as(format_, path)
     found = _sessions_in(path)
     if len(found) > 1:
         names = _names([str(folder.relative_to(path)) for folder, _ in found])
@@ -65,8 +65,22 @@ def _read(path: Path) -> CaptureSession:
             fix="Pass one of these folders.",
         )
     for folder, format_ in found:
-        return format_.read(folder)
+        return _read_as(format_, folder)
     raise _not_a_session(path)
+
+
+def _read_as(format_: Format, path: Path) -> CaptureSession:
+    """The session, checked for what no format may say."""
+    session = format_.read(path)
+    if session.image_size is not None and min(session.image_size) <= 0:
+        width, height = session.image_size
+        raise InputError(
+            "image-size",
+            f"The log says that its images are {width} x {height} pixels.",
+            where=str(path),
+            fix="Copy the session from the phone again; do not edit the log.",
+        )
+    return session
 
 
 def _sessions_in(path: Path) -> list[tuple[Path, Format]]:

@@ -12,6 +12,8 @@ _MAX_TAKES = 64
 
 def head_lines(path: Path) -> list[str]:
     """The lines within the first 64 KB; [] where there is no file to read."""
+    if not path.is_file():  # a pipe would be waited for
+        return []
     try:
         with path.open("rb") as file:
             text = file.read(_HEAD_BYTES).decode("utf-8", errors="replace")

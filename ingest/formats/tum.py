@@ -74,7 +74,7 @@ def write(session: CaptureSession, folder: Path) -> Path:
 
 def _is_log(file: Path) -> bool:
     row = floats(first_row(file).split())
-    return len(row) == _WIDTH and not abs(np.linalg.norm(row[4:]) - 1) > 0.1
+    return len(row) == _WIDTH and not abs(np.linalg.norm(np.clip(row[4:], -9, 9)) - 1) > 0.1
 
 
 def _stated(log: Path) -> dict[str, str]:

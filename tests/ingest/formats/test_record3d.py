@@ -159,3 +159,10 @@ def test_faults(take: MakeTake, tmp_path: Path, change, code: str, where: str):
     error = error_of(folder)
     assert error.code == code
     assert where in error.where.removeprefix(str(tmp_path))
+
+
+@pytest.mark.parametrize("size", [{"w": 0}, {"h": -720}, {"w": 0.4}])
+def test_images_without_a_size(take: MakeTake, tmp_path: Path, size: dict[str, float]):
+    log = record3d.write(take(0), tmp_path) / "metadata"
+    edit_json(log, lambda values: values.update(size))
+    assert error_of(tmp_path).code in ("image-size", "record3d-landscape")
