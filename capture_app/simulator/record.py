@@ -11,7 +11,9 @@ from scipy.spatial.transform import Rotation, Slerp
 from capture_app.simulator.carried_box import box_mesh, carried_box, clamped_phone
 from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.phone import simulate
-from capture_app.simulator.stray import write_stray
+from capture_app.simulator.recording import write_recording
+from ingest.formats import stray_scanner
+from ingest.formats.registry import Format
 from ingest.mount import save_mount
 from ingest.session import CaptureSession
 from omomo_core.motion import FPS, ObjectMotion
@@ -29,22 +31,24 @@ def record_demo(
     seed: int = 0,
     noise: PhoneNoise | None = None,
     video: bool = True,
+    format_: Format = stray_scanner,
     progress: Callable[[str, float], None] = lambda name, done: None,
 ) -> None:
-    """Write a Stray Scanner session, the object's mesh and the mount into a folder.
+    """Write a session, the object's mesh and the mount into a folder.
 
     Args:
         folder: made if it is not there; gets `session/`, `box.obj` and `mount.json`.
         seed: of the phone's errors and of the room it films.
         noise: the phone's errors (default: those of a recent iPhone).
         video: also draw what the phone films.
+        format_: the layout of the app that the phone runs.
         progress: told how far the video is.
     """
     motion, mount = carried_box(), clamped_phone()
     session = simulate(motion, mount, seed=seed, noise=noise)
     pictures = _film(motion, session, seed, progress) if video else None
     folder.mkdir(parents=True, exist_ok=True)
-    write_stray(session, folder / SESSION, pictures)
+    write_recording(session, folder / SESSION, pictures, format_=format_)
     mesh = box_mesh()
     trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(folder / MESH)
     save_mount(mount, folder / MOUNT)

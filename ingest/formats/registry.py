@@ -22,6 +22,7 @@ from ingest.formats import (
     tum,
 )
 from ingest.session import CaptureSession
+from omomo_core.errors import InputError
 
 
 @runtime_checkable
@@ -75,3 +76,20 @@ FORMATS: tuple[Format, ...] = (
     tum,
 )
 """Those that suit best first."""
+
+
+def format_named(name: str) -> Format:
+    """The format of an app, whatever the case of its name.
+
+    Raises:
+        InputError: "format-unknown", with the names that there are.
+    """
+    for format_ in FORMATS:
+        if format_.NAME.lower() == name.strip().lower():
+            return format_
+    raise InputError(
+        "format-unknown",
+        f"No format is called {name!r}.",
+        where="--format",
+        fix=f"Give one of {', '.join(f.NAME for f in FORMATS)}.",
+    )

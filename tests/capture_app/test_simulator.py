@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.noise import NO_NOISE, PhoneNoise
 from capture_app.simulator.phone import simulate
-from capture_app.simulator.stray import write_stray
+from capture_app.simulator.recording import write_recording
 from ingest.formats.detect import read_session
 from ingest.mount import Mount
 from ingest.report.inspect import inspect_session
@@ -55,7 +55,7 @@ def _recovered(motion: ObjectMotion, seed: int, noise: PhoneNoise, folder: Path)
     """Simulate, write, read, and bring the result to the heading and place of the original."""
     mount = _mount(seed)
     session = simulate(motion, mount, seed=seed, noise=noise)
-    take = to_object_motion(read_session(write_stray(session, folder, None)), CRATE, mount)
+    take = to_object_motion(read_session(write_recording(session, folder)), CRATE, mount)
     assert take.segments == ((0, len(motion.T_world_object)),)
     assert take.floor.source == "rest"
     found = take.motion.T_world_object
@@ -166,7 +166,7 @@ def test_the_video_has_a_frame_per_pose(tmp_path: Path):
         np.full((96, 128, 3), (i % 200, 40, 200 - i % 200), np.uint8)
         for i in range(len(session.times))
     ]
-    write_stray(session, tmp_path, iter(pictures))
+    write_recording(session, tmp_path, iter(pictures))
     back = read_session(tmp_path)
     assert back.video == tmp_path / "rgb.mp4"
     with av.open(str(back.video)) as container:
@@ -176,4 +176,4 @@ def test_the_video_has_a_frame_per_pose(tmp_path: Path):
     video = next(check for check in inspect_session(back).checks if check.name == "video")
     assert video.severity == "ok"
     with pytest.raises(ValueError, match="10 pictures"):
-        write_stray(session, tmp_path, pictures[:10])
+        write_recording(session, tmp_path, pictures[:10])

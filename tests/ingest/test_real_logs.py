@@ -1,5 +1,6 @@
 """Real logs of real phones: numbers measured independently of this code."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +10,13 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from ingest.formats import ios_logger
 from ingest.formats.detect import read_session
+from ingest.formats.registry import FORMATS
 from ingest.mount import identity_mount
 from ingest.report.gravity import gravity_angles
 from ingest.report.inspect import inspect_session
 from ingest.session import GRAVITY, R_CAMERA_DEVICE, CaptureSession
 from ingest.trajectory.object_motion import to_object_motion
+from omomo_core.geometry.transforms import inverse
 
 LOGS = [
     ("ios_logger_pyojinkim", 2617, 43.7, 24.0),
@@ -115,3 +118,15 @@ def test_writing_it_again_gives_the_same_poses_file(captures: Path, ios, tmp_pat
     np.testing.assert_array_equal(ours[:, :4], theirs[:, :4])
     sign = np.sign((ours[:, 4:] * theirs[:, 4:]).sum(axis=1, keepdims=True))
     np.testing.assert_allclose(ours[:, 4:], theirs[:, 4:] * sign, atol=2e-6)
+
+
+@pytest.mark.parametrize("format_", FORMATS, ids=lambda f: f.NAME)
+def test_every_app_would_have_logged_the_same_walk(ios: CaptureSession, tmp_path: Path, format_):
+    """Seen from the first pose, which is all that a format with a world of its own keeps."""
+    session = replace(ios, video=None, video_times=None, imu=None)
+    back = read_session(format_.write(session, tmp_path / "take"))
+    assert back.app == format_.NAME
+    walked, logged = (inverse(T[0]) @ T for T in (session.T_world_phone, back.T_world_phone))
+    # Decimals of the quaternions that an app prints, over 10 m.
+    np.testing.assert_allclose(logged, walked, rtol=0, atol=4e-5)
+    np.testing.assert_allclose(np.ptp(back.times), np.ptp(session.times), rtol=0, atol=2e-3)

@@ -1,6 +1,8 @@
-"""write_stray: a simulated session on disk, with its video when there are pictures."""
+"""write_recording: a simulated session on disk, in any app's layout, with its video."""
 
+import tempfile
 from collections.abc import Iterable
+from dataclasses import replace
 from fractions import Fraction
 from itertools import chain
 from pathlib import Path
@@ -10,33 +12,40 @@ import numpy as np
 from jaxtyping import UInt8
 
 from ingest.formats import stray_scanner
+from ingest.formats.registry import Format
 from ingest.session import CaptureSession
 
 VIDEO_RATE = 60
 
 
-def write_stray(
+def write_recording(
     session: CaptureSession,
     folder: Path,
-    video_frames: Iterable[UInt8[np.ndarray, "height width 3"]] | None,
+    pictures: Iterable[UInt8[np.ndarray, "height width 3"]] | None = None,
+    *,
+    format_: Format = stray_scanner,
 ) -> Path:
-    """Write a Stray Scanner folder; returns it.
+    """Write a session as an app does; returns what is read back.
 
     Args:
         session: as `simulate` makes it.
         folder: made if it is not there.
-        video_frames: one RGB picture per pose, in order, all of one size with even sides; any
-            scale of the session's image size. None writes no video.
+        pictures: one RGB picture per pose, in order, all of one size with even sides; any
+            scale of the session's image size. None writes no video, nor do apps that film none.
+        format_: the app's layout.
 
     Raises:
         ValueError: when there are not as many pictures as poses.
     """
-    stray_scanner.write(session, folder)
-    if video_frames is not None:
-        count = _encode(video_frames, folder / "rgb.mp4")
+    if pictures is None:
+        return format_.write(session, folder)
+    with tempfile.TemporaryDirectory() as temporary:
+        video = Path(temporary) / "film.mp4"
+        count = _encode(pictures, video)
         if count != len(session.times):
             raise ValueError(f"{count} pictures for {len(session.times)} poses")
-    return folder
+        filmed = replace(session, video=video, video_times=session.times)
+        return format_.write(filmed, folder)
 
 
 def _encode(frames: Iterable[UInt8[np.ndarray, "height width 3"]], path: Path) -> int:

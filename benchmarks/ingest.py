@@ -1,6 +1,6 @@
 """How long a log takes to read, to clean and to inspect, and in how much memory.
 
-Usage: python benchmarks/ingest_speed.py [minutes ...]
+Usage: python benchmarks/ingest.py [minutes ...]
 
 Sessions of 1, 5 and 10 minutes at 60 poses and 100 inertial samples a second, as three apps write them.
 Every case runs in a process of its own on one core, one after the other; memory is the peak of that
@@ -19,6 +19,9 @@ from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+
+# The folder of this file comes first in Python's path, where its name hides the package `ingest`.
+sys.path[0] = str(Path(__file__).parents[1])
 
 RATE, IMU_RATE = 60, 100
 
