@@ -16,7 +16,7 @@ from omomo_core.training.corpus import Corpus
 from omomo_core.training.examples import Example, make_example
 from omomo_core.training.optimiser import Optimiser
 
-SHIPPED_STEPS: dict[StageName, int] = {"hands": 10_800, "body": 9_000}
+SHIPPED_STEPS: dict[StageName, int] = {"hands": 20_000, "body": 9_000}
 """Of the weights that ship; with more time, more is better."""
 STATISTICS_BATCHES = 8
 FALL = 0.4
