@@ -64,6 +64,7 @@ def inspect_take(
     stitch: bool = False,
     closure: bool = False,
     mesh_scale: float = 1.0,
+    images: bool = False,
 ) -> Inspection:
     """Read and check a session.
 
@@ -73,6 +74,7 @@ def inspect_take(
         mount: the mount's file; the identity if not given.
         floor, up, stitch, closure: as for `to_object_motion`.
         mesh_scale: factor that brings the mesh to metres.
+        images: also test the poses' axes on a few images: a second or two.
 
     Raises:
         InputError: an input cannot be read at all.
@@ -80,7 +82,14 @@ def inspect_take(
     moved = load_mesh(mesh, scale=mesh_scale) if mesh else None
     fixed = load_mount(mount) if mount else identity_mount()
     return look_over(
-        read_session(session), moved, fixed, floor=floor, up=up, stitch=stitch, closure=closure
+        read_session(session),
+        moved,
+        fixed,
+        floor=floor,
+        up=up,
+        stitch=stitch,
+        closure=closure,
+        images=images,
     )
 
 
@@ -93,6 +102,7 @@ def look_over(
     up: Sequence[float] | None = None,
     stitch: bool = False,
     closure: bool = False,
+    images: bool = False,
 ) -> Inspection:
     """Check a session that is read already; arguments as for `inspect_take`."""
     first = inspect_clock(session)
@@ -105,7 +115,7 @@ def look_over(
         )
     except InputError as found:
         problem = found
-    report = inspect_session(session, mesh=mesh, mount=mount, take=take)
+    report = inspect_session(session, mesh=mesh, mount=mount, take=take, images=images)
     return Inspection(session, report, take, problem, mesh, mount)
 
 

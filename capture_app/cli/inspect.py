@@ -25,6 +25,15 @@ HtmlFile = Annotated[
     ),
 ]
 
+Images = Annotated[
+    bool,
+    typer.Option(
+        "--images",
+        help="Also test on a few images that the poses' axes are read rightly: a second or two.",
+        show_default=False,
+    ),
+]
+
 
 def inspect(
     session: given.Session,
@@ -35,6 +44,7 @@ def inspect(
     stitch: given.Stitch = False,
     closure: given.Closure = False,
     mesh_scale: given.MeshScale = 1.0,
+    images: Images = False,
     html: HtmlFile = None,
     as_json: given.AsJson = False,
 ) -> None:
@@ -55,6 +65,7 @@ def inspect(
         stitch=stitch,
         closure=closure,
         mesh_scale=mesh_scale,
+        images=images,
     )
     refusal = None
     try:

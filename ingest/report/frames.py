@@ -7,6 +7,7 @@ import av
 import av.error
 import cv2
 import numpy as np
+from av.container import InputContainer
 from jaxtyping import Float64, UInt8
 
 from ingest.session import CaptureSession
@@ -34,7 +35,7 @@ def pictures(session: CaptureSession, wanted: Sequence[int]) -> dict[int, Pictur
     return {index: _prepared(picture, session.image_turns) for index, picture in found}
 
 
-def _prepared(picture: Picture, turns: int) -> Picture:
+def _prepared(picture: UInt8[np.ndarray, "rows columns"], turns: int) -> Picture:
     landscape = np.ascontiguousarray(np.rot90(picture, turns))
     height, width = landscape.shape
     if width <= WIDTH:
@@ -66,22 +67,22 @@ def _film(session: CaptureSession, wanted: Sequence[int]) -> Iterator[tuple[int,
         return
 
 
-def _stamps(container: av.container.InputContainer) -> tuple[list[int], list[int]]:
+def _stamps(container: InputContainer) -> tuple[list[int], list[int]]:
     """Stamp of each frame in the order of showing, and those of the key frames."""
     packets = [(p.pts, p.is_keyframe) for p in container.demux(video=0) if p.pts is not None]
     return sorted(pts for pts, _ in packets), sorted(pts for pts, key in packets if key)
 
 
 def _decoded(
-    container: av.container.InputContainer, stamps: Sequence[int], keys: Sequence[int]
+    container: InputContainer, stamps: Sequence[int], keys: Sequence[int]
 ) -> Iterator[tuple[int, Picture]]:
     """The frames with these stamps, decoded once from the key frame before each group of them."""
     stream = container.streams.video[0]
     stream.thread_type = "AUTO"
-    group = np.searchsorted(keys, stamps, "right")
-    for key in np.unique(group):
-        asked = {stamp for stamp, of in zip(stamps, group, strict=True) if of == key}
-        container.seek(min(asked), stream=stream)
+    key_of = np.array(keys)[np.searchsorted(keys, stamps, "right") - 1]
+    for key in np.unique(key_of).tolist():
+        asked = {stamp for stamp, own in zip(stamps, key_of, strict=True) if own == key}
+        container.seek(key, stream=stream)
         for frame in container.decode(stream):
             if frame.pts in asked:
                 yield frame.pts, frame.to_ndarray(format="gray")

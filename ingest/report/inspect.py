@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from ingest.mount import Mount
-from ingest.report import clamp, pace, sensors, solid, stance, timing, tracking
+from ingest.report import clamp, pace, sensors, sight, solid, stance, timing, tracking
 from ingest.report.agreement import agreement_checks
 from ingest.report.check import Check, TakeReport
 from ingest.report.gravity import gravity
@@ -20,6 +20,7 @@ def inspect_session(
     mesh: ObjectMesh | None = None,
     mount: Mount | None = None,
     take: ObjectTake | None = None,
+    images: bool = False,
 ) -> TakeReport:
     """Look a take over, once `inspect_clock` finds that its stamps and units make sense.
 
@@ -28,11 +29,14 @@ def inspect_session(
         mesh: the object, if it is known; its checks are left out otherwise.
         mount: where the object is in the phone's frame; None is the identity, and not checked.
         take: what `to_object_motion` makes of these, None when it refuses the session.
+        images: also decode a few images and test the poses' axes on them: a second or two.
     """
     first = inspect_clock(session)
     if not first.complete:
         return first
-    return TakeReport((*first.checks, *_checks(Look(session, mesh, mount, take))))
+    look = Look(session, mesh, mount, take)
+    seen = [sight.sight(look)] if images else []
+    return TakeReport((*first.checks, *_checks(look), *seen))
 
 
 def inspect_clock(session: CaptureSession) -> TakeReport:

@@ -34,8 +34,8 @@ def find_features(
         intrinsics: fx, fy, cx, cy in pixels of an image of `image_size`.
         image_size: width and height.
     """
-    keypoints, descriptors = cv2.SIFT_create(_FEATURES).detectAndCompute(picture, None)
-    if descriptors is None or len(keypoints) == 0:
+    keypoints, descriptors = cv2.SIFT.create(_FEATURES).detectAndCompute(picture, None)
+    if len(keypoints) == 0:
         return Features(np.empty((0, 3)), np.empty((0, 128), np.float32))
     pixels = np.array([keypoint.pt for keypoint in keypoints], np.float64)
     height, width = picture.shape

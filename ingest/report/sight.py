@@ -1,6 +1,7 @@
 """Whether the images fit the poses: axes read wrong put what two images share in no one place."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
@@ -10,7 +11,7 @@ from ingest.report.check import Check
 from ingest.report.frames import image_times, pictures
 from ingest.report.look import Look
 from ingest.report.matches import Features, explained, find_features, match
-from ingest.report.pairs import Pair, pick_pairs
+from ingest.report.pairs import pick_pairs
 from omomo_core.geometry.transforms import inverse
 
 _MIN_MATCHES = 60
@@ -19,7 +20,6 @@ _FITS = 0.25
 _CLEARLY = 2.0
 
 Poses = Float64[np.ndarray, "poses 4 4"]
-_Rays = Float64[np.ndarray, "matches 3"]
 
 
 def _axes(kind: str, degrees: float) -> Callable[[Poses], Poses]:
@@ -35,20 +35,29 @@ def _transposed(poses: Poses) -> Poses:
     return other
 
 
-_OPENCV = _axes("x", 180)
+_OPENCV = _axes("x", 180.0)
 READINGS: dict[str, Callable[[Poses], Poses]] = {
     "with OpenCV axes": _OPENCV,
     "from world to camera": inverse,
     "from world to camera with OpenCV axes": lambda poses: _OPENCV(inverse(poses)),
     "with transposed rotations": _transposed,
-    "turned by 90 deg about the viewing axis": _axes("z", 90),
-    "turned by 180 deg about the viewing axis": _axes("z", 180),
-    "turned by 270 deg about the viewing axis": _axes("z", 270),
+    "turned by 90 deg about the viewing axis": _axes("z", 90.0),
+    "turned by 180 deg about the viewing axis": _axes("z", 180.0),
+    "turned by 270 deg about the viewing axis": _axes("z", 270.0),
 }
 """What a log may hold that was read as ARKit's poses: how to read it instead.
 
 Angles are counter-clockwise as one looks at the picture.
 """
+
+
+@dataclass(frozen=True)
+class _Shared:
+    """What two images both show: rays in the first, rays in the second."""
+
+    poses: tuple[int, int]
+    ours: Float64[np.ndarray, "matches 3"]
+    theirs: Float64[np.ndarray, "matches 3"]
 
 
 def sight(look: Look) -> Check:
@@ -59,10 +68,11 @@ def sight(look: Look) -> Check:
     session = look.session
     if len(image_times(session)) == 0:
         return Check("sight", "ok", "no images")
-    if session.intrinsics is None or session.image_size is None:
-        return Check("sight", "ok", "the camera is not logged: images cannot be compared")
-    matches = _matches(look, session.intrinsics, session.image_size)
-    count = sum(len(ours) for _, ours, _ in matches)
+    K, size = session.intrinsics, session.image_size
+    if K is None or size is None or not (K[:, :2] > 0).all():
+        return Check("sight", "ok", "the camera is not known: images cannot be compared")
+    matches = _matches(look, K, size)
+    count = sum(len(pair.ours) for pair in matches)
     if count < _MIN_MATCHES:
         return Check(
             "sight",
@@ -93,7 +103,7 @@ def _verdict(own: float, shares: dict[str, float], count: int, pairs: int) -> Ch
 
 def _matches(
     look: Look, intrinsics: Float64[np.ndarray, "frames 4"], image_size: tuple[int, int]
-) -> list[tuple[Pair, _Rays, _Rays]]:
+) -> list[_Shared]:
     """Each pair whose images can be read, and the rays of what both show."""
     pairs = pick_pairs(look)
     pose_of = {i: pose for pair in pairs for i, pose in zip(pair.images, pair.poses, strict=True)}
@@ -102,19 +112,17 @@ def _matches(
         for index, picture in pictures(look.session, sorted(pose_of)).items()
     }
     return [
-        (pair, *match(features[pair.images[0]], features[pair.images[1]]))
+        _Shared(pair.poses, *match(features[pair.images[0]], features[pair.images[1]]))
         for pair in pairs
         if features.keys() >= set(pair.images)
     ]
 
 
-def _share(
-    look: Look, matches: list[tuple[Pair, _Rays, _Rays]], read: Callable[[Poses], Poses]
-) -> float:
+def _share(look: Look, matches: list[_Shared], read: Callable[[Poses], Poses]) -> float:
     """Part of all matches that the poses explain when read so."""
     good = total = 0
-    for pair, ours, theirs in matches:
+    for pair in matches:
         first, second = read(look.session.T_world_phone[list(pair.poses)])
-        good += int(explained(ours, theirs, inverse(first) @ second).sum())
-        total += len(ours)
+        good += int(explained(pair.ours, pair.theirs, inverse(first) @ second).sum())
+        total += len(pair.ours)
     return good / total

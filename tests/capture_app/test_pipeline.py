@@ -52,7 +52,8 @@ def test_the_object_moves_as_the_phone_did(inputs: Inputs, weights: Path) -> Non
     in_arkit = R_arkit_phone.apply(T_phone_object[:3, 3]) + poses[:, 1:4]
     z_up = np.stack([in_arkit[:, 0], -in_arkit[:, 2], in_arkit[:, 1]], axis=1)
     moved = made.object_motion.T_world_object[:, :3, 3]
-    np.testing.assert_allclose(moved - moved[0], z_up - z_up[0], atol=1e-5)
+    # The log's noise, a tenth of a millimetre, is smoothed.
+    np.testing.assert_allclose(moved - moved[0], z_up - z_up[0], atol=5e-4)
     assert made.manifest.mount_method == "made up"
     assert made.manifest.floor.source == "rest"
     lowest = made.object_motion.mesh.vertices @ made.object_motion.T_world_object[0, 2, :3]
@@ -104,13 +105,17 @@ def test_a_split_take_uses_the_longest_segment_and_says_so(inputs: Inputs, weigh
     poses = np.loadtxt(inputs.session / "ARposes.txt", delimiter=",")
     poses[70:, 1] += 1.5  # relocalised after 1.17 s
     np.savetxt(inputs.session / "ARposes.txt", poses, "%.6f", ",")
-    made = run_take(inputs.request(weights), silent)
+    with pytest.raises(OmocapError) as caught:  # under three seconds are left
+        run_take(inputs.request(weights), silent)
+    assert caught.value.code == "take-bad"
+    forced = replace(inputs.request(weights), force=True)
+    made = run_take(forced, silent)
     segment = made.manifest.segment
     assert (segment.index, segment.count) == (2, 2)
     assert made.object_motion.start_time == pytest.approx(segment.start / 30)
     assert any("--segment" in note for note in made.manifest.notes)
 
-    first = replace(inputs.request(weights), output=inputs.folder / "first", segment=1)
+    first = replace(forced, output=inputs.folder / "first", segment=1)
     made = run_take(first, silent)
     assert (made.manifest.segment.start, made.object_motion.start_time) == (0, 0.0)
     with pytest.raises(OmocapError) as caught:
