@@ -10,6 +10,7 @@ from capture_app.manifest import (
     FloorRecord,
     Input,
     Manifest,
+    Option,
     Segment,
     sha256,
 )
@@ -105,7 +106,7 @@ def _inputs(request: TakeRequest) -> Iterator[Input]:
             yield Input.model_validate({"role": role, "path": str(path), "sha256": sha256(path)})
 
 
-def _options(request: TakeRequest) -> dict[str, str | int | float | bool | None]:
+def _options(request: TakeRequest) -> dict[str, Option]:
     return {
         **asdict(request.options),
         "animated": request.animated,
@@ -113,10 +114,7 @@ def _options(request: TakeRequest) -> dict[str, str | int | float | bool | None]
         "configuration": request.configuration,
         "weights": str(request.weights) if request.weights else None,
         "height": request.height,
-        "floor": request.floor,
-        "up": ",".join(map(repr, request.up)) if request.up else None,
-        "stitch": request.stitch,
-        "closure": request.closure,
+        **asdict(request.reading),
         "force": request.force,
         "mesh_scale": request.mesh_scale,
         "segment": request.segment,

@@ -1,6 +1,5 @@
 """What `omocap inspect` finds: the report on a session, and what a run would use of it."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -15,6 +14,7 @@ from ingest.report.check import Check, TakeReport
 from ingest.report.inspect import inspect_clock, inspect_session
 from ingest.session import CaptureSession
 from ingest.trajectory.object_motion import ObjectTake, to_object_motion
+from ingest.trajectory.reading import AS_LOGGED, Reading
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
 
@@ -59,10 +59,7 @@ def inspect_take(
     mesh: Path | None = None,
     mount: Path | None = None,
     *,
-    floor: float | None = None,
-    up: Sequence[float] | None = None,
-    stitch: bool = False,
-    closure: bool = False,
+    reading: Reading = AS_LOGGED,
     mesh_scale: float = 1.0,
     images: bool = False,
 ) -> Inspection:
@@ -72,7 +69,7 @@ def inspect_take(
         session: the session's folder or file.
         mesh: the object; the phone alone if not given (the floor is then the phone's).
         mount: the mount's file; the identity if not given.
-        floor, up, stitch, closure: as for `to_object_motion`.
+        reading: what its user says about the take.
         mesh_scale: factor that brings the mesh to metres.
         images: also test the poses' axes on a few images: a second or two.
 
@@ -81,27 +78,15 @@ def inspect_take(
     """
     moved = load_mesh(mesh, scale=mesh_scale) if mesh else None
     fixed = load_mount(mount) if mount else identity_mount()
-    return look_over(
-        read_session(session),
-        moved,
-        fixed,
-        floor=floor,
-        up=up,
-        stitch=stitch,
-        closure=closure,
-        images=images,
-    )
+    return look_over(read_session(session), moved, fixed, reading, images=images)
 
 
 def look_over(
     session: CaptureSession,
     mesh: ObjectMesh | None,
     mount: Mount,
+    reading: Reading = AS_LOGGED,
     *,
-    floor: float | None = None,
-    up: Sequence[float] | None = None,
-    stitch: bool = False,
-    closure: bool = False,
     images: bool = False,
 ) -> Inspection:
     """Check a session that is read already; arguments as for `inspect_take`."""
@@ -110,9 +95,7 @@ def look_over(
         return Inspection(session, first, None, None, mesh, mount)
     take, problem, moved = None, None, mesh or _phone()
     try:
-        take = to_object_motion(
-            session, moved, mount, floor=floor, up=up, stitch=stitch, closure=closure
-        )
+        take = to_object_motion(session, moved, mount, reading)
     except InputError as found:
         problem = found
     report = inspect_session(session, mesh=mesh, mount=mount, take=take, images=images)

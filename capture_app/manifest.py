@@ -14,6 +14,10 @@ from omomo_core.errors import InputError
 FORMAT_VERSION = 2
 
 
+Option = str | int | float | bool | None | tuple[float, float, float]
+"""What a run was asked for; three numbers are a direction."""
+
+
 class _Record(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -86,7 +90,7 @@ class Manifest(_Record):
     created: datetime = Field(default_factory=lambda: datetime.now(UTC).replace(microsecond=0))
     versions: Versions = Field(default_factory=Versions)
     inputs: tuple[Input, ...]
-    options: dict[str, str | int | float | bool | None]
+    options: dict[str, Option]
     """Every option of the run, the seed among them, as given or by default."""
     segment: Segment
     floor: FloorRecord

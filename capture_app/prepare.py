@@ -14,6 +14,7 @@ from ingest.formats.detect import read_session
 from ingest.mesh import load_mesh
 from ingest.mount import Mount, identity_mount, load_mount
 from ingest.trajectory.object_motion import ObjectTake
+from ingest.trajectory.reading import Reading
 from ingest.trajectory.segments import cut
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel, with_height
@@ -83,21 +84,14 @@ def _recorded(request: TakeRequest, mount: Mount) -> ObjectTake:
             fix="Leave out --node.",
         )
     mesh = load_mesh(request.mesh, scale=request.mesh_scale)
-    seen = look_over(
-        read_session(request.session),
-        mesh,
-        mount,
-        floor=request.floor,
-        up=request.up,
-        stitch=request.stitch,
-        closure=request.closure,
-    )
+    seen = look_over(read_session(request.session), mesh, mount, request.reading)
     return usable_take(seen, force=request.force)
 
 
 def _animated(request: TakeRequest) -> AnimatedTake:
     """The object's own motion."""
-    if request.up or request.stitch or request.closure:
+    floor = request.reading.floor
+    if request.reading != Reading(floor):
         raise InputError(
             "tracking-unused",
             "An object's own motion was tracked by no phone.",
@@ -105,7 +99,7 @@ def _animated(request: TakeRequest) -> AnimatedTake:
             fix="Leave them out; the file says which way is up.",
         )
     animation = read_animation(request.session, request.node)
-    return to_animated_take(animation, request.mesh, scale=request.mesh_scale, floor=request.floor)
+    return to_animated_take(animation, request.mesh, scale=request.mesh_scale, floor=floor)
 
 
 def _no_mount(request: TakeRequest) -> Mount:

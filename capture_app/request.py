@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ingest.trajectory.reading import AS_LOGGED, Reading
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.stage import Configuration
 
@@ -33,14 +34,8 @@ class TakeRequest:
     """A SMPL-X model file; None for the body that ships."""
     height: float | None = None
     """Stature of the person, metres; None for the body's own."""
-    floor: float | None = None
-    """Height of the floor in the session's world, metres; None finds it."""
-    up: tuple[float, float, float] | None = None
-    """Up in the session's world; None trusts the log, or finds it."""
-    stitch: bool = False
-    """Join the take where tracking jumped."""
-    closure: bool = False
-    """The object ends on the mark where it began; drift is taken out."""
+    reading: Reading = AS_LOGGED
+    """What the user says about the take."""
     mesh_scale: float = 1.0
     segment: int | None = None
     """Which stretch between tracking failures, counted from 1; None for the longest."""

@@ -5,6 +5,7 @@ from typing import Any
 
 from capture_app.manifest import Input, Manifest, sha256
 from capture_app.request import TakeRequest
+from ingest.trajectory.reading import Reading
 from omomo_core.errors import InputError
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.weights.load import SHIPPED
@@ -20,8 +21,11 @@ def request_of(manifest: Manifest, output: Path, *, replace: bool = False) -> Ta
     _check_not_corrected(manifest)
     inputs = {item.role: unchanged(item) for item in manifest.inputs}
     options: dict[str, Any] = dict(manifest.options)
-    generation = {key: options.pop(key) for key in GenerationOptions.__dataclass_fields__}
-    size, weights, up = (options.pop(key) for key in ("video_size", "weights", "up"))
+    generation, reading = (
+        {key: options.pop(key) for key in kind.__dataclass_fields__}
+        for kind in (GenerationOptions, Reading)
+    )
+    size, weights = options.pop("video_size"), options.pop("weights")
     _check_weights(manifest, Path(weights or SHIPPED / options["configuration"]))
     return TakeRequest(
         session=inputs["session"],
@@ -32,7 +36,7 @@ def request_of(manifest: Manifest, output: Path, *, replace: bool = False) -> Ta
         output=output,
         options=GenerationOptions(**generation),
         weights=Path(weights) if weights else None,
-        up=_direction(up) if up else None,
+        reading=Reading(**reading),
         video_size=_size(size) if size else None,
         replace=replace,
         **options,
@@ -42,11 +46,6 @@ def request_of(manifest: Manifest, output: Path, *, replace: bool = False) -> Ta
 def _size(text: str) -> tuple[int, int]:
     width, height = text.split("x")
     return int(width), int(height)
-
-
-def _direction(text: str) -> tuple[float, float, float]:
-    x, y, z = map(float, text.split(","))
-    return x, y, z
 
 
 def _check_not_corrected(manifest: Manifest) -> None:

@@ -33,7 +33,7 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("run")(run.run)
+app.command("run", help=run.HELP)(run.run)
 app.command("inspect")(inspect.inspect)
 app.command("render")(render.render)
 app.command("rerun")(rerun.rerun)

@@ -53,6 +53,7 @@ def inspect(
     Tells which stretches of it `omocap run` can use. Exit code 0, or 2 when a run would refuse it.
     """
     from capture_app.inspection import inspect_take, refuse_bad
+    from ingest.trajectory.reading import Reading
 
     # Without the object the phone alone is inspected, and needs no mount.
     place = given.mount_file(mount) if mesh else None
@@ -60,10 +61,7 @@ def inspect(
         session,
         mesh,
         place,
-        floor=floor,
-        up=given.direction(up, "--up"),
-        stitch=stitch,
-        closure=closure,
+        reading=Reading(floor, given.direction(up, "--up"), stitch, closure),
         mesh_scale=mesh_scale,
         images=images,
     )

@@ -4,6 +4,17 @@ from capture_app.cli import options as given
 from capture_app.cli.console import progress_bars
 from capture_app.cli.summary import summarise
 
+HELP = """Make the motion of the person who moved the object.
+
+Writes a folder with *motion.glb* (the animated person and object, for Blender, Unity, Unreal),
+*motion.mp4*, *motion.npz* (the numbers), *contacts.json* (which hand holds when and where, to be
+corrected with `omocap resolve`) and *manifest.json* (how it was made).
+
+Example: `omocap run my_take --object chair.obj --mount chair_mount.json -o chair_motion`
+
+An object that was animated needs no phone: `omocap run chair.glb -o chair_motion`
+"""
+
 
 def run(
     session: given.Recording,
@@ -31,20 +42,12 @@ def run(
     replace: given.Replace = False,
     force: given.Force = False,
 ) -> None:
-    """Make the motion of the person who moved the object.
-
-    Writes a folder with *motion.glb* (the animated person and object, for Blender, Unity, Unreal),
-    *motion.mp4*, *motion.npz* (the numbers), *contacts.json* (which hand holds when and where, to be
-    corrected with `omocap resolve`) and *manifest.json* (how it was made).
-
-    Example: `omocap run my_take --object chair.obj --mount chair_mount.json -o chair_motion`
-
-    An object that was animated needs no phone: `omocap run chair.glb -o chair_motion`
-    """
+    """See HELP."""
     size = given.picture_size(video_size, "--video-size") if video else None
     from capture_app.pipeline import run_take
     from capture_app.request import TakeRequest
     from ingest.animated.detect import is_animation
+    from ingest.trajectory.reading import Reading
     from omomo_core.generation.result import GenerationOptions
 
     animated = is_animation(session, mounted=mount is not None)
@@ -61,10 +64,7 @@ def run(
         weights=weights,
         body=body,
         height=height,
-        floor=floor,
-        up=given.direction(up, "--up"),
-        stitch=stitch,
-        closure=closure,
+        reading=Reading(floor, given.direction(up, "--up"), stitch, closure),
         mesh_scale=mesh_scale,
         segment=segment,
         video_size=size,

@@ -1,6 +1,5 @@
 """Which way is up in a session's world."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -41,7 +40,7 @@ def find_up(
     session: CaptureSession,
     T_session_object: Float64[np.ndarray, "frames 4 4"],
     usable: Bool[np.ndarray, " frames"],
-    given: Sequence[float] | None = None,
+    given: tuple[float, float, float] | None = None,
 ) -> Up:
     """Up in the session's world: as given, as the log has it, or as found.
 
@@ -86,10 +85,10 @@ def upright(up: Up) -> Float64[np.ndarray, "4 4"]:
     return T
 
 
-def _as_given(given: Sequence[float]) -> Up:
+def _as_given(given: tuple[float, float, float]) -> Up:
     vector = np.asarray(given, dtype=np.float64)
     size = np.linalg.norm(vector)
-    if vector.shape != (3,) or not np.isfinite(size) or size < 1e-6:
+    if not np.isfinite(size) or size < 1e-6:
         raise InputError(
             "up-invalid",
             f"{', '.join(f'{x:g}' for x in vector.ravel())} is no direction.",

@@ -1,6 +1,5 @@
 """The phone's log becomes the object's motion over our floor."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +13,7 @@ from ingest.trajectory.depth_points import depth_points
 from ingest.trajectory.floor import Floor, find_floor
 from ingest.trajectory.gravity import Up, find_up, upright
 from ingest.trajectory.notes import break_notes, closure_note, stitch_notes
+from ingest.trajectory.reading import AS_LOGGED, Reading
 from ingest.trajectory.resample import resample
 from ingest.trajectory.segments import segments, within
 from ingest.trajectory.smooth import smooth
@@ -58,11 +58,7 @@ def to_object_motion(
     session: CaptureSession,
     mesh: ObjectMesh,
     mount: Mount,
-    *,
-    floor: float | None = None,
-    up: Sequence[float] | None = None,
-    stitch: bool = False,
-    closure: bool = False,
+    reading: Reading = AS_LOGGED,
 ) -> ObjectTake:
     """Turn phone poses into object poses: 30 fps, z up, floor at 0, first position at x = y = 0.
 
@@ -70,32 +66,28 @@ def to_object_motion(
         session: what the phone logged.
         mesh: the object, in its own frame, metres.
         mount: where the object is in the phone's frame.
-        floor: height of the floor above the session's origin, metres, along up (negative when it
-            is below the place where the session started); None finds it.
-        up: up in the session's world, three numbers; None trusts or finds it.
-        stitch: move what follows a tracking jump back to where it belongs, instead of splitting.
-        closure: the object ends on the mark that it began on; spread what is missing over the take.
+        reading: what its user says about the take.
 
     Raises:
         InputError: "rate-too-low", "tracking-broken" when no stretch of a second is usable, those
             of `ingest.trajectory.gravity.find_up`, and of `ingest.trajectory.closure.spread`.
     """
-    tracked = _track(session, mount, stitch)
+    tracked = _track(session, mount, reading.stitch)
     T_session_object, valid = tracked.T_session_object, tracked.valid
     stretches = segments(ObjectMotion(mesh, T_session_object, valid))
     if not stretches:
         raise _hopeless(session, tracked.breaks)
     usable = within(stretches, len(valid))
-    upward = find_up(tracked.session, T_session_object, usable, up)
+    upward = find_up(tracked.session, T_session_object, usable, reading.up)
     T_zup_session = upright(upward)
     T_zup_object = T_zup_session @ T_session_object
     drift = find_closure(T_zup_object, usable)
-    if closure:
+    if reading.closure:
         T_zup_object = spread(T_zup_object, drift, str(session.source))
-    points = None if floor is not None else depth_points(tracked.session, usable)
+    points = None if reading.floor is not None else depth_points(tracked.session, usable)
     if points is not None:
         points = apply(T_zup_session[None], points)[0]
-    ground = find_floor(T_zup_object, usable, mesh, floor, points)
+    ground = find_floor(T_zup_object, usable, mesh, reading.floor, points)
     T_world_zup = np.eye(4)
     T_world_zup[:2, 3] = -T_zup_object[np.argmax(valid), :2, 3]
     T_world_zup[2, 3] = -ground.height
@@ -106,7 +98,7 @@ def to_object_motion(
         floor=ground,
         up=upward,
         closure=drift,
-        notes=_notes(tracked, upward, drift if closure else None, ground),
+        notes=_notes(tracked, upward, drift if reading.closure else None, ground),
     )
 
 

@@ -142,6 +142,9 @@ def test_bad_input_is_refused(
         ({"config": "paper"}, "weights-configuration"),
         ({"body": "nowhere.npz"}, "body-missing"),
         ({"segment": "5"}, "segment-missing"),
+        ({"up": "0,1"}, "direction-invalid"),
+        ({"up": "0,0,0"}, "up-invalid"),
+        ({"node": "chair"}, "node-unused"),
     ],
 )
 def test_bad_options_are_refused(

@@ -13,6 +13,7 @@ from capture_app.manifest import read_manifest
 from capture_app.pipeline import run_take
 from capture_app.rerun import request_of
 from capture_app.result import body_of, load_result
+from ingest.trajectory.reading import Reading
 from omomo_core.errors import OmocapError
 
 # `inputs` writes the files of a good take: see conftest.py.
@@ -75,7 +76,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_does_not(
 
 
 def test_a_manifest_makes_the_same_motion_again(inputs: Inputs, weights: Path) -> None:
-    run_take(replace(inputs.request(weights), height=1.9, floor=-1.3), silent)
+    run_take(replace(inputs.request(weights), height=1.9, reading=Reading(floor=-1.3)), silent)
     manifest = read_manifest(inputs.output / "manifest.json")
     run_take(request_of(manifest, inputs.folder / "again"), silent)
     first = (inputs.output / "motion.npz").read_bytes()

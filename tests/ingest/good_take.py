@@ -13,6 +13,7 @@ from capture_app.simulator.phone import simulate
 from ingest.formats import stray_scanner
 from ingest.mount import save_mount
 from ingest.session import CaptureSession
+from ingest.trajectory.reading import Reading
 
 AT = 350
 """A pose in the middle of the carry."""
@@ -45,7 +46,7 @@ class Take:
         format_.write(session, self.session)
 
     def inspect(self, floor: float | None = None) -> Inspection:
-        return inspect_take(self.session, self.mesh, self.mount, floor=floor)
+        return inspect_take(self.session, self.mesh, self.mount, reading=Reading(floor=floor))
 
 
 def make_session() -> CaptureSession:

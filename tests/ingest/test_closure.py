@@ -13,6 +13,7 @@ from ingest.session import CaptureSession
 from ingest.trajectory.axes import T_ZUP_ARKIT
 from ingest.trajectory.closure import find_closure, spread
 from ingest.trajectory.object_motion import to_object_motion
+from ingest.trajectory.reading import Reading
 from omomo_core.errors import InputError
 from omomo_core.geometry.easing import min_jerk
 from omomo_core.motion import FPS
@@ -130,7 +131,7 @@ def test_a_take_reports_it_and_spreads_it_on_request(box):
     assert take.closure is not None
     assert take.closure.translation > 0.005
     assert take.notes == ()
-    closed = to_object_motion(session, box, identity_mount(), closure=True)
+    closed = to_object_motion(session, box, identity_mount(), Reading(closure=True))
     assert closed.closure == take.closure
     assert f"{100 * take.closure.translation:.1f} cm" in closed.notes[0]
     T = closed.motion.T_world_object
@@ -146,6 +147,6 @@ def test_what_is_no_drift_is_refused(box, code: str):
         T[-75:, 0, 3] += 0.8 * min_jerk(np.arange(75) / 40)
     session = _session(T)
     with pytest.raises(InputError) as caught:
-        to_object_motion(session, box, identity_mount(), closure=True)
+        to_object_motion(session, box, identity_mount(), Reading(closure=True))
     assert caught.value.code == code
     assert to_object_motion(session, box, identity_mount()).segments

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from ingest.mount import identity_mount
 from ingest.trajectory.breaks import find_breaks
 from ingest.trajectory.object_motion import to_object_motion
+from ingest.trajectory.reading import Reading
 from ingest.trajectory.stitch import stitch_jumps
 
 NOISES = (0.0, 1e-4, 4e-4)
@@ -68,13 +69,13 @@ def test_stitching_restores_the_motion(wander, seed: int, first: int, noise: flo
 
 def test_a_stitched_take_is_whole_and_says_so(wander, box):
     session, _ = _jumped(wander(1, seconds=4.0), 100, 1)
-    split = to_object_motion(session, box, identity_mount(), floor=-1.0)
+    split = to_object_motion(session, box, identity_mount(), Reading(floor=-1.0))
     assert len(split.segments) == 2
-    take = to_object_motion(session, box, identity_mount(), floor=-1.0, stitch=True)
+    take = to_object_motion(session, box, identity_mount(), Reading(floor=-1.0, stitch=True))
     assert take.segments == ((0, 121),)
     assert len(take.notes) == 1
     assert "1.65 s" in take.notes[0]
-    clean = to_object_motion(wander(1, seconds=4.0), box, identity_mount(), floor=-1.0)
+    clean = to_object_motion(wander(1, seconds=4.0), box, identity_mount(), Reading(floor=-1.0))
     np.testing.assert_allclose(take.motion.T_world_object, clean.motion.T_world_object, atol=5e-3)
 
 

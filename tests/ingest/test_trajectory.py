@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from ingest.mount import Mount, identity_mount
 from ingest.trajectory.breaks import find_breaks
 from ingest.trajectory.object_motion import to_object_motion
+from ingest.trajectory.reading import Reading
 from ingest.trajectory.resample import resample
 from ingest.trajectory.segments import cut, segments
 from omomo_core.errors import InputError
@@ -38,7 +39,7 @@ def _shift(x: float) -> np.ndarray:
 
 def test_a_clean_take_is_one_segment(wander, box):
     session = wander(0, seconds=4.0)
-    take = to_object_motion(session, box, identity_mount(), floor=-1.0)
+    take = to_object_motion(session, box, identity_mount(), Reading(floor=-1.0))
     assert take.segments == ((0, 121),)
     assert take.notes == ()
     assert take.motion.valid.all()
@@ -49,7 +50,7 @@ def test_frames_and_worlds_are_those_of_the_definition(wander, box):
     T_phone_object = np.eye(4)
     T_phone_object[:3, :3] = Rotation.from_rotvec([0.3, -1.0, 0.5]).as_matrix()
     T_phone_object[:3, 3] = [0.1, -0.4, 0.2]
-    take = to_object_motion(session, box, Mount(T_phone_object, "test"), floor=-1.25)
+    take = to_object_motion(session, box, Mount(T_phone_object, "test"), Reading(floor=-1.25))
     np.testing.assert_allclose(take.motion.T_world_object[0, :2, 3], 0, atol=1e-12)
     for frame in (0, 17, 90):
         T_arkit_object = session.T_world_phone[2 * frame] @ T_phone_object
@@ -65,7 +66,7 @@ def test_frames_and_worlds_are_those_of_the_definition(wander, box):
 def test_a_half_metre_jump_splits_exactly_there(wander, box, first: int, sign: int):
     session = _moved(wander(2, seconds=4.0), first, _shift(0.5 * sign))
     assert np.flatnonzero(find_breaks(session).jumps).tolist() == [first - 1]
-    take = to_object_motion(session, box, identity_mount(), floor=-1.0)
+    take = to_object_motion(session, box, identity_mount(), Reading(floor=-1.0))
     # One frame is given up: the first one after the last pose before the jump.
     lost = (first - 1) // 2 + 1
     assert take.segments == ((0, lost), (lost + 1, 121))
@@ -116,9 +117,9 @@ def test_a_gap_is_masked_and_short_holes_are_bridged(wander, box):
             video_times=None,
         )
 
-    take = to_object_motion(without(100, 103), box, identity_mount(), floor=-1.0)
+    take = to_object_motion(without(100, 103), box, identity_mount(), Reading(floor=-1.0))
     assert take.segments == ((0, 121),)
-    take = to_object_motion(without(100, 131), box, identity_mount(), floor=-1.0)
+    take = to_object_motion(without(100, 131), box, identity_mount(), Reading(floor=-1.0))
     assert take.segments == ((0, 50), (66, 121))
     assert "Gap" in take.notes[0]
     assert "1.65 to 2.18 s" in take.notes[0]
@@ -130,7 +131,7 @@ def test_frozen_tracking_is_flagged_and_a_still_object_is_not(wander, box):
     poses[100:130] = poses[100]
     frozen = replace(session, T_world_phone=poses)
     assert np.flatnonzero(find_breaks(frozen).frozen).tolist() == list(range(100, 130))
-    take = to_object_motion(frozen, box, identity_mount(), floor=-1.0)
+    take = to_object_motion(frozen, box, identity_mount(), Reading(floor=-1.0))
     assert take.segments == ((0, 51), (66, 121))
     ease = np.clip((session.times - session.times[0] - 1) / 2, 0, 1)
     ease = ease**3 * (10 - 15 * ease + 6 * ease**2)
@@ -143,7 +144,9 @@ def test_limited_tracking_that_the_app_logs_is_masked(wander, box):
     session = wander(8, seconds=4.0)
     ok = np.ones(len(session.times), bool)
     ok[80:120] = False
-    take = to_object_motion(replace(session, tracking_ok=ok), box, identity_mount(), floor=-1.0)
+    take = to_object_motion(
+        replace(session, tracking_ok=ok), box, identity_mount(), Reading(floor=-1.0)
+    )
     assert take.segments == ((0, 40), (61, 121))
     assert "Limited tracking" in take.notes[0]
 
@@ -158,7 +161,7 @@ def test_a_log_too_sparse_to_be_a_motion(wander, box, rate: float):
 
 @pytest.mark.parametrize("rate", [12.0, 15.0, 24.0, 240.0])
 def test_every_other_rate_is_a_whole_take(wander, box, rate: float):
-    take = to_object_motion(wander(9, rate=rate), box, identity_mount(), floor=-1.0)
+    take = to_object_motion(wander(9, rate=rate), box, identity_mount(), Reading(floor=-1.0))
     assert take.segments == ((0, 91),)
 
 
@@ -190,7 +193,9 @@ def test_poses_at_the_origin_amid_a_take_are_no_motion(
 
 
 def test_segments_of_a_second_and_cut(wander, box):
-    motion = to_object_motion(wander(0, seconds=4.0), box, identity_mount(), floor=-1.0).motion
+    motion = to_object_motion(
+        wander(0, seconds=4.0), box, identity_mount(), Reading(floor=-1.0)
+    ).motion
     valid = motion.valid.copy()
     valid[[29, 60]] = False
     motion = replace(motion, valid=valid)
