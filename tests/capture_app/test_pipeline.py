@@ -76,7 +76,8 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_does_not(
 
 
 def test_a_manifest_makes_the_same_motion_again(inputs: Inputs, weights: Path) -> None:
-    run_take(replace(inputs.request(weights), height=1.9, reading=Reading(floor=-1.3)), silent)
+    reading = Reading(floor=-1.3, up=(0.0, 1.0, 0.0))
+    run_take(replace(inputs.request(weights), height=1.9, reading=reading), silent)
     manifest = read_manifest(inputs.output / "manifest.json")
     run_take(request_of(manifest, inputs.folder / "again"), silent)
     first = (inputs.output / "motion.npz").read_bytes()
