@@ -64,7 +64,8 @@ def poses_from_matrices(
         )
     R = matrices[:, :3, :3].clip(-_WILD, _WILD)
     off = np.abs(R @ R.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
-    handed = np.linalg.det(R)
+    # The determinant as a triple product: LAPACK's divides by pivots, however small.
+    handed = (np.cross(R[:, 0], R[:, 1]) * R[:, 2]).sum(axis=1)
     off = np.maximum(off, np.abs(handed - 1))
     if (off > _UNIT_TOLERANCE).any():
         row = int(np.argmax(off > _UNIT_TOLERANCE))

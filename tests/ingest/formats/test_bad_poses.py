@@ -55,9 +55,10 @@ def test_quaternions_that_are_no_rotations(take: MakeTake, tmp_path: Path, forma
     assert (error.code, error.where) == ("pose-not-unit", place(format_, log))
 
 
-def test_lines_of_matrices_that_are_no_rotations(take: MakeTake, tmp_path: Path):
+@pytest.mark.parametrize("number", ["1.5", "1e-320", "-1e300"])
+def test_lines_of_matrices_that_are_no_rotations(take: MakeTake, tmp_path: Path, number: str):
     log = write_log(arkit_data_logger, take(0), tmp_path)
-    edit_row(arkit_data_logger, log, put(arkit_data_logger, 1, "1.5"))
+    edit_row(arkit_data_logger, log, put(arkit_data_logger, 1, number))
     error = error_of(tmp_path)
     assert (error.code, error.where) == ("pose-not-rigid", place(arkit_data_logger, log))
 
