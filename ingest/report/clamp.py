@@ -3,7 +3,7 @@
 import igl
 import numpy as np
 
-from ingest.mount import Mount
+from ingest.mount.mount import Mount
 from ingest.report.check import Check, grade, graded, worst
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMesh

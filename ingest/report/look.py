@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from ingest.mount import Mount
+from ingest.mount.mount import Mount
 from ingest.session import CaptureSession
 from ingest.trajectory.axes import T_ZUP_ARKIT
 from ingest.trajectory.breaks import Breaks, find_breaks

@@ -9,7 +9,7 @@ import trimesh
 
 from capture_app.cli.app import invoke
 from ingest.formats.detect import read_session
-from ingest.mount import load_mount
+from ingest.mount.file import load_mount
 from omomo_core.data.clips import Clip, save_clips
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.stage import load_stage

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from ingest.mount import identity_mount
+from ingest.mount.mount import identity_mount
 from ingest.session import CaptureSession
 from ingest.trajectory.axes import T_ZUP_ARKIT
 from ingest.trajectory.closure import find_closure, spread

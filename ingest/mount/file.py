@@ -1,44 +1,42 @@
-"""Mount: where the object is in the phone's frame, and the file that says so."""
+"""mount.json: where the object is in the phone's frame, and how it is known."""
 
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
+from ingest.mount.mount import Mount
+from ingest.mount.uncertainty import bounds_95
 from omomo_core.errors import InputError
 
 _RIGID_TOLERANCE = 1e-3
 _MAX_OFFSET = 5.0
 
 
-@dataclass(frozen=True)
-class Mount:
-    """The constant pose of the object in the ARKit camera frame of the phone clamped to it."""
-
-    T_phone_object: Float64[np.ndarray, "4 4"]
-    """Maps object-frame points into the phone's camera frame (x right, y up, z to the viewer)."""
-    method: str
-    """How it was found, e.g. "hand-eye"."""
-    covariance: Float64[np.ndarray, "6 6"] | None = None
-    """Of rotation (rad) then translation (m), in the phone's frame."""
-    residuals: dict[str, float] = field(default_factory=dict[str, float])
-    """What the method left over, by name with its unit, e.g. {"rms_mm": 3.1}."""
-    note: str = ""
+class _Bounds(BaseModel):
+    mm: float
+    deg: float
 
 
 class _MountFile(BaseModel):
     T_phone_object: list[list[float]]
     method: str = "given"
+    bounds_95: _Bounds | None = None
+    """For who reads the file; follows from the covariance."""
     covariance: list[list[float]] | None = None
     residuals: dict[str, float] = {}
+    free: list[str] = []
     note: str = ""
+    date: str = ""
+    phone: str = ""
+    object_id: str = ""
+    object_scale: float = Field(default=1.0, gt=0, allow_inf_nan=False)
+    picture: str = ""
 
 
-def identity_mount() -> Mount:
-    """The phone's own frame is the object's."""
-    return Mount(np.eye(4), "identity")
+_AS_IS = ("method", "residuals", "note", "date", "phone", "object_id", "object_scale", "picture")
+"""Fields that are the same in the file and in a `Mount`."""
 
 
 def load_mount(path: Path) -> Mount:
@@ -46,7 +44,7 @@ def load_mount(path: Path) -> Mount:
 
     Raises:
         InputError: "mount-missing", "mount-unreadable", "mount-not-finite", "mount-not-rigid"
-            (with the measured deviation) or "mount-units".
+            (with the measured deviation), "mount-covariance" or "mount-units".
     """
     if not path.is_file():
         raise InputError(
@@ -67,26 +65,30 @@ def load_mount(path: Path) -> Mount:
         ) from None
     covariance = None
     if file.covariance is not None:
-        covariance = _matrix(file.covariance, 6, "covariance", path)
+        covariance = _covariance(_matrix(file.covariance, 6, "covariance", path), path)
     return Mount(
         T_phone_object=_rigid(_matrix(file.T_phone_object, 4, "T_phone_object", path), path),
         method=file.method,
         covariance=covariance,
-        residuals=file.residuals,
-        note=file.note,
+        free=tuple(file.free),
+        **{name: getattr(file, name) for name in _AS_IS},
     )
 
 
 def save_mount(mount: Mount, path: Path) -> None:
-    """Write what `load_mount` reads."""
+    """Write what `load_mount` reads, under a temporary name until it is whole."""
+    covariance = mount.covariance
     file = _MountFile(
         T_phone_object=mount.T_phone_object.tolist(),
-        method=mount.method,
-        covariance=None if mount.covariance is None else mount.covariance.tolist(),
-        residuals=mount.residuals,
-        note=mount.note,
+        bounds_95=None if covariance is None else _Bounds(**bounds_95(covariance)._asdict()),
+        covariance=None if covariance is None else covariance.tolist(),
+        free=list(mount.free),
+        **{name: getattr(mount, name) for name in _AS_IS},
     )
-    path.write_text(file.model_dump_json(indent=2, exclude_none=True) + "\n", encoding="utf-8")
+    text = file.model_dump_json(indent=2, exclude_defaults=True) + "\n"
+    half = path.with_name(f".{path.name}.part")
+    half.write_text(text, encoding="utf-8")
+    half.replace(path)
 
 
 def _first_problem(problem: ValidationError) -> str:
@@ -114,6 +116,20 @@ def _matrix(
             fix="Calibrate the mount again.",
         )
     return matrix
+
+
+def _covariance(matrix: Float64[np.ndarray, "6 6"], path: Path) -> Float64[np.ndarray, "6 6"]:
+    """The matrix, symmetric to the last bit, or an error when it cannot be a covariance."""
+    size = float(np.abs(matrix).max())
+    lopsided = float(np.abs(matrix - matrix.T).max())
+    if lopsided > 1e-6 * size or np.linalg.eigvalsh(matrix).min() < -1e-6 * size:
+        raise InputError(
+            "mount-covariance",
+            "The covariance is not symmetric with non-negative eigenvalues.",
+            where=str(path),
+            fix="Calibrate the mount again, or leave the covariance out.",
+        )
+    return (matrix + matrix.T) / 2
 
 
 def _rigid(T: Float64[np.ndarray, "4 4"], path: Path) -> Float64[np.ndarray, "4 4"]:

@@ -1,6 +1,7 @@
 """mount.json: what is written is read, and what is no rigid mount is refused."""
 
 import json
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from ingest.mount import Mount, identity_mount, load_mount, save_mount
+from ingest.mount.file import load_mount, save_mount
+from ingest.mount.mount import Mount, identity_mount
 from omomo_core.errors import InputError
 
 
@@ -20,14 +22,28 @@ def test_round_trip(tmp_path_factory: pytest.TempPathFactory, seed: int):
     T = np.eye(4)
     T[:3, :3] = Rotation.random(rng=rng).as_matrix()
     T[:3, 3] = rng.uniform(-1, 1, 3)
-    mount = Mount(T, "hand-eye", np.diag(rng.random(6)), {"rms_mm": 3.2}, "chair")
+    mount = Mount(
+        T,
+        "board",
+        covariance=np.diag(rng.random(6)),
+        residuals={"rms_mm": 3.2},
+        free=("the height",),
+        note="chair",
+        date="2026-11-21",
+        phone="iPhone 15",
+        object_id="chair, 52 x 55 x 98 cm from 0 0 0",
+        object_scale=1.25,
+        picture="mount.png",
+    )
     path = tmp_path_factory.mktemp("mount") / "mount.json"
     save_mount(mount, path)
     back = load_mount(path)
     np.testing.assert_allclose(back.T_phone_object, T, rtol=0, atol=1e-15)
     assert back.covariance is not None
     np.testing.assert_array_equal(back.covariance, mount.covariance)
-    assert (back.method, back.residuals, back.note) == ("hand-eye", {"rms_mm": 3.2}, "chair")
+    for name in {f.name for f in fields(Mount)} - {"T_phone_object", "covariance"}:
+        assert getattr(back, name) == getattr(mount, name)
+    assert [p.name for p in path.parent.iterdir()] == ["mount.json"]
 
 
 def _load(tmp_path: Path, T: object, **more: object) -> Mount:
@@ -93,3 +109,12 @@ def test_unreadable_files(tmp_path: Path):
     assert _error(tmp_path, np.eye(3).tolist()).code == "mount-unreadable"
     bad_size = _error(tmp_path, np.eye(4).tolist(), covariance=[[1.0]])
     assert bad_size.code == "mount-unreadable"
+
+
+def test_a_covariance_that_is_none_is_refused(tmp_path: Path):
+    negative = np.diag([1, 1, 1, 1, 1, -1.0])
+    lopsided = np.eye(6)
+    lopsided[0, 5] = 0.5
+    for matrix in (negative, lopsided):
+        error = _error(tmp_path, np.eye(4).tolist(), covariance=matrix.tolist())
+        assert error.code == "mount-covariance"
