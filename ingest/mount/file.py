@@ -68,7 +68,6 @@ def load_mount(path: Path) -> Mount:
         covariance = _covariance(_matrix(file.covariance, 6, "covariance", path), path)
     return Mount(
         T_phone_object=_rigid(_matrix(file.T_phone_object, 4, "T_phone_object", path), path),
-        method=file.method,
         covariance=covariance,
         free=tuple(file.free),
         **{name: getattr(file, name) for name in _AS_IS},
