@@ -1,0 +1,93 @@
+"""What every calibration ends with: the mount file, and what it says in millimetres and degrees."""
+
+from dataclasses import replace
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+from rich.markup import escape
+from scipy.spatial.transform import Rotation
+
+from capture_app.cli.console import output, say
+from ingest.mount.file import save_mount
+from ingest.mount.identity import object_id
+from ingest.mount.mount import Mount
+from ingest.mount.uncertainty import bounds_95
+from omomo_core.errors import InputError
+from omomo_core.motion import ObjectMesh
+
+
+def check_output(path: Path) -> None:
+    """Refuse a place for the mount file that would lose something, before any work is done.
+
+    Raises:
+        InputError: "output-exists" or "output-folder".
+    """
+    if path.is_dir() or path.exists():
+        raise InputError(
+            "output-exists",
+            f"There is already a {'folder' if path.is_dir() else 'file'} of that name.",
+            where=str(path),
+            fix="Name another file with -o: a calibration is never overwritten.",
+        )
+    if not path.absolute().parent.is_dir():
+        raise InputError(
+            "output-folder",
+            "The folder for the mount file is not there.",
+            where=str(path.parent),
+            fix="Make it, or name another place with -o.",
+        )
+
+
+def finish(mount: Mount, path: Path, mesh: ObjectMesh | None = None, phone: str = "") -> None:
+    """Write the mount file and print what was found, how sure it is and what stayed open.
+
+    Args:
+        mount: the calibration; its date is set to today.
+        path: of mount.json, as `check_output` allows.
+        mesh: of the object it is for, when it is known.
+        phone: its model, when it is known.
+    """
+    told = replace(
+        mount,
+        date=date.today().isoformat(),
+        phone=phone or mount.phone,
+        object_id=object_id(mesh) if mesh else mount.object_id,
+    )
+    save_mount(told, path)
+    show(told)
+    output.print(f"Written: {escape(str(path))}", soft_wrap=True)
+
+
+def show(mount: Mount) -> None:
+    """Print a mount as a person reads it."""
+    say("Mount", _place(mount), "bold")
+    if mount.covariance is None:
+        say("Sure to", "nobody can tell: its method states no uncertainty", "bold yellow")
+    else:
+        bounds = bounds_95(mount.covariance)
+        colour = "green" if bounds.mm < 15 and bounds.deg < 2 else "yellow"
+        say("Sure to", f"{bounds.mm:.1f} mm and {bounds.deg:.2f} deg (95 %)", f"bold {colour}")
+    if mount.residuals:
+        told = ", ".join(_residual(name, value) for name, value in mount.residuals.items())
+        say("Left over", told, "bold")
+    for free in mount.free:
+        say("Not seen", free, "bold yellow")
+    if mount.note:
+        say("Note", mount.note, "bold yellow")
+
+
+def _place(mount: Mount) -> str:
+    """By method, and where the object's origin is as the phone sees it."""
+    x, y, z = 1e3 * mount.T_phone_object[:3, 3]
+    angle = np.degrees(Rotation.from_matrix(mount.T_phone_object[:3, :3]).magnitude())
+    return (
+        f"{mount.method}; the object's origin is {x:+.1f} mm right, {y:+.1f} up, {-z:+.1f} ahead "
+        f"of the camera (phone held sideways), turned {angle:.1f} deg"
+    )
+
+
+def _residual(name: str, value: float) -> str:
+    """rms_mm, 3.1 -> rms 3.1 mm."""
+    what, _, unit = name.rpartition("_")
+    return f"{what.replace('_', ' ')} {value:.3g} {unit}" if what else f"{name} {value:.3g}"
