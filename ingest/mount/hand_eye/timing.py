@@ -1,0 +1,98 @@
+"""The offset between two clocks, from how fast the same thing turns on each."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float64
+from scipy.signal import correlate
+from scipy.spatial.transform import Rotation
+
+from ingest.mount.hand_eye.streams import PoseStream
+
+RATE = 100.0
+_WINDOW = 0.15
+"""Seconds on each side over which a turn is measured: stamps err by 10 ms, poses by a degree."""
+_NEIGHBOURS = 4
+_SLACK = np.radians(3.0)
+"""By how much two good poses' rotations may err."""
+_LEAST_OVERLAP = 0.4
+"""Part of the shorter stream that must lie within the other."""
+
+
+class Offset(NamedTuple):
+    """What to add to the second stream's times to get the first one's."""
+
+    seconds: float
+    correlation: float
+    """Of the turning speeds at this offset: 0.95 and more when the two belong together."""
+
+
+def find_offset(phone: PoseStream, target: PoseStream) -> Offset:
+    """Slide one stream along the other until they turn alike, over all offsets at which they overlap.
+
+    Poses of the target that could only be reached by turning faster than the phone ever does are left
+    out first.
+    """
+    speed = turning(phone)
+    good = _believable(target, 1.3 * float(np.nanmax(speed, initial=0)))
+    other = turning(good)
+    score = _masked_correlation(speed, other)
+    best = int(np.argmax(score))
+    lag = (best - (len(other) - 1) + _peak(score, best)) / RATE
+    return Offset(phone.times[0] + lag - good.times[0], float(score[best]))
+
+
+def turning(stream: PoseStream) -> Float64[np.ndarray, " samples"]:
+    """Turning speed, rad/s, at RATE from the stream's first time; NaN where it is not known."""
+    times = np.arange(stream.times[0], stream.times[-1], 1 / RATE)
+    before, after = (stream.at(times + side)[:, :3, :3] for side in (-_WINDOW, _WINDOW))
+    angle = Rotation.from_matrix(after @ before.swapaxes(-1, -2)).magnitude()
+    known = stream.known(times - _WINDOW) & stream.known(times + _WINDOW)
+    return np.where(known, angle / (2 * _WINDOW), np.nan)
+
+
+def _believable(stream: PoseStream, fastest: float) -> PoseStream:
+    """The poses that most of their neighbours can be reached from at `fastest` rad/s."""
+    R = Rotation.from_matrix(stream.T[:, :3, :3])
+    votes, asked = np.zeros(len(R)), np.zeros(len(R))
+    for lag in range(1, _NEIGHBOURS + 1):
+        angle = (R[:-lag].inv() * R[lag:]).magnitude()
+        near = angle < fastest * (stream.times[lag:] - stream.times[:-lag]) + _SLACK
+        for side in (slice(None, -lag), slice(lag, None)):
+            votes[side] += near
+            asked[side] += 1
+    good = votes > 0.5 * asked
+    if good.sum() < 2:
+        return stream
+    return PoseStream(stream.times[good], stream.T[good])
+
+
+def _masked_correlation(
+    a: Float64[np.ndarray, " m"], b: Float64[np.ndarray, " n"]
+) -> Float64[np.ndarray, " lags"]:
+    """Pearson's correlation at every lag, over the samples known in both."""
+    known_a, known_b = np.isfinite(a).astype(float), np.isfinite(b).astype(float)
+    a, b = np.nan_to_num(a), np.nan_to_num(b)
+
+    def overlap(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return correlate(x, y, method="fft")
+
+    count = overlap(known_a, known_b)
+    enough = count > _LEAST_OVERLAP * min(known_a.sum(), known_b.sum())
+    count = np.maximum(count, 1)
+    mean_a, mean_b = overlap(a, known_b) / count, overlap(known_a, b) / count
+    var_a = overlap(a**2, known_b) / count - mean_a**2
+    var_b = overlap(known_a, b**2) / count - mean_b**2
+    shared = overlap(a, b) / count - mean_a * mean_b
+    # A stretch that hardly turns correlates with anything.
+    least = 0.05 * max(float(var_a[enough].max(initial=0)), 1e-12)
+    return np.where(enough, shared / np.sqrt(np.maximum(var_a * var_b, least**2)), -1.0)
+
+
+def _peak(score: Float64[np.ndarray, " lags"], best: int) -> float:
+    """Where between the lags the parabola through the best and its neighbours is highest."""
+    if not 0 < best < len(score) - 1:
+        return 0.0
+    left, middle, right = score[best - 1 : best + 2]
+    bend = left - 2 * middle + right
+    return float(0.5 * (left - right) / bend) if bend < 0 else 0.0
