@@ -77,8 +77,8 @@ def inspect_take(
     Raises:
         InputError: an input cannot be read at all.
     """
-    moved = load_mesh(mesh, scale=mesh_scale) if mesh else None
     fixed = load_mount(mount) if mount else identity_mount()
+    moved = load_mesh(mesh, scale=mesh_scale * fixed.object_scale) if mesh else None
     return look_over(read_session(session), moved, fixed, reading, images=images)
 
 

@@ -84,7 +84,7 @@ def _recorded(request: TakeRequest, mount: Mount) -> ObjectTake:
             where="--node",
             fix="Leave out --node.",
         )
-    mesh = load_mesh(request.mesh, scale=request.mesh_scale)
+    mesh = load_mesh(request.mesh, scale=request.mesh_scale * mount.object_scale)
     seen = look_over(read_session(request.session), mesh, mount, request.reading)
     return usable_take(seen, force=request.force)
 

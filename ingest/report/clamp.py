@@ -3,7 +3,9 @@
 import igl
 import numpy as np
 
+from ingest.mount.identity import object_id
 from ingest.mount.mount import Mount
+from ingest.mount.uncertainty import bounds_95
 from ingest.report.check import Check, grade, graded, worst
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMesh
@@ -14,6 +16,8 @@ _DEEP = 0.05
 """Metres that the camera may be inside a rough mesh."""
 _LIMITS = {"mm": (35.0, 100.0), "m": (0.035, 0.1), "deg": (3.0, 15.0)}
 """Residuals to warn of, and not to believe; good calibrations leave 5 to 30 mm, 0.4 to 2 deg."""
+_WIDE_MM, _WIDE_DEG = 30.0, 5.0
+"""95 % bounds of a mount beyond which hands are seen to miss the object."""
 _FIX = (
     "Calibrate the mount again; written by hand, it maps points of the mesh into the camera's "
     "axes (not the other way round), in metres."
@@ -21,8 +25,13 @@ _FIX = (
 
 
 def mount_checks(mesh: ObjectMesh, mount: Mount) -> list[Check]:
-    """Where the mount puts the phone, and what its calibration left over."""
-    return [_place(mesh, mount), _residuals(mount)]
+    """Where the mount puts the phone, what its calibration left over, and how sure it is.
+
+    Args:
+        mesh: the object, in metres: the mount's `object_scale` is in it already.
+        mount: the mount of the take.
+    """
+    return [_place(mesh, mount), _residuals(mount), *_object(mesh, mount), *_sureness(mount)]
 
 
 def _place(mesh: ObjectMesh, mount: Mount) -> Check:
@@ -52,3 +61,37 @@ def _residuals(mount: Mount) -> Check:
     )
     told = ", ".join(f"{name} {value:.3g}" for name, value in mount.residuals.items())
     return graded("mount", severity, f"{mount.method}; {told}", _FIX)
+
+
+def _object(mesh: ObjectMesh, mount: Mount) -> list[Check]:
+    """Whether it was found for this mesh, where its file tells."""
+    if not mount.object_id:
+        return []
+    given = object_id(mesh, mount.object_scale)
+    if given == mount.object_id:
+        return [Check("mount's object", "ok", given)]
+    message = f"the mount was found for another mesh: {mount.object_id}; this one is {given}"
+    fix = (
+        "Give the mesh it was found for, or calibrate with this one: a mesh in another frame, or of "
+        "another size, needs a mount of its own."
+    )
+    return [Check("mount's object", "warn", message, fix=fix)]
+
+
+def _sureness(mount: Mount) -> list[Check]:
+    """What its covariance says, where it has one, and what its recording did not show."""
+    if mount.covariance is None and not mount.free:
+        return []
+    told: list[str] = []
+    wide = bool(mount.free)
+    if mount.covariance is not None:
+        bounds = bounds_95(mount.covariance)
+        wide |= bounds.mm > _WIDE_MM or bounds.deg > _WIDE_DEG
+        told.append(f"right within {bounds.mm:.0f} mm and {bounds.deg:.1f} deg (95 %)")
+    if mount.free:
+        told.append(f"a guess: {', '.join(mount.free)}")
+    fix = (
+        "Calibrate in another way too and combine the two (omocap calibrate combine), or let the "
+        "floor refine it (omocap calibrate floor)."
+    )
+    return [graded("mount's error", "warn" if wide else "ok", "; ".join(told), fix)]

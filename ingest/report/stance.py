@@ -6,20 +6,20 @@ from scipy.spatial.transform import Rotation
 
 from ingest.report.check import Check, graded
 from ingest.report.look import Look
+from ingest.report.slip import GroundRest, slip
 from ingest.report.stable import standing_sides, tilt_from_standing
 from ingest.trajectory.object_motion import ObjectTake
-from ingest.trajectory.rests import find_rests
+from ingest.trajectory.rests import find_rests, is_steady
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.motion import FPS
 
 _ON_FLOOR = 0.06
 """Metres of the lowest point above the floor of an object that stands on it."""
+_NEAR_FLOOR = 0.4
+"""The same under a mount that slipped: half a metre of arm and a steep turn."""
 _BELOW_FLOOR = -0.1
 _TILT = 8.0
 """Degrees that an object may lean from standing: a rough mesh, a soft carpet, a bent clamp."""
-_SLIP = 4.0
-"""Degrees between two rests on one side of the object; phones keep gravity within a degree."""
-_SAME_SIDE = 45.0
 _ON_MARK, _MARK_TURN = 0.3, 20.0
 """Metres and degrees within which an object was meant to be back where it started."""
 _DRIFT = 0.05
@@ -92,43 +92,35 @@ def object_checks(look: Look) -> list[Check]:
     if take is None or look.mesh is None:
         return []
     sides = standing_sides(look.mesh)
-    grounded = [rest for rest in _grounded(take) if len(sides)]
+    standing = _standing_rests(take) if len(sides) else []
+    grounded = [rest for rest in standing if rest.on_floor]
     if not grounded:
         message = "not checked: the object does not rest on the floor"
         return [Check(name, "ok", message) for name in ("standing", "mount slip")]
-    poses = [_mean_pose(take.motion.T_world_object[slice(*rest)]) for rest in grounded]
-    found = [tilt_from_standing(T[:3, :3], sides) for T in poses]
-    return [_standing(look, grounded, [tilt for tilt, _ in found]), _slip(look, grounded, poses)]
+    tilts = [tilt_from_standing(rest.T_world_object[:3, :3], sides)[0] for rest in grounded]
+    return [_standing(look, grounded, tilts), slip(look, standing)]
 
 
-def _grounded(take: ObjectTake) -> list[tuple[int, int]]:
-    """The rests in which the object's lowest point is at the floor."""
-    heights = bottom(take)
-    found = find_rests(take.motion.T_world_object, take.motion.valid)
-    return [(a, b) for a, b in found if abs(np.median(heights[a:b])) < _ON_FLOOR]
+def _standing_rests(take: ObjectTake) -> list[GroundRest]:
+    """The rests at the floor, and others near it that no hand holds so still."""
+    T, heights = take.motion.T_world_object, bottom(take)
+    gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1))])
+    found: list[GroundRest] = []
+    for start, stop in find_rests(T, take.motion.valid):
+        height = float(np.median(heights[start:stop]))
+        on_floor = abs(height) < _ON_FLOOR
+        if on_floor or (abs(height) < _NEAR_FLOOR and is_steady(T[start:stop])):
+            pose = _mean_pose(T[start:stop])
+            found.append(GroundRest(start, stop, pose, height, on_floor, float(gone[start])))
+    return found
 
 
-def _standing(look: Look, grounded: list[tuple[int, int]], tilts: list[float]) -> Check:
+def _standing(look: Look, grounded: list[GroundRest], tilts: list[float]) -> Check:
     most = int(np.argmax(tilts))
     message = f"it rests {tilts[most]:.1f} deg from standing by itself"
     severity = "warn" if tilts[most] > _TILT else "ok"
-    return graded("standing", severity, message, _FIX_MOUNT, look.logged(*grounded[most]))
-
-
-def _slip(
-    look: Look, grounded: list[tuple[int, int]], poses: list[Float64[np.ndarray, "4 4"]]
-) -> Check:
-    """Tilt between each rest and the next on the same side: a clamp that slipped changes it."""
-    downs = np.stack([T[2, :3] for T in poses])
-    turns = np.degrees(np.arccos(np.clip((downs[1:] * downs[:-1]).sum(axis=1), -1, 1)))
-    alike = np.where(turns < _SAME_SIDE, turns, 0.0)
-    if not len(alike):
-        return Check("mount slip", "ok", "not checked: the object rests on the floor only once")
-    most = int(np.argmax(alike))
-    message = f"its tilt differs by {alike[most]:.1f} deg from one rest to the next"
-    between = look.logged(grounded[most][0], grounded[most + 1][1])
-    severity = "warn" if alike[most] > _SLIP else "ok"
-    return graded("mount slip", severity, message, _FIX_MOUNT, between)
+    place = look.logged(grounded[most].start, grounded[most].stop)
+    return graded("standing", severity, message, _FIX_MOUNT, place)
 
 
 def bottom(take: ObjectTake) -> Float64[np.ndarray, " frames"]:

@@ -9,6 +9,8 @@ from omomo_core.motion import FPS
 MIN_SECONDS = 0.5
 MAX_SPREAD = 0.005
 MAX_TURN = np.radians(1.0)
+_STEADY, _STEADY_TURN = 0.0015, np.radians(0.25)
+"""Metres and rad (standard deviation) of a phone on a thing that nobody holds; hands tremble more."""
 
 
 def find_rests(
@@ -28,6 +30,14 @@ def find_rests(
     for k in range(width):
         resting[starts + k] = True
     return runs(resting)
+
+
+def is_steady(T: Float64[np.ndarray, "frames 4 4"]) -> bool:
+    """Whether a rest is too steady for hands: the thing stands, on the floor or on something else."""
+    shift = np.linalg.norm(T[:, :3, 3].std(axis=0))
+    # A small turn moves the three columns of a rotation by sqrt(2) times its angle in all.
+    turn = np.linalg.norm(T[:, :3, :3].std(axis=0)) / np.sqrt(2)
+    return bool(shift < _STEADY and turn < _STEADY_TURN)
 
 
 def _turn_within(

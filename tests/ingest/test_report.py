@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from ingest.mount.identity import object_id
 from ingest.mount.mount import Mount
 from ingest.report.check import Check
 from ingest.report.clamp import mount_checks
@@ -176,3 +177,41 @@ def test_a_flat_mesh_and_a_wrong_mount_are_told(box):
     assert "rms_mm 60" in residual.message
     far[2, 3] = -3.5
     assert mount_checks(box, Mount(far, "hand"))[0].severity == "bad"
+
+
+def test_how_sure_a_mount_is_and_of_what_it_is_told(box):
+    near = np.eye(4)
+    near[:3, 3] = [0, 0, -0.6]
+    sure = np.diag([np.radians(0.5) ** 2] * 3 + [0.005**2] * 3)
+
+    def told(**more) -> dict[str, Check]:
+        checks = mount_checks(box, Mount(near, "board", **more))
+        assert all(check.fix for check in checks if check.severity != "ok")
+        return {check.name: check for check in checks}
+
+    assert set(told()) == {"phone on the object", "mount"}
+    good = told(covariance=sure)["mount's error"]
+    assert good.severity == "ok"
+    assert "14 mm and 1.4 deg (95 %)" in good.message
+    for wide in (sure + np.diag([0] * 3 + [0.02**2] * 3), sure + np.diag([0.05**2] + [0] * 5)):
+        assert told(covariance=wide)["mount's error"].severity == "warn"
+    free = told(covariance=sure, free=("the height of the object",))["mount's error"]
+    assert free.severity == "warn"
+    assert "a guess: the height of the object" in free.message
+    assert "calibrate floor" in free.fix
+    assert told(free=("the turn about the vertical",))["mount's error"].severity == "warn"
+    assert told(object_id=object_id(box))["mount's object"].severity == "ok"
+    assert told(object_id=object_id(box), object_scale=2.0)["mount's object"].severity == "warn"
+    other = told(object_id="stool, 40 x 40 x 45 cm from 0 0 0")["mount's object"]
+    assert other.severity == "warn"
+    assert "stool" in other.message
+    assert "box, 40 x 30 x 50 cm" in other.message
+
+
+@settings(max_examples=15, deadline=None)
+@given(scale=st.floats(0.3, 3.0), side=st.integers(10, 300))
+def test_an_object_is_known_again_at_the_mount_s_scale(scale: float, side: int):
+    corners = np.array(list(product((-1, 1), repeat=3))) * side / 400
+    mesh = ObjectMesh(corners, np.array([[0, 1, 3]]), "cube")
+    scaled = replace(mesh, vertices=corners * scale)
+    assert object_id(scaled, scale) == object_id(mesh)

@@ -1,0 +1,48 @@
+"""`omocap calibrate combine`: several results of one mount become one."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from capture_app.cli.calibrate import options as given
+
+Mounts = Annotated[
+    list[Path],
+    typer.Argument(help="Two or more mount files of one clamping.", show_default=False),
+]
+SameTake = Annotated[
+    bool,
+    typer.Option(
+        "--same-take",
+        help="The two files are of the start and the end of one take: if they disagree, the mount "
+        "slipped.",
+    ),
+]
+
+
+def combine(mounts: Mounts, mount_file: given.MountFile, same_take: SameTake = False) -> None:
+    """Combine several calibrations of one mount, each weighted by how sure it is.
+
+    What one leaves open the others fill in. Calibrations that disagree beyond what they claim are
+    refused; of three or more, the odd one is named.
+    """
+    from capture_app.cli.calibrate.finish import check_output, finish
+    from ingest.mount.combine import Result
+    from ingest.mount.combine import combine as combined
+    from ingest.mount.file import load_mount
+    from ingest.mount.slip import refuse_slip
+    from omomo_core.errors import InputError
+
+    check_output(mount_file)
+    results = [Result(str(path), load_mount(path)) for path in mounts]
+    if same_take:
+        if len(results) != 2:
+            raise InputError(
+                "mounts-not-two",
+                f"A take has one start and one end, and {len(results)} mounts are given.",
+                where="--same-take",
+                fix="Name two files, that of the start first.",
+            )
+        refuse_slip(results[0].mount, results[1].mount)
+    finish(combined(results), mount_file)
