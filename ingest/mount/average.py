@@ -38,33 +38,34 @@ def average(
         T: the estimates.
         covariances: of each, positive definite.
     """
-    mean, kept = _middle(T), np.ones(len(T), bool)
-    weights = np.linalg.inv(covariances)
-    growth = 1.0
+    start, kept = _middle(T), np.ones(len(T), bool)
+    mean, weights = T[start], np.linalg.inv(covariances)
+    # The first middle is one of the estimates, as unsure as its covariance says.
+    apart = np.linalg.inv(covariances + covariances[start])
     for _ in range(_ROUNDS):
         steps = between(mean[None], T)
-        distance = np.einsum("pi,pij,pj->p", steps, weights, steps)
+        distance = np.einsum("pi,pij,pj->p", steps, apart, steps)
         # Half of the estimates are believed to be right: their spread sets the scale.
         growth = max(1.0, float(np.median(distance) / chi2.ppf(0.5, 6))) if len(T) > 2 else 1.0
         kept = distance < _OUTLIER * growth
         total = weights[kept].sum(axis=0)
         step = np.linalg.solve(total, np.einsum("pij,pj->i", weights[kept], steps[kept]))
-        mean = moved(mean, step)
+        mean, apart = moved(mean, step), weights
         if np.abs(step).max() < 1e-12:
             break
     covariance = np.linalg.inv(weights[kept].sum(axis=0))
     return Average(mean, covariance * max(1.0, _scatter(mean, T[kept], weights[kept])), kept)
 
 
-def _middle(T: Float64[np.ndarray, "poses 4 4"]) -> Float64[np.ndarray, "4 4"]:
-    """The one of the poses that is nearest to the others, by the median of its distances."""
+def _middle(T: Float64[np.ndarray, "poses 4 4"]) -> int:
+    """Index of the one of the poses that is nearest to the others, by the median of its distances."""
     turns = Rotation.from_matrix(
         T[:, None, :3, :3].swapaxes(-1, -2).repeat(len(T), 1).reshape(-1, 3, 3)
     )
     others = Rotation.from_matrix(np.tile(T[:, :3, :3], (len(T), 1, 1)))
     angle = (others * turns).magnitude().reshape(len(T), len(T))
     shift = np.linalg.norm(T[:, None, :3, 3] - T[None, :, :3, 3], axis=-1)
-    return T[np.argmin(np.median(LEVER * angle + shift, axis=1))]
+    return int(np.argmin(np.median(LEVER * angle + shift, axis=1)))
 
 
 def _scatter(

@@ -52,7 +52,7 @@ def finish(mount: Mount, path: Path, mesh: ObjectMesh | None = None, phone: str 
         mount,
         date=date.today().isoformat(),
         phone=phone or mount.phone,
-        object_id=object_id(mesh) if mesh else mount.object_id,
+        object_id=mount.object_id or (object_id(mesh) if mesh else ""),
     )
     save_mount(told, path)
     show(told)

@@ -12,6 +12,8 @@ from ingest.mount.hand_eye.streams import PoseStream
 RATE = 100.0
 _WINDOW = 0.15
 """Seconds on each side over which a turn is measured: stamps err by 10 ms, poses by a degree."""
+_CANDIDATES, _APART = 3, 40
+"""Offsets that are proposed, and how many samples they are apart at least."""
 _NEIGHBOURS = 4
 _SLACK = np.radians(3.0)
 """By how much two good poses' rotations may err."""
@@ -27,8 +29,8 @@ class Offset(NamedTuple):
     """Of the turning speeds at this offset: 0.95 and more when the two belong together."""
 
 
-def find_offset(phone: PoseStream, target: PoseStream) -> Offset:
-    """Slide one stream along the other until they turn alike, over all offsets at which they overlap.
+def find_offsets(phone: PoseStream, target: PoseStream) -> list[Offset]:
+    """Slide one stream along the other: the offsets at which they turn most alike, the best first.
 
     Poses of the target that could only be reached by turning faster than the phone ever does are left
     out first.
@@ -36,10 +38,16 @@ def find_offset(phone: PoseStream, target: PoseStream) -> Offset:
     speed = turning(phone)
     good = _believable(target, 1.3 * float(np.nanmax(speed, initial=0)))
     other = turning(good)
-    score = _masked_correlation(speed, other)
-    best = int(np.argmax(score))
-    lag = (best - (len(other) - 1) + _peak(score, best)) / RATE
-    return Offset(phone.times[0] + lag - good.times[0], float(score[best]))
+    score, count = _masked_correlation(speed, other)
+    # Fisher: the more samples overlap, the less a correlation is chance.
+    rank = np.arctanh(score.clip(-0.999, 0.999)) * np.sqrt(count)
+    found: list[Offset] = []
+    for _ in range(_CANDIDATES):
+        best = int(np.argmax(rank))
+        lag = (best - (len(other) - 1) + _peak(score, best)) / RATE
+        found.append(Offset(float(phone.times[0] + lag - good.times[0]), float(score[best])))
+        rank[max(0, best - _APART) : best + _APART] = -np.inf
+    return found
 
 
 def turning(stream: PoseStream) -> Float64[np.ndarray, " samples"]:
@@ -69,8 +77,8 @@ def _believable(stream: PoseStream, fastest: float) -> PoseStream:
 
 def _masked_correlation(
     a: Float64[np.ndarray, " m"], b: Float64[np.ndarray, " n"]
-) -> Float64[np.ndarray, " lags"]:
-    """Pearson's correlation at every lag, over the samples known in both."""
+) -> tuple[Float64[np.ndarray, " lags"], Float64[np.ndarray, " lags"]]:
+    """Pearson's correlation at every lag over the samples known in both, and how many those are."""
     known_a, known_b = np.isfinite(a).astype(float), np.isfinite(b).astype(float)
     a, b = np.nan_to_num(a), np.nan_to_num(b)
 
@@ -86,7 +94,8 @@ def _masked_correlation(
     shared = overlap(a, b) / count - mean_a * mean_b
     # A stretch that hardly turns correlates with anything.
     least = 0.05 * max(float(var_a[enough].max(initial=0)), 1e-12)
-    return np.where(enough, shared / np.sqrt(np.maximum(var_a * var_b, least**2)), -1.0)
+    score = shared / np.sqrt(np.maximum(var_a * var_b, least**2))
+    return np.where(enough, score, -1.0), count
 
 
 def _peak(score: Float64[np.ndarray, " lags"], best: int) -> float:

@@ -1,0 +1,54 @@
+"""Joins the calibrations into `omocap calibrate`; without a method it asks what you have."""
+
+import typer
+
+from capture_app.cli.calibrate import (
+    board,
+    board_pdf,
+    combine,
+    drawing,
+    floor,
+    guide,
+    points,
+    scan,
+    screen,
+    session,
+    show,
+    tracker,
+)
+
+app = typer.Typer(
+    no_args_is_help=False,
+    invoke_without_command=True,
+    rich_markup_mode="markdown",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("scan")(scan.scan)
+app.command("session")(session.session)
+app.command("board")(board.board)
+app.command("tracker")(tracker.tracker)
+app.command("screen")(screen.screen)
+app.command("points")(points.points)
+app.command("drawing")(drawing.drawing)
+app.command("floor")(floor.floor)
+app.command("combine")(combine.combine)
+app.command("show")(show.show_mount)
+app.command("board-pdf")(board_pdf.board_pdf)
+
+
+@app.callback()
+def calibrate(ctx: typer.Context) -> None:
+    """Find where the phone sits on the object, and how sure that is; without a method: be guided.
+
+    - **scan**: the clamped phone's pictures, found in the object's scan
+    - **session**: object scanned and phone clamped in one recording
+    - **board**: a second camera watches a printed board on the object
+    - **tracker**: motion capture or a second tracker followed the object
+    - **screen**: the phone's screen shows a board, another camera sees it and the object
+    - **points**: three or more points known on phone and object, typed or clicked
+    - **drawing**: the drawing of a holder
+    - **floor**: refines any of them by the object's contact with the floor
+    - **combine**: several results of one mount become one, or are found to disagree
+    """
+    if ctx.invoked_subcommand is None:
+        guide.guide()

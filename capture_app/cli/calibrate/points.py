@@ -1,0 +1,90 @@
+"""`omocap calibrate points`: the mount from points measured on the phone and on the object."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from capture_app.cli.calibrate import options as given
+from capture_app.cli.console import output, say
+
+PairFile = Annotated[
+    Path | None,
+    typer.Argument(help="CSV or JSON file of pairs: phone,x,y,z in each line.", show_default=False),
+]
+Typed = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--pair",
+        help='A pair, such as "top left back corner = 0.10 0.22 0.05": a point of the phone by '
+        "name or as x y z from its camera, and where it is on the object, metres. Repeat it.",
+        show_default=False,
+    ),
+]
+Pick = Annotated[
+    bool, typer.Option("--pick", help="Click the points on the mesh (--object) in a browser.")
+]
+Save = Annotated[
+    Path | None, typer.Option(help="Also write the pairs to this JSON file.", show_default=False)
+]
+Scale = Annotated[
+    bool, typer.Option("--scale", help="Solve for the scale of the mesh too, as in the paper.")
+]
+Sigma = Annotated[
+    float, typer.Option(help="By how many mm a point is off along each axis.", min=0.01, max=100)
+]
+
+
+def points(
+    mount_file: given.MountFile,
+    pairs: PairFile = None,
+    typed: Typed = None,
+    pick: Pick = False,
+    mesh: given.MaybeObject = None,
+    phone: given.MaybePhone = None,
+    ruler: given.Ruler = None,
+    scale: Scale = False,
+    sigma: Sigma = 2.0,
+    save: Save = None,
+) -> None:
+    """Find the mount from three or more points, known on the phone and on the object.
+
+    Points of the phone have names: "lens", "top left back corner", "left middle front", "centre
+    back"; left and right are as you look at the screen. Four or five points, far apart and not in
+    one plane, show mistakes.
+    """
+    from capture_app.cli.calibrate.finish import check_output, finish
+    from capture_app.cli.calibrate.phone import maybe_phone
+    from ingest.mesh import load_mesh
+    from ingest.mount.correspondences import Pair, load_pairs, save_pairs, typed_pair
+    from ingest.mount.picked import mount_from_pairs
+    from omomo_core.errors import InputError
+
+    check_output(mount_file)
+    model = maybe_phone(phone, ruler)
+    metres = sigma / 1e3
+    found: list[Pair] = [*load_pairs(pairs, metres)] if pairs else []
+    found += [typed_pair(text, metres) for text in typed or []]
+    if pick:
+        if mesh is None:
+            raise InputError(
+                "mesh-needed",
+                "There is no mesh to click on.",
+                where="--pick",
+                fix="Pass it with --object.",
+            )
+        from capture_app.calibration.pick import pick_points
+
+        found += pick_points(
+            load_mesh(mesh), lambda page: output.print(f"Open {page} in a browser."), sigma=metres
+        )
+    if save:
+        save_pairs(found, save)
+    picked = mount_from_pairs(found, model, scaled=scale)
+    for pair, off in zip(found, picked.fit.residuals, strict=True):
+        say(f"  {pair.name}", f"{1e3 * off:.1f} mm", "")
+    if scale:
+        sure = 196 * picked.fit.scale_sigma
+        say("Scale", f"{picked.fit.scale:.4g} within {sure:.1f} % (95 %)", "bold")
+    factor = picked.mount.object_scale
+    finish(picked.mount, mount_file, load_mesh(mesh, scale=factor) if mesh else None)

@@ -1,0 +1,48 @@
+"""The rotation, shift and scale that lay one set of points on another, in closed form."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float64
+
+
+class Similarity(NamedTuple):
+    """a = scale R b + t, and how well it fits."""
+
+    R: Float64[np.ndarray, "3 3"]
+    """A rotation, or a mirrored one where that was allowed."""
+    t: Float64[np.ndarray, "3"]
+    scale: float
+    residuals: Float64[np.ndarray, "n 3"]
+    """What is left of each point, a - (scale R b + t), metres."""
+    misfit: float
+    """Weighted sum of their squares."""
+
+
+def procrustes(
+    points_a: Float64[np.ndarray, "n 3"],
+    points_b: Float64[np.ndarray, "n 3"],
+    weights: Float64[np.ndarray, " n"],
+    *,
+    scaled: bool = False,
+    mirrored: bool = False,
+) -> Similarity:
+    """Weighted least squares over rotations, shifts and, where asked, scales (Umeyama 1991).
+
+    Args:
+        points_a, points_b: the same points in frames a and b; at least two of b's differ.
+        weights: of each pair; 1 / sigma^2 makes the misfit a chi-square.
+        scaled: solve for the scale too, else it is 1.
+        mirrored: take the best mirror image instead of the best rotation.
+    """
+    share = weights / weights.sum()
+    middle_a, middle_b = share @ points_a, share @ points_b
+    a, b = points_a - middle_a, points_b - middle_b
+    U, stretch, Vt = np.linalg.svd((a * share[:, None]).T @ b)
+    hand = np.linalg.det(U) * np.linalg.det(Vt) * (-1 if mirrored else 1)
+    signs = np.array([1.0, 1.0, np.sign(hand)])
+    R = (U * signs) @ Vt
+    scale = float((stretch * signs).sum() / (share @ (b**2).sum(axis=1))) if scaled else 1.0
+    t = middle_a - scale * R @ middle_b
+    residuals = points_a - (scale * points_b @ R.T + t)
+    return Similarity(R, t, scale, residuals, float(weights @ (residuals**2).sum(axis=1)))
