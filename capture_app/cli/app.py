@@ -23,6 +23,7 @@ from capture_app.cli import (
     simulate,
     train,
 )
+from capture_app.cli.calibrate import app as calibrate
 from capture_app.cli.console import errors, report
 from omomo_core.errors import OmocapError
 
@@ -44,6 +45,7 @@ app.command("demo")(demo.demo)
 app.command("simulate")(simulate.simulate)
 app.command("train")(train.train)
 app.command("evaluate")(evaluate.evaluate)
+app.add_typer(calibrate.app, name="calibrate")
 app.add_typer(data.app, name="data")
 
 

@@ -22,6 +22,7 @@ _STAGES = {
     "export": "Writing the files",
     "video": "Drawing the video",
     "evaluate": "Evaluating",
+    "board": "Looking for the board",
 }
 
 

@@ -1,0 +1,179 @@
+"""Board: which ChArUco board it is, in one line of text."""
+
+import re
+from dataclasses import dataclass
+from functools import cache
+
+import cv2
+import numpy as np
+from jaxtyping import Float64
+
+from omomo_core.errors import InputError
+
+_METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}
+_LENGTH = r"(\d+(?:\.\d+)?)\s*(mm|cm|m|in)"
+_TEXT = re.compile(rf"(\d+)x(\d+):{_LENGTH}:{_LENGTH}:(\w+)(:legacy)?", re.IGNORECASE)
+EXAMPLE = "5x7:35mm:26mm:DICT_5X5_100"
+_LOWEST, _HIGHEST = 0.002, 1.0
+"""Sides of a square, metres: outside, the unit is wrong."""
+MIN_CORNERS = 6
+"""Inner corners that a pose is made of, at least: with four or five nothing tells a wrong one."""
+
+
+@dataclass(frozen=True)
+class Board:
+    """A chessboard with ArUco markers in its white squares.
+
+    Its frame is OpenCV's. With the print upright (marker 0 in the top row) the origin is the top
+    left corner of the top left square, x goes right along the columns, y down along the rows, and
+    z into the paper, away from the reader. Points on the board have z = 0.
+    """
+
+    columns: int
+    """Squares along x."""
+    rows: int
+    """Squares along y."""
+    square: float
+    """Side of a square, metres."""
+    marker: float
+    """Side of a marker, metres."""
+    dictionary: str = "DICT_5X5_100"
+    """Of the markers, by OpenCV's name."""
+    legacy: bool = False
+    """Laid out as OpenCV did before 4.6, which differs where the number of rows is even."""
+
+    def __post_init__(self) -> None:
+        _check(self)
+
+    def __str__(self) -> str:
+        """The text that `parse_board` reads."""
+        sides = f"{1e3 * self.square:.6g}mm:{1e3 * self.marker:.6g}mm"
+        end = ":legacy" if self.legacy else ""
+        return f"{self.columns}x{self.rows}:{sides}:{self.dictionary}{end}"
+
+    @property
+    def width(self) -> float:
+        """Along x, metres."""
+        return self.columns * self.square
+
+    @property
+    def height(self) -> float:
+        """Along y, metres."""
+        return self.rows * self.square
+
+    @property
+    def corners(self) -> Float64[np.ndarray, "corners 3"]:
+        """Inner corners of the chessboard in the board's frame by their number, metres.
+
+        Corner 0 is nearest to the origin; numbers go along x first.
+        """
+        x, y = np.meshgrid(np.arange(1, self.columns), np.arange(1, self.rows))
+        flat = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+        return flat * self.square
+
+    @property
+    def codes(self) -> cv2.aruco.Dictionary:
+        """The markers' patterns."""
+        return cv2.aruco.getPredefinedDictionary(dictionaries()[self.dictionary])
+
+    @property
+    def charuco(self) -> cv2.aruco.CharucoBoard:
+        """The same board for OpenCV, in metres."""
+        size = (self.columns, self.rows)
+        board = cv2.aruco.CharucoBoard(size, self.square, self.marker, self.codes)
+        board.setLegacyPattern(self.legacy)
+        return board
+
+
+@cache
+def dictionaries() -> dict[str, int]:
+    """OpenCV's number of each marker dictionary, by its name."""
+    # Some of OpenCV's names are there twice, with a small letter.
+    names = [name for name in vars(cv2.aruco) if name.startswith("DICT_") and name.isupper()]
+    return {name: int(getattr(cv2.aruco, name)) for name in names}
+
+
+def _check(board: Board) -> None:
+    where = f"{board.columns}x{board.rows}, {1e3 * board.square:g} mm"
+    if board.dictionary not in dictionaries():
+        raise InputError(
+            "board-dictionary",
+            f"OpenCV has no marker dictionary '{board.dictionary}'.",
+            where=where,
+            fix=f"Choose one of {', '.join(dictionaries())}.",
+        )
+    if min(board.columns, board.rows) < 3 or (board.columns - 1) * (board.rows - 1) < MIN_CORNERS:
+        raise InputError(
+            "board-size",
+            f"The board has fewer than {MIN_CORNERS} inner corners.",
+            where=where,
+            fix="Take at least 3 x 4 squares.",
+        )
+    if not _LOWEST <= board.square <= _HIGHEST:
+        raise InputError(
+            "board-size",
+            f"A square of {1e3 * board.square:g} mm cannot be right.",
+            where=where,
+            fix="Check the unit: 30mm, 3cm or 0.03m.",
+        )
+    if not 0.2 * board.square <= board.marker < board.square:
+        raise InputError(
+            "board-size",
+            f"A marker of {1e3 * board.marker:g} mm does not fit well into a square of "
+            f"{1e3 * board.square:g} mm.",
+            where=where,
+            fix="Make the marker about 3/4 of the square; the square comes first.",
+        )
+    markers, most = board.columns * board.rows // 2, len(board.codes.bytesList)
+    if markers > most:
+        raise InputError(
+            "board-dictionary",
+            f"The board needs {markers} markers, {board.dictionary} has {most}.",
+            where=where,
+            fix="Take a larger dictionary or fewer squares.",
+        )
+
+
+PRESETS = {
+    "A4": Board(5, 7, 0.035, 0.026),
+    "Letter": Board(5, 7, 0.033, 0.0245),
+    "A3": Board(5, 7, 0.052, 0.039),
+}
+"""The board that fills a sheet of each paper."""
+
+
+def parse_board(text: str) -> Board:
+    """The board of a text such as "5x7:30mm:22mm:DICT_5X5_250", or of a paper's preset ("A4").
+
+    That is columns x rows of squares, side of a square, side of a marker, dictionary, and
+    ":legacy" for the layout before OpenCV 4.6. Sides are in mm, cm, m or in.
+
+    Raises:
+        InputError: "board-text" when it is not of that form; "board-size" or "board-dictionary"
+            when there is no such board.
+    """
+    for name, preset in PRESETS.items():
+        if text.strip().lower() == name.lower():
+            return preset
+    found = _TEXT.fullmatch(text.strip())
+    if found is None:
+        raise InputError(
+            "board-text",
+            f"'{text}' does not describe a board.",
+            fix=f"Write columns x rows, square, marker and dictionary, as in {EXAMPLE}; "
+            f"or name a preset: {', '.join(PRESETS)}.",
+        )
+    columns, rows, square, square_unit, marker, marker_unit, dictionary, legacy = found.groups()
+    return Board(
+        int(columns),
+        int(rows),
+        _metres(square, square_unit),
+        _metres(marker, marker_unit),
+        dictionary.upper(),
+        legacy is not None,
+    )
+
+
+def _metres(number: str, unit: str) -> float:
+    """To a nanometre, so that one length is the same in every unit."""
+    return round(float(number) * _METRES[unit.lower()], 9)
