@@ -1,6 +1,9 @@
 """Joins the calibrations into `omocap calibrate`; without a method it asks what you have."""
 
+from typing import Any
+
 import typer
+from typer.core import TyperGroup
 
 from capture_app.cli.calibrate import (
     board,
@@ -17,12 +20,22 @@ from capture_app.cli.calibrate import (
     tracker,
 )
 
+
+class _Guided(TyperGroup):
+    """Without a method, `guide` is meant."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Name the command that an empty line means."""
+        return super().parse_args(ctx, args or ["guide"])
+
+
 app = typer.Typer(
+    cls=_Guided,
     no_args_is_help=False,
-    invoke_without_command=True,
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+app.command("guide")(guide.guide)
 app.command("scan")(scan.scan)
 app.command("session")(session.session)
 app.command("board")(board.board)
@@ -37,7 +50,7 @@ app.command("board-pdf")(board_pdf.board_pdf)
 
 
 @app.callback()
-def calibrate(ctx: typer.Context) -> None:
+def calibrate() -> None:
     """Find where the phone sits on the object, and how sure that is; without a method: be guided.
 
     - **scan**: the clamped phone's pictures, found in the object's scan
@@ -50,5 +63,3 @@ def calibrate(ctx: typer.Context) -> None:
     - **floor**: refines any of them by the object's contact with the floor
     - **combine**: several results of one mount become one, or are found to disagree
     """
-    if ctx.invoked_subcommand is None:
-        guide.guide()
