@@ -34,7 +34,7 @@ def moveit(folder: Path) -> None:
     t = found.T_world_camera[len(times) // 2, :3, 3]
     print("\nmoveit, 50 pairs: where the camera stands; expected 0.659 -0.249 0.830")
     print(f"  {'ours':11} t {_numbers(t)}  rms {found.rms_mm:.1f} mm {found.rms_deg:.2f} deg")
-    _with_cv2(inverse(hand), inverse(board), lambda T: print(f"t {_numbers(T[:3, 3])}"))
+    _with_cv2(inverse(hand), board, lambda T: print(f"t {_numbers(T[:3, 3])}"))
 
 
 def eth(folder: Path) -> None:

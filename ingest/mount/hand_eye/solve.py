@@ -16,7 +16,7 @@ from ingest.mount.hand_eye.doubt import (
     short,
 )
 from ingest.mount.hand_eye.guess import first_guess, motions
-from ingest.mount.hand_eye.model import Fit
+from ingest.mount.hand_eye.model import Fit, world
 from ingest.mount.hand_eye.refine import mount_covariance, refine
 from ingest.mount.hand_eye.samples import Samples, matched, paired
 from ingest.mount.hand_eye.streams import PoseStream
@@ -38,8 +38,8 @@ class HandEye:
     """Rotation (rad), translation (m) in the phone's axes; wide along `open`."""
     open: tuple[OpenDirection, ...]
     """What the motion did not show."""
-    T_world_camera: Float64[np.ndarray, "4 4"]
-    """Where the other tracker stands in the phone's world in the middle of the recording."""
+    T_world_camera: Float64[np.ndarray, "n 4 4"]
+    """Where the other tracker stands in the phone's world, which drifts, at each sample."""
     offset: float
     """Seconds to add to the target's times to get the phone's."""
     correlation: float
@@ -136,7 +136,7 @@ def _told(attempt: _Attempt) -> HandEye:
         T_phone_target=_without(found, fit.T_phone_target),
         covariance=covariance,
         open=found,
-        T_world_camera=fit.T_world_camera,
+        T_world_camera=world(fit),
         offset=attempt.offset.seconds + fit.offset,
         correlation=attempt.offset.correlation,
         rms_mm=mm,
