@@ -45,18 +45,26 @@ def finish(mount: Mount, path: Path, mesh: ObjectMesh | None = None, phone: str 
     Args:
         mount: the calibration; its date is set to today.
         path: of mount.json, as `check_output` allows.
-        mesh: of the object it is for, when it is known.
+        mesh: of the object it is for, when it is known; then a picture of both is drawn.
         phone: its model, when it is known.
     """
+    from capture_app.calibration.picture import draw_mount
+
+    picture = path.with_suffix(".png")
     told = replace(
         mount,
         date=date.today().isoformat(),
         phone=phone or mount.phone,
         object_id=mount.object_id or (object_id(mesh) if mesh else ""),
+        picture=picture.name if mesh else "",
     )
     save_mount(told, path)
     show(told)
-    output.print(f"Written: {escape(str(path))}", soft_wrap=True)
+    written = str(path)
+    if mesh:
+        draw_mount(told, mesh, picture)
+        written += f" and its picture, {picture.name}"
+    output.print(f"Written: {escape(written)}", soft_wrap=True)
 
 
 def show(mount: Mount) -> None:

@@ -1,0 +1,93 @@
+"""A picture of a mount: the object with the phone where it was found to be, from three sides."""
+
+import numpy as np
+import trimesh
+from jaxtyping import Float, UInt8
+
+from omomo_core.geometry.transforms import inverse
+from omomo_core.motion import ObjectMesh
+from render.cameras import orbit, pinhole
+from render.captions import caption
+from render.normals import split_creases
+from render.props import OBJECT_COLOR
+from render.renderer import Backend, open_renderer
+from render.scene import Drawable, Scene
+from render.stills import contact_sheet
+
+_PHONE, _LENS, _SIGHT = (0.16, 0.17, 0.20), (0.20, 0.55, 0.90), (0.25, 0.60, 0.92)
+_VIEWS = {"from its front": (0.5, 0.25), "from its side": (1.4, 0.2), "from above": (0.5, 1.2)}
+"""Azimuth from where the phone is, and elevation, radians."""
+_FOV, _MARGIN = 0.55, 1.15
+_SIGHT_LENGTH = 0.16
+"""Metres of the lines that show what the camera looks at."""
+_HALF_IMAGE = np.array([0.66, 0.49])
+"""Half the image of an iPhone's wide camera at one metre, landscape."""
+
+
+def mount_picture(
+    mesh: ObjectMesh,
+    T_phone_object: Float[np.ndarray, "4 4"],
+    T_phone_body: Float[np.ndarray, "4 4"],
+    body: tuple[float, float, float],
+    *,
+    label: str = "",
+    side: int = 420,
+    backend: Backend = "auto",
+) -> UInt8[np.ndarray, "h w 3"]:
+    """Three views side by side; the blue lines are what the phone's camera sees.
+
+    Args:
+        mesh: the object in its own frame.
+        T_phone_object: the mount.
+        T_phone_body: the phone's body (origin in the middle of its front glass) in the camera's frame.
+        body: its width, height and thickness, metres.
+        label: in the corner of the first view.
+        side: of each view, pixels.
+        backend: see `open_renderer`.
+    """
+    T_object_phone = inverse(T_phone_object)
+    vertices, faces = split_creases(mesh.vertices, mesh.faces)
+    things = [
+        Drawable("object", vertices, faces, OBJECT_COLOR),
+        *_phone(T_object_phone, T_object_phone @ T_phone_body, body),
+    ]
+    seen = np.concatenate([thing.vertices for thing in things])
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    middle, radius = (low + high) / 2, _MARGIN * float(np.linalg.norm(high - low)) / 2
+    phone = T_object_phone[:2, 3] - middle[:2]
+    towards = np.arctan2(phone[1], phone[0])
+    pictures: list[UInt8[np.ndarray, "h w 3"]] = []
+    with open_renderer(side, side, backend) as renderer:
+        renderer.show(Scene(things))
+        for name, (azimuth, elevation) in _VIEWS.items():
+            T = orbit(middle, radius / np.sin(_FOV / 2), towards + azimuth, elevation)
+            rgb, _ = renderer.draw(pinhole(T, _FOV, side, side))
+            pictures.append(caption(rgb, label=label if label and not pictures else name))
+    return contact_sheet(pictures, len(pictures))
+
+
+def _phone(
+    T_object_phone: Float[np.ndarray, "4 4"],
+    T_object_body: Float[np.ndarray, "4 4"],
+    body: tuple[float, float, float],
+) -> list[Drawable]:
+    """The body, the lens and the edges of what it sees, in the object's frame."""
+    slab = trimesh.creation.box(body)
+    slab.apply_translation([0, 0, -body[2] / 2])
+    slab.apply_transform(T_object_body)
+    lens = trimesh.creation.icosphere(2, 0.007)
+    lens.apply_transform(T_object_phone)
+    x, y = _SIGHT_LENGTH * _HALF_IMAGE
+    corners = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
+    corners[:, 2] = -_SIGHT_LENGTH
+    ends = [(np.zeros(3), corner) for corner in corners]
+    ends += [(corners[k - 1], corners[k]) for k in range(4)]
+    parts = [("phone", slab, _PHONE), ("lens", lens, _LENS)]
+    for k, end in enumerate(ends):
+        edge = trimesh.creation.cylinder(0.0015, segment=np.stack(end), sections=6)
+        edge.apply_transform(T_object_phone)
+        parts.append((f"sight {k}", edge, _SIGHT))
+    return [
+        Drawable(name, *split_creases(np.asarray(part.vertices), np.asarray(part.faces)), color)
+        for name, part, color in parts
+    ]
