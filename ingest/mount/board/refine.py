@@ -8,6 +8,8 @@ from jaxtyping import Bool, Float64
 from ingest.mount.board.lens import Sightings
 from ingest.mount.uncertainty import moved
 
+_LEAST = 1e-6
+"""Information, in pixels, that keeps frames of nonsense solvable: a thousand radians or metres."""
 _ROUNDS = 30
 _DONE = 1e-7
 """Radians and metres: a step as small changes nothing."""
@@ -111,7 +113,7 @@ def _normal(
 ) -> tuple[Float64[np.ndarray, "frames 6 6"], Float64[np.ndarray, "frames 6"]]:
     rows = (J * used[..., None, None]).reshape(len(J), 2 * used.shape[1], 6)
     turned = rows.swapaxes(1, 2)
-    return turned @ rows, (turned @ r.reshape(len(J), 2 * used.shape[1], 1))[..., 0]
+    return turned @ rows + _LEAST * np.eye(6), (turned @ r.reshape(len(J), 2 * used.shape[1], 1))[..., 0]
 
 
 def _cost(
