@@ -127,9 +127,9 @@ def _check_size(extents: Float64[np.ndarray, "3"], path: Path, scale: float) -> 
     guess = next((s for s in (0.01, 0.001) if 0.1 <= largest * s <= 2.5), None)
     rescale = (
         f"If it is in {'centimetres' if guess == 0.01 else 'millimetres'}, "
-        f"pass --mesh-scale {guess * scale:g}."
+        f"scale it (--mesh-scale {guess * scale:g} where a command has that option)."
         if guess
-        else "Pass --mesh-scale with the factor that brings it to metres."
+        else "Scale it to metres (--mesh-scale where a command has that option)."
     )
     raise InputError(
         "mesh-units",

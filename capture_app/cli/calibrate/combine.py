@@ -21,13 +21,19 @@ SameTake = Annotated[
 ]
 
 
-def combine(mounts: Mounts, mount_file: given.MountFile, same_take: SameTake = False) -> None:
+def combine(
+    mounts: Mounts,
+    mount_file: given.MountFile,
+    same_take: SameTake = False,
+    mesh: given.MaybeObject = None,
+) -> None:
     """Combine several calibrations of one mount, each weighted by how sure it is.
 
     What one leaves open the others fill in. Calibrations that disagree beyond what they claim are
     refused; of three or more, the odd one is named.
     """
     from capture_app.cli.calibrate.finish import check_output, finish
+    from ingest.mesh import load_mesh
     from ingest.mount.combine import Result
     from ingest.mount.combine import combine as combined
     from ingest.mount.file import load_mount
@@ -35,6 +41,7 @@ def combine(mounts: Mounts, mount_file: given.MountFile, same_take: SameTake = F
     from omomo_core.errors import InputError
 
     check_output(mount_file)
+    solid = load_mesh(mesh) if mesh else None
     results = [Result(str(path), load_mount(path)) for path in mounts]
     if same_take:
         if len(results) != 2:
@@ -45,4 +52,4 @@ def combine(mounts: Mounts, mount_file: given.MountFile, same_take: SameTake = F
                 fix="Name two files, that of the start first.",
             )
         refuse_slip(results[0].mount, results[1].mount)
-    finish(combined(results), mount_file)
+    finish(combined(results), mount_file, solid)

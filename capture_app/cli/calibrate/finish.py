@@ -18,16 +18,17 @@ from omomo_core.motion import ObjectMesh
 
 
 def check_output(path: Path) -> None:
-    """Refuse a place for the mount file that would lose something, before any work is done.
+    """Refuse a place for the mount file and its picture where something is, before any work.
 
     Raises:
         InputError: "output-exists" or "output-folder".
     """
-    if path.is_dir() or path.exists():
+    taken = next((p for p in (path, path.with_suffix(".png")) if p.exists()), None)
+    if taken is not None:
         raise InputError(
             "output-exists",
-            f"There is already a {'folder' if path.is_dir() else 'file'} of that name.",
-            where=str(path),
+            f"There is already a {'folder' if taken.is_dir() else 'file'} of that name.",
+            where=str(taken),
             fix="Name another file with -o: a calibration is never overwritten.",
         )
     if not path.absolute().parent.is_dir():
@@ -45,7 +46,7 @@ def finish(mount: Mount, path: Path, mesh: ObjectMesh | None = None, phone: str 
     Args:
         mount: the calibration; its date is set to today.
         path: of mount.json, as `check_output` allows.
-        mesh: of the object it is for, when it is known; then a picture of both is drawn.
+        mesh: of the object it is for, as in its file, when it is known; then both are drawn.
         phone: its model, when it is known.
     """
     from capture_app.calibration.picture import draw_mount
@@ -62,7 +63,7 @@ def finish(mount: Mount, path: Path, mesh: ObjectMesh | None = None, phone: str 
     show(told)
     written = str(path)
     if mesh:
-        draw_mount(told, mesh, picture)
+        draw_mount(told, replace(mesh, vertices=mesh.vertices * told.object_scale), picture)
         written += f" and its picture, {picture.name}"
     output.print(f"Written: {escape(written)}", soft_wrap=True)
 
@@ -77,7 +78,9 @@ def show(mount: Mount) -> None:
         colour = "green" if bounds.mm < 15 and bounds.deg < 2 else "yellow"
         say("Sure to", f"{bounds.mm:.1f} mm and {bounds.deg:.2f} deg (95 %)", f"bold {colour}")
     if mount.residuals:
-        told = ", ".join(_residual(name, value) for name, value in mount.residuals.items())
+        # The clocks of two devices differ by anything.
+        left = {name: x for name, x in mount.residuals.items() if not name.endswith("_s")}
+        told = ", ".join(_residual(name, value) for name, value in left.items())
         say("Left over", told, "bold")
     for free in mount.free:
         say("Not seen", free, "bold yellow")

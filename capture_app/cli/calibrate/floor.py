@@ -51,6 +51,6 @@ def floor(
 
     check_output(mount_file)
     first = load_mount(mount)
-    solid = load_mesh(mesh, scale=first.object_scale)
-    refined = refine(first, read_session(session), solid, phone_height=phone_height, floor=floor)
-    finish(refined, mount_file)
+    metric = load_mesh(mesh, scale=first.object_scale)
+    refined = refine(first, read_session(session), metric, phone_height=phone_height, floor=floor)
+    finish(refined, mount_file, load_mesh(mesh))

@@ -1,0 +1,128 @@
+"""What comes after a mount: the floor refines it, and what is still open is told with its remedy."""
+
+from pathlib import Path
+from shlex import join
+
+from capture_app.calibration.guide.finding import Finding
+from capture_app.calibration.guide.step import Known
+from capture_app.calibration.guide.talk import Talk
+from capture_app.calibration.guide.walk import command_line
+from ingest.formats.detect import read_session
+from ingest.mesh import load_mesh
+from ingest.mount.directions import numbers
+from ingest.mount.file import load_mount
+from ingest.mount.floor.contacts import find_contacts, track
+from ingest.mount.floor.sides import flat_sides
+from ingest.mount.floor.standing import standings
+from ingest.mount.mount import Mount
+from ingest.mount.observable import TILT_IT
+from ingest.mount.uncertainty import bounds_95
+from ingest.session import CaptureSession
+from omomo_core.errors import InputError
+from omomo_core.motion import ObjectMesh
+
+_SURE_MM, _SURE_DEG = 15.0, 2.0
+"""95 % bounds within which hands are seen to hold the object."""
+
+
+def refine_by_floor(talk: Talk, known: Known, path: Path, output: Path) -> Path:
+    """Offer to let the floor refine a mount; the file to use then.
+
+    Args:
+        talk: asks and tells.
+        known: with the mesh.
+        path: of the mount.
+        output: of the refined mount.
+    """
+    assert known.mesh_file is not None
+    talk.heading("The floor")
+    mount = load_mount(path)
+    mesh = load_mesh(known.mesh_file, scale=mount.object_scale)
+    recording = _recording(talk, known, mount, mesh)
+    if recording is None or not talk.yes("Let it refine the mount?", default=True):
+        return path
+    height = talk.until_right(lambda: _height(talk))
+    words = ["floor", str(path), str(recording), "--object", str(known.mesh_file)]
+    words += [*(["--phone-height", height] if height else []), "-o", str(output)]
+    talk.command(command_line(words))
+    try:
+        known.run(words)
+    except InputError as error:
+        talk.problem(error)
+        talk.tell(f"{path} stays as it is.")
+        return path
+    return output
+
+
+def _recording(talk: Talk, known: Known, mount: Mount, mesh: ObjectMesh) -> Path | None:
+    """One in which the object stands on the floor, if there is one."""
+    path = known.session_file
+    while True:
+        try:
+            if path is not None:
+                session = known.session if path == known.session_file else None
+                session = session or read_session(path)
+                talk.good(standing(session, mesh, mount).good)
+                return path
+        except InputError as error:
+            talk.tell(f"In {path} the floor tells nothing: {error.what} {error.fix}")
+        path = talk.maybe_path(
+            "A recording, with the phone on it, in which the object stands on the floor for two "
+            "seconds (Enter: none)"
+        )
+        if path is None:
+            return None
+
+
+def standing(session: CaptureSession, mesh: ObjectMesh, mount: Mount) -> Finding:
+    """How often the object stands on the floor in a recording.
+
+    Raises:
+        InputError: of `ingest.mount.floor.contacts.track` and
+            `ingest.mount.floor.standing.standings`.
+    """
+    found = standings(find_contacts(track(session)), flat_sides(mesh), mount, str(session.source))
+    rests = sum(one.contact.kind == "rest" for one in found)
+    pushed = f", and is pushed over it {len(found) - rests} times" if len(found) > rests else ""
+    return Finding(f"in the recording the object rests on the floor {rests} times{pushed}")
+
+
+def _height(talk: Talk) -> str:
+    answer = talk.ask(
+        "Metres from the floor up to the lens, where the object first rests (Enter: not measured)",
+        "",
+    )
+    if answer:
+        numbers(answer, 1, "the height")
+    return answer
+
+
+def told_at_the_end(talk: Talk, known: Known, best: Path) -> None:
+    """Which file to use and how, what is still open, and what would make it surer."""
+    mount = load_mount(best)
+    talk.heading("Done")
+    for free in mount.free:
+        talk.doubt(f"Still open: {free}.")
+    bounds = bounds_95(mount.covariance) if mount.covariance is not None else None
+    sure = bounds is not None and bounds.mm < _SURE_MM and bounds.deg < _SURE_DEG
+    if mount.free and not any(TILT_IT in free for free in mount.free):
+        talk.tell(
+            "Record once more and turn the object about two directions, by 20 degrees or more."
+        )
+    if mount.free or not sure:
+        talk.tell(
+            "To be surer, calibrate in another way too (omocap calibrate), then combine both:"
+        )
+        talk.command(command_line(["combine", str(best), "OTHER.json", "-o", "BOTH.json"]))
+    talk.tell("Use it:")
+    words = [
+        "run",
+        "RECORDING",
+        "--object",
+        str(known.mesh_file),
+        "--mount",
+        str(best),
+        "-o",
+        "OUT",
+    ]
+    talk.command(f"omocap {join(words)}")

@@ -1,0 +1,178 @@
+"""Steps in which something is recorded: by the clamped phone, by a second camera, by a tracker."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from capture_app.calibration.guide.film import filmed_board, filmed_by_phone
+from capture_app.calibration.guide.finding import Finding
+from capture_app.calibration.guide.recording import (
+    filmed_rest,
+    pictured_recording,
+    rested_recording,
+    turned_recording,
+)
+from capture_app.calibration.guide.step import AgainError, Known, Step, Words
+from capture_app.calibration.guide.talk import Talk
+from capture_app.cli.calibrate.session import CARRIED
+from ingest.formats.detect import read_session
+from ingest.mount.board.camera import load_camera
+from ingest.mount.hand_eye.pose_log import read_pose_log
+from ingest.mount.pose_file import load_pose
+from ingest.mount.still import clamped_stills
+from ingest.session import CaptureSession
+
+
+def _recording(check: Callable[[CaptureSession, Known], Finding], *words: str):
+    """What asks for a recording that passes a check."""
+
+    def ask(talk: Talk, known: Known) -> Words:
+        path = talk.path("Folder or archive of the recording", known.session_file)
+        session = read_session(path)
+        if not talk.accept(check(session, known)):
+            raise AgainError
+        known.session_file, known.session = path, session
+        return [*words, str(path)]
+
+    return ask
+
+
+def _film_board(session: CaptureSession, known: Known) -> Finding:
+    rests = pictured_recording(session)
+    clamped = clamped_stills(session, path=CARRIED)[0][0].start
+    film = filmed_by_phone(session, known.printed, clamped)
+    return Finding(f"{rests.good}; {film.good}", rests.doubts + film.doubts)
+
+
+_CLAMP = "clamp the phone to the object without stopping the log. Keep the lens uncovered."
+_REST = (
+    "Let go: leave object and phone alone for two seconds, where the object still stands as before."
+)
+_END = (
+    "If you go on to move the object in the same recording, put it back on its mark at the end and "
+    "leave it alone for two seconds: that tells whether the phone slipped. Then stop."
+)
+_MARK = (
+    "Put the object where there is light and much to see, and mark on the floor where it stands."
+)
+_TURN = (
+    "Let the object stand on the floor for two seconds with nobody touching it, so that the floor "
+    "can help later. Then turn it for 20 seconds by 30 to 60 degrees about two directions (let it "
+    "nod, and shake its head), not too fast. A thing that can only be pushed will do, but its height "
+    "stays open then.",
+    "Put it down, leave it alone for two seconds, and stop both.",
+)
+
+SCANNED = Step(
+    "Record",
+    (
+        _MARK,
+        "Start the log, in an app that logs ten poses a second or more and gives a mesh of the same "
+        "recording in the same world (3D Scanner App with All Data if it is that fast; Stray Scanner, "
+        "if you make the mesh from its depth maps).",
+        "Walk round the object twice, at knee height and above it, with the room in the picture too. "
+        "Do not move the object.",
+        f"Then {_CLAMP}",
+        _REST,
+        _END,
+    ),
+    _recording(lambda session, _: rested_recording(session)),
+    ("RECORDING",),
+)
+FILMED = Step(
+    "Record",
+    (
+        _MARK,
+        "Start the log, in an app that films while it logs (Stray Scanner).",
+        "Film the board on the object from several sides for ten seconds, from half a metre away, "
+        "then walk once round the object.",
+        f"Then {_CLAMP}",
+        _REST,
+        _END,
+    ),
+    _recording(_film_board),
+    ("RECORDING",),
+)
+STOOD = Step(
+    "Record",
+    (
+        "Put the object where it stood when it was scanned, in the same place and the same light: "
+        "what the clamped phone looks at must be in the scan.",
+        "Clamp the phone, and start the log in an app that films while it logs (Stray Scanner, "
+        "Record3D).",
+        _REST,
+        _END,
+    ),
+    _recording(lambda session, _: filmed_rest(session), "--session"),
+    ("--session", "RECORDING"),
+)
+WITNESSED = Step(
+    "Record",
+    (
+        "Put the second camera on a tripod, one to two metres away, so that the board fills a third "
+        "of the picture. Lock its focus, its zoom and its exposure; switch off mirroring.",
+        "Clamp the phone, with its back camera towards a lit room with much to see. Start its log, "
+        "then the film of the second camera. Their clocks need not agree.",
+        *_TURN,
+    ),
+    _recording(lambda session, _: turned_recording(session)),
+    ("RECORDING",),
+)
+TRACKED = Step(
+    "Record",
+    (
+        "Fix the markers or the tracker to the object, and the phone to the object, so that nothing "
+        "gives.",
+        "Start both logs. Their clocks need not agree.",
+        *_TURN,
+    ),
+    _recording(lambda session, _: turned_recording(session)),
+    ("RECORDING",),
+)
+
+
+def _ask_film(talk: Talk, known: Known) -> Words:
+    path = talk.path("What the second camera recorded: a video, or a second phone's session")
+    talk.tell("Looking at it...")
+    if not talk.accept(filmed_board(path, known.printed)):
+        raise AgainError
+    question = "File with that camera's intrinsics (Enter: they are found from the film)"
+    return [str(path), *_optional(talk, question, "--camera", load_camera)]
+
+
+FILM = Step("The film", (), _ask_film, ("FILM",))
+
+
+def _ask_poses(talk: Talk, known: Known) -> Words:
+    path = talk.path("The tracker's log: lines of t x y z qx qy qz qw")
+    stream = read_pose_log(path)
+    rate = 1 / float(np.median(np.diff(stream.times)))
+    seconds = float(np.ptp(stream.times))
+    talk.good(f"{len(stream.times):,} poses, {rate:.0f} a second, {seconds:.0f} s")
+    question = "File with the tracked body's pose on the mesh (Enter: it has the mesh's frame)"
+    return [str(path), *_optional(talk, question, "--body", load_pose)]
+
+
+def _optional(talk: Talk, question: str, option: str, load: Callable[[Path], object]) -> Words:
+    """A file that there may be, once it can be read."""
+
+    def attempt() -> Words:
+        path = talk.maybe_path(question)
+        if path is None:
+            return []
+        load(path)
+        return [option, str(path)]
+
+    return talk.until_right(attempt)
+
+
+POSES = Step(
+    "The tracker's log",
+    (
+        "Export the object's pose in its own resting frame, seconds and metres, quaternions with w "
+        "last; blanks or commas between the numbers.",
+    ),
+    _ask_poses,
+    ("POSES",),
+)
