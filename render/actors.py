@@ -4,10 +4,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, UInt8
 
 from render.cameras import Camera
-from render.renderer import Picture, Renderer
+from render.renderer import Renderer
 from render.scene import Drawable
 
 
@@ -39,7 +39,7 @@ def play(
     actors: Sequence[Actor],
     cameras: Sequence[Camera],
     only: Sequence[int] | None = None,
-) -> Iterator[Picture]:
+) -> Iterator[UInt8[np.ndarray, "h w 3"]]:
     """One picture per camera: frame i of every actor seen from `cameras[i]`.
 
     The renderer must be showing a scene that holds the actors' drawables. `only` names the frames to
@@ -48,4 +48,4 @@ def play(
     for frame in range(len(cameras)) if only is None else only:
         for actor in actors:
             actor.pose(renderer, frame)
-        yield renderer.draw(cameras[frame])
+        yield renderer.color(cameras[frame])

@@ -39,6 +39,12 @@ def pinhole(
     return Camera(T_world_camera, f, f, 0.5 * (width - 1), 0.5 * (height - 1))
 
 
+def quarter_turns(T_world_camera: Float[np.ndarray, "frames 4 4"]) -> int:
+    """Counter-clockwise quarter turns of the pictures (`np.rot90`) that bring up mostly to the top."""
+    right, up = T_world_camera[:, 2, :2].sum(axis=0)
+    return round(np.arctan2(right, up) / (np.pi / 2)) % 4
+
+
 def look_at(
     eye: Float[np.ndarray, " 3"], target: Float[np.ndarray, " 3"]
 ) -> Float[np.ndarray, "4 4"]:

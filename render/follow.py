@@ -12,6 +12,8 @@ from render.cameras import Camera, orbit, pinhole
 _BINS = 48
 _STRIDE = 10
 """The azimuth is chosen every so many frames, among so many directions."""
+_SHOULDER = 0.5
+"""How far beside straight behind, radians: the object is seen past the person."""
 _MAX_STEP = 2
 """Most bins the azimuth turns per stride: 45 degrees a second."""
 
@@ -51,7 +53,17 @@ def follow(
         width, height: of the pictures, pixels.
         style: how to follow.
     """
-    azimuth = follow_azimuth(person, facing, held, style)
+    return framed(subject, follow_azimuth(person, facing, held, style), width, height, style)
+
+
+def framed(
+    subject: Float[np.ndarray, "frames points 3"],
+    azimuth: Float[np.ndarray, " frames"],
+    width: int,
+    height: int,
+    style: FollowStyle = FollowStyle(),
+) -> list[Camera]:
+    """Cameras that see the whole subject from these sides (counter-clockwise from +x, radians)."""
     target = _smooth(0.5 * (subject.min(axis=1) + subject.max(axis=1)), seconds=0.8)
     frame = np.stack([orbit(np.zeros(3), 1.0, float(a), style.elevation) for a in azimuth])
     distance = _distance(subject - target[:, None], frame[:, :3, :3], width, height, style)
@@ -60,6 +72,13 @@ def follow(
         for t, d, a in zip(target, distance, azimuth, strict=True)
     )
     return [pinhole(T, style.fov_y, width, height) for T in poses]
+
+
+def behind(facing: Float[np.ndarray, "frames 2"]) -> Float[np.ndarray, " frames"]:
+    """Azimuth of a camera that walks behind a person, a little to their right, radians, continuous."""
+    way = _smooth(facing / np.maximum(np.linalg.norm(facing, axis=1), 1e-6)[:, None], seconds=0.8)
+    ahead = np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
+    return ahead + np.pi + _SHOULDER
 
 
 def follow_azimuth(

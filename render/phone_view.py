@@ -49,5 +49,4 @@ def frames(
     cameras = [Camera(T, fx, fy, cx, cy) for T in T_world_phone]
     with open_renderer(width, height, backend, samples=samples) as renderer:
         renderer.show(Scene([*walls, *(a.drawable for a in actors)], light=ROOM_LIGHT))
-        for rgb, _ in play(renderer, actors, cameras):
-            yield rgb
+        yield from play(renderer, actors, cameras)

@@ -3,10 +3,11 @@
 import numpy as np
 from jaxtyping import Float, Int
 
+from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMotion
 from render.actors import Actor
 from render.normals import split_creases
-from render.scene import Color, Drawable, Scene
+from render.scene import BACKGROUND, Color, Drawable
 
 BODY_COLOR: Color = (0.42, 0.56, 0.74)
 OBJECT_COLOR: Color = (0.87, 0.60, 0.33)
@@ -40,7 +41,7 @@ def floor(
     beyond = np.hypot(_outside(x, low[0], high[0]), _outside(y, low[1], high[1])) / margin
     fade = np.clip((beyond - 0.25) / 0.75, 0.0, 1.0)
     fade = (fade * fade * (3.0 - 2.0 * fade))[..., None]
-    color = (_TILE + shade[..., None]) * (1.0 - fade) + np.array(Scene(()).background) * fade
+    color = (_TILE + shade[..., None]) * (1.0 - fade) + np.array(BACKGROUND) * fade
     corners = np.array([[a[0], a[1], 0], [b[0], a[1], 0], [b[0], b[1], 0], [a[0], b[1], 0]])
     return Drawable(
         name="floor",
@@ -53,7 +54,17 @@ def floor(
 
 
 def rigid_object(motion: ObjectMotion, color: Color = OBJECT_COLOR) -> Actor:
-    """The object along its path, its sharp edges kept sharp; grey where its pose is a guess."""
+    """The object along its path, its sharp edges kept sharp; grey where its pose is a guess.
+
+    Raises:
+        InputError: "object-no-faces" when its mesh is points alone.
+    """
+    if len(motion.mesh.faces) == 0:
+        raise InputError(
+            "object-no-faces",
+            f"The object {motion.mesh.name!r} has no faces: there is no surface to draw.",
+            fix="Run the take again with a mesh of triangles as --object.",
+        )
     vertices, faces = split_creases(motion.mesh.vertices, motion.mesh.faces)
     return Actor(
         Drawable("object", vertices, faces, color),
@@ -69,7 +80,7 @@ def contact_marker(
     radius: float = 0.038,
 ) -> Actor:
     """A small ball that turns from grey to green with the probability of contact."""
-    vertices, faces = _ball(radius)
+    vertices, faces = ball(radius)
     T_world = np.tile(np.eye(4), (len(position), 1, 1))
     T_world[:, :3, 3] = position
     share = np.clip(contact, 0.0, 1.0)[:, None]
@@ -78,7 +89,13 @@ def contact_marker(
     return Actor(drawable, T_world=T_world, color=color)
 
 
-def trail(path: Float[np.ndarray, "frames 3"], radius: float = 0.007) -> Actor:
+def trail(
+    path: Float[np.ndarray, "frames 3"],
+    radius: float = 0.007,
+    *,
+    name: str = "trail",
+    color: Color = TRAIL_COLOR,
+) -> Actor:
     """The way a point has come so far: a thin tube that grows with the frames."""
     every = 1 + len(path) // 600
     stops = np.minimum(np.arange(0, len(path) - 1 + every, every), len(path) - 1)
@@ -90,7 +107,7 @@ def trail(path: Float[np.ndarray, "frames 3"], radius: float = 0.007) -> Actor:
         # Rings that lie ahead wait at the tip: the buffers keep their size.
         return rings[np.minimum(stops, frame)].reshape(-1, 3)
 
-    drawable = Drawable("trail", grown(0), faces, TRAIL_COLOR, casts_shadow=False)
+    drawable = Drawable(name, grown(0), faces, color, casts_shadow=False)
     return Actor(drawable, vertices=grown)
 
 
@@ -104,7 +121,8 @@ def _texture_side(metres: float) -> int:
     return int(np.clip(2 ** np.ceil(np.log2(100.0 * metres)), 256, 2048))
 
 
-def _ball(radius: float) -> tuple[Float[np.ndarray, "verts 3"], Int[np.ndarray, "faces 3"]]:
+def ball(radius: float) -> tuple[Float[np.ndarray, "verts 3"], Int[np.ndarray, "faces 3"]]:
+    """Vertices and faces of a ball around the origin; `radius` in metres."""
     rows, columns = 9, 16
     lat, lon = np.meshgrid(
         np.linspace(-0.5 * np.pi, 0.5 * np.pi, rows),

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from render.cameras import Camera, look_at
 from render.normals import VertexNormals
 from render.pyrender_shim import GLRenderer, egl, gl, pyrender
-from render.renderer import FAR, NEAR, Picture, Renderer
+from render.renderer import FAR, NEAR, Layer, Picture, Renderer
 from render.scene import Drawable, Light, Scene
 
 SHADOW_BLUR = 0.025
@@ -31,7 +31,8 @@ class PyrenderRenderer(Renderer):
 
     def show(self, scene: Scene) -> None:
         """Draw this scene from now on."""
-        self._stage = _Stage(bg_color=(*scene.background, 1.0), ambient_light=(0.0, 0.0, 0.0))
+        clear = (0.0,) * 4 if scene.background is None else (*scene.background, 1.0)
+        self._stage = _Stage(bg_color=clear, ambient_light=(0.0, 0.0, 0.0))
         self._stage.light = scene.light
         self._camera_node = self._stage.add(self._camera)
         sun = pyrender.DirectionalLight()
@@ -65,17 +66,25 @@ class PyrenderRenderer(Renderer):
 
     def draw(self, camera: Camera) -> Picture:
         """The scene as the camera sees it."""
+        rgba, depth = self._drawn(camera, with_depth=True)
+        return np.ascontiguousarray(rgba[..., :3]), np.ascontiguousarray(depth)
+
+    def layer(self, camera: Camera) -> Layer:
+        """The same without its depth."""
+        return np.ascontiguousarray(self._drawn(camera, with_depth=False)[0])
+
+    def _drawn(self, camera: Camera, *, with_depth: bool) -> tuple[Any, Any]:
+        self._offscreen._renderer.with_depth = with_depth
         self._camera.fx, self._camera.fy = camera.fx, camera.fy
         # pyrender counts pixels from the corner of the first one, Camera from its centre.
         self._camera.cx, self._camera.cy = camera.cx + 0.5, camera.cy + 0.5
         self._stage.set_pose(self._camera_node, camera.T_world_camera)
         casters = [s for s in self._surfaces.values() if s.shades]
-        flags = pyrender.RenderFlags.NONE
+        flags = pyrender.RenderFlags.RGBA
         if casters:
             flags |= pyrender.RenderFlags.SHADOWS_DIRECTIONAL
             self._stage.enclose(np.concatenate([s.corners(self._stage) for s in casters]))
-        color, depth = self._offscreen.render(self._stage, flags)
-        return np.ascontiguousarray(color), np.ascontiguousarray(depth)
+        return self._offscreen.render(self._stage, flags)
 
     def close(self) -> None:
         """Free the OpenGL context, and no more: pyrender would close the display under others."""
@@ -116,6 +125,7 @@ class _Surface:
         )
         self.mesh: Any = pyrender.Mesh([self.primitive])
         self.mesh.casts_shadow = drawable.casts_shadow
+        self.mesh.real = drawable.real
         self.node = pyrender.Node(mesh=self.mesh)
 
     @property
@@ -178,6 +188,8 @@ class _Stage(pyrender.Scene):
 class _LitRenderer(GLRenderer):
     """pyrender's passes with our shaders, any multisampling, and shadows of casters only."""
 
+    with_depth = True
+
     def __init__(self, width: int, height: int, samples: int) -> None:
         super().__init__(width, height)
         self._samples = samples
@@ -189,6 +201,7 @@ class _LitRenderer(GLRenderer):
         program.set_uniform("sun", light.sun)
         program.set_uniform("sky", light.sky)
         program.set_uniform("ground", light.ground)
+        program.set_uniform("real", node.mesh.real)
         if flags & pyrender.RenderFlags.SHADOWS_DIRECTIONAL:
             (light_node,) = scene.light_nodes
             self._bind_texture(light_node.light.shadow_texture, "shadow_map", program)
@@ -205,6 +218,22 @@ class _LitRenderer(GLRenderer):
         finally:
             for mesh in hidden:
                 mesh.is_visible = True
+
+    def _read_main_framebuffer(self, scene: _Stage, flags: int) -> tuple[Any, Any]:
+        if self.with_depth:
+            return super()._read_main_framebuffer(scene, flags)
+        source = self._main_fb_ms
+        width, height = self._main_fb_dims
+        if self._samples:
+            gl.glBindFramebuffer(gl.GL_READ_FRAMEBUFFER, self._main_fb_ms)
+            gl.glBindFramebuffer(gl.GL_DRAW_FRAMEBUFFER, self._main_fb)
+            corners = (0, 0, width, height)
+            gl.glBlitFramebuffer(*corners, *corners, gl.GL_COLOR_BUFFER_BIT, gl.GL_LINEAR)
+            source = self._main_fb
+        gl.glBindFramebuffer(gl.GL_READ_FRAMEBUFFER, source)
+        rgba = np.empty((height, width, 4), np.uint8)
+        gl.glReadPixels(0, 0, width, height, gl.GL_RGBA, gl.GL_UNSIGNED_BYTE, rgba)
+        return rgba[::-1], None
 
     def _configure_main_framebuffer(self) -> None:
         fresh = self._main_fb is None

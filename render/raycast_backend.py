@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, Float32, Int
 from render.cameras import Camera
 from render.mipmaps import MipMaps
 from render.normals import VertexNormals
-from render.renderer import FAR, NEAR, Picture, Renderer
+from render.renderer import FAR, NEAR, Layer, Picture, Renderer
 from render.scene import Drawable, Light, Scene
 
 _LIFT = 1e-3
@@ -27,7 +27,9 @@ class RaycastRenderer(Renderer):
     def show(self, scene: Scene) -> None:
         """Draw this scene from now on."""
         self._light = scene.light
-        self._background = np.array(scene.background, np.float32)
+        self._background = np.array(
+            (0.0,) * 4 if scene.background is None else (*scene.background, 1.0), np.float32
+        )
         self._surfaces = {d.name: _Surface(d) for d in scene.drawables}
         self._world: _World | None = None
 
@@ -55,6 +57,14 @@ class RaycastRenderer(Renderer):
 
     def draw(self, camera: Camera) -> Picture:
         """The scene as the camera sees it."""
+        layer, depth = self._drawn(camera)
+        return np.ascontiguousarray(layer[..., :3]), depth
+
+    def layer(self, camera: Camera) -> Layer:
+        """The same without its depth."""
+        return self._drawn(camera)[0]
+
+    def _drawn(self, camera: Camera) -> tuple[Layer, Float32[np.ndarray, "h w"]]:
         if self._world is None:
             self._world = _World([s for s in self._surfaces.values() if s.visible])
         rays = self._rays(camera)
@@ -63,11 +73,10 @@ class RaycastRenderer(Renderer):
         color = np.tile(self._background, (len(rays), 1))
         depth = np.zeros(len(rays), np.float32)
         if len(hits.pixel):
-            light = self._world.irradiance(hits, self._light)
-            color[hits.pixel] = self._world.albedo(hits, camera.fx) * light[:, None]
+            color[hits.pixel] = self._world.shaded(hits, camera.fx, self._light)
             depth[hits.pixel] = hits.depth
-        rgb = (np.clip(color, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
-        return rgb.reshape(self.height, self.width, 3), depth.reshape(self.height, self.width)
+        rgba = (np.clip(color, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
+        return rgba.reshape(self.height, self.width, 4), depth.reshape(self.height, self.width)
 
     def _rays(self, camera: Camera) -> Float32[np.ndarray, "pixels 3"]:
         """One direction per pixel, as long as it takes to gain one metre of depth."""
@@ -105,6 +114,7 @@ class _Surface:
     def __init__(self, drawable: Drawable) -> None:
         self.faces = drawable.faces
         self.casts_shadow = drawable.casts_shadow
+        self.real = drawable.real
         self.color = np.array(drawable.color)
         self.T_world = np.eye(4)
         self.visible = True
@@ -166,15 +176,26 @@ class _World:
         point = eye + ray * depth[pixel, None]
         return _Hits(pixel, depth[pixel], point, normal, slant, surface, corners, weights)
 
-    def irradiance(self, hits: _Hits, light: Light) -> Float32[np.ndarray, " hits"]:
-        """The formula of render/shaders/mesh.frag."""
+    def shaded(self, hits: _Hits, focal: float, light: Light) -> Float32[np.ndarray, "hits 4"]:
+        """What render/shaders/mesh.frag computes; `focal` in pixels."""
+        open_air, lit = self.irradiance(hits, light)
+        color = np.ones((len(lit), 4), np.float32)
+        color[:, :3] = self.albedo(hits, focal) * lit[:, None]
+        real = np.array([s.real for s in self._surfaces])[hits.surface]
+        color[real, :3], color[real, 3] = 0.0, 1.0 - (lit / open_air)[real]
+        return color
+
+    def irradiance(
+        self, hits: _Hits, light: Light
+    ) -> tuple[Float32[np.ndarray, " hits"], Float32[np.ndarray, " hits"]]:
+        """Light on the surfaces if nothing threw a shadow, and as it is."""
         facing = np.maximum(hits.normal @ light.to_sun.astype(np.float32), 0.0)
         sunny = np.flatnonzero(facing > 0.0)
         start = hits.point[sunny] + _LIFT * hits.normal[sunny]
+        ambient = light.ground + (light.sky - light.ground) * (0.5 + 0.5 * hits.normal[:, 2])
+        open_air = (light.sun * facing + ambient).astype(np.float32)
         facing[sunny[self._in_shadow(start, light)]] = 0.0
-        up = 0.5 + 0.5 * hits.normal[:, 2]
-        total = light.sun * facing + light.ground + (light.sky - light.ground) * up
-        return total.astype(np.float32)
+        return open_air, (light.sun * facing + ambient).astype(np.float32)
 
     def _in_shadow(
         self, points: Float32[np.ndarray, "points 3"], light: Light

@@ -9,6 +9,8 @@ from jaxtyping import Float, Int, UInt8
 Color = tuple[float, float, float]
 """Red, green, blue as shown on the screen, 0 to 1."""
 
+BACKGROUND: Color = (0.925, 0.918, 0.905)
+
 
 @dataclass(frozen=True)
 class Drawable:
@@ -24,6 +26,9 @@ class Drawable:
     """Texture coordinates: (0, 0) is the texture's top left corner, (1, 1) its bottom right."""
     texture: UInt8[np.ndarray, "h w 3"] | None = None
     casts_shadow: bool = True
+    real: bool = False
+    """A thing of the film that the picture is laid over: it hides what is behind it, and shows nothing
+    but the shadows that fall on it."""
 
 
 @dataclass(frozen=True)
@@ -56,5 +61,6 @@ class Scene:
     """Everything a renderer is shown at once; names of drawables are unique."""
 
     drawables: Sequence[Drawable]
-    background: Color = (0.925, 0.918, 0.905)
+    background: Color | None = BACKGROUND
+    """None is transparent, see `Renderer.layer`."""
     light: Light = field(default_factory=Light)

@@ -8,16 +8,18 @@ import numpy as np
 from jaxtyping import UInt8
 
 from omomo_core.errors import InputError
+from render.whole_file import whole_file
 
 
 def write_png(path: Path, picture: UInt8[np.ndarray, "h w 3"]) -> None:
     """Write an RGB picture.
 
     Raises:
-        OSError: the folder is missing or cannot be written.
+        InputError: those of `whole_file`.
     """
     _, data = cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
-    path.write_bytes(data.tobytes())
+    with whole_file(path) as partial:
+        Path(partial).write_bytes(data.tobytes())
 
 
 def contact_sheet(

@@ -1,6 +1,6 @@
 """The picture everybody asks for: the person, the object and the floor from a following camera."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 
 import numpy as np
 import torch
@@ -37,9 +37,11 @@ def frames(
     markers: bool = True,
     time_code: bool = True,
     cameras: Sequence[Camera] | None = None,
-    samples: int = 4,
+    samples: int = 0,
+    extra: Sequence[Actor] = (),
+    pixels_per_metre: float | None = None,
     only: Sequence[int] | None = None,
-) -> Iterator[UInt8[np.ndarray, "h w 3"]]:
+) -> Generator[UInt8[np.ndarray, "h w 3"]]:
     """Pictures of a motion at 30 fps, one at a time; the body is skinned as they are drawn.
 
     Args:
@@ -52,6 +54,8 @@ def frames(
         time_code: write the time of the recording in the bottom left corner.
         cameras: one per frame, in place of the following camera.
         samples: multisampling, see `open_renderer`.
+        extra: more to draw, of the same frames.
+        pixels_per_metre: draw a scale bar of one metre.
         only: the frames to draw, seen as in the whole video; without it, all of them.
 
     Raises:
@@ -65,14 +69,14 @@ def frames(
             fix="Give the two motions of one result.",
         )
     views = follow_motion(human, object_motion, width, height) if cameras is None else cameras
-    actors = stage(human, object_motion, body, markers=markers)
+    actors = [*stage(human, object_motion, body, markers=markers), *extra]
     with open_renderer(width, height, backend, samples=samples) as renderer:
         ground = _ground(human, object_motion)
         renderer.show(Scene([ground, *(a.drawable for a in actors)], light=_key_light(views[0])))
         order = range(count) if only is None else only
-        for frame, (rgb, _) in zip(order, play(renderer, actors, views, order), strict=True):
+        for frame, rgb in zip(order, play(renderer, actors, views, order), strict=True):
             seconds = object_motion.start_time + frame / FPS if time_code else None
-            yield caption(rgb, label=label, seconds=seconds)
+            yield caption(rgb, label=label, seconds=seconds, pixels_per_metre=pixels_per_metre)
 
 
 def stage(
@@ -107,17 +111,28 @@ def follow_motion(
     style: FollowStyle = FollowStyle(),
 ) -> list[Camera]:
     """The camera that follows a person and their object, one per frame."""
-    corners = object_corners(object_motion)
-    crown = human.joints[:, joint("head"), None] + [0.0, 0.0, _CROWN]
     return follow(
-        np.concatenate([human.joints, crown, corners], axis=1),
+        subject(human, object_motion),
         human.root[:, :2],
-        human.rotations[:, joint("pelvis"), :2, 2],  # the body faces +z at rest
-        corners.mean(axis=1)[:, :2],
+        facing(human),
+        object_corners(object_motion).mean(axis=1)[:, :2],
         width,
         height,
         style,
     )
+
+
+def subject(
+    human: HumanMotion, object_motion: ObjectMotion
+) -> Float[np.ndarray, "frames points 3"]:
+    """What a picture of the motion has to show: joints, crown and corners of the object, world."""
+    crown = human.joints[:, joint("head"), None] + [0.0, 0.0, _CROWN]
+    return np.concatenate([human.joints, crown, object_corners(object_motion)], axis=1)
+
+
+def facing(human: HumanMotion) -> Float[np.ndarray, "frames 2"]:
+    """Where the person faces, world x y, of any length."""
+    return human.rotations[:, joint("pelvis"), :2, 2]  # the body faces +z at rest
 
 
 def object_corners(motion: ObjectMotion) -> Float[np.ndarray, "frames 8 3"]:

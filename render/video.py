@@ -1,8 +1,6 @@
 """Pictures into H.264 files and small animations, and back."""
 
-import os
-from collections.abc import Generator, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import cast
@@ -10,13 +8,21 @@ from typing import cast
 import av
 import numpy as np
 from av.error import FFmpegError
+from av.filter import Graph
 from av.video.reformatter import ColorRange, Colorspace
 from av.video.stream import VideoStream
 from jaxtyping import UInt8
 
 from omomo_core.errors import InputError
+from render.pace import beside
+from render.whole_file import whole_file
 
 RGB = UInt8[np.ndarray, "h w 3"]
+MOVING = (".mp4", ".webp", ".gif")
+_TICK = Fraction(1, 100)
+"""What GIF counts time in, seconds."""
+Convert = Callable[[RGB], av.VideoFrame]
+"""Makes of a picture what the encoder takes."""
 
 
 def write_video(path: Path, frames: Iterable[RGB], fps: float = 30.0, *, crf: int = 20) -> int:
@@ -35,7 +41,8 @@ def write_video(path: Path, frames: Iterable[RGB], fps: float = 30.0, *, crf: in
         The number of frames.
 
     Raises:
-        InputError: there is no frame, or a frame has another size than the first.
+        InputError: there is no frame, a frame has another size than the first, the path is a folder,
+            or the disk is full.
     """
     options: dict[str, object] = {"crf": str(crf), "preset": "medium"}
     return _write(path, frames, fps, ("mp4", {"movflags": "faststart"}), ("libx264", options))
@@ -48,6 +55,24 @@ def write_webp(path: Path, frames: Iterable[RGB], fps: float = 15.0, *, quality:
     """
     return _write(
         path, frames, fps, ("webp", {"loop": "0"}), ("libwebp_anim", {"quality": str(quality)})
+    )
+
+
+def write_gif(path: Path, frames: Iterable[RGB], fps: float = 15.0) -> int:
+    """Write a looping GIF; every picture has 256 colours of its own.
+
+    Args, returns and raises as `write_video`; GIF counts time in hundredths of a second.
+    """
+    return _write(path, frames, fps, ("gif", {"loop": "0"}), ("gif", {}))
+
+
+def write_moving(path: Path, frames: Iterable[RGB], fps: float) -> int:
+    """Write a video or an animation by the ending of its name, one of `MOVING`.
+
+    Args, returns and raises as `write_video`.
+    """
+    return {".mp4": write_video, ".webp": write_webp, ".gif": write_gif}[path.suffix](
+        path, frames, fps
     )
 
 
@@ -84,27 +109,77 @@ def _write(
     first = next(pictures, None)
     if first is None:
         raise InputError("no-frames", "There is no picture to write.", where=str(path))
-    size = first.shape
     count = 0
-    with _complete(path) as partial, av.open(partial, "w", container[0], container[1]) as file:
+    with whole_file(path) as partial, av.open(partial, "w", container[0], container[1]) as file:
         stream = cast(VideoStream, file.add_stream(codec[0], _rate(fps)))
-        stream.height, stream.width = size[0] + size[0] % 2, size[1] + size[1] % 2
-        stream.pix_fmt = "yuv420p"
         stream.options = codec[1]
-        stream.codec_context.colorspace = Colorspace.ITU709
-        stream.codec_context.color_range = ColorRange.MPEG
-        for picture in _chained(first, pictures):
-            if picture.shape != size:
-                raise InputError(
-                    "sizes-differ",
-                    f"Picture {count} is {picture.shape[1]}x{picture.shape[0]}, "
-                    f"the first is {size[1]}x{size[0]}.",
-                    where=str(path),
-                )
-            file.mux(stream.encode(_yuv(picture)))
-            count += 1
+        convert = _into_palette(stream, first) if codec[0] == "gif" else _into_yuv(stream, first)
+
+        def encode(picture: RGB) -> None:
+            file.mux(stream.encode(convert(picture)))
+
+        # Whoever draws the pictures stays in this thread; OpenGL is bound to it.
+        with beside(encode) as give:
+            for picture in _chained(first, pictures):
+                _check_size(picture, count, first, path)
+                give(picture)
+                count += 1
         file.mux(stream.encode(None))
     return count
+
+
+def _check_size(picture: RGB, number: int, first: RGB, path: Path) -> None:
+    if picture.shape != first.shape:
+        raise InputError(
+            "sizes-differ",
+            f"Picture {number} is {picture.shape[1]}x{picture.shape[0]}, "
+            f"the first is {first.shape[1]}x{first.shape[0]}.",
+            where=str(path),
+        )
+
+
+def _into_yuv(stream: VideoStream, first: RGB) -> Convert:
+    """Set a stream up for yuv420p in BT.709; what turns its pictures into that."""
+    height, width = first.shape[:2]
+    stream.height, stream.width = height + height % 2, width + width % 2
+    stream.pix_fmt = "yuv420p"
+    stream.codec_context.colorspace = Colorspace.ITU709
+    stream.codec_context.color_range = ColorRange.MPEG
+    return _yuv
+
+
+def _into_palette(stream: VideoStream, first: RGB) -> Convert:
+    """Set a stream up for 256 colours; what finds them for each picture and dithers it."""
+    stream.height, stream.width = first.shape[:2]
+    stream.pix_fmt = "pal8"
+    graph = Graph()
+    source = graph.add_buffer(
+        width=stream.width, height=stream.height, format="rgb24", time_base=_TICK
+    )
+    split = graph.add("split")
+    palette = graph.add("palettegen", "stats_mode=single")
+    use = graph.add("paletteuse", "new=1:dither=bayer:bayer_scale=4")
+    sink = graph.add("buffersink")
+    source.link_to(split)
+    split.link_to(use, 0, 0)
+    split.link_to(palette, 1, 0)
+    palette.link_to(use, 0, 1)
+    use.link_to(sink)
+    graph.configure()
+    count = 0
+
+    def convert(picture: RGB) -> av.VideoFrame:
+        nonlocal count
+        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
+        frame.pts, frame.time_base = count, _TICK
+        graph.push(frame)
+        flat = cast(av.VideoFrame, graph.pull())
+        assert stream.average_rate is not None
+        flat.pts, flat.time_base = round(count / stream.average_rate / _TICK), _TICK
+        count += 1
+        return flat
+
+    return convert
 
 
 def _rate(fps: float) -> Fraction:
@@ -121,16 +196,3 @@ def _yuv(picture: RGB) -> av.VideoFrame:
 def _chained(first: RGB, others: Iterator[RGB]) -> Iterator[RGB]:
     yield first
     yield from others
-
-
-@contextmanager
-def _complete(path: Path) -> Generator[str]:
-    """A temporary name beside `path` that becomes `path` when all went well, and is gone if not."""
-    partial = path.with_name(f".{path.name}.partial")
-    try:
-        yield str(partial)
-        with partial.open("rb") as written:
-            os.fsync(written.fileno())
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)

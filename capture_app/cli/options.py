@@ -34,6 +34,16 @@ class DrawingBackend(StrEnum):
     raycast = "raycast"
 
 
+class SeenFrom(StrEnum):
+    """Where a motion is seen from."""
+
+    third = "third"
+    orbit = "orbit"
+    follow = "follow"
+    top = "top"
+    object = "object"
+
+
 def _option(*names: str, text: str, **rest: Any) -> Any:
     """An option whose default, if it has one worth showing, is said in its text."""
     return typer.Option(*names, help=text, show_default=False, **rest)
@@ -159,6 +169,28 @@ Still = Annotated[
     float | None,
     _option(text="Draw one PNG picture, at this time in seconds from the start of the motion."),
 ]
+View = Annotated[
+    SeenFrom,
+    typer.Option(
+        help="third: person and object from the front; orbit: a slow circle around them; follow: "
+        "behind the person; top: a map with its scale; object: what the clamped phone sees (where "
+        "that never is the person, across the object at them)."
+    ),
+]
+Sheet = Annotated[
+    str | None,
+    _option(
+        text="Draw one PNG of so many columns x rows of pictures, evenly over the motion, e.g. 4x3."
+    ),
+]
+Smooth = Annotated[
+    bool | None,
+    typer.Option(
+        "--smooth/--no-smooth",
+        help="Smooth edges; a video takes half as long again. PNGs have them if not told otherwise.",
+        show_default=False,
+    ),
+]
 Markers = Annotated[bool, typer.Option(help="Show where hands hold, and the object's trail.")]
 Backend = Annotated[
     DrawingBackend, typer.Option(help="OpenGL (pyrender), or a ray caster that needs none.")
@@ -205,6 +237,24 @@ def direction(text: str | None, option: str) -> tuple[float, float, float] | Non
             fix="Write three numbers with commas between them, e.g. 0,1,0.",
         ) from None
     return x, y, z
+
+
+def sheet_size(text: str, option: str) -> tuple[int, int]:
+    """Columns and rows of "4x3".
+
+    Raises:
+        InputError: it is written otherwise, or they are more than anybody can look at.
+    """
+    found = re.fullmatch(r"(\d{1,2})x(\d{1,2})", text.strip().lower())
+    columns, rows = (int(found[1]), int(found[2])) if found else (0, 0)
+    if not (1 <= columns <= 20 and 1 <= rows <= 20):
+        raise InputError(
+            "sheet-invalid",
+            f"{text!r} is no sheet of pictures.",
+            where=option,
+            fix="Write columns x rows, 20 of each at most, e.g. 4x3.",
+        )
+    return columns, rows
 
 
 def picture_size(text: str, option: str) -> tuple[int, int]:

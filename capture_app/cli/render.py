@@ -1,84 +1,108 @@
 """`omocap render`: draw the video or a picture of a result."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from capture_app.cli import options as given
 from capture_app.cli.console import progress_bars, say
+from capture_app.cli.output_file import check_target
 from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
-    import numpy as np
-    from jaxtyping import UInt8
-
     from capture_app.result import Result
+
+_SMALL = (".webp", ".gif")
 
 
 def render(
     result: given.Result,
     file: given.OutputFile = None,
+    view: given.View = given.SeenFrom.third,
     sample: given.Sample = None,
     size: given.Size = "960x540",
     still: given.Still = None,
+    sheet: given.Sheet = None,
     markers: given.Markers = True,
+    smooth: given.Smooth = None,
     backend: given.Backend = given.DrawingBackend.auto,
 ) -> None:
-    """Draw a result again: another size, another sample, or a single picture.
+    """Draw a result again: from elsewhere, another size, another sample, or as pictures.
 
-    The ending of the output file decides: .mp4, .webp (a small loop for a web page), or .png with --still.
+    The ending of the output file decides: .mp4, .webp or .gif (a small loop for a web page), or .png
+    with --still or --sheet.
 
-    Example: `omocap render chair_motion --size 1920x1080 -o chair.mp4`
+    Example: `omocap render chair_motion --view orbit --size 1920x1080 -o chair.mp4`
     """
     width, height = given.picture_size(size, "--size")
+    columns, rows = given.sheet_size(sheet, "--sheet") if sheet else (1, 1)
+    from capture_app.overlay.eye import eye_of
     from capture_app.result import body_of, load_result
-    from render.stills import write_png
+    from render.contact_points import held_places
     from render.third_person import frames
+    from render.views import shot
 
     loaded = load_result(result)
-    index = _sample(loaded, sample)
-    count = len(loaded.object_motion.valid)
-    frame = None if still is None else _frame(still, count)
-    target = file or result / _default_name(index, frame)
-    _check_target(target, ".png" if still is not None else (".mp4", ".webp"))
-    order = _order(frame, count, target)
+    index = sample_index(loaded, sample)
+    still_given = still is not None or sheet is not None
+    target = file or result / _default_name(index, view, still, sheet)
+    check_target(target, (".png",) if still_given else (".mp4", *_SMALL))
+    order = _order(still, sheet and columns * rows, len(loaded.object_motion.valid), target)
+    person, moved = loaded.people[index], loaded.object_motion
+    eye = eye_of(loaded) if view == given.SeenFrom.object else None
+    seen = shot(view.value, person.human, moved, width, height, eye)
     pictures = frames(
-        loaded.motions[index],
-        loaded.object_motion,
+        person.human,
+        moved,
         body_of(loaded),
         width=width,
         height=height,
+        cameras=seen.cameras,
         markers=markers,
+        extra=[*(held_places(person.segments, moved) if markers else ()), *seen.tracks],
+        pixels_per_metre=seen.pixels_per_metre,
+        samples=4 if (still_given if smooth is None else smooth) else 0,
         backend=backend.value,
         only=order,
     )
     with progress_bars() as progress:
         told = (progress("video", (k + 1) / len(order)) or p for k, p in enumerate(pictures))
-        if frame is not None:
-            write_png(target, next(told))
+        if still_given:
+            from render.stills import contact_sheet, write_png
+
+            write_png(target, contact_sheet(list(told), columns))
         else:
-            _write_moving(target, told)
+            from omomo_core.motion import FPS
+            from render.video import write_moving
+
+            write_moving(target, told, FPS / 2 if target.suffix in _SMALL else FPS)
     say("Done", str(target), "green")
 
 
-def _order(frame: int | None, count: int, target: Path) -> Sequence[int]:
+def _order(still: float | None, pictures: int | None, count: int, target: Path) -> Sequence[int]:
     """The frames to draw; an animation for a web page has half as many a second as a video."""
-    if frame is not None:
-        return [frame]
-    return range(0, count, 2 if target.suffix == ".webp" else 1)
+    if still is not None and pictures:
+        raise InputError(
+            "sheet-and-still",
+            "One picture and a sheet of them cannot be one file.",
+            where="--still, --sheet",
+            fix="Give one of the two.",
+        )
+    if still is not None:
+        return [_frame(still, count)]
+    if pictures:
+        return np.linspace(0, count - 1, pictures).round().astype(int).tolist()
+    return range(0, count, 2 if target.suffix in _SMALL else 1)
 
 
-def _write_moving(target: Path, pictures: "Iterable[UInt8[np.ndarray, 'h w 3']]") -> None:
-    from omomo_core.motion import FPS
-    from render.video import write_video, write_webp
+def sample_index(result: "Result", wanted: int | None) -> int:
+    """Index of the sample that the user numbers from 1; of the chosen one if not given.
 
-    if target.suffix == ".webp":
-        write_webp(target, pictures, FPS / 2)
-    else:
-        write_video(target, pictures, FPS)
-
-
-def _sample(result: "Result", wanted: int | None) -> int:
+    Raises:
+        InputError: "sample-missing".
+    """
     count = len(result.motions)
     if wanted is None:
         return result.manifest.chosen
@@ -104,23 +128,12 @@ def _frame(seconds: float, count: int) -> int:
     return frame
 
 
-def _default_name(sample: int, frame: int | None) -> str:
-    return f"sample_{sample + 1}.mp4" if frame is None else f"sample_{sample + 1}_{frame:05d}.png"
-
-
-def _check_target(file: Path, endings: str | tuple[str, ...]) -> None:
-    if not file.name.endswith(endings):
-        wanted = endings if isinstance(endings, str) else " or ".join(endings)
-        raise InputError(
-            "output-ending",
-            f"This output file must end in {wanted}.",
-            where=str(file),
-            fix="Give another name with -o.",
-        )
-    if not file.parent.is_dir():
-        raise InputError(
-            "output-not-writable",
-            "The folder for the output file does not exist.",
-            where=str(file.parent),
-            fix="Make it, or give another file with -o.",
-        )
+def _default_name(sample: int, view: given.SeenFrom, still: float | None, sheet: str | None) -> str:
+    words = [f"sample_{sample + 1}"]
+    if view != given.SeenFrom.third:
+        words.append(view.value)
+    if still is not None:
+        words.append(f"{round(still * 30):05d}")
+    if sheet:
+        words.append("sheet")
+    return "_".join(words) + (".png" if still is not None or sheet else ".mp4")

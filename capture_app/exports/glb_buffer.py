@@ -6,14 +6,14 @@ from pygltflib import (
     ELEMENT_ARRAY_BUFFER,
     FLOAT,
     GLTF2,
-    UNSIGNED_BYTE,
     UNSIGNED_INT,
+    UNSIGNED_SHORT,
     Accessor,
     Buffer,
     BufferView,
 )
 
-_COMPONENT = {"float32": FLOAT, "uint8": UNSIGNED_BYTE, "uint32": UNSIGNED_INT}
+_COMPONENT = {"float32": FLOAT, "uint16": UNSIGNED_SHORT, "uint32": UNSIGNED_INT}
 _TYPE = {(): "SCALAR", (3,): "VEC3", (4,): "VEC4", (4, 4): "MAT4"}
 
 

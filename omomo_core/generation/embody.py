@@ -20,7 +20,8 @@ from omomo_core.generation.decided import Decided
 from omomo_core.generation.fit import Fit
 from omomo_core.generation.person import Person
 from omomo_core.generation.scene import Scene, Thing
-from omomo_core.generation.solve import Solved, Wish, solve_bodies
+from omomo_core.generation.solve import Solved, solve_bodies
+from omomo_core.generation.wish import Wish
 from omomo_core.generation.wrists import facing
 from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d
 from omomo_core.motion import HandMotion, HumanMotion

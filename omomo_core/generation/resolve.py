@@ -19,7 +19,8 @@ from omomo_core.contact.segment import Segment, Span, follow
 from omomo_core.generation.embody import balance, exact_people
 from omomo_core.generation.person import Person, joined, stretch
 from omomo_core.generation.scene import Scene, Thing
-from omomo_core.generation.solve import Wish, solve_bodies
+from omomo_core.generation.solve import solve_bodies
+from omomo_core.generation.wish import Wish
 from omomo_core.generation.wrists import facing
 from omomo_core.geometry.easing import min_jerk
 from omomo_core.geometry.runs import runs

@@ -1,6 +1,7 @@
 """Making sampled bodies keep their promises: planted feet stay, holding palms are where they hold.
 
-First the pelvis goes to where arms and legs reach, then whole stretches are corrected smoothly (`polish`)
+First body, hands, feet and limbs choose a side of the object (`side`), and the pelvis goes to where arms
+and legs reach, then whole stretches are corrected smoothly (`polish`)
 against joint ranges, the object's surface and loss of balance, then arms and legs are solved exactly.
 """
 
@@ -16,13 +17,17 @@ from torch import Tensor
 from omomo_core.body.kinematics import WRISTS, forward_kinematics
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
-from omomo_core.body.polish.anatomy import centre_of_mass
-from omomo_core.body.polish.barrier import Barrier
-from omomo_core.body.polish.solver import polish
+from omomo_core.body.polish.anatomy import anatomy, centre_of_mass
+from omomo_core.body.polish.solver import firmness, polish
 from omomo_core.body.polish.targets import Targets
 from omomo_core.data.grounding import sole_points
+from omomo_core.generation.aside import stand_aside
+from omomo_core.generation.aside_feet import step_aside
+from omomo_core.generation.aside_limbs import swing_limbs, turn_hands
 from omomo_core.generation.decided import Decided, fade
 from omomo_core.generation.feet import ANKLES, TOES, Feet, planted_feet
+from omomo_core.generation.side import Around
+from omomo_core.generation.wish import Wish
 
 STRETCH, LONGEST = 0.97, 0.999
 """Share of a straight arm's length that the pelvis is moved to stay within: before and after."""
@@ -40,23 +45,6 @@ AT_ONCE = 2400
 ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
 LEGS: tuple[LimbName, LimbName] = ("left_leg", "right_leg")
 SHOULDERS = (16, 17)
-
-
-@dataclass(frozen=True)
-class Wish:
-    """What the bodies are solved for."""
-
-    palms: Float[Tensor, "samples frames 2 3"]
-    """World, metres."""
-    hold: Float[Tensor, "samples frames 2"]
-    """How strongly each palm must be there, in [0, 1]."""
-    R_world_wrist: Float[Tensor, "samples frames 2 3 3"]
-    """How a holding hand should be turned."""
-    T_world_object: Float[np.ndarray, "frames 4 4"]
-    barrier: Barrier
-    """What no flesh should be in."""
-    balance: Float[np.ndarray, " frames"]
-    """1 where the weight must be over the feet, 0 where the object may be leant on."""
 
 
 @dataclass(frozen=True)
@@ -96,12 +84,21 @@ def solve_bodies(
     if decided is not None:
         root, rotations = _after(decided, root, rotations)
         free = free * (1 - _fade_after(decided.frames, root.shape[1]))
+    flesh, field = anatomy(body, clearance=CLEARANCE), wish.barrier.field
+    around = Around.of(flesh, field, wish.T_world_object, free)
+    root = stand_aside(body, root, _arms(body, root, rotations, wish), wish, around)
+    armed = _arms(body, root, rotations, wish)
+    rotations, wish = turn_hands(body, root, rotations, armed, wish, around)
     feet = _feet(body, root, rotations, foot_contact, decided)
     pose = _Pose(root, _with_feet(rotations, feet))
     pose = _within_reach(body, pose, feet, wish, free, STRETCH)
     pose = _limbs(body, pose, feet, wish)
-    pose = _polished(body, pose, feet, wish, free)
+    feet = step_aside(body, pose.root, pose.rotations, feet, around)
+    pose = _aside(body, _limbs(body, pose, feet, wish), around)
+    pose = _polished(body, pose, feet, wish, around)
+    feet = _swung(body, pose, feet)
     pose = _limbs(body, _within_reach(body, pose, feet, wish, free, LONGEST), feet, wish)
+    pose = _aside(body, pose, around)
     if decided is not None:
         pose.root[:, : decided.frames] = decided.root
         pose.rotations[:, : decided.frames] = decided.rotations
@@ -216,15 +213,35 @@ def _limbs(body: BodyModel, pose: _Pose, feet: list[Feet], wish: Wish) -> _Pose:
     ankles, rotations = _ankles(feet), pose.rotations
     for side in range(2):
         rotations, _ = reach(body, pose.root, rotations, LEGS[side], ankles[..., side, :])
-        rotations, _ = reach(
-            body,
-            pose.root,
-            rotations,
-            ARMS[side],
-            wish.palms[..., side, :],
-            weight=wish.hold[..., side].contiguous(),
-        )
-    return replace(pose, rotations=rotations)
+    return replace(pose, rotations=_arms(body, pose.root, rotations, wish))
+
+
+def _arms(
+    body: BodyModel,
+    root: Float[Tensor, "samples frames 3"],
+    rotations: Float[Tensor, "samples frames 22 3 3"],
+    wish: Wish,
+) -> Float[Tensor, "samples frames 22 3 3"]:
+    for side in range(2):
+        weight = wish.hold[..., side].contiguous()
+        palms = wish.palms[..., side, :]
+        rotations, _ = reach(body, root, rotations, ARMS[side], palms, weight=weight)
+    return rotations
+
+
+def _aside(body: BodyModel, pose: _Pose, around: Around) -> _Pose:
+    return replace(pose, rotations=swing_limbs(body, pose.root, pose.rotations, around))
+
+
+def _swung(body: BodyModel, pose: _Pose, feet: list[Feet]) -> list[Feet]:
+    """Feet in the air go the way that the polish has found for them."""
+    joints = forward_kinematics(body, pose.root, pose.rotations).double().numpy()
+    found, planned = joints[..., ANKLES, :], np.stack([f.ankles for f in feet])
+    firm = firmness(np.stack([f.standing for f in feet]))[..., None]
+    return [
+        replace(f, ankles=way)
+        for f, way in zip(feet, found + firm * (planned - found), strict=True)
+    ]
 
 
 def _polished(
@@ -232,7 +249,7 @@ def _polished(
     pose: _Pose,
     feet: list[Feet],
     wish: Wish,
-    free: Float[Tensor, " frames"],
+    around: Around,
 ) -> _Pose:
     """Every sample corrected as a whole, as many side by side as memory should hold."""
     samples, frames = pose.root.shape[:2]
@@ -244,8 +261,8 @@ def _polished(
             root[some],
             rotations[some],
             targets.of(some),
-            clearance=CLEARANCE,
-            free=free.numpy(),
+            flesh=around.flesh,
+            free=around.free.numpy(),
             steps=ITERATIONS,
         )
         for some in (slice(k, k + count) for k in range(0, samples, count))

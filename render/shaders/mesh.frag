@@ -18,6 +18,7 @@ uniform vec3 to_sun;
 uniform float sun;
 uniform float sky;
 uniform float ground;
+uniform int real;  // a thing of the film underneath: only what it loses of its light shows
 
 #ifdef DIRECTIONAL_LIGHT_SHADOWS
 uniform sampler2D shadow_map;
@@ -55,11 +56,16 @@ void main() {
     vec3 n = normalize(frag_normal);
     if (!gl_FrontFacing) n = -n;
     float facing = max(dot(n, to_sun), 0.0);
-    float light = sun * facing;
+    float direct = sun * facing;
+    float ambient = mix(ground, sky, 0.5 + 0.5 * n.z);
+    float light = direct + ambient;
 #ifdef DIRECTIONAL_LIGHT_SHADOWS
-    if (facing > 0.0) light *= sunlit(n);
+    if (facing > 0.0) light = direct * sunlit(n) + ambient;
 #endif
-    light += mix(ground, sky, 0.5 + 0.5 * n.z);
+    if (real != 0) {
+        frag_color = vec4(0.0, 0.0, 0.0, 1.0 - light / (direct + ambient));
+        return;
+    }
     vec3 color = material.base_color_factor.rgb;
 #ifdef HAS_BASE_COLOR_TEX
     color *= texture(material.base_color_texture, frag_uv).rgb;

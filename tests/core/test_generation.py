@@ -20,7 +20,8 @@ from omomo_core.generation.generator import generate
 from omomo_core.generation.known import Known, Pose
 from omomo_core.generation.ranking import choose
 from omomo_core.generation.result import Generation, GenerationOptions, Stages
-from omomo_core.generation.solve import Solved, Wish, solve_bodies
+from omomo_core.generation.solve import Solved, solve_bodies
+from omomo_core.generation.wish import Wish
 from omomo_core.hand_stage import paper as hand_paper
 from omomo_core.motion import HandMotion, ObjectMesh, ObjectMotion
 from omomo_core.stage import Stage

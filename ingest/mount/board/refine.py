@@ -8,8 +8,8 @@ from jaxtyping import Bool, Float64
 from ingest.mount.board.lens import Sightings
 from ingest.mount.uncertainty import moved
 
-_LEAST = 1e-6
-"""Information, in pixels, that keeps frames of nonsense solvable: a thousand radians or metres."""
+_LEAST = 1e-9
+"""Part of the information that is added: frames of nonsense show nothing of some direction."""
 _ROUNDS = 30
 _DONE = 1e-7
 """Radians and metres: a step as small changes nothing."""
@@ -45,7 +45,8 @@ def fit(
         J, r = jacobian(part, T[k]), residuals(part, T[k])
         A, b = _normal(J, r, used[k])
         A[:, range(6), range(6)] *= 1 + damping[k, None]
-        step = np.linalg.solve(A, b[..., None])[..., 0]
+        even, size = _evened(A)
+        step = size * np.linalg.solve(even, (size * b)[..., None])[..., 0]
         tried = moved(T[k], step)
         new = _cost(residuals(part, tried), used[k])
         better = new < cost[k]
@@ -68,7 +69,8 @@ def covariances(
     """
     J = jacobian(sightings, T)
     A, _ = _normal(J, residuals(sightings, T), used)
-    return np.linalg.inv(A) * sigma[:, None, None] ** 2
+    even, size = _evened(A)
+    return np.linalg.inv(even) * size[:, :, None] * size[:, None, :] * sigma[:, None, None] ** 2
 
 
 def residuals(
@@ -113,7 +115,15 @@ def _normal(
 ) -> tuple[Float64[np.ndarray, "frames 6 6"], Float64[np.ndarray, "frames 6"]]:
     rows = (J * used[..., None, None]).reshape(len(J), 2 * used.shape[1], 6)
     turned = rows.swapaxes(1, 2)
-    return turned @ rows + _LEAST * np.eye(6), (turned @ r.reshape(len(J), 2 * used.shape[1], 1))[..., 0]
+    return turned @ rows, (turned @ r.reshape(len(J), 2 * used.shape[1], 1))[..., 0]
+
+
+def _evened(
+    A: Float64[np.ndarray, "frames 6 6"],
+) -> tuple[Float64[np.ndarray, "frames 6 6"], Float64[np.ndarray, "frames 6"]]:
+    """A with ones on its diagonal, which can be inverted whatever the scales; and the scales."""
+    size = 1 / np.sqrt(np.einsum("fii->fi", A) + 1e-300)
+    return A * size[:, :, None] * size[:, None, :] + _LEAST * np.eye(6), size
 
 
 def _cost(

@@ -9,6 +9,7 @@ from torch import Tensor
 
 from omomo_core.body.kinematics import MODEL_REST
 from omomo_core.body.model import BodyModel
+from omomo_core.body.polish.flesh import SKIN, Ball
 from omomo_core.skeleton import BODY_JOINTS, MODEL_PARENTS, joint
 
 _SIDES = ("left", "right")
@@ -25,7 +26,7 @@ _BETWEEN: dict[str, dict[str, float]] = {
 VALUES = 3 * (1 + len(BONES))
 """Per frame: a shift of the pelvis and one rotation vector per bone."""
 
-_FLESH: tuple[tuple[str, str, float, float], ...] = (
+_COARSE = tuple(Ball(start, end, share, (0.0, 0.0, 0.0), radius) for start, end, share, radius in (
     ("pelvis", "pelvis", 0.0, 0.115), ("pelvis", "spine2", 0.6, 0.11),
     ("spine2", "spine3", 0.7, 0.115), ("spine3", "neck", 0.5, 0.115),
     ("neck", "head", 2.4, 0.09), ("spine3", "spine3", 0.0, 0.11),
@@ -36,18 +37,12 @@ _FLESH: tuple[tuple[str, str, float, float], ...] = (
         (f"{s}_shoulder", f"{s}_elbow", 0.5, 0.045), (f"{s}_elbow", f"{s}_elbow", 0.0, 0.038),
         (f"{s}_elbow", f"{s}_wrist", 0.5, 0.032),
     )),
-)  # fmt: skip
+))  # fmt: skip
 """Balls along the bones: from, to, share of the way, radius at 1.72 m in metres.
 
 The skull is beyond its joint. Radii from segment girths (NASA-STD-3000 anthropometry), less what
 soft tissue gives in contact.
 """
-_NEAR_HANDS: tuple[tuple[str, str, float, float], ...] = tuple(
-    (f"{s}_elbow", f"{s}_wrist", share, radius)
-    for s in _SIDES
-    for share, radius in ((0.25, 0.036), (0.75, 0.03), (0.95, 0.027))
-)
-"""The rest of the forearms: they come as near to an object as the hands that hold it."""
 _STATURE = 1.72
 
 _MASSES: tuple[tuple[str, str, float, float], ...] = (
@@ -88,11 +83,16 @@ bends forward, elbows and knees are hinges that open to nearly straight, a forea
 class Anatomy:
     """Points of one body that are linear in its bones, with how turning bones moves them."""
 
-    placing: Float[Tensor, "points 24"]
-    """Share of each bone vector of the tree in each point."""
-    levers: Float[Tensor, "points bones 24"]
-    """Share of each bone vector in the lever with which a turning bone moves a point."""
-    offsets: Float[Tensor, "24 3"]
+    follows: Float[Tensor, "points 24"]
+    """Share of each joint in each point."""
+    placing: Float[Tensor, "points vectors"]
+    """Share of each vector in each point: bones of the tree, then the ways from bones to balls."""
+    levers: Float[Tensor, "points bones vectors"]
+    """Share of each vector in the lever with which a turning bone moves a point."""
+    turning: Float[Tensor, "entries components"]
+    """How the 22 x 9 entries of the joints' rotations make up the vectors."""
+    spanning: Float[Tensor, "entries coordinates"]
+    """How they make up the points, from the pelvis."""
     mixing: Float[Tensor, "22 bones"]
     """How the body's joints turn with the bones."""
     radii: Float[Tensor, " flesh"]
@@ -108,27 +108,35 @@ def anatomy(body: BodyModel, *, clearance: float | None = None) -> Anatomy:
         clearance: metres added to the balls' radii, with the whole of the forearms among them; None
             for what synthesis keeps out of its props.
     """
-    flesh = _FLESH if clearance is None else _FLESH + _NEAR_HANDS
+    flesh = _COARSE if clearance is None else SKIN
+    size = body.height / _STATURE
     rest = body.rest_joints[list(MODEL_REST)].float()
     above = [max(p, 0) for p in MODEL_PARENTS]
+    beside = torch.tensor([ball.beside for ball in flesh]) * size
+    offsets = torch.cat([rest - rest[above], beside])
+    above += [joint(ball.start) for ball in flesh]
     mixing = torch.zeros(22, len(BONES))
     for name in BODY_JOINTS:
         for bone, share in _BETWEEN.get(name, {name: 1.0} if name in BONES else {}).items():
             mixing[joint(name), BONES.index(bone)] = share
-    weights = torch.zeros(5 + len(flesh), 24)
+    follows = torch.zeros(5 + len(flesh), 24)
     for row, j in enumerate((22, 23, joint("left_ankle"), joint("right_ankle"))):
-        weights[row, j] = 1.0
-    weights[4] = _mass_shares()
-    for row, (start, end, share, _) in enumerate(flesh, start=5):
-        weights[row, joint(start)] += 1 - share
-        weights[row, joint(end)] += share
-    placing = weights @ _tree()
+        follows[row, j] = 1.0
+    follows[4] = _mass_shares()
+    for row, ball in enumerate(flesh, start=5):
+        follows[row, joint(ball.start)] += 1 - ball.share
+        follows[row, joint(ball.end)] += ball.share
+    beyond = torch.cat([torch.zeros(5, len(flesh)), torch.eye(len(flesh))])
+    placing = torch.cat([follows @ _tree(), beyond], dim=1)
+    turning = _turning(above, offsets)
     return Anatomy(
+        follows=follows,
         placing=placing,
         levers=placing[:, None, :] * mixing[above].T[None],
-        offsets=rest - rest[above],
+        turning=turning,
+        spanning=(placing @ turning.unflatten(1, (-1, 3))).flatten(1),
         mixing=mixing,
-        radii=torch.tensor([r for *_, r in flesh]) * (body.height / _STATURE) + (clearance or 0.0),
+        radii=torch.tensor([ball.radius for ball in flesh]) * size + (clearance or 0.0),
         mass=BODY_MASS_INDEX * body.height**2,
     )
 
@@ -136,6 +144,14 @@ def anatomy(body: BodyModel, *, clearance: float | None = None) -> Anatomy:
 def centre_of_mass(joints: Float[np.ndarray, "*b 24 3"]) -> Float[np.ndarray, "*b 3"]:
     """Centre of mass of a pose from its joints, metres."""
     return np.einsum("j,...jx->...x", _mass_shares().double().numpy(), joints)
+
+
+def _turning(above: list[int], offsets: Float[Tensor, "vectors 3"]) -> Float[Tensor, "entries c"]:
+    """Each vector is its joint's rotation times an offset: linear in the rotation's entries."""
+    matrix = torch.zeros(22, 3, 3, len(above), 3)
+    for row in range(3):
+        matrix[above, row, :, range(len(above)), row] = offsets
+    return matrix.flatten(3).flatten(0, 2)
 
 
 def _mass_shares() -> Float[Tensor, " 24"]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import roma
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from torch import Tensor
 
@@ -53,7 +53,7 @@ def polish(
     rotations: Float[np.ndarray, "*b frames 22 3 3"],
     targets: Targets,
     *,
-    clearance: float | None = None,
+    flesh: Anatomy | None = None,
     free: Float[np.ndarray, " frames"] | None = None,
     steps: int = 4,
 ) -> _Pose:
@@ -69,7 +69,7 @@ def polish(
         root: pelvis of the first guess, world, metres.
         rotations: its global R_world_joint.
         targets: what has to be satisfied.
-        clearance: metres that flesh keeps from the object, see `anatomy`.
+        flesh: what keeps out of the object; what synthesis keeps out of its props if not given.
         free: how far each frame may be corrected, from 0 (not at all) to 1.
         steps: Gauss-Newton iterations.
 
@@ -79,7 +79,7 @@ def polish(
     clips, frames = root.shape[:-2], root.shape[-2]
     targets = _approached(body, root, rotations, targets)
     rotations = _each(calmed, rotations)
-    flesh, spline = anatomy(body, clearance=clearance), Spline(frames, _SPACING)
+    flesh, spline = flesh or anatomy(body), Spline(frames, _SPACING)
     basis = spline.basis(np.arange(frames, dtype=float))
     basis = basis if free is None else basis * _float(free)[:, None]
     guess = _Guess(_float(root), _float(rotations), basis)
@@ -191,9 +191,14 @@ def _goals(
 
 
 def _standing(targets: Targets) -> Float[np.ndarray, "*b frames 2"]:
-    """1 while heel or ball stands, falling smoothly to 0 in the air."""
-    down = (targets.planted[..., :2] | targets.planted[..., 2:]).astype(float)
-    return gaussian_filter1d(maximum_filter1d(down, 9, axis=-2), 1.5, axis=-2, mode="nearest")
+    """How firmly each foot stands, on heel or ball."""
+    return firmness(targets.planted[..., :2] | targets.planted[..., 2:])
+
+
+def firmness(standing: Bool[np.ndarray, "*b frames 2"]) -> Float[np.ndarray, "*b frames 2"]:
+    """1 while a foot stands, falling smoothly to 0 in the air."""
+    down = maximum_filter1d(standing.astype(float), 9, axis=-2)
+    return gaussian_filter1d(down, 1.5, axis=-2, mode="nearest")
 
 
 def _closeness() -> Float[Tensor, "values values"]:

@@ -9,7 +9,7 @@ from torch import Tensor
 
 from omomo_core.body.polish.anatomy import BONES, LIMITS, VALUES, Anatomy
 from omomo_core.body.polish.barrier import Barrier
-from omomo_core.skeleton import MODEL_PARENTS, joint
+from omomo_core.skeleton import joint
 
 _PALM, _ANKLE, _SWING = 60.0, 60.0, 6.0
 """Weights: square roots of 1 / m or 1 / rad; a palm 1/60 m off costs as much as 1 rad."""
@@ -19,7 +19,6 @@ _FOOT = 0.05
 _ANYWHERE = 1e6
 """Support of somebody in the air: there is no balance to keep."""
 _DIRECTIONS = 16
-_ABOVE = [max(parent, 0) for parent in MODEL_PARENTS]
 _PARENT_JOINTS = [joint(parent) for parent, _, _ in LIMITS]
 _CHILD_JOINTS = [joint(child) for _, child, _ in LIMITS]
 _WRISTS = [joint("left_wrist"), joint("right_wrist")]
@@ -76,10 +75,13 @@ def support(
 
 def points_of(
     anatomy: Anatomy, root: Float[Tensor, "times 3"], rotations: Float[Tensor, "times 22 3 3"]
-) -> tuple[Float[Tensor, "times points 3"], Float[Tensor, "times 24 3"]]:
-    """Points of the anatomy and the bone vectors they are made of, world, metres."""
-    bones = (rotations[:, _ABOVE] @ anatomy.offsets[:, :, None])[..., 0]
-    return root[:, None] + anatomy.placing @ bones, bones
+) -> tuple[Float[Tensor, "times points 3"], Float[Tensor, "times vectors 3"]]:
+    """Points of the anatomy and the vectors they are made of, world, metres."""
+    entries = rotations.flatten(1)
+    points, vectors = (
+        (entries @ how).unflatten(1, (-1, 3)) for how in (anatomy.spanning, anatomy.turning)
+    )
+    return root[:, None] + points, vectors
 
 
 def rows(

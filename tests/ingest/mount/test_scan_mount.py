@@ -36,16 +36,24 @@ class Scanned:
     model: SimulatedModel
     landmarks: Landmarks
     log: CaptureSession
+    start: Views
+    """A picture by the clamped phone."""
+    end: Views
+    """The same after it slipped."""
 
 
 @pytest.fixture(scope="module")
 def scanned(tmp_path_factory: pytest.TempPathFactory) -> Scanned:
     folder = tmp_path_factory.mktemp("scan")
     scene = scan_scene(1)
-    model = drawn_model(scene, orbit_poses(scene, 10), folder, width=WIDTH, seed=1)
+    model = drawn_model(scene, orbit_poses(scene, 8), folder, width=WIDTH, seed=1)
     landmarks = read_landmarks(model.sparse, model.images, T_object_model=model.T_object_model)
     log = with_pictures(scan_log(scene, seed=1)[0], scene, folder / "film", AT)
-    return Scanned(scene, model, landmarks, log)
+    slipped = scene.T_world_clamped.copy()
+    slipped[:3, :3] = slipped[:3, :3] @ Rotation.from_euler("z", 4, degrees=True).as_matrix()
+    slipped[:3, 3] += [0.03, 0, 0]
+    start, end = _views(scene, {"start": scene.T_world_clamped, "end": slipped})
+    return Scanned(scene, model, landmarks, log, start, end)
 
 
 def _surprise(found: Mount, truth: Mount) -> float:
@@ -54,10 +62,14 @@ def _surprise(found: Mount, truth: Mount) -> float:
     return float(step @ np.linalg.solve(found.covariance, step))
 
 
-def _views(scene: ScanScene, T_world_phone: np.ndarray, name: str) -> Views:
-    picture, _ = next(film(scene, [T_world_phone], WIDTH))
-    grey = np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
-    return Views(name, (View(name, grey, intrinsics(WIDTH)),))
+def _views(scene: ScanScene, poses: dict[str, np.ndarray]) -> list[Views]:
+    """A picture from each pose."""
+    pictures = film(scene, poses.values(), WIDTH)
+    greys = [np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)) for picture, _ in pictures]
+    return [
+        Views(name, (View(name, grey, intrinsics(WIDTH)),))
+        for name, grey in zip(poses, greys, strict=True)
+    ]
 
 
 def test_the_clamped_phone_is_found_in_the_scan(scanned: Scanned):
@@ -79,8 +91,9 @@ def test_the_clamped_phone_is_found_in_the_scan(scanned: Scanned):
 
 
 def test_a_scale_that_is_not_sure_widens_along_the_lever(scanned: Scanned):
-    place = _views(scanned.scene, scanned.scene.T_world_clamped, "photo")
-    known, unsure = (scan_mount(scanned.landmarks, [place], scale_sd=sd) for sd in (0.0, 0.05))
+    known, unsure = (
+        scan_mount(scanned.landmarks, [scanned.start], scale_sd=sd) for sd in (0.0, 0.05)
+    )
     assert known.covariance is not None
     assert unsure.covariance is not None
     t = known.T_phone_object[:3, 3]
@@ -90,21 +103,16 @@ def test_a_scale_that_is_not_sure_widens_along_the_lever(scanned: Scanned):
 
 
 def test_a_phone_that_slipped_between_start_and_end(scanned: Scanned):
-    turned = scanned.scene.T_world_clamped.copy()
-    turned[:3, :3] = turned[:3, :3] @ Rotation.from_euler("z", 4, degrees=True).as_matrix()
-    turned[:3, 3] += [0.03, 0, 0]
-    start = _views(scanned.scene, scanned.scene.T_world_clamped, "15.0 to 17.5 s")
-    end = _views(scanned.scene, turned, "21.5 to 24.0 s")
     with pytest.raises(InputError) as caught:
-        scan_mount(scanned.landmarks, [start, end])
+        scan_mount(scanned.landmarks, [scanned.start, scanned.end])
     assert caught.value.code == "scan-slipped"
-    assert start.name in caught.value.what
-    assert end.name in caught.value.what
+    assert "Between start and end" in caught.value.what
+    assert " deg " in caught.value.what
 
 
 def test_another_room(scanned: Scanned):
     elsewhere = scan_scene(77)
-    place = _views(elsewhere, elsewhere.T_world_clamped, "photo")
+    place = _views(elsewhere, {"photo": elsewhere.T_world_clamped})[0]
     with pytest.raises(InputError) as caught:
         scan_mount(scanned.landmarks, [place])
     assert caught.value.code == "scan-no-match"
@@ -112,7 +120,7 @@ def test_another_room(scanned: Scanned):
 
 
 def test_a_view_of_which_only_a_corner_is_known(scanned: Scanned):
-    view = _views(scanned.scene, scanned.scene.T_world_clamped, "photo").views[0]
+    view = scanned.start.views[0]
     whole = localise(view, scanned.landmarks)
     T_cv = np.diag([1.0, -1.0, -1.0, 1.0]) @ whole.T_phone_object
     seen = scanned.landmarks.points @ T_cv[:3, :3].T + T_cv[:3, 3]
@@ -128,7 +136,7 @@ def test_a_view_of_which_only_a_corner_is_known(scanned: Scanned):
 
 
 def test_a_dark_view_is_left_out_and_told(scanned: Scanned):
-    place = _views(scanned.scene, scanned.scene.T_world_clamped, "photos")
+    place = scanned.start
     dark = replace(place.views[0], name="dark", picture=np.zeros_like(place.views[0].picture))
     found = scan_mount(scanned.landmarks, [Views("photos", (dark, *place.views))])
     assert found.note == "1 of 2 pictures could not be localised."
@@ -138,7 +146,7 @@ def test_a_dark_view_is_left_out_and_told(scanned: Scanned):
 
 
 def test_photos_in_a_folder(scanned: Scanned, tmp_path: Path):
-    picture = _views(scanned.scene, scanned.scene.T_world_clamped, "x").views[0].picture
+    picture = scanned.start.views[0].picture
     cv2.imwrite(str(tmp_path / "a.png"), picture)
     place = views_in(tmp_path, intrinsics(WIDTH))
     np.testing.assert_array_equal(place.views[0].picture, picture)
@@ -215,13 +223,14 @@ def test_the_whole_chain_with_pycolmaps_own_model(tmp_path: Path):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1200)
 def test_the_truth_is_within_the_bounds(tmp_path: Path):
     surprises = []
-    for seed in range(20):
+    for seed in range(100, 112):
         scene = scan_scene(seed)
-        model = drawn_model(scene, orbit_poses(scene, 12), tmp_path / str(seed), seed=seed)
+        model = drawn_model(scene, orbit_poses(scene, 10), tmp_path / str(seed), seed=seed)
         landmarks = read_landmarks(model.sparse, model.images, None, model.T_object_model)
-        found = scan_mount(landmarks, [_views(scene, scene.T_world_clamped, f"{seed}")])
+        found = scan_mount(landmarks, _views(scene, {"photo": scene.T_world_clamped}))
         surprises.append(_surprise(found, scene.mount))
     assert np.mean(np.array(surprises) < 12.6) >= 0.9
     assert np.mean(surprises) > 0.5
