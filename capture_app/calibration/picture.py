@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from ingest.mount.mount import Mount
-from ingest.mount.phones import Phone, phone_body, phone_named
+from ingest.mount.phone.body import Phone, phone_body, phone_named
 from ingest.mount.uncertainty import bounds_95
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh

@@ -18,6 +18,8 @@ from omomo_core.errors import InputError
 from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
 
+CARRIED = 1.0
+"""Metres that a phone is carried to scan an object, at least."""
 MIN_SECONDS = 1.0
 MAX_SHAKE, MAX_TREMBLE = 0.0015, np.radians(0.2)
 """Metres and rad (rms in a second) of a phone on a clamp; the steadiest hand shakes more."""

@@ -9,7 +9,7 @@ from capture_app.calibration.guide.talk import Talk
 from capture_app.calibration.guide.walk import command_line
 from ingest.formats.detect import read_session
 from ingest.mesh import load_mesh
-from ingest.mount.directions import numbers
+from ingest.mount.drawing.directions import numbers
 from ingest.mount.file import load_mount
 from ingest.mount.floor.contacts import find_contacts, track
 from ingest.mount.floor.sides import flat_sides

@@ -16,7 +16,7 @@ from capture_app.calibration.picking import ENOUGH
 from ingest.mount.board.place import BoardPlace, load_place, place_from_points
 from ingest.mount.board.sheet import PAPERS, preset_for
 from ingest.mount.board.spec import Board, parse_board
-from ingest.mount.directions import numbers
+from ingest.mount.drawing.directions import numbers
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
 

@@ -5,9 +5,9 @@ import numpy as np
 from capture_app.calibration.guide.step import Known, Step, Words
 from capture_app.calibration.guide.talk import Talk
 from ingest.mesh import load_mesh
-from ingest.mount.colmap_files import read_model
 from ingest.mount.pose_file import load_similarity
-from ingest.mount.scan_mesh import load_scan
+from ingest.mount.scan.colmap_files import read_model
+from ingest.mount.session.scan_mesh import load_scan
 from omomo_core.errors import InputError
 
 

@@ -10,7 +10,7 @@ from ingest.mount.board.detect import Corners, Detector, Grey
 from ingest.mount.board.diagnose import fits, not_found
 from ingest.mount.board.pictures import TIMES, Picture, of_folder, of_session, of_video
 from ingest.mount.board.spec import MIN_CORNERS, Board
-from ingest.mount.screen_views import photos
+from ingest.mount.screen.views import photos
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 

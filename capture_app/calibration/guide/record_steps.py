@@ -15,12 +15,11 @@ from capture_app.calibration.guide.recording import (
 )
 from capture_app.calibration.guide.step import AgainError, Known, Step, Words
 from capture_app.calibration.guide.talk import Talk
-from capture_app.cli.calibrate.session import CARRIED
 from ingest.formats.detect import read_session
 from ingest.mount.board.camera import load_camera
 from ingest.mount.hand_eye.pose_log import read_pose_log
 from ingest.mount.pose_file import load_pose
-from ingest.mount.still import clamped_stills
+from ingest.mount.still import CARRIED, clamped_stills
 from ingest.session import CaptureSession
 
 

@@ -4,12 +4,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from capture_app.calibration.guide.finding import Finding, both
-from capture_app.cli.calibrate.session import CARRIED
 from ingest.mount.hand_eye.doubt import check_turns
 from ingest.mount.hand_eye.phone import phone_stream
 from ingest.mount.hand_eye.streams import PoseStream
-from ingest.mount.still import clamped_stills
-from ingest.mount.views import views_of
+from ingest.mount.scan.views import views_of
+from ingest.mount.still import CARRIED, clamped_stills
 from ingest.session import CaptureSession
 from ingest.trajectory.breaks import check_rate, find_breaks
 from omomo_core.errors import InputError

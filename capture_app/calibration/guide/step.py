@@ -6,7 +6,7 @@ from pathlib import Path
 
 from capture_app.calibration.guide.talk import Talk
 from ingest.mount.board.spec import Board
-from ingest.mount.phones import Phone
+from ingest.mount.phone.body import Phone
 from ingest.session import CaptureSession
 from omomo_core.motion import ObjectMesh
 

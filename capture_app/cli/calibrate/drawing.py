@@ -88,8 +88,8 @@ def drawing(
     from capture_app.cli.calibrate.finish import check_output, finish
     from capture_app.cli.calibrate.phone import maybe_phone, needed_phone
     from ingest.mesh import load_mesh
-    from ingest.mount.drawing import Precision, body_mount, camera_mount
-    from ingest.mount.drawn import Drawn
+    from ingest.mount.drawing.drawing import Precision, body_mount, camera_mount
+    from ingest.mount.drawing.drawn import Drawn
 
     check_output(mount_file)
     drawn = Drawn(xyz=xyz, axes=axes, euler=euler, quaternion=quaternion, matrix=matrix)

@@ -23,18 +23,27 @@ def check_output(path: Path) -> None:
     Raises:
         InputError: "output-exists" or "output-folder".
     """
-    taken = next((p for p in (path, path.with_suffix(".png")) if p.exists()), None)
-    if taken is not None:
+    check_free(path)
+    check_free(path.with_suffix(".png"))
+
+
+def check_free(path: Path) -> None:
+    """Refuse a place for a file where something is, or whose folder is not there.
+
+    Raises:
+        InputError: "output-exists" or "output-folder".
+    """
+    if path.exists():
         raise InputError(
             "output-exists",
-            f"There is already a {'folder' if taken.is_dir() else 'file'} of that name.",
-            where=str(taken),
+            f"There is already a {'folder' if path.is_dir() else 'file'} of that name.",
+            where=str(path),
             fix="Name another file with -o: a calibration is never overwritten.",
         )
     if not path.absolute().parent.is_dir():
         raise InputError(
             "output-folder",
-            "The folder for the mount file is not there.",
+            "The folder for the file is not there.",
             where=str(path.parent),
             fix="Make it, or name another place with -o.",
         )

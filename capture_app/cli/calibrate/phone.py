@@ -1,7 +1,7 @@
 """Which phone is meant, by its model or by four measurements."""
 
-from ingest.mount.directions import numbers
-from ingest.mount.phones import Phone, phone_named
+from ingest.mount.drawing.directions import numbers
+from ingest.mount.phone.body import Phone, phone_named
 
 
 def maybe_phone(name: str | None, ruler: str | None) -> Phone | None:

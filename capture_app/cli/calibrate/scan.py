@@ -9,7 +9,7 @@ from capture_app.cli.calibrate import options as given
 from capture_app.cli.calibrate.stills import ClampedAt, Spans
 
 if TYPE_CHECKING:
-    from ingest.mount.views import Views
+    from ingest.mount.scan.views import Views
 
 Model = Annotated[
     Path,
@@ -89,9 +89,9 @@ def scan(
     from capture_app.cli.calibrate.finish import check_output, finish
     from capture_app.cli.console import progress_bars
     from ingest.mesh import load_mesh
-    from ingest.mount.landmarks import read_landmarks
     from ingest.mount.pose_file import load_similarity
-    from ingest.mount.scan import scan_mount
+    from ingest.mount.scan.landmarks import read_landmarks
+    from ingest.mount.scan.scan import scan_mount
 
     check_output(mount_file)
     solid = load_mesh(mesh)
@@ -114,7 +114,7 @@ def _places(
 ) -> "tuple[list[Views], str]":
     from capture_app.cli.calibrate.stills import chosen_stills
     from ingest.formats.detect import read_session
-    from ingest.mount.views import views_in, views_of
+    from ingest.mount.scan.views import views_in, views_of
     from omomo_core.errors import InputError
 
     if (session is None) == (photos is None):

@@ -105,20 +105,20 @@ def screen(
     another camera, in which the screen and a board fixed on the object are seen (or scan the object
     with the phone on it).
     """
-    from capture_app.cli.calibrate.finish import check_output, finish
+    from capture_app.cli.calibrate.finish import check_free, check_output, finish
     from capture_app.cli.calibrate.phone import needed_phone
     from capture_app.cli.calibrate.screen_steps import Seen, see, write_picture
     from ingest.mesh import load_mesh
     from ingest.mount.file import load_mount
-    from ingest.mount.screen import learned_screen, mount_from_screen, screen_object
-    from ingest.mount.screen_shown import (
+    from ingest.mount.screen.screen import learned_screen, mount_from_screen, screen_object
+    from ingest.mount.screen.shown import (
         load_screen_pose,
         save_screen_pose,
         screen_pose,
         shown_board,
     )
 
-    check_output(file)
+    (check_free if show or learn else check_output)(file)
     known = needed_phone(phone, ruler)
     if show:
         write_picture(known, file)

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from capture_app.cli.console import output
 from ingest.mount.board.spec import Board
-from ingest.mount.phones import Phone
-from ingest.mount.screen import Views
+from ingest.mount.phone.body import Phone
+from ingest.mount.screen.screen import Views
 from omomo_core.errors import InputError
 
 
@@ -29,7 +29,7 @@ def write_picture(phone: Phone, path: Path) -> None:
     """
     import cv2
 
-    from ingest.mount.screen_shown import screen_picture
+    from ingest.mount.screen.shown import screen_picture
 
     if path.suffix.lower() != ".png":
         raise InputError(
@@ -59,7 +59,7 @@ def see(given: Seen, shown: Board) -> Views:
     from ingest.mount.board.place import load_place
     from ingest.mount.board.spec import parse_board
     from ingest.mount.pose_file import load_similarity
-    from ingest.mount.screen_views import photos, views_in_model, views_with_board
+    from ingest.mount.screen.views import photos, views_in_model, views_with_board
 
     if given.pictures is None or (given.model is None) == (given.board is None):
         raise InputError(

@@ -10,7 +10,7 @@ from capture_app.cli.calibrate import options as given
 from capture_app.cli.calibrate.stills import ClampedAt, Spans
 
 if TYPE_CHECKING:
-    from ingest.mount.session import Placed
+    from ingest.mount.session.session import Placed
     from ingest.session import CaptureSession
     from omomo_core.motion import ObjectMesh
 
@@ -46,8 +46,6 @@ Place = Annotated[
         show_default=False,
     ),
 ]
-CARRIED = 1.0
-"""Metres that a phone is carried to scan an object, at least."""
 
 
 def session(
@@ -73,7 +71,8 @@ def session(
     from capture_app.cli.calibrate.stills import chosen_stills
     from ingest.formats.detect import read_session
     from ingest.mesh import load_mesh
-    from ingest.mount.session import session_mount
+    from ingest.mount.session.session import session_mount
+    from ingest.mount.still import CARRIED
 
     check_output(mount_file)
     _check_choice(scan, object_pose, board, place)
@@ -96,8 +95,8 @@ def _by_mesh(
     before: float,
 ) -> "Placed":
     from ingest.mount.pose_file import load_pose
-    from ingest.mount.scan_mesh import load_scan
-    from ingest.mount.session import placed_by_hand, placed_by_scan
+    from ingest.mount.session.scan_mesh import load_scan
+    from ingest.mount.session.session import placed_by_hand, placed_by_scan
 
     if object_pose is not None:
         return placed_by_hand(log, solid, load_pose(object_pose), before, str(object_pose))
@@ -110,7 +109,7 @@ def _by_board(log: "CaptureSession", text: str, place: Path, before: float) -> "
     from ingest.mount.board.place import load_place
     from ingest.mount.board.spec import parse_board
     from ingest.mount.board.track import track_session
-    from ingest.mount.session_board import placed_by_board
+    from ingest.mount.session.by_board import placed_by_board
 
     board = parse_board(text)
     where = load_place(place, board)

@@ -10,7 +10,7 @@ from jaxtyping import Float64
 from pydantic import BaseModel, Field, ValidationError
 
 from ingest.mount.board.spec import Board
-from ingest.mount.points import PICKING, rigid_from_points
+from ingest.mount.points.fit import PICKING, rigid_from_points
 from ingest.mount.pose_file import load_pose
 from omomo_core.errors import InputError
 

@@ -11,9 +11,9 @@ import trimesh
 from capture_app.calibration.guide.recipes import RECIPES
 from capture_app.simulator.carried_box import box_mesh, clamped_phone
 from ingest.mount.board.spec import PRESETS
-from ingest.mount.drawing import body_of_camera
+from ingest.mount.drawing.drawing import body_of_camera
 from ingest.mount.mount import Mount
-from ingest.mount.phones import phone_body, phone_named
+from ingest.mount.phone.body import phone_body, phone_named
 from ingest.mount.uncertainty import between
 from omomo_core.geometry.transforms import inverse
 

@@ -8,8 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from ingest.mount.directions import rotation_in_words, rotation_of_euler, rotation_of_quaternion
-from ingest.mount.drawing import (
+from ingest.mount.drawing.directions import (
+    rotation_in_words,
+    rotation_of_euler,
+    rotation_of_quaternion,
+)
+from ingest.mount.drawing.drawing import (
     MEASURED,
     PRINTED,
     body_mount,
@@ -17,7 +21,7 @@ from ingest.mount.drawing import (
     camera_mount,
     camera_of_body,
 )
-from ingest.mount.phones import body_point, phone_body, phone_named
+from ingest.mount.phone.body import body_point, phone_body, phone_named
 from ingest.mount.pose_file import load_pose, load_similarity
 from ingest.mount.uncertainty import between, bounds_95, moved
 from omomo_core.errors import InputError

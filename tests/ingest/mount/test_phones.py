@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ingest.mount.phone_models import MODELS
-from ingest.mount.phones import body_point, phone_body, phone_named
+from ingest.mount.phone.body import body_point, phone_body, phone_named
+from ingest.mount.phone.models import MODELS
 from ingest.mount.uncertainty import bounds_95
 from omomo_core.errors import InputError
 

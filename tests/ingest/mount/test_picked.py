@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from ingest.mount.correspondences import Pair, load_pairs, save_pairs, typed_pair
-from ingest.mount.phones import body_point, phone_body, phone_named
-from ingest.mount.picked import mount_from_pairs
+from ingest.mount.phone.body import body_point, phone_body, phone_named
+from ingest.mount.points.correspondences import Pair, load_pairs, save_pairs, typed_pair
+from ingest.mount.points.picked import mount_from_pairs
 from ingest.mount.uncertainty import between, bounds_95, moved
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse

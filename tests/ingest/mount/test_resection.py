@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from ingest.mount.resection import resect
+from ingest.mount.scan.resection import resect
 from ingest.mount.uncertainty import between
 
 INTRINSICS = np.array([487.0, 487.0, 319.5, 239.5])

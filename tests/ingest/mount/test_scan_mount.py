@@ -13,13 +13,13 @@ from scipy.spatial.transform import Rotation
 from capture_app.simulator.scan_log import scan_log, with_pictures
 from capture_app.simulator.scan_model import SimulatedModel, drawn_model, triangulated_model
 from capture_app.simulator.scan_scene import ScanScene, film, intrinsics, orbit_poses, scan_scene
-from ingest.mount.landmarks import Landmarks, read_landmarks
-from ingest.mount.localise import View, localise
 from ingest.mount.mount import Mount
-from ingest.mount.scan import scan_mount
+from ingest.mount.scan.landmarks import Landmarks, read_landmarks
+from ingest.mount.scan.localise import View, localise
+from ingest.mount.scan.scan import scan_mount
+from ingest.mount.scan.views import Views, views_in, views_of
 from ingest.mount.still import clamped_stills
 from ingest.mount.uncertainty import between, bounds_95
-from ingest.mount.views import Views, views_in, views_of
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 

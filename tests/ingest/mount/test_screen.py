@@ -10,9 +10,15 @@ from scipy.spatial.transform import Rotation
 
 from ingest.mount.board.poses import BoardPoses, board_poses
 from ingest.mount.board.spec import Board
-from ingest.mount.phones import phone_named
-from ingest.mount.screen import Views, board_size, learned_screen, mount_from_screen, screen_object
-from ingest.mount.screen_shown import (
+from ingest.mount.phone.body import phone_named
+from ingest.mount.screen.screen import (
+    Views,
+    board_size,
+    learned_screen,
+    mount_from_screen,
+    screen_object,
+)
+from ingest.mount.screen.shown import (
     load_screen_pose,
     save_screen_pose,
     screen_board,

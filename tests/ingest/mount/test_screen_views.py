@@ -13,10 +13,10 @@ from ingest.mount.board.camera import WitnessCamera
 from ingest.mount.board.pattern import board_image
 from ingest.mount.board.place import BoardPlace
 from ingest.mount.board.spec import Board
-from ingest.mount.phones import phone_named
-from ingest.mount.screen import mount_from_screen
-from ingest.mount.screen_shown import screen_board, screen_of_board, screen_pose
-from ingest.mount.screen_views import Photo, photos, views_in_model, views_with_board
+from ingest.mount.phone.body import phone_named
+from ingest.mount.screen.screen import mount_from_screen
+from ingest.mount.screen.shown import screen_board, screen_of_board, screen_pose
+from ingest.mount.screen.views import Photo, photos, views_in_model, views_with_board
 from ingest.mount.uncertainty import between, bounds_95, moved
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse

@@ -20,10 +20,10 @@ from ingest.mount.board.place import BoardPlace
 from ingest.mount.board.spec import Board
 from ingest.mount.board.track import BoardTrack
 from ingest.mount.mount import Mount
-from ingest.mount.register import register
-from ingest.mount.scan_mesh import load_scan
-from ingest.mount.session import placed_by_hand, placed_by_scan, session_mount
-from ingest.mount.session_board import placed_by_board
+from ingest.mount.session.by_board import placed_by_board
+from ingest.mount.session.register import register
+from ingest.mount.session.scan_mesh import load_scan
+from ingest.mount.session.session import placed_by_hand, placed_by_scan, session_mount
 from ingest.mount.still import DRIFT, MAP_ERROR, clamped_stills, named_stills, walked
 from ingest.mount.uncertainty import between, bounds_95, moved
 from ingest.session import CaptureSession

@@ -11,10 +11,10 @@ K = np.array([[1000.0, 0, 640], [0, 1000, 360], [0, 0, 1]])
 
 def test_frames_of_nonsense_are_left_out():
     numbers = np.arange(len(BOARD.corners))
-    seen = (BOARD.corners + [-0.08, -0.12, 0.6]) @ K.T
+    seen = (BOARD.corners + np.array([-0.08, -0.12, 0.6])) @ K.T
     good = seen[:, :2] / seen[:, 2:]
     tilted = BOARD.corners @ np.array([[0.8, 0, -0.6], [0, 1, 0], [0.6, 0, 0.8]]).T
-    seen = (tilted + [-0.08, -0.12, 0.7]) @ K.T
+    seen = (tilted + np.array([-0.08, -0.12, 0.7])) @ K.T
     also = seen[:, :2] / seen[:, 2:]
     one_point = np.full_like(good, 300.0)
     line = np.stack([np.linspace(0, 1000, len(good)), np.full(len(good), 40.0)], axis=1)

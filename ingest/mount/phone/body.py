@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.mount.phone_models import MODELS, Lens
+from ingest.mount.phone.models import MODELS, Lens
 from ingest.mount.uncertainty import of_inverse
 from ingest.session import R_CAMERA_DEVICE
 from omomo_core.errors import InputError

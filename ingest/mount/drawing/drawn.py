@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.mount.directions import (
+from ingest.mount.drawing.directions import (
     numbers,
     rotation_in_words,
     rotation_of_euler,
     rotation_of_quaternion,
 )
-from ingest.mount.drawing import camera_of_body
+from ingest.mount.drawing.drawing import camera_of_body
 from ingest.mount.pose_file import load_pose
 from omomo_core.errors import InputError
 

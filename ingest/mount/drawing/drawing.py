@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from ingest.mount.mount import Mount
-from ingest.mount.phones import Phone, body_point, phone_body
-from ingest.mount.picked import MAX_OFFSET
+from ingest.mount.phone.body import Phone, body_point, phone_body
+from ingest.mount.points.picked import MAX_OFFSET
 from ingest.mount.uncertainty import of_inverse, of_product
 from ingest.session import R_CAMERA_DEVICE
 from omomo_core.errors import InputError

@@ -7,7 +7,17 @@ import trimesh
 from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
-from ingest.mount.align import REACH, Surface, cost, differ, fit, icp, planes, starts, surface_of
+from ingest.mount.session.align import (
+    REACH,
+    Surface,
+    cost,
+    differ,
+    fit,
+    icp,
+    planes,
+    starts,
+    surface_of,
+)
 from ingest.mount.uncertainty import between
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh

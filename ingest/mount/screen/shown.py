@@ -11,7 +11,7 @@ from jaxtyping import Float64, UInt8
 
 from ingest.mount.board.pattern import board_image
 from ingest.mount.board.spec import Board
-from ingest.mount.phones import Phone, phone_body
+from ingest.mount.phone.body import Phone, phone_body
 from ingest.mount.uncertainty import of_product, rotation
 from omomo_core.errors import InputError
 

@@ -7,7 +7,7 @@ from jaxtyping import Float64
 from scipy.spatial import KDTree
 from scipy.stats import chi2
 
-from ingest.mount.procrustes import Similarity, procrustes
+from ingest.mount.points.procrustes import Similarity, procrustes
 from omomo_core.errors import InputError
 
 _SAME = 1e-6

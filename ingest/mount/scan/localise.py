@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Bool, Float64, UInt8
 
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
-from ingest.mount.features import find_features, match
-from ingest.mount.landmarks import Landmarks
-from ingest.mount.resection import resect
+from ingest.mount.scan.features import find_features, match
+from ingest.mount.scan.landmarks import Landmarks
+from ingest.mount.scan.resection import resect
 from omomo_core.errors import InputError
 
 MIN_INLIERS = 25

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.mount.localise import View
+from ingest.mount.scan.localise import View
 from ingest.mount.still import Still
 from ingest.report.frames import image_times, pictures
 from ingest.session import CaptureSession

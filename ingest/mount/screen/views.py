@@ -17,7 +17,7 @@ from ingest.mount.board.place import BoardPlace
 from ingest.mount.board.poses import BoardPoses, board_poses
 from ingest.mount.board.self_calibration import calibrate_camera
 from ingest.mount.board.spec import Board
-from ingest.mount.screen import Views
+from ingest.mount.screen.screen import Views
 from ingest.mount.uncertainty import of_inverse
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse

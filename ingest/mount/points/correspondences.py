@@ -23,7 +23,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from ingest.mount.points import PICKING
+from ingest.mount.points.fit import PICKING
 from omomo_core.errors import InputError
 
 _MAX_BYTES = 2**20

@@ -5,12 +5,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ingest.mount.average import average
-from ingest.mount.landmarks import Landmarks
-from ingest.mount.localise import Localised, localise
 from ingest.mount.mount import Mount
+from ingest.mount.scan.landmarks import Landmarks
+from ingest.mount.scan.localise import Localised, localise
+from ingest.mount.scan.views import Views
 from ingest.mount.still import disagreeing
 from ingest.mount.uncertainty import between
-from ingest.mount.views import Views
 from omomo_core.errors import InputError
 
 SCALE_SD = 0.005

@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Float64
 from scipy.stats import chi2, f
 
-from ingest.mount.point_pairs import PointPairs, check_line, check_pairs, explain, wild
-from ingest.mount.procrustes import Similarity
+from ingest.mount.points.pairs import PointPairs, check_line, check_pairs, explain, wild
+from ingest.mount.points.procrustes import Similarity
 from ingest.mount.uncertainty import skew
 
 PICKING = 0.002

@@ -5,7 +5,7 @@ import numpy as np
 from ingest.mount.average import average
 from ingest.mount.board.place import BoardPlace
 from ingest.mount.board.track import BoardTrack
-from ingest.mount.session import Placed
+from ingest.mount.session.session import Placed
 from ingest.mount.uncertainty import between, of_inverse, of_product
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError

@@ -10,8 +10,8 @@ import pycolmap
 from jaxtyping import Float32, Float64, Int64
 from scipy.spatial import KDTree
 
-from ingest.mount.colmap_files import read_model
-from ingest.mount.features import Features, find_features, unit
+from ingest.mount.scan.colmap_files import read_model
+from ingest.mount.scan.features import Features, find_features, unit
 from omomo_core.errors import InputError
 
 MAX_IMAGES = 40

@@ -10,8 +10,8 @@ from scipy.stats import norm, t
 from ingest.mount.average import Average, average
 from ingest.mount.board.spec import Board
 from ingest.mount.mount import Mount
-from ingest.mount.phones import Phone
-from ingest.mount.screen_shown import ScreenPose, screen_of_board
+from ingest.mount.phone.body import Phone
+from ingest.mount.screen.shown import ScreenPose, screen_of_board
 from ingest.mount.uncertainty import of_inverse, of_product
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse

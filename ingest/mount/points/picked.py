@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.mount.correspondences import Pair
 from ingest.mount.mount import Mount
-from ingest.mount.phones import LENS, Phone, body_point, phone_body
-from ingest.mount.points import PointFit, rigid_from_points
+from ingest.mount.phone.body import LENS, Phone, body_point, phone_body
+from ingest.mount.points.correspondences import Pair
+from ingest.mount.points.fit import PointFit, rigid_from_points
 from ingest.mount.uncertainty import of_product
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse

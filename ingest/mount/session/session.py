@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float64
 
 from ingest.mount.average import average
 from ingest.mount.mount import Mount
-from ingest.mount.register import register
+from ingest.mount.session.register import register
 from ingest.mount.still import MAP_ERROR, Still, break_between, disagreeing, walked
 from ingest.mount.uncertainty import between, of_inverse, of_product
 from ingest.session import CaptureSession

@@ -1,0 +1,1 @@
+"""iPhones: their sizes, and where the camera is in the body."""

@@ -1,0 +1,1 @@
+"""Method scan: the clamped phone's pictures, found again in the object's scan."""
