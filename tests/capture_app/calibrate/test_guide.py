@@ -99,7 +99,7 @@ def test_wrong_answers_are_asked_again(converse, tmp_path: Path):
     for hint in (
         "Answer with a number from 1 to 9",
         "There is already a file of that name",
-        "The folder for the mount file is not there",
+        "The folder for the file is not there",
         "There is no such mesh file",
         "by 0.001 from millimetres",
         "The sizes of 'Nokia' are not known",

@@ -30,6 +30,7 @@ from ingest.mount.screen.shown import (
 from ingest.mount.uncertainty import between, bounds_95, moved, of_inverse
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
+from tests.ingest.mount.around_the_phone import cameras
 
 PHONE = phone_named("iPhone 15")
 FIXED = Board(5, 7, 0.035, 0.026)
@@ -39,22 +40,6 @@ K = np.array([[1500.0, 0, 960], [0, 1500, 720], [0, 0, 1]])
 
 def _pose(rng: np.random.Generator, turn: float, shift: float) -> np.ndarray:
     return moved(np.eye(4), rng.normal(size=6) * np.repeat([turn, shift], 3))
-
-
-def _cameras(rng: np.random.Generator, count: int) -> np.ndarray:
-    """T_screen_camera of a person walking round the phone, looking at it."""
-    poses = []
-    for _ in range(count):
-        slant, round_ = rng.uniform(0.35, 0.9), rng.uniform(0, 2 * np.pi)
-        away = Rotation.from_euler("xz", [slant, round_]).as_matrix() @ [0, 0, -1]
-        T = np.eye(4)
-        T[:3, 2] = -away
-        T[:3, 0] = np.cross([0.1, 1, 0], T[:3, 2])
-        T[:3, 0] /= np.linalg.norm(T[:3, 0])
-        T[:3, 1] = np.cross(T[:3, 2], T[:3, 0])
-        T[:3, 3] = 0.45 * rng.uniform(0.8, 1.3) * away + rng.normal(size=3) * 0.01
-        poses.append(T)
-    return np.array(poses)
 
 
 def _project(T_camera_board: np.ndarray, board: Board, noise: float, rng) -> np.ndarray:
@@ -87,7 +72,7 @@ def _series(
     shown = shown or believed
     T_object_board = np.array([_pose(rng, 0.1, 0.02) for _ in T_screen_object])
     T_screen_fixed = (T_screen_object @ T_object_board).repeat(count, axis=0)
-    T_cs = inverse(_cameras(rng, count * len(T_screen_object)))
+    T_cs = inverse(cameras(rng, count * len(T_screen_object)))
     here = _measured(T_cs @ screen_of_board(shown, turned), shown, believed, noise, rng)
     there = _measured(T_cs @ T_screen_fixed, FIXED, FIXED, noise, rng)
     told = moved(T_object_board, rng.multivariate_normal(np.zeros(6), PLACE, len(T_object_board)))

@@ -7,7 +7,6 @@ import cv2
 import numpy as np
 import pycolmap
 import pytest
-from scipy.spatial.transform import Rotation
 
 from ingest.mount.board.camera import WitnessCamera
 from ingest.mount.board.pattern import board_image
@@ -20,27 +19,12 @@ from ingest.mount.screen.views import Photo, photos, views_in_model, views_with_
 from ingest.mount.uncertainty import between, bounds_95, moved
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
+from tests.ingest.mount.around_the_phone import cameras
 
 PHONE = phone_named("iPhone 15")
 FIXED = Board(5, 7, 0.035, 0.026)
 PLACE = np.diag([1e-3**2] * 3 + [5e-4**2] * 3)
 K = np.array([[1500.0, 0, 960], [0, 1500, 720], [0, 0, 1]])
-
-
-def _cameras(rng: np.random.Generator, count: int) -> np.ndarray:
-    """T_screen_camera of a person walking round the phone, looking at it."""
-    poses = []
-    for _ in range(count):
-        slant, round_ = rng.uniform(0.35, 0.9), rng.uniform(0, 2 * np.pi)
-        away = Rotation.from_euler("xz", [slant, round_]).as_matrix() @ [0, 0, -1]
-        T = np.eye(4)
-        T[:3, 2] = -away
-        T[:3, 0] = np.cross([0.1, 1, 0], T[:3, 2])
-        T[:3, 0] /= np.linalg.norm(T[:3, 0])
-        T[:3, 1] = np.cross(T[:3, 2], T[:3, 0])
-        T[:3, 3] = 0.45 * rng.uniform(0.8, 1.3) * away + rng.normal(size=3) * 0.01
-        poses.append(T)
-    return np.array(poses)
 
 
 def _painted(T_camera_board: np.ndarray, board: Board, canvas: np.ndarray) -> None:
@@ -64,7 +48,7 @@ def test_pictures_become_a_mount(tmp_path: Path):
     T_screen_object = np.eye(4)
     T_screen_object[:3, 3] = [0.05, -0.12, 0.03]
     shown = screen_board(PHONE)
-    for k, T_sc in enumerate(_cameras(rng, 4)):
+    for k, T_sc in enumerate(cameras(rng, 4)):
         canvas = np.full((1440, 1920), 200, np.uint8)
         T_cs = inverse(T_sc)
         _painted(T_cs @ T_screen_object @ T_object_board, FIXED, canvas)
@@ -109,7 +93,7 @@ def test_pictures_of_a_scan_become_a_mount(tmp_path: Path):
     scale = 0.5
     shown = screen_board(PHONE)
     T_camera_model = []
-    for k, T_sc in enumerate(_cameras(rng, 4)):
+    for k, T_sc in enumerate(cameras(rng, 4)):
         canvas = np.full((1440, 1920), 200, np.uint8)
         _painted(inverse(T_sc) @ screen_of_board(shown, 0), shown, canvas)
         cv2.imwrite(str(tmp_path / f"{k}.png"), canvas)
