@@ -1,6 +1,6 @@
 """How right a calibrated mount is, how honest its bounds are, and what is refused.
 
-Usage: python -P benchmarks/calibration.py [--takes 10000] [--workers 2] [--rows ROWS.jsonl] [--data DATA]
+Usage: python -m benchmarks.calibration [--takes 10000] [--workers 2] [--rows ROWS.jsonl] [--data DATA]
 
 DATA is a folder with moveit_handeye/ and ethz_hand_eye/ (both are public); without it only simulated takes
 are measured. ROWS keeps what has been measured, so that an interrupted run goes on. With OpenCV 4.x its
@@ -9,7 +9,6 @@ solvers are measured beside ours on the same samples.
 
 import argparse
 import json
-import sys
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -20,11 +19,9 @@ from rich.progress import track
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-sys.path.insert(1, str(Path(__file__).parent))
-from calibration_chain import chain
-from calibration_sets import eth, moveit
-from calibration_takes import board_take
-
+from benchmarks.calibration_chain import chain
+from benchmarks.calibration_sets import eth, moveit
+from benchmarks.calibration_takes import board_take
 from ingest.mount.hand_eye.solve import solve
 from ingest.mount.hand_eye.streams import PoseStream
 from ingest.mount.uncertainty import between, bounds_95
@@ -77,7 +74,8 @@ def simulated(takes: int, workers: int, kept: Path | None) -> None:
     solved = [row for row in rows if "mm" in row]
     print(f"\n{len(rows)} takes, all axes turned; refused: {dict(refused) or 'none'}")
     print(
-        "corners' noise   takes   truth inside: position  rotation  all six   error: median, 95 %      bound, median     clock"
+        "corners' noise   takes   truth inside: position  rotation  all six   error: median, 95 %   "
+        "   bound, median     clock"
     )
     for low, high in ((0, 1), (1, 2), (2, 3), (0, 3)):
         some = [row for row in solved if low <= row["px"] < high]
@@ -94,7 +92,8 @@ def _line(rows: list[dict[str, Any]]) -> str:
         f"{len(rows):12d} {(mm < of('bound_mm')).mean():18.1%} {(deg < of('bound_deg')).mean():9.1%} "
         f"{of('all').mean():8.1%}   {np.median(mm):4.1f} mm {np.median(deg):.2f} deg, "
         f"{np.quantile(mm, 0.95):4.1f} mm {np.quantile(deg, 0.95):.2f} deg   "
-        f"{np.median(of('bound_mm')):4.1f} mm {np.median(of('bound_deg')):.2f} deg   {np.median(of('ms')):.2f} ms"
+        f"{np.median(of('bound_mm')):4.1f} mm {np.median(of('bound_deg')):.2f} deg   "
+        f"{np.median(of('ms')):.2f} ms"
     )
 
 

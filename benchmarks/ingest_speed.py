@@ -1,6 +1,6 @@
 """How long a log takes to read, to clean and to inspect, and in how much memory.
 
-Usage: python benchmarks/ingest.py [minutes ...]
+Usage: python benchmarks/ingest_speed.py [minutes ...]
 
 Sessions of 1, 5 and 10 minutes at 60 poses and 100 inertial samples a second, as three apps write them.
 Every case runs in a process of its own on one core, one after the other; memory is the peak of that

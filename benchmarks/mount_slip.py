@@ -1,6 +1,6 @@
 """How often a slip of the clamp is noticed, and how often one is cried that was none.
 
-Usage: python -P benchmarks/mount_slip.py [takes]
+Usage: python -m benchmarks.mount_slip [takes]
 
 Simulated takes of the carried box with ARKit's noise and a world whose gravity is off (0.4 deg on each
 axis over the take, 0.3 more that wanders); the clamp gives way about a random axis at a random moment of the

@@ -15,7 +15,7 @@ from render.scene import Drawable, Scene
 from render.stills import contact_sheet
 
 _PHONE, _LENS, _SIGHT = (0.16, 0.17, 0.20), (0.20, 0.55, 0.90), (0.25, 0.60, 0.92)
-_VIEWS = {"from its front": (0.5, 0.25), "from its side": (1.4, 0.2), "from above": (0.5, 1.2)}
+_VIEWS = {"from its front": (0.5, 0.25), "from its side": (1.15, 0.2), "from above": (0.5, 1.2)}
 """Azimuth from where the phone is, and elevation, radians."""
 _FOV, _MARGIN = 0.55, 1.15
 _SIGHT_LENGTH = 0.16
