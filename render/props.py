@@ -34,21 +34,28 @@ def floor(
     a, b = np.floor(np.asarray(low) - margin), np.ceil(np.asarray(high) + margin)
     sides = [_texture_side(length) for length in b - a]
     step = (b - a) / sides
-    x, y = np.meshgrid(*(a[k] + step[k] * (np.arange(sides[k]) + 0.5) for k in (0, 1)))
-    shade = _CHECKER * ((np.floor(x) + np.floor(y)) % 2 - 0.5)
-    to_line = np.minimum(np.abs(x - np.rint(x)), np.abs(y - np.rint(y)))
-    shade -= _LINE * (to_line < 0.5 * max(_LINE_WIDTH, 1.2 * step.max()))
+    # Single precision, and one row and one column as long as they do: the texture has millions of
+    # texels.
+    x, y = (
+        (a[k] + step[k] * (np.arange(sides[k]) + 0.5)).astype(np.float32).reshape(shape)
+        for k, shape in ((0, (1, -1)), (1, (-1, 1)))
+    )
+    shade = np.float32(_CHECKER) * ((np.floor(x) + np.floor(y)) % 2 - np.float32(0.5))
+    line = np.float32(0.5 * max(_LINE_WIDTH, 1.2 * step.max()))
+    near_line = (np.abs(x - np.rint(x)) < line) | (np.abs(y - np.rint(y)) < line)
+    shade[near_line] -= np.float32(_LINE)
     beyond = np.hypot(_outside(x, low[0], high[0]), _outside(y, low[1], high[1])) / margin
-    fade = np.clip((beyond - 0.25) / 0.75, 0.0, 1.0)
+    fade = np.clip((beyond - 0.25) / 0.75, 0.0, 1.0, dtype=np.float32)
     fade = (fade * fade * (3.0 - 2.0 * fade))[..., None]
-    color = (_TILE + shade[..., None]) * (1.0 - fade) + np.array(BACKGROUND) * fade
+    tile = _TILE.astype(np.float32) + shade[..., None]
+    color = tile + (np.array(BACKGROUND, np.float32) - tile) * fade
     corners = np.array([[a[0], a[1], 0], [b[0], a[1], 0], [b[0], b[1], 0], [a[0], b[1], 0]])
     return Drawable(
         name="floor",
         vertices=corners,
         faces=np.array([[0, 1, 2], [0, 2, 3]]),
         uv=np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]),
-        texture=(np.clip(color, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8),
+        texture=(color * np.float32(255.0) + np.float32(0.5)).astype(np.uint8),
         casts_shadow=False,
     )
 

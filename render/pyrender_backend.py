@@ -221,9 +221,10 @@ class _LitRenderer(GLRenderer):
 
     def _read_main_framebuffer(self, scene: _Stage, flags: int) -> tuple[Any, Any]:
         if self.with_depth:
-            return super()._read_main_framebuffer(scene, flags)
+            rgba, depth = super()._read_main_framebuffer(scene, flags)
+            return rgba, depth
         source = self._main_fb_ms
-        width, height = self._main_fb_dims
+        width, height = self.viewport_width, self.viewport_height
         if self._samples:
             gl.glBindFramebuffer(gl.GL_READ_FRAMEBUFFER, self._main_fb_ms)
             gl.glBindFramebuffer(gl.GL_DRAW_FRAMEBUFFER, self._main_fb)

@@ -121,19 +121,19 @@ def _write(
         # Whoever draws the pictures stays in this thread; OpenGL is bound to it.
         with beside(encode) as give:
             for picture in _chained(first, pictures):
-                _check_size(picture, count, first, path)
+                _check_size(picture, count, first.shape, path)
                 give(picture)
                 count += 1
         file.mux(stream.encode(None))
     return count
 
 
-def _check_size(picture: RGB, number: int, first: RGB, path: Path) -> None:
-    if picture.shape != first.shape:
+def _check_size(picture: RGB, number: int, first: tuple[int, ...], path: Path) -> None:
+    if picture.shape != first:
         raise InputError(
             "sizes-differ",
             f"Picture {number} is {picture.shape[1]}x{picture.shape[0]}, "
-            f"the first is {first.shape[1]}x{first.shape[0]}.",
+            f"the first is {first[1]}x{first[0]}.",
             where=str(path),
         )
 
@@ -154,7 +154,7 @@ def _into_palette(stream: VideoStream, first: RGB) -> Convert:
     stream.pix_fmt = "pal8"
     graph = Graph()
     source = graph.add_buffer(
-        width=stream.width, height=stream.height, format="rgb24", time_base=_TICK
+        width=stream.width, height=stream.height, format=av.VideoFormat("rgb24"), time_base=_TICK
     )
     split = graph.add("split")
     palette = graph.add("palettegen", "stats_mode=single")

@@ -10,17 +10,21 @@ import typer
 from rich.logging import RichHandler
 
 from capture_app.cli import (
+    compare,
     data,
     demo,
     doctor,
     evaluate,
+    export,
     formats,
     inspect,
+    overlay,
     render,
     rerun,
     resolve,
     run,
     simulate,
+    study,
     train,
 )
 from capture_app.cli.calibrate import app as calibrate
@@ -37,6 +41,9 @@ app = typer.Typer(
 app.command("run", help=run.HELP)(run.run)
 app.command("inspect")(inspect.inspect)
 app.command("render")(render.render)
+app.command("overlay")(overlay.overlay)
+app.command("compare")(compare.compare)
+app.command("export")(export.export)
 app.command("rerun")(rerun.rerun)
 app.command("resolve")(resolve.resolve)
 app.command("doctor")(doctor.doctor)
@@ -46,6 +53,7 @@ app.command("simulate")(simulate.simulate)
 app.command("train")(train.train)
 app.command("evaluate")(evaluate.evaluate)
 app.add_typer(calibrate.app, name="calibrate")
+app.add_typer(study.app, name="study")
 app.add_typer(data.app, name="data")
 
 

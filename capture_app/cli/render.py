@@ -1,10 +1,8 @@
 """`omocap render`: draw the video or a picture of a result."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from capture_app.cli import options as given
 from capture_app.cli.console import progress_bars, say
@@ -12,6 +10,9 @@ from capture_app.cli.output_file import check_target
 from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from jaxtyping import UInt8
+
     from capture_app.result import Result
 
 _SMALL = (".webp", ".gif")
@@ -49,7 +50,9 @@ def render(
     still_given = still is not None or sheet is not None
     target = file or result / _default_name(index, view, still, sheet)
     check_target(target, (".png",) if still_given else (".mp4", *_SMALL))
-    order = _order(still, sheet and columns * rows, len(loaded.object_motion.valid), target)
+    order = _order(
+        still, columns * rows if sheet else None, len(loaded.object_motion.valid), target
+    )
     person, moved = loaded.people[index], loaded.object_motion
     eye = eye_of(loaded) if view == given.SeenFrom.object else None
     seen = shot(view.value, person.human, moved, width, height, eye)
@@ -69,16 +72,21 @@ def render(
     )
     with progress_bars() as progress:
         told = (progress("video", (k + 1) / len(order)) or p for k, p in enumerate(pictures))
-        if still_given:
-            from render.stills import contact_sheet, write_png
-
-            write_png(target, contact_sheet(list(told), columns))
-        else:
-            from omomo_core.motion import FPS
-            from render.video import write_moving
-
-            write_moving(target, told, FPS / 2 if target.suffix in _SMALL else FPS)
+        _write(target, told, columns)
     say("Done", str(target), "green")
+
+
+def _write(target: Path, pictures: "Iterable[UInt8[np.ndarray, 'h w 3']]", columns: int) -> None:
+    """Write what the ending of the file says."""
+    if target.suffix == ".png":
+        from render.stills import contact_sheet, write_png
+
+        write_png(target, contact_sheet(list(pictures), columns))
+    else:
+        from omomo_core.motion import FPS
+        from render.video import write_moving
+
+        write_moving(target, pictures, FPS / 2 if target.suffix in _SMALL else FPS)
 
 
 def _order(still: float | None, pictures: int | None, count: int, target: Path) -> Sequence[int]:
@@ -93,7 +101,7 @@ def _order(still: float | None, pictures: int | None, count: int, target: Path) 
     if still is not None:
         return [_frame(still, count)]
     if pictures:
-        return np.linspace(0, count - 1, pictures).round().astype(int).tolist()
+        return [round(k * (count - 1) / max(pictures - 1, 1)) for k in range(pictures)]
     return range(0, count, 2 if target.suffix in _SMALL else 1)
 
 

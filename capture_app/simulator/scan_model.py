@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.scan_scene import ScanScene, film, intrinsics
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
-from ingest.mount.features import find_features
+from ingest.mount.scan.features import find_features
 from omomo_core.geometry.transforms import inverse
 
 _CELL = 0.008

@@ -11,10 +11,9 @@ import numpy as np
 import roma
 import torch
 from jaxtyping import Bool, Float
-from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from torch import Tensor
 
-from omomo_core.body.kinematics import WRISTS, forward_kinematics
+from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
 from omomo_core.body.polish.anatomy import anatomy, centre_of_mass
@@ -26,16 +25,10 @@ from omomo_core.generation.aside_feet import step_aside
 from omomo_core.generation.aside_limbs import swing_limbs, turn_hands
 from omomo_core.generation.decided import Decided, fade
 from omomo_core.generation.feet import ANKLES, TOES, Feet, planted_feet
+from omomo_core.generation.reaching import LONGEST, STRETCH, ankles_of, within_reach
 from omomo_core.generation.side import Around
 from omomo_core.generation.wish import Wish
 
-STRETCH, LONGEST = 0.97, 0.999
-"""Share of a straight arm's length that the pelvis is moved to stay within: before and after."""
-LEG_STRETCH = 0.995
-LOWEST = 0.25
-"""Metres that the pelvis is lowered at most for the legs to reach the floor."""
-FARTHEST = 0.25
-"""Metres that the pelvis is moved at most: beyond that the sample is wrong and must say so."""
 CLEARANCE = 0.01
 """Metres that flesh keeps from the object: it is known to a grid's step."""
 ITERATIONS = 5
@@ -44,7 +37,6 @@ AT_ONCE = 2400
 """Frames that are polished side by side, of all samples together: bounds memory."""
 ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
 LEGS: tuple[LimbName, LimbName] = ("left_leg", "right_leg")
-SHOULDERS = (16, 17)
 
 
 @dataclass(frozen=True)
@@ -91,13 +83,14 @@ def solve_bodies(
     rotations, wish = turn_hands(body, root, rotations, armed, wish, around)
     feet = _feet(body, root, rotations, foot_contact, decided)
     pose = _Pose(root, _with_feet(rotations, feet))
-    pose = _within_reach(body, pose, feet, wish, free, STRETCH)
+    pose = replace(pose, root=within_reach(body, root, pose.rotations, feet, wish, free, STRETCH))
     pose = _limbs(body, pose, feet, wish)
     feet = step_aside(body, pose.root, pose.rotations, feet, around)
     pose = _aside(body, _limbs(body, pose, feet, wish), around)
     pose = _polished(body, pose, feet, wish, around)
     feet = _swung(body, pose, feet)
-    pose = _limbs(body, _within_reach(body, pose, feet, wish, free, LONGEST), feet, wish)
+    near = within_reach(body, pose.root, pose.rotations, feet, wish, free, LONGEST)
+    pose = _limbs(body, replace(pose, root=near), feet, wish)
     pose = _aside(body, pose, around)
     if decided is not None:
         pose.root[:, : decided.frames] = decided.root
@@ -154,63 +147,8 @@ def _with_feet(
     return turned
 
 
-def _ankles(feet: list[Feet]) -> Float[Tensor, "samples frames 2 3"]:
-    return torch.from_numpy(np.stack([f.ankles for f in feet])).float()
-
-
-def _within_reach(
-    body: BodyModel,
-    pose: _Pose,
-    feet: list[Feet],
-    wish: Wish,
-    free: Float[Tensor, " frames"],
-    stretch: float,
-) -> _Pose:
-    """Move the pelvis to where arms reach what they hold, and legs the floor."""
-    sampled, root = pose.root, pose.root
-    for _ in range(3):
-        towards = _towards(body, replace(pose, root=root), wish, stretch) * free[:, None]
-        move = root + towards - sampled
-        root = sampled + move * (FARTHEST / move.norm(dim=-1, keepdim=True).clamp(min=FARTHEST))
-    drop = _drop(body, replace(pose, root=root), feet) * free
-    return replace(pose, root=root - drop[..., None] * torch.tensor([0.0, 0.0, 1.0]))
-
-
-def _towards(
-    body: BodyModel, pose: _Pose, wish: Wish, stretch: float
-) -> Float[Tensor, "samples frames 3"]:
-    """A smooth move of the pelvis that brings palms which are out of reach within it."""
-    joints = forward_kinematics(body, pose.root, pose.rotations)
-    rest, move = body.rest_joints, torch.zeros_like(pose.root)
-    for side in range(2):
-        shoulder, elbow, wrist = SHOULDERS[side], SHOULDERS[side] + 2, WRISTS[side]
-        length = (rest[elbow] - rest[shoulder]).norm() + (rest[wrist] - rest[elbow]).norm()
-        target = wish.palms[..., side, :] - (joints[..., 22 + side, :] - joints[..., wrist, :])
-        way = target - joints[..., shoulder, :]
-        distance = way.norm(dim=-1, keepdim=True).clamp(min=1e-6)
-        excess = (distance - stretch * length).clamp(min=0) * wish.hold[..., side, None]
-        move = move + 0.5 * excess * way / distance
-    return torch.from_numpy(gaussian_filter1d(move.numpy(), 4.0, axis=-2, mode="nearest"))
-
-
-def _drop(body: BodyModel, pose: _Pose, feet: list[Feet]) -> Float[Tensor, "samples frames"]:
-    """How much lower the pelvis must be for the legs to reach the feet that stand."""
-    joints = forward_kinematics(body, pose.root, pose.rotations)
-    ankles, standing = _ankles(feet), torch.from_numpy(np.stack([f.standing for f in feet]))
-    rest, drop = body.rest_joints, torch.zeros(pose.root.shape[:2])
-    for side, (hip, knee, ankle) in enumerate(((1, 4, 7), (2, 5, 8))):
-        length = (rest[knee] - rest[hip]).norm() + (rest[ankle] - rest[knee]).norm()
-        way = joints[..., hip, :] - ankles[..., side, :]
-        across = way[..., :2].norm(dim=-1)
-        height = ((LEG_STRETCH * length) ** 2 - across**2).clamp(min=0.04).sqrt()
-        drop = torch.maximum(drop, (way[..., 2] - height).clamp(0, LOWEST) * standing[..., side])
-    # The largest need of the neighbourhood, then smoothed: never less than the need itself.
-    near = maximum_filter1d(drop.numpy(), 7, axis=-1, mode="nearest")
-    return torch.from_numpy(gaussian_filter1d(near, 2.0, axis=-1, mode="nearest"))
-
-
 def _limbs(body: BodyModel, pose: _Pose, feet: list[Feet], wish: Wish) -> _Pose:
-    ankles, rotations = _ankles(feet), pose.rotations
+    ankles, rotations = ankles_of(feet), pose.rotations
     for side in range(2):
         rotations, _ = reach(body, pose.root, rotations, LEGS[side], ankles[..., side, :])
     return replace(pose, rotations=_arms(body, pose.root, rotations, wish))

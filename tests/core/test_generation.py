@@ -10,7 +10,7 @@ import trimesh
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
 from omomo_core.body.model import with_height
-from omomo_core.body.polish.barrier import Boxes
+from omomo_core.body.polish.barrier import Scanned
 from omomo_core.body.polish.depth import depth_inside
 from omomo_core.body_stage import paper as body_paper
 from omomo_core.capture import stage_config
@@ -22,6 +22,7 @@ from omomo_core.generation.ranking import choose
 from omomo_core.generation.result import Generation, GenerationOptions, Stages
 from omomo_core.generation.solve import Solved, solve_bodies
 from omomo_core.generation.wish import Wish
+from omomo_core.geometry.distance_field import distance_field
 from omomo_core.hand_stage import paper as hand_paper
 from omomo_core.motion import HandMotion, ObjectMesh, ObjectMotion
 from omomo_core.stage import Stage
@@ -115,7 +116,13 @@ def standing(frames: int) -> tuple[torch.Tensor, torch.Tensor]:
     return root, UPRIGHT.expand(frames, 22, 3, 3).clone()
 
 
-FAR = Boxes(torch.full((1, 3), 50.0), torch.full((1, 3), 51.0))
+def block(low: tuple[float, float, float], high: tuple[float, float, float]) -> Scanned:
+    solid = trimesh.creation.box(bounds=[low, high])
+    mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "block")
+    return Scanned(distance_field(mesh), torch.zeros(3))
+
+
+FAR = block((50.0, 50.0, 50.0), (51.0, 51.0, 51.0))
 
 
 def solve(
@@ -123,7 +130,7 @@ def solve(
     R: torch.Tensor,
     palms: torch.Tensor,
     hold: torch.Tensor,
-    barrier: Boxes = FAR,
+    barrier: Scanned = FAR,
 ) -> tuple[torch.Tensor, torch.Tensor, Solved]:
     """One sample whose feet are all said to stand: its joints, its rotations, and all."""
     frames = len(root)
@@ -238,7 +245,7 @@ def test_the_sample_that_is_shown_is_amid_the_others_and_the_better_of_two_alike
 
 def test_flesh_leaves_an_object_that_it_may_not_be_in():
     root, R = standing(60)
-    box = Boxes(torch.tensor([[-0.5, -0.6, 1.1]]), torch.tensor([[0.5, -0.03, 1.8]]))
+    box = block((-0.5, -0.6, 1.1), (0.5, -0.03, 1.8))
     palms, hold = torch.zeros(60, 2, 3), torch.zeros(60, 2)
     T = torch.eye(4).expand(60, 4, 4)
     before = depth_inside(BODY, root, R, T, box)

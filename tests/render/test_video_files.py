@@ -7,10 +7,11 @@ import av
 import cv2
 import numpy as np
 import pytest
+from PIL import Image
 
 from omomo_core.errors import InputError
 from render.stills import contact_sheet, write_png
-from render.video import read_frames, write_video, write_webp
+from render.video import read_frames, write_moving, write_video, write_webp
 
 
 def ramp(count: int, height: int = 90, width: int = 160) -> Iterator[np.ndarray]:
@@ -85,6 +86,42 @@ def test_a_webp_animates(tmp_path: Path) -> None:
     found, animation = cv2.imreadanimation(str(path))
     assert found
     assert len(animation.frames) == 10
+
+
+def test_a_gif_animates_at_its_own_rate_in_its_own_colours(tmp_path: Path) -> None:
+    path = tmp_path / "loop.gif"
+    assert write_moving(path, ramp(10), 15.0) == 10
+    with Image.open(path) as animation:
+        assert animation.n_frames == 10
+        shown = []
+        for k in range(10):
+            animation.seek(k)
+            shown.append(animation.info["duration"])
+            seen = np.asarray(animation.convert("RGB")).astype(int)
+            assert np.abs(seen - list(ramp(10))[k]).mean() < 6.0
+    assert sum(shown) == pytest.approx(1000 * 10 / 15, abs=15)
+
+
+@pytest.mark.parametrize("name", ["clip.mp4", "loop.webp", "loop.gif", "still.png"])
+def test_a_full_disk_a_folder_and_no_folder_are_said_and_leave_nothing(
+    tmp_path: Path, name: str
+) -> None:
+    def write(path: Path) -> object:
+        if path.suffix == ".png":
+            return write_png(path, next(ramp(1)))
+        return write_moving(path, ramp(30), 30.0)
+
+    (tmp_path / f".{name}.partial").symlink_to("/dev/full")  # writing to it finds no space
+    with pytest.raises(InputError) as full:
+        write(tmp_path / name)
+    with pytest.raises(InputError) as missing:
+        write(tmp_path / "none" / name)
+    (tmp_path / name).mkdir()
+    with pytest.raises(InputError) as folder:
+        write(tmp_path / name)
+    codes = [refused.value.code for refused in (full, missing, folder)]
+    assert codes == ["output-not-writable", "output-not-writable", "output-is-folder"]
+    assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
 def test_png_and_contact_sheet(tmp_path: Path) -> None:

@@ -1,13 +1,15 @@
 """The options that say when the clamped phone stands still."""
 
 from collections.abc import Sequence
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ingest.mount.still import Still, clamped_stills, named_stills
-from ingest.session import CaptureSession
 from omomo_core.errors import InputError
+
+if TYPE_CHECKING:
+    from ingest.mount.still import Still
+    from ingest.session import CaptureSession
 
 Spans = Annotated[
     list[str] | None,
@@ -27,8 +29,8 @@ ClampedAt = Annotated[
 
 
 def chosen_stills(
-    session: CaptureSession, spans: Sequence[str] | None, clamped_at: float, carried: float
-) -> tuple[list[Still], str]:
+    session: "CaptureSession", spans: Sequence[str] | None, clamped_at: float, carried: float
+) -> "tuple[list[Still], str]":
     """The stills that are named, or those found after the clamping, and a note about them.
 
     Args:
@@ -40,6 +42,8 @@ def chosen_stills(
     Raises:
         InputError: "still-unreadable", and those of `ingest.mount.still`.
     """
+    from ingest.mount.still import clamped_stills, named_stills
+
     if spans:
         return named_stills(session, [_span(text) for text in spans]), ""
     return clamped_stills(session, after=clamped_at, path=0.0 if clamped_at else carried)

@@ -66,6 +66,8 @@ def undistorted(
     OpenCV stops after five rounds, which leaves tenths of a pixel in strong lenses; Newton's steps
     finish its work.
     """
+    if len(bent) == 0:
+        return np.empty((0, 2)), np.empty((0, 2, 2))
     start = cv2.undistortPoints(bent.reshape(-1, 1, 2), np.eye(3), distortion)
     direction = np.asarray(start, float).reshape(-1, 2)
     slope = np.empty((len(bent), 2, 2))

@@ -1,0 +1,1 @@
+"""Comparing motions: choosing, loading, aligning and measuring what is shown side by side."""

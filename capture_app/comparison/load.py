@@ -1,0 +1,154 @@
+"""From what a user names to motions: results and their samples, recorded clips, training clips."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from capture_app.comparison.choice import Choice, number
+from capture_app.comparison.motion import Motion
+from capture_app.comparison.paper_rule import by_the_paper
+from capture_app.result import MANIFEST, Result, body_of, load_result
+from omomo_core.body.kinematics import joints_of
+from omomo_core.body.load import load_body
+from omomo_core.data.clips import Clip, load_clips
+from omomo_core.errors import InputError
+from omomo_core.evaluation.clips import read_clip
+from omomo_core.evaluation.protocols import recorded_person
+from omomo_core.evaluation.touch import Touching
+from omomo_core.motion import HumanMotion
+
+
+def load_motions(
+    choices: Sequence[Choice], *, all_samples: bool = False, paper_rule: bool = False
+) -> list[Motion]:
+    """The motions of some choices, in their order, each under a label of its own.
+
+    Args:
+        choices: result folders, recorded clips (npz files as `omocap evaluate` reads them) or
+            training clips.
+        all_samples: all samples of each result that is named without a number.
+        paper_rule: after each motion of a result, the same person with their contacts solved again
+            by the paper's rule.
+
+    Raises:
+        InputError: one cannot be read, or has no such motion.
+    """
+    found = [m for c in choices for m in _load(c, all_samples, paper_rule)]
+    return _distinct(found, [str(c) for c in choices])
+
+
+def _load(choice: Choice, all_samples: bool, paper_rule: bool) -> list[Motion]:
+    if (choice.path / MANIFEST).is_file():
+        return _of_result(choice, all_samples, paper_rule)
+    if choice.path.is_file() and _is_recording(choice.path):
+        return [_recorded(choice.path)]
+    if choice.path.is_dir() and not any(choice.path.glob("*.npz")):
+        raise InputError(
+            "motion-missing",
+            "This folder is neither a result nor a folder of clips.",
+            where=str(choice.path),
+            fix="Give the folder that `omocap run` wrote, or a clip's npz file.",
+        )
+    return [_from_training(choice)]
+
+
+def _of_result(choice: Choice, all_samples: bool, paper_rule: bool) -> list[Motion]:
+    result = load_result(choice.path)
+    count = len(result.people)
+    if choice.which is not None:
+        chosen = [number(choice.which, count, choice, "samples")]
+    else:
+        chosen = list(range(count)) if all_samples else [result.manifest.chosen]
+    name = choice.path.resolve().name
+    found: list[Motion] = []
+    for k in chosen:
+        label = name if choice.which is None and not all_samples else f"{name} #{k + 1}"
+        found.append(_sample(result, k, label))
+        if paper_rule:
+            person = by_the_paper(result, k)
+            found.append(_shown(result, person.human, f"{label}, paper's rule"))
+    return found
+
+
+def _sample(result: Result, k: int, label: str) -> Motion:
+    return _shown(result, result.motions[k], label)
+
+
+def _shown(result: Result, human: HumanMotion, label: str) -> Motion:
+    held = human.hand_contact > 0.5
+    return Motion(label, human, result.object_motion, body_of(result), held)
+
+
+def _is_recording(path: Path) -> bool:
+    """Whether a file holds one recorded clip and not a set of training clips."""
+    try:
+        with path.open("rb") as handle, np.load(handle, allow_pickle=False) as file:
+            return "index" not in file.files
+    except Exception:  # read_clip says what is wrong with it
+        return True
+
+
+def _recorded(path: Path) -> Motion:
+    clip = read_clip(path, load_body())
+    human = recorded_person(clip, clip.body)
+    held = Touching(clip.motion).palms(clip.joints[:, 22:])
+    human = replace(human, hand_contact=held.astype(float))
+    return Motion(f"{clip.name} (recorded)", human, clip.motion, clip.body, held, truth=True)
+
+
+def _from_training(choice: Choice) -> Motion:
+    clips = load_clips(choice.path)
+    clip = clips[_which(choice, clips)]
+    if clip.object_motion is None:
+        raise InputError(
+            "clip-without-object",
+            "This clip has no object.",
+            where=f"{choice.path}#{clip.name}",
+            fix="Choose a clip of somebody who moves something.",
+        )
+    body = load_body()
+    root, rotations = clip.root.astype(np.float64), clip.rotations.astype(np.float64)
+    human = HumanMotion(
+        root=root,
+        rotations=rotations,
+        fingers=torch.tile(body.relaxed_fingers.double(), (len(root), 1, 1, 1)).numpy(),
+        joints=joints_of(body, root, rotations),
+        hand_contact=clip.hand_contact,
+        foot_contact=clip.foot_contact,
+    )
+    held = clip.hand_contact > 0.5
+    return Motion(f"{clip.name} (clip)", human, clip.object_motion, body, held, truth=True)
+
+
+def _which(choice: Choice, clips: Sequence[Clip]) -> int:
+    if choice.which is None and len(clips) == 1:
+        return 0
+    if choice.which is None:
+        raise InputError(
+            "clip-not-named",
+            f"There are {len(clips)} clips; it is not said which.",
+            where=str(choice.path),
+            fix=f"Write # and a number from 1 to {len(clips)}, or a name such as {clips[0].name}.",
+        )
+    names = [clip.name for clip in clips]
+    if choice.which in names:
+        return names.index(choice.which)
+    return number(choice.which, len(clips), choice, "clips")
+
+
+def _distinct(motions: Sequence[Motion], given: Sequence[str]) -> list[Motion]:
+    """Where labels are the same, the paths as given; where even they are, a number is added."""
+    labels = [m.label for m in motions]
+    if len(given) == len(motions):
+        labels = [
+            g if labels.count(label) > 1 else label for g, label in zip(given, labels, strict=True)
+        ]
+    seen: dict[str, int] = {}
+    for k, label in enumerate(labels):
+        seen[label] = seen.get(label, 0) + 1
+        if seen[label] > 1:
+            labels[k] = f"{label} ({seen[label]})"
+    return [replace(m, label=label) for m, label in zip(motions, labels, strict=True)]

@@ -1,0 +1,143 @@
+"""BVH: the person in one file, the object in a second one beside it.
+
+BVH knows one skeleton a file and no meshes. Maya, MotionBuilder and most scripts read a single ROOT
+only, so the object is a skeleton of one bone in a file of its own, with the same clock and axes. The
+format has no rest rotations: at rest every joint's axes are the file's, and offsets alone say how the
+bones lie.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+
+from capture_app.exports.take import Skeleton, Take
+
+_ORDER = "ZXY"
+"""Of rotations, first to last as the file has them; what MotionBuilder and the CMU files use."""
+_CHANNELS = "Zrotation Xrotation Yrotation"
+_DIGITS = 6
+_END = 0.3
+"""Length of the bone at the end of a limb, as a part of the bone before it."""
+
+
+def write_bvh(path: Path, object_path: Path, take: Take) -> None:
+    """Write the person's file and the object's.
+
+    Args:
+        path: of the person: joints below one root, whose position and rotation are the motion
+            through the world.
+        object_path: of the object: a root named "object" at the mesh's origin.
+        take: in the axes and units of the files (usually y up, centimetres).
+    """
+    bones = take.skeleton
+    turns = take.rotations @ bones.rotations.swapaxes(-1, -2)
+    path.write_text(_text(bones, take.positions, turns, take.fps))
+    thing = _object_bone(take)
+    T = take.T_world_object
+    object_path.write_text(_text(thing, T[:, None, :3, 3], T[:, None, :3, :3], take.fps))
+
+
+def _object_bone(take: Take) -> Skeleton:
+    return Skeleton(("object",), (-1,), np.zeros((1, 3)), np.eye(3)[None], hips=0)
+
+
+def _text(
+    bones: Skeleton,
+    positions: Float[np.ndarray, "frames joints 3"],
+    turns: Float[np.ndarray, "frames joints 3 3"],
+    fps: float,
+) -> str:
+    """A whole file.
+
+    Args:
+        bones: the skeleton at rest.
+        positions: of its joints.
+        turns: of its joints from how they are at rest, in the world.
+        fps: frames a second.
+    """
+    lines = ["HIERARCHY", *_joint(bones, 0, 0), "MOTION", f"Frames: {len(turns)}"]
+    lines.append(f"Frame Time: {1.0 / fps:.8f}")
+    values = _values(bones, positions, turns)
+    lines += [" ".join(f"{x:.{_DIGITS}f}" for x in row) for row in values]
+    return "\n".join(lines) + "\n"
+
+
+def _joint(bones: Skeleton, j: int, depth: int) -> list[str]:
+    """A joint and what hangs on it."""
+    tab = "\t" * depth
+    word = "JOINT" if j else "ROOT"
+    travels = "6 Xposition Yposition Zposition " if j in bones.travelling else "3 "
+    lines = [f"{tab}{word} {bones.names[j]}", f"{tab}{{", f"{tab}\t{_offset(_bone(bones, j))}"]
+    lines.append(f"{tab}\tCHANNELS {travels}{_CHANNELS}")
+    children = [k for k in _file_order(bones) if bones.parents[k] == j]
+    for child in children:
+        lines += _joint(bones, child, depth + 1)
+    if not children:
+        end = f"{tab}\t\t{_offset(_end(bones, j))}"
+        lines += [f"{tab}\tEnd Site", f"{tab}\t{{", end, f"{tab}\t}}"]
+    return [*lines, f"{tab}}}"]
+
+
+def _bone(bones: Skeleton, j: int) -> Float[np.ndarray, "3"]:
+    """From the parent to a joint at rest; the first joint's place is in its channels."""
+    parent = bones.parents[j]
+    return np.zeros(3) if parent < 0 else bones.positions[j] - bones.positions[parent]
+
+
+def _end(bones: Skeleton, j: int) -> Float[np.ndarray, "3"]:
+    """A tip for the last joint of a limb, which has no bone of its own."""
+    bone = _bone(bones, j)
+    return bone * _END if bone.any() else np.array([0.0, 1.0, 0.0])
+
+
+def _offset(offset: Float[np.ndarray, "3"]) -> str:
+    return "OFFSET " + " ".join(f"{x:.{_DIGITS}f}" for x in offset)
+
+
+def _file_order(bones: Skeleton) -> Sequence[int]:
+    """Joints as the file has them: each followed by all that hangs on it."""
+    order: list[int] = []
+    waiting = [0]
+    while waiting:
+        j = waiting.pop()
+        order.append(j)
+        waiting += [k for k in range(len(bones.names)) if bones.parents[k] == j][::-1]
+    return order
+
+
+def _values(
+    bones: Skeleton,
+    positions: Float[np.ndarray, "frames joints 3"],
+    turns: Float[np.ndarray, "frames joints 3 3"],
+) -> Float[np.ndarray, "frames channels"]:
+    local = turns[:, bones.above].swapaxes(-1, -2) @ turns
+    local[:, 0] = turns[:, 0]
+    columns: list[Float[np.ndarray, "frames 3"]] = []
+    for j in _file_order(bones):
+        if j in bones.travelling:
+            columns.append(_place(bones, positions, turns, j))
+        columns.append(_angles(local[:, j]))
+    return np.concatenate(columns, axis=1)
+
+
+def _place(
+    bones: Skeleton,
+    positions: Float[np.ndarray, "frames joints 3"],
+    turns: Float[np.ndarray, "frames joints 3 3"],
+    j: int,
+) -> Float[np.ndarray, "frames 3"]:
+    """A joint's position channels: in its parent's frame; they take the place of its offset."""
+    parent = bones.parents[j]
+    if parent < 0:
+        return positions[:, j]
+    return np.einsum("fyx,fy->fx", turns[:, parent], positions[:, j] - positions[:, parent])
+
+
+def _angles(R: Float[np.ndarray, "frames 3 3"]) -> Float[np.ndarray, "frames 3"]:
+    """Degrees about the file's axes, without jumps of whole turns from frame to frame."""
+    # At a right angle of the second one the other two are not unique; any of them is right.
+    angles = Rotation.from_matrix(R).as_euler(_ORDER, suppress_warnings=True)
+    return np.degrees(np.unwrap(angles, axis=0))

@@ -1,0 +1,129 @@
+"""One sample of a result into one file of another program."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from capture_app.exports.amass import write_amass
+from capture_app.exports.bone_names import BONE_NAMES, Bones
+from capture_app.exports.bvh import write_bvh
+from capture_app.exports.complete import complete
+from capture_app.exports.fbx import find_blender, write_fbx
+from capture_app.exports.formats import Kind, Units, Up, frame_of
+from capture_app.exports.glb import write_glb_take
+from capture_app.exports.own_bones import take_on_own_bones
+from capture_app.exports.refit import take_on_target
+from capture_app.exports.resample import at_rate
+from capture_app.exports.table import write_table
+from capture_app.exports.take import Take, placed
+from capture_app.exports.target import Target
+from capture_app.exports.target_files import read_target
+from capture_app.exports.usd import write_usd
+from omomo_core.body.model import BodyModel
+from omomo_core.errors import InputError
+from omomo_core.motion import FPS, HumanMotion, ObjectMotion
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """How a file shall be; None leaves it to the format."""
+
+    kind: Kind
+    fps: float = FPS
+    up: Up | None = None
+    units: Units | None = None
+    bones: Bones = Bones.smplx
+    skeleton: Path | None = None
+    """BVH or GLB whose bones the motion shall move, or a SMPL-X model file."""
+    blender: str | None = None
+    """Executable that writes FBX."""
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What was written."""
+
+    files: tuple[Path, ...]
+    """One; for BVH the person's and the object's."""
+    notes: tuple[str, ...]
+    """What the user should know about it, in sentences."""
+
+
+def export(
+    path: Path,
+    human: HumanMotion,
+    object_motion: ObjectMotion,
+    body: BodyModel,
+    options: ExportOptions,
+) -> Exported:
+    """Write a motion for another program; all files appear whole or not at all.
+
+    Args:
+        path: the file to write.
+        human: at 30 fps.
+        object_motion: as many frames.
+        body: whose bones `human` moves.
+        options: what to write.
+
+    Raises:
+        InputError: options do not fit the format or each other, the skeleton is not usable, a
+            program or package is missing, or the file cannot be written.
+    """
+    frame = frame_of(options.kind, options.bones, options.up, options.units)
+    target = None if options.skeleton is None else read_target(options.skeleton)
+    _check(options, target)
+    blender = find_blender(options.blender) if options.kind is Kind.fbx else ""
+    sampled = at_rate(human, object_motion, body, options.fps)
+    if target is None:
+        take, notes = take_on_own_bones(sampled, body, BONE_NAMES[options.bones]), ()
+    else:
+        take, notes = take_on_target(sampled, body, target)
+    files = (path, object_file(path)) if options.kind is Kind.bvh else (path,)
+    with complete(*files) as partials:
+        _write(partials, take, options, frame, target, blender)
+    return Exported(files, notes)
+
+
+def object_file(path: Path) -> Path:
+    """Where the object's BVH goes: beside the person's."""
+    return path.with_name(f"{path.stem}_object{path.suffix}")
+
+
+def _check(options: ExportOptions, target: Target | None) -> None:
+    if options.skeleton is not None and options.bones is not Bones.smplx:
+        raise InputError(
+            "bones-and-skeleton",
+            "A skeleton brings its own names of bones.",
+            where=f"--bones {options.bones}",
+            fix="Leave --bones out.",
+        )
+    foreign = target is not None and target.smplx is None
+    if options.kind is Kind.amass and (foreign or options.bones is not Bones.smplx):
+        raise InputError(
+            "amass-bones",
+            "AMASS files hold SMPL-X poses and no other skeleton's.",
+            where="--skeleton" if foreign else f"--bones {options.bones}",
+            fix="Leave it out, or give a SMPL-X model file with --skeleton.",
+        )
+
+
+def _write(
+    partials: tuple[Path, ...],
+    take: Take,
+    options: ExportOptions,
+    frame: tuple[Up, Units],
+    target: Target | None,
+    blender: str,
+) -> None:
+    path, (up, units), kind = partials[0], frame, options.kind
+    if kind is Kind.glb:
+        write_glb_take(path, take, vrm=options.bones is Bones.vrm)
+    elif kind is Kind.bvh:
+        write_bvh(path, partials[1], placed(take, up, units))
+    elif kind is Kind.usd:
+        write_usd(path, placed(take, up, units), up, units)
+    elif kind is Kind.fbx:
+        write_fbx(path, take, up, units, blender)
+    elif kind is Kind.amass:
+        write_amass(path, take, None if target is None else target.smplx)
+    else:
+        write_table(path, placed(take, up, units), units)

@@ -1,0 +1,78 @@
+"""FBX, written by a Blender that the user has: the format is closed, its only free writers are there."""
+
+import shutil
+import subprocess
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from capture_app.exports.formats import Units, Up
+from capture_app.exports.glb import write_glb_take
+from capture_app.exports.take import Take
+from omomo_core.errors import InputError
+
+_SCRIPT = Path(__file__).with_name("in_blender.py")
+_PATIENCE = 900.0
+"""Seconds; a minute of motion takes about one."""
+
+
+def write_fbx(path: Path, take: Take, up: Up, units: Units, blender: str) -> None:
+    """Write a GLB, and have Blender write what it reads there as FBX.
+
+    Args:
+        path: the .fbx file to write.
+        take: in our own world.
+        up: up axis of the file.
+        units: of the file.
+        blender: from `find_blender`.
+
+    Raises:
+        InputError: "blender-failed", with what it said last.
+    """
+    with TemporaryDirectory(prefix="omocap_fbx_") as folder:
+        source = Path(folder, "take.glb")
+        write_glb_take(source, take)
+        options = ["--background", "--factory-startup", "--python-exit-code", "1"]
+        words = [blender, *options, "--python", str(_SCRIPT), "--"]
+        words += [str(source), str(path.resolve()), f"{take.fps:g}", up, units]
+        _run(words, path)
+
+
+def find_blender(given: str | None) -> str:
+    """Blender's executable.
+
+    Args:
+        given: its path or name; "blender" on the PATH if None.
+
+    Raises:
+        InputError: "blender-missing".
+    """
+    found = shutil.which(given or "blender")
+    if found is None:
+        raise InputError(
+            "blender-missing",
+            "FBX is written by Blender, and there is none"
+            + (" on the PATH." if given is None else " of this name."),
+            where="--to fbx" if given is None else f"--blender {given}",
+            fix="Install it from blender.org (4.2 or later) and name it with --blender PATH; "
+            "or export --to glb, which Unreal, Unity and Blender read.",
+        )
+    return found
+
+
+def _run(words: list[str], path: Path) -> None:
+    try:
+        done = subprocess.run(words, capture_output=True, text=True, timeout=_PATIENCE, check=False)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise _failed(words[0], str(error)) from error
+    if done.returncode or not path.is_file():
+        said = (done.stderr or done.stdout).strip().splitlines() or ["it said nothing"]
+        raise _failed(words[0], said[-1])
+
+
+def _failed(blender: str, why: str) -> InputError:
+    return InputError(
+        "blender-failed",
+        f"Blender wrote no FBX: {why}",
+        where=blender,
+        fix="Use Blender 4.2 or later, or export --to glb.",
+    )

@@ -1,0 +1,117 @@
+"""The formats: their endings, and which axes and units each may have."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Literal
+
+from capture_app.exports.bone_names import Bones
+from omomo_core.errors import InputError
+
+Up = Literal["y", "z"]
+Units = Literal["m", "cm"]
+
+
+class Kind(StrEnum):
+    """What to write; dae is only there to be answered."""
+
+    glb = "glb"
+    bvh = "bvh"
+    usd = "usd"
+    fbx = "fbx"
+    amass = "amass"
+    csv = "csv"
+    dae = "dae"
+
+
+@dataclass(frozen=True)
+class Format:
+    """What a file of one kind looks like; the first of several choices is the usual one."""
+
+    endings: tuple[str, ...]
+    ups: tuple[Up, ...]
+    units: tuple[Units, ...]
+    says: bool = False
+    """The file itself says its axes and its unit, so that every program reads it right."""
+
+
+FORMATS: dict[Kind, Format] = {
+    Kind.glb: Format((".glb", ".vrma"), ("y",), ("m",)),
+    Kind.bvh: Format((".bvh",), ("y", "z"), ("cm", "m")),
+    Kind.usd: Format((".usdc", ".usda", ".usdz", ".usd"), ("z", "y"), ("m", "cm"), says=True),
+    Kind.fbx: Format((".fbx",), ("y", "z"), ("cm", "m")),
+    Kind.amass: Format((".npz",), ("z",), ("m",)),
+    Kind.csv: Format((".csv",), ("z", "y"), ("m", "cm")),
+}
+_HOME: dict[Bones, tuple[Up, Units]] = {
+    Bones.unreal: ("z", "cm"),
+    Bones.unity: ("y", "m"),
+    Bones.vrm: ("y", "m"),
+}
+"""Axes and unit of the programs themselves."""
+
+
+def format_of(kind: Kind) -> Format:
+    """What the files of a kind look like.
+
+    Raises:
+        InputError: "format-not-written" for COLLADA.
+    """
+    if kind is Kind.dae:
+        raise InputError(
+            "format-not-written",
+            "COLLADA is not written: no maintained library writes its skins and animations, and "
+            "Blender no longer reads it.",
+            where="--to dae",
+            fix="Export --to glb, which the same programs read.",
+        )
+    return FORMATS[kind]
+
+
+def frame_of(kind: Kind, bones: Bones, up: Up | None, units: Units | None) -> tuple[Up, Units]:
+    """Up axis and units of a file: as asked for, or as those expect it who will read it.
+
+    Raises:
+        InputError: "frame-fixed" when the format does not leave the choice.
+    """
+    form = format_of(kind)
+    home_up, home_units = _HOME[bones] if form.says and bones in _HOME else (None, None)
+    _allowed(kind, "--up", up, form.ups)
+    _allowed(kind, "--units", units, form.units)
+    return up or home_up or form.ups[0], units or home_units or form.units[0]
+
+
+def _allowed(kind: Kind, option: str, wanted: str | None, choices: tuple[str, ...]) -> None:
+    if wanted is not None and wanted not in choices:
+        raise InputError(
+            "frame-fixed",
+            f"A {kind} file has its axes and units by definition ({choices[0]}); the programs that "
+            "read it convert by themselves.",
+            where=f"{option} {wanted}",
+            fix=f"Leave {option} out.",
+        )
+
+
+def target_of(output: Path | None, folder: Path, name: str, kind: Kind) -> Path:
+    """The file to write.
+
+    Args:
+        output: what the user gave: a file, a folder to put it in, or nothing.
+        folder: where it goes then.
+        name: of the file without its ending, where the user gave none.
+        kind: of file.
+
+    Raises:
+        InputError: "output-ending" when a file's ending is not one of the format's.
+    """
+    endings = format_of(kind).endings
+    if output is None or output.is_dir():
+        return (output or folder) / f"{name}{endings[0]}"
+    if output.suffix.lower() not in endings:
+        raise InputError(
+            "output-ending",
+            f"This output file must end in {' or '.join(endings)}.",
+            where=str(output),
+            fix="Give another name with -o.",
+        )
+    return output

@@ -1,0 +1,1 @@
+"""The motion over a real film: where its camera was, and when."""

@@ -1,0 +1,149 @@
+"""Aligned: a film on a result's clock, with its camera in the result's world, and the drawing of it."""
+
+from collections.abc import Generator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float64
+
+from capture_app.overlay.eye import mount_of, session_of
+from capture_app.overlay.film import RGB, Film, open_film
+from capture_app.overlay.placing import Place, riding
+from capture_app.overlay.watcher import Watcher, intrinsics_of
+from capture_app.result import Result, body_of
+from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
+from ingest.mount.board.lens import distorted
+from omomo_core.errors import InputError
+from omomo_core.motion import FPS
+from render.cameras import Camera, quarter_turns
+from render.lens import Distort
+from render.overlay import OverlayStyle, overlay
+from render.props import rigid_object
+from render.renderer import Backend
+from render.retimed import retimed
+from render.third_person import skinned_body
+from render.views import share_shown
+
+_SLACK = 0.5 / FPS
+"""Seconds that a picture may lie outside the motion: within half a frame of its ends it is there."""
+
+
+@dataclass(frozen=True)
+class Aligned:
+    """The pictures of a film that lie within the motion."""
+
+    film: Film
+    first: int
+    """Place of the first of them in the film."""
+    seconds: Float64[np.ndarray, " pictures"]
+    """Of the motion, for each of them; 0 is its frame 0."""
+    cameras: list[Camera]
+    """What took each of them, in the result's world."""
+    lens: Float64[np.ndarray, " coefficients"]
+    """OpenCV's distortion; zeros for none."""
+
+    @property
+    def distort(self) -> Distort | None:
+        """What the lens does to directions; None for nothing."""
+        lens = self.lens
+        return (lambda rays: distorted(rays, lens)) if lens.any() else None
+
+    @property
+    def fps(self) -> float:
+        """Pictures a second, as most are apart."""
+        if len(self.seconds) < 2:
+            return FPS
+        return 1.0 / float(np.median(np.diff(self.seconds)))
+
+
+def own_film(result: Result, offset: float = 0.0) -> Aligned:
+    """The film of the phone that was clamped to the object.
+
+    Args:
+        result: with its inputs where they were.
+        offset: seconds to add to what the log says of the time of its pictures.
+
+    Raises:
+        InputError: "overlay-no-phone", "no-video", "no-intrinsics", "overlay-no-overlap", or an input
+            is not there any more.
+    """
+    session, moved, mount = session_of(result), result.object_motion, mount_of(result)
+    film = open_film(session)
+    shift = offset - float(session.times[0]) - moved.start_time
+    poses = riding(moved, mount, film.times + shift)
+    watcher = Watcher(film, poses, intrinsics_of(session, film), np.zeros(5))
+    return watched(result, watcher, Place(np.eye(4), shift))
+
+
+def watched(result: Result, watcher: Watcher, place: Place) -> Aligned:
+    """The film of a camera that watched.
+
+    Raises:
+        InputError: "overlay-no-overlap".
+    """
+    seconds = watcher.film.times + place.offset
+    T_world_camera = place.T_world_rest @ watcher.T_rest_camera @ T_OPENCV_ARKIT_CAMERA
+    length = (len(result.object_motion.valid) - 1) / FPS
+    inside = np.flatnonzero((seconds > -_SLACK) & (seconds < length + _SLACK))
+    if not len(inside):
+        raise InputError(
+            "overlay-no-overlap",
+            f"The film lasts from {seconds[0]:.2f} to {seconds[-1]:.2f} s on the clock of the motion, "
+            f"which lasts from 0 to {length:.2f} s.",
+            where=str(watcher.film.source),
+            fix="Give the right --offset: seconds to add to the film's time to get the motion's.",
+        )
+    return Aligned(
+        film=watcher.film,
+        first=int(inside[0]),
+        seconds=seconds[inside].clip(0.0, length),
+        cameras=[Camera(T_world_camera[k], *watcher.intrinsics[k].tolist()) for k in inside],
+        lens=watcher.lens,
+    )
+
+
+def shows(result: Result, sample: int, aligned: Aligned) -> bool:
+    """Whether any joint of a sample is within any of the pictures."""
+    nearest = np.rint(aligned.seconds * FPS).astype(int)
+    joints = result.motions[sample].joints[nearest]
+    return share_shown(joints, aligned.cameras, *aligned.film.size) > 0
+
+
+def draw(
+    result: Result,
+    sample: int,
+    aligned: Aligned,
+    style: OverlayStyle,
+    *,
+    backend: Backend = "auto",
+    samples: int = 4,
+) -> Generator[RGB]:
+    """The film's pictures within the motion, upright, with a sample of the result in them.
+
+    Args:
+        result: what was generated.
+        sample: index of the person.
+        aligned: the film.
+        style: its `turns` are found here.
+        backend, samples: see `render.renderer.open_renderer`.
+
+    Raises:
+        InputError: "object-no-faces", or the film is damaged further on.
+    """
+    at = aligned.seconds * FPS
+    moved = result.object_motion
+    # The object is where the film shows it: a guess is not greyed.
+    thing = replace(retimed(rigid_object(moved), at, len(moved.valid)), color=None)
+    person = retimed(skinned_body(result.motions[sample], body_of(result)), at, len(moved.valid))
+    poses = np.stack([camera.T_world_camera for camera in aligned.cameras])
+    return overlay(
+        aligned.film.read(aligned.first, aligned.first + len(at)),
+        aligned.cameras,
+        person,
+        thing,
+        distort=aligned.distort,
+        fps=aligned.fps,
+        style=replace(style, turns=quarter_turns(poses)),
+        backend=backend,
+        samples=samples,
+    )

@@ -1,0 +1,142 @@
+"""From what a user says of a film to where its camera was."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float64
+
+from capture_app.overlay.aligned import Aligned, own_film, watched
+from capture_app.overlay.eye import mount_of, session_of
+from capture_app.overlay.placing import (
+    Place,
+    arkit_world,
+    board_in_room,
+    by_board_in_room,
+    by_board_on_object,
+)
+from capture_app.overlay.watcher import Watcher, by_phone, on_tripod, pose_in
+from capture_app.progress import Progress
+from capture_app.result import Result
+from ingest.formats.detect import read_session
+from ingest.mount.board.camera import load_camera
+from ingest.mount.board.place import load_place
+from ingest.mount.board.spec import Board, parse_board
+from ingest.mount.board.track import BoardTrack, track_session, track_video
+from ingest.mount.hand_eye.board import stream_of
+from ingest.mount.pose_file import load_pose
+from ingest.session import CaptureSession
+from omomo_core.errors import InputError
+
+
+@dataclass(frozen=True)
+class Said:
+    """What the user says of a film and its camera."""
+
+    video: Path | None = None
+    """A video file, or the session of a second phone; None is the clamped phone's own film."""
+    camera: Path | None = None
+    """Intrinsics, and T_world_camera if they are known."""
+    board: str | None = None
+    """The board that the film shows, in words of `parse_board`."""
+    in_room: bool = False
+    """The board did not move; else it was fixed to the object."""
+    board_place: Path | None = None
+    """Where the board is on the object, or in the result's world."""
+    shared_world: bool = False
+    """The second phone logged in the ARKit world of the clamped one."""
+    offset: float | None = None
+    """Seconds to add to the film's clock; None finds it."""
+
+
+def find(result: Result, said: Said, progress: Progress) -> Aligned:
+    """The film on the result's clock, with its camera in the result's world.
+
+    Args:
+        result: what was generated.
+        said: of the film.
+        progress: told the stage "board".
+
+    Raises:
+        InputError: the film, its camera or its place cannot be known; see the parts.
+    """
+    if said.video is None:
+        return own_film(result, said.offset or 0.0)
+    if said.video.is_dir():
+        return _second_phone(result, said, read_session(said.video), progress)
+    return _tripod(result, said, said.video, progress)
+
+
+def _tripod(result: Result, said: Said, video: Path, progress: Progress) -> Aligned:
+    camera = load_camera(said.camera) if said.camera else None
+    if said.board:
+        board = parse_board(said.board)
+        track = track_video(video, board, camera, progress=progress)
+        return watched(
+            result, on_tripod(video, track.camera), _by_board(result, said, board, track)
+        )
+    if camera is None or said.camera is None:
+        raise InputError(
+            "camera-needed",
+            "Nothing says what the camera of this video is, nor where it stood.",
+            where=str(video),
+            fix="Give --camera FILE.json with fx, fy, cx, cy and T_world_camera; or --board with the "
+            "board that it filmed.",
+        )
+    T_world_camera = pose_in(said.camera)
+    if T_world_camera is None:
+        raise InputError(
+            "camera-place-needed",
+            "The camera file does not say where the camera stood.",
+            where=str(said.camera),
+            fix='Add "T_world_camera", four rows of four numbers in the result\'s world; or give '
+            "--board with the board that it filmed.",
+        )
+    return watched(result, on_tripod(video, camera), Place(T_world_camera, _offset(said)))
+
+
+def _second_phone(
+    result: Result, said: Said, session: CaptureSession, progress: Progress
+) -> Aligned:
+    watcher: Watcher = by_phone(session)
+    if said.board:
+        board = parse_board(said.board)
+        track = track_session(session, board, progress=progress)
+        return watched(result, watcher, _by_board(result, said, board, track))
+    if not said.shared_world:
+        raise InputError(
+            "camera-place-needed",
+            "Nothing says where the second phone was.",
+            where=str(session.source),
+            fix="Add --shared-world if both phones logged in one ARKit world; or give --board with "
+            "the board that it filmed.",
+        )
+    T_world_arkit = arkit_world(result.object_motion, session_of(result), mount_of(result))
+    return watched(result, watcher, Place(T_world_arkit, _offset(said)))
+
+
+def _by_board(result: Result, said: Said, board: Board, track: BoardTrack) -> Place:
+    moved, where = result.object_motion, said.board_place
+    if not said.in_room:
+        T_object_board = load_place(where, board).T_object_board if where else None
+        return by_board_on_object(moved, track, T_object_board, said.offset)
+    T_world_board = load_pose(where) if where else _seen_by_phone(result, board)
+    return by_board_in_room(T_world_board, stream_of(track).T, _offset(said))
+
+
+def _seen_by_phone(result: Result, board: Board) -> Float64[np.ndarray, "4 4"]:
+    session = session_of(result)
+    T_world_arkit = arkit_world(result.object_motion, session, mount_of(result))
+    return board_in_room(T_world_arkit, stream_of(track_session(session, board)).T)
+
+
+def _offset(said: Said) -> float:
+    if said.offset is None:
+        raise InputError(
+            "offset-needed",
+            "Nothing shows how the film's clock and that of the motion hang together.",
+            where="--offset",
+            fix="Give --offset SECONDS: what to add to the film's time to get the motion's, such as "
+            "the time in the motion minus that in the film at which the object leaves the floor.",
+        )
+    return said.offset

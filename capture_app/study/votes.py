@@ -1,0 +1,164 @@
+"""Votes as the pages save them, checked against the study's key."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from capture_app.study.design import Side
+from capture_app.study.key import Key, KeyItem, KeyPage
+from omomo_core.errors import InputError
+
+FORMAT = "omocap study votes"
+_MOST_BYTES = 5 * 10**6
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class Answer(_Record):
+    """What a rater chose, and after how many milliseconds."""
+
+    item: str
+    choice: Side
+    ms: Annotated[int, Field(ge=0)]
+
+
+class VoteFile(_Record):
+    """What a page saves."""
+
+    format: Literal["omocap study votes"]
+    version: Literal[1]
+    study: str
+    page: str
+    answers: Annotated[list[Answer], Field(max_length=10_000)]
+
+
+@dataclass(frozen=True)
+class Vote:
+    """An answer with what it was about."""
+
+    item: KeyItem
+    choice: Side
+
+    @property
+    def preferred(self) -> str:
+        """Name of the method chosen."""
+        return self.item.left if self.choice == "left" else self.item.right
+
+
+@dataclass(frozen=True)
+class Rater:
+    """All votes of one page."""
+
+    name: str
+    """Of their file of votes."""
+    page: KeyPage
+    votes: tuple[Vote, ...]
+
+    @property
+    def checks_missed(self) -> int:
+        """Attention checks in which they chose the broken film."""
+        return sum(v.item.intact is not None and v.choice != v.item.intact for v in self.votes)
+
+    @property
+    def checks(self) -> int:
+        """Attention checks on their page."""
+        return sum(v.item.intact is not None for v in self.votes)
+
+
+def vote_files(paths: Iterable[Path]) -> list[Path]:
+    """Files as given, and the .json files of folders.
+
+    Raises:
+        InputError: a path is missing, or there is no file at all.
+    """
+    found: list[Path] = []
+    for path in paths:
+        if not path.exists():
+            raise InputError(
+                "votes-missing", "There are no votes here.", where=str(path), fix="Check the path."
+            )
+        found += sorted(path.glob("*.json")) if path.is_dir() else [path]
+    if not found:
+        raise InputError(
+            "votes-missing",
+            "There is no file of votes.",
+            fix="Give the JSON files that the pages saved, or a folder of them.",
+        )
+    return found
+
+
+def read_votes(paths: Sequence[Path], key: Key) -> list[Rater]:
+    """Read files of votes.
+
+    Raises:
+        InputError: "votes-damaged", "votes-foreign" (another study), "votes-unknown-page",
+            "votes-unknown-pair", "votes-double" (a page twice, or a question twice on one),
+            "votes-incomplete"; each names the file.
+    """
+    pages = {page.id: page for page in key.pages}
+    raters: list[Rater] = []
+    seen: dict[str, Path] = {}
+    for path in paths:
+        rater = _rater(path, key, pages)
+        if (earlier := seen.get(rater.page.id)) is not None:
+            raise _refused(
+                "votes-double", f"These are votes of the same page as {earlier}.", path, "rater"
+            )
+        seen[rater.page.id] = path
+        raters.append(rater)
+    return raters
+
+
+def _rater(path: Path, key: Key, pages: dict[str, KeyPage]) -> Rater:
+    file = _read(path)
+    if file.study != key.study:
+        raise _refused("votes-foreign", "These votes are of another study.", path, "study")
+    if file.page not in pages:
+        what = f"The study has no page {file.page[:40]!r}."
+        raise _refused("votes-unknown-page", what, path, "study")
+    page = pages[file.page]
+    items = {item.id: item for item in page.items}
+    answered: set[str] = set()
+    for answer in file.answers:
+        if answer.item not in items:
+            what = f"Its page has no pair {answer.item[:40]!r}."
+            raise _refused("votes-unknown-pair", what, path, "study")
+        if answer.item in answered:
+            what = f"The pair {answer.item!r} is answered twice."
+            raise _refused("votes-double", what, path, "file")
+        answered.add(answer.item)
+    if len(answered) < len(items):
+        what = f"{len(items) - len(answered)} of {len(items)} pairs have no answer."
+        raise _refused("votes-incomplete", what, path, "file")
+    votes = tuple(Vote(items[a.item], a.choice) for a in file.answers)
+    return Rater(path.name, page, votes)
+
+
+def _read(path: Path) -> VoteFile:
+    try:
+        if path.stat().st_size > _MOST_BYTES:
+            raise _refused("votes-damaged", "The file is far too large for votes.", path, "file")
+        return VoteFile.model_validate_json(path.read_bytes())
+    except OSError as error:
+        raise _refused("votes-damaged", f"It cannot be read: {error}.", path, "file") from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        what = (
+            f"These are no votes, or they are damaged: {f'{where}: ' * bool(where)}{first['msg']}."
+        )
+        raise _refused("votes-damaged", what, path, "file") from error
+
+
+def _refused(code: str, what: str, path: Path, concern: str) -> InputError:
+    fixes = {
+        "file": "Ask the rater for the file that the page saved, or leave it out.",
+        "study": "Leave it out, or analyse it with the study it belongs to.",
+        "rater": "Keep one of the two: each page is for one person.",
+    }
+    return InputError(code, what, where=str(path), fix=fixes[concern])

@@ -1,0 +1,232 @@
+"""Several motions seen by one camera on one clock: what all comparisons are drawn from."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from omomo_core.body.model import BodyModel
+from omomo_core.errors import InputError
+from omomo_core.motion import FPS, HumanMotion, ObjectMotion
+from render import captions
+from render.actors import Actor
+from render.cameras import Camera
+from render.follow import follow
+from render.heat import HEAT_BODY, heat_scale, tinted
+from render.lettering import write
+from render.props import BODY_COLOR, floor
+from render.renderer import Backend, Renderer, open_renderer
+from render.scene import Color, Light, Scene
+from render.strips import Held, Picture
+from render.third_person import facing, object_corners, stage, subject
+
+TRUTH_COLOR: Color = (0.66, 0.67, 0.69)
+
+
+@dataclass(frozen=True)
+class Number:
+    """A measured figure as it is shown under a picture."""
+
+    name: str
+    value: str
+    best: bool = False
+    """Nothing else in the comparison has a better one."""
+
+
+@dataclass(frozen=True)
+class Contender:
+    """One motion of a comparison, in the world that all of them share."""
+
+    label: str
+    human: HumanMotion
+    object_motion: ObjectMotion
+    body: BodyModel
+    contact: Bool[np.ndarray, "frames 2"]
+    """When the left, right hand holds the object."""
+    begin: int = 0
+    """Its first frame on the common clock."""
+    truth: bool = False
+    """A recorded person."""
+    reference: Held | None = None
+    """The contacts of the recorded person of the same take."""
+    numbers: tuple[Number, ...] = ()
+
+    @property
+    def held(self) -> Held:
+        """Its contacts on the common clock."""
+        return Held(self.contact, self.begin)
+
+    def frame(self, tick: int) -> int:
+        """Its frame at a tick of the common clock; the first before, the last after it."""
+        return min(max(tick - self.begin, 0), len(self.human.root) - 1)
+
+    def lasts(self, tick: int) -> bool:
+        """Whether it has begun and not ended."""
+        return 0 <= tick - self.begin < len(self.human.root)
+
+
+def clock(contenders: Sequence[Contender]) -> int:
+    """Frames from the first tick, 0, until all have ended."""
+    return max(c.begin + len(c.human.root) for c in contenders)
+
+
+def shared_camera(contenders: Sequence[Contender], width: int, height: int) -> list[Camera]:
+    """A camera per tick that follows and keeps every contender and their objects in view."""
+    ticks = range(clock(contenders))
+    parts = [(c, np.array([c.frame(t) for t in ticks])) for c in contenders]
+    return follow(
+        np.concatenate([_points(c)[at] for c, at in parts], axis=1),
+        np.mean([c.human.root[at, :2] for c, at in parts], axis=0),
+        facing(contenders[0].human)[parts[0][1]],
+        np.mean([object_corners(c.object_motion)[at, :, :2].mean(axis=1) for c, at in parts], 0),
+        width,
+        height,
+    )
+
+
+def views(
+    contenders: Sequence[Contender],
+    ticks: Sequence[int],
+    *,
+    width: int,
+    height: int,
+    heat: float | None = None,
+    markers: bool = True,
+    time_code: bool = True,
+    backend: Backend = "auto",
+    samples: int = 0,
+) -> Iterator[list[Picture]]:
+    """For each tick, a picture of every contender alone, all from the same camera.
+
+    Args:
+        contenders: in one world, on one clock.
+        ticks: which of the clock's frames to draw.
+        width, height: of each picture, pixels.
+        heat: colour bodies by their distance from the first one, up to so many metres (see
+            `difference_scale`).
+        markers: draw palms' contacts and the object's trail.
+        time_code: write the time on each picture.
+        backend, samples: see `open_renderer`.
+    """
+    cameras = shared_camera(contenders, width, height)
+    casts = [_cast(k, c, markers=markers) for k, c in enumerate(contenders)]
+    scene = Scene(
+        [_ground(contenders), *(a.drawable for cast in casts for a in cast)],
+        light=_key_light(cameras[0]),
+    )
+    with open_renderer(width, height, backend, samples=samples) as renderer:
+        renderer.show(scene)
+        _hide(renderer, [a for cast in casts for a in cast])
+        for tick in ticks:
+            alone = _alone(renderer, contenders, casts, tick, cameras[tick], heat)
+            pictures = [
+                np.array(picture) if c.lasts(tick) else _faded(picture)
+                for c, picture in zip(contenders, alone, strict=True)
+            ]
+            for picture in pictures if time_code else ():
+                size = max(10.0, height / 24)
+                write(picture, captions.time_code(tick / FPS), (size, height - 1.2 * size), size)
+            yield pictures
+
+
+def difference_scale(contenders: Sequence[Contender]) -> float:
+    """Metres at the end of the scale of heat: round, and rarely exceeded.
+
+    Raises:
+        InputError: the bodies have different meshes, so that no point corresponds.
+    """
+    first = contenders[0]
+    for other in contenders[1:]:
+        if other.body.faces.shape != first.body.faces.shape:
+            raise InputError(
+                "heat-bodies-differ",
+                "Heat needs the same body mesh in all motions.",
+                where=other.label,
+                fix="Compare results on the same body, or leave --heat out.",
+            )
+    ticks = range(clock(contenders))
+    return heat_scale(
+        np.linalg.norm(
+            np.stack(
+                [c.human.joints[c.frame(t)] - first.human.joints[first.frame(t)] for t in ticks]
+            ),
+            axis=-1,
+        )
+        for c in contenders[1:]
+    )
+
+
+def _alone(
+    renderer: Renderer,
+    contenders: Sequence[Contender],
+    casts: Sequence[Sequence[Actor]],
+    tick: int,
+    camera: Camera,
+    heat: float | None,
+) -> Iterator[Picture]:
+    """The contenders at a tick, one by one; the renderer shows none of them afterwards."""
+    for k, (contender, cast) in enumerate(zip(contenders, casts, strict=True)):
+        for actor in cast:
+            actor.pose(renderer, contender.frame(tick))
+            renderer.update(actor.drawable.name, visible=True)
+        body = cast[0].drawable.name
+        if heat is None or k == 0:
+            yield renderer.color(camera)
+        else:
+            renderer.update(body, color=np.array(HEAT_BODY))
+            seen = renderer.draw(camera)
+            renderer.update(body, visible=False)
+            behind = renderer.draw(camera)[1]
+            here = _skin(cast, contender.frame(tick))
+            away = np.linalg.norm(here - _skin(casts[0], contenders[0].frame(tick)), axis=1)
+            yield tinted(seen, behind, camera, here, away, heat)
+        _hide(renderer, cast)
+
+
+def _skin(cast: Sequence[Actor], frame: int) -> Float[np.ndarray, "verts 3"]:
+    moves = cast[0].vertices
+    assert moves is not None
+    return moves(frame)
+
+
+def _cast(k: int, contender: Contender, *, markers: bool) -> list[Actor]:
+    """The actors of one contender, its body first, under names of their own."""
+    actors = stage(contender.human, contender.object_motion, contender.body, markers=markers)
+    body = TRUTH_COLOR if contender.truth else BODY_COLOR
+    return [
+        replace(
+            a,
+            drawable=replace(
+                a.drawable,
+                name=f"{k} {a.drawable.name}",
+                color=body if i == 0 else a.drawable.color,
+            ),
+        )
+        for i, a in enumerate(actors)
+    ]
+
+
+def _hide(renderer: Renderer, actors: Sequence[Actor]) -> None:
+    for actor in actors:
+        renderer.update(actor.drawable.name, visible=False)
+
+
+def _faded(picture: Picture) -> Picture:
+    pale = np.array(Scene(()).background) * 255.0
+    return (0.35 * picture + 0.65 * pale).astype(np.uint8)
+
+
+def _points(contender: Contender) -> Float[np.ndarray, "frames points 3"]:
+    return subject(contender.human, contender.object_motion)
+
+
+def _ground(contenders: Sequence[Contender]):
+    used = np.concatenate([_points(c)[..., :2].reshape(-1, 2) for c in contenders])
+    return floor(used.min(axis=0), used.max(axis=0))
+
+
+def _key_light(camera: Camera) -> Light:
+    """The sun over the shoulder of the first camera, to its left."""
+    toward = camera.T_world_camera[:3, 2]
+    return Light(azimuth=float(np.arctan2(toward[1], toward[0])) - 0.9)

@@ -1,0 +1,148 @@
+"""A motion drawn into a real film: hidden by the real object, its shadow on the real floor."""
+
+from collections.abc import Generator, Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
+from typing import Literal
+
+import cv2
+import numpy as np
+from jaxtyping import UInt8
+
+from render.actors import Actor
+from render.cameras import Camera
+from render.lens import Distort, Lens
+from render.outline import draw_outline
+from render.pace import ahead
+from render.props import OBJECT_COLOR
+from render.renderer import Backend, Layer, Renderer, open_renderer
+from render.scene import Drawable, Light, Scene
+
+RGB = UInt8[np.ndarray, "h w 3"]
+ObjectStyle = Literal["drawn", "outline", "hidden"]
+
+_FLOOR = 8.0
+"""Metres from the origin of what moves to where the floor that catches shadows ends."""
+_SUN = Light(elevation=1.2, sky=0.62)
+"""More a lamp above than a sun: where a room's light comes from is not known."""
+_WIPE = 6.0
+"""Seconds that the line of before and after takes there and back."""
+
+
+@dataclass(frozen=True)
+class OverlayStyle:
+    """What of the motion is drawn, and how."""
+
+    thing: ObjectStyle = "outline"
+    """The object: drawn over the real one, as its outline, or not at all. In any case it hides what
+    is behind it."""
+    opacity: float = 1.0
+    """Of what is drawn, 0 to 1."""
+    wipe: bool = False
+    """A line that goes to and fro: on its left the film as it is."""
+    turns: int = 0
+    """Quarter turns counter-clockwise that bring the pictures upright at the end."""
+
+
+def overlay(
+    film: Iterable[RGB],
+    cameras: Sequence[Camera],
+    person: Actor,
+    thing: Actor,
+    *,
+    distort: Distort | None = None,
+    fps: float = 30.0,
+    style: OverlayStyle = OverlayStyle(),
+    backend: Backend = "auto",
+    samples: int = 4,
+) -> Generator[RGB]:
+    """The film's pictures with a person in them; the film is decoded while others are drawn.
+
+    Args:
+        film: as many pictures as there are cameras.
+        cameras: what took each; of one focal length and centre where a lens bends the pictures.
+        person, thing: whose frames are the film's pictures; the object is posed by `T_world`.
+        distort: the camera's lens.
+        fps: of the film, for the wipe.
+        style: see there.
+        backend, samples: see `open_renderer`.
+    """
+    pictures = ahead(film)
+    first = next(pictures, None)
+    if first is None:
+        return
+    height, width = first.shape[:2]
+    fixed = cameras[0]
+    K = np.array([[fixed.fx, 0, fixed.cx], [0, fixed.fy, fixed.cy], [0, 0, 1.0]])
+    lens = Lens(K, width, height, distort, finer=1.0) if distort else None
+    size = (lens.width, lens.height) if lens else (width, height)
+    with open_renderer(*size, backend, samples=samples) as renderer:
+        renderer.show(_scene(person, thing, style))
+        for frame, picture in enumerate(chain([first], pictures)):
+            person.pose(renderer, frame)
+            thing.pose(renderer, frame)
+            layer = _layer(renderer, cameras[frame], lens)
+            under = picture
+            if style.thing == "outline":
+                under = _outlined(picture, thing, frame, cameras[frame], distort)
+            done = np.rot90(composite(under, layer, style.opacity), style.turns)
+            if style.wipe:
+                done = wiped(np.rot90(picture, style.turns), done, frame / fps)
+            yield np.ascontiguousarray(done)
+
+
+def _layer(renderer: Renderer, camera: Camera, lens: Lens | None) -> Layer:
+    if lens is None:
+        return renderer.layer(camera)
+    return lens.bend(renderer.layer(lens.camera(camera.T_world_camera)))
+
+
+def _scene(person: Actor, thing: Actor, style: OverlayStyle) -> Scene:
+    """Floor and object as things of the film, unless the object is drawn."""
+    assert thing.T_world is not None
+    there = style.thing == "drawn"
+    solid = replace(thing.drawable, real=not there, casts_shadow=there)
+    middle = np.append(np.median(thing.T_world[:, :2, 3], axis=0), 0.0)
+    square = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    ground = Drawable(
+        "ground",
+        middle + _FLOOR * square,
+        np.array([[0, 1, 2], [0, 2, 3]]),
+        casts_shadow=False,
+        real=True,
+    )
+    return Scene([ground, person.drawable, solid], background=None, light=_SUN)
+
+
+def _outlined(
+    picture: RGB, thing: Actor, frame: int, camera: Camera, distort: Distort | None
+) -> RGB:
+    assert thing.T_world is not None
+    T = thing.T_world[frame]
+    points = thing.drawable.vertices @ T[:3, :3].T + T[:3, 3]
+    out = picture.copy()
+    draw_outline(out, points, thing.drawable.faces, camera, distort, OBJECT_COLOR)
+    return out
+
+
+def composite(under: RGB, layer: Layer, opacity: float = 1.0) -> RGB:
+    """A layer over a picture of the same size; where its alpha is 0 the picture stays, bit by bit."""
+    out = under.copy()
+    x, y, w, h = cv2.boundingRect(layer[..., 3])
+    part = layer[y : y + h, x : x + w].astype(np.float32) * np.float32(opacity)
+    clear = np.float32(1.0) - part[..., 3:] / np.float32(255.0)
+    mixed = part[..., :3] + clear * under[y : y + h, x : x + w]
+    out[y : y + h, x : x + w] = (mixed + np.float32(0.5)).clip(0, 255).astype(np.uint8)
+    return out
+
+
+def wiped(before: RGB, after: RGB, seconds: float) -> RGB:
+    """`before` left of a white line that goes to and fro, `after` right of it."""
+    width = before.shape[1]
+    share = 0.5 - 0.5 * float(np.cos(2 * np.pi * seconds / _WIPE))
+    at = round((0.1 + 0.8 * share) * width)
+    out = after.copy()
+    out[:, :at] = before[:, :at]
+    line = max(1, round(width / 640))
+    out[:, at : at + line] = 255
+    return out
