@@ -53,9 +53,14 @@ class Scanned:
     def depth(
         self, points: Float[Tensor, "times flesh 3"], radii: Float[Tensor, " flesh"]
     ) -> _Depth:
-        """How deep each ball is inside (negative: apart), and the way out by the gradient."""
-        distance, away = self.field.at_and_away(points)
-        return radii - distance, away
+        """How deep each ball is inside (negative: apart), and the way out by the gradient.
+
+        The way is zero for balls that never touch.
+        """
+        depth = radii - self.field.at(points)
+        hit, away = (depth > 0).any(dim=0), torch.zeros_like(points)
+        away[:, hit] = self.field.away(points[:, hit])
+        return depth, away
 
 
 Barrier = Boxes | Scanned
