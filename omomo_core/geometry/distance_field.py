@@ -65,18 +65,12 @@ class DistanceField:
 
         Zero where there is none: as far from one side as from the other.
         """
-        return self.at_and_away(points)[1]
-
-    def at_and_away(
-        self, points: Float[Tensor, "*b 3"]
-    ) -> tuple[Float[Tensor, "*b"], Float[Tensor, "*b 3"]]:
-        """`at` and `away` of the same points, cheaper than one after the other."""
         distance, slope = self._sampled(self._volume, points).split([1, 3], dim=-1)
         beyond, away = self._beyond(points), normalize(slope, dim=-1)
         if beyond.any():
             inside = (beyond == 0).all(dim=-1, keepdim=True)
             away = torch.where(inside, away, normalize(distance * away + beyond, dim=-1))
-        return _reaching(distance, beyond)[..., 0], away
+        return away
 
     def _beyond(self, points: Float[Tensor, "*b 3"]) -> Float[Tensor, "*b 3"]:
         """The way from the nearest place in the grid to a point, metres."""

@@ -105,8 +105,8 @@ def anatomy(body: BodyModel, *, clearance: float | None = None) -> Anatomy:
 
     Args:
         body: whose bones.
-        clearance: metres added to the balls' radii, with the whole of the forearms among them; None
-            for what synthesis keeps out of its props.
+        clearance: metres added to the radii of balls that fill the body to its skin; None for the
+            coarser ones that synthesis keeps out of its props.
     """
     flesh = _COARSE if clearance is None else SKIN
     size = body.height / _STATURE

@@ -125,13 +125,10 @@ def test_away_is_the_slope_of_the_formula(shape: str):
     assert turned.max() < 40
 
 
-def test_both_at_once_is_each():
-    points = torch.randn(7, 5, 3, dtype=torch.float64) * 0.4
-    distance, away = field_of("box").at_and_away(points)
-    assert distance.shape == (7, 5)
-    torch.testing.assert_close(distance, field_of("box").at(points))
-    torch.testing.assert_close(away, field_of("box").away(points))
+def test_any_number_of_points_may_be_asked_for():
+    assert field_of("box").at(torch.zeros(7, 5, 3)).shape == (7, 5)
     assert field_of("box").at(torch.zeros(0, 3)).shape == (0,)
+    assert field_of("box").away(torch.zeros(0, 3)).shape == (0, 3)
 
 
 @given(seed=st.integers(0, 2**31), far=st.floats(0.2, 20))
