@@ -7,7 +7,6 @@ and why) and ``synthetic/`` (a data set of `omocap data synthesise`).
 
 import hashlib
 import json
-import os
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -19,6 +18,7 @@ from omomo_core.data.clips import Clip, load_clips, read_index, save_clips
 from omomo_core.data.dataset import CARD
 from omomo_core.data.recordings import motion_files
 from omomo_core.errors import InputError
+from omomo_core.whole_file import write_whole
 
 RECORDED, REPORT, SYNTHETIC = "recorded.npz", "data.json", "synthetic"
 
@@ -126,9 +126,7 @@ def gather(
         "left_out": dict(dropped.most_common()),
         "problems": [str(p) for p in problems],
     }
-    partial = run / f".{REPORT}.partial"
-    partial.write_text(json.dumps(told, indent=2) + "\n")
-    os.replace(partial, report)
+    write_whole(report, json.dumps(told, indent=2) + "\n")
     # As they will be read when the run goes on, to the last bit.
     return Gathered(load_clips(kept), dropped)
 

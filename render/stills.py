@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import UInt8
 
 from omomo_core.errors import InputError
-from render.whole_file import whole_file
+from omomo_core.whole_file import whole_file
 
 
 def write_png(path: Path, picture: UInt8[np.ndarray, "h w 3"]) -> None:
@@ -19,7 +19,7 @@ def write_png(path: Path, picture: UInt8[np.ndarray, "h w 3"]) -> None:
     """
     _, data = cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
     with whole_file(path) as partial:
-        Path(partial).write_bytes(data.tobytes())
+        partial.write_bytes(data.tobytes())
 
 
 def contact_sheet(

@@ -14,8 +14,8 @@ from av.video.stream import VideoStream
 from jaxtyping import UInt8
 
 from omomo_core.errors import InputError
+from omomo_core.whole_file import whole_file
 from render.pace import beside
-from render.whole_file import whole_file
 
 RGB = UInt8[np.ndarray, "h w 3"]
 MOVING = (".mp4", ".webp", ".gif")

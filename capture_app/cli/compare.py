@@ -10,8 +10,8 @@ import typer
 from capture_app.cli import options as given
 from capture_app.cli.console import output as console
 from capture_app.cli.console import progress_bars, say
-from capture_app.cli.output_file import check_target
 from omomo_core.errors import InputError
+from omomo_core.whole_file import check_target
 
 if TYPE_CHECKING:
     from capture_app.comparison.arrange import Comparison

@@ -36,15 +36,9 @@ def build(
     from omomo_core.body.load import load_body
     from omomo_core.data.build import build_mocap
     from omomo_core.data.clips import save_clips
-    from omomo_core.errors import InputError
+    from omomo_core.whole_file import check_target
 
-    if not out.resolve().parent.is_dir():
-        raise InputError(
-            "output-not-writable",
-            "The folder for the output file does not exist.",
-            where=str(out.parent),
-            fix="Make it, or give another file with -o.",
-        )
+    check_target(out)
     dropped = Counter[str]()
     with Progress(console=errors, disable=not errors.is_terminal) as bar:
         reading = bar.add_task("retarget", total=None)

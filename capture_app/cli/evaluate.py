@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from capture_app.cli import options
+from omomo_core.whole_file import check_target, write_whole
 
 if TYPE_CHECKING:
     from omomo_core.evaluation.report import Evaluation
@@ -91,7 +92,7 @@ def evaluate(
     if json_file is not None:
         settings = {"samples": samples, "seed": seed, "steps": steps, "body": body.value}
         settings |= {"weights": str(weights) if weights else "shipped"}
-        json_file.write_text(json.dumps(made.document(settings), indent=1) + "\n")
+        write_whole(json_file, json.dumps(made.document(settings), indent=1) + "\n")
 
 
 def _check(json_file: Path | None, protocols: list[str]) -> None:
@@ -107,13 +108,8 @@ def _check(json_file: Path | None, protocols: list[str]) -> None:
             where="--protocol",
             fix=f"Use {', '.join(PROTOCOLS)}.",
         )
-    if json_file is not None and not json_file.resolve().parent.is_dir():
-        raise InputError(
-            "output-not-writable",
-            "The folder for the file of figures does not exist.",
-            where=str(json_file.parent),
-            fix="Make it, or give another file with --json.",
-        )
+    if json_file is not None:
+        check_target(json_file)
 
 
 def _print(made: "Evaluation") -> None:

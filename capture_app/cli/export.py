@@ -10,7 +10,6 @@ from capture_app.cli import options as given
 from capture_app.cli.console import say
 from capture_app.exports.bone_names import Bones
 from capture_app.exports.formats import Kind, target_of
-from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
     from capture_app.result import Result
@@ -98,10 +97,10 @@ def export(
     """
     from capture_app.exports.export import ExportOptions
     from capture_app.exports.export import export as write
-    from capture_app.result import body_of, load_result
+    from capture_app.result import body_of, load_result, sample_index
 
     loaded = load_result(result)
-    index = _sample(loaded, sample)
+    index = sample_index(loaded, sample)
     name = loaded.folder.resolve().name + ("" if sample is None else f"_sample_{sample}")
     target = target_of(file, result, name, to)
     options = ExportOptions(
@@ -124,17 +123,3 @@ def _own_model(result: "Result", kind: Kind) -> Path | None:
     """The SMPL-X model that a result was made with: its poses are meant for that."""
     given = (Path(item.path) for item in result.manifest.inputs if item.role == "body")
     return next(given, None) if kind is Kind.amass else None
-
-
-def _sample(result: "Result", wanted: int | None) -> int:
-    count = len(result.motions)
-    if wanted is None:
-        return result.manifest.chosen
-    if not 1 <= wanted <= count:
-        raise InputError(
-            "sample-missing",
-            f"There is no sample {wanted}: the result has {count}.",
-            where=str(result.folder),
-            fix=f"Give --sample a number from 1 to {count}.",
-        )
-    return wanted - 1

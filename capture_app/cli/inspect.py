@@ -86,9 +86,9 @@ def inspect(
 
 def _write_page(seen: "Inspection", path: Path) -> None:
     from capture_app.report_page.page import report_page
-    from capture_app.report_page.save import save_page
+    from omomo_core.whole_file import write_whole
 
-    save_page(report_page(seen), path)
+    write_whole(path, report_page(seen))
 
 
 def _as_data(seen: "Inspection", refusal: InputError | None) -> dict[str, Any]:

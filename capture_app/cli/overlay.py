@@ -8,8 +8,7 @@ import typer
 
 from capture_app.cli import options as given
 from capture_app.cli.console import progress_bars, say
-from capture_app.cli.output_file import check_target
-from capture_app.cli.render import sample_index
+from omomo_core.whole_file import check_target
 
 _KINDS = (".mp4", ".webp", ".gif")
 
@@ -130,7 +129,7 @@ def overlay(
     check_target(target, _KINDS)
     from capture_app.overlay.aligned import draw, shows
     from capture_app.overlay.find import Said, find
-    from capture_app.result import load_result
+    from capture_app.result import load_result, sample_index
     from render.overlay import OverlayStyle
     from render.video import write_moving
 

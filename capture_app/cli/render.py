@@ -6,14 +6,13 @@ from typing import TYPE_CHECKING
 
 from capture_app.cli import options as given
 from capture_app.cli.console import progress_bars, say
-from capture_app.cli.output_file import check_target
 from omomo_core.errors import InputError
+from omomo_core.whole_file import check_target
 
 if TYPE_CHECKING:
     import numpy as np
     from jaxtyping import UInt8
 
-    from capture_app.result import Result
 
 _SMALL = (".webp", ".gif")
 
@@ -40,7 +39,7 @@ def render(
     width, height = given.picture_size(size, "--size")
     columns, rows = given.sheet_size(sheet, "--sheet") if sheet else (1, 1)
     from capture_app.overlay.eye import eye_of
-    from capture_app.result import body_of, load_result
+    from capture_app.result import body_of, load_result, sample_index
     from render.contact_points import held_places
     from render.third_person import frames
     from render.views import shot
@@ -103,25 +102,6 @@ def _order(still: float | None, pictures: int | None, count: int, target: Path) 
     if pictures:
         return [round(k * (count - 1) / max(pictures - 1, 1)) for k in range(pictures)]
     return range(0, count, 2 if target.suffix in _SMALL else 1)
-
-
-def sample_index(result: "Result", wanted: int | None) -> int:
-    """Index of the sample that the user numbers from 1; of the chosen one if not given.
-
-    Raises:
-        InputError: "sample-missing".
-    """
-    count = len(result.motions)
-    if wanted is None:
-        return result.manifest.chosen
-    if not 1 <= wanted <= count:
-        raise InputError(
-            "sample-missing",
-            f"There is no sample {wanted}: the result has {count}.",
-            where=str(result.folder),
-            fix=f"Give --sample a number from 1 to {count}.",
-        )
-    return wanted - 1
 
 
 def _frame(seconds: float, count: int) -> int:

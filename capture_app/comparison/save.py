@@ -6,10 +6,10 @@ from pathlib import Path
 
 from capture_app.comparison.arrange import Comparison
 from omomo_core.motion import FPS
+from omomo_core.whole_file import write_whole
 from render.stills import write_png
 from render.strips import Picture
 from render.video import write_moving
-from render.whole_file import whole_file
 
 
 def stride(path: Path) -> int:
@@ -46,5 +46,4 @@ def save_figures(path: Path, made: Comparison) -> None:
         for c, figures in zip(made.contenders, made.figures, strict=True)
     ]
     text = json.dumps({"motions": rows, "notes": made.notes}, indent=1) + "\n"
-    with whole_file(path) as partial:
-        Path(partial).write_text(text)
+    write_whole(path, text)

@@ -6,7 +6,6 @@ from pathlib import Path
 from capture_app.exports.amass import write_amass
 from capture_app.exports.bone_names import BONE_NAMES, Bones
 from capture_app.exports.bvh import write_bvh
-from capture_app.exports.complete import complete
 from capture_app.exports.fbx import find_blender, write_fbx
 from capture_app.exports.formats import Kind, Units, Up, frame_of
 from capture_app.exports.glb import write_glb_take
@@ -21,6 +20,7 @@ from capture_app.exports.usd import write_usd
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS, HumanMotion, ObjectMotion
+from omomo_core.whole_file import whole_files
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def export(
     else:
         take, notes = take_on_target(sampled, body, target)
     files = (path, object_file(path)) if options.kind is Kind.bvh else (path,)
-    with complete(*files) as partials:
+    with whole_files(*files) as partials:
         _write(partials, take, options, frame, target, blender)
     return Exported(files, notes)
 

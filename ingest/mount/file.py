@@ -9,6 +9,7 @@ from pydantic import BaseModel, Field, ValidationError
 from ingest.mount.mount import Mount
 from ingest.mount.uncertainty import bounds_95
 from omomo_core.errors import InputError
+from omomo_core.whole_file import write_whole
 
 _RIGID_TOLERANCE = 1e-3
 _MAX_OFFSET = 5.0
@@ -75,7 +76,11 @@ def load_mount(path: Path) -> Mount:
 
 
 def save_mount(mount: Mount, path: Path) -> None:
-    """Write what `load_mount` reads, under a temporary name until it is whole."""
+    """Write what `load_mount` reads.
+
+    Raises:
+        InputError: the file cannot be written; what stood there before stands there still.
+    """
     covariance = mount.covariance
     file = _MountFile(
         T_phone_object=mount.T_phone_object.tolist(),
@@ -85,9 +90,7 @@ def save_mount(mount: Mount, path: Path) -> None:
         **{name: getattr(mount, name) for name in _AS_IS},
     )
     text = file.model_dump_json(indent=2, exclude_defaults=True) + "\n"
-    half = path.with_name(f".{path.name}.part")
-    half.write_text(text, encoding="utf-8")
-    half.replace(path)
+    write_whole(path, text)
 
 
 def _first_problem(problem: ValidationError) -> str:

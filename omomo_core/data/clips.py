@@ -1,7 +1,6 @@
 """Clip: the unit of training data, and its file format: one npz, or a folder of them."""
 
 import json
-import os
 import zipfile
 from collections import defaultdict
 from collections.abc import Generator, Iterator, Mapping, Sequence
@@ -15,6 +14,7 @@ from jaxtyping import Float
 
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh, ObjectMotion
+from omomo_core.whole_file import whole_file
 
 _PER_FRAME = ("root", "rotations", "hand_contact", "foot_contact")
 
@@ -61,16 +61,8 @@ def save_clips(
             arrays["faces"].append(moved.mesh.faces.astype(np.int32))
     joined: dict[str, Any] = {k: np.concatenate(v) for k, v in arrays.items()}
     index, extra = json.dumps([_index_row(clip) for clip in clips]), json.dumps(dict(notes or {}))
-    # Beside the target, then renamed: an interrupted save leaves no half file.
-    temporary = path.with_name(f".{path.name}.partial")
-    try:
-        with temporary.open("wb") as file:
-            np.savez_compressed(file, index=np.array(index), notes=np.array(extra), **joined)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with whole_file(path) as partial, partial.open("wb") as file:
+        np.savez_compressed(file, index=np.array(index), notes=np.array(extra), **joined)
 
 
 def load_clips(path: Path) -> list[Clip]:
@@ -89,7 +81,7 @@ def clip_files(path: Path) -> list[Path]:
     Raises:
         InputError: ``clips-missing`` when there is none.
     """
-    files = sorted(path.glob("*.npz")) if path.is_dir() else [path]
+    files = sorted(path.glob("[!.]*.npz")) if path.is_dir() else [path]
     if not files or not files[0].is_file():
         raise InputError(
             "clips-missing",

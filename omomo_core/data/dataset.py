@@ -6,7 +6,6 @@ The folder holds ``dataset.json`` (how it was made), ``recorded.npz`` (the mocap
 
 import hashlib
 import json
-import os
 import time
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
@@ -19,6 +18,7 @@ import numpy as np
 from omomo_core.data.clips import Clip, read_index, save_clips
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
+from omomo_core.whole_file import write_whole
 
 SHARD = 100
 """Clips in a file: lost at most when a run is killed."""
@@ -208,7 +208,5 @@ def write_card(folder: Path, recipe: Recipe) -> Summary:
         "rejected": dict(summary.rejected.most_common()),
         "licences": dict(summary.licences),
     }
-    temporary = folder / f".{CARD}.partial"
-    temporary.write_text(json.dumps(card, indent=2) + "\n")
-    os.replace(temporary, folder / CARD)
+    write_whole(folder / CARD, json.dumps(card, indent=2) + "\n")
     return summary

@@ -1,7 +1,5 @@
 """Saving a run so that it can be resumed exactly, without pickle."""
 
-import os
-from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
@@ -13,6 +11,7 @@ from torch import Tensor
 from omomo_core.stage import Stage, StageConfig, save_stage
 from omomo_core.training.loop import TrainOptions, TrainState
 from omomo_core.training.optimiser import Optimiser
+from omomo_core.whole_file import whole_file
 
 
 def save_run(state: TrainState, folder: Path, options: TrainOptions, notes: dict[str, str]) -> None:
@@ -21,11 +20,13 @@ def save_run(state: TrainState, folder: Path, options: TrainOptions, notes: dict
     name = state.stage.config.stage
     recipe = {k: str(v) for k, v in asdict(options).items()}
     notes = {**notes, **recipe, "steps_done": str(state.step), "loss": f"{state.loss:.5f}"}
-    _replace(folder / f"{name}.safetensors", lambda p: save_stage(state.average, p, notes))
+    with whole_file(folder / f"{name}.safetensors") as weights:
+        save_stage(state.average, weights, notes)
     tensors = _tensors("weights", state.stage) | _tensors("average", state.average)
     tensors |= {f"optimiser.{k}": v for k, v in state.optimiser.tensors().items()}
     progress = {"step": str(state.step), "loss": repr(state.loss)}
-    _replace(folder / f"{name}.resume", lambda p: save_file(tensors, p, progress))
+    with whole_file(folder / f"{name}.resume") as rest:
+        save_file(tensors, rest, progress)
 
 
 def resume_run(config: StageConfig, folder: Path, options: TrainOptions) -> TrainState | None:
@@ -52,10 +53,3 @@ def _tensors(prefix: str, module: torch.nn.Module) -> dict[str, Tensor]:
 
 def _part(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:
     return {k.removeprefix(prefix): v for k, v in tensors.items() if k.startswith(prefix)}
-
-
-def _replace(path: Path, write: Callable[[Path], None]) -> None:
-    """Write beside the target, then rename: an interrupted save leaves the old file whole."""
-    temporary = path.with_name(path.name + ".new")
-    write(temporary)
-    os.replace(temporary, path)

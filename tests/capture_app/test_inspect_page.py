@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from capture_app.cli.app import invoke
 from capture_app.inspection import inspect_take
 from capture_app.report_page.page import report_page
-from capture_app.report_page.save import save_page
 from capture_app.report_page.svg import Line, Plot, draw, ticks
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 from omomo_core.errors import InputError
+from omomo_core.whole_file import write_whole
 from tests.ingest import good_take as go
 
 HOSTILE = '<img src=x onerror="alert(1)">&amp;\'"</title>'
@@ -135,14 +135,14 @@ def test_the_command_writes_it_and_tells_the_verdict(
 
 def test_a_page_that_cannot_be_written_leaves_the_old_one(tmp_path: Path):
     page = tmp_path / "report.html"
-    save_page("one", page)
+    write_whole(page, "one")
     with pytest.raises(UnicodeEncodeError):
-        save_page("two \ud800", page)
+        write_whole(page, "two \ud800")
     assert page.read_text() == "one"
-    save_page("three", page)
+    write_whole(page, "three")
     assert page.read_text() == "three"
     with pytest.raises(InputError) as caught:
-        save_page("four", tmp_path / "no" / "report.html")
+        write_whole(tmp_path / "no" / "report.html", "four")
     assert caught.value.code == "output-not-writable"
     assert [file.name for file in tmp_path.iterdir()] == ["report.html"]
 

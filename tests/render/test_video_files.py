@@ -111,7 +111,7 @@ def test_a_full_disk_a_folder_and_no_folder_are_said_and_leave_nothing(
             return write_png(path, next(ramp(1)))
         return write_moving(path, ramp(30), 30.0)
 
-    (tmp_path / f".{name}.partial").symlink_to("/dev/full")  # writing to it finds no space
+    (tmp_path / f".partial.{name}").symlink_to("/dev/full")  # writing to it finds no space
     with pytest.raises(InputError) as full:
         write(tmp_path / name)
     with pytest.raises(InputError) as missing:
@@ -120,7 +120,7 @@ def test_a_full_disk_a_folder_and_no_folder_are_said_and_leave_nothing(
     with pytest.raises(InputError) as folder:
         write(tmp_path / name)
     codes = [refused.value.code for refused in (full, missing, folder)]
-    assert codes == ["output-not-writable", "output-not-writable", "output-is-folder"]
+    assert codes == ["disk-full", "output-not-writable", "output-is-folder"]
     assert [path.name for path in tmp_path.iterdir()] == [name]
 
 

@@ -135,40 +135,12 @@ def views_in_model(
     Raises:
         InputError: "model-unreadable", "model-images", "model-camera" or "screen-unseen".
     """
-    known = _registered(model)
-    detector = Detector(shown)
-    seen: list[Corners] = []
-    K: list[np.ndarray] = []
-    lens: list[np.ndarray] = []
-    poses: list[np.ndarray] = []
-    for picture in pictures:
-        if picture.name not in known:
-            continue
-        T_camera_model, camera = known[picture.name]
-        camera = camera.at(picture.grey.shape[1], picture.grey.shape[0])
-        seen.append(detector.find(picture.grey))
-        K.append(camera.K)
-        lens.append(camera.lens)
-        poses.append(T_camera_model)
-    if not poses:
-        raise InputError(
-            "model-images",
-            "None of the pictures is in the model.",
-            where=str(model),
-            fix="Give the folder of pictures that the model was made from.",
-        )
-    if any(not np.array_equal(one, lens[0]) for one in lens):
-        raise InputError(
-            "model-camera",
-            "The pictures come from lenses that bend differently.",
-            where=str(model),
-            fix="Take the pictures of the screen with one camera at one zoom.",
-        )
-    here = _poses(seen, shown, np.array(K), lens[0])
+    seen, K, lens, T_camera_model = _in_model(pictures, shown, model)
+    here = _poses(seen, shown, K, lens)
     sure = _sure(here)
     _check_seen(sure, len(seen), here, None)
     i = np.searchsorted(here.frames, sure)
-    T = np.array(poses)[sure]
+    T = T_camera_model[sure]
     T[:, :3, 3] *= scale
     T_model_object = np.eye(4) if T_object_model is None else inverse(T_object_model)
     return Views(
@@ -179,6 +151,40 @@ def views_in_model(
         np.eye(4),
         _MESH_SIGMA,
     )
+
+
+def _in_model(
+    pictures: Iterable[Photo], shown: Board, model: Path
+) -> tuple[list[Corners], Float64[np.ndarray, "n 3 3"], np.ndarray, Float64[np.ndarray, "n 4 4"]]:
+    """Corners, K, the one lens and T_camera_model of the pictures that the model knows."""
+    known = _registered(model)
+    detector = Detector(shown)
+    seen: list[Corners] = []
+    cameras: list[WitnessCamera] = []
+    poses: list[np.ndarray] = []
+    for picture in pictures:
+        if picture.name not in known:
+            continue
+        T_camera_model, camera = known[picture.name]
+        cameras.append(camera.at(picture.grey.shape[1], picture.grey.shape[0]))
+        seen.append(detector.find(picture.grey))
+        poses.append(T_camera_model)
+    if not poses:
+        raise InputError(
+            "model-images",
+            "None of the pictures is in the model.",
+            where=str(model),
+            fix="Give the folder of pictures that the model was made from.",
+        )
+    lens = cameras[0].lens
+    if any(not np.array_equal(camera.lens, lens) for camera in cameras):
+        raise InputError(
+            "model-camera",
+            "The pictures come from lenses that bend differently.",
+            where=str(model),
+            fix="Take the pictures of the screen with one camera at one zoom.",
+        )
+    return seen, np.array([camera.K for camera in cameras]), lens, np.array(poses)
 
 
 def _poses(corners: list[Corners], board: Board, K: np.ndarray, lens: np.ndarray) -> BoardPoses:

@@ -107,7 +107,7 @@ def test_a_folder_is_no_file(write: Write, tmp_path: Path) -> None:
     (tmp_path / "a.glb").mkdir()
     with pytest.raises(InputError) as caught:
         write(tmp_path / "a.glb", Kind.glb)
-    assert caught.value.code == "output-is-a-folder"
+    assert caught.value.code == "output-is-folder"
     with pytest.raises(InputError) as caught:
         write(tmp_path / "none" / "a.glb", Kind.glb)
     assert caught.value.code == "output-not-writable"

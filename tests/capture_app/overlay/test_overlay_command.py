@@ -267,12 +267,12 @@ def test_the_output_must_be_a_file_that_can_be_written(
     good = [*no_offset(filmed), "--offset", "0.97", "-o"]
     (tmp_path / "folder.mp4").mkdir()
     # All that is written to this name finds a full disk.
-    (tmp_path / ".full.mp4.partial").symlink_to("/dev/full")
+    (tmp_path / ".partial.full.mp4").symlink_to("/dev/full")
     for name, code in (
         ("folder.mp4", "output-is-folder"),
         ("over.txt", "output-ending"),
         ("none/over.mp4", "output-not-writable"),
-        ("full.mp4", "output-not-writable"),
+        ("full.mp4", "disk-full"),
     ):
         with pytest.raises(InputError) as refused:
             run(result.folder, *good, str(tmp_path / name))
