@@ -2,13 +2,20 @@
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from capture_app.cli import options as given
 from capture_app.cli.console import progress_bars, say
+from capture_app.progress import Progress
 from omomo_core.whole_file import check_target
+
+if TYPE_CHECKING:
+    from capture_app.overlay.aligned import Aligned
+    from capture_app.result import Result
+    from render.overlay import OverlayStyle
+    from render.renderer import Backend
 
 _KINDS = (".mp4", ".webp", ".gif")
 
@@ -79,10 +86,36 @@ Shared = Annotated[
         show_default=False,
     ),
 ]
+ScanModel = Annotated[
+    Path | None,
+    typer.Option(
+        "--scan",
+        help="COLMAP model of the object where it stood before the take, and of its surroundings: "
+        "the camera is found again in it.",
+        show_default=False,
+    ),
+]
+ScanImages = Annotated[
+    Path | None,
+    typer.Option("--scan-images", help="Folder of the model's pictures.", show_default=False),
+]
+ToObject = Annotated[
+    Path | None,
+    typer.Option(
+        "--model-to-object",
+        help="With --scan: the four rows of four that take the model's points into the object's frame.",
+        show_default=False,
+    ),
+]
+ScannedAt = Annotated[
+    float,
+    typer.Option(help="Second of the motion at which the object stood where it was scanned."),
+]
 Offset = Annotated[
     float | None,
     typer.Option(
-        help="Seconds to add to the film's time to get the motion's; found by a board on the object.",
+        help="Seconds to add to the film's time to get the motion's; found by a board on the object, "
+        "or by what moves in the film of a camera that stood still.",
         show_default=False,
     ),
 ]
@@ -111,6 +144,10 @@ def overlay(
     board_at: At = BoardAt.object,
     board_place: Place = None,
     shared_world: Shared = False,
+    scan: ScanModel = None,
+    scan_images: ScanImages = None,
+    model_to_object: ToObject = None,
+    scanned_at: ScannedAt = 0.0,
     offset: Offset = None,
     thing: Thing = Drawn.outline,
     opacity: Opacity = 1.0,
@@ -127,29 +164,47 @@ def overlay(
     """
     target = file or result / "overlay.mp4"
     check_target(target, _KINDS)
-    from capture_app.overlay.aligned import draw, shows
     from capture_app.overlay.find import Said, find
+    from capture_app.overlay.in_scan import Scan
     from capture_app.result import load_result, sample_index
     from render.overlay import OverlayStyle
-    from render.video import write_moving
 
     loaded = load_result(result)
     index = sample_index(loaded, sample)
-    said = Said(video, camera, board, board_at == BoardAt.room, board_place, shared_world, offset)
+    scanned = Scan(scan, scan_images, model_to_object, scanned_at) if scan else None
+    in_room = board_at == BoardAt.room
+    said = Said(video, camera, board, in_room, board_place, shared_world, scanned, offset)
     with progress_bars() as progress:
         aligned = find(loaded, said, progress)
         style = OverlayStyle(thing.value, opacity, wipe)
-        pictures = draw(
-            loaded,
-            index,
-            aligned,
-            style,
-            backend=backend.value,
-            samples=4 if smooth else 0,
-        )
-        count = len(aligned.seconds)
-        told = (progress("video", (k + 1) / count) or p for k, p in enumerate(pictures))
-        write_moving(target, told, aligned.fps)
+        _write(target, loaded, index, aligned, style, backend.value, 4 if smooth else 0, progress)
     say("Done", str(target), "green")
-    if not shows(loaded, index, aligned):
+    _tell(loaded, index, aligned, clock_found=video is not None and offset is None)
+
+
+def _write(
+    target: Path,
+    result: "Result",
+    sample: int,
+    aligned: "Aligned",
+    style: "OverlayStyle",
+    backend: "Backend",
+    samples: int,
+    progress: Progress,
+) -> None:
+    from capture_app.overlay.aligned import draw
+    from render.video import write_moving
+
+    pictures = draw(result, sample, aligned, style, backend=backend, samples=samples)
+    count = len(aligned.seconds)
+    told = (progress("video", (k + 1) / count) or p for k, p in enumerate(pictures))
+    write_moving(target, told, aligned.fps)
+
+
+def _tell(result: "Result", sample: int, aligned: "Aligned", *, clock_found: bool) -> None:
+    from capture_app.overlay.aligned import shows
+
+    if clock_found:
+        say("Note", f"The film begins at --offset {aligned.offset:.2f} of the motion.", "yellow")
+    if not shows(result, sample, aligned):
         say("Note", "The film never shows the place where the person was.", "yellow")

@@ -41,6 +41,8 @@ class Aligned:
     """What took each of them, in the result's world."""
     lens: Float64[np.ndarray, " coefficients"]
     """OpenCV's distortion; zeros for none."""
+    offset: float
+    """Seconds that were added to the film's times."""
 
     @property
     def distort(self) -> Distort | None:
@@ -99,6 +101,7 @@ def watched(result: Result, watcher: Watcher, place: Place) -> Aligned:
         seconds=seconds[inside].clip(0.0, length),
         cameras=[Camera(T_world_camera[k], *watcher.intrinsics[k].tolist()) for k in inside],
         lens=watcher.lens,
+        offset=place.offset,
     )
 
 

@@ -7,7 +7,9 @@ import numpy as np
 from jaxtyping import Float64
 
 from capture_app.overlay.aligned import Aligned, own_film, watched
+from capture_app.overlay.clock import clock_offset
 from capture_app.overlay.eye import mount_of, session_of
+from capture_app.overlay.in_scan import Scan, by_scan
 from capture_app.overlay.placing import (
     Place,
     arkit_world,
@@ -45,6 +47,8 @@ class Said:
     """Where the board is on the object, or in the result's world."""
     shared_world: bool = False
     """The second phone logged in the ARKit world of the clamped one."""
+    scan: Scan | None = None
+    """Of the object and its room, that a camera's pictures are found again in."""
     offset: float | None = None
     """Seconds to add to the film's clock; None finds it."""
 
@@ -55,7 +59,7 @@ def find(result: Result, said: Said, progress: Progress) -> Aligned:
     Args:
         result: what was generated.
         said: of the film.
-        progress: told the stage "board".
+        progress: told the stage "board" or "localise".
 
     Raises:
         InputError: the film, its camera or its place cannot be known; see the parts.
@@ -72,9 +76,10 @@ def _tripod(result: Result, said: Said, video: Path, progress: Progress) -> Alig
     if said.board:
         board = parse_board(said.board)
         track = track_video(video, board, camera, progress=progress)
-        return watched(
-            result, on_tripod(video, track.camera), _by_board(result, said, board, track)
-        )
+        watcher = on_tripod(video, track.camera)
+        if not said.in_room:
+            return watched(result, watcher, _by_board_on_object(result, said, board, track))
+        return _rested(result, said, watcher, _by_board_in_room(result, said, board, track))
     if camera is None or said.camera is None:
         raise InputError(
             "camera-needed",
@@ -83,6 +88,10 @@ def _tripod(result: Result, said: Said, video: Path, progress: Progress) -> Alig
             fix="Give --camera FILE.json with fx, fy, cx, cy and T_world_camera; or --board with the "
             "board that it filmed.",
         )
+    watcher = on_tripod(video, camera)
+    if said.scan:
+        T = by_scan(said.scan, result.object_motion, watcher, progress)
+        return _rested(result, said, watcher, T)
     T_world_camera = pose_in(said.camera)
     if T_world_camera is None:
         raise InputError(
@@ -90,38 +99,62 @@ def _tripod(result: Result, said: Said, video: Path, progress: Progress) -> Alig
             "The camera file does not say where the camera stood.",
             where=str(said.camera),
             fix='Add "T_world_camera", four rows of four numbers in the result\'s world; or give '
-            "--board with the board that it filmed.",
+            "--board with the board that it filmed, or --scan with a scan of the place.",
         )
-    return watched(result, on_tripod(video, camera), Place(T_world_camera, _offset(said)))
+    return _rested(result, said, watcher, T_world_camera)
+
+
+def _rested(
+    result: Result, said: Said, watcher: Watcher, T_world_camera: Float64[np.ndarray, "4 4"]
+) -> Aligned:
+    """The film of a camera that stood there; its clock by what moves in it, if it is not given."""
+    offset = said.offset
+    if offset is None:
+        fx, fy, cx, cy = watcher.intrinsics[0]
+        K = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]])
+        moved = result.object_motion
+        offset = clock_offset(watcher.film, moved, T_world_camera, K, watcher.lens)
+    return watched(result, watcher, Place(T_world_camera, offset))
 
 
 def _second_phone(
     result: Result, said: Said, session: CaptureSession, progress: Progress
 ) -> Aligned:
-    watcher: Watcher = by_phone(session)
+    watcher = by_phone(session)
     if said.board:
         board = parse_board(said.board)
         track = track_session(session, board, progress=progress)
-        return watched(result, watcher, _by_board(result, said, board, track))
-    if not said.shared_world:
+        if not said.in_room:
+            return watched(result, watcher, _by_board_on_object(result, said, board, track))
+        T_world_rest = _by_board_in_room(result, said, board, track)
+    elif said.scan:
+        T_world_rest = by_scan(said.scan, result.object_motion, watcher, progress)
+    elif said.shared_world:
+        T_world_rest = arkit_world(result.object_motion, session_of(result), mount_of(result))
+    else:
         raise InputError(
             "camera-place-needed",
             "Nothing says where the second phone was.",
             where=str(session.source),
             fix="Add --shared-world if both phones logged in one ARKit world; or give --board with "
-            "the board that it filmed.",
+            "the board that it filmed, or --scan with a scan of the place.",
         )
-    T_world_arkit = arkit_world(result.object_motion, session_of(result), mount_of(result))
-    return watched(result, watcher, Place(T_world_arkit, _offset(said)))
+    return watched(result, watcher, Place(T_world_rest, _offset(said)))
 
 
-def _by_board(result: Result, said: Said, board: Board, track: BoardTrack) -> Place:
-    moved, where = result.object_motion, said.board_place
-    if not said.in_room:
-        T_object_board = load_place(where, board).T_object_board if where else None
-        return by_board_on_object(moved, track, T_object_board, said.offset)
+def _by_board_on_object(result: Result, said: Said, board: Board, track: BoardTrack) -> Place:
+    where = said.board_place
+    T_object_board = load_place(where, board).T_object_board if where else None
+    return by_board_on_object(result.object_motion, track, T_object_board, said.offset)
+
+
+def _by_board_in_room(
+    result: Result, said: Said, board: Board, track: BoardTrack
+) -> Float64[np.ndarray, "4 4"]:
+    """T_world_rest of what saw the board."""
+    where = said.board_place
     T_world_board = load_pose(where) if where else _seen_by_phone(result, board)
-    return by_board_in_room(T_world_board, stream_of(track).T, _offset(said))
+    return by_board_in_room(T_world_board, stream_of(track).T)
 
 
 def _seen_by_phone(result: Result, board: Board) -> Float64[np.ndarray, "4 4"]:

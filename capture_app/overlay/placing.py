@@ -67,28 +67,26 @@ def by_board_on_object(
     if T_object_board is None:
         found = solve(motion, board)
         T = found.T_world_camera[found.kept]
-        return Place(_mean(T), found.offset if offset is None else offset)
+        return Place(agreed(T), found.offset if offset is None else offset)
     if offset is None:
         guesses = find_offsets(motion, board)
         best = min(_closest(motion, board, T_object_board, g.seconds) for g in guesses)
         offset = best[1]
-    return Place(_mean(_stations(motion, board, T_object_board, offset)), offset)
+    return Place(agreed(_stations(motion, board, T_object_board, offset)), offset)
 
 
 def by_board_in_room(
-    T_world_board: Float64[np.ndarray, "4 4"],
-    T_rest_board: Float64[np.ndarray, "n 4 4"],
-    offset: float,
-) -> Place:
-    """From sightings of a board that did not move, whose place in the result's world is known."""
-    return Place(_mean(T_world_board @ inverse(T_rest_board)), offset)
+    T_world_board: Float64[np.ndarray, "4 4"], T_rest_board: Float64[np.ndarray, "n 4 4"]
+) -> Float64[np.ndarray, "4 4"]:
+    """T_world_rest, from sightings of a board that did not move and is known in the world."""
+    return agreed(T_world_board @ inverse(T_rest_board))
 
 
 def board_in_room(
     T_world_arkit: Float64[np.ndarray, "4 4"], T_arkit_board: Float64[np.ndarray, "n 4 4"]
 ) -> Float64[np.ndarray, "4 4"]:
     """T_world_board of a board that did not move, as the clamped phone saw it in its own world."""
-    return T_world_arkit @ _mean(T_arkit_board)
+    return T_world_arkit @ agreed(T_arkit_board)
 
 
 def arkit_world(
@@ -99,7 +97,7 @@ def arkit_world(
     phone = PoseStream(session.times, session.T_world_phone)
     good = moved.valid & phone.known(times)
     T_world_phone = moved.T_world_object @ inverse(mount.T_phone_object)
-    return _mean((T_world_phone @ inverse(phone.at(times)))[good])
+    return agreed((T_world_phone @ inverse(phone.at(times)))[good])
 
 
 def riding(
@@ -137,7 +135,7 @@ def _closest(
 
     def restlessness(offset: float) -> float:
         T = _stations(motion, board, T_object_board, offset)
-        step = between(_mean(T)[None], T).reshape(-1, 2, 3)
+        step = between(agreed(T)[None], T).reshape(-1, 2, 3)
         turn, shift = np.linalg.norm(step, axis=-1).T
         return float(np.median(_LEVER * turn + shift))
 
@@ -150,7 +148,7 @@ def _closest(
     return float(found.fun), float(found.x)
 
 
-def _mean(T: Float64[np.ndarray, "n 4 4"]) -> Float64[np.ndarray, "4 4"]:
+def agreed(T: Float64[np.ndarray, "n 4 4"]) -> Float64[np.ndarray, "4 4"]:
     """What most of them agree on; of many, some tell it as well."""
     some = T[:: -(-len(T) // _ENOUGH)]
     return average(some, np.tile(_DOUBT, (len(some), 1, 1))).T

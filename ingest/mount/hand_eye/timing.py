@@ -44,7 +44,7 @@ def find_offsets(phone: PoseStream, target: PoseStream) -> list[Offset]:
     found: list[Offset] = []
     for _ in range(_CANDIDATES):
         best = int(np.argmax(rank))
-        lag = (best - (len(other) - 1) + _peak(score, best)) / RATE
+        lag = (best - (len(other) - 1) + peak(score, best)) / RATE
         found.append(Offset(float(phone.times[0] + lag - good.times[0]), float(score[best])))
         rank[max(0, best - _APART) : best + _APART] = -np.inf
     return found
@@ -98,7 +98,7 @@ def _masked_correlation(
     return np.where(enough, score, -1.0), count
 
 
-def _peak(score: Float64[np.ndarray, " lags"], best: int) -> float:
+def peak(score: Float64[np.ndarray, " lags"], best: int) -> float:
     """Where between the lags the parabola through the best and its neighbours is highest."""
     if not 0 < best < len(score) - 1:
         return 0.0

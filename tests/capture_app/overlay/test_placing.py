@@ -125,7 +125,7 @@ def test_a_board_in_the_room_tells_the_camera(watched: Watched) -> None:
     pixels, numbers = corner_observations(seen, big, witness.camera, rng, sigma=0.3)
     poses = board_poses(pixels, numbers, big, witness.camera.K, witness.camera.lens)
     sure = ~poses.ambiguous
-    place = by_board_in_room(T_world_board, poses.T_camera_board[sure], witness.start)
+    place = Place(by_board_in_room(T_world_board, poses.T_camera_board[sure]), witness.start)
     assert pixels_off(watched, place) < 2.0
 
 
