@@ -4,8 +4,11 @@ import cv2
 import numpy as np
 from jaxtyping import UInt8
 
+from render.lettering import write
+
 _INK = (82, 84, 88)
-_FONT = cv2.FONT_HERSHEY_SIMPLEX
+_LETTERS = 17.0
+"""Their size in a picture of 540 rows."""
 
 
 def caption(
@@ -20,9 +23,9 @@ def caption(
     unit = max(picture.shape[0], 180) / 540.0
     margin = round(22 * unit)
     if label:
-        _write(out, label, (margin, margin + round(14 * unit)), 0.60 * unit)
+        write(out, label, (margin, margin), 1.15 * _LETTERS * unit, ink=_INK)
     if seconds is not None:
-        _write(out, time_code(seconds), (margin, out.shape[0] - margin), 0.52 * unit)
+        write(out, time_code(seconds), (margin, out.shape[0] - margin), _LETTERS * unit, ink=_INK)
     if pixels_per_metre is not None:
         _scale_bar(out, pixels_per_metre, unit, margin)
     return out
@@ -39,14 +42,10 @@ def _scale_bar(
     cv2.line(image, (left, y), (right, y), _INK, width, cv2.LINE_AA)
     for x in (left, right):
         cv2.line(image, (x, y - tick), (x, y + tick), _INK, width, cv2.LINE_AA)
-    _write(image, "1 m", (left + tick, y - 2 * tick), 0.52 * unit)
+    write(image, "1 m", (left + tick, y - 3 * tick), _LETTERS * unit, ink=_INK)
 
 
 def time_code(seconds: float) -> str:
     """Minutes, seconds and tenths: 75.04 is "1:15.0"."""
     tenths = int(seconds * 10.0 + 1e-6)
     return f"{tenths // 600}:{tenths // 10 % 60:02d}.{tenths % 10}"
-
-
-def _write(image: UInt8[np.ndarray, "h w 3"], text: str, at: tuple[int, int], size: float) -> None:
-    cv2.putText(image, text, at, _FONT, size, _INK, 1, cv2.LINE_AA)
