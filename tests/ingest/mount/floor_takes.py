@@ -17,6 +17,13 @@ from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
 REST, PUSH, LIFT = 1.2, 1.5, 1.5
 """Seconds of each part of a take."""
 
+SIDES = [
+    Rotation.identity(),
+    Rotation.from_euler("x", 90, degrees=True),
+    Rotation.from_euler("y", -90, degrees=True),
+]
+"""Of an object, turned down onto the floor."""
+
 
 @dataclass(frozen=True)
 class Stand:
