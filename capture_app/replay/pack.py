@@ -1,0 +1,239 @@
+"""Scene packs: a result, a session or an object as one stretch of bytes that a browser plays.
+
+The layout is in `capture_app.replay.layout`, what is in it in docs/replay.md.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import torch
+from jaxtyping import Float
+
+from capture_app.inspection import Inspection, look_over, refuse_bad
+from capture_app.overlay.eye import mount_of, session_of
+from capture_app.quaternions import xyzw_from_matrix
+from capture_app.replay.layout import pack_bytes
+from capture_app.replay.recording import Recording, recording
+from capture_app.replay.surfaces import Arrays, body_arrays, object_surface
+from capture_app.result import Result, body_of
+from ingest.report.look import Look
+from ingest.trajectory.reading import Reading
+from omomo_core.body.kinematics import full_kinematics
+from omomo_core.body.model import BodyModel
+from omomo_core.contact.file import HANDS
+from omomo_core.errors import InputError
+from omomo_core.generation.person import Person
+from omomo_core.geometry.surface import Surface, sample_surface
+from omomo_core.geometry.transforms import inverse
+from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion
+from omomo_core.skeleton import ALL_JOINTS, ALL_PARENTS
+
+QUATERNION = 32767
+"""A quaternion's 1 in 16 bits: turns are exact to 0.002 degrees."""
+_MOST_FRAMES = 200_000
+_GUESSED_HEIGHT = 1.0
+"""Metres above the floor at which a phone is taken to start when nothing says where the floor is."""
+_EMPTY: dict[str, Any] = {
+    "start_time": 0.0,
+    "object": None,
+    "body": None,
+    "samples": 0,
+    "chosen": 0,
+    "scores": [],
+    "contacts": [],
+    "editable": False,
+    "stretches": [],
+    "floor": None,
+    "report": None,
+    "events": [],
+    "notes": [],
+    "faults": [],
+    "phone": None,
+    "film": None,
+    "fps": FPS,
+    "joint_names": ALL_JOINTS,
+    "joint_parents": ALL_PARENTS,
+}
+
+
+def pack_result(result: Result, *, film: bool = True) -> bytes:
+    """Every sample of a result, the object, and what the phone recorded as far as it is still there.
+
+    Args:
+        result: a result folder that is read.
+        film: show what the phone filmed, too; decoding it takes some of its length.
+
+    Raises:
+        AssetError: the body was the user's own, and is not where it was.
+    """
+    body, moved, manifest = body_of(result), result.object_motion, result.manifest
+    told, arrays = _recorded(result, film)
+    thing = _object(moved.mesh)
+    header = {
+        "kind": "result",
+        "name": result.folder.resolve().name,
+        "frames": len(moved.valid),
+        "start_time": moved.start_time,
+        "body": {"name": body.name, "credit": body.credit, "height": body.height},
+        "samples": len(result.people),
+        "chosen": manifest.chosen,
+        "scores": manifest.scores,
+        "contacts": _contacts(result.people, moved.mesh),
+        "editable": any(person.segments for person in result.people),
+        "floor": manifest.floor.model_dump(),
+        "faults": manifest.faults,
+        "notes": (*manifest.notes, *told.pop("notes", ())),
+    }
+    return pack_bytes(
+        {**_EMPTY, **header, **thing[0], **told},
+        {
+            **body_arrays(body),
+            **_people_arrays(result.people, body),
+            **thing[1],
+            **_object_poses(moved),
+            **arrays,
+        },
+    )
+
+
+def pack_session(seen: Inspection, *, film: bool = True) -> bytes:
+    """A session as it was recorded: the phone's way, and the object where its mesh was given.
+
+    Args:
+        seen: the session, looked over; of one that is not usable all that there is.
+        film: show what the phone filmed, too; decoding it takes some of its length.
+
+    Raises:
+        InputError: its times or units make no sense, or it is hours long.
+    """
+    if not seen.report.complete:
+        refuse_bad(seen)
+    T_world_phone = _phone_poses(seen)
+    if len(T_world_phone) > _MOST_FRAMES:
+        raise InputError(
+            "replay-too-long",
+            f"The session lasts {len(T_world_phone) / FPS / 60:.0f} minutes.",
+            where=str(seen.session.source),
+            fix=f"Replay one of at most {_MOST_FRAMES / FPS / 60:.0f} minutes.",
+        )
+    log = recording(seen, T_world_phone, 0, film)
+    take = seen.take
+    thing, poses = ({}, {}), {}
+    if seen.mesh is not None and take is not None:
+        thing, poses = _object(seen.mesh), _object_poses(take.motion)
+    header = {
+        "kind": "session",
+        "name": seen.session.source.resolve().name,
+        "frames": len(T_world_phone),
+        "stretches": take.segments if take else [],
+        "floor": {"height": take.floor.height, "source": take.floor.source} if take else None,
+        "notes": take.notes if take else [str(seen.problem)],
+    }
+    return pack_bytes(
+        {**_EMPTY, **header, **thing[0], **log.header},
+        {**thing[1], **poses, **_phone_arrays(T_world_phone), **log.arrays},
+    )
+
+
+def pack_object(mesh: ObjectMesh) -> bytes:
+    """An object alone, in its own frame, raised until it stands on the floor."""
+    T = np.eye(4)[None].copy()
+    T[0, 2, 3] = -float(mesh.vertices[:, 2].min())
+    told, arrays = _object(mesh)
+    header = {**_EMPTY, "kind": "object", "name": mesh.name, "frames": 1, **told}
+    return pack_bytes(header, {**arrays, **_object_poses(ObjectMotion(mesh, T, np.ones(1, bool)))})
+
+
+def _recorded(result: Result, film: bool) -> tuple[dict[str, Any], Arrays]:
+    """What the phone's log adds to a result; a note where the log is gone."""
+    options, moved = result.manifest.options, result.object_motion
+    if options.get("animated"):
+        return {}, {}
+    try:
+        mount, session = mount_of(result), session_of(result)
+    except InputError as gone:
+        return {"notes": (f"The recording is not shown. {gone.what}",)}, {}
+    known = [key for key in Reading.__dataclass_fields__ if key in options]
+    given: dict[str, Any] = {key: options[key] for key in known}
+    seen = look_over(session, moved.mesh, mount, Reading(**given))
+    T_world_phone = moved.T_world_object @ inverse(mount.T_phone_object)
+    log: Recording = recording(seen, T_world_phone, result.manifest.segment.start, film)
+    return log.header, {**log.arrays, **_phone_arrays(T_world_phone)}
+
+
+def _phone_poses(seen: Inspection) -> Float[np.ndarray, "frames 4 4"]:
+    """The phone in the world of the take; without one, in the session's turned z up."""
+    T, _ = Look(seen.session, seen.mesh, seen.mount, seen.take).poses
+    if seen.take is not None:
+        return T
+    shift = np.eye(4)
+    shift[:3, 3] = [0.0, 0.0, _GUESSED_HEIGHT] - T[0, :3, 3]
+    return shift @ T
+
+
+def _people_arrays(people: Sequence[Person], body: BodyModel) -> Arrays:
+    humans = [person.human for person in people]
+    return {
+        "root": np.stack([human.root for human in humans]).astype(np.float32),
+        "rotations": np.stack([_rotations(human, body) for human in humans]),
+        "hand_contact": _shares([human.hand_contact for human in humans]),
+        "foot_contact": _shares([human.foot_contact for human in humans]),
+        "palm_miss": np.stack([person.miss for person in people]).astype(np.float32),
+        "inside": np.stack([person.depth for person in people]).astype(np.float32),
+    }
+
+
+def _rotations(human: HumanMotion, body: BodyModel) -> np.ndarray:
+    parts = (torch.from_numpy(x).double() for x in (human.root, human.rotations, human.fingers))
+    R = full_kinematics(body, *parts)[1].numpy()
+    return np.rint(QUATERNION * xyzw_from_matrix(R)).astype(np.int16)
+
+
+def _shares(values: Sequence[np.ndarray]) -> np.ndarray:
+    return np.rint(255 * np.stack(values).clip(0, 1)).astype(np.uint8)
+
+
+def _object(mesh: ObjectMesh) -> tuple[dict[str, Any], Arrays]:
+    """The header's `object` and the surface; nothing for points without faces."""
+    if not len(mesh.faces):
+        return {}, {}
+    shown = object_surface(mesh)
+    told = {"name": mesh.name, "faces": len(mesh.faces), "decimated": shown.decimated}
+    return {"object": told}, shown.arrays
+
+
+def _object_poses(moved: ObjectMotion) -> Arrays:
+    T = moved.T_world_object
+    return {
+        "object_position": T[:, :3, 3].astype(np.float32),
+        "object_rotation": xyzw_from_matrix(T[:, :3, :3]).astype(np.float32),
+        "valid": moved.valid.astype(np.uint8),
+    }
+
+
+def _phone_arrays(T_world_phone: Float[np.ndarray, "frames 4 4"]) -> Arrays:
+    return {
+        "phone_position": T_world_phone[:, :3, 3].astype(np.float32),
+        "phone_rotation": xyzw_from_matrix(T_world_phone[:, :3, :3]).astype(np.float32),
+    }
+
+
+def _contacts(people: Sequence[Person], mesh: ObjectMesh) -> list[list[dict[str, Any]]]:
+    """Of each sample what its hands hold, with the place on the surface that is nearest."""
+    surface = sample_surface(mesh) if len(mesh.faces) else None
+    return [[_contact(s, surface) for s in person.segments] for person in people]
+
+
+def _contact(segment: Any, surface: Surface | None) -> dict[str, Any]:
+    told: dict[str, Any] = {
+        "hand": HANDS[segment.hand],
+        "start": segment.start,
+        "stop": segment.stop,
+        "anchor": segment.anchor.round(5).tolist(),
+    }
+    if surface is not None:
+        nearest = int(surface.tree.query(segment.anchor)[1])
+        told["place"] = surface.points[nearest].round(5).tolist()
+        told["normal"] = surface.normals[nearest].round(5).tolist()
+    return told

@@ -1,0 +1,124 @@
+"""What a phone's log tells along a scene: how fast and how well it was tracked, and what is wrong."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from capture_app.inspection import Inspection
+from capture_app.replay.film_strip import FilmStrip, film_strip
+from ingest.report.check import Check
+from ingest.report.look import Look
+from ingest.session import CaptureSession
+from ingest.trajectory.resample import resample
+from omomo_core.geometry.transforms import velocity
+from omomo_core.motion import FPS
+from render.cameras import quarter_turns
+
+GOOD, LIMITED, BROKEN = 0, 1, 2
+"""Tracking of a frame; broken is a jump, a gap or a pose that stands still."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The part of a header and the arrays that come from a phone's log."""
+
+    header: dict[str, Any]
+    """`phone`, `film`, `report` and `events`, see docs/replay.md."""
+    arrays: dict[str, np.ndarray]
+
+
+def recording(
+    seen: Inspection, T_world_phone: Float64[np.ndarray, "frames 4 4"], first: int, film: bool
+) -> Recording:
+    """What the log tells of the frames of a scene.
+
+    Args:
+        seen: the session, looked over.
+        T_world_phone: the phone in the scene's world (z up), ARKit's camera axes.
+        first: frame of the session, at 30 fps from its start, that is the scene's first.
+        film: decode what the phone filmed, too.
+    """
+    session, frames = seen.session, len(T_world_phone)
+    look = Look(session)
+    T, valid = (array[first : first + frames] for array in look.poses)
+    known = np.where(valid[:, None], T[:, :3, 3], np.nan)
+    # A central difference does not look at its own frame.
+    speed = np.where(valid, np.linalg.norm(velocity(known, FPS), axis=1), np.nan)
+    untracked = _broken(session, look.breaks.untracked)[first : first + frames]
+    tracking = np.where(valid, GOOD, np.where(untracked, LIMITED, BROKEN))
+    arrays = {
+        "phone_speed": speed.astype(np.float32),
+        "tracking": tracking.astype(np.uint8),
+    }
+    turns = quarter_turns(T_world_phone)
+    start = float(session.times[0]) + first / FPS
+    stop = start + (frames - 1) / FPS
+    strip = film_strip(session, start, stop, turns) if film else None
+    header = {
+        "phone": _lens(session, turns),
+        "film": None if strip is None else _film_header(strip),
+        "report": {"verdict": seen.verdict, "advice": seen.advice, "app": session.app},
+        "events": _events(seen, first, frames),
+    }
+    return Recording(header, arrays if strip is None else {**arrays, **_film_arrays(strip)})
+
+
+def _broken(session: CaptureSession, steps: Bool[np.ndarray, " steps"]) -> Bool[np.ndarray, " f"]:
+    """Frames at 30 fps that marked steps of the log spoil."""
+    return ~resample(session.times, session.T_world_phone, steps)[1]
+
+
+def _lens(session: CaptureSession, turns: int) -> dict[str, float] | None:
+    """Of the landscape picture: angle from top to bottom in radians, width / height, and the `turns`
+    that bring up to its top; None where the log does not say it."""
+    if session.intrinsics is None or session.image_size is None:
+        return None
+    width, height = session.image_size
+    focal = float(np.median(session.intrinsics[:, 1]))
+    fov_y = 2 * float(np.arctan(height / 2 / focal))
+    return {"fov_y": fov_y, "aspect": width / height, "turns": turns}
+
+
+def _film_header(strip: FilmStrip) -> dict[str, int]:
+    return {"width": strip.size[0], "height": strip.size[1], "count": len(strip.pictures)}
+
+
+def _film_arrays(strip: FilmStrip) -> dict[str, np.ndarray]:
+    lengths = [len(picture) for picture in strip.pictures]
+    return {
+        "film_times": strip.times.astype(np.float32),
+        "film_offsets": np.cumsum([0, *lengths]).astype(np.uint32),
+        "film_jpeg": np.frombuffer(b"".join(strip.pictures), np.uint8),
+    }
+
+
+def _events(seen: Inspection, first: int, frames: int) -> list[dict[str, Any]]:
+    """The checks that are not fine and concern these frames."""
+    checks = [check for check in seen.report.checks if check.severity != "ok"]
+    placed = [(check, _frames_of(check, seen.session, first)) for check in checks]
+    return [
+        {
+            "kind": "check",
+            "name": check.name,
+            "severity": check.severity,
+            "message": check.message,
+            "fix": check.fix,
+            "start": None if at is None else max(at[0], 0.0),
+            "stop": None if at is None else min(at[1], frames - 1.0),
+        }
+        for check, at in placed
+        if at is None or (at[1] >= 0 and at[0] < frames)
+    ]
+
+
+def _frames_of(check: Check, session: CaptureSession, first: int) -> tuple[float, float] | None:
+    """First and last frame of the scene that a check concerns; None for the whole take."""
+    if check.frames is None:
+        return None
+    start, stop = check.frames
+    last = min(max(stop - 1, start), len(session.times) - 1)
+    seconds = session.times[[min(start, last), last]] - session.times[0]
+    at = (seconds * FPS - first).round(3).tolist()
+    return at[0], at[1]

@@ -1,0 +1,75 @@
+// Mouse, fingers and keys on the picture.
+
+const TURN = 0.0055; // radians a pixel
+const KEY_TURN = 0.08;
+const STEP = 1.12;
+
+// Calls camera.turn, move and closer, then `changed`; returns what takes the listeners away.
+export function control(canvas, camera, changed) {
+  const fingers = new Map();
+  const off = new AbortController();
+  const on = (kind, act, more = {}) =>
+    canvas.addEventListener(kind, act, { signal: off.signal, ...more });
+
+  on("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    fingers.set(event.pointerId, [event.clientX, event.clientY]);
+  });
+  for (const kind of ["pointerup", "pointercancel"]) {
+    on(kind, (event) => fingers.delete(event.pointerId));
+  }
+  on("pointermove", (event) => {
+    if (!fingers.has(event.pointerId)) return;
+    const before = spread(fingers);
+    fingers.set(event.pointerId, [event.clientX, event.clientY]);
+    const after = spread(fingers);
+    const dx = after.x - before.x;
+    const dy = after.y - before.y;
+    const moving = fingers.size > 1 || event.shiftKey || (event.buttons & 6) > 0;
+    if (moving) camera.move(dx / canvas.clientHeight, dy / canvas.clientHeight);
+    else camera.turn(dx * TURN, dy * TURN);
+    if (fingers.size > 1 && after.size > 0) camera.closer(before.size / after.size);
+    changed();
+  });
+  on("contextmenu", (event) => event.preventDefault());
+  on(
+    "wheel",
+    (event) => {
+      event.preventDefault();
+      camera.closer(Math.exp(Math.min(Math.max(event.deltaY, -120), 120) * 0.0015));
+      changed();
+    },
+    { passive: false },
+  );
+  on("keydown", (event) => {
+    const act = KEYS[event.key];
+    if (!act || event.ctrlKey || event.metaKey || event.altKey) return;
+    act(camera, event.shiftKey);
+    event.preventDefault();
+    event.stopPropagation();
+    changed();
+  });
+  return () => off.abort();
+}
+
+const arrow = (x, y) => (camera, moving) =>
+  moving ? camera.move(-0.05 * x, -0.05 * y) : camera.turn(KEY_TURN * x, KEY_TURN * y);
+
+const KEYS = {
+  ArrowLeft: arrow(1, 0),
+  ArrowRight: arrow(-1, 0),
+  ArrowUp: arrow(0, 1),
+  ArrowDown: arrow(0, -1),
+  "+": (camera) => camera.closer(1 / STEP),
+  "=": (camera) => camera.closer(1 / STEP),
+  "-": (camera) => camera.closer(STEP),
+};
+
+// Middle of the fingers, and how far two of them are apart.
+function spread(fingers) {
+  const points = [...fingers.values()];
+  const x = points.reduce((sum, p) => sum + p[0], 0) / points.length;
+  const y = points.reduce((sum, p) => sum + p[1], 0) / points.length;
+  const size = points.length > 1 ? Math.hypot(points[0][0] - points[1][0], points[0][1] - points[1][1]) : 0;
+  return { x, y, size };
+}

@@ -1,0 +1,66 @@
+// Lanes that show a value or a state over time, painted once for a size.
+
+import { element } from "./elements.js";
+
+const HEIGHT = 30;
+const KINDS = ["tl-good", "tl-limited", "tl-broken"];
+const SVG = "http://www.w3.org/2000/svg";
+
+function drawing(frames, label) {
+  const svg = document.createElementNS(SVG, "svg");
+  svg.setAttribute("viewBox", `0 0 ${frames} ${HEIGHT}`);
+  svg.setAttribute("preserveAspectRatio", "none");
+  svg.setAttribute("role", "img");
+  svg.setAttribute("aria-label", label);
+  return svg;
+}
+
+function piece(svg, tag, about) {
+  const made = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(about)) made.setAttribute(name, value);
+  svg.append(made);
+}
+
+// {lane, at(frame)}: `at` is the value in words.
+export function curveLane({ values, top, unit, label, kind }) {
+  const highest = values.reduce((high, value) => (value > high ? value : high), 0);
+  const most = Math.max(top, highest);
+  const svg = drawing(values.length, `${label}: at most ${told(highest, unit)}`);
+  piece(svg, "path", { d: path(values, most), class: `tl-curve ${kind}` });
+  return { lane: element("div", { class: "tl-lane" }, [svg]), at: (frame) => told(values[frame], unit) };
+}
+
+// The tracking of each frame as bands.
+export function bandLane({ states, names, label }) {
+  const frames = states.length;
+  const svg = drawing(frames, label);
+  let start = 0;
+  for (let f = 1; f <= frames; f++) {
+    if (f < frames && states[f] === states[start]) continue;
+    const place = { x: start, y: HEIGHT / 3, width: f - start, height: HEIGHT / 3 };
+    piece(svg, "rect", { ...place, class: KINDS[states[start]] });
+    start = f;
+  }
+  return { lane: element("div", { class: "tl-lane" }, [svg]), at: (frame) => names[states[frame]] };
+}
+
+function told(value, unit) {
+  if (!Number.isFinite(value)) return "unknown";
+  return unit === "cm" ? `${(100 * value).toFixed(1)} cm` : `${value.toFixed(2)} ${unit}`;
+}
+
+// What is not known breaks the line.
+function path(values, most) {
+  let text = "";
+  let drawing = false;
+  values.forEach((value, f) => {
+    if (!Number.isFinite(value)) {
+      drawing = false;
+      return;
+    }
+    const y = (HEIGHT - 2 - (HEIGHT - 4) * (value / most)).toFixed(2);
+    text += `${drawing ? "L" : "M"}${f + 0.5} ${y}`;
+    drawing = true;
+  });
+  return text;
+}

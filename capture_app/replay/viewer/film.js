@@ -1,0 +1,54 @@
+// The phone's film: an image that shows the picture of a moment.
+
+import { element } from "./elements.js";
+
+// {element, time, dispose()}; null where the phone filmed nothing.
+export function createFilm(pack) {
+  return pack.array("film_times")?.length ? new Film(pack) : null;
+}
+
+class Film {
+  constructor(pack) {
+    this.times = pack.array("film_times");
+    this.offsets = pack.array("film_offsets");
+    this.jpeg = pack.array("film_jpeg");
+    this.element = element("img", { alt: "What the phone filmed at this moment" });
+    this.shown = -1;
+    this.places = new Map();
+    this.time = 0;
+  }
+
+  // Seconds of the scene.
+  set time(seconds) {
+    const index = this.#nearest(seconds);
+    if (index === this.shown) return;
+    this.shown = index;
+    this.element.src = this.#place(index);
+  }
+
+  dispose() {
+    this.places.forEach((place) => URL.revokeObjectURL(place));
+    this.places.clear();
+  }
+
+  #nearest(time) {
+    let low = 0;
+    let high = this.times.length - 1;
+    while (low < high) {
+      const half = (low + high) >> 1;
+      if (this.times[half] < time) low = half + 1;
+      else high = half;
+    }
+    const before = Math.max(0, low - 1);
+    return time - this.times[before] < this.times[low] - time ? before : low;
+  }
+
+  #place(index) {
+    if (!this.places.has(index)) {
+      const bytes = this.jpeg.subarray(this.offsets[index], this.offsets[index + 1]);
+      const blob = new Blob([bytes], { type: "image/jpeg" });
+      this.places.set(index, URL.createObjectURL(blob));
+    }
+    return this.places.get(index);
+  }
+}

@@ -1,0 +1,137 @@
+// Programs, meshes and lines on the graphics card.
+
+export class Program {
+  constructor(gl, vertex, fragment) {
+    this.gl = gl;
+    this.handle = gl.createProgram();
+    for (const [kind, text] of [
+      [gl.VERTEX_SHADER, vertex],
+      [gl.FRAGMENT_SHADER, fragment],
+    ]) {
+      const shader = gl.createShader(kind);
+      gl.shaderSource(shader, text);
+      gl.compileShader(shader);
+      gl.attachShader(this.handle, shader);
+      gl.deleteShader(shader);
+    }
+    gl.linkProgram(this.handle);
+    this.places = new Map();
+  }
+
+  check() {
+    const { gl, handle } = this;
+    if (gl.getProgramParameter(handle, gl.LINK_STATUS) || gl.isContextLost()) return;
+    const logs = gl.getAttachedShaders(handle).map((shader) => gl.getShaderInfoLog(shader));
+    throw new Error(`shader: ${gl.getProgramInfoLog(handle)} ${logs.join(" ")}`);
+  }
+
+  use(values) {
+    this.gl.useProgram(this.handle);
+    this.set(values);
+  }
+
+  // Uniforms by name; the kind follows from the value.
+  set(values) {
+    const { gl } = this;
+    for (const [name, value] of Object.entries(values)) {
+      const place = this.#place(name);
+      if (place === null) continue;
+      if (typeof value === "number") gl.uniform1f(place, value);
+      else if (value.length === 16) gl.uniformMatrix4fv(place, false, value);
+      else if (value.length === 2) gl.uniform2fv(place, value);
+      else if (value.length === 3) gl.uniform3fv(place, value);
+      else gl.uniform4fv(place, value);
+    }
+  }
+
+  #place(name) {
+    if (!this.places.has(name)) {
+      this.places.set(name, this.gl.getUniformLocation(this.handle, name));
+    }
+    return this.places.get(name);
+  }
+}
+
+export class Mesh {
+  // `columns` are vertex attributes in the order of their locations: {data, width, normalized}.
+  constructor(gl, columns, indices) {
+    this.gl = gl;
+    this.vertexArray = gl.createVertexArray();
+    this.buffers = [];
+    gl.bindVertexArray(this.vertexArray);
+    columns.forEach(({ data, width, normalized }, location) => {
+      this.#buffer(gl.ARRAY_BUFFER, data);
+      gl.enableVertexAttribArray(location);
+      gl.vertexAttribPointer(location, width, typeOf(gl, data), Boolean(normalized), 0, 0);
+    });
+    this.#buffer(gl.ELEMENT_ARRAY_BUFFER, indices);
+    this.count = indices.length;
+    this.type = typeOf(gl, indices);
+    gl.bindVertexArray(null);
+  }
+
+  draw() {
+    this.gl.bindVertexArray(this.vertexArray);
+    this.gl.drawElements(this.gl.TRIANGLES, this.count, this.type, 0);
+  }
+
+  dispose() {
+    this.buffers.forEach((buffer) => this.gl.deleteBuffer(buffer));
+    this.gl.deleteVertexArray(this.vertexArray);
+  }
+
+  #buffer(target, data) {
+    const buffer = this.gl.createBuffer();
+    this.buffers.push(buffer);
+    this.gl.bindBuffer(target, buffer);
+    this.gl.bufferData(target, data, this.gl.STATIC_DRAW);
+  }
+}
+
+const PIECE = 10;
+
+export class Lines {
+  constructor(gl) {
+    this.gl = gl;
+    this.buffer = gl.createBuffer();
+    this.vertexArray = gl.createVertexArray();
+    this.count = 0;
+    gl.bindVertexArray(this.vertexArray);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer);
+    [3, 3, 4].forEach((width, location) => {
+      gl.enableVertexAttribArray(location);
+      gl.vertexAttribPointer(location, width, gl.FLOAT, false, 4 * PIECE, [0, 12, 24][location]);
+      gl.vertexAttribDivisor(location, 1);
+    });
+    gl.bindVertexArray(null);
+  }
+
+  // Pieces of ten numbers: from, to, colour with opacity.
+  set(pieces) {
+    this.gl.bindBuffer(this.gl.ARRAY_BUFFER, this.buffer);
+    this.gl.bufferData(this.gl.ARRAY_BUFFER, new Float32Array(pieces), this.gl.DYNAMIC_DRAW);
+    this.count = pieces.length / PIECE;
+    return this;
+  }
+
+  draw(count = this.count) {
+    this.gl.bindVertexArray(this.vertexArray);
+    this.gl.drawArraysInstanced(this.gl.TRIANGLE_STRIP, 0, 4, Math.min(count, this.count));
+  }
+
+  dispose() {
+    this.gl.deleteBuffer(this.buffer);
+    this.gl.deleteVertexArray(this.vertexArray);
+  }
+}
+
+function typeOf(gl, array) {
+  const types = [
+    [Float32Array, gl.FLOAT],
+    [Int8Array, gl.BYTE],
+    [Uint8Array, gl.UNSIGNED_BYTE],
+    [Uint16Array, gl.UNSIGNED_SHORT],
+    [Uint32Array, gl.UNSIGNED_INT],
+  ];
+  return types.find(([kind]) => array instanceof kind)[1];
+}

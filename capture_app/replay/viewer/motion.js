@@ -1,0 +1,125 @@
+// Where everything of a scene is at a moment, between its frames.
+
+import { between, mixed, point, pose } from "./vectors.js";
+
+const BROKEN = 2;
+const PALMS = ["left_middle1", "right_middle1"];
+
+export class Motion {
+  constructor(pack) {
+    this.pack = pack;
+    this.header = pack.header;
+    this.sample = pack.header.chosen;
+    this.frames = pack.header.frames;
+    this.duration = Math.max(0, this.frames - 1) / pack.header.fps;
+    this.palmJoints = PALMS.map((name) => pack.header.joint_names.indexOf(name));
+    this.joints = new Float32Array(52 * 3);
+    this.bones = new Float32Array(52 * 12);
+  }
+
+  // The pose at a second; what it returns holds until the next call.
+  at(time) {
+    const exact = Math.min(Math.max(time, 0), this.duration) * this.header.fps;
+    const frame = Math.min(Math.round(exact), this.frames - 1);
+    const low = Math.min(Math.floor(exact + 1e-6), this.frames - 1);
+    const high = Math.min(low + 1, this.frames - 1);
+    const step = { frame, low, high, mix: Math.max(0, exact - low) };
+    const has = this.pack.array("root") !== null;
+    if (has) this.#bend(step);
+    return {
+      frame,
+      bones: has ? this.bones : null,
+      joints: has ? this.joints : null,
+      object: this.#rigid("object", step, this.#split("valid", 0, step)),
+      phone: this.#rigid("phone", step, this.#split("tracking", BROKEN, step)),
+      valid: !this.pack.array("valid") || this.pack.array("valid")[frame] > 0,
+      palms: has ? this.palmJoints.map((j) => Array.from(this.joints.subarray(3 * j, 3 * j + 3))) : [],
+      held: has ? [0, 1].map((hand) => this.#ofSample("hand_contact", frame, 2)[hand] / 255) : [],
+    };
+  }
+
+  // Mean place of the person, else the object, else the phone, around a moment.
+  centre(time, halfWidth) {
+    const way = this.way();
+    const fps = this.header.fps;
+    const first = Math.max(0, Math.ceil((time - halfWidth) * fps));
+    const last = Math.min(this.frames - 1, Math.floor((time + halfWidth) * fps));
+    const sum = [0, 0, 0];
+    for (let f = first; f <= last; f++) for (let k = 0; k < 3; k++) sum[k] += way[3 * f + k];
+    const count = Math.max(1, last - first + 1);
+    return last < first ? Array.from(way.subarray(3 * (this.frames - 1))) : sum.map((s) => s / count);
+  }
+
+  way() {
+    const root = this.pack.array("root");
+    const size = 3 * this.frames;
+    if (root) return root.subarray(this.sample * size, (this.sample + 1) * size);
+    return this.pack.array("object_position") ?? this.pack.array("phone_position");
+  }
+
+  contacts() {
+    return this.header.contacts[this.sample] ?? [];
+  }
+
+  // One value a frame of this sample, out of an array (samples, frames, width).
+  series(name, width = 1, column = 0) {
+    const array = this.pack.array(name);
+    if (!array) return null;
+    const start = array.length === this.frames * width ? 0 : this.sample * this.frames * width;
+    return Float32Array.from({ length: this.frames }, (_, f) => array[start + f * width + column]);
+  }
+
+  #ofSample(name, frame, width) {
+    const first = (this.sample * this.frames + frame) * width;
+    return this.pack.array(name).subarray(first, first + width);
+  }
+
+  // A tracker's pose means nothing between two frames of which one is a guess.
+  #split(name, bad, { low, high }) {
+    const marks = this.pack.array(name);
+    return marks !== null && (marks[low] === bad || marks[high] === bad);
+  }
+
+  #rigid(name, { low, high, mix }, split) {
+    const positions = this.pack.array(`${name}_position`);
+    if (!positions) return null;
+    const share = split ? Math.round(mix) : mix;
+    const turned = between(this.pack.array(`${name}_rotation`), 4 * low, 4 * high, share);
+    return pose(turned, mixed(positions, 3 * low, 3 * high, share));
+  }
+
+  #bend({ low, high, mix }) {
+    const { rest_joints: rest, rotations, root } = {
+      rest_joints: this.pack.array("rest_joints"),
+      rotations: this.pack.array("rotations"),
+      root: this.pack.array("root"),
+    };
+    const first = this.sample * this.frames;
+    const parents = this.header.joint_parents;
+    const T = [];
+    for (let j = 0; j < parents.length; j++) {
+      const at = (f) => 4 * ((first + f) * parents.length + j);
+      const q = between(rotations, at(low), at(high), mix);
+      const place =
+        j === 0
+          ? mixed(root, 3 * (first + low), 3 * (first + high), mix)
+          : point(T[parents[j]], this.#bone(rest, j, parents[j]));
+      T.push(pose(q, place));
+      this.joints.set(place, 3 * j);
+      this.#setBone(j, T[j], rest);
+    }
+  }
+
+  #bone(rest, j, parent) {
+    return [0, 1, 2].map((k) => rest[3 * j + k] - rest[3 * parent + k]);
+  }
+
+  // Three rows: the rotation, and what brings a vertex at rest to its place.
+  #setBone(j, T, rest) {
+    for (let row = 0; row < 3; row++) {
+      const r = [T[row], T[4 + row], T[8 + row]];
+      const turned = r[0] * rest[3 * j] + r[1] * rest[3 * j + 1] + r[2] * rest[3 * j + 2];
+      this.bones.set([...r, T[12 + row] - turned], 12 * j + 4 * row);
+    }
+  }
+}

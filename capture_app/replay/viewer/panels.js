@@ -1,0 +1,131 @@
+// Parts of the replay page around the picture: cameras, layers, choices, report.
+
+import { clock, element } from "./elements.js";
+import { TINTS } from "./palette.js";
+
+const CAMERAS = {
+  follow: "Follow",
+  orbit: "Whole way",
+  object: "Object",
+  phone: "Phone",
+  top: "From above",
+};
+const LAYERS = {
+  body: "Person",
+  object: "Object",
+  contacts: "Hands and contacts",
+  phone: "Phone",
+  path: "Phone's path",
+  trail: "Object's trail",
+  grid: "Grid",
+  shadow: "Shadow",
+};
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
+
+export function cameraButtons(host, viewer, header) {
+  const there = Object.keys(CAMERAS).filter((mode) => fits(mode, header));
+  const buttons = there.map((mode) =>
+    element("button", { type: "button", text: CAMERAS[mode], onclick: () => viewer.camera(mode) }),
+  );
+  const mark = () =>
+    buttons.forEach((button, k) =>
+      button.setAttribute("aria-pressed", String(there[k] === viewer.cameraMode)),
+    );
+  host.replaceChildren(...buttons);
+  viewer.addEventListener("camera", mark);
+  mark();
+}
+
+function fits(mode, { arrays }) {
+  const needed = { phone: "phone_position", object: "object_position" }[mode];
+  return !needed || needed in arrays;
+}
+
+export function layerBoxes(host, viewer, header) {
+  const needed = {
+    body: "root",
+    contacts: "root",
+    object: "object_vertices",
+    trail: "object_vertices",
+    phone: "phone_position",
+    path: "phone_position",
+  };
+  const there = Object.entries(LAYERS).filter(
+    ([name]) => !needed[name] || needed[name] in header.arrays,
+  );
+  host.replaceChildren(
+    ...there.map(([name, text]) => {
+      const box = element("input", {
+        type: "checkbox",
+        onchange: () => viewer.show({ [name]: box.checked }),
+      });
+      box.checked = viewer.layers[name];
+      return element("label", { class: "tick" }, [box, text]);
+    }),
+  );
+}
+
+export function speedChoice(select, viewer) {
+  select.replaceChildren(...SPEEDS.map((s) => element("option", { value: s, text: `${s}×` })));
+  select.value = "1";
+  select.addEventListener("change", () => (viewer.speed = Number(select.value)));
+}
+
+export function sampleName(header, k) {
+  return `Sample ${k + 1}${k === header.chosen && header.samples > 1 ? " (best)" : ""}`;
+}
+
+export function paneNames(host, viewer, names) {
+  host.replaceChildren(
+    ...viewer.panes().map(({ slot, x }, k, all) => {
+      const dot = element("i");
+      const color = TINTS[slot % TINTS.length].body.map((c) => Math.round(255 * c));
+      dot.style.background = `rgb(${color.join(" ")})`;
+      const name = element("span", {}, [dot, names[slot] ?? ""]);
+      name.style.left = `${x + 12}px`;
+      if (all[0].x === all.at(-1).x) name.style.top = `${0.6 + 2.1 * k}rem`;
+      return name;
+    }),
+  );
+}
+
+// The report, the faults and the notes; `chosen(event)` hears which place was clicked.
+export function reportPanel(host, header, chosen) {
+  const { report, events, faults, notes } = header;
+  const parts = [];
+  if (report) parts.push(titled(`Recording: ${report.verdict}`, events.map((e) => item(e, header, chosen))));
+  const facts = [...faults, ...notes].map((text) => element("li", { text }));
+  if (facts.length) parts.push(titled("Good to know", facts));
+  host.replaceChildren(...parts.flat());
+  host.hidden = !events.length && !facts.length;
+}
+
+export function markItem(host, event) {
+  for (const button of host.querySelectorAll(".item")) {
+    const current = button.dataset.at === keyOf(event);
+    button.setAttribute("aria-current", String(current));
+    if (current) button.scrollIntoView({ block: "nearest" });
+  }
+}
+
+function titled(text, items) {
+  return [element("h2", { text }), element("ul", {}, items)];
+}
+
+function item(event, { fps }, chosen) {
+  const at = event.start === null ? "whole take" : clock(event.start / fps);
+  const button = element("button", {
+    type: "button",
+    class: `item ${event.severity}`,
+    "data-at": keyOf(event),
+    disabled: event.start === null,
+    onclick: () => chosen(event),
+  });
+  button.append(element("b", { text: `${event.name} (${at})` }), event.message);
+  if (event.fix) button.append(element("span", { class: "fix", text: event.fix }));
+  return element("li", {}, [button]);
+}
+
+function keyOf(event) {
+  return `${event.name} ${event.start}`;
+}

@@ -1,0 +1,38 @@
+// The lane of what the report says: a flag where a check concerns a part of the take.
+
+import { clock, element } from "./elements.js";
+
+const LEAST = 0.012; // share of the lane that a flag takes at least
+const ROWS = 3;
+const WORDS = { bad: "Problem", warn: "Look here" };
+
+// null when no check has a place.
+export function reportLane(header, chosen) {
+  const placed = header.events.filter((event) => event.start !== null);
+  if (!placed.length) return null;
+  const ends = [];
+  const flags = placed.map((event) => flag(event, header, ends, chosen));
+  const lane = element("div", { class: "tl-lane tl-reports", role: "group" }, flags);
+  lane.setAttribute("aria-label", `Report: ${placed.length} place${placed.length === 1 ? "" : "s"}`);
+  lane.style.setProperty("--rows", Math.min(ROWS, ends.length));
+  return lane;
+}
+
+function flag(event, { frames, fps }, ends, chosen) {
+  const from = event.start / frames;
+  const to = Math.max((event.stop + 1) / frames, from + LEAST);
+  const free = ends.findIndex((end) => end <= from);
+  const row = free >= 0 ? free : Math.min(ends.length, ROWS - 1);
+  ends[row] = to;
+  const made = element("button", {
+    type: "button",
+    class: `tl-flag tl-${event.severity}`,
+    title: `${event.name}: ${event.message}`,
+    "aria-label": `${WORDS[event.severity]} at ${clock(event.start / fps)}: ${event.name}, ${event.message}`,
+    onclick: () => chosen(event),
+  });
+  made.style.left = `${100 * Math.min(from, 1 - LEAST)}%`;
+  made.style.width = `${100 * (to - from)}%`;
+  made.style.setProperty("--row", row);
+  return made;
+}

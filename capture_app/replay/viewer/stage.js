@@ -1,0 +1,172 @@
+// Draws: the shadow first, then floor, surfaces and lines of each pane.
+
+import { Mesh, Program } from "./gpu.js";
+import * as shaders from "./shaders.js";
+import { lookAt, multiply, parallel, rigidInverse } from "./vectors.js";
+
+const SHADOW_SIZE = 2048;
+const ELEVATION = 0.9;
+const BLUR = 0.04;
+const FLOOR_SIDES = 48;
+
+export class Stage {
+  constructor(gl) {
+    this.gl = gl;
+    const lit = shaders.MESH_FRAGMENT;
+    this.programs = {
+      skinned: new Program(gl, shaders.SKINNED_VERTEX, lit),
+      rigid: new Program(gl, shaders.RIGID_VERTEX, lit),
+      skinnedDepth: new Program(gl, shaders.SKINNED_VERTEX, shaders.DEPTH_FRAGMENT),
+      rigidDepth: new Program(gl, shaders.RIGID_VERTEX, shaders.DEPTH_FRAGMENT),
+      floor: new Program(gl, shaders.FLOOR_VERTEX, shaders.FLOOR_FRAGMENT),
+      line: new Program(gl, shaders.LINE_VERTEX, shaders.LINE_FRAGMENT),
+    };
+    Object.values(this.programs).forEach((program) => program.check());
+    this.floor = disc(gl);
+    this.#makeShadow();
+  }
+
+  // pane: {x, y, width, height} in pixels from the bottom left; view: {T_world_camera, projection,
+  // centre, reach}; scene: {solids, strokes} of the slots that it shows.
+  draw(pane, view, scenes, theme, layers) {
+    const solids = scenes.flatMap((scene) => scene.solids);
+    const lightMatrix = this.#shade(solids, view, layers.shadow);
+    const { gl } = this;
+    gl.viewport(pane.x, pane.y, pane.width, pane.height);
+    gl.scissor(pane.x, pane.y, pane.width, pane.height);
+    gl.enable(gl.SCISSOR_TEST);
+    gl.enable(gl.DEPTH_TEST);
+    gl.clearColor(...theme.background, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    const viewProjection = multiply(view.projection, rigidInverse(view.T_world_camera));
+    const light = this.#light(theme, lightMatrix, layers, view.sun);
+    this.#drawFloor({ viewProjection, ...light }, view, theme, layers);
+    const eye = view.T_world_camera.subarray(12, 15);
+    this.#drawSolids(solids, ["skinned", "rigid"], { viewProjection, eye, ...light });
+    const strokes = scenes.flatMap((scene) => scene.strokes);
+    this.#drawLines(strokes, viewProjection, pane, view.ratio);
+    gl.disable(gl.SCISSOR_TEST);
+  }
+
+  dispose() {
+    Object.values(this.programs).forEach(({ handle }) => this.gl.deleteProgram(handle));
+    this.floor.dispose();
+    this.gl.deleteTexture(this.shadow);
+    this.gl.deleteFramebuffer(this.target);
+  }
+
+  #makeShadow() {
+    const { gl } = this;
+    this.shadow = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, this.shadow);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.DEPTH_COMPONENT24, SHADOW_SIZE, SHADOW_SIZE);
+    for (const [name, value] of [
+      [gl.TEXTURE_MIN_FILTER, gl.LINEAR],
+      [gl.TEXTURE_MAG_FILTER, gl.LINEAR],
+      [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE],
+      [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE],
+      [gl.TEXTURE_COMPARE_MODE, gl.COMPARE_REF_TO_TEXTURE],
+      [gl.TEXTURE_COMPARE_FUNC, gl.LEQUAL],
+    ]) {
+      gl.texParameteri(gl.TEXTURE_2D, name, value);
+    }
+    this.target = gl.createFramebuffer();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, this.shadow, 0);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  }
+
+  // What the sun sees, from where it stands above the middle of the scene.
+  #shade(solids, view, wanted) {
+    const { gl } = this;
+    const eye = sun(view.sun).map((s, k) => view.focus[k] + 2 * s * view.spread);
+    const seen = parallel(view.spread, 4 * view.spread);
+    const lightMatrix = multiply(seen, rigidInverse(lookAt(eye, view.focus)));
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
+    gl.viewport(0, 0, SHADOW_SIZE, SHADOW_SIZE);
+    gl.enable(gl.DEPTH_TEST);
+    gl.depthMask(true);
+    gl.clear(gl.DEPTH_BUFFER_BIT);
+    const casting = wanted ? solids.filter((solid) => solid.casts) : [];
+    this.#drawSolids(casting, ["skinnedDepth", "rigidDepth"], { viewProjection: lightMatrix });
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    return lightMatrix;
+  }
+
+  #light(theme, lightMatrix, layers, azimuth) {
+    this.gl.activeTexture(this.gl.TEXTURE0);
+    this.gl.bindTexture(this.gl.TEXTURE_2D, this.shadow);
+    const { sky, ground } = theme;
+    return {
+      toSun: sun(azimuth),
+      sun: theme.sun / Math.sin(ELEVATION),
+      sky,
+      ground,
+      lightMatrix,
+      blur: BLUR,
+      shadows: layers.shadow ? 1 : 0,
+    };
+  }
+
+  #drawFloor(shared, view, theme, layers) {
+    const { tile, background, line } = theme;
+    this.programs.floor.use({
+      ...shared,
+      centre: view.focus,
+      reach: view.reach,
+      tile,
+      background,
+      line,
+      grid: layers.grid ? 1 : 0,
+    });
+    this.floor.draw();
+  }
+
+  #drawSolids(solids, [skinned, rigid], shared) {
+    for (const [name, some] of [
+      [skinned, solids.filter((solid) => solid.bones)],
+      [rigid, solids.filter((solid) => !solid.bones)],
+    ]) {
+      if (!some.length) continue;
+      const program = this.programs[name];
+      program.use(shared);
+      for (const { mesh, bones, place, color, sheen } of some) {
+        program.set({ ...(bones ? { bones } : { place }), color, sheen });
+        mesh.draw();
+      }
+    }
+  }
+
+  #drawLines(strokes, viewProjection, pane, ratio) {
+    const { gl } = this;
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.depthMask(false);
+    for (const { lines, count, width } of strokes) {
+      this.programs.line.use({
+        viewProjection,
+        pane: [pane.width, pane.height],
+        width: width * ratio,
+      });
+      lines.draw(count);
+    }
+    gl.depthMask(true);
+    gl.disable(gl.BLEND);
+  }
+}
+
+function sun(azimuth) {
+  const level = Math.cos(ELEVATION);
+  return [level * Math.cos(azimuth), level * Math.sin(azimuth), Math.sin(ELEVATION)];
+}
+
+function disc(gl) {
+  const vertices = [0, 0, 0];
+  const faces = [];
+  for (let k = 0; k < FLOOR_SIDES; k++) {
+    const angle = (2 * Math.PI * k) / FLOOR_SIDES;
+    vertices.push(Math.cos(angle), Math.sin(angle), 0);
+    faces.push(0, k + 1, ((k + 1) % FLOOR_SIDES) + 1);
+  }
+  return new Mesh(gl, [{ data: new Float32Array(vertices), width: 3 }], new Uint16Array(faces));
+}
