@@ -1,6 +1,6 @@
 """Film: the pictures of a camera in colour, each with its time, decoded as they are asked for."""
 
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +10,7 @@ import numpy as np
 from av.error import FFmpegError
 from jaxtyping import Float64, UInt8
 
+from ingest.film import frames_of, stamps_of
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 
@@ -36,8 +37,8 @@ def open_video(path: Path) -> Film:
     Raises:
         InputError: "no-video" or "video-bounds".
     """
-    stamps, times, size = _stamps(path)
-    return Film(path, times, size, lambda start, stop: _decoded(path, stamps[start:stop]))
+    times, size = _stamps(path)
+    return Film(path, times, size, lambda start, stop: _decoded(path, start, stop))
 
 
 def open_film(session: CaptureSession) -> Film:
@@ -66,25 +67,25 @@ def open_film(session: CaptureSession) -> Film:
             "with --video.",
         )
     video = session.video
-    stamps, _, size = _stamps(video)
+    stamps, size = _stamps(video)
     # Stray Scanner stamps its first frame before zero, and some tools drop it.
     late = 1 if len(stamps) == len(known) - 1 else 0
     count = min(len(stamps), len(known) - late)
 
     def read(start: int, stop: int) -> Generator[RGB]:
-        for picture in _decoded(video, stamps[start:stop]):
+        for picture in _decoded(video, start, stop):
             yield _turned(picture, turns)
 
     wide = size if turns % 2 == 0 else (size[1], size[0])
     return Film(video, known[late : late + count], wide, read)
 
 
-def _stamps(path: Path) -> tuple[list[int], Float64[np.ndarray, " pictures"], tuple[int, int]]:
-    """Stamp and second of each picture in the order of showing, and their size; nothing is decoded."""
+def _stamps(path: Path) -> tuple[Float64[np.ndarray, " pictures"], tuple[int, int]]:
+    """Second of each picture in the order of showing, and their size; nothing is decoded."""
     try:
+        stamps = stamps_of(path)
         with av.open(str(path)) as container:
             stream = container.streams.video[0]
-            stamps = sorted(p.pts for p in container.demux(stream) if p.pts is not None)
             size = (stream.width, stream.height)
             tick = float(stream.time_base or 0)
     except (FFmpegError, IndexError, OSError) as problem:
@@ -98,27 +99,20 @@ def _stamps(path: Path) -> tuple[list[int], Float64[np.ndarray, " pictures"], tu
             where=str(path),
             fix="Give a smaller video.",
         )
-    return stamps, np.array(stamps) * tick, size
+    return np.array(stamps) * tick, size
 
 
-def _decoded(path: Path, wanted: Sequence[int]) -> Generator[RGB]:
-    """The pictures with these stamps; decoding starts at the key frame before the first."""
-    left = set(wanted)
+def _decoded(path: Path, start: int, stop: int) -> Generator[RGB]:
+    """The pictures from one to before another, by their places."""
+    missing = stop - start
     try:
-        with av.open(str(path)) as container:
-            stream = container.streams.video[0]
-            stream.thread_type = "AUTO"
-            if left:
-                container.seek(min(left), stream=stream)
-            for frame in container.decode(stream):
-                if frame.pts in left:
-                    left.discard(frame.pts)
-                    yield frame.to_ndarray(format="rgb24")
-                if not left:
-                    return
+        for _, frame in frames_of(path, range(start, stop)):
+            missing -= 1
+            yield frame.to_ndarray(format="rgb24")
     except (FFmpegError, IndexError, OSError) as problem:
         raise _unreadable(path, problem) from None
-    raise _unreadable(path, f"{len(left)} of its pictures are damaged")
+    if missing:
+        raise _unreadable(path, f"{missing} of its pictures are damaged")
 
 
 def _image(path: Path) -> RGB:
