@@ -1,0 +1,1 @@
+"""A film or photos of an object, turned into its metric mesh."""

@@ -1,0 +1,128 @@
+"""place: a reconstruction in metres, z up, by whatever says how long a metre is and where up is."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pycolmap
+
+from ingest.report.check import Check
+from ingest.scan.cameras.gravity import looked_at, upright
+from ingest.scan.cameras.measured import by_board, by_length
+from ingest.scan.cameras.metric import Similarity, to_phone
+from ingest.scan.cameras.options import CameraOptions
+from ingest.scan.cameras.pinholes import views_of
+from ingest.scan.cameras.reconstruction import laid, names_of, points_of, poses_of
+from ingest.scan.types import Frame, Progress, Scale
+
+Up = Literal["arkit", "board", "floor", "cameras", "given"]
+_LEVEL = np.cos(np.radians(15.0))
+"""Between a board's normal and up, where it lies on the floor."""
+_USUAL = 1.5
+"""Metres from which people film; for a scan whose size is told at its end."""
+_DIFFERENT = 0.02
+"""Part by which two scales differ that do not agree."""
+
+
+@dataclass(frozen=True)
+class Placed:
+    """What a reconstruction was placed by."""
+
+    scale: Scale
+    up: Up
+    notes: tuple[Check, ...] = ()
+
+
+def place(
+    model: pycolmap.Reconstruction,
+    frames: Mapping[str, Frame],
+    options: CameraOptions,
+    *,
+    logged: bool,
+    gravity: bool,
+    straightened: Path,
+    progress: Progress,
+) -> Placed:
+    """Lay a reconstruction into the world, in place.
+
+    A board goes before a picked length, that before the phone's poses, and those before a height,
+    which is only applied once the object has been cut out.
+
+    Args:
+        model: the reconstruction, of any size.
+        frames: the pictures by their name.
+        options: what somebody says.
+        logged: whether the frames have poses that are to be used.
+        gravity: whether z is up in them.
+        straightened: folder for pictures whose lens is undone, to look for a board.
+        progress: told "board".
+
+    Raises:
+        InputError: of `by_board` and `by_length`.
+    """
+    if options.metric:
+        return Placed(Scale(0.005, "given", "the model's own, as somebody says"), "given")
+    names = names_of(model)
+    placed = _by_phone(model, names, frames) if logged else None
+    up: Up = "arkit"
+    if placed is None or not gravity:
+        turned = upright(poses_of(model, names), points_of(model))
+        laid(model, turned.similarity)
+        up = turned.by
+    if options.board is not None or options.length is not None:
+        return _measured(model, names, frames, options, placed, up, straightened, progress)
+    if placed is not None:
+        return Placed(placed, up)
+    T = poses_of(model, names)
+    distance = np.median(np.linalg.norm(T[:, :3, 3] - looked_at(T), axis=1))
+    laid(model, Similarity(_USUAL / float(distance), np.eye(3), np.zeros(3)))
+    return Placed(Scale(0.5, "height", f"the object's height of {options.height} m"), up)
+
+
+def _by_phone(
+    model: pycolmap.Reconstruction, names: list[str], frames: Mapping[str, Frame]
+) -> Scale:
+    known = [n for n in names if frames[n].T_world_camera is not None]
+    T = np.array([frames[n].T_world_camera for n in known])
+    similarity = to_phone(T, poses_of(model, known))
+    laid(model, similarity)
+    return Scale(similarity.sigma, "arkit", f"the phone's poses ({len(known)} pictures)")
+
+
+def _measured(
+    model: pycolmap.Reconstruction,
+    names: list[str],
+    frames: Mapping[str, Frame],
+    options: CameraOptions,
+    before: Scale | None,
+    up: Up,
+    straightened: Path,
+    progress: Progress,
+) -> Placed:
+    """The size by a board or a length; place and up stay where a phone or the floor says them."""
+    views = views_of(model, names, frames, straightened)
+    if options.board is not None:
+        board, scale = by_board(views, options.board, lambda done: progress("board", done))
+        factor = board.scale
+        # What lies on the floor says better than a guess where up is.
+        if up != "arkit" and board.R[2] @ [0.0, 0.0, 1.0] > _LEVEL:
+            laid(model, Similarity(1.0, board.R, board.t / board.scale))
+            up = "board"
+    else:
+        assert options.length is not None
+        factor, scale = by_length(views, options.length)
+    laid(model, Similarity(factor, np.eye(3), np.zeros(3)))
+    return Placed(scale, up, _compared(factor, before, scale))
+
+
+def _compared(factor: float, before: Scale | None, scale: Scale) -> tuple[Check, ...]:
+    if before is None or abs(factor - 1) < _DIFFERENT:
+        return ()
+    message = (
+        f"By {scale.said} the object is {factor:.3f} times as large as by {before.said}; the first "
+        "is taken."
+    )
+    fix = "Measure the object, and check the board's squares with a ruler."
+    return (Check("scale", "warn", message, None, fix),)

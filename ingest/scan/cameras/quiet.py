@@ -1,0 +1,14 @@
+"""COLMAP without its diary: what it has to say comes back as numbers and errors."""
+
+import pycolmap
+
+THREADS = 2
+"""More gain little: reading pictures and the disk hold them up."""
+
+
+def quiet() -> None:
+    """Let COLMAP log nothing but errors; its defaults come back with each process."""
+    pycolmap.logging.minloglevel = pycolmap.logging.Level.ERROR.value
+    pycolmap.logging.stderrthreshold = pycolmap.logging.Level.ERROR.value
+    pycolmap.logging.logtostderr = False
+    pycolmap.logging.alsologtostderr = False

@@ -1,0 +1,68 @@
+"""read_source: tells what was given for a scan, by its content, and reads it."""
+
+from pathlib import Path
+
+from ingest.archive import is_archive, unpack
+from ingest.formats.detect import read_session
+from ingest.scan.sources.mesh import SUFFIXES as MESHES
+from ingest.scan.sources.model import model_in, model_source
+from ingest.scan.sources.photos import SUFFIXES as PHOTOS
+from ingest.scan.sources.photos import photos_in, photos_source
+from ingest.scan.sources.session import session_source
+from ingest.scan.sources.video import SUFFIXES as VIDEOS
+from ingest.scan.sources.video import video_source
+from ingest.scan.types import ScanSource
+from omomo_core.errors import InputError
+
+
+def is_mesh(path: Path) -> bool:
+    """Whether it is a ready mesh, for `read_scan_mesh`, by its name."""
+    return path.suffix.lower() in MESHES
+
+
+def read_source(path: Path, *, images: Path | None = None) -> ScanSource:
+    """Read what the object was filmed with.
+
+    Args:
+        path: session (folder or archive), folder or archive of photos, video, or COLMAP model (its
+            folder, or the one around it).
+        images: folder of the pictures of a COLMAP model, where they are not beside it.
+
+    Raises:
+        InputError: "scan-missing"; "scan-unknown" for none of these; those of what it is.
+    """
+    if not path.exists():
+        raise InputError(
+            "scan-missing",
+            "There is no such file or folder.",
+            where=str(path),
+            fix="Check the path.",
+        )
+    if path.is_file() and path.suffix.lower() in VIDEOS:
+        return video_source(path)
+    folder = unpack(path) if path.is_file() and is_archive(path) else path
+    if folder.is_dir() and (model := model_in(folder)) is not None:
+        return model_source(model, images)
+    try:
+        session = read_session(path)
+    except InputError as error:
+        if error.code != "session-unknown":
+            raise
+        return _photos(folder, path)
+    return session_source(session)
+
+
+def _photos(folder: Path, path: Path) -> ScanSource:
+    """The folder's photos, or those of the one folder in it that has some."""
+    inside = [sub for sub in sorted(folder.iterdir()) if sub.is_dir()] if folder.is_dir() else []
+    found = [place for place in (folder, *inside) if photos_in(place)]
+    if found:
+        return photos_source(max(found, key=lambda place: len(photos_in(place))))
+    raise InputError(
+        "scan-unknown",
+        "There is nothing here that a scan can be made of.",
+        where=str(path),
+        fix="Give a phone's session with pictures, a folder of photos "
+        f"({', '.join(PHOTOS)}), a video ({', '.join(VIDEOS)}), a COLMAP model, or a mesh "
+        f"({', '.join(MESHES)}).",
+    )

@@ -1,0 +1,72 @@
+"""USD files opened safely, and their meshes as triangles. Needs usd-core."""
+
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float64, Int64
+
+from omomo_core.errors import InputError
+
+
+def pxr(module: str) -> Any:
+    """A module of usd-core.
+
+    Raises:
+        InputError: "usd-missing".
+    """
+    try:
+        return import_module(f"pxr.{module}")
+    except ImportError:
+        raise InputError(
+            "usd-missing",
+            "Reading USD needs a package that is not installed: usd-core.",
+            fix="Run pip install usd-core, or export as GLB.",
+        ) from None
+
+
+def open_stage(path: Path) -> Any:
+    """The stage of one file that takes nothing from others.
+
+    Raises:
+        InputError: "usd-missing", "usd-unreadable" or "usd-external".
+    """
+    usd = pxr("Usd")
+    try:
+        stage = usd.Stage.Open(str(path))
+        layers = [str(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath]
+    except Exception as problem:  # USD raises its own errors, of no common base
+        raise InputError(
+            "usd-unreadable",
+            f"{path.name} cannot be read: {str(problem).strip()[-200:]}",
+            where=str(path),
+            fix="Open it in a 3D program and export it again.",
+        ) from None
+    whole = str(path.resolve())
+    others = [layer for layer in layers if not layer.startswith(whole)]
+    if others:
+        raise InputError(
+            "usd-external",
+            f"{path.name} takes things from other files, e.g. {Path(others[0]).name}.",
+            where=str(path),
+            fix="Flatten it into one file (usdcat --flatten).",
+        )
+    return stage
+
+
+def triangles_of(
+    mesh: Any, code: float
+) -> tuple[Float64[np.ndarray, "points 3"], Int64[np.ndarray, "triangles 3"]]:
+    """Points of a UsdGeom.Mesh at a time code, in its own frame, and its polygons as triangles."""
+    points = np.array(mesh.GetPointsAttr().Get(code) or [], np.float64).reshape(-1, 3)
+    counts = np.array(mesh.GetFaceVertexCountsAttr().Get(code) or [], np.int64)
+    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get(code) or [], np.int64)
+    starts = np.cumsum(counts) - counts
+    fans = np.maximum(counts - 2, 0)
+    first = np.repeat(starts, fans)
+    nth = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
+    faces = corners[np.stack([first, first + nth + 1, first + nth + 2], axis=1)]
+    if mesh.GetOrientationAttr().Get() == pxr("UsdGeom").Tokens.leftHanded:
+        faces = faces[:, ::-1]
+    return points, faces
