@@ -17,34 +17,40 @@ from render.third_person import frames
 from render.video import write_video
 
 
-def write_chosen(
-    folder: Path,
-    person: Person,
-    moved: ObjectMotion,
-    body: BodyModel,
-    progress: Progress,
-    *,
-    contacts: bool,
-    video_size: tuple[int, int] | None,
+def export_chosen(
+    folder: Path, person: Person, moved: ObjectMotion, body: BodyModel, contacts: bool
 ) -> None:
-    """Write the files that people look at.
+    """Write the files that other programs open.
 
     Args:
         folder: of the result.
         person: the chosen sample.
         moved: the object, as many frames as the person.
         body: whose bones the person moves.
-        progress: told the stages "export" and "video".
         contacts: write contacts.json; the published rule has none.
-        video_size: width and height in pixels; None draws no video.
     """
     if contacts:
         write_contacts(folder / CONTACTS, person.segments, len(moved.valid))
     write_glb(folder / GLB, person.human, moved, body)
-    progress("export", 1.0)
-    if video_size:
-        pictures = _watched(person.human, moved, body, video_size, progress)
-        write_video(folder / VIDEO, pictures, FPS)
+
+
+def draw_chosen(
+    folder: Path,
+    person: Person,
+    moved: ObjectMotion,
+    body: BodyModel,
+    size: tuple[int, int],
+    progress: Progress,
+) -> None:
+    """Write the video.
+
+    Args:
+        folder, person, moved, body: as for `export_chosen`.
+        size: width and height in pixels.
+        progress: told the stage "video".
+    """
+    pictures = _watched(person.human, moved, body, size, progress)
+    write_video(folder / VIDEO, pictures, FPS)
 
 
 def _watched(

@@ -2,8 +2,10 @@
 
 from collections.abc import Iterator
 from dataclasses import asdict
+from pathlib import Path
 
 from capture_app.faults import unsatisfied
+from capture_app.made import Made
 from capture_app.manifest import (
     BodyRecord,
     Correction,
@@ -17,8 +19,6 @@ from capture_app.manifest import (
 from capture_app.prepare import PreparedTake
 from capture_app.request import ResolveRequest, TakeRequest
 from capture_app.result import MANIFEST, Result
-from omomo_core.generation.person import Person
-from omomo_core.generation.result import Generation, notes_of
 from omomo_core.motion import FPS
 from omomo_core.weights.load import SHIPPED
 
@@ -26,7 +26,7 @@ from omomo_core.weights.load import SHIPPED
 def describe(
     request: TakeRequest,
     prepared: PreparedTake,
-    people: Generation,
+    made: Made,
     timings: dict[str, float],
     files: tuple[str, ...],
 ) -> Manifest:
@@ -34,17 +34,20 @@ def describe(
     body, floor = prepared.body, prepared.take.floor
     weights = request.weights or SHIPPED / request.configuration
     return Manifest(
-        inputs=tuple(_inputs(request)),
+        inputs=tuple(
+            Input.model_validate({"role": role, "path": str(path), "sha256": sha256(path)})
+            for role, path in inputs_of(request).items()
+        ),
         options=_options(request),
         segment=prepared.segment,
         floor=FloorRecord(height=floor.height, source=floor.source),
         mount_method=prepared.mount.method,
         body=BodyRecord(name=body.name, credit=body.credit, height=body.height),
         weights={path.name: sha256(path) for path in sorted(weights.glob("*.safetensors"))},
-        scores=people.scores,
-        chosen=people.chosen,
+        scores=made.scores,
+        chosen=made.chosen,
         notes=(*prepared.take.notes, *_segment_note(prepared.segment)),
-        faults=(*people.notes, *unsatisfied(people.people[people.chosen])),
+        faults=(*made.notes, *unsatisfied(made.person)),
         timings=timings,
         files=files,
     )
@@ -53,8 +56,7 @@ def describe(
 def describe_correction(
     request: ResolveRequest,
     before: Result,
-    person: Person,
-    scores: dict[str, float],
+    made: Made,
     timings: dict[str, float],
     files: tuple[str, ...],
 ) -> Manifest:
@@ -75,10 +77,10 @@ def describe_correction(
             contacts=str(request.contacts),
             contacts_sha256=sha256(request.contacts),
         ),
-        scores=(scores,),
-        chosen=0,
+        scores=made.scores,
+        chosen=made.chosen,
         notes=first.notes,
-        faults=(*notes_of(scores), *unsatisfied(person)),
+        faults=(*made.notes, *unsatisfied(made.person)),
         timings=timings,
         files=files,
     )
@@ -93,7 +95,8 @@ def _segment_note(segment: Segment) -> Iterator[str]:
         )
 
 
-def _inputs(request: TakeRequest) -> Iterator[Input]:
+def inputs_of(request: TakeRequest) -> dict[str, Path]:
+    """Files and folders that a run reads, by role."""
     given = {
         "session": request.session,
         "object": request.mesh,
@@ -101,9 +104,7 @@ def _inputs(request: TakeRequest) -> Iterator[Input]:
         "body": request.body,
         "contacts": request.contacts,
     }
-    for role, path in given.items():
-        if path is not None:
-            yield Input.model_validate({"role": role, "path": str(path), "sha256": sha256(path)})
+    return {role: path for role, path in given.items() if path is not None}
 
 
 def _options(request: TakeRequest) -> dict[str, Option]:

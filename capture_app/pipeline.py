@@ -1,15 +1,22 @@
 """The whole story: a phone's log, a mesh and a mount become a result folder."""
 
-from capture_app.chosen import write_chosen
-from capture_app.describe import describe
-from capture_app.manifest import write_manifest
-from capture_app.prepare import prepare_take
-from capture_app.progress import Progress, StageClock
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from pathlib import Path
+
+from capture_app.describe import describe, inputs_of
+from capture_app.made import Made
+from capture_app.making import ResultInMaking, make
+from capture_app.manifest import Manifest
+from capture_app.prepare import PreparedTake, prepare_take
+from capture_app.progress import Progress
 from capture_app.request import TakeRequest
-from capture_app.result import MANIFEST, MOTION, Result, load_result, save_motion
-from capture_app.staging import staged_folder
+from capture_app.result import MOTION, Result, save_motion
+from capture_app.staging import Staging
+from omomo_core.body.model import BodyModel
 from omomo_core.generation.generator import generate
 from omomo_core.generation.known import Known
+from omomo_core.motion import ObjectMotion
 
 
 def run_take(request: TakeRequest, progress: Progress) -> Result:
@@ -27,25 +34,77 @@ def run_take(request: TakeRequest, progress: Progress) -> Result:
         InputError: an input cannot give a correct motion, or the output folder cannot be made.
         AssetError: the body or the weights are missing or damaged.
     """
-    clock = StageClock(progress)
-    clock("read", 0.0)
-    prepared = prepare_take(request)
-    moved, body, known = prepared.motion, prepared.body, Known(contacts=prepared.contacts)
-    with staged_folder(request.output, replace=request.replace) as folder:
-        clock("read", 1.0)
-        made = generate(moved, body, prepared.stages, request.options, clock, known)
-        clock("export", 0.0)
-        save_motion(folder / MOTION, made.people, made.chosen, moved, body.name)
-        write_chosen(
-            folder,
-            made.people[made.chosen],
-            moved,
-            body,
-            clock,
-            contacts=request.segments,
-            video_size=request.video_size,
-        )
-        files = tuple(sorted(path.name for path in folder.iterdir()))
-        manifest = describe(request, prepared, made, clock.seconds, files)
-        write_manifest(folder / MANIFEST, manifest)
-    return load_result(request.output)
+    return make(TakeInMaking(request, progress))
+
+
+class TakeInMaking(ResultInMaking):
+    """A take on its way to a result."""
+
+    def __init__(
+        self,
+        request: TakeRequest,
+        progress: Progress,
+        *,
+        key: str | None = None,
+        timings: Mapping[str, float] | None = None,
+    ) -> None:
+        """Nothing is read yet; `key` names the folder in which another process can go on."""
+        staging = Staging(request.output, replace=request.replace, key=key)
+        super().__init__(staging, progress, video_size=request.video_size, timings=timings)
+        self._request = request
+
+    @property
+    def stages(self) -> Mapping[str, Callable[[], None]]:
+        """Read, generate, export, video, finish."""
+        return {
+            "read": self.read,
+            "generate": self.generate,
+            "export": self.export,
+            "video": self.video,
+            "finish": self.finish,
+        }
+
+    @cached_property
+    def prepared(self) -> PreparedTake:
+        """Everything that is read and checked; the same in every process."""
+        return prepare_take(self._request)
+
+    def read(self) -> None:
+        """Check every input and that the result can be written."""
+        self.clock("read", 0.0)
+        _ = self.prepared
+        self.staging.open()
+        self.clock("read", 1.0)
+
+    def generate(self) -> None:
+        """Generate the samples and write motion.npz."""
+        take, options = self.prepared, self._request.options
+        known = Known(contacts=take.contacts)
+        made = generate(take.motion, take.body, take.stages, options, self.clock, known)
+        path = self.staging.folder / MOTION
+        save_motion(path, made.people, made.chosen, take.motion, take.body.name)
+        self.keep(Made(made.people[made.chosen], made.chosen, made.scores, made.notes))
+
+    @property
+    def inputs(self) -> Mapping[str, Path]:
+        """Session, object, mount, body and contacts, as far as they are given."""
+        return inputs_of(self._request)
+
+    @property
+    def moved(self) -> ObjectMotion:
+        """The chosen segment of the take."""
+        return self.prepared.motion
+
+    @property
+    def body(self) -> BodyModel:
+        """The body that was asked for."""
+        return self.prepared.body
+
+    @property
+    def has_contacts(self) -> bool:
+        """Not by the published rule."""
+        return self._request.segments
+
+    def manifest(self, files: tuple[str, ...]) -> Manifest:
+        """Of this run."""
+        return describe(self._request, self.prepared, self.made, self.clock.seconds, files)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capture_app.inspection import look_over, usable_take
+from capture_app.inspection import Verdict, look_over, usable_take
 from capture_app.manifest import Segment
 from capture_app.request import TakeRequest
 from ingest.animated.detect import read_animation
@@ -42,6 +42,8 @@ class PreparedTake:
     """What each hand holds, where that is given."""
     body: BodyModel
     stages: Stages
+    verdict: Verdict | None
+    """On what the phone recorded; an object's own motion is not judged."""
 
 
 def prepare_take(request: TakeRequest) -> PreparedTake:
@@ -52,7 +54,7 @@ def prepare_take(request: TakeRequest) -> PreparedTake:
     """
     _check_contact_rule(request)
     mount = load_mount(request.mount) if request.mount else _no_mount(request)
-    take = _animated(request) if request.animated else _recorded(request, mount)
+    take, verdict = (_animated(request), None) if request.animated else _recorded(request, mount)
     segment = _choose(take, request.segment, request.session)
     motion = cut(take.motion, segment.start, segment.stop)
     body = load_body(request.body)
@@ -64,11 +66,12 @@ def prepare_take(request: TakeRequest) -> PreparedTake:
         contacts=_contacts(request, motion),
         body=with_height(body, request.height) if request.height else body,
         stages=_stages(request),
+        verdict=verdict,
     )
 
 
-def _recorded(request: TakeRequest, mount: Mount) -> ObjectTake:
-    """What a phone that is clamped to the object recorded."""
+def _recorded(request: TakeRequest, mount: Mount) -> tuple[ObjectTake, Verdict]:
+    """What a phone that is clamped to the object recorded, and the verdict on it."""
     if request.mesh is None:
         raise InputError(
             "object-needed",
@@ -86,7 +89,7 @@ def _recorded(request: TakeRequest, mount: Mount) -> ObjectTake:
         )
     mesh = load_mesh(request.mesh, scale=request.mesh_scale * mount.object_scale)
     seen = look_over(read_session(request.session), mesh, mount, request.reading)
-    return usable_take(seen, force=request.force)
+    return usable_take(seen, force=request.force), seen.verdict
 
 
 def _animated(request: TakeRequest) -> AnimatedTake:

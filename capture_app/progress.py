@@ -1,7 +1,7 @@
 """Progress of a run: whoever wants to know is called with a stage and how far it is."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 Progress = Callable[[str, float], None]
 """Called with the name of a stage and the fraction of it that is done, 0 to 1."""
@@ -14,9 +14,10 @@ class StageClock:
     heard of now.
     """
 
-    def __init__(self, listener: Progress) -> None:
+    def __init__(self, listener: Progress, seconds: Mapping[str, float] | None = None) -> None:
+        """`seconds` were spent before, where another process began."""
         self._listener = listener
-        self._seconds: dict[str, float] = {}
+        self._seconds = dict(seconds or {})
         self._last = time.perf_counter()
 
     def __call__(self, stage: str, fraction: float) -> None:

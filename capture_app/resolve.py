@@ -1,31 +1,28 @@
 """A result with corrected contacts becomes another one: only what the correction touches is solved."""
 
+from collections.abc import Callable, Mapping
+from functools import cached_property
 from pathlib import Path
 
-from capture_app.chosen import write_chosen
 from capture_app.describe import describe_correction
-from capture_app.manifest import write_manifest
-from capture_app.progress import Progress, StageClock
+from capture_app.made import Made
+from capture_app.making import ResultInMaking, make
+from capture_app.manifest import Manifest
+from capture_app.progress import Progress
 from capture_app.request import ResolveRequest
 from capture_app.rerun import unchanged
-from capture_app.result import (
-    CONTACTS,
-    MANIFEST,
-    MOTION,
-    Result,
-    body_of,
-    load_result,
-    save_corrected,
-)
-from capture_app.staging import staged_folder
+from capture_app.result import CONTACTS, MOTION, Result, body_of, load_result, save_corrected
+from capture_app.staging import Staging
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.file import read_contacts
 from omomo_core.contact.segment import Span
 from omomo_core.errors import InputError
 from omomo_core.generation.person import Person
 from omomo_core.generation.resolve import changed, resolve
+from omomo_core.generation.result import notes_of
 from omomo_core.generation.scene import Thing
 from omomo_core.generation.scores import score
+from omomo_core.motion import ObjectMotion
 
 
 def resolve_result(request: ResolveRequest, progress: Progress) -> Result:
@@ -43,34 +40,98 @@ def resolve_result(request: ResolveRequest, progress: Progress) -> Result:
             output folder cannot be made.
         AssetError: the body is missing or damaged.
     """
-    clock = StageClock(progress)
-    clock("read", 0.0)
-    before = load_result(request.result)
-    _check(before, request.output)
-    body, thing = _body(before), Thing(before.object_motion.mesh, scale=1.0)
-    scene = thing.scene(before.object_motion.T_world_object)
-    person = before.people[before.manifest.chosen]
-    edited = _edited(request.contacts, person, thing)
-    with staged_folder(request.output, replace=request.replace) as folder:
-        clock("read", 1.0)
-        clock("solve", 0.0)
-        person = resolve(person, edited, scene, thing, body)
-        clock("solve", 1.0)
-        save_corrected(folder / MOTION, before, person)
-        write_chosen(
-            folder,
-            person,
-            before.object_motion,
-            body,
-            clock,
-            contacts=True,
-            video_size=request.video_size,
-        )
-        files = tuple(sorted(path.name for path in folder.iterdir()))
+    return make(CorrectionInMaking(request, progress))
+
+
+class CorrectionInMaking(ResultInMaking):
+    """A result on its way to a corrected one."""
+
+    def __init__(
+        self,
+        request: ResolveRequest,
+        progress: Progress,
+        *,
+        key: str | None = None,
+        timings: Mapping[str, float] | None = None,
+    ) -> None:
+        """Nothing is read yet; `key` names the folder in which another process can go on."""
+        staging = Staging(request.output, replace=request.replace, key=key)
+        super().__init__(staging, progress, video_size=request.video_size, timings=timings)
+        self._request = request
+
+    @property
+    def stages(self) -> Mapping[str, Callable[[], None]]:
+        """Read, solve, export, video, finish."""
+        return {
+            "read": self.read,
+            "solve": self.solve,
+            "export": self.export,
+            "video": self.video,
+            "finish": self.finish,
+        }
+
+    def read(self) -> None:
+        """Check the result and the contacts, and that the new result can be written."""
+        self.clock("read", 0.0)
+        _check(self._before, self._request.output)
+        _ = self.body, self._edited
+        self.staging.open()
+        self.clock("read", 1.0)
+
+    def solve(self) -> None:
+        """Solve again what the contacts touch, and write motion.npz."""
+        self.clock("solve", 0.0)
+        scene = self._thing.scene(self.moved.T_world_object)
+        person = resolve(self._person, self._edited, scene, self._thing, self.body)
+        self.clock("solve", 1.0)
+        save_corrected(self.staging.folder / MOTION, self._before, person)
         scores = score(person, scene.must_hold)
-        manifest = describe_correction(request, before, person, scores, clock.seconds, files)
-        write_manifest(folder / MANIFEST, manifest)
-    return load_result(request.output)
+        self.keep(Made(person, 0, (scores,), notes_of(scores)))
+
+    @property
+    def inputs(self) -> Mapping[str, Path]:
+        """The result and its contacts."""
+        return {"result": self._request.result, "contacts": self._request.contacts}
+
+    @property
+    def moved(self) -> ObjectMotion:
+        """The object of the result."""
+        return self._before.object_motion
+
+    @property
+    def body(self) -> BodyModel:
+        """The body of the result."""
+        return self._body
+
+    @property
+    def has_contacts(self) -> bool:
+        """It is all about them."""
+        return True
+
+    def manifest(self, files: tuple[str, ...]) -> Manifest:
+        """Of the new result."""
+        timings = self.clock.seconds
+        return describe_correction(self._request, self._before, self.made, timings, files)
+
+    @cached_property
+    def _before(self) -> Result:
+        return load_result(self._request.result)
+
+    @cached_property
+    def _body(self) -> BodyModel:
+        return _unchanged_body(self._before)
+
+    @property
+    def _person(self) -> Person:
+        return self._before.people[self._before.manifest.chosen]
+
+    @cached_property
+    def _thing(self) -> Thing:
+        return Thing(self.moved.mesh, scale=1.0)
+
+    @cached_property
+    def _edited(self) -> tuple[Span, ...]:
+        return _read_edited(self._request.contacts, self._person, self._thing)
 
 
 def _check(before: Result, output: Path) -> None:
@@ -90,7 +151,7 @@ def _check(before: Result, output: Path) -> None:
         )
 
 
-def _body(before: Result) -> BodyModel:
+def _unchanged_body(before: Result) -> BodyModel:
     """The body of the result; a file that has changed since does not fit its motion."""
     for item in before.manifest.inputs:
         if item.role == "body":
@@ -98,7 +159,7 @@ def _body(before: Result) -> BodyModel:
     return body_of(before)
 
 
-def _edited(contacts: Path, person: Person, thing: Thing) -> tuple[Span, ...]:
+def _read_edited(contacts: Path, person: Person, thing: Thing) -> tuple[Span, ...]:
     edited = read_contacts(contacts, len(person.miss), thing.surface)
     if not changed(person.segments, edited):
         raise InputError(

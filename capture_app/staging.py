@@ -13,6 +13,103 @@ MARK = "manifest.json"
 """A folder that holds this file is one of ours, and may be replaced."""
 
 
+class Staging:
+    """A folder beside its target that takes the target's name when it is complete.
+
+    Its name tells its key, so that another process can go on with it.
+    """
+
+    def __init__(self, target: Path, *, replace: bool = False, key: str | None = None) -> None:
+        """Nothing is made or checked yet.
+
+        Args:
+            target: where the folder shall appear; the folders above it are made.
+            replace: put it in place of an earlier result.
+            key: whose it is; one that nobody else has if not given.
+        """
+        self.target = target
+        self.folder = target.parent / f".{target.name}.{key or uuid4().hex[:8]}.part"
+        self._replace = replace
+        self._aside = self.folder.with_suffix(".old")
+
+    def open(self) -> Path:
+        """Make the folder, or find it as it was left.
+
+        Raises:
+            InputError: the target exists (and is not to be replaced, or is no result of ours), or
+                cannot be written to.
+        """
+        self._check_free()
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(
+                "output-not-writable",
+                f"The output folder cannot be made: {error.strerror or error}.",
+                where=str(self.target),
+                fix="Give a folder you may write to with -o.",
+            ) from error
+        return self.folder
+
+    def flush(self) -> None:
+        """What is in the folder survives a power cut."""
+        _flush([*self.folder.rglob("*"), self.folder])
+
+    def publish(self) -> None:
+        """Rename into place, or do nothing where that is done already.
+
+        An earlier result steps aside first and goes when the new one stands.
+
+        Raises:
+            InputError: something else was written there meanwhile.
+        """
+        if self.folder.exists():
+            self.flush()
+            self._put()
+        shutil.rmtree(self._aside, ignore_errors=True)
+
+    def discard(self) -> None:
+        """Leave nothing; what stood at the target stands there still. After `publish`, do nothing."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+        if self._aside.exists() and not self.target.exists():
+            os.rename(self._aside, self.target)
+
+    def _check_free(self) -> None:
+        target = self.target
+        if not target.exists() and not target.is_symlink():
+            return
+        if not self._replace:
+            raise InputError(
+                "output-exists",
+                "The output folder exists already.",
+                where=str(target),
+                fix="Give another one with -o, or replace it with --replace.",
+            )
+        if not (target / MARK).is_file() or target.is_symlink():
+            raise InputError(
+                "output-not-a-result",
+                "The output folder holds no earlier result, so it will not be replaced.",
+                where=str(target),
+                fix="Give another folder with -o.",
+            )
+
+    def _put(self) -> None:
+        if self._replace and self.target.exists():
+            os.rename(self.target, self._aside)
+        try:
+            os.rename(self.folder, self.target)
+        except OSError as error:
+            if self._aside.exists():
+                os.rename(self._aside, self.target)
+            raise InputError(
+                "output-exists",
+                f"The output folder could not be put in place: {error.strerror or error}.",
+                where=str(self.target),
+                fix="Something else was written there meanwhile: give another folder with -o.",
+            ) from error
+        _flush([self.target.parent])
+
+
 @contextmanager
 def staged_folder(target: Path, *, replace: bool = False) -> Generator[Path]:
     """A temporary folder beside `target` that takes its name when the block ends well.
@@ -20,55 +117,15 @@ def staged_folder(target: Path, *, replace: bool = False) -> Generator[Path]:
     Everything in it is flushed to the disk before the one rename; on any exception it is removed and
     what stood at `target` stays as it was.
 
-    Args:
-        target: where the folder shall appear; the folders above it are made.
-        replace: put it in place of an earlier result.
-
     Raises:
-        InputError: `target` exists (and is not to be replaced, or is no result of ours), or cannot
-            be written to.
+        InputError: see `Staging.open` and `Staging.publish`.
     """
-    _check_free(target, replace)
-    staging = _make_beside(target)
+    staging = Staging(target, replace=replace)
     try:
-        yield staging
-        _flush([*staging.rglob("*"), staging])
-        _put(staging, target, replace)
+        yield staging.open()
+        staging.publish()
     finally:
-        shutil.rmtree(staging, ignore_errors=True)
-
-
-def _check_free(target: Path, replace: bool) -> None:
-    if not target.exists() and not target.is_symlink():
-        return
-    if not replace:
-        raise InputError(
-            "output-exists",
-            "The output folder exists already.",
-            where=str(target),
-            fix="Give another one with -o, or replace it with --replace.",
-        )
-    if not (target / MARK).is_file() or target.is_symlink():
-        raise InputError(
-            "output-not-a-result",
-            "The output folder holds no earlier result, so it will not be replaced.",
-            where=str(target),
-            fix="Give another folder with -o.",
-        )
-
-
-def _make_beside(target: Path) -> Path:
-    staging = target.parent / f".{target.name}.{uuid4().hex[:8]}.part"
-    try:
-        staging.mkdir(parents=True)
-    except OSError as error:
-        raise InputError(
-            "output-not-writable",
-            f"The output folder cannot be made: {error.strerror or error}.",
-            where=str(target),
-            fix="Give a folder you may write to with -o.",
-        ) from error
-    return staging
+        staging.discard()
 
 
 def _flush(paths: Iterable[Path]) -> None:
@@ -78,23 +135,3 @@ def _flush(paths: Iterable[Path]) -> None:
             os.fsync(handle)
         finally:
             os.close(handle)
-
-
-def _put(staging: Path, target: Path, replace: bool) -> None:
-    """Rename into place; an earlier result steps aside first and goes when the new one stands."""
-    aside = staging.with_suffix(".old")
-    if replace and target.exists():
-        os.rename(target, aside)
-    try:
-        os.rename(staging, target)
-    except OSError as error:
-        if aside.exists():
-            os.rename(aside, target)
-        raise InputError(
-            "output-exists",
-            f"The output folder could not be put in place: {error.strerror or error}.",
-            where=str(target),
-            fix="Something else was written there meanwhile: give another folder with -o.",
-        ) from error
-    _flush([target.parent])
-    shutil.rmtree(aside, ignore_errors=True)

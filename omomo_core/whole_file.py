@@ -42,6 +42,11 @@ def check_target(file: Path, endings: Sequence[str] = ()) -> None:
         )
 
 
+def partial_of(target: Path) -> Path:
+    """The name under which a file is written until it is whole; a killed process leaves it."""
+    return target.with_name(f".partial.{target.name}")
+
+
 @contextmanager
 def whole_files(*targets: Path) -> Generator[tuple[Path, ...]]:
     """Names beside the targets, of the same endings, that become the targets together in the end.
@@ -53,7 +58,7 @@ def whole_files(*targets: Path) -> Generator[tuple[Path, ...]]:
     """
     for target in targets:
         check_target(target)
-    partials = tuple(target.with_name(f".partial.{target.name}") for target in targets)
+    partials = tuple(partial_of(target) for target in targets)
     try:
         yield partials
         for partial in partials:

@@ -2,17 +2,14 @@
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from capture_app.cli import options as given
 from capture_app.cli.console import say
 from capture_app.exports.bone_names import Bones
-from capture_app.exports.formats import Kind, target_of
-
-if TYPE_CHECKING:
-    from capture_app.result import Result
+from capture_app.exports.formats import Kind
 
 
 class Rate(StrEnum):
@@ -96,30 +93,19 @@ def export(
     Example: `omocap export chair_motion --to glb --bones unreal --fps 60 -o chair.glb`
     """
     from capture_app.exports.export import ExportOptions
-    from capture_app.exports.export import export as write
-    from capture_app.result import body_of, load_result, sample_index
+    from capture_app.exports.of_result import export_result
 
-    loaded = load_result(result)
-    index = sample_index(loaded, sample)
-    name = loaded.folder.resolve().name + ("" if sample is None else f"_sample_{sample}")
-    target = target_of(file, result, name, to)
     options = ExportOptions(
         kind=to,
         fps=float(fps),
         up=None if up is None else up.value,
         units=None if units is None else units.value,
         bones=bones,
-        skeleton=skeleton or _own_model(loaded, to),
+        skeleton=skeleton,
         blender=blender,
     )
-    written = write(target, loaded.motions[index], loaded.object_motion, body_of(loaded), options)
+    written = export_result(result, file, sample, options)
     for note in written.notes:
         say("Note", note, "yellow")
     for path in written.files:
         say("Done", str(path), "green")
-
-
-def _own_model(result: "Result", kind: Kind) -> Path | None:
-    """The SMPL-X model that a result was made with: its poses are meant for that."""
-    given = (Path(item.path) for item in result.manifest.inputs if item.role == "body")
-    return next(given, None) if kind is Kind.amass else None

@@ -1,6 +1,6 @@
 """From stage 2's features to people: on the bones asked for, holding what they hold."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import torch
@@ -43,6 +43,7 @@ def embody(
     decided: Decided | None,
     *,
     certain: bool,
+    told: Callable[[float], None] = lambda done: None,
 ) -> tuple[list[Person], Solved]:
     """People of the features, whose palms are where `hands` says.
 
@@ -55,6 +56,7 @@ def embody(
         fit: whose body, and that of the network.
         decided: the first frames, which stay as they are.
         certain: the palms are known: arms follow them in every frame, not only where they hold.
+        told: how far this is.
     """
     # Patches of frames are decoded together; a light filter takes out what jumps between them.
     smooth = np.asarray(gaussian_filter1d(features.numpy(), 1.0, axis=1, mode="nearest"))
@@ -64,7 +66,7 @@ def embody(
     R = rotmat_from_6d(six)
     wish = _wish(R, hands, segments, scene, thing, certain=certain)
     root = fit.to_body(sampled, R[:, :, 0])
-    solved = solve_bodies(fit.body, root, R, foot_contact, wish, decided)
+    solved = solve_bodies(fit.body, root, R, foot_contact, wish, decided, told=told)
     T, planted = scene.take.motion.T_world_object, foot_contact.double().numpy()
     people = exact_people(fit.body, solved, planted, hands, segments, T, thing.barrier)
     return people, solved

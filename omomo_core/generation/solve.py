@@ -5,6 +5,7 @@ and legs reach, then whole stretches are corrected smoothly (`polish`)
 against joint ranges, the object's surface and loss of balance, then arms and legs are solved exactly.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,6 +34,8 @@ CLEARANCE = 0.01
 """Metres that flesh keeps from the object: it is known to a grid's step."""
 ITERATIONS = 5
 """Gauss-Newton steps of the polish."""
+_BEFORE, _POLISH = 0.3, 0.5
+"""Parts of the time that go by before the polish, and in it."""
 AT_ONCE = 2400
 """Frames that are polished side by side, of all samples together: bounds memory."""
 ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
@@ -59,6 +62,7 @@ def solve_bodies(
     wish: Wish,
     decided: Decided | None = None,
     free: Float[Tensor, " frames"] | None = None,
+    told: Callable[[float], None] = lambda done: None,
 ) -> Solved:
     """Solve K samples of one stretch.
 
@@ -71,6 +75,7 @@ def solve_bodies(
         decided: the first frames, which stay as they are.
         free: how far pelvis and trunk of each frame may leave the sample, from 0 (not at all) to 1,
             smooth; everywhere 1 if not given.
+        told: how far this is.
     """
     free = torch.ones(root.shape[1]) if free is None else free
     if decided is not None:
@@ -87,7 +92,8 @@ def solve_bodies(
     pose = _limbs(body, pose, feet, wish)
     feet = step_aside(body, pose.root, pose.rotations, feet, around)
     pose = _aside(body, _limbs(body, pose, feet, wish), around)
-    pose = _polished(body, pose, feet, wish, around)
+    told(_BEFORE)
+    pose = _polished(body, pose, feet, wish, around, told)
     feet = _swung(body, pose, feet)
     near = within_reach(body, pose.root, pose.rotations, feet, wish, free, LONGEST)
     pose = _limbs(body, replace(pose, root=near), feet, wish)
@@ -188,6 +194,7 @@ def _polished(
     feet: list[Feet],
     wish: Wish,
     around: Around,
+    told: Callable[[float], None],
 ) -> _Pose:
     """Every sample corrected as a whole, as many side by side as memory should hold."""
     samples, frames = pose.root.shape[:2]
@@ -202,8 +209,10 @@ def _polished(
             flesh=around.flesh,
             free=around.free.numpy(),
             steps=ITERATIONS,
+            told=lambda done, k=k: told(_BEFORE + _POLISH * min((k + count * done) / samples, 1.0)),
         )
-        for some in (slice(k, k + count) for k in range(0, samples, count))
+        for k in range(0, samples, count)
+        for some in (slice(k, k + count),)
     ]
     return _Pose(
         *(torch.from_numpy(np.concatenate([s[i] for s in solved])).float() for i in (0, 1))

@@ -141,6 +141,7 @@ class _Maker:
             self.fit,
             decided,
             certain=known.hands is not None,
+            told=lambda done: self.progress("solve", done),
         )
         self.progress("solve", 1.0)
         return _Draft(scene, features, x, np.stack([h.palms for h in hands]), solved, people)

@@ -56,6 +56,7 @@ def polish(
     flesh: Anatomy | None = None,
     free: Float[np.ndarray, " frames"] | None = None,
     steps: int = 4,
+    told: Callable[[float], None] = lambda done: None,
 ) -> _Pose:
     """Make a first guess of a whole clip physically and anatomically plausible.
 
@@ -72,6 +73,7 @@ def polish(
         flesh: what keeps out of the object; what synthesis keeps out of its props if not given.
         free: how far each frame may be corrected, from 0 (not at all) to 1.
         steps: Gauss-Newton iterations.
+        told: after each of them, how far this is.
 
     Returns:
         Root and rotations; held palms and planted feet are exact where the limbs reach.
@@ -88,7 +90,7 @@ def polish(
     near, bending = _closeness(), spline.bending() * len(seen)
     stiffness = _SMOOTH**2 * near.diagonal()
     part, watched = guess.at(seen), _goals(flesh, root, targets, seen)
-    for _ in range(steps):
+    for step_number in range(1, steps + 1):
         at, turned = part.corrected(flesh, values)
         J, r = rows(flesh, watched, at.flatten(0, -2), turned.flatten(0, -4))
         hessian = (J.mT @ J + near).view(*clips, len(seen), VALUES, VALUES)
@@ -99,6 +101,7 @@ def polish(
                 part.basis, hessian[clip], gradient[clip], bending, stiffness, values[clip]
             )
             values[clip] += step.clamp(-_STEP, _STEP)
+        told(step_number / steps)
     moved, turned = guess.corrected(flesh, values)
     shift = (moved - guess.root).double().numpy()
     return _exact(body, root + shift, _orthonormal(turned.double()), targets)

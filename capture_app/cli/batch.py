@@ -1,0 +1,181 @@
+"""`omocap batch`: many sessions become motions."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from capture_app.cli import options as given
+from capture_app.cli.console import output as console
+from capture_app.cli.console import say
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from capture_app.jobs.queue import JobQueue
+    from capture_app.jobs.record import JobRecord
+
+Sessions = Annotated[
+    Path,
+    typer.Argument(
+        help="Folder of sessions (folders and archives), or a CSV table with the column `session` "
+        "and, where lines differ, `object`, `mount`, `name`, `height`, `floor`, ...",
+        show_default=False,
+    ),
+]
+Results = Annotated[
+    Path,
+    typer.Option(
+        "-o", "--output", help="Folder for the results and their table.", show_default=False
+    ),
+]
+Database = Annotated[
+    str | None,
+    typer.Option(
+        "--database",
+        envvar="OMOCAP_DATABASE",
+        help="Queue that other machines work for, postgresql://user@host/name; a file in the output "
+        "folder if not given.",
+        show_default=False,
+    ),
+]
+Workers = Annotated[
+    int | None,
+    typer.Option(
+        help="Sessions at once on this machine; 1, or none where --database has workers.",
+        min=0,
+        show_default=False,
+    ),
+]
+
+
+def batch(
+    sessions: Sessions,
+    result: Results,
+    mesh: given.Mesh = None,
+    mount: given.Mount = None,
+    database: Database = None,
+    workers: Workers = None,
+    seed: given.Seed = 0,
+    samples: given.Samples = 4,
+    contact: given.Contact = given.ContactRule.segments,
+    config: given.Config = given.Configuration.capture,
+    weights: given.Weights = None,
+    steps: given.Steps = 10,
+    height: given.Height = None,
+    body: given.Body = None,
+    floor: given.Floor = None,
+    up: given.Up = None,
+    stitch: given.Stitch = False,
+    closure: given.Closure = False,
+    mesh_scale: given.MeshScale = 1.0,
+    video: given.Video = True,
+    video_size: given.Size = "960x540",
+    replace: given.Replace = False,
+    force: given.Force = False,
+) -> None:
+    """Make the motions of all sessions in a folder or table; a bad session does not stop the others.
+
+    Writes a result folder for each, *results.csv* and *results.json*. Ctrl-C and the same command
+    again goes on where it was; what failed is tried again.
+
+    Example: `omocap batch takes --object chair.obj --mount chair_mount.json -o motions --workers 2`
+    """
+    said: dict[str, Any] = {
+        "object": mesh,
+        "mount": mount,
+        "seed": seed,
+        "samples": samples,
+        "contact": contact.value,
+        "configuration": config.value,
+        "weights": weights and weights.absolute(),
+        "steps": steps,
+        "height": height,
+        "body": body,
+        "floor": floor,
+        "up": given.direction(up, "--up"),
+        "stitch": stitch,
+        "closure": closure,
+        "mesh_scale": mesh_scale,
+        "video_size": given.picture_size(video_size, "--video-size") if video else None,
+        "replace": replace,
+        "force": force,
+    }
+    _run(sessions, result, said, database, workers)
+
+
+def _run(
+    sessions: Path, result: Path, said: dict[str, Any], database: str | None, workers: int | None
+) -> None:
+    """Order it all, have it done, and tell what came out."""
+    from capture_app.jobs.batch.order import order_of, submit_batch
+    from capture_app.jobs.batch.results import write_results
+    from capture_app.jobs.fleet import Fleet
+    from capture_app.jobs.queue import open_queue
+
+    rows = _rows(sessions)
+    orders = [order_of({**said, **row}, result.absolute()) for row in rows]
+    _make_folder(result)
+    queue = open_queue(database or str(result / "jobs.sqlite"))
+    count = (0 if database else 1) if workers is None else workers
+    ids = submit_batch(queue, orders)
+    fleet = Fleet(queue.database_url, count, log=result / "workers.log")
+    fleet.start()
+    try:
+        if not count and not queue.workers():
+            say("Note", "no worker is there yet: `omocap worker` makes a machine one.", "yellow")
+        _watch(queue, ids)
+    finally:
+        fleet.stop()
+        jobs = queue.get_all(ids)
+        write_results(result, jobs)
+        queue.close()
+    _tell(result, jobs)
+
+
+def _rows(sessions: Path) -> "list[dict[str, Any]]":
+    from capture_app.jobs.batch.sessions import find_sessions
+    from capture_app.jobs.batch.table import read_table
+
+    if sessions.suffix.lower() == ".csv" and sessions.is_file():
+        return read_table(sessions)
+    found = find_sessions(sessions)
+    return [{"name": name, "session": path} for name, path in found.items()]
+
+
+def _make_folder(result: Path) -> None:
+    from omomo_core.errors import InputError
+
+    try:
+        result.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            "output-not-writable",
+            f"The output folder cannot be made: {error.strerror or error}.",
+            where=str(result),
+            fix="Give a folder you may write to with -o.",
+        ) from error
+
+
+def _watch(queue: "JobQueue", ids: "Sequence[str]") -> None:
+    from capture_app.cli.batch_bars import batch_bars
+    from capture_app.jobs.batch.watch import watch
+
+    with batch_bars(len(ids)) as show:
+        watch(queue, ids, show)
+
+
+def _tell(result: Path, jobs: "Sequence[JobRecord]") -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    failed = [job for job in jobs if job.state != "done"]
+    if failed:
+        table = Table("session", "what is wrong", box=None, header_style="dim")
+        for job in failed:
+            table.add_row(Text(job.name), Text(job.error.what if job.error else job.state))
+        console.print(table)
+        say("Note", "what to do about these stands in the table of results.", "yellow")
+    say("Done", f"{len(jobs) - len(failed)} of {len(jobs)}: {result / 'results.csv'}", "green")
+    if failed:
+        raise typer.Exit(2)

@@ -1,0 +1,46 @@
+"""`omocap worker`: do the jobs of a queue."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from capture_app.cli.console import say
+
+Database = Annotated[
+    str,
+    typer.Option(
+        "--database",
+        envvar="OMOCAP_DATABASE",
+        help="postgresql://user@host/name, which many machines can reach, or the path of a SQLite "
+        "file. A password is better kept in the environment variable or in ~/.pgpass.",
+        show_default=False,
+    ),
+]
+Jobs = Annotated[int, typer.Option(help="Jobs at once, each in a process of its own.", min=1)]
+Log = Annotated[
+    Path | None,
+    typer.Option(help="File to append what happens to; printed if not given.", show_default=False),
+]
+
+
+def worker(database: Database, jobs: Jobs = 1, log: Log = None) -> None:
+    """Join the workers of a queue: those of `omocap batch` or `omocap serve`, here or elsewhere.
+
+    Ctrl-C or SIGTERM hands back what it is at; another worker goes on after the last finished stage.
+    So it does, half a minute later at the latest, when a worker is killed or its machine dies.
+
+    Example: `omocap worker --database postgresql://omocap@server/jobs --jobs 2`
+    """
+    from capture_app.cli.stopping import until_stopped
+    from capture_app.jobs.fleet import Fleet
+    from capture_app.jobs.queue import open_queue
+
+    queue = open_queue(database)
+    fleet = Fleet(queue.database_url, jobs, log=log)
+    say("Working for", queue.shown, "bold")
+    queue.close()
+    with until_stopped() as wait:
+        fleet.start()
+        wait()
+        fleet.stop()

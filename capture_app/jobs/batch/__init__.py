@@ -1,0 +1,1 @@
+"""Many sessions at once: found, ordered, watched, and told of in one table."""

@@ -1,0 +1,76 @@
+"""From sessions to orders, and from orders to jobs that are not done yet."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from capture_app.jobs.orders import RunOrder
+from capture_app.jobs.queue import JobQueue, order_id
+from ingest.animated.detect import is_animation
+from omomo_core.errors import InputError
+
+
+def order_of(said: dict[str, Any], output: Path) -> RunOrder:
+    """The order for one session.
+
+    Args:
+        said: about the run, by the names of `RunOrder`; mount "identity" is the phone's own frame.
+        output: folder in which the result gets the session's name.
+
+    Raises:
+        InputError: "batch-option", or "mount-missing" for a phone's log without one.
+    """
+    session, mount = Path(said["session"]).absolute(), said.get("mount")
+    animated = _animated(session, mounted=mount is not None)
+    if mount is None and not animated:
+        raise InputError(
+            "mount-missing",
+            "The place of the phone on the object is not given.",
+            where=str(session),
+            fix="Find it with `omocap calibrate` and give --mount FILE, or --mount identity if the "
+            "mesh is made in the phone's own axes. In a table it may stand in a column.",
+        )
+    mount = None if animated or mount == "identity" else mount
+    paths = {"session": session, "mount": mount, "output": output / said["name"]}
+    try:
+        order = RunOrder.model_validate({**said, **paths, "animated": animated})
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise InputError(
+            "batch-option",
+            f"{'.'.join(map(str, first['loc']))}: {first['msg']}.",
+            where=said["name"],
+            fix="Correct it in the table or on the command line.",
+        ) from error
+    return order.model_copy(update={role: path.absolute() for role, path in order.inputs.items()})
+
+
+def submit_batch(queue: JobQueue, orders: Sequence[RunOrder]) -> list[str]:
+    """Put into the queue what is not done: what is there already is not doubled.
+
+    What failed or was cancelled before, or is done but has lost its result, is tried again.
+
+    Returns:
+        Ids of all jobs, in the order of the orders.
+    """
+    wanted = [(order_id(order), order) for order in orders]
+    ids = [id for id, _ in wanted]
+    queue.submit_all(wanted)
+    for job in queue.get_all(ids):
+        lost = job.state == "done" and not Path(job.output or "").exists()
+        if job.state in ("failed", "cancelled") or lost:
+            queue.again(job.id)
+    return ids
+
+
+def _animated(session: Path, *, mounted: bool) -> bool:
+    try:
+        return is_animation(session, mounted=mounted)
+    except InputError as error:
+        # A mount for all sessions is not meant for those without a phone; what else is wrong with
+        # a session, its job will tell.
+        return error.code == "mount-unused"
+    except OSError:
+        return False

@@ -1,0 +1,118 @@
+"""Workers of this machine: started, watched, started again when one dies, stopped together."""
+
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+DATABASE, LOG, FOLLOW = "OMOCAP_DATABASE", "OMOCAP_WORKER_LOG", "OMOCAP_WORKER_FOLLOWS"
+"""Environment variables that tell a worker process its database, where to write its log, and to end
+with its standard input."""
+
+_COMMAND = (sys.executable, "-m", "capture_app.jobs")
+_SOON = 10.0
+"""Seconds; a worker that ends sooner may do so again, and is started again later each time."""
+
+
+class Fleet:
+    """Worker processes that end when this process does, however it ends."""
+
+    def __init__(
+        self,
+        database_url: str,
+        count: int = 1,
+        *,
+        log: Path | None = None,
+        command: Sequence[str] = _COMMAND,
+        longest_wait: float = 30.0,
+    ) -> None:
+        """Nothing is started yet.
+
+        Args:
+            database_url: of the jobs.
+            count: processes; each does one job at a time.
+            log: file that they append to; their standard error if not given.
+            command: of one process.
+            longest_wait: seconds before one that dies again and again is started again.
+        """
+        self._command, self._longest_wait = list(command), longest_wait
+        self._environment = _environment(database_url, count, log)
+        self._stop = threading.Event()
+        self._lock = threading.Lock()
+        self._processes: dict[int, subprocess.Popen[bytes]] = {}
+        self._keepers = [
+            threading.Thread(target=self._keep, args=(k,), daemon=True) for k in range(count)
+        ]
+
+    def start(self) -> None:
+        """Start them; returns at once."""
+        for keeper in self._keepers:
+            keeper.start()
+
+    def stop(self, patience: float = 10.0) -> None:
+        """Let each hand back its job, and wait until they are gone; called twice, do nothing."""
+        self._stop.set()
+        with self._lock:
+            processes = list(self._processes.values())
+            for process in processes:
+                process.terminate()
+        deadline = time.monotonic() + patience
+        for process in processes:
+            try:
+                process.wait(max(0.1, deadline - time.monotonic()))
+            except subprocess.TimeoutExpired:
+                process.kill()
+        for keeper in self._keepers:
+            if keeper.is_alive():
+                keeper.join()
+
+    @property
+    def alive(self) -> bool:
+        """At least one worker runs now."""
+        with self._lock:
+            return any(process.poll() is None for process in self._processes.values())
+
+    @property
+    def pids(self) -> list[int]:
+        """Of the workers that run now."""
+        with self._lock:
+            return [p.pid for p in self._processes.values() if p.poll() is None]
+
+    def _keep(self, number: int) -> None:
+        """Have one worker run, always."""
+        wait = 0.0
+        while not self._stop.wait(wait):
+            begin = time.monotonic()
+            process = self._begin(number)
+            if process is None:
+                return
+            code = process.wait()
+            if process.stdin is not None:
+                process.stdin.close()
+            soon = code != 0 and time.monotonic() - begin < _SOON
+            wait = min(2 * wait + 0.5, self._longest_wait) if soon else 0.0
+
+    def _begin(self, number: int) -> subprocess.Popen[bytes] | None:
+        with self._lock:
+            if self._stop.is_set():
+                return None
+            # A session of its own: Ctrl-C is for us, and we tell them. The pipe ends when we do.
+            process = subprocess.Popen(
+                self._command,
+                stdin=subprocess.PIPE,
+                env=self._environment,
+                start_new_session=True,
+            )
+            self._processes[number] = process
+            return process
+
+
+def _environment(database_url: str, count: int, log: Path | None) -> dict[str, str]:
+    """Of the workers: each may use its share of the cores, and waits without spinning."""
+    cores = max(1, (os.cpu_count() or 1) // count)
+    shared = {} if count == 1 else {"OMP_NUM_THREADS": str(cores)}
+    told = {DATABASE: database_url, FOLLOW: "1", **({LOG: str(log)} if log else {})}
+    return {"OMP_WAIT_POLICY": "PASSIVE", **shared, **os.environ, **told}

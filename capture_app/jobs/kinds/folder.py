@@ -1,0 +1,48 @@
+"""Jobs that make a result folder, stage by stage."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from capture_app.jobs.work import Attempt
+
+if TYPE_CHECKING:
+    from capture_app.making import ResultInMaking
+
+
+class FolderWork:
+    """A result in the making, as a job."""
+
+    def __init__(self, making: "ResultInMaking", attempt: Attempt) -> None:
+        """Nothing is read yet."""
+        self.making = making
+        self._attempt = attempt
+
+    @property
+    def stages(self) -> Mapping[str, Callable[[], None]]:
+        """Those of the result; the last one tells what came out."""
+        return {**self.making.stages, "finish": self._finish}
+
+    @property
+    def timings(self) -> Mapping[str, float]:
+        """As the manifest has them."""
+        return self.making.clock.seconds
+
+    def settle(self) -> None:
+        """Flush the folder; it is flushed already when it has its name."""
+        if self.making.staging.folder.exists():
+            self.making.staging.flush()
+
+    def discard(self) -> None:
+        """Remove the folder."""
+        self.making.staging.discard()
+
+    def _finish(self) -> None:
+        from capture_app.manifest import read_manifest
+        from capture_app.result import MANIFEST
+
+        self.making.finish()
+        manifest = read_manifest(self.making.staging.target / MANIFEST)
+        for sentence in (*manifest.notes, *manifest.faults):
+            self._attempt.say(sentence)
+        chosen = manifest.chosen
+        self._attempt.tell({"sample": chosen + 1, "scores": manifest.scores[chosen]})

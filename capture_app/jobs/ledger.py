@@ -1,0 +1,124 @@
+"""What a worker reads and writes in the tables: which jobs are whose, and who lives."""
+
+import socket
+from collections.abc import Mapping
+from typing import Any
+
+import sqlalchemy as sa
+
+from capture_app.jobs.database import Database
+from capture_app.jobs.record import JobError, State
+from capture_app.jobs.rows import rows
+from capture_app.jobs.tables import JOBS, WORKERS
+
+DEADLIEST = 3
+"""A job that so many workers died of is not given to another."""
+
+_DEADLY = JobError(
+    code="job-kills-worker",
+    what=f"{DEADLIEST} workers died while they were at this job; most likely the machine's memory "
+    "was too small for it.",
+    fix="Order fewer samples or a smaller video, cut the take into shorter ones, run fewer workers "
+    "on the machine, or use one with more memory.",
+)
+
+
+class Ledger:
+    """The tables, as one worker sees them."""
+
+    def __init__(self, database: Database, worker: str) -> None:
+        """`worker` names this process among all that ever were."""
+        self.database, self.worker = database, worker
+        self._ours = JOBS.c.worker == worker
+
+    def join(self) -> None:
+        """Say that this worker lives."""
+        with self.database.begin() as c:
+            row = {"id": self.worker, "host": socket.gethostname(), "beat": self.database.now}
+            c.execute(sa.insert(WORKERS).values(row))
+
+    def beat(self) -> bool:
+        """Say it again.
+
+        Returns:
+            False when others have taken this worker for dead, and its jobs.
+        """
+        mine = sa.update(WORKERS).where(WORKERS.c.id == self.worker)
+        with self.database.begin() as c:
+            return c.execute(mine.values(beat=self.database.now)).rowcount == 1
+
+    def leave(self) -> None:
+        """Hand back what this worker is at; whoever takes it goes on where this one stopped."""
+        with self.database.begin() as c:
+            state = sa.case((JOBS.c.state == "running", "queued"), else_=JOBS.c.state)
+            c.execute(sa.update(JOBS).where(self._ours).values(worker=None, state=state))
+            c.execute(sa.delete(WORKERS).where(WORKERS.c.id == self.worker))
+
+    def bury(self, silence: float) -> set[str]:
+        """Free the jobs of workers that have not been heard of for so many seconds.
+
+        Returns:
+            The workers that live.
+        """
+        living = sa.select(WORKERS.c.id)
+        deaths = JOBS.c.deaths + 1
+        deadly = deaths >= DEADLIEST
+        freed = {
+            "worker": None,
+            "deaths": deaths,
+            "state": sa.case((JOBS.c.state == "running", "queued"), else_=JOBS.c.state),
+            "error": sa.case((deadly, _json(_DEADLY)), else_=JOBS.c.error),
+        }
+        with self.database.begin() as c:
+            c.execute(sa.delete(WORKERS).where(WORKERS.c.beat < self.database.now - silence))
+            orphaned = sa.and_(JOBS.c.worker.is_not(None), JOBS.c.worker.not_in(living))
+            c.execute(sa.update(JOBS).where(orphaned).values(freed))
+            return set(c.execute(living).scalars())
+
+    def claim(self, job_id: str, workflow: str) -> dict[str, Any] | None:
+        """Take a job from the queue.
+
+        Returns:
+            Its row; None when it is over, gone, or was ordered again and has another workflow.
+        """
+        dead = JOBS.c.worker.not_in(sa.select(WORKERS.c.id))
+        free = sa.and_(
+            JOBS.c.workflow == workflow,
+            JOBS.c.state.in_(("queued", "running", "cancelling")),
+            sa.or_(JOBS.c.worker.is_(None), dead),
+        )
+        taken = {
+            "worker": self.worker,
+            "attempts": JOBS.c.attempts + 1,
+            "state": sa.case((JOBS.c.state == "cancelling", "cancelling"), else_="running"),
+            "started": sa.func.coalesce(JOBS.c.started, self.database.now),
+        }
+        with self.database.begin() as c:
+            claim = sa.update(JOBS).where(JOBS.c.id == job_id, free).values(taken)
+            return next(iter(rows(c, claim.returning(JOBS))), None)
+
+    def write(self, job_id: str, values: Mapping[str, Any]) -> State | None:
+        """Write to a job of this worker.
+
+        Returns:
+            The state it is in; None when it is not this worker's any more.
+        """
+        ours = sa.and_(JOBS.c.id == job_id, self._ours)
+        with self.database.begin() as c:
+            if not values:
+                return c.execute(sa.select(JOBS.c.state).where(ours)).scalar()
+            change = sa.update(JOBS).where(ours).values(dict(values)).returning(JOBS.c.state)
+            return c.execute(change).scalar()
+
+    def end(self, job_id: str, state: State, values: Mapping[str, Any]) -> bool:
+        """A job of this worker is over.
+
+        Returns:
+            False when it is not this worker's any more.
+        """
+        over = {**values, "state": state, "worker": None, "ended": self.database.now}
+        return self.write(job_id, over) is not None
+
+
+def _json(error: JobError) -> sa.ColumnElement[Any]:
+    return sa.literal(error.model_dump(), JOBS.c.error.type)

@@ -1,0 +1,138 @@
+"""A worker: one process that does one job at a time, and takes over those of workers that died.
+
+It is made to be killed: whatever kills it, what it was at is found by another one, or by the next one
+to be started, which goes on after the last finished stage. So it also ends itself, at once and
+without ceremony, when it finds that others have taken it for dead, or that it cannot trust its own
+state; SIGTERM is the same with notice, so that nobody has to wait until it is missed.
+"""
+
+import logging
+import os
+import signal
+import socket
+import threading
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NoReturn
+from uuid import uuid4
+
+from capture_app.jobs import engine
+from capture_app.jobs.database import Database
+from capture_app.jobs.kinds import KINDS
+from capture_app.jobs.ledger import Ledger
+from capture_app.jobs.task import Task
+from capture_app.jobs.work import Kind
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Tempo:
+    """How often a worker does what besides its job, in seconds."""
+
+    report: float = 0.3
+    """Writes progress, and looks whether the job was cancelled."""
+    beat: float = 1.0
+    """Says that it lives."""
+    silence: float = 12.0
+    """After so long without a beat a worker is dead."""
+    sweep: float = 2.0
+    """Looks for dead workers."""
+    obey: float = 1.0
+    """After so long a cancelled job that has not heard of it is left in the middle."""
+
+
+def work(
+    database_url: str, *, tempo: Tempo | None = None, kinds: Mapping[str, Kind] = KINDS
+) -> None:
+    """Do jobs until SIGTERM or SIGINT.
+
+    Raises:
+        InputError: the database cannot be used.
+    """
+    Worker(Database(database_url), tempo or Tempo(), kinds).run()
+
+
+class Worker:
+    """This process. The threads: the jobs' (of DBOS), the pulse, and the main one, which sweeps."""
+
+    def __init__(self, database: Database, tempo: Tempo, kinds: Mapping[str, Kind]) -> None:
+        """Nothing is done yet."""
+        name = f"{socket.gethostname()}-{os.getpid()}-{uuid4().hex[:6]}"
+        self._ledger = Ledger(database, name)
+        self._tempo, self._kinds = tempo, kinds
+        self._task: Task | None = None
+        self._stop = threading.Event()
+
+    def run(self) -> NoReturn:
+        """Work until told to stop."""
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, lambda *_: self._stop.set())
+        self._ledger.join()
+        threading.Thread(target=self._pulse, daemon=True, name="pulse").start()
+        engine.launch(self._ledger.database, self._ledger.worker, self._perform)
+        _log.info("%s is ready.", self._ledger.worker)
+        while True:
+            self._sweep()
+            if self._stop.wait(self._tempo.sweep):
+                self._leave()
+
+    def _sweep(self) -> None:
+        """Free the jobs of dead workers, in an order in which it may be broken off anywhere."""
+        try:
+            # Asked first: who is not alive afterwards is dead, and not new.
+            begun = engine.running()
+            living = self._ledger.bury(self._tempo.silence)
+            dead = set(begun.values()) - living
+            if dead:
+                _log.warning("Taking over from %s.", ", ".join(sorted(dead)))
+                engine.release(dead)
+        except Exception:
+            _log.exception("The sweep failed; it will be tried again.")
+
+    def _pulse(self) -> None:
+        """Beat and report, until a beat could not be written for so long that others bury us."""
+        tempo, last = self._tempo, time.monotonic()
+        while True:
+            try:
+                if time.monotonic() - last >= tempo.beat:
+                    if not self._ledger.beat():
+                        self._perish("others have taken it for dead")
+                    last = time.monotonic()
+                if (task := self._task) is not None and task.report() > tempo.obey:
+                    self._leave()  # nobody can stop a thread that does not listen
+            except Exception as error:
+                _log.warning("The database did not answer: %s", error)
+                if time.monotonic() - last > tempo.silence:
+                    self._perish("the database does not answer")
+            time.sleep(tempo.report)
+
+    def _perform(self, job_id: str, workflow: str) -> None:
+        """Do a job, or go on with it."""
+        try:
+            row = self._ledger.claim(job_id, workflow)
+            if row is None:
+                return
+            self._task = Task(self._ledger, row, self._kinds)
+            self._task.run()
+        except BaseException:
+            _log.exception("Job %s: its state is not known.", job_id)
+            self._perish("it cannot trust its own state")
+        finally:
+            self._task = None
+
+    def _leave(self) -> NoReturn:
+        """Hand back what this worker is at, for another one or the next one."""
+        self._ledger.leave()
+        _log.info("%s has stopped.", self._ledger.worker)
+        self._exit(0)
+
+    def _perish(self, why: str) -> NoReturn:
+        _log.error("%s ends: %s.", self._ledger.worker, why)
+        self._exit(70)
+
+    @staticmethod
+    def _exit(code: int) -> NoReturn:
+        logging.shutdown()
+        os._exit(code)  # threads in the middle of a job are not waited for: their work is kept

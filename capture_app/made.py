@@ -1,0 +1,52 @@
+"""What a run generated, kept to the last bit until the result is complete."""
+
+import json
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from omomo_core.contact.segment import Segment
+from omomo_core.generation.person import Person
+from omomo_core.motion import HumanMotion
+from omomo_core.whole_file import whole_file
+
+
+@dataclass(frozen=True)
+class Made:
+    """The sample to show, and how all samples were judged."""
+
+    person: Person
+    chosen: int
+    """Its index amid all samples."""
+    scores: tuple[dict[str, float], ...]
+    """Ranking of each sample."""
+    notes: tuple[str, ...]
+    """What is still wrong with the chosen sample, in words."""
+
+
+def save_made(path: Path, made: Made) -> None:
+    """Write it; unlike `motion.npz`, which is for others, nothing is converted or rounded."""
+    person = made.person
+    human = {f.name: getattr(person.human, f.name) for f in fields(HumanMotion)}
+    spans = [(s.hand, s.start, s.stop) for s in person.segments]
+    anchors = np.array([s.anchor for s in person.segments])
+    scores = [{name: float(value) for name, value in score.items()} for score in made.scores]
+    told = json.dumps({"chosen": made.chosen, "scores": scores, "notes": made.notes})
+    arrays = {"spans": np.array(spans, int), "anchors": anchors, "told": np.array(told)}
+    with whole_file(path) as partial:
+        np.savez(partial, miss=person.miss, depth=person.depth, **arrays, **human)
+
+
+def load_made(path: Path) -> Made:
+    """Read what `save_made` wrote."""
+    with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+        data = {key: file[key] for key in file.files}
+    told = json.loads(str(data["told"]))
+    segments = tuple(
+        Segment(hand, start, stop, anchor)
+        for (hand, start, stop), anchor in zip(data["spans"].tolist(), data["anchors"], strict=True)
+    )
+    human = HumanMotion(**{f.name: data[f.name] for f in fields(HumanMotion)})
+    person = Person(human, segments, data["miss"], data["depth"])
+    return Made(person, told["chosen"], tuple(told["scores"]), tuple(told["notes"]))

@@ -1,0 +1,122 @@
+"""A result in the making: stages that each leave in its folder what the later ones need.
+
+The command line runs them one after the other. A durable job runs each as a step of its own, and
+after a crash goes on with the next one, in another process.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from pathlib import Path
+
+from capture_app.chosen import draw_chosen, export_chosen
+from capture_app.made import Made, load_made, save_made
+from capture_app.manifest import Manifest, write_manifest
+from capture_app.progress import Progress, StageClock
+from capture_app.result import MANIFEST, Result, load_result
+from capture_app.staging import Staging
+from omomo_core.body.model import BodyModel
+from omomo_core.motion import ObjectMotion
+
+_LEFT = ".made.npz"
+"""What was generated, to the last bit; gone when the result is complete."""
+
+
+class ResultInMaking(ABC):
+    """What the stages share: the folder, the clock, and what was made so far."""
+
+    def __init__(
+        self,
+        staging: Staging,
+        progress: Progress,
+        *,
+        video_size: tuple[int, int] | None,
+        timings: Mapping[str, float] | None = None,
+    ) -> None:
+        """Nothing is read or made yet.
+
+        Args:
+            staging: the folder of the result.
+            progress: told each stage and how far it is.
+            video_size: width and height in pixels; None draws no video.
+            timings: seconds spent before, where another process began.
+        """
+        self.staging = staging
+        self.clock = StageClock(progress, timings)
+        self._video_size = video_size
+
+    @property
+    @abstractmethod
+    def stages(self) -> Mapping[str, Callable[[], None]]:
+        """The stages in their order; each may be run again."""
+
+    @property
+    @abstractmethod
+    def inputs(self) -> Mapping[str, Path]:
+        """Files and folders that the result is made from, by role."""
+
+    @property
+    @abstractmethod
+    def moved(self) -> ObjectMotion:
+        """The object."""
+
+    @property
+    @abstractmethod
+    def body(self) -> BodyModel:
+        """Whose bones the person moves."""
+
+    @property
+    @abstractmethod
+    def has_contacts(self) -> bool:
+        """Contacts were decided; the published rule has none."""
+
+    @abstractmethod
+    def manifest(self, files: tuple[str, ...]) -> Manifest:
+        """Of the result."""
+
+    @cached_property
+    def made(self) -> Made:
+        """What was generated, by this process or by one before it."""
+        return load_made(self.staging.folder / _LEFT)
+
+    def keep(self, made: Made) -> None:
+        """Remember what was generated, here and in the folder."""
+        save_made(self.staging.folder / _LEFT, made)
+        self.made = made
+
+    def export(self) -> None:
+        """Write contacts.json and the GLB of the chosen sample."""
+        self.clock("export", 0.0)
+        contacts = self.has_contacts
+        export_chosen(self.staging.folder, self.made.person, self.moved, self.body, contacts)
+        self.clock("export", 1.0)
+
+    def video(self) -> None:
+        """Draw the chosen sample."""
+        if self._video_size:
+            person, size = self.made.person, self._video_size
+            draw_chosen(self.staging.folder, person, self.moved, self.body, size, self.clock)
+
+    def finish(self) -> None:
+        """Write the manifest and put the folder in place; nothing to do where that is done."""
+        folder = self.staging.folder
+        if folder.exists() and not (folder / MANIFEST).exists():
+            names = sorted(path.name for path in folder.iterdir())
+            files = tuple(name for name in names if not name.startswith("."))
+            write_manifest(folder / MANIFEST, self.manifest(files))
+        (folder / _LEFT).unlink(missing_ok=True)
+        self.staging.publish()
+
+
+def make(making: ResultInMaking) -> Result:
+    """Run all stages; nothing is left behind when one fails.
+
+    Returns:
+        The result, as it is on the disk.
+    """
+    try:
+        for stage in making.stages.values():
+            stage()
+    finally:
+        making.staging.discard()
+    return load_result(making.staging.target)

@@ -1,0 +1,132 @@
+"""A result drawn again: from elsewhere, another size, another sample, or as pictures."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from capture_app.overlay.eye import eye_of
+from capture_app.progress import Progress
+from capture_app.result import body_of, load_result, sample_index
+from omomo_core.errors import InputError
+from omomo_core.motion import FPS
+from omomo_core.whole_file import check_target
+from render.contact_points import held_places
+from render.renderer import Backend
+from render.stills import contact_sheet, write_png
+from render.strips import Picture
+from render.third_person import frames
+from render.video import write_moving
+from render.views import shot
+
+SMALL = (".webp", ".gif")
+"""Loops for web pages: they have half as many pictures a second as a video."""
+
+View = Literal["third", "orbit", "follow", "top", "object"]
+
+
+@dataclass(frozen=True)
+class RenderRequest:
+    """What to draw, and where to write it; the ending of the file decides."""
+
+    result: Path
+    output: Path
+    """.mp4, .webp or .gif; .png with `still` or `sheet`."""
+    view: View = "third"
+    sample: int | None = None
+    """From 1; None for the chosen one."""
+    size: tuple[int, int] = (960, 540)
+    """Width and height in pixels."""
+    still: float | None = None
+    """Draw one picture, at this time in seconds."""
+    sheet: tuple[int, int] | None = None
+    """Draw so many columns and rows of pictures, evenly over the motion."""
+    markers: bool = True
+    smooth: bool | None = None
+    """Smooth edges; None: of pictures, not of videos."""
+    backend: Backend = "auto"
+
+    @property
+    def picture(self) -> bool:
+        """One file of PNG."""
+        return self.still is not None or self.sheet is not None
+
+
+def render_result(request: RenderRequest, progress: Progress) -> None:
+    """Draw it into a file that appears whole or not at all.
+
+    Args:
+        request: what to draw.
+        progress: told the stage "video".
+
+    Raises:
+        InputError: the result cannot be read or has no such sample or time, or the file cannot be
+            written.
+    """
+    loaded = load_result(request.result)
+    index = sample_index(loaded, request.sample)
+    check_target(request.output, (".png",) if request.picture else (".mp4", *SMALL))
+    order = _order(request, len(loaded.object_motion.valid))
+    person, moved = loaded.people[index], loaded.object_motion
+    eye = eye_of(loaded) if request.view == "object" else None
+    seen = shot(request.view, person.human, moved, *request.size, eye)
+    held = held_places(person.segments, moved) if request.markers else ()
+    pictures = frames(
+        person.human,
+        moved,
+        body_of(loaded),
+        width=request.size[0],
+        height=request.size[1],
+        cameras=seen.cameras,
+        markers=request.markers,
+        extra=[*held, *seen.tracks],
+        pixels_per_metre=seen.pixels_per_metre,
+        samples=4 if (request.picture if request.smooth is None else request.smooth) else 0,
+        backend=request.backend,
+        only=order,
+    )
+    _write(request, _told(pictures, len(order), progress))
+
+
+def _told(pictures: Iterator[Picture], count: int, progress: Progress) -> Iterator[Picture]:
+    for k, picture in enumerate(pictures):
+        yield picture
+        progress("video", (k + 1) / count)
+
+
+def _write(request: RenderRequest, pictures: Iterator[Picture]) -> None:
+    if request.picture:
+        columns = request.sheet[0] if request.sheet else 1
+        write_png(request.output, contact_sheet(list(pictures), columns))
+    else:
+        small = request.output.suffix in SMALL
+        write_moving(request.output, pictures, FPS / 2 if small else FPS)
+
+
+def _order(request: RenderRequest, count: int) -> Sequence[int]:
+    """The frames to draw."""
+    if request.still is not None and request.sheet is not None:
+        raise InputError(
+            "sheet-and-still",
+            "One picture and a sheet of them cannot be one file.",
+            where="--still, --sheet",
+            fix="Give one of the two.",
+        )
+    if request.still is not None:
+        return [_frame(request.still, count)]
+    if request.sheet is not None:
+        pictures = request.sheet[0] * request.sheet[1]
+        return [round(k * (count - 1) / max(pictures - 1, 1)) for k in range(pictures)]
+    return range(0, count, 2 if request.output.suffix in SMALL else 1)
+
+
+def _frame(seconds: float, count: int) -> int:
+    frame = round(seconds * FPS)
+    if not 0 <= frame < count:
+        raise InputError(
+            "time-outside",
+            f"There is no picture at {seconds:g} s: the motion lasts {count / FPS:.2f} s.",
+            where="--still",
+            fix="Give a time within the motion.",
+        )
+    return frame
