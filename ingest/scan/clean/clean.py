@@ -1,0 +1,170 @@
+"""clean: the mesh of the object alone, of a stated size, in its own frame."""
+
+from dataclasses import dataclass
+
+import igl
+import numpy as np
+from jaxtyping import Bool, Float64, Int64, UInt8
+
+from ingest.report.check import Check, graded
+from ingest.scan.clean.decimate import decimated, handed_on
+from ingest.scan.clean.frame import object_frame
+from ingest.scan.clean.holes import filled
+from ingest.scan.clean.pieces import main_piece
+from ingest.scan.types import Region, ScanMesh
+from omomo_core.errors import InputError
+from omomo_core.geometry.transforms import inverse
+
+VERTICES = 10_000
+"""Of a mesh, if nothing else is said: plenty for a motion."""
+FEWEST_VERTICES, MOST_VERTICES = 500, 100_000
+_WALL = 0.01
+"""Metres from a side of the region where a surface is cut by it."""
+_CUT = 0.01
+"""Part of the vertices that may lie there."""
+_UNSEEN_WARN, _UNSEEN_BAD = 0.25, 0.5
+"""Part of the vertices that no picture shows."""
+
+
+@dataclass(frozen=True)
+class CleanMesh:
+    """An object's mesh, and what is known about it."""
+
+    mesh: ScanMesh
+    """In the object's frame: z up, base at 0, centred over its footprint."""
+    normals: Float64[np.ndarray, "vertices 3"]
+    """Unit, outwards."""
+    T_world_object: Float64[np.ndarray, "4 4"]
+    """Back to the world of the cameras."""
+    seen: Bool[np.ndarray, " vertices"]
+    """False where no picture shows the surface and it only closes what was seen."""
+    watertight: bool
+    open_rims: int
+    """Holes that are too large to be closed without a guess."""
+
+
+def clean(
+    vertices: Float64[np.ndarray, "verts 3"],
+    faces: Int64[np.ndarray, "faces 3"],
+    colours: UInt8[np.ndarray, "verts 3"] | None,
+    region: Region,
+    name: str,
+    *,
+    seen: Bool[np.ndarray, " verts"] | None = None,
+    most: int = VERTICES,
+) -> CleanMesh:
+    """Keep what is the object, close its small holes, make it small, and put it at its origin.
+
+    Args:
+        vertices, faces, colours: what was measured; world, metres.
+        region: where the object was looked for; its floor gives the upright.
+        name: of the object.
+        seen: which vertices a picture shows; all if not given.
+        most: vertices, about.
+
+    Raises:
+        InputError: "scan-vertices" for a number that makes no sense, "scan-no-surface".
+    """
+    _check(most, faces)
+    seen = np.ones(len(vertices), np.bool_) if seen is None else seen
+    kept, solid = _compact(vertices, faces[main_piece(vertices, faces)])
+    vertices, seen = vertices[kept], seen[kept]
+    colours = None if colours is None else colours[kept]
+    closed, solid, rims = filled(vertices, solid)
+    small, triangles = decimated(closed, solid, most)
+    used, triangles = _compact(small, triangles)
+    small = _above_floor(small[used], region)
+    colours, seen = handed_on(vertices, small, colours, seen)
+    T = object_frame(small, region.T_world_floor)
+    own = (small - T[:3, 3]) @ T[:3, :3]
+    watertight = _closed(triangles)
+    notes = (_cut(small, region), _shown(seen), _tight(watertight, rims))
+    return CleanMesh(
+        mesh=ScanMesh(own, triangles, colours, name, notes),
+        normals=np.asarray(igl.per_vertex_normals(own, triangles), np.float64),
+        T_world_object=T,
+        seen=seen,
+        watertight=watertight,
+        open_rims=rims,
+    )
+
+
+def _check(most: int, faces: Int64[np.ndarray, "faces 3"]) -> None:
+    if not FEWEST_VERTICES <= most <= MOST_VERTICES:
+        raise InputError(
+            "scan-vertices",
+            f"A mesh of {most:,} vertices was asked for; it can have {FEWEST_VERTICES:,} to "
+            f"{MOST_VERTICES:,}.",
+            fix=f"{VERTICES:,} are plenty for a motion.",
+        )
+    if len(faces) == 0:
+        raise InputError(
+            "scan-no-surface",
+            "There is no surface to clean.",
+            fix="Film the object closer and all around, in more light.",
+        )
+
+
+def _compact(
+    vertices: Float64[np.ndarray, "verts 3"], faces: Int64[np.ndarray, "faces 3"]
+) -> tuple[Int64[np.ndarray, " used"], Int64[np.ndarray, "faces 3"]]:
+    """The vertices that faces use, and the faces in their numbers."""
+    used, renumbered = np.unique(faces, return_inverse=True)
+    return used, renumbered.reshape(-1, 3).astype(np.int64)
+
+
+def _above_floor(
+    vertices: Float64[np.ndarray, "verts 3"], region: Region
+) -> Float64[np.ndarray, "verts 3"]:
+    """Vertices that decimation put below the floor are put back on it."""
+    T = region.T_world_floor
+    standing = vertices @ T[:3, :3] - T[:3, 3] @ T[:3, :3]
+    standing[:, 2] = np.maximum(standing[:, 2], region.low[2])
+    return standing @ T[:3, :3].T + T[:3, 3]
+
+
+def _closed(faces: Int64[np.ndarray, "faces 3"]) -> bool:
+    """Whether every edge has a face on each of its sides."""
+    ways = np.concatenate([faces[:, [a, (a + 1) % 3]] for a in range(3)])
+    there = ways[np.lexsort(ways.T)]
+    back = ways[:, ::-1][np.lexsort(ways[:, ::-1].T)]
+    return bool((there == back).all())
+
+
+def _cut(vertices: Float64[np.ndarray, "verts 3"], region: Region) -> Check:
+    T = inverse(region.T_world_floor)
+    own = vertices @ T[:3, :3].T + T[:3, 3]
+    near = (own < region.low + _WALL) | (own > region.high - _WALL)
+    near[:, 2] &= own[:, 2] > region.high[2] - _WALL
+    share = float(near.any(axis=1).mean())
+    if share <= _CUT:
+        return Check("box", "ok", "The object lies within the box that it was looked for in.")
+    return Check(
+        "box",
+        "warn",
+        f"{share:.0%} of the surface lie at the sides of the box that the object was looked for in: "
+        "part of it may be cut off, or something else touches it.",
+        fix="Give a box that is around the object, and free of other things.",
+    )
+
+
+def _shown(seen: Bool[np.ndarray, " verts"]) -> Check:
+    unseen = 1 - float(seen.mean())
+    severity = "bad" if unseen > _UNSEEN_BAD else "warn" if unseen > _UNSEEN_WARN else "ok"
+    return graded(
+        "unseen",
+        severity,
+        f"{unseen:.0%} of the surface are shown by no picture; there it is only closed.",
+        "Film from lower and from higher too, and into the object where it is open.",
+    )
+
+
+def _tight(watertight: bool, rims: int) -> Check:
+    if watertight:
+        return Check("closed", "ok", "The surface is closed.")
+    return Check(
+        "closed",
+        "warn",
+        f"The surface is not closed ({rims} large holes); a motion can be made with it all the same.",
+        fix="Film what is missing, if a hand should hold it there.",
+    )
