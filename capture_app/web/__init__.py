@@ -1,0 +1,1 @@
+"""The local web server: the library it keeps, its guards, and its HTTP API."""

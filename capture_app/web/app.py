@@ -1,0 +1,120 @@
+"""create_app: the server as an ASGI application."""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncGenerator, Callable
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from importlib.metadata import version
+
+from fastapi import FastAPI
+from starlette.middleware import Middleware
+from starlette.requests import Request
+
+from capture_app.web.guards.calm import Calm
+from capture_app.web.guards.gate import Gate
+from capture_app.web.guards.headers import Headers
+from capture_app.web.guards.hosts import Hosts, hosts_of
+from capture_app.web.guards.intake import Intake
+from capture_app.web.guards.origins import origin_guard
+from capture_app.web.limits import Limits
+from capture_app.web.pages import add_pages
+from capture_app.web.problems import ErrorReply, add_error_replies
+from capture_app.web.routes import about, example, items, jobs, mounts, reports, results, uploads
+from capture_app.web.site import Site
+
+_SWEEP_EVERY = 3600.0
+_ERRORS = (400, 401, 403, 404, 408, 409, 411, 413, 422, 500, 507)
+
+
+@dataclass(frozen=True)
+class Door:
+    """Under which names the server is reached."""
+
+    bound: str = "127.0.0.1"
+    allowed: tuple[str, ...] = ()
+    """Names under which a proxy shows it."""
+
+    @property
+    def hosts(self) -> Hosts:
+        """The names that a request may be for."""
+        return hosts_of(self.bound, self.allowed)
+
+    @property
+    def proxied(self) -> frozenset[str]:
+        """The allowed names alone."""
+        return hosts_of("127.0.0.1", self.allowed).names
+
+
+def create_app(
+    site: Site, door: Door = Door(), worker_runs: Callable[[], bool] = lambda: False
+) -> FastAPI:
+    """The application of a site; its guards are part of it.
+
+    Args:
+        site: library, jobs and bounds.
+        door: under which names it is reached.
+        worker_runs: tells whether a worker is there to do jobs.
+    """
+    guards = [door.hosts.guard, origin_guard(door.proxied)]
+    if site.token is not None:
+        guards.append(site.token.guard)
+    app = FastAPI(
+        title="omocap",
+        version=version("omocap"),
+        openapi_url="/api/openapi.json",
+        docs_url=None,
+        redoc_url=None,
+        lifespan=_lifespan,
+        responses={status: {"model": ErrorReply} for status in _ERRORS},
+        middleware=[
+            Middleware(Headers),
+            Middleware(Gate, guards=guards),
+            Middleware(Intake, bound=_bound(site.limits), silence=site.limits.silence),
+            Middleware(Calm),
+        ],
+    )
+    app.state.site = site
+    add_error_replies(app)
+    app.include_router(about.routes(worker_runs))
+    app.include_router(uploads.router)
+    # Before the shelves: their routes take any name behind a session or an object.
+    for room in (reports, mounts, results, jobs, example):
+        app.include_router(room.router)
+    for kind in site.library.shelves:
+        app.include_router(items.routes(kind))
+    add_pages(app)
+    return app
+
+
+def _bound(limits: Limits) -> Callable[[Request], int]:
+    """How long a request may be; of a piece of a file its route knows more."""
+
+    def bound(request: Request) -> int:
+        if request.method == "PUT":
+            return limits.chunk + 1
+        return limits.listing if request.url.path == uploads.PATH else limits.json
+
+    return bound
+
+
+@asynccontextmanager
+async def _lifespan(app: FastAPI) -> AsyncGenerator[None]:
+    """Sweep while the server runs, and let go of everything at its end."""
+    site: Site = app.state.site
+    site.library.empty_scratch()
+    sweeping = asyncio.create_task(_sweep(site))
+    try:
+        yield
+    finally:
+        sweeping.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await sweeping
+        site.heavy.close()
+        site.queue.close()
+
+
+async def _sweep(site: Site) -> None:
+    while True:
+        await asyncio.to_thread(site.library.sweep, site.limits.orphan)
+        await asyncio.sleep(_SWEEP_EVERY)

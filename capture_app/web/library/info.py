@@ -1,0 +1,45 @@
+"""info.json of a thing in the library: what people call it, and what is known of it."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, Field, StringConstraints, ValidationError
+
+from omomo_core.whole_file import write_whole
+
+Name = Annotated[
+    str,
+    StringConstraints(strip_whitespace=True, min_length=1, max_length=200, pattern=r"^[^\x00]*$"),
+]
+"""What a person calls a thing; it is shown, and never becomes part of a path."""
+
+
+def now() -> datetime:
+    """To the second, UTC."""
+    return datetime.now(UTC).replace(microsecond=0)
+
+
+class Info(BaseModel):
+    """What stands in the file."""
+
+    name: str
+    created: datetime = Field(default_factory=now)
+    size: int = 0
+    """Bytes of all its files."""
+    files: int = 0
+    facts: dict[str, Any] = {}
+    """What a list shows of things of this kind."""
+
+
+def save_info(path: Path, info: BaseModel) -> None:
+    """Write a record as a file that appears whole."""
+    write_whole(path, info.model_dump_json(indent=1) + "\n")
+
+
+def load_info(path: Path) -> Info | None:
+    """Read it; None where there is none, or none that makes sense."""
+    try:
+        return Info.model_validate_json(path.read_bytes())
+    except (OSError, ValidationError):
+        return None

@@ -1,0 +1,91 @@
+"""A shelf of the library: things that were brought, each a folder with its files and an info.json."""
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from capture_app.web.library.folders import keep, remove_folder
+from capture_app.web.library.info import Info, load_info, save_info
+from capture_app.web.problems import Refused
+
+INFO, FILES, CACHE = "info.json", "files", "cache"
+
+
+@dataclass(frozen=True)
+class Shelf:
+    """Sessions, objects, mounts, videos or contacts."""
+
+    folder: Path
+    word: str
+    """One thing on it, e.g. "session"."""
+
+    def list(self) -> "list[tuple[str, Info]]":
+        """All things by id, the newest first."""
+        found = [(place.name, load_info(place / INFO)) for place in self.folder.glob("[0-9a-f]*")]
+        known = [(id_, info) for id_, info in found if info is not None]
+        return sorted(known, key=lambda item: (item[1].created, item[0]), reverse=True)
+
+    def get(self, id_: str) -> Info:
+        """What is known of one.
+
+        Raises:
+            Refused: 404 when it is not there.
+        """
+        info = load_info(self.folder / id_ / INFO)
+        if info is None:
+            raise missing(self.word, id_)
+        return info
+
+    def content(self, id_: str) -> Path:
+        """What readers are given: the one file or folder that was brought, or the folder of many.
+
+        Raises:
+            Refused: 404 when it is not there.
+        """
+        self.get(id_)
+        files = self.folder / id_ / FILES
+        entries = list(files.iterdir())
+        return entries[0] if len(entries) == 1 else files
+
+    def change(self, id_: str, edit: Callable[[Info], Info]) -> Info:
+        """Write an edited record.
+
+        Raises:
+            Refused: 404 when it is not there.
+        """
+        info = edit(self.get(id_))
+        save_info(self.folder / id_ / INFO, info)
+        return info
+
+    def remove(self, id_: str) -> None:
+        """Take it away.
+
+        Raises:
+            Refused: 404 when it is not there.
+        """
+        self.get(id_)
+        remove_folder(self.folder / id_)
+
+    def cache(self, id_: str) -> Path:
+        """Folder for what can be made again from it."""
+        place = self.folder / id_ / CACHE
+        place.mkdir(exist_ok=True)
+        return place
+
+    def put(self, id_: str, info: Info, source: Path) -> None:
+        """Take in a folder with `files` in it under an id of its own, in one step."""
+        save_info(source / INFO, info)
+        os.rename(source, self.folder / id_)
+        keep(self.folder)
+
+
+def missing(word: str, id_: str) -> Refused:
+    """The 404 of a thing that is not there."""
+    return Refused(
+        404,
+        f"{word}-missing",
+        f"There is no such {word}.",
+        where=id_,
+        fix="It may have been deleted: load the list again.",
+    )

@@ -1,0 +1,176 @@
+"""Partial uploads: what has arrived is the length of each file, so that nothing else can be wrong.
+
+An upload is laid out as the thing it becomes, and becomes it by one rename under the same id: whoever
+kills the server at any moment finds either the upload or the thing.
+"""
+
+import os
+import time
+from collections.abc import Sequence
+from datetime import datetime
+from functools import lru_cache
+from pathlib import Path, PurePosixPath
+from typing import Literal
+
+from pydantic import BaseModel, Field, ValidationError
+
+from capture_app.web.library.folders import keep_tree, remove_folder
+from capture_app.web.library.ids import new_id
+from capture_app.web.library.info import Name, now, save_info
+from capture_app.web.library.members import member_paths
+from capture_app.web.library.shelf import FILES, missing
+from capture_app.web.problems import Refused
+
+Kind = Literal["session", "object", "mount", "video", "contacts"]
+UPLOAD = "upload.json"
+_REMEMBERED = 16
+_LISTED = 3
+"""Files that an error names."""
+
+
+class Announced(BaseModel):
+    """A file that shall come."""
+
+    path: str = Field(max_length=2048)
+    """Its name, with "/" between folders."""
+    size: int = Field(ge=0, lt=2**53)
+
+
+class Upload(BaseModel):
+    """upload.json."""
+
+    kind: Kind
+    name: Name
+    created: datetime = Field(default_factory=now)
+    files: list[Announced]
+
+    @property
+    def size(self) -> int:
+        """Bytes of all files together."""
+        return sum(file.size for file in self.files)
+
+
+class Uploads:
+    """The folder of all partial uploads."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        # Read for every piece that comes, and as long as the list of its files.
+        self._read = lru_cache(_REMEMBERED)(self._load)
+
+    def begin(self, kind: Kind, name: str, files: Sequence[Announced]) -> str:
+        """Make room for files whose sizes are within the limits.
+
+        Returns:
+            The id of the upload, which will be the id of the thing too.
+
+        Raises:
+            InputError: as `member_paths`.
+        """
+        member_paths([file.path for file in files])
+        id_ = new_id()
+        (self.folder / id_ / FILES).mkdir(parents=True)
+        save_info(self.folder / id_ / UPLOAD, Upload(kind=kind, name=name, files=list(files)))
+        return id_
+
+    def get(self, id_: str) -> Upload:
+        """What was announced.
+
+        Raises:
+            Refused: 404 when there is no such upload.
+        """
+        place = self.folder / id_ / UPLOAD
+        if not place.is_file():
+            raise missing("upload", id_)
+        return self._read(place)
+
+    def _load(self, place: Path) -> Upload:
+        try:
+            return Upload.model_validate_json(place.read_bytes())
+        except (OSError, ValidationError):
+            raise missing("upload", place.parent.name) from None
+
+    def list(self) -> "list[tuple[str, Upload]]":
+        """All by id, the newest first."""
+        found: list[tuple[str, Upload]] = []
+        for place in self.folder.glob("[0-9a-f]*"):
+            try:
+                found.append((place.name, self.get(place.name)))
+            except Refused:
+                continue
+        return sorted(found, key=lambda item: (item[1].created, item[0]), reverse=True)
+
+    def place(self, id_: str, upload: Upload, index: int) -> Path:
+        """Where the bytes of one of its files go.
+
+        Raises:
+            Refused: 404 when there is no such file.
+        """
+        if not 0 <= index < len(upload.files):
+            raise missing("upload-file", f"{id_}/{index}")
+        # Checked when it was announced; checked again because the file could have been edited.
+        (path,) = member_paths([upload.files[index].path])
+        return self._place(id_, path)
+
+    def received(self, id_: str, upload: Upload) -> "list[int]":
+        """Bytes that have arrived of each file."""
+        root = os.fspath(self.folder / id_ / FILES)
+        return [_length(f"{root}/{file.path}") for file in upload.files]
+
+    def touch(self, id_: str) -> None:
+        """Note that somebody goes on with it."""
+        os.utime(self.folder / id_ / UPLOAD)
+
+    def complete(self, id_: str, upload: Upload) -> Path:
+        """The folder to be put on a shelf, once everything is there and on the disk.
+
+        Raises:
+            Refused: 409 with the first files that are not.
+        """
+        have = self.received(id_, upload)
+        pairs = zip(upload.files, have, strict=True)
+        short = [file.path for file, size in pairs if size != file.size]
+        if short:
+            raise Refused(
+                409,
+                "upload-incomplete",
+                f"{len(short)} of {len(have)} files are not there as a whole yet.",
+                where=", ".join(short[:_LISTED]),
+                fix="Send what is missing and finish again.",
+            )
+        for file in upload.files:
+            if file.size == 0:
+                place = self._place(id_, PurePosixPath(file.path))
+                place.parent.mkdir(parents=True, exist_ok=True)
+                place.touch()
+        keep_tree(self.folder / id_)
+        return self.folder / id_
+
+    def remove(self, id_: str) -> None:
+        """Take it away.
+
+        Raises:
+            Refused: 404 when there is no such upload.
+        """
+        self.get(id_)
+        remove_folder(self.folder / id_)
+
+    def sweep(self, older: float) -> "list[str]":
+        """Take away what nobody went on with for so many seconds; returns their ids."""
+        limit = time.time() - older
+        left = [
+            id_ for id_, _ in self.list() if (self.folder / id_ / UPLOAD).stat().st_mtime < limit
+        ]
+        for id_ in left:
+            remove_folder(self.folder / id_)
+        return left
+
+    def _place(self, id_: str, path: PurePosixPath) -> Path:
+        return self.folder / id_ / FILES / path
+
+
+def _length(path: str) -> int:
+    try:
+        return os.stat(path).st_size
+    except FileNotFoundError:
+        return 0

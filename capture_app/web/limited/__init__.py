@@ -1,0 +1,1 @@
+"""Reading what strangers brought, in child processes with little memory and time."""

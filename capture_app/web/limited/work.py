@@ -1,0 +1,139 @@
+"""What is done in children: everything that opens a session, a mesh, a mount or a result.
+
+Each function takes paths and numbers, writes what is large into a file that appears whole, and returns
+what is small as JSON.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from capture_app.inspection import inspect_take
+from capture_app.report_page.page import report_page
+from capture_app.web.limited.report import report_data
+from ingest.animated.detect import is_animation
+from ingest.mesh import load_mesh
+from ingest.mount.file import load_mount
+from ingest.mount.uncertainty import bounds_95
+from ingest.report.solid import mesh_checks
+from omomo_core.whole_file import whole_file, write_whole
+
+
+def inspect(
+    session: Path, mesh: Path | None, mount: Path | None, scale: float, data: Path, page: Path
+) -> dict[str, Any]:
+    """Write the report on a session as JSON and as a page; returns its headline.
+
+    Raises:
+        InputError: an input cannot be read at all.
+    """
+    seen = inspect_take(session, mesh, mount, mesh_scale=scale)
+    found = report_data(seen)
+    write_whole(page, report_page(seen))
+    write_whole(data, json.dumps(found, allow_nan=False))
+    return {key: found[key] for key in ("app", "seconds", "verdict")}
+
+
+def check_animated(session: Path, mounted: bool) -> dict[str, Any]:
+    """Whether a recording is the object's own motion.
+
+    Raises:
+        InputError: as `is_animation`.
+    """
+    return {"animated": is_animation(session, mounted=mounted)}
+
+
+def check_mesh(path: Path, scale: float) -> dict[str, Any]:
+    """What a list tells of an object.
+
+    Raises:
+        InputError: as `load_mesh`.
+    """
+    mesh = load_mesh(path, scale=scale)
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    return {
+        "scale": scale,
+        "vertices": len(mesh.vertices),
+        "faces": len(mesh.faces),
+        "extents": np.round(high - low, 6).tolist(),
+        "warnings": [c.message for c in mesh_checks(mesh) if c.severity != "ok"],
+    }
+
+
+def check_mount(path: Path) -> dict[str, Any]:
+    """What a list tells of a mount.
+
+    Raises:
+        InputError: as `load_mount`.
+    """
+    mount = load_mount(path)
+    bounds = None if mount.covariance is None else bounds_95(mount.covariance)._asdict()
+    return {
+        "method": mount.method,
+        "bounds": bounds,
+        "residuals": {k: v for k, v in mount.residuals.items() if np.isfinite(v)},
+        "free": list(mount.free),
+        "note": mount.note,
+        "warnings": [*mount.free, *filter(None, [mount.note])],
+        "phone": mount.phone,
+        "object_id": mount.object_id,
+        "date": mount.date,
+    }
+
+
+def pack_session_scene(
+    session: Path, mesh: Path | None, mount: Path | None, scale: float, scene: Path
+) -> dict[str, Any]:
+    """Write the scene of a session.
+
+    Raises:
+        InputError: an input cannot be read at all.
+    """
+    from capture_app.replay.pack import pack_session
+
+    return _written(scene, pack_session(inspect_take(session, mesh, mount, mesh_scale=scale)))
+
+
+def pack_object_scene(mesh: Path, scale: float, scene: Path) -> dict[str, Any]:
+    """Write the scene of an object.
+
+    Raises:
+        InputError: as `load_mesh`.
+    """
+    from capture_app.replay.pack import pack_object
+
+    return _written(scene, pack_object(load_mesh(mesh, scale=scale)))
+
+
+def pack_result_scene(result: Path, scene: Path) -> dict[str, Any]:
+    """Write the scene of a result.
+
+    Raises:
+        InputError: as `load_result`.
+    """
+    from capture_app.replay.pack import pack_result
+    from capture_app.result import load_result
+
+    return _written(scene, pack_result(load_result(result)))
+
+
+def share_result(result: Path, title: str, page: Path) -> dict[str, Any]:
+    """Write a result as one page that needs nothing else.
+
+    Raises:
+        InputError: as `load_result`.
+    """
+    from capture_app.replay.pack import pack_result
+    from capture_app.replay.share import share_page
+    from capture_app.result import load_result
+
+    write_whole(page, share_page([pack_result(load_result(result))], title=title))
+    return {}
+
+
+def _written(path: Path, content: bytes) -> dict[str, Any]:
+    with whole_file(path) as partial:
+        partial.write_bytes(content)
+    return {}

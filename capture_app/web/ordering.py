@@ -1,0 +1,126 @@
+"""to_order: what a client orders, with paths in the library in place of ids."""
+
+import json
+
+from capture_app.exports.formats import FORMATS as EXPORTS
+from capture_app.exports.formats import Kind
+from capture_app.jobs.orders import (
+    CompareOrder,
+    ExportOrder,
+    Order,
+    RenderOrder,
+    ResolveOrder,
+    RunOrder,
+)
+from capture_app.web.library.info import Info
+from capture_app.web.limited import work
+from capture_app.web.problems import Refused
+from capture_app.web.routes.orders import Compare, Export, Ordered, Render, Resolve, Run
+from capture_app.web.site import Site
+from capture_app.web.sources import solid_of
+from omomo_core.whole_file import write_whole
+
+_VIDEO = (960, 540)
+
+
+async def to_order(site: Site, id_: str, given: Ordered) -> Order:
+    """The order of a job whose id is known; a new result has the job's id.
+
+    Raises:
+        Refused: 404 when something that it needs is not there.
+        InputError: a recording cannot be read at all.
+    """
+    if isinstance(given, Run):
+        return await _run(site, id_, given)
+    if isinstance(given, Resolve):
+        return _resolve(site, id_, given)
+    if isinstance(given, Export):
+        return _export(site, id_, given)
+    return _render(site, id_, given) if isinstance(given, Render) else _compare(site, id_, given)
+
+
+async def _run(site: Site, id_: str, given: Run) -> RunOrder:
+    library, shelves = site.library, site.library.shelves
+    session = shelves["session"].content(given.session)
+    mount = None if given.mount is None else shelves["mount"].content(given.mount)
+    contacts = None if given.contacts is None else shelves["contacts"].content(given.contacts)
+    solid = None if given.object is None else solid_of(library, given.object)
+    kind = await site.heavy.run(work.check_animated, session, mount is not None)
+    if solid is None and not kind["animated"]:
+        raise Refused(
+            422,
+            "object-needed",
+            "The object is not given; a phone's log has none.",
+            where="object",
+            fix="Bring the mesh of what the phone was clamped to.",
+        )
+    name = given.name or shelves["session"].get(given.session).name
+    facts = {"session": given.session, "object": given.object, "mount": given.mount, "parent": None}
+    library.results.announce(id_, Info(name=name, facts=facts))
+    options = given.options.model_dump(exclude={"video"})
+    return RunOrder(
+        name=name,
+        output=library.results.place(id_),
+        session=session,
+        object=solid.path if solid else None,
+        mesh_scale=solid.scale if solid else 1.0,
+        mount=mount,
+        contacts=contacts,
+        animated=kind["animated"],
+        video_size=_VIDEO if given.options.video else None,
+        **options,
+    )
+
+
+def _resolve(site: Site, id_: str, given: Resolve) -> ResolveOrder:
+    results = site.library.results
+    before = results.get(given.result)
+    name = given.name or f"{before.name}, corrected"
+    contacts = results.contacts(id_)
+    write_whole(contacts, json.dumps(given.contacts, allow_nan=False))
+    results.announce(id_, Info(name=name, facts={**before.facts, "parent": given.result}))
+    return ResolveOrder(
+        name=name,
+        output=results.place(id_),
+        result=results.content(given.result),
+        contacts=contacts,
+        video_size=_VIDEO if given.video else None,
+    )
+
+
+def _export(site: Site, id_: str, given: Export) -> ExportOrder:
+    results = site.library.results
+    words = [given.to, given.bones.value, f"{given.fps}fps", *_sample(given.sample)]
+    ending = EXPORTS[Kind(given.to)].endings[0]
+    return ExportOrder(
+        name=f"{results.get(given.result).name} as {given.to}",
+        output=results.make_exports(given.result) / f"{'-'.join([*words, id_])}{ending}",
+        result=results.content(given.result),
+        **given.model_dump(exclude={"kind", "result"}),
+    )
+
+
+def _render(site: Site, id_: str, given: Render) -> RenderOrder:
+    results = site.library.results
+    words = [given.view, *_sample(given.sample), id_]
+    return RenderOrder(
+        name=f"{results.get(given.result).name}, seen {given.view}",
+        output=results.make_exports(given.result) / f"{'-'.join(words)}.mp4",
+        result=results.content(given.result),
+        **given.model_dump(exclude={"kind", "result"}),
+    )
+
+
+def _compare(site: Site, id_: str, given: Compare) -> CompareOrder:
+    results = site.library.results
+    names = [results.get(result).name for result in given.results]
+    return CompareOrder(
+        name=f"{names[0]} and {len(names) - 1} more, compared",
+        output=results.make_exports(given.results[0]) / f"compare-{id_}.mp4",
+        motions=tuple(str(results.content(result)) for result in given.results),
+        samples=given.samples,
+    )
+
+
+def _sample(number: int | None) -> list[str]:
+    return [] if number is None else [f"sample{number}"]

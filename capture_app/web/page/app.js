@@ -1,0 +1,95 @@
+// The page of omocap: one document, a view for each address.
+import { api, connection } from "./core/api.js";
+import { h, put } from "./core/dom.js";
+import { poll } from "./core/poll.js";
+import { Router } from "./core/router.js";
+import { ended } from "./core/words.js";
+import { login } from "./parts/login.js";
+import { troublePage } from "./parts/trouble.js";
+import { calibrate } from "./views/calibrate.js";
+import { compare } from "./views/compare.js";
+import { job } from "./views/job.js";
+import { library } from "./views/library.js";
+import { mount } from "./views/mount.js";
+import { missing } from "./views/missing.js";
+import { object } from "./views/object.js";
+import { result } from "./views/result.js";
+import { session } from "./views/session.js";
+import { start } from "./views/start.js";
+
+const ROUTES = [
+  [/^\/$/, start],
+  [/^\/library$/, library],
+  [/^\/sessions\/(?<id>[0-9a-f]{16})$/, session],
+  [/^\/objects\/(?<id>[0-9a-f]{16})$/, object],
+  [/^\/mounts\/(?<id>[0-9a-f]{16})$/, mount],
+  [/^\/calibrate$/, calibrate],
+  [/^\/jobs\/(?<id>[0-9a-f]{16})$/, job],
+  [/^\/results\/(?<id>[0-9a-f]{16})$/, result],
+  [/^\/compare$/, compare],
+  [/^/, missing],
+];
+
+const main = document.getElementById("main");
+const router = new Router(main, ROUTES, (error) =>
+  error.status === 401 ? login(() => router.show({ again: true })) : troublePage(error),
+);
+
+/** The link of the place one is at is marked. */
+function markNavigation(path) {
+  for (const link of document.querySelectorAll("header nav a")) {
+    if (link.hash === `#${path}`) link.setAttribute("aria-current", "page");
+    else link.removeAttribute("aria-current");
+  }
+}
+
+function watchConnection() {
+  const banner = document.getElementById("banner");
+  connection.addEventListener("lost", () =>
+    put(
+      banner,
+      h(
+        "p",
+        {},
+        "omocap does not answer. Is it still running? This page goes on as soon as it is back.",
+      ),
+    ),
+  );
+  connection.addEventListener("back", () => {
+    put(banner);
+    if (router.view?.failed) router.show({ again: true });
+  });
+}
+
+/** How many jobs are at work, in the header, in every tab. */
+function watchJobs() {
+  const place = document.getElementById("running");
+  const forever = new AbortController().signal;
+  poll(
+    async () => {
+      const live = (await api("/api/jobs?limit=20").catch(() => [])).filter((one) => !ended(one));
+      const words = live.length === 1 ? "1 job at work" : `${live.length} jobs at work`;
+      const link = h(
+        "a",
+        { class: "chip", href: live.length === 1 ? `#/jobs/${live[0].id}` : "#/library" },
+        words,
+      );
+      if (place.textContent !== (live.length ? words : "")) put(place, live.length ? link : null);
+    },
+    3000,
+    forever,
+    () => {},
+  );
+}
+
+document.getElementById("skip").addEventListener("click", (event) => {
+  event.preventDefault();
+  main.focus();
+});
+// A file that misses the drop area must not replace the page.
+for (const event of ["dragover", "drop"])
+  addEventListener(event, (given) => given.preventDefault());
+document.addEventListener("shown", (event) => markNavigation(event.detail.path));
+watchConnection();
+watchJobs();
+router.show();

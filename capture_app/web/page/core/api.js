@@ -1,0 +1,98 @@
+// The server's JSON: every failure is an ApiError that says what, where and how to fix it.
+
+/** Tells "lost" when the server stops answering, "back" when it answers again. */
+export const connection = new EventTarget();
+let lost = false;
+
+export class ApiError extends Error {
+  constructor(status, { code, what, where = "", fix = "", ...rest }) {
+    super(what);
+    Object.assign(this, { status, code, what, where, fix, rest });
+  }
+
+  get offline() {
+    return this.code === "offline";
+  }
+}
+
+/** Ask the server. `json` is sent as a body and the answer's JSON returned (null for none).
+ *  Throws ApiError, or AbortError when `signal` was raised. */
+export async function api(path, { method, json, body, headers = {}, signal } = {}) {
+  const answer = await reach(path, {
+    method: method ?? (json === undefined ? "GET" : "POST"),
+    body: json === undefined ? body : JSON.stringify(json),
+    headers: json === undefined ? headers : { "Content-Type": "application/json", ...headers },
+    signal,
+  });
+  if (answer.ok) return answer.status === 204 ? null : answer.json();
+  throw await refused(answer);
+}
+
+/** The bytes of a scene pack, as an ArrayBuffer. */
+export async function bytes(path, signal) {
+  const answer = await reach(path, { signal });
+  if (!answer.ok) throw await refused(answer);
+  return answer.arrayBuffer();
+}
+
+/** An error of any origin, as words for a person. */
+export function inWords(error) {
+  if (error instanceof ApiError) return error;
+  return new ApiError(0, {
+    code: "page",
+    what: "The page came upon something it did not expect.",
+    where: String(error?.message ?? error),
+    fix: "Load the page again. Nothing on the server is lost.",
+  });
+}
+
+async function reach(path, options) {
+  try {
+    const answer = await fetch(path, { ...options, credentials: "same-origin" });
+    answered();
+    return answer;
+  } catch (error) {
+    if (options.signal?.aborted) throw error;
+    missed();
+    throw new ApiError(0, {
+      code: "offline",
+      what: "omocap does not answer.",
+      fix: "If you stopped it, start it again with: omocap serve. This page goes on by itself.",
+    });
+  }
+}
+
+async function refused(answer) {
+  const fallback = {
+    code: `http-${answer.status}`,
+    what: `The server answered ${answer.status} ${answer.statusText}.`.trim(),
+    fix: "Try again; if it stays so, look at what omocap serve printed.",
+  };
+  try {
+    const told = await answer.json();
+    return new ApiError(answer.status, { ...fallback, ...told, ...(told.error ?? {}) });
+  } catch {
+    return new ApiError(answer.status, fallback);
+  }
+}
+
+function missed() {
+  if (lost) return;
+  lost = true;
+  connection.dispatchEvent(new Event("lost"));
+  knock(1000);
+}
+
+function answered() {
+  if (!lost) return;
+  lost = false;
+  connection.dispatchEvent(new Event("back"));
+}
+
+function knock(wait) {
+  setTimeout(async () => {
+    if (!lost) return;
+    await reach("/api/health", {}).catch(() => {});
+    if (lost) knock(Math.min(wait * 1.5, 5000));
+  }, wait);
+}

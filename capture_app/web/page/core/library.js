@@ -1,0 +1,53 @@
+// Words and actions shared by all that lies in the library.
+import { api } from "./api.js";
+import { h } from "./dom.js";
+import { go } from "./router.js";
+import { confirmed, renamed } from "../parts/dialog.js";
+
+export const ONE = { sessions: "recording", objects: "object", mounts: "mount", results: "motion" };
+
+/** Rename and delete buttons of an item; `changed(item)` after a new name. */
+export function itemButtons(kind, item, changed) {
+  const rename = async () => {
+    await renamed(item.name, async (name) => {
+      Object.assign(
+        item,
+        await api(`/api/${kind}/${item.id}`, { method: "PATCH", json: { name } }),
+      );
+      changed(item);
+    });
+  };
+  return [
+    h("button", { type: "button", class: "quiet", on: { click: rename } }, "Rename"),
+    h(
+      "button",
+      { type: "button", class: "quiet", on: { click: () => remove(kind, item) } },
+      "Delete",
+    ),
+  ];
+}
+
+async function remove(kind, item) {
+  const done = await confirmed({
+    title: `Delete “${item.name}”?`,
+    text: `The ${ONE[kind]} and its files are deleted from this computer. This cannot be undone.`,
+    yes: "Delete it",
+    act: () => api(`/api/${kind}/${item.id}`, { method: "DELETE" }),
+  });
+  if (done) go("#/library");
+}
+
+/** A heading that follows the item's name, with what can be done to the item. */
+export function itemHead(kind, item, line, ...more) {
+  const name = h("h1", {}, item.name);
+  const changed = () => {
+    name.textContent = item.name;
+    document.title = `${item.name} · omocap`;
+  };
+  return h(
+    "header",
+    { class: "head" },
+    h("div", {}, name, line && h("p", { class: "hint" }, line)),
+    h("div", { class: "row" }, more, itemButtons(kind, item, changed)),
+  );
+}

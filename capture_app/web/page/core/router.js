@@ -1,0 +1,83 @@
+// The address says what is shown: #/results/ID?compare=... ; back and forward just work.
+import { inWords } from "./api.js";
+import { put } from "./dom.js";
+import { announce } from "./live.js";
+
+/** {path, query} of an address. */
+export function parse(hash) {
+  const [path, query = ""] = hash.replace(/^#/, "").split("?");
+  return { path: path || "/", query: new URLSearchParams(query) };
+}
+
+/** The address of a path and its query; empty values are left out. */
+export function address(path, query = {}) {
+  const kept = Object.entries(query).filter(([, value]) => value);
+  const text = new URLSearchParams(kept).toString();
+  return `#${path}${text ? `?${text}` : ""}`;
+}
+
+/** Go there; `replace` leaves no step to go back to. */
+export function go(hash, { replace = false } = {}) {
+  if (replace) location.replace(hash);
+  else location.hash = hash;
+}
+
+/** Show views by the address.
+ *  routes: [[pattern, view]]; a view is `async ({params, query, signal}) -> {title, node, update?}`;
+ *  `update(query)` is called in place of a new view when only the query changes.
+ *  trouble: error -> node. */
+export class Router {
+  constructor(main, routes, trouble) {
+    Object.assign(this, { main, routes, trouble });
+    this.path = null;
+    this.view = null;
+    this.leaving = new AbortController();
+    addEventListener("hashchange", () => this.show());
+  }
+
+  /** Show what the address says; `again` also when it is shown already. */
+  async show({ again = false } = {}) {
+    if (location.hash && !location.hash.startsWith("#/")) return;
+    const { path, query } = parse(location.hash);
+    if (!again && path === this.path && this.view?.update) return this.view.update(query);
+    const first = this.path === null;
+    this.leaving.abort();
+    this.leaving = new AbortController();
+    Object.assign(this, { path, view: null });
+    await this.open(path, query, this.leaving.signal, first || again);
+  }
+
+  async open(path, query, signal, quiet) {
+    this.main.setAttribute("aria-busy", "true");
+    let view;
+    try {
+      view = await this.make(path, query, signal);
+    } catch (error) {
+      if (signal.aborted) return;
+      view = { title: "Something is missing", node: this.trouble(inWords(error)), failed: true };
+    }
+    if (signal.aborted) return;
+    this.view = view;
+    this.main.removeAttribute("aria-busy");
+    put(this.main, view.node);
+    document.title = `${view.title} · omocap`;
+    if (!quiet) arrive(this.main, view.title);
+    document.dispatchEvent(new CustomEvent("shown", { detail: { path } }));
+  }
+
+  make(path, query, signal) {
+    for (const [pattern, view] of this.routes) {
+      const match = pattern.exec(path);
+      if (match) return view({ params: match.groups ?? {}, query, signal });
+    }
+    return this.routes.at(-1)[1]({ params: {}, query, signal });
+  }
+}
+
+function arrive(main, title) {
+  const heading = main.querySelector("h1");
+  scrollTo(0, 0);
+  heading?.setAttribute("tabindex", "-1");
+  (heading ?? main).focus({ preventScroll: true });
+  announce(title);
+}

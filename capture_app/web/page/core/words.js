@@ -1,0 +1,92 @@
+// Numbers and states as people say them.
+
+const UNITS = ["bytes", "kB", "MB", "GB", "TB"];
+const AGO = new Intl.RelativeTimeFormat("en", { numeric: "auto" });
+const STEPS = [
+  ["day", 86400],
+  ["hour", 3600],
+  ["minute", 60],
+];
+
+/** 1536 -> "1.5 kB". */
+export function size(bytes) {
+  const power = Math.min(Math.floor(Math.log10(Math.max(bytes, 1)) / 3), UNITS.length - 1);
+  const value = bytes / 1000 ** power;
+  return `${value >= 100 || power === 0 ? value.toFixed(0) : value.toFixed(1)} ${UNITS[power]}`;
+}
+
+/** 83 -> "1 min 23 s". */
+export function span(seconds) {
+  if (seconds < 10) return `${seconds.toFixed(1)} s`;
+  const whole = Math.round(seconds);
+  if (whole < 60) return `${whole} s`;
+  if (whole < 3600) return `${Math.floor(whole / 60)} min ${whole % 60} s`;
+  return `${Math.floor(whole / 3600)} h ${Math.floor((whole % 3600) / 60)} min`;
+}
+
+/** 1 -> "1 file", 2 -> "2 files". */
+export function count(number, one, many = `${one}s`) {
+  return `${number.toLocaleString("en")} ${number === 1 ? one : many}`;
+}
+
+/** "2 hours ago". */
+export function ago(date) {
+  const seconds = (Date.parse(date) - Date.now()) / 1000;
+  const step = STEPS.find(([, length]) => Math.abs(seconds) >= length);
+  if (!step) return "just now";
+  if (step[0] === "day" && seconds < -14 * 86400) return new Date(date).toLocaleDateString("en-GB");
+  return AGO.format(Math.round(seconds / step[1]), step[0]);
+}
+
+/** Metres -> "52 × 48 × 55 cm". */
+export function sides(extents) {
+  const unit = Math.max(...extents) < 0.1 ? ["mm", 1000] : ["cm", 100];
+  return `${extents.map((side) => Math.round(side * unit[1])).join(" × ")} ${unit[0]}`;
+}
+
+/** "tracking" -> "Tracking". */
+export function capital(text) {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}
+
+export const STATES = {
+  queued: "Waiting for its turn",
+  running: "Working",
+  cancelling: "Stopping",
+  cancelled: "Cancelled",
+  done: "Done",
+  failed: "Failed",
+};
+
+export const KINDS = {
+  run: "Motion",
+  resolve: "Correction",
+  render: "Video",
+  export: "Export",
+  overlay: "Overlay",
+  compare: "Comparison",
+  calibrate: "Calibration",
+};
+
+export const STAGES = {
+  read: "Reading the recording",
+  object: "Describing the object",
+  hands: "Predicting the hands",
+  contact: "Deciding which hand holds when",
+  body: "Predicting the body",
+  solve: "Putting the hands on the object",
+  export: "Writing the files",
+  video: "Drawing the video",
+};
+
+/** Stages of a job in order, as far as they are known before it runs. */
+export function stagesOf(kind, video) {
+  const run = ["read", "object", "hands", "contact", "body", "solve", "export"];
+  const known = { run, resolve: ["read", "solve", "export"] }[kind] ?? [];
+  return video && known.length ? [...known, "video"] : known;
+}
+
+/** Whether a job will change by itself no more. */
+export function ended(job) {
+  return ["done", "failed", "cancelled"].includes(job.state);
+}

@@ -1,0 +1,85 @@
+// A take report: the verdict in large words, what to do first, each check with what, where, fix.
+import { h } from "../core/dom.js";
+import { capital, count } from "../core/words.js";
+
+const VERDICTS = {
+  good: ["ok", "This recording is good"],
+  "usable with limits": ["warn", "This recording is usable with limits"],
+  "not usable": ["bad", "This recording is not usable"],
+};
+const BADGES = { ok: "✓ good", warn: "! look", bad: "✕ bad" };
+
+/** The verdict box. */
+export function verdict(report) {
+  const [kind, words] = VERDICTS[report.verdict] ?? ["warn", capital(report.verdict)];
+  const problem = report.problem?.what ?? "";
+  return h(
+    "div",
+    { class: `verdict ${kind}` },
+    h("p", { class: "verdict-words" }, words),
+    problem && h("p", {}, problem),
+    kind === "ok"
+      ? h("p", {}, "Nothing is to be done: go on.")
+      : report.advice && h("p", {}, h("b", {}, "To do first: "), report.advice),
+  );
+}
+
+/** All checks, the worst first; those that are well are folded up. `seek(seconds)` shows a place. */
+export function checkList(checks, seek = null) {
+  const troubles = ["bad", "warn"].flatMap((kind) => checks.filter((one) => one.severity === kind));
+  const well = checks.filter((one) => one.severity === "ok");
+  return h(
+    "div",
+    {},
+    troubles.length > 0 &&
+      h(
+        "ul",
+        { class: "checks" },
+        troubles.map((one) => item(one, seek)),
+      ),
+    well.length > 0 &&
+      h(
+        "details",
+        {},
+        h("summary", {}, `${BADGES.ok}: ${count(well.length, "check")}`),
+        h(
+          "ul",
+          { class: "checks" },
+          well.map((one) => item(one, null)),
+        ),
+      ),
+  );
+}
+
+function item(check, seek) {
+  return h(
+    "li",
+    {},
+    h("span", { class: `badge ${check.severity}` }, BADGES[check.severity]),
+    h("span", { class: "check-name" }, capital(check.name)),
+    h(
+      "div",
+      { class: "check-what" },
+      check.message,
+      " ",
+      where(check, seek),
+      check.fix && h("p", { class: "fix" }, h("b", {}, "Do: "), check.fix),
+    ),
+  );
+}
+
+function where(check, seek) {
+  if (!check.seconds) {
+    return (
+      check.frames &&
+      h("span", { class: "hint" }, `poses ${check.frames[0]} to ${check.frames[1] - 1}`)
+    );
+  }
+  const words = check.seconds.map((time) => time.toFixed(1)).join(" to ") + " s";
+  if (!seek) return h("span", { class: "hint" }, words);
+  return h(
+    "button",
+    { type: "button", class: "link", on: { click: () => seek(check.seconds[0]) } },
+    `Show ${words}`,
+  );
+}

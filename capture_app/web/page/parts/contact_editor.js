@@ -1,0 +1,131 @@
+// Correct which hand holds when and where, and have the motion solved again.
+import { api } from "../core/api.js";
+import { h, say } from "../core/dom.js";
+import { announce } from "../core/live.js";
+import { go } from "../core/router.js";
+import { attempt } from "./fields.js";
+import { freshKey } from "./order_form.js";
+
+const HELP =
+  "Drag a contact on the timeline or its ends; with the keyboard: Tab to it, " +
+  "Enter, arrows. “Add” puts one at the playhead.";
+
+/** Buttons under the stage of a result. */
+export function contactEditor(item, stage) {
+  const editor = new Editor(item, stage);
+  stage.addEventListener("opened", () => editor.attach());
+  return editor.node;
+}
+
+class Editor {
+  constructor(item, stage) {
+    Object.assign(this, { item, stage, picking: false });
+    this.edit = button("Correct the contacts", () => this.begin());
+    this.place = button("Put this hand elsewhere", () => this.pick(!this.picking));
+    this.stop = button("Stop correcting", () => (this.timeline.reset(), this.finish()));
+    this.solve = h(
+      "button",
+      { type: "button", class: "main", on: { click: () => this.send() } },
+      "Solve again",
+    );
+    this.hint = h("p", { class: "hint", role: "status" });
+    this.problem = h("div");
+    this.tools = h("div", { class: "row" }, this.place, this.solve, this.stop);
+    this.node = h(
+      "div",
+      { class: "stack" },
+      h("div", { class: "row" }, this.edit),
+      this.tools,
+      this.hint,
+      this.problem,
+    );
+    stage.canvas.addEventListener("click", (event) => this.clicked(event));
+    this.reset();
+  }
+
+  get timeline() {
+    return this.stage.timelines[0];
+  }
+
+  /** After a scene was opened. */
+  attach() {
+    this.timeline?.addEventListener("edit", (event) => this.edited(event.detail.segments));
+    this.timeline?.addEventListener("select", () => this.refresh());
+    this.reset();
+  }
+
+  /** Nothing is corrected yet. */
+  reset() {
+    const one = this.stage.scenes?.length === 1 ? this.timeline : null;
+    const sample = this.stage.scenes?.[0].sample;
+    const able = one && this.stage.viewer.header(0).editable && sample === (this.item.chosen ?? 0);
+    this.edit.hidden = !able;
+    this.tools.hidden = true;
+    this.pick(false);
+    say(this.hint, "");
+  }
+
+  begin() {
+    this.timeline.editable = true;
+    this.edit.hidden = true;
+    this.tools.hidden = false;
+    say(this.hint, HELP);
+    this.refresh();
+  }
+
+  finish() {
+    this.timeline.editable = false;
+    this.stage.viewer.contacts(0, null);
+    this.reset();
+    this.edit.focus();
+  }
+
+  edited(segments) {
+    this.stage.viewer.contacts(0, segments);
+    this.refresh();
+  }
+
+  refresh() {
+    this.solve.disabled = !this.timeline.dirty;
+    this.place.disabled = !this.timeline.selected;
+    if (!this.timeline.selected) this.pick(false);
+  }
+
+  pick(on) {
+    this.picking = on;
+    this.stage.canvas.classList.toggle("picking", on);
+    this.place.setAttribute("aria-pressed", String(on));
+    if (on) say(this.hint, "Click the place on the object where this hand holds.");
+  }
+
+  clicked(event) {
+    if (!this.picking) return;
+    const hit = this.stage.viewer.pick(event.offsetX, event.offsetY);
+    if (!hit) return say(this.hint, "That is beside the object. Click on it.");
+    this.timeline.setAnchor(hit);
+    this.pick(false);
+    say(this.hint, "The hand will hold there.");
+    announce("The hand will hold there.");
+  }
+
+  send() {
+    this.key ??= freshKey();
+    return attempt(this.solve, this.problem, async () => {
+      const name = `${this.item.name}, corrected`;
+      const video = Boolean(this.item.video);
+      const json = {
+        kind: "resolve",
+        name,
+        result: this.item.id,
+        contacts: this.timeline.contacts,
+        video,
+      };
+      const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": this.key } });
+      go(`#/jobs/${job.id}`);
+    });
+  }
+}
+
+function button(words, click) {
+  return h("button", { type: "button", on: { click } }, words);
+}

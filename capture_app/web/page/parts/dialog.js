@@ -1,0 +1,67 @@
+// Questions in a native dialog: focus is kept inside, Escape closes, focus goes back where it was.
+import { inWords } from "../core/api.js";
+import { freshId, h, put } from "../core/dom.js";
+import { trouble } from "./trouble.js";
+
+/** Ask before something that cannot be undone. Resolves to whether `act` was done. */
+export function confirmed({ title, text, yes, act }) {
+  return ask({ title, yes, act, danger: true, content: h("p", {}, text) });
+}
+
+/** Ask for a name; `act(name)` keeps it. */
+export function renamed(name, act) {
+  const field = h("input", { value: name, maxlength: 120, required: true, autofocus: true });
+  const content = h("label", { class: "field" }, h("span", {}, "Name"), field);
+  return ask({
+    title: "Rename",
+    yes: "Keep this name",
+    content,
+    act: () => act(field.value.trim()),
+  });
+}
+
+/** Show content with one button that closes it. */
+export function shown(title, content) {
+  return ask({ title, yes: "Close", content, act: async () => {}, only: true });
+}
+
+function ask({ title, yes, act, content, danger = false, only = false }) {
+  const id = freshId("dialog");
+  const problem = h("div");
+  const done = h("button", { class: danger ? "danger" : "main", type: "submit" }, yes);
+  const no = h(
+    "button",
+    { type: "button", class: "quiet", on: { click: () => dialog.close() } },
+    "Cancel",
+  );
+  const buttons = h("div", { class: "row end" }, only ? null : no, done);
+  const form = h("form", {}, h("h2", { id }, title), content, problem, buttons);
+  const dialog = h("dialog", { "aria-labelledby": id }, form);
+  const leave = () => dialog.close();
+  return new Promise((resolve) => {
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      carryOut(act, done, problem).then((good) => good && dialog.close("yes"));
+    });
+    addEventListener("hashchange", leave);
+    dialog.addEventListener("close", () => {
+      removeEventListener("hashchange", leave);
+      dialog.remove();
+      resolve(dialog.returnValue === "yes");
+    });
+    document.body.append(dialog);
+    dialog.showModal();
+  });
+}
+
+async function carryOut(act, button, problem) {
+  button.disabled = true;
+  try {
+    await act();
+    return true;
+  } catch (error) {
+    put(problem, trouble(inWords(error)));
+    button.disabled = false;
+    return false;
+  }
+}

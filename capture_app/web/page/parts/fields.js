@@ -1,0 +1,94 @@
+// Form fields with their labels and hints, and a button that waits for what it does.
+import { inWords } from "../core/api.js";
+import { freshId, h, put } from "../core/dom.js";
+import { trouble } from "./trouble.js";
+
+/** A labelled field around an input or select. */
+export function field(label, input, hint = "") {
+  const id = freshId("hint");
+  if (hint) input.setAttribute("aria-describedby", id);
+  return h(
+    "div",
+    { class: "field" },
+    h("label", {}, h("span", {}, label), input),
+    hint && h("p", { class: "hint", id }, hint),
+  );
+}
+
+/** A number field; `unit` stands behind it. */
+export function number(
+  label,
+  { value = "", min, max, step = "any", unit = "", hint = "", required = false },
+) {
+  const input = h("input", {
+    type: "number",
+    value: String(value),
+    min,
+    max,
+    step,
+    required,
+    inputmode: "decimal",
+  });
+  const id = freshId("field");
+  input.id = id;
+  const hintId = freshId("hint");
+  if (hint) input.setAttribute("aria-describedby", hintId);
+  const node = h(
+    "div",
+    { class: "field" },
+    h("label", { for: id }, h("span", {}, unit ? `${label} (${unit})` : label)),
+    input,
+    hint && h("p", { class: "hint", id: hintId }, hint),
+  );
+  return { node, input, read: () => (input.value === "" ? null : input.valueAsNumber) };
+}
+
+/** A choice from [[value, words]]. */
+export function choice(label, options, { value = options[0]?.[0], hint = "" } = {}) {
+  const input = h(
+    "select",
+    {},
+    options.map(([key, words]) => h("option", { value: key }, words)),
+  );
+  input.value = value;
+  return { node: field(label, input, hint), input, read: () => input.value };
+}
+
+/** A box to tick. */
+export function tick(label, { checked = false, hint = "" } = {}) {
+  const input = h("input", { type: "checkbox", checked });
+  const id = freshId("hint");
+  if (hint) input.setAttribute("aria-describedby", id);
+  const node = h(
+    "div",
+    { class: "field" },
+    h("label", { class: "tick" }, input, h("span", {}, label)),
+    hint && h("p", { class: "hint", id }, hint),
+  );
+  return { node, input, read: () => input.checked };
+}
+
+/** A button that is busy while `act` runs, and shows what went wrong in `place`. */
+export function doing(words, act, { kind = "", place = null } = {}) {
+  const button = h("button", { type: "button", class: kind }, words);
+  button.addEventListener("click", () => attempt(button, place, act));
+  return button;
+}
+
+/** Run `act` once: the button waits, an error is shown in `place`. Returns what `act` returned. */
+export async function attempt(button, place, act) {
+  button.setAttribute("aria-disabled", "true");
+  if (button.dataset.busy) return undefined;
+  button.dataset.busy = "yes";
+  if (place) put(place);
+  try {
+    return await act();
+  } catch (error) {
+    if (error?.name === "AbortError") return undefined;
+    if (place) put(place, trouble(inWords(error)));
+    return undefined;
+  } finally {
+    delete button.dataset.busy;
+    button.removeAttribute("aria-disabled");
+  }
+}

@@ -1,0 +1,31 @@
+// The token that a server beyond this computer asks for.
+import { api } from "../core/api.js";
+import { h } from "../core/dom.js";
+import { attempt, field } from "./fields.js";
+
+/** A page that asks for the token; `entered()` when it was right. */
+export function login(entered) {
+  const token = h("input", { type: "password", required: true, autocomplete: "current-password" });
+  const problem = h("div");
+  const button = h("button", { type: "submit", class: "main" }, "Go on");
+  return h(
+    "form",
+    {
+      class: "narrow stack",
+      on: {
+        submit: (event) => {
+          event.preventDefault();
+          attempt(button, problem, async () => {
+            await api("/api/login", { json: { token: token.value } });
+            entered();
+          });
+        },
+      },
+    },
+    h("h1", {}, "This omocap asks for its token"),
+    h("p", {}, "It is what omocap serve printed when it was started."),
+    field("Token", token),
+    h("div", { class: "row" }, button),
+    problem,
+  );
+}

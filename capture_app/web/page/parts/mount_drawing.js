@@ -1,0 +1,80 @@
+// The mount by numbers: where a point of the phone is on the object, and how the phone is turned.
+import { h } from "../core/dom.js";
+import { sides } from "../core/words.js";
+import { showAxes } from "./axes.js";
+import { choice, number } from "./fields.js";
+import { mountForm, objectField, phoneFields } from "./mount_form.js";
+import { Stage } from "./stage.js";
+
+const AXES = ["+x", "-x", "+y", "-y", "+z", "-z"].map((axis) => [axis, axis]);
+const SURE = [
+  ["1", "Printed from a drawing (1 mm, 1°)"],
+  ["3", "Measured with a ruler (3 mm, 3°)"],
+  ["10", "By eye (1 cm, 10°)"],
+];
+
+export function drawingForm({ choices, objects, object, back, signal }) {
+  const stage = new Stage({
+    label: "The object in 3D, with the phone's point on it",
+    signal,
+    controls: false,
+  });
+  const size = h("p", { class: "hint" });
+  showAxes(stage);
+  const show = (id) => {
+    const item = objects.find((one) => one.id === id);
+    stage.node.hidden = !item;
+    size.textContent = item ? `${item.name}: ${sides(item.extents)} along x, y, z.` : "";
+    if (item) stage.open([{ url: `/api/objects/${id}/scene`, name: item.name }]);
+  };
+  const thing = objectField(objects, object, show);
+  const phone = phoneFields(choices.phones);
+  const point = choice(
+    "Point of the phone",
+    choices.phone_points.map((name) => [name, name]),
+    { value: "centre front", hint: "Left and right as you look at the screen." },
+  );
+  const place = ["x", "y", "z"].map((axis) =>
+    number(axis, { unit: "cm", required: true, step: 0.1 }),
+  );
+  const faces = choice("The screen faces", AXES, { value: "+z" });
+  const top = choice("The top edge points", AXES, { value: "+y" });
+  const sure = choice("How do you know", SURE, { value: "3" });
+  const xyz = () => place.map((one) => (one.read() ?? 0) / 100);
+  for (const one of place) one.input.addEventListener("input", () => stage.mark([xyz()]));
+  show(object);
+  const content = h(
+    "div",
+    { class: "stack" },
+    h("div", { class: "grid" }, thing.node, phone.node),
+    h(
+      "fieldset",
+      { class: "grid" },
+      h("legend", {}, "Where it is, in the object's own axes"),
+      point.node,
+      h(
+        "div",
+        { class: "thirds" },
+        place.map((one) => one.node),
+      ),
+    ),
+    h("fieldset", { class: "grid" }, h("legend", {}, "How it is turned"), faces.node, top.node),
+    sure.node,
+  );
+  const read = () => ({
+    method: "drawing",
+    object: thing.read() || null,
+    ...phone.read(),
+    point: point.read(),
+    xyz: xyz(),
+    axes: `screen faces ${faces.read()}, top edge points ${top.read()}`,
+    sigma_mm: Number(sure.read()),
+    sigma_deg: Number(sure.read()),
+  });
+  return h(
+    "div",
+    { class: "split" },
+    h("section", { class: "card" }, mountForm({ back, name: "Mount by numbers", content, read })),
+    h("div", { class: "stack" }, stage.node, size),
+  );
+}

@@ -1,0 +1,73 @@
+// The mount of a recording: a stored one, a dropped mount.json, or one found in the page.
+import { api } from "../core/api.js";
+import { h } from "../core/dom.js";
+import { address } from "../core/router.js";
+import { begin } from "../upload/begin.js";
+import { dropArea } from "../upload/drop.js";
+import { order } from "../upload/gather.js";
+import { boundWords, mountWords } from "./cards.js";
+import { pickList } from "./pick_list.js";
+
+const FAR = { mm: 20, deg: 3 };
+
+/** The choice; those made for the object come first. `here`: where to come back to. */
+export function pickMount(mounts, current, { object, here, chosen }) {
+  const place = h("div", { class: "stack" });
+  const fit = (mount) => Number(mount.object === object && object !== null);
+  const items = [...mounts]
+    .sort((a, b) => fit(b) - fit(a))
+    .map((mount) => ({
+      id: mount.id,
+      name: mount.name,
+      line: [mountWords(mount), fit(mount) ? "made for this object" : ""]
+        .filter(Boolean)
+        .join(" · "),
+    }));
+  return h(
+    "div",
+    { class: "stack" },
+    items.length > 0 && pickList("Mount", items, current, chosen),
+    mountWarning(mounts.find(({ id }) => id === current)),
+    h(
+      "div",
+      { class: "row" },
+      h(
+        "a",
+        { class: "button", href: address("/calibrate", { object, back: here }) },
+        "Find it now, step by step",
+      ),
+    ),
+    dropArea({
+      title: "Drop a mount.json",
+      text: "What omocap calibrate wrote.",
+      took: async (roots) => {
+        const [item] = await begin(roots, place, [order("mount", roots)]);
+        mounts.unshift(await api(`/api/mounts/${item.id}`));
+        if (place.isConnected) chosen(item.id);
+      },
+      folder: false,
+      accept: ".json",
+      small: true,
+    }),
+    place,
+  );
+}
+
+/** A word of warning where the mount may be far off. */
+export function mountWarning(mount) {
+  if (!mount) return null;
+  const told = [...(mount.warnings ?? [])];
+  const { bounds } = mount;
+  if (bounds && (bounds.mm > FAR.mm || bounds.deg > FAR.deg)) {
+    told.unshift(
+      `This mount is only known ${boundWords(bounds)}: hands may be that far off ` +
+        `the object. A board or more points make it surer.`,
+    );
+  }
+  if (!told.length) return null;
+  return h(
+    "div",
+    { class: "note" },
+    told.map((text) => h("p", {}, text)),
+  );
+}

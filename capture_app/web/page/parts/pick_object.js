@@ -1,0 +1,50 @@
+// The object of a recording: a stored mesh, or one that is dropped.
+import { api } from "../core/api.js";
+import { h } from "../core/dom.js";
+import { sides } from "../core/words.js";
+import { begin } from "../upload/begin.js";
+import { dropArea } from "../upload/drop.js";
+import { order } from "../upload/gather.js";
+import { pickList } from "./pick_list.js";
+
+export const MESHES = ".obj,.ply,.stl,.glb,.gltf,.usdz,.usda,.usdc,.mtl,.png,.jpg,.bin";
+
+/** The choice; `chosen(id)` when there is another. */
+export function pickObject(objects, current, chosen) {
+  const place = h("div", { class: "stack" });
+  const items = objects.map(({ id, name, extents }) => ({
+    id,
+    name,
+    line: extents ? sides(extents) : "",
+  }));
+  return h(
+    "div",
+    { class: "stack" },
+    items.length > 0 && pickList("Object", items, current, chosen),
+    suspicious(objects.find(({ id }) => id === current)),
+    dropArea({
+      title: "Drop a mesh of the object",
+      text: "OBJ, PLY, STL or GLB. A scan is fine.",
+      took: async (roots) => {
+        const [item] = await begin(roots, place, [order("object", roots)]);
+        objects.unshift(await api(`/api/objects/${item.id}`));
+        if (place.isConnected) chosen(item.id);
+      },
+      folder: false,
+      accept: MESHES,
+      small: true,
+    }),
+    place,
+  );
+}
+
+/** What is odd about the object's mesh. */
+export function suspicious(object) {
+  if (!object?.warnings?.length) return null;
+  return h(
+    "div",
+    { class: "note" },
+    object.warnings.map((warning) => h("p", {}, warning)),
+    h("p", {}, h("a", { href: `#/objects/${object.id}` }, "Look at it, change its unit")),
+  );
+}

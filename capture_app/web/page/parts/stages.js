@@ -1,0 +1,38 @@
+// The stages of a job, each with its state and time.
+import { h } from "../core/dom.js";
+import { STAGES, span, stagesOf } from "../core/words.js";
+
+/** The stage a job is in, in words. */
+export function stageWords(job) {
+  return STAGES[job.stage] ?? (job.stage || "Starting");
+}
+
+/** All stages of a job as a list. */
+export function stageList(job) {
+  const video = job.options?.video_size != null;
+  const known = stagesOf(job.kind, video);
+  const seen = [...Object.keys(job.timings), job.stage].filter(Boolean);
+  const stages = [
+    ...known,
+    ...seen.filter((stage, at) => !known.includes(stage) && seen.indexOf(stage) === at),
+  ];
+  return h(
+    "ol",
+    { class: "stages" },
+    stages.map((stage) => item(stage, job)),
+  );
+}
+
+function item(stage, job) {
+  const now = job.state === "running" && job.stage === stage;
+  const taken = job.timings[stage];
+  const state = now ? "now" : taken === undefined ? "later" : "over";
+  const mark = { now: "●", later: "○", over: "✓" }[state];
+  return h(
+    "li",
+    { class: state, "aria-current": now ? "step" : null },
+    h("span", { class: "mark", "aria-hidden": "true" }, mark),
+    h("span", {}, STAGES[stage] ?? stage),
+    h("span", { class: "figures hint" }, state === "over" ? span(taken) : now ? "now" : ""),
+  );
+}

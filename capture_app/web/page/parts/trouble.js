@@ -1,0 +1,32 @@
+// What went wrong, calmly: what, where, and how to fix it.
+import { h } from "../core/dom.js";
+
+/** A box for an error of the server; `buttons` are ways out of it. */
+export function trouble(error, ...buttons) {
+  return h(
+    "div",
+    { class: "trouble", role: "alert" },
+    h("p", { class: "trouble-what" }, error.what),
+    error.fix && h("p", {}, h("b", {}, "What to do: "), error.fix),
+    error.where && h("p", { class: "trouble-where" }, error.where),
+    buttons.length > 0 && h("div", { class: "row" }, buttons),
+  );
+}
+
+/** A whole page that cannot be shown. */
+export function troublePage(error) {
+  const gone = error.status === 404;
+  const fix = "It may have been deleted. Everything that is there stands in the library.";
+  return h(
+    "section",
+    { class: "narrow" },
+    h("h1", {}, gone ? "This is not here" : "This cannot be shown"),
+    trouble(gone ? { what: error.what, fix } : error),
+    h(
+      "div",
+      { class: "row" },
+      h("a", { class: "button", href: "#/" }, "To the start"),
+      h("a", { class: "button quiet", href: "#/library" }, "To the library"),
+    ),
+  );
+}

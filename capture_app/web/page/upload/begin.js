@@ -1,0 +1,30 @@
+// From what was dropped to what lies in the library.
+import { Upload, earlier } from "./send.js";
+import { sorted } from "./gather.js";
+import { uploadPanel } from "./panel.js";
+
+/** Send what was dropped, each thing with its panel in `place`; what is unfinished on the server is
+ *  continued. Returns the library items {kind, id} in order when all is there.
+ *  orders: see `sorted`; of `roots` if not given. */
+export async function begin(roots, place, orders = sorted(roots)) {
+  const sent = orders.map((order) => send(order, place));
+  return Promise.all(sent);
+}
+
+async function send(order, place) {
+  const known = await earlier(order).catch(() => null);
+  const upload = new Upload(order, known);
+  const panel = uploadPanel(upload, () => panel.remove());
+  place.append(panel);
+  const done = finished(upload);
+  upload.start();
+  return done;
+}
+
+function finished(upload) {
+  return new Promise((resolve) => {
+    upload.addEventListener("change", () => {
+      if (upload.state === "done") resolve(upload.item);
+    });
+  });
+}

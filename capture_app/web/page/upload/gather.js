@@ -1,0 +1,96 @@
+// Files out of a drop or a file field, as [{path, file}] with paths inside the dropped folder.
+
+const JUNK = /(^|\/)(\.DS_Store|Thumbs\.db|desktop\.ini|__MACOSX(\/.*)?|\._[^/]*)$/;
+const MESH = /\.(obj|ply|stl|glb|gltf|usd[acz]?)$/i;
+const BESIDE = /\.(mtl|png|jpe?g|bin)$/i;
+const MOUNT = /mount[^/]*\.json$/i;
+
+/** One thing that was dropped: a folder or a file by itself.
+ *  @typedef {{name: string, folder: boolean, files: {path: string, file: File}[]}} Root */
+
+/** The roots of a drop. Must be called within the drop event: its list is emptied afterwards.
+ *  @returns {Promise<Root[]>} */
+export function fromDrop(transfer) {
+  const entries = [...transfer.items].map((item) => item.webkitGetAsEntry?.()).filter(Boolean);
+  if (entries.length) return Promise.all(entries.map(root)).then(tidy);
+  return Promise.resolve(tidy([...transfer.files].map(single)));
+}
+
+/** The roots of a file field, a folder's or that of single files. @returns {Root[]} */
+export function fromField(input) {
+  const files = [...input.files];
+  if (!files.some((file) => file.webkitRelativePath)) return tidy(files.map(single));
+  const roots = new Map();
+  for (const file of files) {
+    const [name, ...rest] = file.webkitRelativePath.split("/");
+    if (!roots.has(name)) roots.set(name, { name, folder: true, files: [] });
+    roots.get(name).files.push({ path: rest.join("/"), file });
+  }
+  return tidy([...roots.values()]);
+}
+
+/** What was dropped, by what it is: a recording, the mesh of an object, a mount file. Only what was
+ *  dropped beside the recording's folder is taken for another thing: a session may hold meshes.
+ *  @returns {{kind: string, name: string, files: {path: string, file: File}[]}[]} */
+export function sorted(roots) {
+  const loose = roots.filter((one) => !one.folder);
+  const meshes = loose.filter((one) => MESH.test(one.name));
+  const mounts = loose.filter((one) => MOUNT.test(one.name));
+  const textures = meshes.length ? loose.filter((one) => BESIDE.test(one.name)) : [];
+  const taken = new Set([...meshes, ...mounts, ...textures]);
+  const rest = roots.filter((one) => !taken.has(one));
+  const orders = [];
+  if (rest.length) orders.push(order("session", rest));
+  if (meshes.length) orders.push(order("object", [...meshes, ...textures]));
+  for (const mount of mounts) orders.push(order("mount", [mount]));
+  return orders;
+}
+
+/** One order of one kind, whatever the files look like. */
+export function order(kind, roots) {
+  const alone = roots.length === 1 && roots[0].folder;
+  const files = alone ? roots[0].files : roots.flatMap(within);
+  return { kind, name: roots[0].name.replace(/\.(zip|tar|tgz|tar\.gz|r3d)$/i, ""), files };
+}
+
+function within(one) {
+  if (!one.folder) return one.files;
+  return one.files.map(({ path, file }) => ({ path: `${one.name}/${path}`, file }));
+}
+
+function single(file) {
+  return { name: file.name, folder: false, files: [{ path: file.name, file }] };
+}
+
+function tidy(roots) {
+  return roots
+    .map((one) => ({ ...one, files: one.files.filter(({ path }) => !JUNK.test(path)) }))
+    .filter((one) => one.files.length > 0);
+}
+
+async function root(entry) {
+  if (entry.isFile) return single(await fileOf(entry));
+  return { name: entry.name, folder: true, files: await walk(entry, "") };
+}
+
+async function walk(folder, prefix) {
+  const found = [];
+  const reader = folder.createReader();
+  // A reader gives at most a hundred entries at a time, and none when it is through.
+  for (let some = await readSome(reader); some.length; some = await readSome(reader)) {
+    for (const entry of some) {
+      const path = `${prefix}${entry.name}`;
+      if (entry.isDirectory) found.push(...(await walk(entry, `${path}/`)));
+      else found.push({ path, file: await fileOf(entry) });
+    }
+  }
+  return found;
+}
+
+function readSome(reader) {
+  return new Promise((resolve, reject) => reader.readEntries(resolve, reject));
+}
+
+function fileOf(entry) {
+  return new Promise((resolve, reject) => entry.file(resolve, reject));
+}

@@ -1,0 +1,153 @@
+// Motions beside each other, on one clock.
+import { api } from "../core/api.js";
+import { h, put } from "../core/dom.js";
+import { address, go } from "../core/router.js";
+import { span } from "../core/words.js";
+import { Stage } from "../parts/stage.js";
+
+const MOST = 4;
+const SCORES = [
+  ["unheld", "Moves without a hand on it", (x) => `${(100 * x).toFixed(0)} %`],
+  ["miss_cm", "Palms off their places", (x) => `${x.toFixed(1)} cm`],
+  ["inside_cm", "Body inside the object", (x) => `${x.toFixed(1)} cm`],
+  ["skate_cm_s", "Feet sliding", (x) => `${x.toFixed(1)} cm/s`],
+  ["total", "Score, less is better", (x) => x.toFixed(2)],
+];
+
+/** `#/compare?results=ID,ID,...` */
+export async function compare({ query, signal }) {
+  const results = await api("/api/results", { signal });
+  const page = new Comparison(results, signal);
+  page.update(query);
+  return { title: "Compare", node: page.node, update: (next) => page.update(next) };
+}
+
+class Comparison {
+  constructor(results, signal) {
+    Object.assign(this, { results, signal });
+    this.stage = new Stage({ label: "The motions beside each other in 3D", signal });
+    this.stage.addEventListener("opened", () => this.arrange());
+    this.picks = h("fieldset", { class: "picks" });
+    this.hint = h("p", { class: "hint", role: "status" });
+    this.numbers = h("div", {
+      class: "scroll",
+      tabindex: "0",
+      role: "region",
+      "aria-label": "Numbers",
+    });
+    this.over = h("input", { type: "checkbox", on: { change: () => this.arrange() } });
+    this.on = h(
+      "div",
+      { class: "stack" },
+      this.stage.node,
+      h("label", { class: "tick" }, this.over, h("span", {}, "On top of each other")),
+      this.numbers,
+    );
+    this.node = h(
+      "div",
+      { class: "stack wide" },
+      h("h1", {}, "Compare motions"),
+      this.hint,
+      this.on,
+      h("section", {}, h("h2", {}, "Which motions"), this.picks),
+    );
+  }
+
+  update(query) {
+    const asked = (query.get("results") ?? "").split(",");
+    this.chosen = asked.filter((id) => this.results.some((one) => one.id === id)).slice(0, MOST);
+    this.drawPicks();
+    const few = this.chosen.length < 2;
+    this.on.hidden = few;
+    put(
+      this.hint,
+      this.results.length === 0
+        ? "There is no motion yet."
+        : few
+          ? "Choose two or more below."
+          : "",
+    );
+    if (few) return;
+    this.stage.open(
+      this.chosen.map((id) => ({ url: `/api/results/${id}/scene`, name: this.named(id) })),
+    );
+    this.drawNumbers();
+  }
+
+  named(id) {
+    return this.results.find((one) => one.id === id).name;
+  }
+
+  arrange() {
+    this.stage.viewer.arrange(this.over.checked ? "over" : "side");
+    this.stage.label();
+  }
+
+  drawPicks() {
+    if (this.boxes) {
+      for (const [id, box] of this.boxes) box.checked = this.chosen.includes(id);
+      return;
+    }
+    this.boxes = new Map();
+    put(
+      this.picks,
+      h("legend", { class: "unseen" }, "Motions"),
+      this.results.map((one) => {
+        const box = h("input", {
+          type: "checkbox",
+          checked: this.chosen.includes(one.id),
+          on: { change: () => this.toggle(one.id, box.checked) },
+        });
+        this.boxes.set(one.id, box);
+        const line = [one.object_name, one.seconds && span(one.seconds), one.parent && "corrected"]
+          .filter(Boolean)
+          .join(" · ");
+        return h(
+          "label",
+          { class: "pick" },
+          box,
+          h("span", {}, h("b", {}, one.name), h("span", { class: "hint" }, line)),
+        );
+      }),
+    );
+  }
+
+  toggle(id, on) {
+    const kept = this.chosen.filter((one) => one !== id);
+    const next = on ? [...kept, id].slice(-MOST) : kept;
+    go(address("/compare", { results: next.join(",") }));
+  }
+
+  async drawNumbers() {
+    const all = await Promise.all(
+      this.chosen.map((id) => api(`/api/results/${id}`, { signal: this.signal })),
+    );
+    const row = ([key, words, show]) =>
+      h(
+        "tr",
+        {},
+        h("th", { scope: "row" }, words),
+        all.map(({ manifest }) => h("td", {}, show(manifest.scores[manifest.chosen]?.[key] ?? 0))),
+      );
+    put(
+      this.numbers,
+      h(
+        "table",
+        {},
+        h(
+          "thead",
+          {},
+          h(
+            "tr",
+            {},
+            h("td", {}),
+            all.map((one) =>
+              h("th", { scope: "col" }, h("a", { href: `#/results/${one.id}` }, one.name)),
+            ),
+          ),
+        ),
+        h("tbody", {}, SCORES.map(row)),
+      ),
+    );
+  }
+}

@@ -1,0 +1,164 @@
+// A job: what it is doing, how long still, cancel; it may be left and come back to.
+import { api } from "../core/api.js";
+import { h, put, say } from "../core/dom.js";
+import { announce } from "../core/live.js";
+import { poll } from "../core/poll.js";
+import { go } from "../core/router.js";
+import { KINDS, STATES, ended, span } from "../core/words.js";
+import { doing } from "../parts/fields.js";
+import { fileList } from "../parts/files.js";
+import { stageList, stageWords } from "../parts/stages.js";
+import { trouble, troublePage } from "../parts/trouble.js";
+
+const EVERY = 500; // milliseconds
+
+/** `#/jobs/ID?from=...` */
+export async function job({ params, query, signal }) {
+  const first = await api(`/api/jobs/${params.id}`, { signal });
+  const page = new JobPage(first, query.get("from"), signal);
+  page.watch();
+  return { title: first.name || KINDS[first.kind], node: page.node };
+}
+
+function makesResult(record) {
+  return record.result && ["run", "resolve"].includes(record.kind);
+}
+
+class JobPage {
+  /** from: address of the recording that it was ordered at, if it is known. */
+  constructor(record, from, signal) {
+    Object.assign(this, { record, from, signal, path: `/api/jobs/${record.id}` });
+    this.state = h("p", { class: "verdict-words" });
+    this.bar = h("progress", { max: 1, value: 0, "aria-label": "Progress of the whole job" });
+    this.line = h("p", { class: "hint figures" });
+    this.stages = h("div");
+    this.outcome = h("div", { class: "stack" });
+    this.log = h("ul", { class: "log" });
+    this.problem = h("div");
+    this.cancel = doing("Cancel", () => api(`${this.path}/cancel`, { method: "POST" }), {
+      place: this.problem,
+    });
+    this.node = h(
+      "section",
+      { class: "narrow stack" },
+      h(
+        "header",
+        { class: "head" },
+        h(
+          "div",
+          {},
+          h("h1", {}, record.name || KINDS[record.kind]),
+          h("p", { class: "hint" }, KINDS[record.kind]),
+        ),
+      ),
+      h(
+        "div",
+        { class: "card stack" },
+        this.state,
+        this.bar,
+        this.line,
+        this.stages,
+        h("div", { class: "row" }, this.cancel),
+        this.problem,
+      ),
+      this.outcome,
+      h("details", {}, h("summary", {}, "What it says"), this.log),
+      h(
+        "p",
+        { class: "hint" },
+        "You can leave this page, or close it: the work goes on, and the address brings you back.",
+      ),
+    );
+  }
+
+  /** Follow the job to its end. Who watched a motion being made is shown it then. */
+  watch() {
+    this.show(this.record);
+    if (ended(this.record)) return;
+    poll(
+      async () => {
+        this.record = await api(this.path, { signal: this.signal });
+        this.show(this.record);
+        if (this.record.state === "done" && makesResult(this.record)) {
+          go(`#/results/${this.record.result}`, { replace: true });
+        }
+        return ended(this.record);
+      },
+      EVERY,
+      this.signal,
+      (error) => put(this.node, troublePage(error)),
+    );
+  }
+
+  /** A job that failed or was cancelled is put into the queue once more. */
+  async again() {
+    this.record = await api(`${this.path}/again`, { method: "POST" });
+    this.watch();
+  }
+
+  show(record) {
+    const words = record.state === "running" ? `${stageWords(record)}…` : STATES[record.state];
+    say(this.state, words);
+    announce(words);
+    this.bar.value = record.state === "done" ? 1 : record.fraction;
+    this.bar.hidden = ["failed", "cancelled"].includes(record.state);
+    say(this.line, timeWords(record));
+    put(this.stages, stageList(record));
+    this.cancel.hidden = !["queued", "running"].includes(record.state);
+    this.drawLog(record.log);
+    this.showOutcome(record);
+  }
+
+  showOutcome(record) {
+    if (this.outcome.dataset.state === record.state) return;
+    this.outcome.dataset.state = record.state;
+    if (!ended(record)) put(this.outcome);
+    else if (record.state === "done") put(this.outcome, done(record));
+    else put(this.outcome, record.error && trouble(record.error), this.waysOn(record));
+  }
+
+  waysOn(record) {
+    const problem = h("div");
+    return [
+      h(
+        "div",
+        { class: "row" },
+        doing("Begin again", () => this.again(), { place: problem }),
+        this.from?.startsWith("#/sessions/") &&
+          h("a", { class: "button", href: this.from }, "Back to the recording"),
+      ),
+      problem,
+    ];
+  }
+
+  drawLog(lines) {
+    const there = this.log.childElementCount;
+    if (lines.length < there) put(this.log);
+    this.log.append(...lines.slice(this.log.childElementCount).map((line) => h("li", {}, line)));
+  }
+}
+
+function timeWords(record) {
+  if (!record.started) return "";
+  const until = record.ended ? Date.parse(record.ended) : Date.now();
+  const seconds = Math.max(0, (until - Date.parse(record.started)) / 1000);
+  if (record.state !== "running") return span(seconds);
+  const left = record.fraction > 0.1 ? (seconds * (1 - record.fraction)) / record.fraction : null;
+  const percent = `${Math.round(100 * record.fraction)} %`;
+  return [percent, span(seconds), left !== null && `about ${span(Math.max(1, left))} left`]
+    .filter(Boolean)
+    .join(" · ");
+}
+
+function done(record) {
+  if (makesResult(record))
+    return h(
+      "a",
+      { class: "button main large", href: `#/results/${record.result}` },
+      "See the motion",
+    );
+  return [
+    fileList(record.files ?? []),
+    record.result && h("a", { href: `#/results/${record.result}` }, "To the motion"),
+  ];
+}

@@ -1,0 +1,100 @@
+// A stored object: to look at, its size, its unit.
+import { api } from "../core/api.js";
+import { h, put } from "../core/dom.js";
+import { itemHead } from "../core/library.js";
+import { announce } from "../core/live.js";
+import { address } from "../core/router.js";
+import { sides } from "../core/words.js";
+import { choice, doing } from "../parts/fields.js";
+import { Stage } from "../parts/stage.js";
+
+const UNITS = [
+  ["1", "metres"],
+  ["0.01", "centimetres"],
+  ["0.001", "millimetres"],
+  ["0.0254", "inches"],
+];
+
+/** `#/objects/ID` */
+export async function object({ params, signal }) {
+  const path = `/api/objects/${params.id}`;
+  const item = await api(path, { signal });
+  const stage = new Stage({ label: `The object ${item.name} in 3D`, signal, controls: false });
+  const facts = h("div");
+  const show = () => {
+    put(facts, told(item));
+    stage.open([{ url: `${path}/scene`, name: item.name }]);
+  };
+  show();
+  const node = h(
+    "div",
+    { class: "stack wide" },
+    itemHead("objects", item, ""),
+    h(
+      "div",
+      { class: "split" },
+      stage.node,
+      h(
+        "div",
+        { class: "stack" },
+        facts,
+        unit(item, path, show),
+        h(
+          "a",
+          { class: "button", href: address("/calibrate", { object: item.id }) },
+          "Find where the phone sits on it",
+        ),
+      ),
+    ),
+  );
+  return { title: item.name, node };
+}
+
+function told(item) {
+  const facts = [
+    ["Size", sides(item.extents)],
+    ["Triangles", item.faces.toLocaleString("en")],
+    ["Corners", item.vertices.toLocaleString("en")],
+  ];
+  return [
+    h(
+      "dl",
+      { class: "facts" },
+      facts.map(([key, value]) => h("div", {}, h("dt", {}, key), h("dd", {}, value))),
+    ),
+    item.warnings.length > 0 &&
+      h(
+        "div",
+        { class: "note" },
+        item.warnings.map((text) => h("p", {}, text)),
+      ),
+  ];
+}
+
+function unit(item, path, show) {
+  const problem = h("div");
+  const other = !UNITS.some(([key]) => Number(key) === item.scale);
+  const units = choice(
+    "Unit of the mesh's file",
+    [...UNITS, ...(other ? [[String(item.scale), `${item.scale} m`]] : [])],
+    { value: String(item.scale) },
+  );
+  const keep = doing(
+    "Change the unit",
+    async () => {
+      Object.assign(
+        item,
+        await api(path, { method: "PATCH", json: { scale: Number(units.read()) } }),
+      );
+      show();
+      announce(`The object is now ${sides(item.extents)}.`);
+    },
+    { place: problem },
+  );
+  return h(
+    "details",
+    {},
+    h("summary", {}, "The size is wrong"),
+    h("div", { class: "stack" }, units.node, h("div", { class: "row" }, keep), problem),
+  );
+}

@@ -1,0 +1,172 @@
+// A motion: to look at, to correct, to use, to share.
+import { api } from "../core/api.js";
+import { h, put } from "../core/dom.js";
+import { itemHead } from "../core/library.js";
+import { address } from "../core/router.js";
+import { count, size, span } from "../core/words.js";
+import { contactEditor } from "../parts/contact_editor.js";
+import { exportForm } from "../parts/export_form.js";
+import { fileList } from "../parts/files.js";
+import { samplePicker } from "../parts/samples.js";
+import { Stage } from "../parts/stage.js";
+
+/** `#/results/ID` */
+export async function result({ params, signal }) {
+  const item = await api(`/api/results/${params.id}`, { signal });
+  const [choices, parent] = await Promise.all([
+    api("/api/choices", { signal }),
+    item.parent ? api(`/api/results/${item.parent}`, { signal }).catch(() => null) : null,
+  ]);
+  const stage = new Stage({ label: `The motion ${item.name} in 3D`, signal });
+  const url = `/api/results/${item.id}/scene`;
+  const show = (samples) =>
+    stage.open(samples.map((sample) => ({ url, sample, name: `Try ${sample + 1}` })));
+  const chosen = item.chosen ?? 0;
+  const node = h(
+    "div",
+    { class: "stack wide" },
+    itemHead(
+      "results",
+      item,
+      [line(item), origin(item, parent)],
+      h("a", { class: "button", href: address("/compare", { results: item.id }) }, "Compare"),
+    ),
+    h(
+      "div",
+      { class: "split" },
+      h(
+        "div",
+        { class: "stack" },
+        stage.node,
+        samplePicker(item.samples, chosen, show),
+        contactEditor(item, stage),
+      ),
+      h("div", { class: "stack" }, use(item, choices, chosen, signal), share(item), words(item)),
+    ),
+    film(item),
+    making(item),
+  );
+  show([chosen]);
+  return { title: item.name, node };
+}
+
+function line(item) {
+  return [
+    item.object_name,
+    item.seconds && span(item.seconds),
+    item.samples > 1 && count(item.samples, "try", "tries"),
+  ]
+    .filter(Boolean)
+    .join(" · ");
+}
+
+function origin(item, parent) {
+  const both = item.parent && address("/compare", { results: `${item.parent},${item.id}` });
+  return [
+    item.session && [
+      " · ",
+      h(
+        "a",
+        { href: address(`/sessions/${item.session}`, { object: item.object, mount: item.mount }) },
+        "the recording it is made from",
+      ),
+    ],
+    parent && [
+      " · corrected from ",
+      h("a", { href: `#/results/${parent.id}` }, parent.name),
+      " · ",
+      h("a", { href: both }, "compare the two"),
+    ],
+  ];
+}
+
+function use(item, choices, chosen, signal) {
+  const files = h("div");
+  const list = (all) => put(files, fileList(all));
+  list([...item.files.filter(({ name }) => !name.endsWith(".mp4")), ...item.exports]);
+  const refresh = async () => {
+    const now = await api(`/api/results/${item.id}`);
+    list([...now.files.filter(({ name }) => !name.endsWith(".mp4")), ...now.exports]);
+  };
+  return h(
+    "section",
+    { class: "card stack" },
+    h("h2", {}, "Use it"),
+    exportForm(item, choices, { chosen, signal, made: refresh }),
+    h("details", {}, h("summary", {}, "All files"), files),
+  );
+}
+
+function share(item) {
+  return h(
+    "section",
+    { class: "card stack" },
+    h("h2", {}, "Share it"),
+    h(
+      "p",
+      { class: "hint" },
+      "One HTML file with the motion in 3D inside. It opens in any browser, without a network.",
+    ),
+    h(
+      "a",
+      { class: "button", href: `/api/results/${item.id}/share.html`, download: "" },
+      "Download to share",
+    ),
+  );
+}
+
+function words(item) {
+  const told = [...(item.faults ?? []), ...(item.notes ?? [])];
+  return h(
+    "section",
+    { class: "card stack" },
+    h("h2", {}, "Good to know"),
+    told.length
+      ? h(
+          "ul",
+          { class: "told" },
+          told.map((text) => h("li", {}, text)),
+        )
+      : h(
+          "p",
+          { class: "hint" },
+          "Every hand is where it should be, and nothing is inside the object.",
+        ),
+  );
+}
+
+function film(item) {
+  if (!item.video) return null;
+  return h(
+    "section",
+    {},
+    h("h2", {}, "Video"),
+    h("video", { controls: true, preload: "auto", src: item.video, class: "film" }),
+    h("p", {}, h("a", { href: item.video, download: `${item.name}.mp4` }, "Download the video")),
+  );
+}
+
+function making(item) {
+  const { manifest } = item;
+  const seconds = Object.values(manifest.timings).reduce((sum, time) => sum + time, 0);
+  const told = [
+    ["Seed", manifest.options.seed],
+    ["Steps", manifest.options.steps],
+    ["Person", `${manifest.body.height.toFixed(2)} m`],
+    ["Mount", manifest.mount_method],
+    ["Made in", span(seconds)],
+    ["Size", size(item.size)],
+    ["omocap", manifest.versions.omocap],
+  ];
+  return h(
+    "details",
+    {},
+    h("summary", {}, "How it was made"),
+    h(
+      "dl",
+      { class: "facts" },
+      told.map(([key, value]) => h("div", {}, h("dt", {}, key), h("dd", {}, String(value ?? "–")))),
+    ),
+    h("p", { class: "hint" }, manifest.body.credit),
+  );
+}

@@ -1,0 +1,207 @@
+// The first page: what this is, where to drop a recording, and everything that was done before.
+import { api, inWords } from "../core/api.js";
+import { h, put } from "../core/dom.js";
+import { poll } from "../core/poll.js";
+import { address, go } from "../core/router.js";
+import { ended, size } from "../core/words.js";
+import { itemRow, jobRow, resultCard } from "../parts/cards.js";
+import { doing } from "../parts/fields.js";
+import { trouble } from "../parts/trouble.js";
+import { begin } from "../upload/begin.js";
+import { dropArea } from "../upload/drop.js";
+import { uploadPanel } from "../upload/panel.js";
+import { running } from "../upload/send.js";
+
+const SHOWN = 8;
+
+/** `#/` */
+export async function start({ signal }) {
+  const [results, sessions, jobs, uploads] = await Promise.all(
+    ["results", "sessions", "jobs", "uploads"].map((what) => api(`/api/${what}`, { signal })),
+  );
+  const place = h("div", { class: "stack", id: "uploads" });
+  const working = h("div");
+  put(
+    place,
+    [...running.values()].map((one) => uploadPanel(one)),
+    unfinished(uploads),
+  );
+  showJobs(working, jobs);
+  poll(
+    async () => showJobs(working, await api("/api/jobs", { signal })),
+    2000,
+    signal,
+    () => {},
+  );
+  const node = h(
+    "div",
+    { class: "stack wide" },
+    hero(place),
+    place,
+    working,
+    results.length === 0 && steps(),
+    resultsPart(results),
+    sessionsPart(sessions),
+  );
+  return { title: "Start", node };
+}
+
+function hero(place) {
+  const problem = h("div");
+  const area = dropArea({
+    title: "Drop a recording here",
+    text:
+      "The folder your logger app wrote, a zip of it, or its files. The object's " +
+      "mesh and mount.json may come along.",
+    took: (roots) => take(roots, place, problem),
+  });
+  return h(
+    "section",
+    { class: "hero" },
+    h("h1", {}, "Move a thing. Get your whole body’s motion."),
+    h(
+      "p",
+      { class: "lead" },
+      "Clamp an iPhone to a chair, a box or a mop, record how you move it, and " +
+        "drop the recording here. You get the motion of the person who moved it, for " +
+        "Blender, Unity, Unreal or your own code.",
+    ),
+    area,
+    problem,
+    h(
+      "div",
+      { class: "row centre" },
+      doing("Try the example", example, { place: problem }),
+      h("span", { class: "hint" }, "Everything stays on this computer."),
+    ),
+  );
+}
+
+async function example() {
+  const { session, object, mount } = await api("/api/example", { method: "POST" });
+  go(address(`/sessions/${session}`, { object, mount }));
+}
+
+async function take(roots, place, problem) {
+  put(problem);
+  try {
+    const items = await begin(roots, place);
+    const of = (kind) => items.find((item) => item.kind === kind)?.id;
+    const [session, object, mount] = ["session", "object", "mount"].map(of);
+    if (!place.isConnected) return;
+    if (session) go(address(`/sessions/${session}`, { object, mount }));
+    else go(object ? `#/objects/${object}` : `#/mounts/${mount}`);
+  } catch (error) {
+    put(problem, trouble(inWords(error)));
+  }
+}
+
+function unfinished(uploads) {
+  return uploads
+    .filter(({ id }) => !running.has(id))
+    .map((upload) => {
+      const problem = h("div");
+      const card = h(
+        "section",
+        { class: "card upload", "aria-label": `Unfinished upload: ${upload.name}` },
+        h("h2", { class: "small" }, `Unfinished: ${upload.name}`),
+        h("progress", {
+          max: upload.size || 1,
+          value: upload.received,
+          "aria-label": `Upload of ${upload.name}`,
+        }),
+        h(
+          "p",
+          { class: "hint" },
+          `${size(upload.received)} of ${size(upload.size)} arrived. Drop the same ` +
+            `folder or files again to go on from there.`,
+        ),
+        problem,
+        h(
+          "div",
+          { class: "row" },
+          doing(
+            "Throw it away",
+            async () => {
+              await api(`/api/uploads/${upload.id}`, { method: "DELETE" });
+              card.remove();
+            },
+            { kind: "quiet", place: problem },
+          ),
+        ),
+      );
+      card.dataset.upload = upload.id;
+      return card;
+    });
+}
+
+function showJobs(place, jobs) {
+  const live = jobs.filter((job) => !ended(job));
+  if (live.length === 0) return put(place) && false;
+  put(
+    place,
+    h(
+      "section",
+      {},
+      h("h2", {}, "Working now"),
+      h(
+        "ul",
+        { class: "rows" },
+        live.map((job) => jobRow(job)),
+      ),
+    ),
+  );
+  return false;
+}
+
+function resultsPart(results) {
+  if (results.length === 0) return null;
+  return h(
+    "section",
+    {},
+    h("div", { class: "head" }, h("h2", {}, "Motions"), more(results)),
+    h("div", { class: "tiles" }, results.slice(0, SHOWN).map(resultCard)),
+  );
+}
+
+function sessionsPart(sessions) {
+  if (sessions.length === 0) return null;
+  return h(
+    "section",
+    {},
+    h("div", { class: "head" }, h("h2", {}, "Recordings"), more(sessions)),
+    h(
+      "ul",
+      { class: "rows" },
+      sessions.slice(0, SHOWN).map((one) => itemRow("sessions", one)),
+    ),
+  );
+}
+
+function more(list) {
+  return list.length > SHOWN && h("a", { href: "#/library" }, `All ${list.length}`);
+}
+
+function steps() {
+  const told = [
+    [
+      "Record",
+      "Clamp the phone, start an ARKit logger (Stray Scanner, Record3D and others), move the object.",
+    ],
+    ["Drop", "You are told at once whether the recording is good, and what to do better if not."],
+    ["Use", "Look at the motion in 3D, correct where hands hold, download it for your program."],
+  ];
+  return h(
+    "ol",
+    { class: "steps" },
+    told.map(([title, text], at) =>
+      h(
+        "li",
+        { class: "card" },
+        h("span", { class: "step-number", "aria-hidden": "true" }, String(at + 1)),
+        h("h2", { class: "small" }, title),
+        h("p", { class: "hint" }, text),
+      ),
+    ),
+  );
+}

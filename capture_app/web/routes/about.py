@@ -1,0 +1,96 @@
+"""The server itself: how it is, what it offers, who may come in."""
+
+from collections.abc import Callable
+from dataclasses import asdict
+from importlib.metadata import version
+from typing import Annotated, Any
+
+from fastapi import APIRouter
+from fastapi.responses import Response
+from pydantic import BaseModel, ConfigDict, Field
+
+from capture_app.exports.bone_names import Bones
+from capture_app.exports.formats import FORMATS
+from capture_app.web.limits import Limits
+from capture_app.web.problems import Refused
+from capture_app.web.routes.orders import RunOptions
+from capture_app.web.site import Here
+from ingest.mount.phone.models import MODELS
+
+_FPS = (24, 25, 30, 60)
+_VIEWS = ("third", "orbit", "follow", "top", "object")
+
+
+class Login(BaseModel):
+    """What the server printed when it was started."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"token": "printed-at-the-start"}]})
+
+    token: Annotated[str, Field(max_length=1000)]
+
+
+def routes(worker_runs: Callable[[], bool]) -> APIRouter:
+    """The routes.
+
+    Args:
+        worker_runs: tells whether a worker of this server is there to do jobs.
+    """
+    router = APIRouter(prefix="/api", tags=["server"])
+
+    @router.get("/health")
+    def health(site: Here) -> dict[str, Any]:
+        """Whether jobs are done, how much room there is, and what may be sent."""
+        return {
+            "version": version("omocap"),
+            "worker": worker_runs(),
+            "free_bytes": site.library.free,
+            "limits": _told(site.limits),
+        }
+
+    router.get("/choices")(choices)
+    router.post("/login", status_code=204)(login)
+    assert health
+    return router
+
+
+def choices() -> dict[str, Any]:
+    """What can be chosen in the forms of a page."""
+    sides = [f"{v} {h}" for v in ("top", "middle", "bottom") for h in ("left", "middle", "right")]
+    named = [side.replace("middle middle", "centre") for side in sides]
+    return {
+        "phones": list(MODELS),
+        "phone_points": [
+            "lens",
+            *(f"{side} {face}" for face in ("back", "front") for side in named),
+        ],
+        "exports": [
+            {"to": kind.value, "ending": f.endings[0], "ups": f.ups, "units": f.units}
+            for kind, f in FORMATS.items()
+        ],
+        "bones": [bones.value for bones in Bones],
+        "fps": _FPS,
+        "views": _VIEWS,
+        "contact": ("segments", "paper"),
+        "run": RunOptions().model_dump(),
+    }
+
+
+def login(site: Here, given: Login) -> Response:
+    """Let a browser in that knows the token."""
+    answer = Response(status_code=204)
+    if site.token is None:
+        return answer
+    if not site.token.fits(given.token):
+        raise Refused(
+            401,
+            "token-wrong",
+            "This is not the token.",
+            fix="Copy it from where the server was started.",
+        )
+    return site.token.remember(answer)
+
+
+def _told(limits: Limits) -> dict[str, Any]:
+    told = {f"{name}_bytes": value for name, value in asdict(limits).items()}
+    names = ("chunk_bytes", "file_bytes", "upload_bytes", "mesh_bytes", "small_bytes")
+    return {**{name: told[name] for name in names}, "files": limits.files}

@@ -1,0 +1,111 @@
+"""Sessions, objects, mounts, videos and contacts: listed, renamed, deleted."""
+
+from datetime import datetime
+from typing import Any
+
+from fastapi import APIRouter
+from pydantic import BaseModel, ConfigDict, Field
+
+from capture_app.web.in_use import refuse_in_use
+from capture_app.web.library.ids import Id
+from capture_app.web.library.info import Info, Name
+from capture_app.web.library.library import SHELVES
+from capture_app.web.library.uploads import Kind
+from capture_app.web.limited import work
+from capture_app.web.site import Here
+from capture_app.web.sources import solid_of
+
+
+class Item(BaseModel):
+    """A thing of the library; each kind says more of it."""
+
+    model_config = ConfigDict(extra="allow")
+
+    id: str
+    name: str
+    created: datetime
+    size: int
+    files: int
+
+
+class Rename(BaseModel):
+    """A new name."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"name": "the blue chair"}]})
+
+    name: Name
+
+
+class Change(BaseModel):
+    """What may be changed of an object."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"name": "the blue chair"}, {"scale": 0.01}]}
+    )
+
+    name: Name | None = None
+    scale: float | None = Field(None, gt=0, le=1000, allow_inf_nan=False)
+    """Factor that brings its mesh to metres."""
+
+
+def item(id_: str, info: Info) -> Item:
+    """What a list tells of a thing."""
+    head = info.model_dump(exclude={"facts"})
+    return Item(id=id_, **{**info.facts, **head})
+
+
+def routes(kind: Kind) -> APIRouter:
+    """The routes of one kind."""
+    router = APIRouter(prefix=f"/api/{SHELVES[kind]}", tags=[SHELVES[kind]])
+
+    @router.get("")
+    def everything(site: Here) -> list[Item]:
+        """All there are, the newest first."""
+        return [item(id_, info) for id_, info in site.library.shelves[kind].list()]
+
+    @router.get("/{id}")
+    def one(site: Here, id: Id) -> Item:
+        """What is known of one."""
+        return item(id, site.library.shelves[kind].get(id))
+
+    @router.delete("/{id}", status_code=204)
+    def remove(site: Here, id: Id) -> None:
+        """Delete one; not while a job needs it."""
+        site.library.shelves[kind].get(id)
+        refuse_in_use(site, id)
+        site.library.shelves[kind].remove(id)
+
+    if kind == "object":
+        router.patch("/{id}")(change_object)
+    else:
+
+        @router.patch("/{id}")
+        def rename(site: Here, id: Id, given: Rename) -> Item:
+            """Give it another name."""
+            named = site.library.shelves[kind].change(id, renamed(given.name))
+            return item(id, named)
+
+        assert rename
+
+    assert everything
+    assert one
+    assert remove
+    return router
+
+
+async def change_object(site: Here, id: Id, given: Change) -> Item:
+    """Give an object another name, or read its mesh in another unit."""
+    facts: dict[str, Any] = {}
+    if given.scale is not None:
+        facts = await site.heavy.run(work.check_mesh, solid_of(site.library, id).path, given.scale)
+
+    def edit(info: Info) -> Info:
+        update = {"name": given.name or info.name, "facts": {**info.facts, **facts}}
+        return info.model_copy(update=update)
+
+    return item(id, site.library.shelves["object"].change(id, edit))
+
+
+def renamed(name: str) -> Any:
+    """An edit of a record that gives it another name."""
+    return lambda info: info.model_copy(update={"name": name})

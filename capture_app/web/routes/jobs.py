@@ -1,0 +1,134 @@
+"""Jobs: ordered, looked at, cancelled, forgotten."""
+
+import asyncio
+from pathlib import Path
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, Header, Query
+from pydantic import ConfigDict
+
+from capture_app.jobs.record import JobRecord, State
+from capture_app.web.library.ids import Id, new_id
+from capture_app.web.library.shelf import missing
+from capture_app.web.ordering import to_order
+from capture_app.web.problems import Refused
+from capture_app.web.routes.orders import Ordered
+from capture_app.web.served import Made, listed
+from capture_app.web.site import Here, Site
+from omomo_core.errors import InputError
+
+router = APIRouter(prefix="/api/jobs", tags=["jobs"])
+
+
+class Job(JobRecord):
+    """A job, and what the page links it to."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+
+    result: str | None
+    """Id of the result that it makes, or that its file belongs to."""
+    files: list[Made]
+    """What it made beside a result."""
+    download: str | None
+    """Address of the first of them."""
+
+
+@router.post("", status_code=201)
+async def order(
+    site: Here,
+    given: Annotated[Ordered, Body()],
+    idempotency_key: Annotated[Id | None, Header()] = None,
+) -> Job:
+    """Order a motion, a correction, an export, a video or a comparison.
+
+    With an Idempotency-Key of sixteen hex digits, which becomes the job's id, it is safe to ask again.
+    """
+    id_ = idempotency_key or new_id()
+    record = await asyncio.to_thread(site.queue.get, id_)
+    if record is None:
+        ordered = await to_order(site, id_, given)
+        record = await asyncio.to_thread(lambda: site.queue.submit(ordered, id=id_))
+    return _job(site, record)
+
+
+@router.get("")
+def everything(
+    site: Here,
+    limit: Annotated[int, Query(ge=1, le=1000)] = 100,
+    state: State | None = None,
+) -> list[Job]:
+    """The latest jobs, the newest first."""
+    return [_job(site, record) for record in site.queue.list(limit=limit, state=state)]
+
+
+@router.get("/{id}")
+def one(site: Here, id: Id) -> Job:
+    """How a job is going."""
+    return _there(site, id, site.queue.get(id))
+
+
+@router.post("/{id}/cancel")
+def cancel(site: Here, id: Id) -> Job:
+    """Stop a job; nothing of it is left behind."""
+    return _there(site, id, site.queue.cancel(id))
+
+
+@router.post("/{id}/again")
+def again(site: Here, id: Id) -> Job:
+    """Begin a failed or cancelled job once more."""
+    return _there(site, id, site.queue.again(id))
+
+
+@router.delete("/{id}", status_code=204)
+def forget(site: Here, id: Id) -> None:
+    """Take a job that is over off the list; what it made stays."""
+    _there(site, id, site.queue.get(id))
+    try:
+        site.queue.delete(id)
+    except InputError as error:
+        raise Refused(409, error.code, error.what, where=error.where, fix=error.fix) from error
+
+
+def _there(site: Site, id_: str, record: JobRecord | None) -> Job:
+    if record is None:
+        raise missing("job", id_)
+    return _job(site, record)
+
+
+def _job(site: Site, record: JobRecord) -> Job:
+    made = _made(site, record)
+    told: dict[str, Any] = _shown(site, record.model_dump())
+    links = {
+        "output": site.library.shown(record.output or "") or None,
+        "result": _result(site, record),
+        "files": made,
+        "download": made[0].href if made else None,
+    }
+    return Job.model_validate({**told, **links})
+
+
+def _result(site: Site, record: JobRecord) -> str | None:
+    return site.library.result_of(Path(record.output)) if record.output else None
+
+
+def _made(site: Site, record: JobRecord) -> list[Made]:
+    """The files that begin as its output does, when they lie among the exports of a result."""
+    result = _result(site, record)
+    if result is None or record.output is None or record.state != "done":
+        return []
+    output = Path(record.output)
+    if output.parent != site.library.results.exports(result):
+        return []
+    beside = listed(output.parent, f"/api/results/{result}/exports")
+    return [file for file in beside if file.name.startswith(output.stem)]
+
+
+def _shown(site: Site, value: Any) -> Any:
+    """With the names that people gave in place of paths, in all its texts."""
+    if isinstance(value, str):
+        return site.library.shown(value)
+    if isinstance(value, dict):
+        return {key: _shown(site, part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_shown(site, part) for part in value]
+    return value

@@ -1,0 +1,118 @@
+"""What a client may order: the requests of POST /api/jobs, with ids where the jobs have paths."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from capture_app.exports.bone_names import Bones
+from capture_app.web.library.ids import Id
+from capture_app.web.library.info import Name
+
+_EXAMPLE_ID = "0123456789abcdef"
+_Number = Annotated[float, Field(allow_inf_nan=False)]
+_Size = tuple[Annotated[int, Field(ge=64, le=3840)], Annotated[int, Field(ge=64, le=2160)]]
+
+
+def _like(**example: Any) -> ConfigDict:
+    return ConfigDict(
+        extra="forbid", allow_inf_nan=False, json_schema_extra={"examples": [example]}
+    )
+
+
+class RunOptions(BaseModel):
+    """How to make a motion; see `omocap run --help`."""
+
+    model_config = _like(samples=4, seed=0, height=1.72)
+
+    samples: Annotated[int, Field(ge=1, le=64)] = 4
+    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    steps: Annotated[int, Field(ge=1, le=1000)] = 10
+    height: Annotated[float, Field(ge=0.8, le=2.6)] | None = None
+    contact: Literal["segments", "paper"] = "segments"
+    segment: Annotated[int, Field(ge=1, lt=2**31)] | None = None
+    floor: _Number | None = None
+    up: tuple[_Number, _Number, _Number] | None = None
+    stitch: bool = False
+    closure: bool = False
+    force: bool = False
+    video: bool = True
+
+
+class Run(BaseModel):
+    """A take becomes a motion."""
+
+    model_config = _like(
+        kind="run", session=_EXAMPLE_ID, object=_EXAMPLE_ID, mount=_EXAMPLE_ID, options={"seed": 1}
+    )
+
+    kind: Literal["run"]
+    name: Name | None = None
+    session: Id
+    object: Id | None = None
+    mount: Id | None = None
+    """None where the phone's frame is the object's."""
+    contacts: Id | None = None
+    options: RunOptions = RunOptions()
+
+
+class Resolve(BaseModel):
+    """A result with corrected contacts becomes another one."""
+
+    model_config = _like(
+        kind="resolve",
+        result=_EXAMPLE_ID,
+        contacts={
+            "version": 1,
+            "fps": 30,
+            "frames": 240,
+            "segments": [{"hand": "left", "start": 12, "stop": 96, "anchor": [0.2, 0.0, 0.4]}],
+        },
+    )
+
+    kind: Literal["resolve"]
+    name: Name | None = None
+    result: Id
+    contacts: dict[str, Any]
+    """The whole of contacts.json, as corrected."""
+    video: bool = True
+
+
+class Export(BaseModel):
+    """A result becomes a file of another program."""
+
+    model_config = _like(kind="export", result=_EXAMPLE_ID, to="glb", bones="unreal", fps=60)
+
+    kind: Literal["export"]
+    result: Id
+    to: Literal["glb", "bvh", "usd", "fbx", "amass", "csv"]
+    fps: Literal[24, 25, 30, 60] = 30
+    bones: Bones = Bones.smplx
+    up: Literal["y", "z"] | None = None
+    units: Literal["m", "cm"] | None = None
+    sample: Annotated[int, Field(ge=1, le=64)] | None = None
+
+
+class Render(BaseModel):
+    """A result becomes a video."""
+
+    model_config = _like(kind="render", result=_EXAMPLE_ID, view="orbit", size=[960, 540])
+
+    kind: Literal["render"]
+    result: Id
+    view: Literal["third", "orbit", "follow", "top", "object"] = "third"
+    sample: Annotated[int, Field(ge=1, le=64)] | None = None
+    size: _Size = (960, 540)
+
+
+class Compare(BaseModel):
+    """Several results side by side in one video."""
+
+    model_config = _like(kind="compare", results=[_EXAMPLE_ID, "fedcba9876543210"])
+
+    kind: Literal["compare"]
+    results: Annotated[list[Id], Field(min_length=1, max_length=25)]
+    samples: bool = False
+    """All samples of each, not only the chosen one."""
+
+
+Ordered = Annotated[Run | Resolve | Export | Render | Compare, Field(discriminator="kind")]

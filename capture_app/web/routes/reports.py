@@ -1,0 +1,134 @@
+"""What is known of a session before time is spent on it: its report, and its scene to be replayed."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from fastapi import APIRouter
+from fastapi.responses import FileResponse, HTMLResponse, Response
+from pydantic import BaseModel, ConfigDict
+
+from capture_app.web.cache import key
+from capture_app.web.guards.headers import REPORT
+from capture_app.web.library.ids import Id
+from capture_app.web.limited import work
+from capture_app.web.limited.report import unreadable
+from capture_app.web.problems import Problem
+from capture_app.web.site import Here, Site
+from capture_app.web.sources import seen_with, solid_of
+from omomo_core.errors import InputError
+
+router = APIRouter(prefix="/api", tags=["reports"])
+
+SCENE = "application/octet-stream"
+_SCENE_REPLY: dict[int | str, dict[str, Any]] = {200: {"content": {SCENE: {}}}}
+_PAGE_REPLY: dict[int | str, dict[str, Any]] = {200: {"content": {"text/html": {}}}}
+
+
+class Check(BaseModel):
+    """One verdict on a take."""
+
+    name: str
+    severity: str
+    message: str
+    fix: str
+    frames: tuple[int, int] | None
+    seconds: tuple[float | None, float | None] | None
+
+
+class Facts(BaseModel):
+    """Its headline; null where the session cannot be read."""
+
+    seconds: float | None
+    rate: float | None
+    stretches: int | None
+    longest: float | None
+
+
+class Report(BaseModel):
+    """What `omocap inspect` finds."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    verdict: str
+    advice: str
+    app: str
+    seconds: float
+    poses: int
+    rate: float | None
+    checks: list[Check]
+    segments: list[tuple[float, float]]
+    floor: str
+    problem: Problem | None
+    facts: Facts
+
+
+@router.get("/sessions/{id}/report")
+async def report(site: Here, id: Id, object: Id | None = None, mount: Id | None = None) -> Report:
+    """The report on a session, with what to fix; one that cannot be read says why."""
+    try:
+        data, _ = await _inspected(site, id, object, mount)
+    except InputError as problem:
+        if hasattr(problem, "status"):
+            raise
+        return _shown(site, unreadable(problem))
+    return _shown(site, json.loads(data.read_bytes()))
+
+
+@router.get("/sessions/{id}/report.html", response_class=HTMLResponse, responses=_PAGE_REPLY)
+async def report_page(
+    site: Here, id: Id, object: Id | None = None, mount: Id | None = None
+) -> Response:
+    """The report as a page with plots."""
+    _, page = await _inspected(site, id, object, mount)
+    text = site.library.shown(page.read_text(encoding="utf-8"))
+    return HTMLResponse(text, headers={"content-security-policy": REPORT})
+
+
+@router.get("/sessions/{id}/scene", response_class=FileResponse, responses=_SCENE_REPLY)
+async def session_scene(
+    site: Here, id: Id, object: Id | None = None, mount: Id | None = None
+) -> FileResponse:
+    """The session as the viewer plays it."""
+    seen = seen_with(site.library, id, object, mount)
+    made = key("scene", seen)
+    scene = site.library.shelves["session"].cache(id) / f"scene-{made}.bin"
+    if not scene.is_file():
+        await site.heavy.run(
+            work.pack_session_scene, seen.session, seen.mesh, seen.mount, seen.scale, scene
+        )
+    return FileResponse(scene, media_type=SCENE)
+
+
+@router.get("/objects/{id}/scene", response_class=FileResponse, responses=_SCENE_REPLY)
+async def object_scene(site: Here, id: Id) -> FileResponse:
+    """The object as the viewer shows it."""
+    solid = solid_of(site.library, id)
+    scene = site.library.shelves["object"].cache(id) / f"scene-{key('scene', solid)}.bin"
+    if not scene.is_file():
+        await site.heavy.run(work.pack_object_scene, solid.path, solid.scale, scene)
+    return FileResponse(scene, media_type=SCENE)
+
+
+async def _inspected(
+    site: Site, id_: str, object_: str | None, mount: str | None
+) -> tuple[Path, Path]:
+    """The files of a report, which are written when it is asked for the first time."""
+    seen = seen_with(site.library, id_, object_, mount)
+    made = key("report", seen)
+    folder = site.library.shelves["session"].cache(id_)
+    data, page = folder / f"report-{made}.json", folder / f"report-{made}.html"
+    if not data.is_file():
+        found = await site.heavy.run(
+            work.inspect, seen.session, seen.mesh, seen.mount, seen.scale, data, page
+        )
+        shelf = site.library.shelves["session"]
+        shelf.change(id_, lambda info: info.model_copy(update={"facts": {**info.facts, **found}}))
+    return data, page
+
+
+def _shown(site: Site, found: dict[str, Any]) -> Report:
+    """With the names that people gave in place of paths."""
+    if found["problem"] is not None:
+        found["problem"] = {k: site.library.shown(v) for k, v in found["problem"].items()}
+    return Report.model_validate({**found, "advice": site.library.shown(found["advice"])})

@@ -1,0 +1,164 @@
+"""Results: what they are made of and hold, and their files."""
+
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from fastapi import APIRouter
+from fastapi.responses import FileResponse, Response
+from pydantic import BaseModel, ConfigDict
+
+from capture_app.manifest import Manifest, read_manifest
+from capture_app.web.cache import key
+from capture_app.web.in_use import refuse_in_use
+from capture_app.web.library.ids import Id
+from capture_app.web.library.info import Info
+from capture_app.web.library.results import CONTACTS, MANIFEST, VIDEO
+from capture_app.web.limited import work
+from capture_app.web.problems import Refused
+from capture_app.web.routes.items import Item, Rename, item, renamed
+from capture_app.web.routes.reports import SCENE
+from capture_app.web.served import Made, file_name, listed, one_of, served
+from capture_app.web.site import Here, Site
+from omomo_core.errors import InputError
+from omomo_core.motion import FPS
+
+router = APIRouter(prefix="/api/results", tags=["results"])
+_ORIGINS = ("session", "object", "mount", "parent")
+"""Ids of what a result was made from; null for one that was copied in."""
+_FILE: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}
+
+
+class Whole(BaseModel):
+    """A result with its manifest and all its files."""
+
+    model_config = ConfigDict(extra="allow")
+
+    id: str
+    name: str
+    created: datetime
+    size: int
+    manifest: dict[str, Any]
+    files: list[Made]
+    exports: list[Made]
+
+
+@router.get("")
+def everything(site: Here) -> list[Item]:
+    """All there are, the newest first."""
+    return [_item(site, id_, info) for id_, info in site.library.results.list()]
+
+
+@router.get("/{id}")
+def one(site: Here, id: Id) -> Whole:
+    """What is known of one, with its manifest and all its files."""
+    results = site.library.results
+    manifest = read_manifest(results.content(id) / MANIFEST).model_dump(mode="json")
+    for given in manifest["inputs"]:
+        given["path"] = site.library.shown(given["path"])
+    at = f"/api/results/{id}"
+    told = _item(site, id, results.get(id)).model_dump()
+    return Whole(
+        **{k: v for k, v in told.items() if k != "files"},
+        manifest=manifest,
+        files=listed(results.place(id), f"{at}/files"),
+        exports=listed(results.exports(id), f"{at}/exports"),
+    )
+
+
+@router.patch("/{id}")
+def rename(site: Here, id: Id, given: Rename) -> Item:
+    """Give it another name."""
+    return _item(site, id, site.library.results.change(id, renamed(given.name)))
+
+
+@router.delete("/{id}", status_code=204)
+def remove(site: Here, id: Id) -> None:
+    """Delete one with all that was made of it; not while a job needs it."""
+    site.library.results.get(id)
+    refuse_in_use(site, id)
+    site.library.results.remove(id)
+
+
+@router.get("/{id}/contacts")
+def contacts(site: Here, id: Id) -> Response:
+    """Which hand holds the object when and where, to be corrected."""
+    path = site.library.results.content(id) / CONTACTS
+    if not path.is_file():
+        raise Refused(
+            404,
+            "contacts-missing",
+            "This result has no contacts to correct.",
+            where=id,
+            fix="Run the take again with the contact rule 'segments'.",
+        )
+    return Response(path.read_bytes(), media_type="application/json")
+
+
+@router.get("/{id}/files/{name}", response_class=FileResponse, responses=_FILE)
+def file(site: Here, id: Id, name: str) -> FileResponse:
+    """One of its files."""
+    return _served(site, id, one_of(site.library.results.content(id), name))
+
+
+@router.get("/{id}/exports/{name}", response_class=FileResponse, responses=_FILE)
+def export(site: Here, id: Id, name: str) -> FileResponse:
+    """A file that was made of it."""
+    site.library.results.get(id)
+    return _served(site, id, one_of(site.library.results.exports(id), name))
+
+
+@router.get("/{id}/scene", response_class=FileResponse, responses=_FILE)
+async def scene(site: Here, id: Id) -> FileResponse:
+    """The result as the viewer plays it."""
+    folder = site.library.results.content(id)
+    path = site.library.results.cache(id) / f"scene-{key(folder)}.bin"
+    if not path.is_file():
+        await site.heavy.run(work.pack_result_scene, folder, path)
+    return FileResponse(path, media_type=SCENE)
+
+
+@router.get("/{id}/share.html", response_class=FileResponse, responses=_FILE)
+async def share(site: Here, id: Id) -> FileResponse:
+    """The result as one page that plays anywhere, to be saved."""
+    name = site.library.results.get(id).name
+    folder = site.library.results.content(id)
+    path = site.library.results.cache(id) / f"share-{key(folder, name)}.html"
+    if not path.is_file():
+        await site.heavy.run(work.share_result, folder, name, path)
+    return served(path, f"{file_name(name)}.html")
+
+
+def _served(site: Site, id_: str, path: Path) -> FileResponse:
+    name = file_name(site.library.results.get(id_).name)
+    return served(path, f"{name}-{path.name}")
+
+
+def _item(site: Site, id_: str, info: Info) -> Item:
+    folder = site.library.results.place(id_)
+    video = f"/api/results/{id_}/files/{VIDEO}" if (folder / VIDEO).is_file() else None
+    facts = {
+        **dict.fromkeys(_ORIGINS),
+        **info.facts,
+        **_of_manifest(folder),
+        "video": video,
+        "thumbnail": None,
+    }
+    return item(id_, info.model_copy(update={"facts": facts}))
+
+
+def _of_manifest(folder: Path) -> dict[str, Any]:
+    """Its headline; a manifest of another version says nothing here."""
+    try:
+        manifest: Manifest = read_manifest(folder / MANIFEST)
+    except InputError:
+        return {}
+    mesh = next((Path(i.path).stem for i in manifest.inputs if i.role == "object"), None)
+    return {
+        "seconds": round((manifest.segment.stop - manifest.segment.start) / FPS, 3),
+        "samples": len(manifest.scores),
+        "chosen": manifest.chosen,
+        "object_name": mesh,
+        "notes": manifest.notes,
+        "faults": manifest.faults,
+    }

@@ -1,0 +1,181 @@
+"""serve: the server on a port of this machine, with its workers, until it is told to stop."""
+
+import asyncio
+import errno
+import logging
+import socket
+import threading
+import time
+import webbrowser
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import uvicorn
+from fastapi import FastAPI
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from capture_app.jobs.fleet import Fleet
+from capture_app.jobs.queue import open_queue
+from capture_app.web.app import Door, create_app
+from capture_app.web.guards.hosts import is_loopback
+from capture_app.web.guards.token import Token, new_token
+from capture_app.web.library.library import Library
+from capture_app.web.library.lock import only_server
+from capture_app.web.limited.child import warm_up
+from capture_app.web.limited.heavy import Heavy
+from capture_app.web.limits import Limits
+from capture_app.web.site import Site
+from omomo_core.errors import InputError
+
+_PORTS = 50
+"""Tried one after the other, when the first is taken."""
+_WAITING = 1024
+"""Connections that may wait to be taken."""
+_LEAVE = 3
+"""Seconds that requests get to end when the server stops."""
+
+
+@dataclass(frozen=True)
+class Wish:
+    """How the server shall be."""
+
+    library: Path
+    host: str = "127.0.0.1"
+    port: int = 8765
+    token: str | None = None
+    """None makes one where others can reach the server."""
+    allowed: tuple[str, ...] = ()
+    """Names under which a proxy shows it."""
+    workers: int = 1
+
+
+def serve(wish: Wish, started: Callable[[str], None]) -> None:
+    """Serve until Ctrl-C or SIGTERM.
+
+    Args:
+        wish: how.
+        started: told the address to open, once the port is there.
+
+    Raises:
+        InputError: the library, the address or the token cannot be used.
+    """
+    library = _library(wish.library)
+    token = _token(wish)
+    with ExitStack() as stack:
+        note = stack.enter_context(only_server(library.root))
+        listening = stack.enter_context(_listen(wish.host, wish.port))
+        address = _address(wish.host, listening.getsockname()[1])
+        note.write_text(address, encoding="utf-8")
+        queue = open_queue(library.database)
+        workers = Fleet(queue.database_url, wish.workers) if wish.workers else None
+        site = Site(library, queue, Heavy(library.scratch), token=token)
+        app = create_app(
+            site, Door(wish.host, wish.allowed), lambda: workers is not None and workers.alive
+        )
+        warm_up()
+        if workers is not None:
+            workers.start()
+            stack.callback(workers.stop)
+        started(address if token is None else f"{address}?token={token.value}")
+        _run(_config(app), listening)
+
+
+def open_browser(address: str) -> None:
+    """Show the page as soon as the server answers, without waiting for it."""
+
+    def show() -> None:
+        time.sleep(0.5)
+        webbrowser.open(address)
+
+    threading.Thread(target=show, daemon=True).start()
+
+
+def _library(root: Path) -> Library:
+    try:
+        return Library(root)
+    except OSError as error:
+        raise InputError(
+            "library-unusable",
+            f"The library cannot be kept there: {error.strerror or error}.",
+            where=str(root),
+            fix="Give a folder you may write to with --library.",
+        ) from error
+
+
+def _token(wish: Wish) -> Token | None:
+    if wish.token is None and is_loopback(wish.host):
+        return None
+    return Token(wish.token or new_token())
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    """A socket on the port, or on the next one that is free."""
+    for free in range(port, min(port + _PORTS, 2**16)):
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        # Without its protocol, asyncio leaves Nagle's delay on: 40 ms for every answer.
+        listening = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listening.bind((host, free))
+            listening.listen(_WAITING)
+        except OSError as error:
+            listening.close()
+            if error.errno != errno.EADDRINUSE:
+                raise _cannot_listen(host, port, error.strerror or str(error)) from error
+        else:
+            return listening
+    raise _cannot_listen(host, port, "all ports from there on are taken")
+
+
+def _cannot_listen(host: str, port: int, why: str) -> InputError:
+    return InputError(
+        "port-unusable",
+        f"The server cannot listen there: {why}.",
+        where=f"{host}:{port}",
+        fix="Give another --port, or an address of this machine with --host.",
+    )
+
+
+def _address(host: str, port: int) -> str:
+    """What to type into a browser on this machine, or on another one."""
+    name = {"0.0.0.0": socket.gethostname(), "::": socket.gethostname()}.get(host, host)
+    return f"http://[{name}]:{port}/" if ":" in name else f"http://{name}:{port}/"
+
+
+def _config(app: FastAPI) -> uvicorn.Config:
+    return uvicorn.Config(
+        app,
+        http=Greeted,
+        ws="none",
+        lifespan="on",
+        access_log=False,
+        log_config=None,
+        server_header=False,
+        proxy_headers=False,
+        timeout_graceful_shutdown=_LEAVE,
+    )
+
+
+def _run(config: uvicorn.Config, listening: socket.socket) -> None:
+    logging.getLogger("uvicorn.error").setLevel(logging.WARNING)
+    server = uvicorn.Server(config)
+    try:
+        server.run(sockets=[listening])
+    except KeyboardInterrupt:
+        # The server has stopped in order; this is only how it passes the signal on.
+        return
+
+
+class Greeted(H11Protocol):
+    """Lets go of a connection on which no whole request head comes for a while."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Start the clock."""
+        super().connection_made(transport)
+        self.loop.call_later(Limits().silence, self._let_go)
+
+    def _let_go(self) -> None:
+        if not self.headers and not self.transport.is_closing():
+            self.transport.close()

@@ -1,0 +1,34 @@
+"""Site: what the routes work with."""
+
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from fastapi import Depends, Request
+
+from capture_app.jobs.queue import JobQueue
+from capture_app.web.guards.token import Token
+from capture_app.web.library.library import Library
+from capture_app.web.limited.heavy import Heavy
+from capture_app.web.limits import Limits
+from capture_app.web.receive import Receiver
+
+
+@dataclass(frozen=True)
+class Site:
+    """One server's library, jobs and bounds."""
+
+    library: Library
+    queue: JobQueue
+    heavy: Heavy
+    limits: Limits = field(default_factory=Limits)
+    token: Token | None = None
+    """What clients must know; None asks for nothing."""
+    receiver: Receiver = field(default_factory=Receiver)
+
+
+async def _site(request: Request) -> Site:
+    return request.app.state.site
+
+
+Here = Annotated[Site, Depends(_site)]
+"""A route's parameter: the site it belongs to."""

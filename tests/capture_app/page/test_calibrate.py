@@ -1,0 +1,91 @@
+"""The mount, found in the page."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+CORNERS = [
+    ("top left back", (-3.5, 7.0, -0.8)),
+    ("top right back", (3.5, 7.0, -0.8)),
+    ("bottom left back", (-3.5, -7.0, -0.8)),
+    ("bottom right front", (3.5, -7.0, 0.0)),
+]
+"""Where they are on the object, centimetres: the phone's middle in the object's origin."""
+
+
+def _start(tabs, server, example, way):
+    back = f"%23%2Fsessions%2F{example['session']}%3Fobject%3D{example['object']}"
+    return tabs.open(server.at(f"/calibrate?way={way}&object={example['object']}&back={back}"))
+
+
+def _use(page, server, example):
+    mount = re.search(r"mounts/([0-9a-f]{16})", page.url)[1]
+    page.get_by_role("link", name="Use it for the recording").click()
+    page.wait_for_url(f"**/sessions/{example['session']}?object={example['object']}&mount={mount}")
+    return server.ask(f"mounts/{mount}")
+
+
+def test_points_typed_give_a_mount_with_its_error(tabs, server, example):
+    page = _start(tabs, server, example, "points")
+    page.get_by_role("combobox", name="Phone", exact=True).select_option("iPhone 15 Pro")
+    page.get_by_text("Type the place instead of clicking").click()
+    for name, place in CORNERS:
+        page.get_by_label("This point of the phone").select_option(name)
+        for axis, value in zip("xyz", place, strict=True):
+            page.get_by_label(f"{axis} (cm)").fill(str(value))
+        page.get_by_role("button", name="Add this point").click()
+    expect(page.get_by_text("Good. Keep this mount, or add more points.")).to_be_visible()
+    page.get_by_role("button", name="Keep this mount").click()
+    page.wait_for_url(re.compile("#/mounts/"))
+    expect(page.get_by_text(re.compile(r"± \d+\.\d mm"))).to_be_visible()
+    mount = _use(page, server, example)
+    assert (mount["method"], mount["object"]) == ("points", example["object"])
+
+
+@pytest.mark.slow
+def test_points_are_clicked_on_the_object(tabs, server, example):
+    page = _start(tabs, server, example, "points")
+    canvas = page.locator(".stage canvas")
+    expect(page.locator(".stage-message p")).to_have_count(0)
+    canvas.click(position={"x": 5, "y": 5})
+    expect(page.get_by_text("That is beside the object.")).to_be_visible()
+    middle = canvas.evaluate("(one) => [one.clientWidth / 2, one.clientHeight / 2]")
+    for dx in (-20, 20):
+        canvas.click(position={"x": middle[0] + dx, "y": middle[1]})
+    expect(page.locator(".pairs li")).to_have_count(2)
+    page.get_by_role("button", name="Remove top left back").click()
+    expect(page.locator(".pairs li")).to_have_count(1)
+    page.get_by_role("button", name="Keep this mount").click()
+    expect(page.get_by_role("alert")).to_be_visible()
+
+
+def test_numbers_by_eye_warn(tabs, server, example):
+    page = _start(tabs, server, example, "drawing")
+    page.get_by_role("combobox", name="Phone", exact=True).select_option("iPhone 15 Pro")
+    for axis, value in zip("xyz", (0, 10, 20), strict=True):
+        page.get_by_label(f"{axis} (cm)").fill(str(value))
+    page.get_by_label("How do you know").select_option("10")
+    page.get_by_role("button", name="Keep this mount").click()
+    expect(page.get_by_text("hands may be that far off the object")).to_be_visible()
+    assert _use(page, server, example)["bounds"]["mm"] > 20
+
+
+def test_screen_and_top_edge_along_one_axis_is_refused_in_words(tabs, server, example):
+    page = _start(tabs, server, example, "drawing")
+    for axis in "xyz":
+        page.get_by_label(f"{axis} (cm)").fill("1")
+    page.get_by_label("The top edge points").select_option("+z")
+    page.get_by_role("button", name="Keep this mount").click()
+    expect(page.get_by_role("alert")).to_contain_text("What to do:")
+
+
+@pytest.mark.parametrize("way", ["identity", "recording"])
+def test_other_ways(tabs, server, example, way):
+    page = _start(tabs, server, example, way)
+    if way == "recording":
+        expect(page.get_by_text("omocap calibrate board --help")).to_be_visible()
+        return
+    page.get_by_role("button", name="Keep this mount").click()
+    page.wait_for_url(re.compile("#/mounts/"))
+    assert _use(page, server, example)["method"] == "identity"

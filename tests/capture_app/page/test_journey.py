@@ -1,0 +1,81 @@
+"""The way of somebody who comes for the first time: example, report, motion."""
+
+import json
+import re
+
+from playwright.sync_api import expect
+
+
+def test_example_to_motion(tabs, server):
+    page = tabs.open(server.url)
+    page.get_by_role("button", name="Try the example").click()
+    expect(page.get_by_text("This recording is good")).to_be_visible(timeout=30_000)
+    assert page.get_by_role("radio", checked=True).count() == 2
+    page.get_by_text("More options").click()
+    page.get_by_label("Tries").fill("1")
+    page.get_by_label("Steps of the sampler").fill("2")
+    page.get_by_label("Draw a video").uncheck()
+    page.get_by_role("button", name="Make the motion").click()
+    page.wait_for_url(re.compile(r"#/jobs/[0-9a-f]{16}\?from="))
+    expect(page.get_by_text("Putting the hands on the object", exact=True)).to_be_visible()
+    page.wait_for_url(re.compile(r"#/results/[0-9a-f]{16}$"), timeout=60_000)
+    expect(page.get_by_role("heading", level=1)).to_have_text(re.compile("Example"))
+    expect(page.get_by_role("slider", name="Time")).to_be_visible()
+    result = server.ask(f"results/{page.url[-16:]}")
+    assert (result["samples"], result["manifest"]["options"]["steps"]) == (1, 2)
+    assert result["video"] is None
+
+
+def test_report_says_what_to_do_and_shows_where(tabs, server, shaken):
+    page = tabs.open(server.at(f"/sessions/{shaken}"))
+    expect(page.get_by_text("This recording is usable with limits")).to_be_visible(timeout=30_000)
+    expect(page.get_by_text("To do first:")).to_be_visible()
+    worst = page.locator(".checks li").first
+    expect(worst).to_contain_text("look")
+    expect(worst).to_contain_text("Do:")
+    expect(page.locator(".stage-track [role=slider]").first).to_be_visible(timeout=20_000)
+    place = page.get_by_role("button", name=re.compile(r"^Show \d")).first
+    seconds = float(re.findall(r"[\d.]+", place.inner_text())[0])
+    place.click()
+    expect(page.locator(".clock")).to_have_text(re.compile(rf"^{seconds:.1f} / "))
+
+
+def test_a_job_that_fails_tells_why_and_leads_back(tabs, server, example):
+    chosen = f"?object={example['object']}&mount={example['mount']}"
+    page = tabs.open(server.at(f"/sessions/{example['session']}{chosen}"))
+    page.get_by_text("More options").click()
+    page.get_by_label("Stretch to use").fill("9")
+    page.get_by_role("button", name="Make the motion").click()
+    page.wait_for_url(re.compile("#/jobs/"))
+    alert = page.get_by_role("alert")
+    expect(alert).to_contain_text("What to do:", timeout=60_000)
+    assert "Traceback" not in page.content()
+    page.get_by_role("link", name="Back to the recording").click()
+    page.wait_for_url(f"**/sessions/{example['session']}{chosen}")
+
+
+def test_names_are_text_and_never_markup(tabs, server, example):
+    name = "<img src=x onerror=document.title='owned'>"
+    server.ask(f"objects/{example['object']}", {"name": name}, "PATCH")
+    try:
+        page = tabs.open(server.at("/library"))
+        expect(page.get_by_role("link", name=name)).to_be_visible()
+        assert page.title() == "Library · omocap"
+    finally:
+        server.ask(f"objects/{example['object']}", {"name": "Example: box"}, "PATCH")
+
+
+def test_a_stored_thing_is_renamed_and_deleted_after_asking(tabs, server):
+    mount = server.ask("mounts", {"method": "identity", "name": "Old"})
+    page = tabs.open(server.at(f"/mounts/{mount['id']}"))
+    page.get_by_role("button", name="Rename").click()
+    page.get_by_role("textbox", name="Name").fill("New")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("heading", level=1)).to_have_text("New")
+    page.get_by_role("button", name="Delete").click()
+    page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
+    assert server.ask(f"mounts/{mount['id']}")["name"] == "New"
+    page.get_by_role("button", name="Delete").click()
+    page.get_by_role("button", name="Delete it").click()
+    page.wait_for_url("**/#/library")
+    assert mount["id"] not in json.dumps(server.ask("mounts"))

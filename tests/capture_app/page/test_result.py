@@ -1,0 +1,112 @@
+"""A motion: looked at, its contacts corrected, compared, taken to other programs."""
+
+import json
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+
+@pytest.fixture
+def result_page(tabs, server, motion):
+    page = tabs.open(server.at(f"/results/{motion}"))
+    expect(page.get_by_role("slider", name="Time")).to_be_visible(timeout=30_000)
+    return page
+
+
+def _clock(page) -> float:
+    return float(page.locator(".clock").inner_text().split("/")[0])
+
+
+def test_scrub_and_play(result_page):
+    time = result_page.get_by_role("slider", name="Time")
+    time.focus()
+    for _ in range(3):
+        result_page.keyboard.press("PageUp")
+    expect(result_page.locator(".clock")).to_have_text(re.compile(r"^3\.0 /"))
+    result_page.keyboard.press("Home")
+    expect(result_page.locator(".clock")).to_have_text(re.compile(r"^0\.0 /"))
+    result_page.get_by_role("combobox", name="Speed").select_option("2")
+    result_page.get_by_role("button", name="Play", exact=True).click()
+    result_page.wait_for_function(
+        "() => parseFloat(document.querySelector('.clock').textContent) > 0.5"
+    )
+    result_page.get_by_role("button", name="Pause", exact=True).click()
+    stopped = _clock(result_page)
+    result_page.wait_for_timeout(300)
+    assert _clock(result_page) == stopped
+
+
+@pytest.mark.slow
+def test_tries_are_shown_one_by_one_or_side_by_side(result_page):
+    result_page.get_by_label("All side by side").check()
+    expect(result_page.locator(".stage-names span")).to_have_text(["Try 1", "Try 2"])
+    expect(result_page.get_by_role("slider", name="Time")).to_have_count(2)
+    expect(result_page.get_by_role("button", name="Correct the contacts")).to_be_hidden()
+    result_page.get_by_label("best").check()
+    expect(result_page.get_by_role("slider", name="Time")).to_have_count(1)
+    expect(result_page.get_by_role("button", name="Correct the contacts")).to_be_visible()
+
+
+def test_corrected_contact_is_solved_again_and_compared(result_page, server, motion):
+    page = result_page
+    before = server.ask(f"results/{motion}/contacts")["segments"]
+    page.get_by_role("button", name="Correct the contacts").click()
+    solve = page.get_by_role("button", name="Solve again")
+    expect(solve).to_be_disabled()
+    page.get_by_role("slider", name=re.compile(r"hand contact 1, stop")).first.focus()
+    page.keyboard.press("PageDown")
+    solve.click()
+    page.wait_for_url(re.compile(r"#/jobs/"))
+    page.wait_for_url(re.compile(r"#/results/"), timeout=60_000)
+    corrected = page.url[-16:]
+    after = server.ask(f"results/{corrected}/contacts")["segments"]
+    assert len(after) == len(before)
+    assert sum(a != b for a, b in zip(before, after, strict=True)) == 1
+    assert server.ask(f"results/{corrected}")["parent"] == motion
+    page.get_by_role("link", name="compare the two").click()
+    names = ["The motion", "The motion, corrected"]
+    expect(page.locator(".stage-names span")).to_have_text(names, timeout=30_000)
+    assert page.get_by_role("checkbox", checked=True).count() >= 2
+    first, second = page.get_by_role("slider", name="Time").all()
+    first.focus()
+    page.keyboard.press("PageUp")
+    expect(second).to_have_attribute("aria-valuenow", first.get_attribute("aria-valuenow"))
+
+
+def test_export_is_made_and_downloaded(result_page):
+    page = result_page
+    page.get_by_label("Format").select_option("bvh")
+    page.get_by_text("Options", exact=True).click()
+    page.get_by_label("Frames a second").select_option("60")
+    page.get_by_role("button", name="Make the file").click()
+    link = page.get_by_role("status").get_by_role("link").first
+    expect(link).to_be_visible(timeout=60_000)
+    with page.expect_download() as taken:
+        link.click()
+    lines = taken.value.path().read_text().splitlines()
+    assert lines[0] == "HIERARCHY"
+    assert any(line.startswith("Frame Time: 0.0166") for line in lines)
+
+
+def test_shared_file_holds_the_motion(result_page):
+    with result_page.expect_download() as taken:
+        result_page.get_by_role("link", name="Download to share").click()
+    text = taken.value.path().read_text()
+    assert text.lower().startswith("<!doctype html>")
+    assert json.dumps("http")[1:-1] + "://cdn" not in text
+
+
+@pytest.mark.slow
+def test_place_of_a_hand_is_picked_on_the_object(result_page):
+    page = result_page
+    page.get_by_role("button", name="Correct the contacts").click()
+    page.get_by_role("button", name=re.compile("hand contact 1,")).first.click()
+    page.get_by_role("button", name="Put this hand elsewhere").click()
+    page.get_by_label("Camera").select_option("object")
+    canvas = page.locator(".stage canvas")
+    canvas.click(position={"x": 5, "y": 5})
+    expect(page.get_by_text("That is beside the object.")).to_be_visible()
+    canvas.click()
+    expect(page.get_by_role("main").get_by_text("The hand will hold there.")).to_be_visible()
+    expect(page.get_by_role("button", name="Solve again")).to_be_enabled()

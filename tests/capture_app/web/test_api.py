@@ -1,0 +1,316 @@
+"""From what people bring to what they get, by the API alone."""
+
+import json
+from pathlib import Path
+
+import httpx
+import pytest
+import trimesh
+
+from capture_app import result
+from capture_app.web.library import results
+from capture_app.web.routes import about
+from capture_app.web.site import Site
+from tests.capture_app.web.talk import announce, problem, upload
+
+UNKNOWN = "ffffffffffffffff"
+
+
+def _box(side: float) -> bytes:
+    return trimesh.creation.box((side, side, side)).export(file_type="ply")
+
+
+@pytest.fixture(scope="module")
+def example(client: httpx.Client) -> dict[str, str]:
+    return client.post("/api/example").json()
+
+
+def test_the_example_is_there_once_and_good(client, example: dict[str, str]):
+    assert client.post("/api/example").json() == example
+    names = [item["name"] for item in client.get("/api/sessions").json()]
+    assert names.count("Example: session") == 1
+    ids = {"object": example["object"], "mount": example["mount"]}
+    report = client.get(f"/api/sessions/{example['session']}/report", params=ids).json()
+    assert report["verdict"] == "good"
+    assert report["problem"] is None
+    assert report["seconds"] == pytest.approx(11.57, abs=0.1)
+    assert {check["severity"] for check in report["checks"]} == {"ok"}
+    known = client.get(f"/api/sessions/{example['session']}").json()
+    assert (known["app"], known["verdict"]) == ("Stray Scanner", "good")
+
+
+def test_the_report_of_the_phone_alone_and_as_a_page(client, example: dict[str, str]):
+    at = f"/api/sessions/{example['session']}"
+    assert client.get(f"{at}/report").json()["app"] == "Stray Scanner"
+    page = client.get(f"{at}/report.html")
+    assert page.headers["content-type"].startswith("text/html")
+    assert "sandbox" in page.headers["content-security-policy"]
+    assert "Take report" in page.text
+
+
+def test_a_session_that_cannot_be_read_is_kept_and_says_why(client):
+    id_ = upload(client, {"holiday.jpg": b"\xff\xd8"})
+    report = client.get(f"/api/sessions/{id_}/report").json()
+    assert report["verdict"] == "not usable"
+    assert report["problem"]["code"] == "session-unknown"
+    assert report["advice"] == report["problem"]["fix"] != ""
+    assert problem(client.get(f"/api/sessions/{id_}/report.html"), 422)["code"] == "session-unknown"
+    assert client.get(f"/api/sessions/{id_}").status_code == 200
+
+
+def test_a_mesh_says_what_it_is(client):
+    id_ = upload(client, {"box.ply": _box(0.5)}, "object")
+    told = client.get(f"/api/objects/{id_}").json()
+    assert (told["vertices"], told["faces"]) == (8, 12)
+    assert told["extents"] == [0.5, 0.5, 0.5]
+
+
+def test_a_mesh_in_centimetres_is_kept_until_its_unit_is_known(client):
+    data = _box(50)
+    begun = announce(client, {"box.ply": len(data)}, "object")
+    client.put(f"/api/uploads/{begun['id']}/files/0?offset=0", content=data)
+    finish = f"/api/uploads/{begun['id']}/finish"
+    assert problem(client.post(finish), 422)["code"] == "mesh-units"
+    assert client.post(finish, json={"scale": 0.01}).json()["kind"] == "object"
+    at = f"/api/objects/{begun['id']}"
+    assert client.get(at).json()["extents"] == [0.5, 0.5, 0.5]
+    assert client.patch(at, json={"scale": 0.02}).json()["extents"] == [1.0, 1.0, 1.0]
+    assert problem(client.patch(at, json={"scale": 1}), 422)["code"] == "mesh-units"
+    assert client.patch(at, json={"name": "a box"}).json()["name"] == "a box"
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "data", "code"),
+    [
+        ("object", "a.obj", b"v 0 0", "mesh-unreadable"),
+        ("object", "a.stl", b"\xff" * 84, "mesh-unreadable"),
+        ("mount", "a.json", b"{", "mount-unreadable"),
+        ("mount", "a.json", b'{"T_phone_object": [[1e999]]}', "mount-unreadable"),
+    ],
+)
+def test_what_is_damaged_is_refused_in_words(client, kind: str, name: str, data: bytes, code: str):
+    begun = announce(client, {name: len(data)}, kind)
+    client.put(f"/api/uploads/{begun['id']}/files/0?offset=0", content=data)
+    error = problem(client.post(f"/api/uploads/{begun['id']}/finish"), 422)
+    assert error["code"].startswith(code.partition("-")[0])
+    assert error["fix"]
+    assert error["where"] == name
+
+
+def test_a_mesh_reads_no_file_beside_its_own(client, site: Site):
+    """A glTF that names another file as its buffer."""
+    (site.library.root.parent / "private.bin").write_bytes(bytes(1000))
+    gltf = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"uri": "../../../../private.bin", "byteLength": 36}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+        "scene": 0,
+    }
+    data = json.dumps(gltf).encode()
+    begun = announce(client, {"a.gltf": len(data)}, "object")
+    client.put(f"/api/uploads/{begun['id']}/files/0?offset=0", content=data)
+    error = problem(client.post(f"/api/uploads/{begun['id']}/finish"), 422)
+    assert "escapes" in error["what"]
+
+
+def test_things_are_renamed_and_deleted(client):
+    id_ = upload(client, {"a.csv": b"1"})
+    at = f"/api/sessions/{id_}"
+    assert client.patch(at, json={"name": "  chair <b>1</b> "}).json()["name"] == "chair <b>1</b>"
+    assert problem(client.patch(at, json={"name": "  "}), 422)["code"] == "request-invalid"
+    assert client.delete(at).status_code == 204
+    for answer in (client.get(at), client.delete(at), client.patch(at, json={"name": "x"})):
+        assert problem(answer, 404)["code"] == "session-missing"
+
+
+def test_a_mount_of_a_drawing(client, example: dict[str, str]):
+    form = {
+        "method": "drawing",
+        "name": "holder",
+        "phone": "iPhone 15",
+        "xyz": [0, 0.12, 0.31],
+        "axes": "screen faces +y, top edge points +z",
+        "object": example["object"],
+    }
+    made = client.post("/api/mounts", json=form)
+    assert made.status_code == 201, made.text
+    assert made.json()["method"] == "drawing"
+    assert made.json()["phone"] == "iPhone 15"
+    assert 0 < made.json()["bounds"]["mm"] < 20
+    assert made.json() in client.get("/api/mounts").json()
+    error = problem(client.post("/api/mounts", json={**form, "axes": "screen faces up"}), 422)
+    assert error["code"].startswith("drawing")
+    assert problem(client.post("/api/mounts", json={**form, "phone": "Nokia"}), 422)["fix"]
+
+
+def test_a_mount_of_clicked_points(client, example: dict[str, str]):
+    corners = {
+        "top left back corner": [0.1, 0.22, 0.05],
+        "top right back corner": [0.1716, 0.22, 0.05],
+        "bottom left back corner": [0.1, 0.0724, 0.05],
+        "bottom right back corner": [0.1716, 0.0724, 0.05],
+    }
+    form = {
+        "method": "points",
+        "name": "clicked",
+        "object": example["object"],
+        "phone": "iPhone 15",
+        "pairs": [{"phone": name, "point": point} for name, point in corners.items()],
+    }
+    made = client.post("/api/mounts", json=form)
+    assert made.status_code == 201, made.text
+    assert made.json()["object"] == example["object"]
+    assert len(made.json()["points"]) == 4
+    assert all(point["off_mm"] < 2 for point in made.json()["points"])
+
+
+def test_the_identity_needs_nothing(client):
+    made = client.post("/api/mounts", json={"method": "identity", "name": "the phone"}).json()
+    assert made["method"] == "identity"
+    assert client.delete(f"/api/mounts/{made['id']}").status_code == 204
+
+
+def test_a_job_is_ordered_once_however_often_it_is_asked_for(client, example: dict[str, str]):
+    order = {"kind": "run", **example, "options": {"seed": 3, "samples": 1, "video": False}}
+    key = {"Idempotency-Key": "00000000000000cc"}
+    made = [client.post("/api/jobs", json=order, headers=key) for _ in range(3)]
+    assert [answer.status_code for answer in made] == [201] * 3
+    job = made[0].json()
+    assert job["id"] == job["result"] == "00000000000000cc"
+    assert (job["state"], job["name"]) == ("queued", "Example: session")
+    assert job["options"]["seed"] == 3
+    assert {given["role"]: given["path"] for given in job["inputs"]} == {
+        "session": "session",
+        "object": "box.obj",
+        "mount": "mount.json",
+    }
+    listed = client.get("/api/jobs", params={"state": "queued"}).json()
+    assert [one["id"] for one in listed].count(job["id"]) == 1
+    _what_it_needs_stays(client, example)
+    assert problem(client.delete(f"/api/jobs/{job['id']}"), 409)["code"] == "job-active"
+    assert client.post(f"/api/jobs/{job['id']}/cancel").json()["state"] == "cancelled"
+    assert client.post(f"/api/jobs/{job['id']}/again").json()["state"] == "queued"
+    client.post(f"/api/jobs/{job['id']}/cancel")
+    assert client.delete(f"/api/jobs/{job['id']}").status_code == 204
+    assert problem(client.get(f"/api/jobs/{job['id']}"), 404)["code"] == "job-missing"
+
+
+def _what_it_needs_stays(client: httpx.Client, example: dict[str, str]) -> None:
+    for kind, id_ in example.items():
+        assert problem(client.delete(f"/api/{kind}s/{id_}"), 409)["code"] == "in-use"
+
+
+@pytest.mark.parametrize(
+    "order",
+    [
+        {"kind": "run", "session": UNKNOWN},
+        {"kind": "resolve", "result": UNKNOWN, "contacts": {}},
+        {"kind": "export", "result": UNKNOWN, "to": "glb"},
+        {"kind": "render", "result": UNKNOWN},
+        {"kind": "compare", "results": [UNKNOWN]},
+    ],
+)
+def test_a_job_needs_what_it_is_about(client, order):
+    assert problem(client.post("/api/jobs", json=order), 404)["code"].endswith("-missing")
+
+
+def test_a_run_needs_an_object(client, example: dict[str, str]):
+    order = {"kind": "run", "session": example["session"]}
+    assert problem(client.post("/api/jobs", json=order), 422)["code"] == "object-needed"
+
+
+@pytest.mark.parametrize(
+    ("path", "body"),
+    [
+        ("/api/jobs", b"{"),
+        ("/api/jobs", b"null"),
+        ("/api/jobs", b'{"kind": "run", "session": "../../x"}'),
+        ("/api/mounts", b'{"method": "identity"}'),
+        ("/api/mounts", b'{"method": "drawing", "name": "n", "xyz": [NaN, 0, 0]}'),
+        ("/api/uploads", b'{"kind": "session", "name": "\\ud800", "files": []}'),
+        ("/api/uploads", b'{"kind":"session","name":"n","files":[{"path":"../x","size":1}]}'),
+    ],
+)
+def test_a_request_that_does_not_fit_is_told_why(client, path: str, body: bytes):
+    answer = client.post(path, content=body, headers={"Content-Type": "application/json"})
+    assert problem(answer, 422)["what"]
+
+
+def test_a_request_that_no_parser_likes(client):
+    headers = {"Content-Type": "application/json"}
+    answer = client.post("/api/uploads", content=b"[" * 100_000, headers=headers)
+    assert problem(answer, 400)["code"] == "request-malformed"
+
+
+def test_other_addresses_and_methods(client):
+    assert problem(client.get("/api/nothing"), 404)["code"] == "not-found"
+    assert problem(client.put("/api/health"), 405)["code"] == "method"
+
+
+def test_a_defect_is_answered_in_a_sentence_and_logged(client, monkeypatch, caplog):
+    def broken(*_: object) -> None:
+        raise RuntimeError("/a/secret/path")
+
+    monkeypatch.setattr(about, "version", broken)
+    error = problem(client.get("/api/health"), 500)
+    assert error["code"] == "internal"
+    assert "secret" not in str(error)
+    assert "/a/secret/path" in caplog.text
+
+
+def test_choices_name_what_can_be_ordered(client, example: dict[str, str]):
+    choices = client.get("/api/choices").json()
+    assert "iPhone 15" in choices["phones"]
+    assert {"glb", "bvh", "usd"} <= {export["to"] for export in choices["exports"]}
+    form = {
+        "method": "points",
+        "name": "all of them",
+        "object": example["object"],
+        "phone": "iPhone 15",
+        "pairs": [{"phone": name, "point": [0, 0, 0]} for name in choices["phone_points"]],
+    }
+    # The points do not fit, but each of their names is known.
+    assert problem(client.post("/api/mounts", json=form), 422)["code"] != "phone-point"
+
+
+def test_what_is_deleted_leaves_nothing(client, site: Site):
+    id_ = upload(client, {"a.csv": b"1"})
+    client.get(f"/api/sessions/{id_}/report")
+    client.delete(f"/api/sessions/{id_}")
+    left = [p for p in site.library.root.rglob("*") if id_ in str(p)]
+    assert left == []
+
+
+def test_a_results_files_are_called_as_it_writes_them():
+    assert (results.MANIFEST, results.CONTACTS) == (result.MANIFEST, result.CONTACTS)
+    assert results.VIDEO == result.VIDEO
+
+
+def test_two_things_of_one_name_stay_two(client):
+    one, other = (upload(client, {"a.csv": b"1"}) for _ in range(2))
+    assert one != other
+
+
+@pytest.mark.parametrize("path", ["/", "/static/app.js", "/static/viewer/viewer.js"])
+def test_the_page_is_served_and_asked_for_again(client, path: str):
+    answer = client.get(path)
+    assert answer.status_code == 200
+    assert answer.headers["cache-control"] == "no-cache"
+    again = client.get(path, headers={"If-None-Match": answer.headers["etag"]})
+    assert again.status_code in (200, 304)
+
+
+def test_a_scene_is_packed(client, example: dict[str, str]):
+    answer = client.get(f"/api/objects/{example['object']}/scene")
+    assert answer.headers["content-type"] == "application/octet-stream"
+    length = int.from_bytes(answer.content[:4], "little")
+    assert json.loads(answer.content[4 : 4 + length])["kind"] == "object"
+
+
+def test_the_library_is_all_there_is(site: Site):
+    outside = [p for p in site.library.root.parent.iterdir() if p != site.library.root]
+    assert [p for p in outside if p != Path(site.library.root.parent / "private.bin")] == []
