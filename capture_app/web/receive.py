@@ -104,10 +104,12 @@ class _Tail:
     def _open(self) -> IO[bytes]:
         if self._file is None:
             self._place.parent.mkdir(parents=True, exist_ok=True)
-            self._file = self._place.open("ab", buffering=0)
-            there = os.fstat(self._file.fileno()).st_size
+            file = self._place.open("ab", buffering=0)
+            there = os.fstat(file.fileno()).st_size
             if there != self._offset:
+                file.close()
                 raise _elsewhere(there, self._offset)
+            self._file = file
         return self._file
 
 
@@ -132,7 +134,7 @@ async def _in_thread(work: Callable[[], _T]) -> _T:
         except asyncio.CancelledError as error:
             cancelled = error
     if cancelled is not None:
-        raise cancelled
+        raise cancelled from running.exception()
     return running.result()
 
 

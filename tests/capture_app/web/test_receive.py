@@ -2,12 +2,14 @@
 
 import asyncio
 import random
+import time
 from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
 from starlette.requests import ClientDisconnect
 
+from capture_app.web import receive
 from capture_app.web.problems import Refused
 from capture_app.web.receive import Receiver
 
@@ -36,6 +38,20 @@ async def _client(receiver: Receiver, place: Path, rng: random.Random) -> None:
             continue
 
 
+@pytest.fixture
+def _slow_disk(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Others come while the last bytes are being written."""
+    write = receive._Tail.write
+
+    def slowly(tail: receive._Tail) -> None:
+        tail._open()
+        time.sleep(0.005)
+        write(tail)
+
+    monkeypatch.setattr(receive._Tail, "write", slowly)
+
+
+@pytest.mark.usefixtures("_slow_disk")
 @pytest.mark.parametrize("seed", range(4))
 def test_many_who_send_the_same_file_at_once(tmp_path: Path, seed: int):
     place = tmp_path / "a.bin"

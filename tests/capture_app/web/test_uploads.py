@@ -66,6 +66,16 @@ def test_pieces_go_behind_each_other_and_nowhere_else(client, site: Site):
     assert _kept(site, begun["id"], "a.bin") == data
 
 
+def test_a_large_piece_for_another_place_is_left_out_as_a_whole(client):
+    id_ = announce(client, {"a.bin": 9 * 2**20})["id"]
+    at = f"/api/uploads/{id_}/files/0"
+    client.put(f"{at}?offset=0", content=b"12345")
+    for wrong in (0, 4, 2**20):
+        answer = client.put(f"{at}?offset={wrong}", content=bytes(3 * 2**20))
+        assert problem(answer, 409)["code"] == "upload-offset"
+    assert client.get(f"/api/uploads/{id_}").json()["received"] == 5
+
+
 def test_an_answer_that_got_lost_may_be_asked_for_again(client):
     id_ = upload(client, {"a.csv": b"1,2"})
     again = client.post(f"/api/uploads/{id_}/finish")
