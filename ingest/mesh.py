@@ -61,10 +61,11 @@ def _check_file(path: Path) -> None:
             fix=f"Export the object as one of {', '.join(FORMATS)}.",
         )
     if path.stat().st_size > MAX_BYTES:
-        raise _too_large(path, f"{path.stat().st_size / 1e6:.0f} MB")
+        raise too_large(path, f"{path.stat().st_size / 1e6:.0f} MB")
 
 
-def _too_large(path: Path, size: str) -> InputError:
+def too_large(path: Path, size: str) -> InputError:
+    """The error for a mesh file of such a size, "mesh-too-large"."""
     return InputError(
         "mesh-too-large",
         f"{path.name} has {size}; at most {MAX_BYTES / 1e6:.0f} MB and {MAX_FACES:,} triangles "
@@ -80,7 +81,7 @@ def _decode(path: Path) -> trimesh.Trimesh:
         scene = trimesh.load_scene(path, skip_materials=True, process=False)
         triangles = _triangles(scene)
         if triangles > MAX_FACES:  # counted before a scene of many copies is spread out
-            raise _too_large(path, f"{triangles:,} triangles")
+            raise too_large(path, f"{triangles:,} triangles")
         mesh = scene.to_mesh()
         if len(mesh.faces) and not 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices):
             raise ValueError("a triangle names a vertex that is not there")

@@ -10,6 +10,7 @@ import typer
 from rich.logging import RichHandler
 
 from capture_app.cli import (
+    batch,
     compare,
     data,
     demo,
@@ -20,12 +21,16 @@ from capture_app.cli import (
     inspect,
     overlay,
     render,
+    replay,
     rerun,
     resolve,
     run,
+    scan,
+    serve,
     simulate,
     study,
     train,
+    worker,
 )
 from capture_app.cli.calibrate import app as calibrate
 from capture_app.cli.console import errors, report
@@ -40,10 +45,15 @@ app = typer.Typer(
 )
 app.command("run", help=run.HELP)(run.run)
 app.command("inspect")(inspect.inspect)
+app.command("scan")(scan.scan)
+app.command("serve")(serve.serve)
+app.command("replay")(replay.replay)
 app.command("render")(render.render)
 app.command("overlay")(overlay.overlay)
 app.command("compare")(compare.compare)
 app.command("export")(export.export)
+app.command("batch")(batch.batch)
+app.command("worker")(worker.worker)
 app.command("rerun")(rerun.rerun)
 app.command("resolve")(resolve.resolve)
 app.command("doctor")(doctor.doctor)

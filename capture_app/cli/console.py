@@ -23,6 +23,17 @@ _STAGES = {
     "video": "Drawing the video",
     "evaluate": "Evaluating",
     "board": "Looking for the board",
+    "look": "Looking for sharp pictures",
+    "frames": "Picking pictures",
+    "features": "Finding features",
+    "compare": "Comparing pictures",
+    "match": "Matching pictures",
+    "cameras": "Placing the cameras",
+    "stereo": "Measuring depth",
+    "fusion": "Joining the depth",
+    "colours": "Colouring",
+    "clean": "Cleaning the mesh",
+    "report": "Writing the report",
 }
 
 

@@ -5,14 +5,14 @@ from html import escape
 import numpy as np
 
 from capture_app.inspection import Inspection, Verdict
+from capture_app.report_page.checks import listed
 from capture_app.report_page.plots import figures
 from capture_app.report_page.style import STYLE
-from ingest.report.check import Check, Severity
+from ingest.report.check import Severity
 from ingest.report.look import Look
 from ingest.report.series import take_series
 from omomo_core.motion import FPS
 
-WORDS: dict[Severity, str] = {"ok": "✓ good", "warn": "! look", "bad": "✕ bad"}
 _VERDICTS: dict[Verdict, tuple[Severity, str]] = {
     "good": ("ok", "This take is good"),
     "usable with limits": ("warn", "This take is usable with limits"),
@@ -29,7 +29,7 @@ def report_page(seen: Inspection) -> str:
         f"<title>{escape(name)}: take report</title><style>{STYLE}</style></head><body><main>"
         f"<header><p>Take report · {escape(seen.session.app)}</p><h1>{escape(name)}</h1></header>"
         f"{_verdict(seen)}{_facts(seen)}"
-        f"<h2>Checks</h2>{_checks(seen)}"
+        f"<h2>Checks</h2>{listed(seen.report.checks)}"
         f"{_pictures(seen)}"
         f"<footer>{escape(str(seen.session.source))}</footer></main></body></html>\n"
     )
@@ -77,27 +77,3 @@ def _facts(seen: Inspection) -> str:
 
 def _count(seen: Inspection, severity: Severity) -> int:
     return len(seen.report.of(severity))
-
-
-def _checks(seen: Inspection) -> str:
-    """The worst first and open, those that are well folded up below."""
-    troubles = [_item(check) for kind in ("bad", "warn") for check in seen.report.of(kind)]
-    well = [_item(check) for check in seen.report.of("ok")]
-    listed = f'<ul class="checks">{"".join(troubles)}</ul>' if troubles else ""
-    return (
-        f"{listed}<details><summary>{WORDS['ok']}: {len(well)} checks</summary>"
-        f'<ul class="checks">{"".join(well)}</ul></details>'
-    )
-
-
-def _item(check: Check) -> str:
-    where = ""
-    if check.frames is not None:
-        first, last = check.frames[0], check.frames[1] - 1
-        where = f' <span class="where">poses {first} to {last}</span>'
-    fix = f'<span class="fix"><b>Do:</b> {escape(check.fix)}</span>' if check.fix else ""
-    return (
-        f'<li><span class="badge {check.severity}">{WORDS[check.severity]}</span>'
-        f'<span class="name">{escape(check.name.capitalize())}</span>'
-        f'<span class="what">{escape(check.message)}{where}{fix}</span></li>'
-    )

@@ -7,7 +7,6 @@ angles may jump by a whole turn from one sample to the next.
 
 import zipfile
 from collections.abc import Iterator
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +20,7 @@ from ingest.animated.recorded import sampled
 from ingest.animated.rows import not_finite
 from ingest.animated.stretch import split_stretch
 from ingest.animated.surface import Part, joined
+from ingest.usd import open_stage, pxr, triangles_of
 from omomo_core.errors import InputError
 
 NAME = "USD"
@@ -63,24 +63,13 @@ def read(path: Path, node: str | None = None) -> Animation:
     return _Stage(path).animation(node)
 
 
-def _pxr(module: str) -> Any:
-    try:
-        return import_module(f"pxr.{module}")
-    except ImportError:
-        raise InputError(
-            "usd-missing",
-            "Reading USD needs a package that is not installed: usd-core.",
-            fix="Run pip install usd-core, or export as GLB.",
-        ) from None
-
-
 class _Stage:
     """One USD file and what moves in it."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._usd, self._geom = _pxr("Usd"), _pxr("UsdGeom")
-        self._stage = self._open()
+        self._usd, self._geom = pxr("Usd"), pxr("UsdGeom")
+        self._stage = open_stage(path)
         self._rate = float(self._stage.GetTimeCodesPerSecond())
         if not 0 < self._rate < MAX_FPS:
             raise InputError(
@@ -116,28 +105,6 @@ class _Stage:
         up = "y" if self._geom.GetStageUpAxis(self._stage) == self._geom.Tokens.y else "z"
         moved = sampled(self._path, times, poses, up)
         return Animation(self._path, moved.T_file_object, moved.valid, up, mesh)
-
-    def _open(self) -> Any:
-        try:
-            stage = self._usd.Stage.Open(str(self._path))
-            layers = [str(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath]
-        except Exception as problem:  # USD raises its own errors, of no common base
-            raise InputError(
-                "usd-unreadable",
-                f"{self._path.name} cannot be read: {str(problem).strip()[-200:]}",
-                where=str(self._path),
-                fix="Open it in a 3D program and export it again.",
-            ) from None
-        whole = str(self._path.resolve())
-        others = [layer for layer in layers if not layer.startswith(whole)]
-        if others:
-            raise InputError(
-                "usd-external",
-                f"{self._path.name} takes things from other files, e.g. {Path(others[0]).name}.",
-                where=str(self._path),
-                fix="Flatten it into one file (usdcat --flatten).",
-            )
-        return stage
 
     def _samples(self, prim: Any) -> list[float]:
         return list(self._geom.Xformable(prim).GetTimeSamples())
@@ -178,16 +145,6 @@ class _Stage:
 
     def _part(self, prim: Any, T_top_world: Float64[np.ndarray, "4 4"], code: float) -> Part:
         """Vertices and triangles of a mesh, in the top prim's axes."""
-        mesh = self._geom.Mesh(prim)
-        points = np.array(mesh.GetPointsAttr().Get(code) or [], np.float64).reshape(-1, 3)
-        counts = np.array(mesh.GetFaceVertexCountsAttr().Get(code) or [], np.int64)
-        corners = np.array(mesh.GetFaceVertexIndicesAttr().Get(code) or [], np.int64)
-        starts = np.cumsum(counts) - counts
-        fans = np.maximum(counts - 2, 0)
-        first = np.repeat(starts, fans)
-        nth = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
-        faces = corners[np.stack([first, first + nth + 1, first + nth + 2], axis=1)]
-        if mesh.GetOrientationAttr().Get() == self._geom.Tokens.leftHanded:
-            faces = faces[:, ::-1]
+        points, faces = triangles_of(self._geom.Mesh(prim), code)
         T = T_top_world @ self._placed(prim, code)
         return points @ T[:3, :3].T + T[:3, 3], faces

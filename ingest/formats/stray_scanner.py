@@ -1,4 +1,4 @@
-"""Stray Scanner: odometry.csv, camera_matrix.csv, imu.csv, rgb.mp4 in one folder.
+"""Stray Scanner: odometry.csv, camera_matrix.csv, imu.csv, rgb.mp4, depth maps in one folder.
 
 Positions are ARKit's; rotations carry OpenCV camera axes (the app multiplies by 180 deg about x)
 in the y-up ARKit world. Since 2026 each row also carries the intrinsics. The video's stamps are
@@ -14,6 +14,7 @@ from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
 from ingest.formats.pick import first_row
+from ingest.formats.pictures import depth_log_mm, file_inside, write_depth_mm
 from ingest.formats.poses import check_poses, poses_from_quaternions
 from ingest.formats.table import Table, TextRows, numbers, read_rows
 from ingest.session import GRAVITY, CaptureSession, ImuLog
@@ -61,6 +62,7 @@ def read(path: Path) -> CaptureSession:
         video=video if video.is_file() else None,
         video_times=table.values[:, 0],
         imu=_read_imu(folder / "imu.csv"),
+        depth=depth_log_mm(table.values[:, 0], _depth_maps(text, folder, len(T))),
     )
 
 
@@ -86,6 +88,7 @@ def write(session: CaptureSession, folder: Path) -> Path:
         _write_imu(session.imu, folder / "imu.csv")
     if session.video is not None:
         shutil.copyfile(session.video, folder / "rgb.mp4")
+    write_depth_mm(session, lambda i: folder / "depth" / f"{i:06d}.png")
     return folder
 
 
@@ -124,6 +127,13 @@ def _intrinsics(
         )
     fx, fy, cx, cy = K.values[0, 0], K.values[1, 1], K.values[0, 2], K.values[1, 2]
     return np.tile([fx, fy, cx, cy], (frames, 1))
+
+
+def _depth_maps(text: TextRows, folder: Path, frames: int) -> list[Path | None]:
+    """The depth map of each row, which bears the row's frame number."""
+    named = "frame" in {name.lower() for name in text.rows[0]}
+    count = _columns(text, ("frame",)).values[:, 0] if named else np.arange(frames)
+    return [file_inside(folder, f"depth/{int(number):06d}.png") for number in count]
 
 
 def _read_imu(path: Path) -> ImuLog | None:

@@ -3,13 +3,12 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import av
 import av.error
 import cv2
 import numpy as np
-from av.container import InputContainer
 from jaxtyping import Float64, UInt8
 
+from ingest.film import frames_of, stamps_of
 from ingest.session import CaptureSession
 
 WIDTH = 640
@@ -54,37 +53,11 @@ def _files(files: Sequence[Path], wanted: Sequence[int]) -> Iterator[tuple[int, 
 
 
 def _film(session: CaptureSession, wanted: Sequence[int]) -> Iterator[tuple[int, Picture]]:
+    assert session.video is not None
     try:
-        with av.open(str(session.video)) as container:
-            stamps, keys = _stamps(container)
         # Stray Scanner stamps its first frame before zero, and some tools drop it.
-        late = 1 if len(stamps) == len(image_times(session)) - 1 else 0
-        index_of = {stamps[k - late]: k for k in wanted if 0 <= k - late < len(stamps)}
-        with av.open(str(session.video)) as container:
-            for stamp, picture in _decoded(container, sorted(index_of), keys):
-                yield index_of[stamp], picture
+        late = 1 if len(stamps_of(session.video)) == len(image_times(session)) - 1 else 0
+        for place, frame in frames_of(session.video, [k - late for k in wanted]):
+            yield place + late, frame.to_ndarray(format="gray")
     except (av.error.FFmpegError, IndexError):
         return
-
-
-def _stamps(container: InputContainer) -> tuple[list[int], list[int]]:
-    """Stamp of each frame in the order of showing, and those of the key frames."""
-    packets = [(p.pts, p.is_keyframe) for p in container.demux(video=0) if p.pts is not None]
-    return sorted(pts for pts, _ in packets), sorted(pts for pts, key in packets if key)
-
-
-def _decoded(
-    container: InputContainer, stamps: Sequence[int], keys: Sequence[int]
-) -> Iterator[tuple[int, Picture]]:
-    """The frames with these stamps, decoded once from the key frame before each group of them."""
-    stream = container.streams.video[0]
-    stream.thread_type = "AUTO"
-    key_of = np.array(keys)[np.searchsorted(keys, stamps, "right") - 1]
-    for key in np.unique(key_of).tolist():
-        asked = {stamp for stamp, own in zip(stamps, key_of, strict=True) if own == key}
-        container.seek(key, stream=stream)
-        for frame in container.decode(stream):
-            if frame.pts in asked:
-                yield frame.pts, frame.to_ndarray(format="gray")
-            if frame.pts is not None and frame.pts >= max(asked):
-                break

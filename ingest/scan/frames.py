@@ -55,7 +55,8 @@ def pick_frames(
             are sharp.
     """
     work = Work(folder)
-    key = key_of(STAGE, str(source.where.resolve()), state_of(source.where), count, MAX_SIDE)
+    given = str(source.where.resolve()), state_of(source.where)
+    key = key_of(STAGE, str(folder.resolve()), *given, count, MAX_SIDE)
     if (record := work.record(STAGE, key)) is not None:
         return _restored(record)
     total = len(source.pictures.names)

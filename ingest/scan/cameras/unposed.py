@@ -41,18 +41,6 @@ def from_pictures(
     quiet()
     shutil.rmtree(output, ignore_errors=True)
     output.mkdir(parents=True)
-    options = pycolmap.IncrementalPipelineOptions()
-    options.num_threads = THREADS
-    options.random_seed = 0
-    options.min_model_size = 5
-    options.max_num_models = 10
-    options.extract_colors = False
-    options.ba_refine_focal_length = options.ba_refine_extra_params = not known_lens
-    options.mapper.abs_pose_refine_focal_length = not known_lens
-    options.mapper.abs_pose_refine_extra_params = not known_lens
-    # A walk of two hundred pictures needs no refinement of all after each tenth of them.
-    options.ba_global_frames_ratio = options.ba_global_points_ratio = 1.3
-    options.ba_global_max_refinements = 2
     placed = 0
 
     def told() -> None:
@@ -61,7 +49,7 @@ def from_pictures(
         progress("cameras", min(placed / count, 1.0))
 
     models = pycolmap.incremental_mapping(
-        database, images, output, options=options, next_image_callback=told
+        database, images, output, options=_options(known_lens), next_image_callback=told
     )
     sizes = sorted((model.num_reg_images() for model in models.values()), reverse=True)
     if not sizes or sizes[0] < max(_FEWEST, _SHARE * count):
@@ -79,3 +67,19 @@ def from_pictures(
     cleaned(model, _OFF * max(max(c.width, c.height) for c in model.cameras.values()) / 960)
     assert names_of(model)
     return model
+
+
+def _options(known_lens: bool) -> pycolmap.IncrementalPipelineOptions:
+    options = pycolmap.IncrementalPipelineOptions()
+    options.num_threads = THREADS
+    options.random_seed = 0
+    options.min_model_size = 5
+    options.max_num_models = 10
+    options.extract_colors = False
+    options.ba_refine_focal_length = options.ba_refine_extra_params = not known_lens
+    options.mapper.abs_pose_refine_focal_length = not known_lens
+    options.mapper.abs_pose_refine_extra_params = not known_lens
+    # A walk of two hundred pictures needs no refinement of all after each tenth of them.
+    options.ba_global_frames_ratio = options.ba_global_points_ratio = 1.3
+    options.ba_global_max_refinements = 2
+    return options

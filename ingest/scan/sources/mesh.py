@@ -10,7 +10,7 @@ from jaxtyping import Float64, UInt8
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ingest.mesh import FORMATS, MAX_BYTES, MAX_FACES
+from ingest.mesh import FORMATS, MAX_BYTES, MAX_FACES, too_large
 from ingest.report.check import Check
 from ingest.scan.sources.units import METRES, Unit, guess_unit
 from ingest.scan.sources.usd_mesh import SUFFIXES as USD
@@ -62,17 +62,7 @@ def _check_file(path: Path) -> None:
     if not path.is_file():
         raise InputError("mesh-missing", "There is no such mesh file.", where=str(path))
     if path.stat().st_size > MAX_BYTES:
-        raise _too_large(path, f"{path.stat().st_size / 1e6:.0f} MB")
-
-
-def _too_large(path: Path, size: str) -> InputError:
-    return InputError(
-        "mesh-too-large",
-        f"{path.name} has {size}; at most {MAX_BYTES / 1e6:.0f} MB and {MAX_FACES:,} triangles "
-        "are read.",
-        where=str(path),
-        fix="Export it with less detail: 100,000 triangles are plenty.",
-    )
+        raise too_large(path, f"{path.stat().st_size / 1e6:.0f} MB")
 
 
 def _parts(path: Path) -> dict[str, trimesh.Trimesh]:
@@ -82,7 +72,7 @@ def _parts(path: Path) -> dict[str, trimesh.Trimesh]:
         nodes = [(node, *scene.graph[node]) for node in scene.graph.nodes_geometry]
         counts = [len(getattr(scene.geometry[key], "faces", ())) for _, _, key in nodes]
         if sum(counts) > MAX_FACES:  # counted before a scene of many copies is spread out
-            raise _too_large(path, f"{sum(counts):,} triangles")
+            raise too_large(path, f"{sum(counts):,} triangles")
         parts: dict[str, trimesh.Trimesh] = {}
         for node, T, key in nodes:
             if isinstance(part := scene.geometry[key], trimesh.Trimesh):

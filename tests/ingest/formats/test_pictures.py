@@ -99,7 +99,7 @@ def _with_depth(session: CaptureSession) -> tuple[CaptureSession, np.ndarray]:
     return replace(session, depth=log), metres
 
 
-@each(scan_capture, arkitscenes)
+@each(scan_capture, arkitscenes, stray_scanner)
 def test_depth_maps_travel(take: MakeTake, tmp_path: Path, format_: Format):
     session, metres = _with_depth(take(0))
     back = format_.read(format_.write(session, tmp_path)).depth

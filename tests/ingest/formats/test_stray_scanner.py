@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ingest.formats import stray_scanner
+from ingest.formats.depth_png import save_millimetres
 from ingest.formats.detect import read_session
 from tests.ingest.formats.logs import MakeTake, edit_line, error_of, write_log
 
@@ -15,6 +16,18 @@ REAL_ROWS = """timestamp, frame, x, y, z, qx, qy, qz, qw, fx, fy, cx, cy, distor
 65575.614270041, 000001, -0.05602985, 0.019177599, 0.23894715, 0.7087146, -0.5875125, -0.08093561, 0.3821022, 1597.8881, 1597.8881, 955.36646, 717.7111, , 
 66575.680947291, 000003, -0.05798644, 0.019260399, 0.2367798, 0.70585245, -0.58915436, -0.08375125, 0.3842591, 1597.8881, 1597.8881, 955.363, 717.72205, , 
 """  # noqa: E501
+
+
+def test_depth_maps_bear_the_numbers_of_the_frames(tmp_path: Path):
+    (tmp_path / "odometry.csv").write_text(REAL_ROWS)
+    (tmp_path / "depth").mkdir()
+    for number in (0, 3):
+        metres = np.full((192, 256), 1.0 + number, np.float32)
+        save_millimetres(metres, tmp_path / "depth" / f"{number:06d}.png")
+    session = read_session(tmp_path)
+    assert session.depth is not None
+    np.testing.assert_array_equal(session.depth.times, session.times[[0, 2]])
+    assert session.depth.load(session.depth.files[1])[0, 0] == 4.0
 
 
 def test_rows_of_the_2026_app(tmp_path: Path):

@@ -1,0 +1,57 @@
+"""The folder beside a scan's mesh: whose it is, and what stays in it."""
+
+import shutil
+
+from capture_app.scanning.request import ScanRequest
+from ingest.scan.clean.save import FORMATS
+from omomo_core.errors import InputError
+from omomo_core.whole_file import check_target, write_whole
+
+MARK = "scan.txt"
+MODEL, IMAGES = "model", "images"
+REPORT_PAGE, REPORT_DATA, VIEWS, OUTLINE = "report.html", "report.json", "views.png", "outline.png"
+_KEPT = frozenset((MARK, MODEL, IMAGES, REPORT_PAGE, REPORT_DATA, VIEWS, OUTLINE))
+_ABOUT = """What omocap scan made beside {name}.
+
+report.html   how good the scan is, and what to film again
+model, images COLMAP model in the mesh's own frame, for omocap calibrate scan
+The rest is what a scan goes on from when it is interrupted or asked for again; it may be deleted.
+"""
+
+
+def open_folder(request: ScanRequest) -> None:
+    """Make the folder, or find it as an earlier scan left it.
+
+    Raises:
+        InputError: "output-exists", "scan-folder" (it holds something else), or those of
+            `check_target`.
+    """
+    check_target(request.output, FORMATS)
+    if request.output.exists() and not request.replace:
+        raise InputError(
+            "output-exists",
+            "There is a mesh of that name already.",
+            where=str(request.output),
+            fix="Give another name with -o, or replace it with --replace.",
+        )
+    work = request.work
+    if work.exists() and not (work / MARK).is_file() and (work.is_file() or any(work.iterdir())):
+        raise InputError(
+            "scan-folder",
+            "The folder that a scan keeps beside its mesh holds something else.",
+            where=str(work),
+            fix="Give the mesh another name with -o.",
+        )
+    work.mkdir(exist_ok=True)
+    write_whole(work / MARK, _ABOUT.format(name=request.output.name))
+
+
+def tidy(request: ScanRequest) -> None:
+    """Delete what only another run of the same scan would need."""
+    for inside in request.work.iterdir():
+        if inside.name in _KEPT:
+            continue
+        if inside.is_dir():
+            shutil.rmtree(inside)
+        else:
+            inside.unlink()

@@ -1,0 +1,107 @@
+"""scan_page: a scan's report as one HTML text, every word of it escaped."""
+
+from base64 import b64encode
+from collections.abc import Mapping
+from html import escape
+
+import cv2
+import numpy as np
+from jaxtyping import UInt8
+
+from capture_app.report_page.checks import listed
+from capture_app.report_page.style import STYLE
+from capture_app.scanning.circle import circle
+from capture_app.scanning.request import ScanRequest
+from ingest.report.check import Severity
+from ingest.scan.clean.clean import CleanMesh
+from ingest.scan.found import Found
+from ingest.scan.quality.report import ScanReport
+
+_WORDS: dict[Severity, str] = {
+    "ok": "This scan is good",
+    "warn": "This scan is usable with limits",
+    "bad": "This scan is not to be relied on",
+}
+_STYLE = """
+figure img { display:block; width:100%; height:auto; border-radius:8px; }
+figure.small svg { max-width:26rem; margin:0 auto; }
+.gap { fill:var(--bad); opacity:.3; }
+figcaption { color:var(--quiet); font-size:.88rem; padding:.5rem 0 .4rem; }
+"""
+_QUALITY = 88
+
+
+def scan_page(
+    request: ScanRequest,
+    cleaned: CleanMesh,
+    report: ScanReport,
+    found: Found | None,
+    pictures: Mapping[str, UInt8[np.ndarray, "h w 3"]],
+) -> str:
+    """The whole page; it loads nothing from anywhere.
+
+    Args:
+        request, cleaned, report, found: of the scan.
+        pictures: by what is written below them.
+    """
+    name = escape(request.output.name)
+    shown = "".join(_figure(words, picture) for words, picture in pictures.items())
+    return (
+        '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{name}: scan report</title><style>{STYLE}{_STYLE}</style></head><body><main>"
+        f"<header><p>Scan report</p><h1>{name}</h1></header>"
+        f"{_verdict(report)}{_facts(cleaned, found)}"
+        f"<h2>Pictures</h2>{shown}{_around(report)}"
+        f"<h2>Checks</h2>{listed(report.checks)}"
+        f"<footer>{escape(str(request.source))}</footer></main></body></html>\n"
+    )
+
+
+def _verdict(report: ScanReport) -> str:
+    troubles = report.of("bad") or report.of("warn")
+    advice = next((check.fix for check in troubles if check.fix), "")
+    told = f"To do first: {advice}" if advice else "Nothing is to be done: use it."
+    words = _WORDS[report.severity]
+    return (
+        f'<section class="verdict {report.severity}"><strong>{words}</strong>'
+        f"<p>{escape(told)}</p></section>"
+    )
+
+
+def _facts(cleaned: CleanMesh, found: Found | None) -> str:
+    sides = np.ptp(cleaned.mesh.vertices, axis=0)
+    facts = [
+        ("Size, metres", " × ".join(f"{side:.2f}" for side in sides)),
+        ("Vertices", f"{len(cleaned.mesh.vertices):,}"),
+        ("Surface", "closed" if cleaned.watertight else "open"),
+    ]
+    if found is not None:
+        views, absent = len(found.registered.views), len(found.registered.left_out)
+        facts.append(("Pictures placed", f"{views} of {views + absent}"))
+        facts.append(("Size is sure to", f"{found.registered.scale.sigma:.1%}"))
+        facts.append(
+            ("Measured by", {"both": "pictures and depth"}.get(found.method, found.method))
+        )
+    cells = "".join(f"<div><dt>{label}</dt><dd>{value}</dd></div>" for label, value in facts)
+    return f'<dl class="facts">{cells}</dl>'
+
+
+def _figure(words: str, picture: UInt8[np.ndarray, "h w 3"]) -> str:
+    bgr = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
+    data = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])[1].tobytes()
+    source = f"data:image/jpeg;base64,{b64encode(data).decode()}"
+    text = escape(words)
+    return f'<figure><img src="{source}" alt="{text}"><figcaption>{text}</figcaption></figure>'
+
+
+def _around(report: ScanReport) -> str:
+    if report.coverage is None:
+        return ""
+    words = (
+        "Where the pictures were taken, seen from above: the rim is level with the object's middle, "
+        "the centre right above it. Red: nothing was filmed from there."
+    )
+    return (
+        f'<figure class="small">{circle(report.coverage)}<figcaption>{words}</figcaption></figure>'
+    )

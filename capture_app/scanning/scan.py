@@ -1,0 +1,126 @@
+"""The whole story: a film of an object becomes its mesh, with a report beside it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from capture_app.progress import Progress, StageClock
+from capture_app.scanning.folder import MODEL, open_folder, tidy
+from capture_app.scanning.request import ScanRequest
+from capture_app.scanning.write import write_report
+from ingest.scan.cameras.register import register
+from ingest.scan.clean.clean import CleanMesh, clean
+from ingest.scan.clean.pieces import main_piece
+from ingest.scan.clean.save import save_mesh
+from ingest.scan.dense.dense import DenseSurface, dense_surface
+from ingest.scan.found import Found, to_height
+from ingest.scan.frames import pick_frames
+from ingest.scan.object_model import write_object_model
+from ingest.scan.quality.report import ScanReport, inspect_ready, inspect_scan
+from ingest.scan.ready import ready_mesh
+from ingest.scan.region.aim import Aim
+from ingest.scan.region.region import find_region
+from ingest.scan.sources.mesh import read_scan_mesh
+from ingest.scan.sources.read import is_mesh, read_source
+from ingest.scan.types import Region, Registered
+
+
+@dataclass(frozen=True)
+class Scan:
+    """A mesh that was written, and how good it is."""
+
+    request: ScanRequest
+    cleaned: CleanMesh
+    report: ScanReport
+    found: Found | None
+    """None for a ready mesh."""
+    seconds: dict[str, float]
+    """By stage."""
+
+
+def scan_object(request: ScanRequest, progress: Progress) -> Scan:
+    """Turn a film of an object into its mesh; an interrupted one goes on where it was.
+
+    Args:
+        request: the inputs and options.
+        progress: told each stage ("look", "frames", "features", "compare", "match", "cameras",
+            "board", "stereo", "fusion", "colours", "clean", "report") and how far it is.
+
+    Raises:
+        InputError: what was given cannot become a mesh, or the output cannot be written.
+    """
+    open_folder(request)
+    clock = StageClock(progress)
+    found = None if is_mesh(request.source) else find_object(request, clock)
+    cleaned = _ready(request) if found is None else found.cleaned
+    clock("report", 0.0)
+    report = inspect_ready(cleaned) if found is None else inspect_scan(found)
+    if found is not None:
+        model = request.work / MODEL
+        write_object_model(
+            found.registered.model, found.cleaned.T_world_object, found.stretched, model
+        )
+    scan = Scan(request, cleaned, report, found, clock.seconds)
+    write_report(scan.request, cleaned, report, found, scan.seconds)
+    clock("report", 1.0)
+    save_mesh(cleaned, request.output)
+    if not request.keep:
+        tidy(request)
+    return scan
+
+
+def find_object(request: ScanRequest, clock: Progress) -> Found:
+    """The stages from pictures to the mesh, in metres; each keeps what it made in the folder."""
+    work = request.work
+    source = read_source(request.source, images=request.images)
+    picked = pick_frames(source, work, count=request.frames, progress=clock)
+    registered = register(source, picked, work, options=request.cameras, progress=clock)
+    clock("cameras", 1.0)
+    region = find_region(registered, request.box)
+    surface = dense_surface(
+        registered,
+        region,
+        _aim(registered, region),
+        work,
+        method=request.method,
+        progress=clock,
+    )
+    clock("clean", 0.0)
+    cleaned = clean(
+        surface.vertices,
+        surface.faces,
+        surface.colours,
+        region,
+        request.output.stem,
+        seen=surface.seen,
+        most=request.vertices,
+    )
+    clock("clean", 1.0)
+    found = Found(picked, registered, region, cleaned, surface.voxel, surface.method, _cut(surface))
+    return to_height(found, request.cameras.height)
+
+
+def _ready(request: ScanRequest) -> CleanMesh:
+    return ready_mesh(
+        read_scan_mesh(
+            request.source,
+            name=request.object_name,
+            unit=request.unit,
+            height=request.cameras.height,
+        )
+    )
+
+
+def _aim(registered: Registered, region: Region) -> Aim:
+    """The middle of the region: the pictures are matched for what is there."""
+    middle = region.T_world_floor[:3, :3] @ (region.low + region.high) / 2
+    point = middle + region.T_world_floor[:3, 3]
+    eyes = np.array([view.T_world_camera[:3, 3] for view in registered.views])
+    return Aim(point, float(np.median(np.linalg.norm(eyes - point, axis=1))), 0.0)
+
+
+def _cut(surface: DenseSurface) -> float:
+    """Part of the surface that is not the object's, by area."""
+    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return 1 - float(area[main_piece(surface.vertices, surface.faces)].sum() / area.sum())

@@ -1,0 +1,72 @@
+"""Found: an object's mesh with the cameras and the region that it came from, in true metres."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float64
+
+from ingest.scan.clean.clean import CleanMesh
+from ingest.scan.types import Frames, Region, Registered, ScanMesh
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the stages of a scan have come to."""
+
+    frames: Frames
+    registered: Registered
+    region: Region
+    cleaned: CleanMesh
+    voxel: float
+    """Metres: no detail of the surface is finer."""
+    method: str
+    """Of the dense stage: "stereo", "depth" or "both"."""
+    pieces_cut: float = 0.0
+    """Area of what stood in the region and is not the object, as a part of all."""
+    stretched: float = 1.0
+    """What everything was multiplied with in the end; the model in the work folder was not."""
+
+
+def to_height(found: Found, height: float | None) -> Found:
+    """Everything scaled so that the object is that high, where nothing else told how large it is.
+
+    Args:
+        found: of the stages; returned as it is where its scale came from elsewhere.
+        height: of the object, metres.
+    """
+    if height is None or found.registered.scale.by != "height":
+        return found
+    factor = height / float(np.ptp(found.cleaned.mesh.vertices[:, 2]))
+    voxel = factor * found.voxel
+    scale = replace(found.registered.scale, sigma=voxel / height)
+    views = tuple(
+        replace(view, T_world_camera=_moved(view.T_world_camera, factor))
+        for view in found.registered.views
+    )
+    return replace(
+        found,
+        registered=replace(
+            found.registered, views=views, points=factor * found.registered.points, scale=scale
+        ),
+        region=Region(
+            _moved(found.region.T_world_floor, factor),
+            factor * found.region.low,
+            factor * found.region.high,
+            found.region.notes,
+        ),
+        cleaned=_larger(found.cleaned, factor),
+        voxel=voxel,
+        stretched=factor,
+    )
+
+
+def _larger(cleaned: CleanMesh, factor: float) -> CleanMesh:
+    mesh: ScanMesh = replace(cleaned.mesh, vertices=factor * cleaned.mesh.vertices)
+    return replace(cleaned, mesh=mesh, T_world_object=_moved(cleaned.T_world_object, factor))
+
+
+def _moved(T: Float64[np.ndarray, "4 4"], factor: float) -> Float64[np.ndarray, "4 4"]:
+    """A pose whose place is farther from the world's origin."""
+    moved = T.copy()
+    moved[:3, 3] *= factor
+    return moved

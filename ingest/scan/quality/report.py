@@ -1,0 +1,113 @@
+"""ScanReport: the verdicts on a scan."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ingest.mesh import MAX_EXTENT, MIN_EXTENT
+from ingest.report.check import Check, Severity, grade, graded, worst
+from ingest.scan.clean.clean import CleanMesh
+from ingest.scan.found import Found
+from ingest.scan.quality.coverage import Coverage, coverage_checks, coverage_of
+from ingest.scan.quality.texture import texture_check
+
+_ALL, _MOST = 0.9, 0.6
+"""Part of the pictures that are registered: below it is looked at, and bad."""
+_OFF_WARN, _OFF_BAD = 1.5, 4.0
+"""Pixels between features and points, in a picture 960 pixels wide."""
+_SCALE_WARN, _SCALE_BAD = 0.01, 0.05
+_PLAUSIBLE = (0.1, 2.5)
+"""Metres of the largest side of what people carry, drag or sweep with."""
+_LEFT_OVER = 0.3
+"""Part of the measured surface that may belong to other things."""
+
+
+@dataclass(frozen=True)
+class ScanReport:
+    """All the verdicts, in the order in which a person wants to read them."""
+
+    checks: tuple[Check, ...]
+    coverage: Coverage | None
+    """None for a ready mesh, which has no pictures."""
+
+    @property
+    def severity(self) -> Severity:
+        """The worst of the checks."""
+        return worst([check.severity for check in self.checks])
+
+    def of(self, severity: Severity) -> list[Check]:
+        """The checks of one severity."""
+        return [check for check in self.checks if check.severity == severity]
+
+
+def inspect_scan(found: Found) -> ScanReport:
+    """Look a scan over."""
+    coverage = coverage_of(found)
+    checks = (
+        *found.frames.notes,
+        _pictures(found),
+        *(note for note in found.registered.notes if note.name != "registered"),
+        _reprojection(found),
+        _scale(found),
+        *coverage_checks(coverage),
+        texture_check(found),
+        *found.region.notes,
+        _pieces(found),
+        *found.cleaned.mesh.notes,
+        *_of_mesh(found.cleaned),
+    )
+    return ScanReport(checks, coverage)
+
+
+def inspect_ready(cleaned: CleanMesh) -> ScanReport:
+    """Look a mesh over that another app made."""
+    return ScanReport((*cleaned.mesh.notes, *_of_mesh(cleaned)), None)
+
+
+def _pictures(found: Found) -> Check:
+    there, absent = len(found.registered.views), len(found.registered.left_out)
+    share = there / (there + absent)
+    severity = "bad" if share < _MOST else "warn" if share < _ALL else "ok"
+    message = f"{there} of {there + absent} pictures were placed."
+    if absent:
+        first = found.registered.left_out[0]
+        message += f" Of {first.name}: {first.reason}."
+    return graded(
+        "registered", severity, message, "Film what is missing more slowly, with more overlap."
+    )
+
+
+def _reprojection(found: Found) -> Check:
+    off = found.registered.reprojection
+    width = max(max(view.size) for view in found.registered.views)
+    message = f"Points lie {off:.2f} pixels from where the pictures show them."
+    fix = "Film slowly, with a steady hand; the object and its surroundings must not move."
+    return graded("reprojection", grade(off * 960 / width, _OFF_WARN, _OFF_BAD), message, fix)
+
+
+def _scale(found: Found) -> Check:
+    scale = found.registered.scale
+    largest = float(np.ptp(found.cleaned.mesh.vertices, axis=0).max())
+    message = (
+        f"The size comes from {scale.said}, sure to {scale.sigma:.1%}: {1e3 * scale.sigma * largest:.0f}"
+        f" mm in its largest side of {largest:.2f} m."
+    )
+    fix = "Measure the object's height and give it (--height), or lay a board beside it (--board)."
+    return graded("scale", grade(scale.sigma, _SCALE_WARN, _SCALE_BAD), message, fix)
+
+
+def _pieces(found: Found) -> Check:
+    message = f"{found.pieces_cut:.0%} of the measured surface were other things, and cut off."
+    fix = "Look at the pictures; if a part of the object is missing, give a box around it (--box)."
+    return graded("cut off", "warn" if found.pieces_cut > _LEFT_OVER else "ok", message, fix)
+
+
+def _of_mesh(cleaned: CleanMesh) -> tuple[Check, ...]:
+    sides = np.ptp(cleaned.mesh.vertices, axis=0)
+    largest = float(sides.max())
+    said = f"It is {sides[0]:.2f} x {sides[1]:.2f} m wide and {sides[2]:.2f} m high."
+    usual = _PLAUSIBLE[0] <= largest <= _PLAUSIBLE[1]
+    severity = "bad" if not MIN_EXTENT <= largest <= MAX_EXTENT else "ok" if usual else "warn"
+    fix = "Measure it; if that is wrong, give its height (--height) or the box it is in (--box)."
+    count = f"{len(cleaned.mesh.vertices):,} vertices, {len(cleaned.mesh.faces):,} triangles."
+    return (graded("size", severity, said, fix), Check("vertices", "ok", count))

@@ -1,0 +1,17 @@
+"""A box filmed with LiDAR, and its scan as `omocap scan` makes it: once for all tests."""
+
+import pytest
+
+from capture_app.scanning.request import ScanRequest
+from capture_app.scanning.scan import scan_object
+from tests.capture_app.scanning.filmed import Scanned, film_small
+
+
+@pytest.fixture(scope="session")
+def scanned(tmp_path_factory: pytest.TempPathFactory) -> Scanned:
+    folder = tmp_path_factory.mktemp("scanning")
+    film = film_small(folder / "film")
+    request = ScanRequest(film.path, folder / "box.glb", method="depth", vertices=2000)
+    stages: list[str] = []
+    made = scan_object(request, lambda stage, done: stages.append(stage))
+    return Scanned(film, made, tuple(dict.fromkeys(stages)))

@@ -1,0 +1,25 @@
+"""A small film of a box, and its scan."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from capture_app.scanning.scan import Scan
+from capture_app.simulator.scan_camera import FilmErrors
+from capture_app.simulator.scan_film import ScanFilm, film_session
+from capture_app.simulator.scan_scene import scan_scene
+
+
+@dataclass(frozen=True)
+class Scanned:
+    """What was filmed, what came out, and the stages that were told of."""
+
+    film: ScanFilm
+    scan: Scan
+    stages: tuple[str, ...]
+
+
+def film_small(folder: Path) -> ScanFilm:
+    """A session of a box with depth, few small pictures all around."""
+    scene = scan_scene(21, "box")
+    errors = FilmErrors(jolts=0.0)
+    return film_session(scene, folder, count=24, width=400, seed=3, errors=errors, depth=True)

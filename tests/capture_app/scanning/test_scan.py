@@ -1,0 +1,112 @@
+"""From a film to an object's mesh: right, where it says it is, and whole or not at all."""
+
+import json
+from dataclasses import replace
+
+import igl
+import numpy as np
+import pytest
+import torch
+
+from capture_app.scanning.folder import tidy
+from capture_app.scanning.scan import scan_object
+from ingest.mesh import load_mesh
+from ingest.mount.scan.landmarks import read_landmarks
+from omomo_core.errors import InputError
+from omomo_core.geometry.distance_field import distance_field
+
+
+def _off(points, vertices, faces):
+    """Metres from points to a surface."""
+    return np.sqrt(igl.point_mesh_squared_distance(points, vertices, faces)[0])
+
+
+def test_the_mesh_is_the_box_where_it_stood(scanned):
+    request, film = scanned.scan.request, scanned.film
+    mesh = load_mesh(request.output)
+    T = np.array(json.loads((request.work / "report.json").read_text())["T_world_object"])
+    true = film.scene.mesh.vertices @ film.T_scan_object[:3, :3].T + film.T_scan_object[:3, 3]
+    off = _off(mesh.vertices @ T[:3, :3].T + T[:3, 3], true, film.scene.mesh.faces)
+    assert np.median(off) < 0.005
+    assert mesh.vertices[:, 2].min() == pytest.approx(0, abs=1e-4)
+    assert np.abs(mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))[:2].max() < 0.02
+
+
+def test_a_motion_can_tell_inside_from_outside(scanned):
+    field = distance_field(load_mesh(scanned.scan.request.output))
+    points = torch.tensor([[0.0, 0.0, 0.15], [0.0, 0.0, 1.0]], dtype=torch.float32)
+    inside, outside = field.at(points).tolist()
+    assert inside < -0.05
+    assert outside > 0.4
+
+
+def test_the_model_beside_it_is_in_the_frame_of_the_mesh(scanned):
+    request = scanned.scan.request
+    mesh = load_mesh(request.output)
+    landmarks = read_landmarks(request.work / "model", request.work / "images")
+    sides = np.abs(mesh.vertices).max(axis=0)
+    above = (landmarks.points[:, 2] > 0.05) & (np.abs(landmarks.points) < sides + 0.01).all(axis=1)
+    on = landmarks.points[above]
+    assert len(on) > 20
+    assert np.median(_off(on, mesh.vertices, mesh.faces)) < 0.006
+
+
+def test_what_is_written_beside_the_mesh(scanned):
+    work = scanned.scan.request.work
+    page = (work / "report.html").read_text()
+    assert "data:image/jpeg;base64" in page
+    assert 'src="http' not in page
+    data = json.loads((work / "report.json").read_text())
+    assert data["pictures"]["registered"] == data["pictures"]["picked"]
+    assert {"registered", "all around", "scale", "texture", "closed", "size"} <= {
+        check["name"] for check in data["checks"]
+    }
+    assert set(data["seconds"]) >= {"features", "cameras", "fusion", "clean"}
+    assert all((work / name).stat().st_size > 10_000 for name in ("views.png", "outline.png"))
+
+
+def test_what_was_made_is_not_made_again(scanned, tmp_path):
+    request = replace(scanned.scan.request, vertices=800, replace=True)
+    told: list[str] = []
+    again = scan_object(request, lambda stage, done: told.append(stage))
+    assert not {"features", "match"} & set(told)
+    assert {"features", "match"} <= set(scanned.stages)
+    assert len(again.cleaned.mesh.vertices) < 1000
+
+
+def test_a_mesh_of_that_name_stays(scanned):
+    request = replace(scanned.scan.request, replace=False)
+    before = request.output.read_bytes()
+    with pytest.raises(InputError) as caught:
+        scan_object(request, lambda stage, done: None)
+    assert caught.value.code == "output-exists"
+    assert request.output.read_bytes() == before
+
+
+def test_a_folder_of_somebody_else_is_left_alone(scanned, tmp_path):
+    other = tmp_path / "thing.scan"
+    other.mkdir()
+    (other / "letter.txt").write_text("mine")
+    request = replace(scanned.scan.request, output=tmp_path / "thing.glb")
+    with pytest.raises(InputError) as caught:
+        scan_object(request, lambda stage, done: None)
+    assert caught.value.code == "scan-folder"
+    assert [file.name for file in other.iterdir()] == ["letter.txt"]
+
+
+def test_nothing_appears_when_a_scan_fails(scanned, tmp_path):
+    box = replace(scanned.scan.request, output=tmp_path / "thing.glb", frames=12)
+    nowhere = replace(box, source=scanned.film.path / "absent")
+    with pytest.raises(InputError):
+        scan_object(nowhere, lambda stage, done: None)
+    assert not (tmp_path / "thing.glb").exists()
+
+
+def test_tidy_leaves_the_report_and_the_model(scanned, tmp_path):
+    work = tmp_path / "thing.scan"
+    for name in ("model", "images", "stereo"):
+        (work / name).mkdir(parents=True)
+    for name in ("report.html", "database.db", "frames.json"):
+        (work / name).write_text("")
+    tidy(replace(scanned.scan.request, output=tmp_path / "thing.glb"))
+    assert {file.name for file in work.iterdir()} == {"model", "images", "report.html"}
