@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from capture_app.cli.app import invoke
+from capture_app.cli.console import output
 from tests.capture_app.calibrate.guided import Told, write_mesh
 
 
@@ -14,7 +15,7 @@ from tests.capture_app.calibrate.guided import Told, write_mesh
 def converse(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path):
     """Answers the guide in a folder of its own that holds box.obj."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "1000")
+    monkeypatch.setattr(output, "width", 1000)
     write_mesh(tmp_path / "box.obj")
     monkeypatch.setattr(
         "capture_app.calibration.picture.draw_mount", lambda _, __, path: path.write_bytes(b"")
