@@ -53,7 +53,8 @@ def _files(files: Sequence[Path], wanted: Sequence[int]) -> Iterator[tuple[int, 
 
 
 def _film(session: CaptureSession, wanted: Sequence[int]) -> Iterator[tuple[int, Picture]]:
-    assert session.video is not None
+    if session.video is None:
+        return
     try:
         # Stray Scanner stamps its first frame before zero, and some tools drop it.
         late = 1 if len(stamps_of(session.video)) == len(image_times(session)) - 1 else 0

@@ -101,7 +101,8 @@ def _address(told: Path, process: subprocess.Popen[bytes]) -> str:
     raise RuntimeError("the server did not start")
 
 
-@pytest.fixture(scope="session")
+# Playwright runs an event loop while it lives: other files could not have one of their own.
+@pytest.fixture(scope="module")
 def browser(server: Server) -> Iterator[Any]:
     sync_api = pytest.importorskip("playwright.sync_api")
     sync_api.expect.set_options(timeout=15_000)

@@ -25,7 +25,8 @@ _FLAGS = [
 OpenPage = Callable[..., Page]
 
 
-@pytest.fixture(scope="session")
+# Playwright runs an event loop while it lives: other files could not have one of their own.
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     if not CHROMIUM.is_file():
         pytest.skip("Debian's chromium is not installed")

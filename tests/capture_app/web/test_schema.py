@@ -85,9 +85,8 @@ def _operations(live: Live) -> list[APIOperation]:
     return [found.ok() for found in schema.get_all_operations()]
 
 
-@pytest.mark.parametrize(
-    ("examples", "step"), [(1, 7), pytest.param(100, 1, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("examples", "step"), [(1, 7), (100, 1)])
 def test_no_route_fails(live: Live, known: dict[str, str], examples: int, step: int):
     """A few routes in the quick tests."""
     operations = _operations(live)[::step]
