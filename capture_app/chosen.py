@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import UInt8
 
 from capture_app.exports.glb import write_glb
+from capture_app.manifest import CONTACTS, GLB, VIDEO
 from capture_app.progress import Progress
-from capture_app.result import CONTACTS, GLB, VIDEO
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.file import write_contacts
 from omomo_core.generation.person import Person

@@ -7,6 +7,7 @@ from pathlib import Path
 from capture_app.faults import unsatisfied
 from capture_app.made import Made
 from capture_app.manifest import (
+    MANIFEST,
     BodyRecord,
     Correction,
     FloorRecord,
@@ -18,7 +19,7 @@ from capture_app.manifest import (
 )
 from capture_app.prepare import PreparedTake
 from capture_app.request import ResolveRequest, TakeRequest
-from capture_app.result import MANIFEST, Result
+from capture_app.result import Result
 from omomo_core.motion import FPS
 from omomo_core.weights.load import SHIPPED
 

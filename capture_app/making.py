@@ -8,12 +8,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from capture_app.chosen import draw_chosen, export_chosen
 from capture_app.made import Made, load_made, save_made
-from capture_app.manifest import Manifest, write_manifest
+from capture_app.manifest import MANIFEST, Manifest, write_manifest
 from capture_app.progress import Progress, StageClock
-from capture_app.result import MANIFEST, Result, load_result
+from capture_app.request import ResolveRequest, TakeRequest
+from capture_app.result import Result, load_result
 from capture_app.staging import Staging
 from omomo_core.body.model import BodyModel
 from omomo_core.motion import ObjectMotion
@@ -22,28 +24,31 @@ _LEFT = ".made.npz"
 """What was generated, to the last bit; gone when the result is complete."""
 
 
-class ResultInMaking(ABC):
+Request = TypeVar("Request", TakeRequest, ResolveRequest)
+
+
+class ResultInMaking(ABC, Generic[Request]):
     """What the stages share: the folder, the clock, and what was made so far."""
 
     def __init__(
         self,
-        staging: Staging,
+        request: Request,
         progress: Progress,
         *,
-        video_size: tuple[int, int] | None,
+        key: str | None = None,
         timings: Mapping[str, float] | None = None,
     ) -> None:
         """Nothing is read or made yet.
 
         Args:
-            staging: the folder of the result.
+            request: what is asked for.
             progress: told each stage and how far it is.
-            video_size: width and height in pixels; None draws no video.
+            key: names the folder in which another process can go on; None for this one alone.
             timings: seconds spent before, where another process began.
         """
-        self.staging = staging
+        self.request: Request = request
+        self.staging = Staging(request.output, replace=request.replace, key=key)
         self.clock = StageClock(progress, timings)
-        self._video_size = video_size
 
     @property
     @abstractmethod
@@ -93,8 +98,8 @@ class ResultInMaking(ABC):
 
     def video(self) -> None:
         """Draw the chosen sample."""
-        if self._video_size:
-            person, size = self.made.person, self._video_size
+        if size := self.request.video_size:
+            person = self.made.person
             draw_chosen(self.staging.folder, person, self.moved, self.body, size, self.clock)
 
     def finish(self) -> None:
@@ -108,7 +113,7 @@ class ResultInMaking(ABC):
         self.staging.publish()
 
 
-def make(making: ResultInMaking) -> Result:
+def make(making: ResultInMaking[Request]) -> Result:
     """Run all stages; nothing is left behind when one fails.
 
     Returns:

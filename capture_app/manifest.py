@@ -12,6 +12,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from omomo_core.errors import InputError
 
 FORMAT_VERSION = 2
+MOTION, MANIFEST, CONTACTS = "motion.npz", "manifest.json", "contacts.json"
+GLB, VIDEO = "motion.glb", "motion.mp4"
+"""Names of the files of a result folder."""
 
 
 Option = str | int | float | bool | None | tuple[float, float, float]

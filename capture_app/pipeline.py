@@ -7,12 +7,11 @@ from pathlib import Path
 from capture_app.describe import describe, inputs_of
 from capture_app.made import Made
 from capture_app.making import ResultInMaking, make
-from capture_app.manifest import Manifest
+from capture_app.manifest import MOTION, Manifest
 from capture_app.prepare import PreparedTake, prepare_take
 from capture_app.progress import Progress
 from capture_app.request import TakeRequest
-from capture_app.result import MOTION, Result, save_motion
-from capture_app.staging import Staging
+from capture_app.result import Result, save_motion
 from omomo_core.body.model import BodyModel
 from omomo_core.generation.generator import generate
 from omomo_core.generation.known import Known
@@ -37,21 +36,8 @@ def run_take(request: TakeRequest, progress: Progress) -> Result:
     return make(TakeInMaking(request, progress))
 
 
-class TakeInMaking(ResultInMaking):
+class TakeInMaking(ResultInMaking[TakeRequest]):
     """A take on its way to a result."""
-
-    def __init__(
-        self,
-        request: TakeRequest,
-        progress: Progress,
-        *,
-        key: str | None = None,
-        timings: Mapping[str, float] | None = None,
-    ) -> None:
-        """Nothing is read yet; `key` names the folder in which another process can go on."""
-        staging = Staging(request.output, replace=request.replace, key=key)
-        super().__init__(staging, progress, video_size=request.video_size, timings=timings)
-        self._request = request
 
     @property
     def stages(self) -> Mapping[str, Callable[[], None]]:
@@ -67,7 +53,7 @@ class TakeInMaking(ResultInMaking):
     @cached_property
     def prepared(self) -> PreparedTake:
         """Everything that is read and checked; the same in every process."""
-        return prepare_take(self._request)
+        return prepare_take(self.request)
 
     def read(self) -> None:
         """Check every input and that the result can be written."""
@@ -78,7 +64,7 @@ class TakeInMaking(ResultInMaking):
 
     def generate(self) -> None:
         """Generate the samples and write motion.npz."""
-        take, options = self.prepared, self._request.options
+        take, options = self.prepared, self.request.options
         known = Known(contacts=take.contacts)
         made = generate(take.motion, take.body, take.stages, options, self.clock, known)
         path = self.staging.folder / MOTION
@@ -88,7 +74,7 @@ class TakeInMaking(ResultInMaking):
     @property
     def inputs(self) -> Mapping[str, Path]:
         """Session, object, mount, body and contacts, as far as they are given."""
-        return inputs_of(self._request)
+        return inputs_of(self.request)
 
     @property
     def moved(self) -> ObjectMotion:
@@ -103,8 +89,8 @@ class TakeInMaking(ResultInMaking):
     @property
     def has_contacts(self) -> bool:
         """Not by the published rule."""
-        return self._request.segments
+        return self.request.segments
 
     def manifest(self, files: tuple[str, ...]) -> Manifest:
         """Of this run."""
-        return describe(self._request, self.prepared, self.made, self.clock.seconds, files)
+        return describe(self.request, self.prepared, self.made, self.clock.seconds, files)

@@ -7,12 +7,11 @@ from pathlib import Path
 from capture_app.describe import describe_correction
 from capture_app.made import Made
 from capture_app.making import ResultInMaking, make
-from capture_app.manifest import Manifest
+from capture_app.manifest import CONTACTS, MOTION, Manifest
 from capture_app.progress import Progress
 from capture_app.request import ResolveRequest
 from capture_app.rerun import unchanged
-from capture_app.result import CONTACTS, MOTION, Result, body_of, load_result, save_corrected
-from capture_app.staging import Staging
+from capture_app.result import Result, body_of, load_result, save_corrected
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.file import read_contacts
 from omomo_core.contact.segment import Span
@@ -43,21 +42,8 @@ def resolve_result(request: ResolveRequest, progress: Progress) -> Result:
     return make(CorrectionInMaking(request, progress))
 
 
-class CorrectionInMaking(ResultInMaking):
+class CorrectionInMaking(ResultInMaking[ResolveRequest]):
     """A result on its way to a corrected one."""
-
-    def __init__(
-        self,
-        request: ResolveRequest,
-        progress: Progress,
-        *,
-        key: str | None = None,
-        timings: Mapping[str, float] | None = None,
-    ) -> None:
-        """Nothing is read yet; `key` names the folder in which another process can go on."""
-        staging = Staging(request.output, replace=request.replace, key=key)
-        super().__init__(staging, progress, video_size=request.video_size, timings=timings)
-        self._request = request
 
     @property
     def stages(self) -> Mapping[str, Callable[[], None]]:
@@ -73,7 +59,7 @@ class CorrectionInMaking(ResultInMaking):
     def read(self) -> None:
         """Check the result and the contacts, and that the new result can be written."""
         self.clock("read", 0.0)
-        _check(self._before, self._request.output)
+        _check(self._before, self.request.output)
         _ = self.body, self._edited
         self.staging.open()
         self.clock("read", 1.0)
@@ -91,7 +77,7 @@ class CorrectionInMaking(ResultInMaking):
     @property
     def inputs(self) -> Mapping[str, Path]:
         """The result and its contacts."""
-        return {"result": self._request.result, "contacts": self._request.contacts}
+        return {"result": self.request.result, "contacts": self.request.contacts}
 
     @property
     def moved(self) -> ObjectMotion:
@@ -111,11 +97,11 @@ class CorrectionInMaking(ResultInMaking):
     def manifest(self, files: tuple[str, ...]) -> Manifest:
         """Of the new result."""
         timings = self.clock.seconds
-        return describe_correction(self._request, self._before, self.made, timings, files)
+        return describe_correction(self.request, self._before, self.made, timings, files)
 
     @cached_property
     def _before(self) -> Result:
-        return load_result(self._request.result)
+        return load_result(self.request.result)
 
     @cached_property
     def _body(self) -> BodyModel:
@@ -131,7 +117,7 @@ class CorrectionInMaking(ResultInMaking):
 
     @cached_property
     def _edited(self) -> tuple[Span, ...]:
-        return _read_edited(self._request.contacts, self._person, self._thing)
+        return _read_edited(self.request.contacts, self._person, self._thing)
 
 
 def _check(before: Result, output: Path) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capture_app.manifest import Manifest, read_manifest
+from capture_app.manifest import MANIFEST, MOTION, Manifest, read_manifest
 from capture_app.quaternions import matrix_from_xyzw, same_numbers, xyzw_from_matrix
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel, with_height
@@ -19,10 +19,6 @@ from omomo_core.skeleton import BODY_JOINTS, FINGER_JOINTS
 _PLAIN = ("root", "joints", "hand_contact", "foot_contact")
 """Arrays of a HumanMotion that are written as they are."""
 JOINT_NAMES = (*BODY_JOINTS, "left_palm", "right_palm")
-
-MOTION, MANIFEST, CONTACTS = "motion.npz", "manifest.json", "contacts.json"
-GLB, VIDEO = "motion.glb", "motion.mp4"
-"""Names of the files of a result folder."""
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,9 @@ def rerun(result: given.Result, output: given.ResultFolder, replace: given.Repla
 
     Stops if an input or the weights have changed since.
     """
-    from capture_app.manifest import read_manifest
+    from capture_app.manifest import MANIFEST, read_manifest
     from capture_app.pipeline import run_take
     from capture_app.rerun import request_of
-    from capture_app.result import MANIFEST
 
     request = request_of(read_manifest(result / MANIFEST), output, replace=replace)
     with progress_bars() as progress:

@@ -10,7 +10,8 @@ import torch
 from capture_app.comparison.choice import Choice, number
 from capture_app.comparison.motion import Motion
 from capture_app.comparison.paper_rule import by_the_paper
-from capture_app.result import MANIFEST, Result, body_of, load_result
+from capture_app.manifest import MANIFEST
+from capture_app.result import Result, body_of, load_result
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.load import load_body
 from omomo_core.data.clips import Clip, load_clips

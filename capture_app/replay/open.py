@@ -3,8 +3,9 @@
 from pathlib import Path
 
 from capture_app.inspection import inspect_take
+from capture_app.manifest import MOTION
 from capture_app.replay.pack import pack_result, pack_session
-from capture_app.result import MOTION, load_result
+from capture_app.result import load_result
 from omomo_core.errors import InputError
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from capture_app.result import MANIFEST
+from capture_app.manifest import MANIFEST
 from omomo_core.errors import InputError
 
 

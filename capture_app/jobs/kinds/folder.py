@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING
 from capture_app.jobs.work import Attempt
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from capture_app.making import ResultInMaking
 
 
 class FolderWork:
     """A result in the making, as a job."""
 
-    def __init__(self, making: "ResultInMaking", attempt: Attempt) -> None:
+    def __init__(self, making: "ResultInMaking[Any]", attempt: Attempt) -> None:
         """Nothing is read yet."""
         self.making = making
         self._attempt = attempt
@@ -37,8 +39,7 @@ class FolderWork:
         self.making.staging.discard()
 
     def _finish(self) -> None:
-        from capture_app.manifest import read_manifest
-        from capture_app.result import MANIFEST
+        from capture_app.manifest import MANIFEST, read_manifest
 
         self.making.finish()
         manifest = read_manifest(self.making.staging.target / MANIFEST)

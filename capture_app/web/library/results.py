@@ -6,13 +6,10 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from capture_app.manifest import Manifest
+from capture_app.manifest import MANIFEST, Manifest
 from capture_app.web.library.folders import remove_folder
 from capture_app.web.library.info import Info, load_info, save_info
 from capture_app.web.library.shelf import missing
-
-MANIFEST, CONTACTS, VIDEO = "manifest.json", "contacts.json", "motion.mp4"
-"""As in `capture_app.result`, which loads much more than names."""
 
 
 class Results:

@@ -8,12 +8,11 @@ from fastapi import APIRouter
 from fastapi.responses import FileResponse, Response
 from pydantic import BaseModel, ConfigDict
 
-from capture_app.manifest import Manifest, read_manifest
+from capture_app.manifest import CONTACTS, MANIFEST, VIDEO, Manifest, read_manifest
 from capture_app.web.cache import key
 from capture_app.web.in_use import refuse_in_use
 from capture_app.web.library.ids import Id
 from capture_app.web.library.info import Info
-from capture_app.web.library.results import CONTACTS, MANIFEST, VIDEO
 from capture_app.web.limited import work
 from capture_app.web.problems import Refused
 from capture_app.web.routes.items import Item, Rename, item, renamed

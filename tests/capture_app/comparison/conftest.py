@@ -10,8 +10,16 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from capture_app.comparison.motion import Motion
-from capture_app.manifest import BodyRecord, FloorRecord, Manifest, Segment, write_manifest
-from capture_app.result import MANIFEST, MOTION, save_motion
+from capture_app.manifest import (
+    MANIFEST,
+    MOTION,
+    BodyRecord,
+    FloorRecord,
+    Manifest,
+    Segment,
+    write_manifest,
+)
+from capture_app.result import save_motion
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
 from omomo_core.generation.person import Person

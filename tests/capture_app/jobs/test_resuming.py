@@ -8,8 +8,9 @@ import pytest
 from capture_app.jobs.kinds import KINDS
 from capture_app.jobs.orders import RunOrder
 from capture_app.jobs.work import Attempt, Work
+from capture_app.manifest import CONTACTS, GLB, MOTION, VIDEO
 from capture_app.pipeline import run_take
-from capture_app.result import CONTACTS, GLB, MOTION, VIDEO, load_result
+from capture_app.result import load_result
 
 STAGES = ["read", "generate", "export", "video", "finish"]
 

@@ -8,6 +8,8 @@ import pytest
 import torch
 
 from capture_app.manifest import (
+    MANIFEST,
+    MOTION,
     BodyRecord,
     FloorRecord,
     Input,
@@ -16,7 +18,7 @@ from capture_app.manifest import (
     sha256,
     write_manifest,
 )
-from capture_app.result import MANIFEST, MOTION, Result, load_result, save_motion
+from capture_app.result import Result, load_result, save_motion
 from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.recording import write_recording

@@ -13,11 +13,12 @@ import pytest
 import typer
 
 from capture_app.cli.overlay import overlay
+from capture_app.manifest import MOTION
 from capture_app.overlay.aligned import draw
 from capture_app.overlay.aligned import watched as seen_by
 from capture_app.overlay.placing import Place
 from capture_app.overlay.watcher import on_tripod
-from capture_app.result import MOTION, load_result
+from capture_app.result import load_result
 from capture_app.simulator.witness import object_poses
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from ingest.mount.board.lens import distorted
