@@ -1,26 +1,21 @@
 """A result drawn again: from elsewhere, another size, another sample, or as pictures."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 from capture_app.overlay.eye import eye_of
+from capture_app.pictures import MOVING, frame_at, save_pictures, stride, told
 from capture_app.progress import Progress
 from capture_app.result import body_of, load_result, sample_index
 from omomo_core.errors import InputError
-from omomo_core.motion import FPS
 from omomo_core.whole_file import check_target
 from render.contact_points import held_places
 from render.renderer import Backend
-from render.stills import contact_sheet, write_png
-from render.strips import Picture
+from render.stills import contact_sheet
 from render.third_person import frames
-from render.video import write_moving
 from render.views import shot
-
-SMALL = (".webp", ".gif")
-"""Loops for web pages: they have half as many pictures a second as a video."""
 
 View = Literal["third", "orbit", "follow", "top", "object"]
 
@@ -65,7 +60,7 @@ def render_result(request: RenderRequest, progress: Progress) -> None:
     """
     loaded = load_result(request.result)
     index = sample_index(loaded, request.sample)
-    check_target(request.output, (".png",) if request.picture else (".mp4", *SMALL))
+    check_target(request.output, (".png",) if request.picture else MOVING)
     order = _order(request, len(loaded.object_motion.valid))
     person, moved = loaded.people[index], loaded.object_motion
     eye = eye_of(loaded) if request.view == "object" else None
@@ -85,22 +80,11 @@ def render_result(request: RenderRequest, progress: Progress) -> None:
         backend=request.backend,
         only=order,
     )
-    _write(request, _told(pictures, len(order), progress))
-
-
-def _told(pictures: Iterator[Picture], count: int, progress: Progress) -> Iterator[Picture]:
-    for k, picture in enumerate(pictures):
-        yield picture
-        progress("video", (k + 1) / count)
-
-
-def _write(request: RenderRequest, pictures: Iterator[Picture]) -> None:
+    drawn = told(pictures, len(order), progress)
     if request.picture:
         columns = request.sheet[0] if request.sheet else 1
-        write_png(request.output, contact_sheet(list(pictures), columns))
-    else:
-        small = request.output.suffix in SMALL
-        write_moving(request.output, pictures, FPS / 2 if small else FPS)
+        drawn = iter([contact_sheet(list(drawn), columns)])
+    save_pictures(request.output, drawn)
 
 
 def _order(request: RenderRequest, count: int) -> Sequence[int]:
@@ -113,20 +97,8 @@ def _order(request: RenderRequest, count: int) -> Sequence[int]:
             fix="Give one of the two.",
         )
     if request.still is not None:
-        return [_frame(request.still, count)]
+        return [frame_at(request.still, count)]
     if request.sheet is not None:
         pictures = request.sheet[0] * request.sheet[1]
         return [round(k * (count - 1) / max(pictures - 1, 1)) for k in range(pictures)]
-    return range(0, count, 2 if request.output.suffix in SMALL else 1)
-
-
-def _frame(seconds: float, count: int) -> int:
-    frame = round(seconds * FPS)
-    if not 0 <= frame < count:
-        raise InputError(
-            "time-outside",
-            f"There is no picture at {seconds:g} s: the motion lasts {count / FPS:.2f} s.",
-            where="--still",
-            fix="Give a time within the motion.",
-        )
-    return frame
+    return range(0, count, stride(request.output))

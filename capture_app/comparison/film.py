@@ -1,21 +1,20 @@
 """Several motions into one video or picture: what `omocap compare` does."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from capture_app.comparison.arrange import Comparison, compared
 from capture_app.comparison.choice import choice
 from capture_app.comparison.load import load_motions
-from capture_app.comparison.save import save_figures, save_pictures, stride
+from capture_app.comparison.save import save_figures
+from capture_app.pictures import MOVING, frame_at, save_pictures, stride, told
 from capture_app.progress import Progress
 from omomo_core.errors import InputError
-from omomo_core.motion import FPS
 from omomo_core.whole_file import check_target
 from render.comparison import clock
 from render.comparison_plate import PlateStyle, comparison_frames, comparison_sheet
 from render.renderer import Backend
-from render.strips import Picture
 
 MOST = 25
 """Motions that still fit on a screen."""
@@ -75,7 +74,7 @@ def compare_motions(request: CompareRequest, progress: Progress) -> Comparison:
     Raises:
         InputError: a motion cannot be read, they do not fit each other, or a file cannot be written.
     """
-    check_target(request.output, (".png",) if request.picture else (".mp4", ".webp", ".gif"))
+    check_target(request.output, (".png",) if request.picture else MOVING)
     if request.figures is not None:
         check_target(request.figures, (".json",))
     progress("read", 0.0)
@@ -114,24 +113,6 @@ def _draw(made: Comparison, request: CompareRequest, progress: Progress) -> None
         page = comparison_sheet(made.contenders, request.style, request.sheet)
         return save_pictures(request.output, iter([page]))
     step = stride(request.output)
-    ticks = range(0, count, step) if request.still is None else [_tick(request.still, count)]
+    ticks = range(0, count, step) if request.still is None else [frame_at(request.still, count)]
     pictures = comparison_frames(made.contenders, request.style, ticks)
-    return save_pictures(request.output, _told(pictures, len(ticks), progress))
-
-
-def _told(pictures: Iterator[Picture], count: int, progress: Progress) -> Iterator[Picture]:
-    for k, picture in enumerate(pictures):
-        yield picture
-        progress("video", (k + 1) / count)
-
-
-def _tick(seconds: float, count: int) -> int:
-    tick = round(seconds * FPS)
-    if not 0 <= tick < count:
-        raise InputError(
-            "time-outside",
-            f"There is no picture at {seconds:g} s: the comparison lasts {count / FPS:.2f} s.",
-            where="--still",
-            fix="Give a time within it.",
-        )
-    return tick
+    return save_pictures(request.output, told(pictures, len(ticks), progress))

@@ -113,6 +113,7 @@ def anatomy(body: BodyModel, *, clearance: float | None = None) -> Anatomy:
     rest = body.rest_joints[list(MODEL_REST)].float()
     above = [max(p, 0) for p in MODEL_PARENTS]
     beside = torch.tensor([ball.beside for ball in flesh]) * size
+    beside[[ball.start == ball.end == "head" for ball in flesh]] += _to_skull(body)
     offsets = torch.cat([rest - rest[above], beside])
     above += [joint(ball.start) for ball in flesh]
     mixing = torch.zeros(22, len(BONES))
@@ -139,6 +140,15 @@ def anatomy(body: BodyModel, *, clearance: float | None = None) -> Anatomy:
         radii=torch.tensor([ball.radius for ball in flesh]) * size + (clearance or 0.0),
         mass=BODY_MASS_INDEX * body.height**2,
     )
+
+
+def _to_skull(body: BodyModel) -> Float[Tensor, "3"]:
+    """From the joint of the head to the middle of its skin, at rest: skeletons have that joint at
+    the nape or between the ears.
+    """
+    main = body.skin_joints.gather(1, body.skin_weights.argmax(dim=1, keepdim=True))[:, 0]
+    skin = body.vertices[main == joint("head")]
+    return ((skin.amin(dim=0) + skin.amax(dim=0)) / 2 - body.rest_joints[joint("head")]).float()
 
 
 def centre_of_mass(joints: Float[np.ndarray, "*b 24 3"]) -> Float[np.ndarray, "*b 3"]:

@@ -226,3 +226,18 @@ def test_levers_predict_how_points_move(body: BodyModel) -> None:
     moved, _ = points_of(flesh, root, torch.as_tensor(R).float() @ rotations)
     np.testing.assert_allclose(moved, predicted, atol=6e-4)
     assert float((moved - points).norm(dim=-1).max()) > 0.005
+
+
+@pytest.mark.parametrize("higher", [0.0, 0.1])
+def test_flesh_fills_the_head_wherever_its_joint_is(body: BodyModel, higher: float):
+    # Some skeletons have the joint at the nape, others between the ears; the skin is where it is.
+    rest = body.rest_joints.clone()
+    rest[joint("head"), 1] += higher
+    other = replace(body, rest_joints=rest)
+    flesh = anatomy(other, clearance=0.0)
+    pelvis = other.rest_joints[joint("pelvis")][None].float()
+    balls = points_of(flesh, pelvis, torch.eye(3).expand(1, 22, 3, 3))[0][0, 5:]
+    main = body.skin_joints[torch.arange(len(body.vertices)), body.skin_weights.argmax(dim=1)]
+    skin = body.vertices[main == joint("head")].float()
+    beyond = (torch.cdist(skin, balls) - flesh.radii).amin(dim=1)
+    assert float(beyond.quantile(0.9)) < 0.02
