@@ -30,6 +30,8 @@ class Reading:
     share_alike: bool
     metres_per_unit: float
     """Of BVH files."""
+    object_split: bool = False
+    """Of the release's files only the paper's ten objects."""
 
 
 @dataclass(frozen=True)
@@ -115,6 +117,7 @@ def gather(
             dropped=dropped,
             skipped=problems,
             metres_per_unit=reading.metres_per_unit,
+            object_split=reading.object_split,
         )
     run.mkdir(parents=True, exist_ok=True)
     save_clips(kept, clips)

@@ -1,22 +1,19 @@
 """A trained stage: a denoiser with the statistics that put its features on one scale, and its file."""
 
-import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import torch
 from jaxtyping import Bool, Float
-from safetensors import safe_open
-from safetensors.torch import save_file
 from torch import Tensor, nn
 
 from omomo_core.diffusion.blocks import DenoiserConfig
 from omomo_core.diffusion.denoiser import Denoiser
-from omomo_core.errors import AssetError
+from omomo_core.network_file import load_network, save_network
 
 Configuration = Literal["capture", "paper"]
-StageName = Literal["hands", "body"]
+StageName = Literal["hands", "body", "single"]
 
 
 @dataclass(frozen=True)
@@ -70,11 +67,7 @@ class Stage(nn.Module):
 
 def save_stage(stage: Stage, path: Path, training: dict[str, str]) -> None:
     """Write weights (fp16; statistics fp32) with the configuration and `training` notes inside."""
-    tensors = {
-        k: (v.half() if k.startswith("denoiser") else v).contiguous()
-        for k, v in stage.state_dict().items()
-    }
-    save_file(tensors, path, {"config": json.dumps(asdict(stage.config)), **training})
+    save_network(stage, stage.config, path, training)
 
 
 def load_stage(path: Path) -> Stage:
@@ -83,25 +76,9 @@ def load_stage(path: Path) -> Stage:
     Raises:
         AssetError: missing, damaged, or not one of our files.
     """
-    if not path.is_file():
-        raise AssetError(
-            "weights-missing",
-            f"There are no weights for this stage: {path.name} is not there.",
-            where=str(path),
-            fix="Train them with `omocap train`, or reinstall the program.",
-        )
-    try:
-        with safe_open(path, framework="pt") as file:
-            config = json.loads(file.metadata()["config"])
-            tensors = {k: file.get_tensor(k).float() for k in file.keys()}  # noqa: SIM118
-        config["denoiser"] = DenoiserConfig(**config["denoiser"])
-        stage = Stage(StageConfig(**config))
-        stage.load_state_dict(tensors)
-    except Exception as error:
-        raise AssetError(
-            "weights-damaged",
-            "The weights file cannot be read.",
-            where=str(path),
-            fix="Restore the file, or train it again with `omocap train`.",
-        ) from error
-    return stage.eval()
+    return load_network(path, _stage)
+
+
+def _stage(config: dict[str, Any]) -> Stage:
+    sizes = DenoiserConfig(**config.pop("denoiser"))
+    return Stage(StageConfig(**config, denoiser=sizes))

@@ -51,7 +51,8 @@ def partial_of(target: Path) -> Path:
 def whole_files(*targets: Path) -> Generator[tuple[Path, ...]]:
     """Names beside the targets, of the same endings, that become the targets together in the end.
 
-    When anything fails they are gone, and what stood under the targets' names stands there still.
+    They are on the disk then, names and bytes. When anything fails they are gone, and what stood under
+    the targets' names stands there still.
 
     Raises:
         InputError: "output-is-folder", "output-not-writable" or "disk-full".
@@ -66,6 +67,8 @@ def whole_files(*targets: Path) -> Generator[tuple[Path, ...]]:
                 os.fsync(written.fileno())
         for partial, target in zip(partials, targets, strict=True):
             partial.replace(target)
+        for folder in {target.parent for target in targets}:
+            _flush_folder(folder)
     except OSError as error:
         if error.errno not in _CANNOT_WRITE:
             raise
@@ -73,6 +76,17 @@ def whole_files(*targets: Path) -> Generator[tuple[Path, ...]]:
     finally:
         for partial in partials:
             partial.unlink(missing_ok=True)
+
+
+def _flush_folder(folder: Path) -> None:
+    """The names in it survive a power cut; where folders cannot be opened, the system sees to it."""
+    if os.name == "nt":
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
 
 
 @contextmanager

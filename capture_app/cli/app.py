@@ -29,6 +29,7 @@ from capture_app.cli import (
     serve,
     simulate,
     study,
+    tables,
     train,
     worker,
 )
@@ -62,6 +63,7 @@ app.command("demo")(demo.demo)
 app.command("simulate")(simulate.simulate)
 app.command("train")(train.train)
 app.command("evaluate")(evaluate.evaluate)
+app.command("tables")(tables.tables)
 app.add_typer(calibrate.app, name="calibrate")
 app.add_typer(study.app, name="study")
 app.add_typer(data.app, name="data")

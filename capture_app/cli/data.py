@@ -6,25 +6,31 @@ from typing import Annotated
 
 import typer
 
-from capture_app.cli import data_inspect, data_synthesise
+from capture_app.cli import data_inspect, data_markers, data_synthesise
 
 app = typer.Typer(no_args_is_help=True)
 
 
 @app.callback()
 def data() -> None:
-    """Training data from recorded motion."""
+    """Training data from recorded motion, and object motion from markers."""
 
 
 @app.command()
 def build(
     mocap: Annotated[
-        Path, typer.Argument(help="Folder of BVH files and npz clips; see docs/training.md.")
+        Path, typer.Argument(help="Folder of BVH files and npz clips; see docs/data.md.")
     ],
     out: Annotated[Path, typer.Option("-o", "--out", help="The npz of clips to write.")],
     share_alike: Annotated[
         bool, typer.Option(help="Use share-alike sources (HDM05); weights inherit the licence.")
     ] = True,
+    object_split: Annotated[
+        bool,
+        typer.Option(
+            "--object-split", help="Of the OMOMO release, only the paper's ten training objects."
+        ),
+    ] = False,
 ) -> None:
     """Retarget recorded motion to our body, for `omocap data synthesise` and `omocap train`.
 
@@ -48,6 +54,7 @@ def build(
             share_alike=share_alike,
             progress=lambda done, total: bar.update(reading, completed=done, total=total),
             dropped=dropped,
+            object_split=object_split,
         )
     save_clips(out, clips)
     for reason, count in dropped.most_common():
@@ -57,3 +64,4 @@ def build(
 
 app.command("synthesise")(data_synthesise.synthesise)
 app.command("inspect")(data_inspect.inspect)
+app.command("markers")(data_markers.markers)

@@ -33,8 +33,15 @@ def synthesise(
     ] = True,
     furniture: Annotated[
         Path | None,
-        typer.Option(help="Folder of .obj furniture to handle, too (docs/training.md)."),
+        typer.Option(help="Folder of .obj furniture to handle, too (docs/data.md)."),
     ] = None,
+    people: Annotated[
+        str, typer.Option(help="Who of sub1 to sub17 acts; the paper learns from 1-15.")
+    ] = "1-17",
+    objects: Annotated[
+        str,
+        typer.Option(help="all, the paper's ten seen or five unseen, or names: monitor,mop."),
+    ] = "all",
 ) -> None:
     """Make clips of people who carry, push, pull, lift and turn things, out of recorded motion.
 
@@ -46,12 +53,17 @@ def synthesise(
     from omomo_core.data.synthesis.engine import RECIPE
     from omomo_core.data.synthesis.engine import synthesise as make
     from omomo_core.data.synthesis.props import Furniture
+    from omomo_core.data.synthesis.roster import Roster, classes_of, people_of
 
     # Before the recordings are read, which may take minutes.
-    meshes = Furniture(furniture).digest if furniture is not None else None
+    roster = Roster(people_of(people), classes_of(objects))
+    meshes = Furniture(furniture, roster.classes).digest if furniture is not None else None
     body, rejected = load_body(), Counter[str]()
     recorded = _recorded(mocap, body, share_alike=share_alike)
-    recipe = dataset.Recipe(seed, RECIPE, dataset.digest(recorded), meshes)
+    recipe = dataset.Recipe(
+        seed, RECIPE, dataset.digest(recorded), meshes,
+        people=roster.people_text, objects=roster.objects_text,
+    )  # fmt: skip
     dataset.open_dataset(out, recipe, recorded)
     indices = dataset.missing_indices(out, count)
     try:
@@ -59,6 +71,7 @@ def synthesise(
             clips = make(
                 recorded, body, count, seed, progress,
                 workers=workers, rejected=rejected, indices=indices, furniture=furniture,
+                roster=roster,
             )  # fmt: skip
             with closing(clips):
                 for _ in dataset.write_shards(out, indices, clips, rejected):

@@ -23,6 +23,7 @@ class Bones(StrEnum):
 
 FIGURES = {
     "mpjpe_cm": "MPJPE",
+    "mpvpe_cm": "MPVPE",
     "t_root_cm": "T_root",
     "hand_jpe_cm": "HandJPE",
     "contact_f1": "F1",
@@ -116,7 +117,7 @@ def _print(made: "Evaluation") -> None:
     from rich.table import Table
 
     from capture_app.cli.console import output
-    from omomo_core.evaluation.protocols import average
+    from omomo_core.evaluation.average import average
 
     best = f"K{made.samples}"
     title = f"Mean of {len(made.clips)} clips, {len(made.skipped)} skipped"

@@ -1,19 +1,25 @@
-"""`omocap train`: train the stages on clips; stop and resume at any time."""
+"""`omocap train`: train the networks of a method on clips; stop and resume at any time."""
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
 if TYPE_CHECKING:
     from omomo_core.data.clips import Clip
-    from omomo_core.stage import StageConfig
     from omomo_core.training.corpus import Corpus
-    from omomo_core.training.loop import TrainOptions
+    from omomo_core.training.methods import Plan
+    from omomo_core.training.team import Team
+    from omomo_core.training.trainee import TrainOptions
+
+Word = TypeVar("Word", bound=str)
 
 
 def train(
+    method: Annotated[
+        str, typer.Argument(help="capture (what ships), omomo, single-stage or goal.")
+    ],
     data: Annotated[
         list[Path],
         typer.Argument(
@@ -24,18 +30,26 @@ def train(
     out: Annotated[
         Path, typer.Option("-o", "--out", help="Folder of the run; given again, it resumes.")
     ],
-    stage: Annotated[str, typer.Option(help="hands, body, or both one after the other.")] = "both",
-    config: Annotated[str, typer.Option(help="capture (the default model) or paper.")] = "capture",
+    stage: Annotated[
+        str, typer.Option(help="hands, body, or both one after the other (capture, omomo).")
+    ] = "both",
+    size: Annotated[
+        str,
+        typer.Option(help="published, or laptop: smaller networks (omomo, single-stage, goal)."),
+    ] = "published",
     steps: Annotated[
-        int | None, typer.Option(help="Optimiser steps per stage; else as for the shipped weights.")
+        int | None, typer.Option(help="Optimiser steps per network; else as the method's recipe.")
     ] = None,
-    batch: Annotated[int, typer.Option(help="Windows of 4 s per step.")] = 64,
-    rate: Annotated[float, typer.Option(help="Peak learning rate.")] = 1e-3,
+    batch: Annotated[int, typer.Option(help="Windows of 4 s per step.", min=1)] = 64,
+    rate: Annotated[
+        float | None, typer.Option(help="Peak learning rate; else as the method's recipe.")
+    ] = None,
     synthesis_share: Annotated[
-        float, typer.Option(help="Share of windows with an object in the body stage's batches.")
+        float,
+        typer.Option(help="Share of windows with an object in the batches of capture's body."),
     ] = 0.75,
     seed: Annotated[int, typer.Option(help="Seed of weights, windows, noise and synthesis.")] = 0,
-    save_every: Annotated[int, typer.Option(help="Steps between saves.")] = 500,
+    save_every: Annotated[int, typer.Option(help="Steps between saves.", min=1)] = 500,
     synthetic: Annotated[
         int | None,
         typer.Option(
@@ -48,34 +62,47 @@ def train(
         bool, typer.Option(help="Use share-alike sources (HDM05); weights inherit the licence.")
     ] = True,
     bvh_unit: Annotated[str, typer.Option(help="Unit of BVH files: cm, m, mm or in.")] = "cm",
+    object_split: Annotated[
+        bool,
+        typer.Option(
+            "--object-split", help="Of the release's files use the paper's ten objects only."
+        ),
+    ] = False,
     workers: Annotated[int, typer.Option(help="Processes that synthesise.", min=1)] = 1,
 ) -> None:
-    """Train stage 1 (hands) and stage 2 (body) and write their weights.
+    """Train the networks of a method and write their weights.
 
     Recordings become clips on our skeleton, people who move things are synthesised from them, and
     both are kept in the folder of the run; unusable files are skipped and counted by reason. The
-    folder then holds `<stage>.safetensors` (averaged weights, ready for `omocap run --weights`) and
-    `<stage>.resume`. Interrupt it when you like: the same command goes on where it stopped.
+    folder then holds `<network>.safetensors` (averaged weights; those of capture and omomo are ready
+    for `omocap run --weights`) and `<network>.resume`. Interrupt it when you like: the same command
+    goes on where it stopped. Several processes share each batch when torchrun starts them (see
+    docs/training.md).
     """
-    from capture_app.cli.train_data import training_clips
+    from capture_app.cli.train_data import shared_clips
     from capture_app.training_data import Reading
     from omomo_core.body.load import load_body
     from omomo_core.training.corpus import Corpus
-    from omomo_core.training.loop import SHIPPED_STEPS, TrainOptions
+    from omomo_core.training.team import joined
+    from omomo_core.training.trainee import TrainOptions
 
-    stages = ("hands", "body") if stage == "both" else (stage,)
-    configs = [_config(name, config) for name in stages]
-    reading = Reading(share_alike, _metres(bvh_unit))
-    clips = training_clips(data, out, reading, synthetic=synthetic, seed=seed, workers=workers)
-    notes = _notes(data, clips)
-    corpus = Corpus(clips, load_body(), synthesis_share)
-    del clips  # the corpus holds what training needs of them
-    for each in configs:
-        options = TrainOptions(steps or SHIPPED_STEPS[each.stage], batch, rate, seed=seed)
-        _train_stage(each, corpus, options, out, notes, save_every)
+    plans = _plans(method, size, stage)
+    reading = Reading(share_alike, _metres(bvh_unit), object_split)
+    with joined() as team:
+        team.shards(batch)
+        clips = shared_clips(
+            data, out, reading, team, synthetic=synthetic, seed=seed, workers=workers
+        )
+        _check_objects(clips, plans)
+        notes = {"method": method, "size": size} | _notes(data, clips, team)
+        corpus = Corpus(clips, load_body(), synthesis_share)
+        del clips  # the corpus holds what training needs of them
+        for name, plan in plans.items():
+            options = TrainOptions(steps or plan.steps, batch, rate or plan.rate, seed=seed)
+            _train_network(name, plan, corpus, options, out, notes, save_every, team)
 
 
-def _notes(data: Sequence[Path], clips: "Sequence[Clip]") -> dict[str, str]:
+def _notes(data: Sequence[Path], clips: "Sequence[Clip]", team: "Team") -> dict[str, str]:
     """What the weights say about where they come from."""
     import torch
 
@@ -83,7 +110,11 @@ def _notes(data: Sequence[Path], clips: "Sequence[Clip]") -> dict[str, str]:
         "data": ", ".join(source.name for source in data),
         "clips": str(len(clips)),
         "torch": torch.__version__,
-        "licences": "; ".join(sorted({clip.licence for clip in clips})),
+        "processes": str(team.count),
+        "device": team.device.type,
+        "licences": "; ".join(
+            sorted({each for clip in clips for each in clip.licence.split("; ")})
+        ),
     }
 
 
@@ -101,61 +132,82 @@ def _metres(unit: str) -> float:
     return known[unit]
 
 
-def _train_stage(
-    config: "StageConfig",
+def _train_network(
+    name: str,
+    plan: "Plan",
     corpus: "Corpus",
     options: "TrainOptions",
     out: Path,
     notes: dict[str, str],
     save_every: int,
+    team: "Team",
 ) -> None:
-    import torch
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     from omomo_core.training.checkpoint import resume_run, save_run
     from omomo_core.training.loop import TrainState, start
     from omomo_core.training.loop import train as run
 
-    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-    state = resume_run(config, out, options) or start(config, corpus, options)
+    state = resume_run(plan.make, out, options, team) or start(plan.make, corpus, options, team)
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         TextColumn("{task.completed}/{task.total}  loss {task.fields[loss]:.4f}"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns) as progress:
-        task = progress.add_task(config.stage, total=options.steps, loss=state.loss)
+    with Progress(*columns, disable=not team.leads) as progress:
+        task = progress.add_task(name, total=options.steps, loss=state.loss)
+
+        def save() -> None:
+            if team.leads:
+                save_run(state, out, options, notes)
 
         def on_step(state: TrainState) -> bool:
             progress.update(task, completed=state.step, loss=state.loss)
             if state.step % save_every == 0:
-                save_run(state, out, options, notes)
+                save()
             return True
 
         try:
-            run(state, corpus, options, on_step, device)
+            run(state, corpus, options, on_step, team)
         finally:
-            save_run(state, out, options, notes)
+            save()
 
 
-def _config(stage: str, configuration: str) -> "StageConfig":
-    from omomo_core.body_stage import capture as body_capture
-    from omomo_core.body_stage import paper as body_paper
+def _plans(method: str, size: str, stage: str) -> "dict[str, Plan]":
+    """The networks that are asked for, by name."""
+    from omomo_core.training.methods import METHODS, SIZES, networks
+
+    plans = dict(networks(_one_of(METHODS, method, "METHOD"), _one_of(SIZES, size, "--size")))
+    if stage == "both":
+        return plans
+    name = _one_of(tuple(plans), stage, "--stage")
+    return {name: plans[name]}
+
+
+def _one_of(known: "tuple[Word, ...]", word: str, where: str) -> "Word":
     from omomo_core.errors import InputError
-    from omomo_core.hand_stage import capture as hand_capture
-    from omomo_core.hand_stage import paper as hand_paper
 
-    known = {
-        ("hands", "capture"): hand_capture.CONFIG,
-        ("body", "capture"): body_capture.CONFIG,
-        ("hands", "paper"): hand_paper.CONFIG,
-        ("body", "paper"): body_paper.CONFIG,
-    }
-    if (stage, configuration) not in known:
+    for each in known:
+        if each == word:
+            return each
+    subject = where.lower().removeprefix("--")
+    form = " in `omocap train METHOD DATA... -o DIR`" if where == "METHOD" else ""
+    raise InputError(
+        f"unknown-{subject}",
+        f"There is no {subject} {word!r}{' of this method' if subject == 'stage' else ''}.",
+        where=where,
+        fix=f"Use {', '.join(known)}{form}.",
+    )
+
+
+def _check_objects(clips: "Sequence[Clip]", plans: "dict[str, Plan]") -> None:
+    from omomo_core.errors import InputError
+
+    needing = [name for name, plan in plans.items() if plan.objects]
+    if needing and not any(clip.object_motion for clip in clips):
         raise InputError(
-            "unknown-stage",
-            f"There is no stage {stage!r} in a configuration {configuration!r}.",
-            fix="Use --stage hands, body or both, and --config capture or paper.",
+            "no-objects",
+            f"None of the clips has an object, and {' and '.join(needing)} cannot learn without.",
+            fix="Leave out --synthetic 0, or make clips with `omocap data synthesise`.",
         )
-    return known[stage, configuration]

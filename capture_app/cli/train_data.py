@@ -10,8 +10,33 @@ from omomo_core.body.load import load_body
 from omomo_core.data.build import Progress
 from omomo_core.data.clips import Clip, load_clips
 from omomo_core.data.dataset import shards
+from omomo_core.training.team import Team
 
 DEFAULT_SYNTHETIC = 4200
+
+
+def shared_clips(
+    sources: Sequence[Path],
+    run: Path,
+    reading: Reading,
+    team: Team,
+    *,
+    synthetic: int | None,
+    seed: int,
+    workers: int,
+) -> list[Clip]:
+    """`training_clips` for processes that train together: the first makes them, the others read.
+
+    Raises:
+        InputError: as `training_clips`.
+    """
+    if not team.leads:
+        output.quiet = errors.quiet = True
+        team.wait()
+    clips = training_clips(sources, run, reading, synthetic=synthetic, seed=seed, workers=workers)
+    if team.leads:
+        team.wait()
+    return clips
 
 
 def training_clips(

@@ -17,8 +17,8 @@ from omomo_core.body.load import load_body
 from omomo_core.data.clips import Clip, load_clips
 from omomo_core.errors import InputError
 from omomo_core.evaluation.clips import read_clip
-from omomo_core.evaluation.protocols import recorded_person
 from omomo_core.evaluation.touch import Touching
+from omomo_core.evaluation.truth import recorded_person
 from omomo_core.motion import HumanMotion
 
 

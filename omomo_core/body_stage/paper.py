@@ -4,20 +4,24 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from omomo_core.diffusion.blocks import DenoiserConfig
 from omomo_core.geometry.human_frame import into_frame, out_of_frame
 from omomo_core.geometry.rotations import yaw_matrix
+from omomo_core.paper import Size, stage_config
 from omomo_core.stage import StageConfig
 
 POSITIONS = 72
 CHANNELS = POSITIONS + 132
 
-CONFIG = StageConfig(
-    stage="body",
-    configuration="paper",
-    denoiser=DenoiserConfig(channels=CHANNELS, condition=CHANNELS),
-    clamp=True,
-)
+PALMS = slice(POSITIONS - 6, POSITIONS)
+"""Where the palms (joints 22 and 23) stand among the channels."""
+
+
+def config(size: Size) -> StageConfig:
+    """Palms in, body out."""
+    return stage_config("body", size, channels=CHANNELS, condition=CHANNELS)
+
+
+CONFIG = config("published")
 
 
 def pack(
@@ -37,13 +41,18 @@ def unpack(
 ) -> tuple[Float[Tensor, "b frames 24 3"], Float[Tensor, "b frames 22 3 3"]]:
     """Joints and global rotations in the world; rotations are made orthonormal."""
     joints = out_of_frame(x[..., :POSITIONS].unflatten(-1, (24, 3)), origin, yaw)
-    rows = x[..., POSITIONS:].unflatten(-1, (22, 2, 3))
+    R_frame_joint = from_rows(x[..., POSITIONS:])
+    return joints, yaw_matrix(yaw)[:, None, None].to(x.dtype) @ R_frame_joint
+
+
+def from_rows(rows: Float[Tensor, "*b 132"]) -> Float[Tensor, "*b 22 3 3"]:
+    """Rotations from their first two rows, made orthonormal."""
+    rows = rows.unflatten(-1, (22, 2, 3))
     first = torch.nn.functional.normalize(rows[..., 0, :], dim=-1)
     second = rows[..., 1, :] - (first * rows[..., 1, :]).sum(-1, keepdim=True) * first
     second = torch.nn.functional.normalize(second, dim=-1)
     third = torch.linalg.cross(first, second)
-    R_frame_joint = torch.stack([first, second, third], dim=-2)
-    return joints, yaw_matrix(yaw)[:, None, None].to(x.dtype) @ R_frame_joint
+    return torch.stack([first, second, third], dim=-2)
 
 
 def condition(
@@ -52,5 +61,5 @@ def condition(
     """The palms in their own slots (joints 22, 23) and fresh standard noise everywhere else."""
     shape = (*palms_normalised.shape[:2], CHANNELS)
     noise = torch.randn(shape, generator=generator, dtype=palms_normalised.dtype)
-    noise[..., POSITIONS - 6 : POSITIONS] = palms_normalised
+    noise[..., PALMS] = palms_normalised
     return noise

@@ -48,6 +48,7 @@ def build_mocap(
     dropped: Counter[str] | None = None,
     skipped: list[InputError] | None = None,
     metres_per_unit: float = METRES_PER_BVH_UNIT,
+    object_split: bool = False,
 ) -> list[Clip]:
     """Read, retarget and ground every usable stretch of human motion below a folder.
 
@@ -59,6 +60,7 @@ def build_mocap(
         dropped: counts what was left out by reason.
         skipped: gets the error of each file that was left out.
         metres_per_unit: of the BVH files.
+        object_split: of the OMOMO release, only the paper's ten objects of training.
 
     Returns:
         Clips at least 0.8 s long, standing on the floor; those of the OMOMO release with objects.
@@ -73,7 +75,7 @@ def build_mocap(
     motions: list[SourceMotion] = []
     files = motion_files(folder)
     for done, path in enumerate(files, start=1):
-        for found in read_recordings(path, body, metres_per_unit):
+        for found in read_recordings(path, body, metres_per_unit, object_split=object_split):
             if isinstance(found, InputError):
                 refused.append(found)
                 counts[found.code] += 1

@@ -36,6 +36,9 @@ class Recipe:
     """Digest of the recorded motion."""
     furniture: str | None = None
     """Digest of the furniture meshes, if any were used."""
+    people: str = "1-17"
+    objects: str = "all"
+    """As the roster says them."""
     shard: int = SHARD
 
 
@@ -95,8 +98,9 @@ def open_dataset(folder: Path, recipe: Recipe, recorded: Sequence[Clip]) -> None
 def _check_same(card: Path, recipe: Recipe) -> None:
     try:
         before = json.loads(card.read_text())["recipe"]
-        # A data set that says nothing of furniture was made before there was a choice.
-        before, now = {"furniture": None, **before}, asdict(recipe)
+        # A data set that does not say them was made before there was a choice.
+        open_to_choice = {"furniture": None, "people": "1-17", "objects": "all"}
+        before, now = {**open_to_choice, **before}, asdict(recipe)
         names = {"version": "recipe", "mocap": "recorded motion", "shard": "size"}
         differ = [k for k in now if before[k] != now[k]]
         other = [f"{names.get(k, k)} {_said(before[k])}, not {_said(now[k])}" for k in differ]
@@ -193,7 +197,7 @@ def summarise(folder: Path) -> Summary:
 
 
 def action_of(name: str) -> str:
-    """The action of a synthetic clip, whose name is its index, action and object."""
+    """The action of a synthetic clip, whose name says who moves what, a space, and how."""
     words = name.split()
     return words[1] if len(words) > 1 else ""
 

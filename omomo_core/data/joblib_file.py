@@ -13,6 +13,7 @@ import lzma
 import pickle
 import zlib
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
@@ -36,24 +37,31 @@ def read_joblib(path: Path) -> Any:
     Raises:
         InputError: ``pickle-refused`` when the file wants more than data; ``pickle-damaged``.
     """
+    at = _Place()
     try:
         with path.open("rb") as file:
-            stream = _Stream(_decompressed(file))
-            return _plain(_Reader(stream).load())
+            return _plain(_Reader(_Stream(_decompressed(file), at)).load())
     except _DAMAGED as problem:
         raise InputError(
             "pickle-damaged",
             f"The file is damaged or no joblib file: {problem}.",
-            where=str(path),
+            where=f"{path}, byte {at.byte}",
             fix="Download it again.",
         ) from problem
     except _RefusedError as problem:
         raise InputError(
             "pickle-refused",
             f"The file asks for {problem}, which data does not need; it was not run.",
-            where=str(path),
+            where=f"{path}, byte {at.byte}",
             fix="Use the original file.",
         ) from None
+
+
+@dataclass
+class _Place:
+    """How far a file has been read, unpacked."""
+
+    byte: int = 0
 
 
 class _RefusedError(Exception):
@@ -63,21 +71,22 @@ class _RefusedError(Exception):
 class _Stream:
     """Reads what is asked for and never ahead, so that raw array bytes can be taken in between."""
 
-    def __init__(self, file: io.BufferedIOBase) -> None:
-        self._file = file
-        self._left = _LARGEST
+    def __init__(self, file: io.BufferedIOBase, at: _Place) -> None:
+        self._file, self._at = file, at
 
     def read(self, count: int) -> bytes:
-        if not 0 <= count <= self._left:
+        if not 0 <= count <= _LARGEST - self._at.byte:
             raise ValueError("it is larger than any motion data")
-        self._left -= count
         data = self._file.read(count)
+        self._at.byte += len(data)
         if len(data) != count:
             raise EOFError("it ends in the middle")
         return data
 
     def readline(self) -> bytes:
-        return self._file.readline(65536)
+        line = self._file.readline(65536)
+        self._at.byte += len(line)
+        return line
 
 
 def _decompressed(file: io.BufferedIOBase) -> io.BufferedIOBase:

@@ -42,7 +42,7 @@ def motion_files(source: Path) -> list[Path]:
 
 
 def read_recordings(
-    path: Path, body: BodyModel, metres_per_unit: float
+    path: Path, body: BodyModel, metres_per_unit: float, *, object_split: bool = False
 ) -> Iterator[SourceMotion | Performance | Clip | InputError]:
     """What is in a motion file: recordings, or the errors of those that cannot be used.
 
@@ -50,11 +50,12 @@ def read_recordings(
         path: BVH; npz of joints (`read_mocap_npz`) or AMASS; a file of the OMOMO release.
         body: whose proportions motion without a skeleton of its own gets.
         metres_per_unit: of BVH.
+        object_split: of the release, only the paper's ten objects of training.
     """
     suffix = path.suffix.lower()
     try:
         if suffix in _RELEASE:
-            yield from release_clips(path, body)
+            yield from release_clips(path, body, object_split=object_split)
         elif suffix == ".bvh":
             yield read_bvh_motion(path, metres_per_unit)
         elif suffix == ".npz":

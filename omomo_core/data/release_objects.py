@@ -1,6 +1,7 @@
 """The objects of the OMOMO release: scans in arbitrary units, two of them of two parts."""
 
 from collections.abc import Mapping
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,7 @@ class ReleaseObjects:
     def mesh(self, sequence: Mapping[str, Any], scale: float, where: str) -> ObjectMesh:
         """The object of a sequence in its own frame, metres times `scale`.
 
-        A mop or vacuum is made one rigid thing, as it is in the middle of the sequence.
+        A mop or vacuum is made one rigid thing, as its parts stand to each other in most frames.
 
         Raises:
             InputError: ``release-mesh`` when it is missing or damaged, ``release-format`` when the
@@ -37,7 +38,8 @@ class ReleaseObjects:
         if len(words) < 2:
             raise InputError("release-format", "The name does not tell the object.", where=where)
         name = words[1]
-        size = round(float(np.median(np.asarray(sequence["obj_scale"]))) * scale, 4)
+        # To four digits, so that sequences of one size share a mesh.
+        size = float(f"{np.median(np.asarray(sequence['obj_scale'])) * scale:.4g}")
         if name in _TWO_PARTS:
             top, bottom = (self._part(f"{name}_cleaned_simplified_{p}") for p in ("top", "bottom"))
             return _resized(_joined(name, sequence, top, bottom, where), size)
@@ -81,27 +83,44 @@ def thinned(mesh: ObjectMesh, most: int = _MOST_VERTICES) -> ObjectMesh:
 def _joined(
     name: str, sequence: Mapping[str, Any], top: ObjectMesh, bottom: ObjectMesh, where: str
 ) -> ObjectMesh:
-    """Both parts in the top's frame and units."""
-    try:
-        k = len(sequence["obj_rot"]) // 2
-        R_t, t_t, s_t = _pose(sequence, "obj", k)
-        R_b, t_b, s_b = _pose(sequence, "obj_bottom", k)
-    except (KeyError, IndexError, TypeError, ValueError) as problem:
-        raise InputError("release-format", "The bottom part is missing.", where=where) from problem
-    world = s_b * bottom.vertices @ R_b.T + t_b
-    vertices = np.concatenate([top.vertices, (world - t_t) @ R_t / s_t])
+    """Both parts in the top's frame and units, as they stand to each other in most frames."""
+    R_t, t_t, s_t = _poses(sequence, "obj", where)
+    R_b, t_b, s_b = _poses(sequence, "obj_bottom", where)
+    if len(R_t) != len(R_b):
+        raise InputError("release-format", "'obj_bottom_rot' has another length.", where=where)
+
+    def in_top(points: Float[np.ndarray, "n 3"], k: slice) -> Float[np.ndarray, "frames n 3"]:
+        world = s_b[k, None, None] * points @ R_b[k].swapaxes(1, 2) + t_b[k, None]
+        return (world - t_t[k, None]) @ R_t[k] / s_t[k, None, None]
+
+    low, high = bottom.vertices.min(axis=0), bottom.vertices.max(axis=0)
+    corners = low + (high - low) * list(product((0, 1), repeat=3))
+    ways = in_top(corners, slice(None))
+    k = int(np.linalg.norm(ways - np.median(ways, axis=0), axis=-1).sum(axis=1).argmin())
+    vertices = np.concatenate([top.vertices, in_top(bottom.vertices, slice(k, k + 1))[0]])
     return ObjectMesh(vertices, np.concatenate([top.faces, bottom.faces + len(top.vertices)]), name)
 
 
-def _pose(
-    sequence: Mapping[str, Any], part: str, frame: int
-) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "3"], float]:
-    rotation = np.asarray(sequence[f"{part}_rot"][frame], float).reshape(3, 3)
-    offset = np.asarray(sequence[f"{part}_trans"][frame], float).reshape(3)
-    scale = float(np.asarray(sequence[f"{part}_scale"][frame]).reshape(-1)[0])
-    if not (np.isfinite(rotation).all() and np.isfinite(offset).all() and scale > 0):
-        raise ValueError("not finite")
-    return rotation, offset, scale
+def _poses(
+    sequence: Mapping[str, Any], part: str, where: str
+) -> tuple[
+    Float[np.ndarray, "frames 3 3"], Float[np.ndarray, "frames 3"], Float[np.ndarray, " frames"]
+]:
+    shapes: dict[str, tuple[int, ...]] = {"rot": (3, 3), "trans": (3,), "scale": ()}
+    found: list[np.ndarray] = []
+    for key, shape in shapes.items():
+        try:
+            found.append(np.asarray(sequence[f"{part}_{key}"], float).reshape(-1, *shape))
+        except (KeyError, TypeError, ValueError) as problem:
+            what = f"'{part}_{key}' is missing or odd."
+            raise InputError("release-format", what, where=where) from problem
+        if len(found[-1]) != len(found[0]) or not np.isfinite(found[-1]).all():
+            what = f"'{part}_{key}' has another length or is not finite."
+            raise InputError("release-format", what, where=where)
+    R, t, scale = found
+    if not (scale > 0).all():
+        raise InputError("release-format", f"'{part}_scale' is not positive.", where=where)
+    return R, t, scale
 
 
 def _resized(mesh: ObjectMesh, size: float, name: str | None = None) -> ObjectMesh:

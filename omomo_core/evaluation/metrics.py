@@ -1,4 +1,7 @@
-"""The paper's measures (OMOMO section 5.1, and its published evaluation), in the units of their names."""
+"""The paper's measures (OMOMO section 5.1, and its published evaluation), in the units of their names.
+
+Beside a measure as published stands one without its oddities, under another name.
+"""
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -15,26 +18,44 @@ ANKLE_LOW, TOE_LOW = 0.08, 0.04
 
 
 def joint_errors(joints: Joints, true: Joints) -> dict[str, float]:
-    """HandJPE and T_root in the world, MPJPE from each one's own pelvis; all 24 joints, cm."""
+    """HandJPE (and of each hand) and T_root in the world, MPJPE from each one's own pelvis; all 24
+    joints, cm.
+    """
     return {
         "mpjpe_cm": _cm(joints - joints[:, :1] - true + true[:, :1]),
         "t_root_cm": _cm(joints[:, 0] - true[:, 0]),
         "hand_jpe_cm": _cm(joints[:, 22:] - true[:, 22:]),
+        "left_hand_jpe_cm": _cm(joints[:, 22] - true[:, 22]),
+        "right_hand_jpe_cm": _cm(joints[:, 23] - true[:, 23]),
     }
 
 
-def root_orientation_error(
-    R: Float[np.ndarray, "frames 3 3"], true: Float[np.ndarray, "frames 3 3"]
+def vertex_error(
+    vertices: Float[np.ndarray, "frames verts 3"],
+    joints: Joints,
+    true_vertices: Float[np.ndarray, "frames verts 3"],
+    true: Joints,
 ) -> float:
-    """O_root: mean Frobenius norm of I - R R_true^-1 of the pelvis' global rotation, no unit."""
-    difference = np.eye(3) - R @ true.swapaxes(-1, -2)
-    return float(np.linalg.norm(difference, axis=(-2, -1)).mean())
+    """MPVPE: the surface's vertices from each one's own pelvis joint, cm."""
+    return _cm(vertices - true_vertices - (joints[:, :1] - true[:, :1]))
+
+
+def root_orientation_errors(
+    R: Float[np.ndarray, "frames 3 3"], true: Float[np.ndarray, "frames 3 3"]
+) -> dict[str, float]:
+    """O_root: mean Frobenius norm of I - R R_true^-1 of the pelvis' global rotation (no unit), and
+    the mean angle between the two, degrees.
+    """
+    norm = np.linalg.norm(np.eye(3) - R @ true.swapaxes(-1, -2), axis=(-2, -1))
+    angle = 2 * np.arcsin(np.clip(norm / np.sqrt(8), 0, 1))
+    return {"o_root": float(norm.mean()), "o_root_deg": float(np.degrees(angle).mean())}
 
 
 def contact_scores(found: Touch, true: Touch) -> dict[str, float]:
     """Precision, recall and F1 over frames of "some hand touches", and of each hand.
 
-    Without a true or found contact a ratio is 0, as published. The counts of frames come with them.
+    Without a true or found contact a ratio is 0, as published. The counts of frames come with them,
+    so that such clips can be left out (`omomo_core.evaluation.average`).
     """
     pairs = {
         "": (found.any(axis=1), true.any(axis=1)),
@@ -44,9 +65,8 @@ def contact_scores(found: Touch, true: Touch) -> dict[str, float]:
     scores: dict[str, float] = {}
     for side, (f, t) in pairs.items():
         hits = float((f & t).sum())
-        if not side:
-            frames = {"hit": hits, "found": float(f.sum()), "true": float(t.sum())}
-            scores |= {f"contact_{name}_frames": count for name, count in frames.items()}
+        frames = {"hit": hits, "found": float(f.sum()), "true": float(t.sum())}
+        scores |= {f"{side}contact_{name}_frames": count for name, count in frames.items()}
         scores[f"{side}contact_precision"] = hits / max(1, int(f.sum()))
         scores[f"{side}contact_recall"] = hits / max(1, int(t.sum()))
         scores[f"{side}contact_f1"] = 2 * hits / max(1, int(f.sum() + t.sum()))
@@ -69,8 +89,9 @@ def foot_measures(joints: Joints) -> dict[str, float]:
 def floor_height(joints: Joints) -> float:
     """Height of standing toes, metres: lowest median of their clusters, 0 if they never stand."""
     toes = joints[:, TOES]
-    still = np.linalg.norm(np.diff(toes, axis=0), axis=-1) < STILL
-    heights = np.sort(toes[:-1, :, 2][still])
+    speed = np.linalg.norm(np.diff(toes, axis=0), axis=-1)
+    still = np.concatenate([speed, speed[-1:]]) < STILL
+    heights = np.sort(toes[..., 2][still])
     return min((float(np.median(c)) for c in clusters(heights)), default=0.0)
 
 
@@ -96,4 +117,4 @@ def _skating(joints: Joints) -> float:
 
 
 def _cm(difference: Float[np.ndarray, "*rest 3"]) -> float:
-    return 100 * float(np.linalg.norm(difference, axis=-1).mean())
+    return 100 * float(np.sqrt(np.einsum("...i,...i", difference, difference)).mean())

@@ -7,18 +7,10 @@ from typing import Any
 
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
+from omomo_core.evaluation.average import Row, average
 from omomo_core.evaluation.clips import RealClip, read_clip
-from omomo_core.evaluation.protocols import (
-    BASELINE,
-    Answer,
-    BodyChoice,
-    Row,
-    ask,
-    average,
-    own_values,
-    unlearned,
-)
-from omomo_core.evaluation.touch import Touching
+from omomo_core.evaluation.protocols import BASELINE, BodyChoice, ask, own_values, unlearned
+from omomo_core.evaluation.truth import Answer, Truth
 from omomo_core.generation.result import GenerationOptions, Stages
 
 
@@ -130,10 +122,10 @@ def _measure(
     whose: BodyChoice,
     step: Callable[[int, str, float], None],
 ) -> ClipResult:
-    theirs, touching = clip.body if whose == "person" else body, Touching(clip.motion)
+    theirs, truth = clip.body if whose == "person" else body, Truth(clip)
     answers = {
         protocol: ask(
-            clip, protocol, stages, options, theirs, lambda name, done, k=k: step(k, name, done)
+            truth, protocol, stages, options, theirs, lambda name, done, k=k: step(k, name, done)
         )
         for k, protocol in enumerate(protocols)
     }
@@ -141,7 +133,7 @@ def _measure(
         clip=clip.name,
         text=clip.text,
         frames=len(clip.root),
-        own=own_values(clip, touching),
+        own=own_values(truth),
         answers=answers,
-        baseline=unlearned(clip, touching, options.samples, options.seed),
+        baseline=unlearned(truth, options.samples, options.seed),
     )

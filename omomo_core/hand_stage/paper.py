@@ -3,19 +3,20 @@
 from jaxtyping import Float
 from torch import Tensor
 
-from omomo_core.diffusion.blocks import DenoiserConfig
 from omomo_core.geometry.bps import PAPER_POINTS
 from omomo_core.geometry.human_frame import into_frame, out_of_frame
 from omomo_core.geometry.rotations import yaw_matrix
+from omomo_core.paper import Size, stage_config
 from omomo_core.stage import StageConfig
 from omomo_core.windows import ObjectWindows
 
-CONFIG = StageConfig(
-    stage="hands",
-    configuration="paper",
-    denoiser=DenoiserConfig(channels=6, condition=3, shape=3 * PAPER_POINTS),
-    clamp=True,
-)
+
+def config(size: Size) -> StageConfig:
+    """Object centre and BPS in, palms out."""
+    return stage_config("hands", size, channels=6, condition=3, shape=3 * PAPER_POINTS)
+
+
+CONFIG = config("published")
 
 
 def condition(
@@ -25,10 +26,13 @@ def condition(
     return into_frame(windows.centre, origin, yaw)
 
 
-def shape_code(windows: ObjectWindows, yaw: Float[Tensor, " b"]) -> Float[Tensor, "b frames shape"]:
-    """BPS of every frame in the frame's axes."""
-    R_frame_world = yaw_matrix(-yaw)[:, None].to(windows.R_world_object.dtype)
-    return windows.shape(R_frame_world @ windows.R_world_object).flatten(-2)
+def shape_code(
+    windows: ObjectWindows, yaw: Float[Tensor, " b"], patch: int
+) -> Float[Tensor, "b tokens shape"]:
+    """BPS in the frame's axes, in the middle of each patch of so many frames."""
+    R_world_object = windows.R_world_object[:, patch // 2 :: patch]
+    R_frame_world = yaw_matrix(-yaw)[:, None].to(R_world_object.dtype)
+    return windows.shape(R_frame_world @ R_world_object).flatten(-2)
 
 
 def pack(

@@ -28,6 +28,8 @@ class Windows:
 
     object: ObjectWindows
     human: HumanWindows
+    surface: Float[Tensor, "b points 3"]
+    """Points on each window's object, in its own axes, from its centre; of no meaning without one."""
 
 
 class Corpus:
@@ -73,6 +75,7 @@ class Corpus:
                 valid=valid,
             ),
             HumanWindows(**{k: r[k] for k in person}),
+            self.grids.surface(self.object_of[clip], mirrored),
         )
 
 

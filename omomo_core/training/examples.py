@@ -36,7 +36,7 @@ def make_example(config: StageConfig, windows: Windows) -> Example:
     """Features of a batch of windows for the given stage and configuration."""
     if config.configuration == "capture":
         return _hands_capture(windows) if config.stage == "hands" else _body_capture(windows)
-    return _hands_paper(windows) if config.stage == "hands" else _body_paper(windows)
+    return _paper(config, windows)
 
 
 def _hands_capture(windows: Windows) -> Example:
@@ -64,28 +64,24 @@ def _body_capture(windows: Windows) -> Example:
     )
 
 
-def _hands_paper(windows: Windows) -> Example:
+def _paper(config: StageConfig, windows: Windows) -> Example:
+    """Palms from the object, the body from the palms, or the body from the object."""
     moved, person = windows.object, windows.human
-    origin, yaw = _paper_frame(windows)
+    R = rotmat_from_6d(person.six)
+    origin, yaw = human_frame(person.joints[:, 0, 0], R[:, 0, 0])
+    if config.stage == "hands":
+        x = hand_paper.pack(person.joints[:, :, 22:], origin, yaw)
+    else:
+        x = body_paper.pack(person.joints, R, origin, yaw)
+    if config.stage == "body":
+        # Raw: the training normalises the palms' slots with x0's own statistics and adds the noise.
+        return Example(x0=x, condition=torch.zeros_like(x), shape=None, valid=moved.valid)
     return Example(
-        x0=hand_paper.pack(person.joints[:, :, 22:], origin, yaw),
+        x0=x,
         condition=hand_paper.condition(moved, origin, yaw),
-        shape=hand_paper.shape_code(moved, yaw),
+        shape=hand_paper.shape_code(moved, yaw, config.denoiser.patch),
         valid=moved.valid,
     )
-
-
-def _body_paper(windows: Windows) -> Example:
-    person = windows.human
-    origin, yaw = _paper_frame(windows)
-    x = body_paper.pack(person.joints, rotmat_from_6d(person.six), origin, yaw)
-    # Raw: the loop normalises the palms' slots with x0's own statistics and adds the noise.
-    return Example(x0=x, condition=torch.zeros_like(x), shape=None, valid=windows.object.valid)
-
-
-def _paper_frame(windows: Windows) -> tuple[Tensor, Tensor]:
-    person = windows.human
-    return human_frame(person.joints[:, 0, 0], rotmat_from_6d(person.six[:, 0, 0]))
 
 
 def _disturb(palms: Float[Tensor, "b frames 2 3"]) -> Float[Tensor, "b frames 2 3"]:

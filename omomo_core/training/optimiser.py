@@ -1,9 +1,9 @@
-"""The optimiser of a stage: Muon for the matrices inside the blocks, AdamW for everything else."""
+"""The optimiser of a network: Muon for the matrices it names, AdamW for everything else."""
 
 import torch
 from torch import Tensor, nn
 
-from omomo_core.stage import Stage
+from omomo_core.training.trainee import Trainee
 
 MUON_RATE = 4.0
 """Muon's steps against AdamW's: orthogonal ones bear to be larger."""
@@ -12,17 +12,17 @@ MUON_RATE = 4.0
 class Optimiser:
     """One learning rate for both.
 
-    Muon (Jordan et al. 2024) brings a stage as far in 500 steps as AdamW in more than 1,000; the paper's
-    configuration keeps to AdamW.
+    Muon (Jordan et al. 2024) brings our stages as far in 500 steps as AdamW in more than 1,000; the
+    paper's networks keep to AdamW.
     """
 
-    def __init__(self, stage: Stage, rate: float) -> None:
-        blocks = [p for p in stage.denoiser.blocks.parameters() if p.ndim == 2 and min(p.shape) > 6]
-        inside = {id(p) for p in blocks} if stage.config.configuration == "capture" else set[int]()
-        others = [p for p in stage.parameters() if id(p) not in inside]
+    def __init__(self, trainee: Trainee, rate: float) -> None:
+        blocks = list(trainee.muon)
+        inside = {id(p) for p in blocks}
+        others = [p for p in trainee.network.parameters() if id(p) not in inside]
         adam = torch.optim.AdamW(others, lr=rate, weight_decay=0.01, fused=True)
         self._parts: list[tuple[torch.optim.Optimizer, float]] = [(adam, rate)]
-        if inside:
+        if blocks:
             muon = torch.optim.Muon(
                 blocks, lr=MUON_RATE * rate, weight_decay=0.01, adjust_lr_fn="match_rms_adamw"
             )

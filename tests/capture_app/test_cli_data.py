@@ -32,7 +32,7 @@ def clip(k: int, *, with_object: bool = True, frames: int = 12) -> Clip:
     T[:, 0, 3] += np.arange(frames) * 0.05 * (k == 1)
     mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "box")
     return Clip(
-        name=f"{k:05d} carry box",
+        name=f"sub1_box_0_{k:05d} carry",
         source="test",
         licence="CC0",
         root=np.tile([0.0, 0.0, 0.95], (frames, 1)),
@@ -53,7 +53,9 @@ def recorded(tmp_path: Path) -> Path:
 def stubbed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Clips that cost nothing, in files of two."""
 
-    def make(_clips, _body, _count, _seed, progress, *, workers, rejected, indices, furniture):
+    def make(
+        _clips, _body, _count, _seed, progress, *, workers, rejected, indices, furniture, roster
+    ):
         def clips():
             for done, index in enumerate(indices, start=1):
                 rejected["palm-off"] += 1
@@ -89,6 +91,27 @@ def test_a_data_set_of_another_seed_is_refused(
     assert invoke(words) == 0
     assert invoke([*words, "--seed", "5"]) == 2
     assert "seed 0, not 5" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("stubbed")
+def test_people_and_objects_belong_to_the_data_set(
+    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    out = tmp_path / "set"
+    words = ["data", "synthesise", str(recorded), "-o", str(out), "--count", "2"]
+    for wrong, code in (("0-3", "people"), ("16-18", "people"), ("5-2", "people"), ("", "people")):
+        assert invoke([*words, "--people", wrong]) == 2
+        assert f"unknown-{code}" in capsys.readouterr().err
+    assert invoke([*words, "--objects", "teapot"]) == 2
+    assert "no class of objects 'teapot'" in capsys.readouterr().err
+    assert not out.exists()
+    chosen = ["--people", "17,1-15", "--objects", "mop,tripod"]
+    assert invoke([*words, *chosen]) == 0
+    assert invoke([*words, "--people", "1-15,17", "--objects", "tripod,mop"]) == 0
+    recipe = json.loads((out / "dataset.json").read_text())["recipe"]
+    assert (recipe["people"], recipe["objects"]) == ("1-15,17", "mop,tripod")
+    assert invoke([*words, "--objects", "mop,tripod"]) == 2
+    assert "people 1-15,17, not 1-17" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("stubbed")
@@ -168,9 +191,9 @@ def test_inspect_draws_and_measures_what_it_is_asked(
     words = ["data", "inspect", str(tmp_path / "clips.npz"), "-o", str(tmp_path / "look")]
     assert invoke([*words, "--backend", "raycast", "--videos", "1", "--name", "00001"]) == 0
     (quality,) = json.loads((tmp_path / "look/quality.json").read_text())
-    assert quality["name"] == "00001 carry box"
+    assert quality["name"] == "sub1_box_0_00001 carry"
     assert "floats" in quality["flags"]
-    assert "00001 carry box: floats" in capsys.readouterr().out
+    assert "sub1_box_0_00001 carry: floats" in capsys.readouterr().out
     assert (tmp_path / "look/sheet_00.png").read_bytes().startswith(b"\x89PNG")
     assert len(read_frames(tmp_path / "look/clips.mp4", [0, 2])) == 2
 

@@ -1,17 +1,21 @@
 """`omocap data`, `omocap train` and `omocap simulate` as a user calls them."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
+from safetensors.torch import load_file
 
 from capture_app.cli.app import invoke
 from ingest.formats.detect import read_session
 from ingest.mount.file import load_mount
 from omomo_core.data.clips import Clip, save_clips
 from omomo_core.motion import ObjectMesh, ObjectMotion
+from omomo_core.network_file import notes_of
 from omomo_core.stage import load_stage
 from tests.core.rig_files import write_bvh
 
@@ -40,7 +44,7 @@ def clips(tmp_path: Path) -> Path:
 
 def test_train_writes_weights_and_goes_on_where_it_stopped(clips: Path, tmp_path: Path):
     out = tmp_path / "run"
-    words = ["train", str(clips), "-o", str(out), "--batch", "2"]
+    words = ["train", "capture", str(clips), "-o", str(out), "--batch", "2"]
     assert invoke([*words, "--steps", "1"]) == 0
     first = (out / "body.safetensors").read_bytes()
     assert invoke([*words, "--steps", "2"]) == 0
@@ -59,8 +63,8 @@ def test_train_takes_recordings_and_counts_what_it_leaves_out(
     rig |= {f"{s}_{k}": f"{s.title()}{v}" for s in ("left", "right") for k, v in sides.items()}
     write_bvh(mocap / "walk.bvh", lambda name: rig.get(name, name))
     (mocap / "broken.bvh").write_text("HIERARCHY")
-    words = ["train", str(mocap), "-o", str(out), "--batch", "2", "--stage", "body"]
-    words += ["--config", "paper", "--synthetic", "0"]
+    words = ["train", "capture", str(mocap), "-o", str(out), "--batch", "2", "--stage", "body"]
+    words += ["--synthetic", "0"]
     assert invoke([*words, "--steps", "1"]) == 0
     assert "1 x bvh-syntax" in capsys.readouterr().out
     told = json.loads((out / "data.json").read_text())
@@ -70,25 +74,77 @@ def test_train_takes_recordings_and_counts_what_it_leaves_out(
     assert invoke([*words, "--steps", "2"]) == 0
     assert "1 x bvh-syntax" in capsys.readouterr().out
     assert (out / "recorded.npz").stat().st_mtime_ns == before
+    assert invoke([*words, "--stage", "both"]) == 2
+    assert "no-objects" in capsys.readouterr().err
     (mocap / "walk.bvh").unlink()
     assert invoke([*words, "--steps", "3"]) == 2
     assert "run-differs" in capsys.readouterr().err
-    assert invoke([*words[:3], str(tmp_path / "other")]) == 2
+    assert invoke([*words[:4], str(tmp_path / "other")]) == 2
     assert "mocap-unusable" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("method", "networks"),
+    [("omomo", ["body", "hands"]), ("single-stage", ["single"]), ("goal", ["goal"])],
+)
+def test_every_method_trains_and_says_how(
+    clips: Path, tmp_path: Path, method: str, networks: list[str]
+):
+    out = tmp_path / "run"
+    words = ["train", method, str(clips), "-o", str(out), "--size", "laptop", "--batch", "2"]
+    assert invoke([*words, "--steps", "1", "--seed", "5"]) == 0
+    assert sorted(file.stem for file in out.glob("*.safetensors")) == networks
+    for name in networks:
+        told = notes_of(out / f"{name}.safetensors")
+        assert told["method"] == method
+        assert (told["size"], told["steps_done"], told["batch"]) == ("laptop", "1", "2")
+        assert (told["seed"], told["windows_seen"], told["data"]) == ("5", "2", "clips.npz")
+        assert told["licences"] == "CC0"
 
 
 def test_training_refuses_what_it_cannot_use(
     clips: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
+    new = ["-o", str(tmp_path / "x")]
     for words, code in (
-        (["train", str(tmp_path / "none.npz"), "-o", str(tmp_path / "x")], "no-training-data"),
-        (["train", str(clips), "-o", str(tmp_path / "x"), "--stage", "legs"], "unknown-stage"),
+        (["train", "capture", str(tmp_path / "none.npz"), *new], "no-training-data"),
+        (["train", "capture", str(clips), *new, "--stage", "legs"], "unknown-stage"),
+        (["train", "goal", str(clips), *new, "--stage", "hands"], "unknown-stage"),
+        (["train", "omomo", str(clips), *new, "--size", "huge"], "unknown-size"),
+        (["train", str(clips), str(clips), *new], "unknown-method"),
+        (["train", "capture", *new], "Missing argument"),
         (["data", "build", str(tmp_path / "no"), "-o", str(tmp_path / "c.npz")], "mocap-folder"),
         (["data", "build", str(tmp_path), "-o", str(tmp_path / "no" / "c.npz")], "output-not-writ"),
     ):
         assert invoke(words) == 2
         assert code in capsys.readouterr().err
     assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.slow
+def test_two_processes_train_one_network(clips: Path, tmp_path: Path):
+    alone, shared = tmp_path / "alone", tmp_path / "shared"
+    words = ["train", "capture", str(clips), "--stage", "hands", "--steps", "3", "--batch", "8"]
+    assert invoke([*words, "-o", str(alone)]) == 0
+    torchrun = [sys.executable, "-m", "torch.distributed.run", "--nproc-per-node", "2"]
+    omocap = str(Path(sys.executable).with_name("omocap"))
+    done = subprocess.run(
+        [*torchrun, "--no-python", omocap, *words, "-o", str(shared)],
+        capture_output=True, text=True, timeout=300, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("1 clips of test") == 1
+    file = "hands.safetensors"
+    assert notes_of(shared / file)["processes"] == "2"
+    ours, theirs = load_file(alone / file), load_file(shared / file)
+    assert max(float((ours[k].float() - theirs[k].float()).abs().max()) for k in ours) < 2e-3
+    bad = subprocess.run(
+        [*torchrun, "--no-python", omocap, *words[:-1], "7", "-o", str(tmp_path / "odd")],
+        capture_output=True, text=True, timeout=300, check=False,
+    )  # fmt: skip
+    assert bad.returncode != 0
+    assert "batch-not-shared" in bad.stderr
+    assert not (tmp_path / "odd").exists()
 
 
 def test_simulate_records_a_session_that_can_be_read(

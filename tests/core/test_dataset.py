@@ -30,7 +30,7 @@ def clip(k: int, *, with_object: bool = True, frames: int = 30) -> Clip:
     rng = np.random.default_rng(k)
     moved = ObjectMotion(MESH, np.tile(np.eye(4), (frames, 1, 1)), np.ones(frames, bool))
     return Clip(
-        name=f"{k:05d} {'carry' if k % 2 else 'push'} box",
+        name=f"sub1_box_0_{k:05d} {'carry' if k % 2 else 'push'}",
         source="test",
         licence="CC0",
         root=rng.normal(size=(frames, 3)),
@@ -94,7 +94,7 @@ def test_a_set_may_grow_but_not_shrink(folder: Path):
 
 
 @pytest.mark.parametrize("other", [{"seed": 1}, {"version": 2}, {"mocap": "def"},
-                                   {"furniture": "def"}])  # fmt: skip
+                                   {"furniture": "def"}, {"people": "1-15"}, {"objects": "mop"}])  # fmt: skip
 def test_other_options_are_refused_by_name(folder: Path, other: dict[str, int | str]):
     open_dataset(folder, RECIPE, [])
     with pytest.raises(InputError, match="dataset-differs") as caught:
@@ -109,9 +109,10 @@ def test_a_set_with_furniture_is_not_gone_on_with_without(tmp_path: Path):
         open_dataset(tmp_path / "set", RECIPE, [])
 
 
-def test_a_set_that_says_nothing_of_furniture_has_none(folder: Path):
+def test_a_set_that_says_nothing_of_choices_is_of_all_and_without_furniture(folder: Path):
     card = json.loads((folder / "dataset.json").read_text())
-    assert card["recipe"].pop("furniture") is None
+    for choice, value in {"furniture": None, "people": "1-17", "objects": "all"}.items():
+        assert card["recipe"].pop(choice) == value
     (folder / "dataset.json").write_text(json.dumps(card))
     open_dataset(folder, RECIPE, [])
     with pytest.raises(InputError, match="furniture none, not abc"):

@@ -15,7 +15,7 @@ from omomo_core.evaluation.metrics import (
     floor_height,
     foot_measures,
     joint_errors,
-    root_orientation_error,
+    root_orientation_errors,
 )
 from omomo_core.evaluation.touch import Touching
 from omomo_core.generation.take import prepare
@@ -53,7 +53,9 @@ def test_mpjpe_counts_all_24_joints():
 def test_orientation_error_grows_with_the_angle_alone(angle: float):
     R = Rotation.from_rotvec([0, 0, angle]).as_matrix()[None]
     expected = 2 * np.sqrt(2) * np.sin(angle / 2)
-    assert root_orientation_error(R @ UPRIGHT, UPRIGHT[None]) == pytest.approx(expected, abs=1e-9)
+    found = root_orientation_errors(R @ UPRIGHT, UPRIGHT[None])
+    assert found["o_root"] == pytest.approx(expected, abs=1e-9)
+    assert found["o_root_deg"] == pytest.approx(np.degrees(angle), abs=1e-4)
 
 
 def test_contact_scores_of_some_hand_and_of_each():
@@ -75,6 +77,14 @@ def test_clusters_share_out_every_value_and_keep_the_far_apart(values: list[floa
     assert sorted(np.concatenate([*found, []])) == list(ordered)
     groups = np.concatenate([np.full(20, 0.02), np.full(9, 0.09)])
     assert [len(c) for c in clusters(groups)] == [20, 9]
+
+
+def test_the_last_frame_stands_as_the_one_before_it():
+    # Three frames in which the toes stand are a cluster only with the last of them.
+    joints = np.zeros((4, 24, 3))
+    joints[:, 10:12, 2] = np.array([0.5, 0.1, 0.1, 0.1])[:, None]
+    joints[:, 11, 2] += np.arange(4)
+    assert floor_height(joints) == pytest.approx(0.1)
 
 
 def test_sliding_is_measured_above_the_persons_own_floor():
@@ -114,11 +124,11 @@ def test_penetration_is_in_true_metres_whatever_the_size_of_the_object(size: flo
     motion = box(3, (size, size, size))
     motion.T_world_object[:, 2, 3] = 1.0
     clear = Touching(motion).penetration(standing(5.0), load_body())
-    assert clear == {"penetration_cm": 0, "collision_share": 0, "collision_share_published": 0}
+    assert clear == {"penetration_cm": 0, "body_collision_share": 0}
     motion.T_world_object[:, 1, 3] = size / 2
     deep = Touching(motion).penetration(standing(0.0), load_body())
     assert 6 < deep["penetration_cm"] < 18
-    assert deep["collision_share"] == 1.0
+    assert deep["body_collision_share"] == 1.0
 
 
 def test_a_sheet_has_no_inside():

@@ -3,12 +3,16 @@
 import gzip
 import pickle
 import zlib
+from contextlib import suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import joints_of
@@ -19,84 +23,8 @@ from omomo_core.data.release import release_clips
 from omomo_core.data.release_objects import thinned
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
-from omomo_core.skeleton import MODEL_PARENTS, PALM_JOINTS
+from tests.core.release_files import SIZE, dump, make_up, sequence
 from tests.core.rig_files import stepping
-
-SIZE, TRANS2JOINT = 1.05, np.array([-0.0014, 0.3947, -0.0132])
-
-
-class NumpyArrayWrapper:
-    """What joblib pickles in place of an array; the bytes follow in the stream."""
-
-    def __init__(self, array: np.ndarray, *, padded: bool) -> None:
-        self.subclass, self.shape, self.dtype = np.ndarray, array.shape, array.dtype
-        self.order, self.allow_mmap = "C", True
-        if padded:
-            self.numpy_array_alignment_bytes = 16
-
-
-NumpyArrayWrapper.__module__ = "joblib.numpy_pickle"
-
-
-class JoblibPickler(pickle._Pickler):  # pyright: ignore[reportPrivateUsage]
-    """Writes as joblib.dump does (its class names are not importable here, hence save_global)."""
-
-    padded = True
-
-    def save(self, obj: Any, save_persistent_id: bool = True) -> None:
-        if not isinstance(obj, np.ndarray):
-            super().save(obj, save_persistent_id)
-            return
-        super().save(NumpyArrayWrapper(obj, padded=self.padded))
-        self.framer.commit_frame(force=True)
-        if self.padded:
-            gap = 16 - (self._file.tell() + 1) % 16
-            self._file.write(bytes([gap]) + b"\xff" * gap)
-        self._file.write(obj.tobytes())
-
-    def save_global(self, obj: Any, name: str | None = None) -> None:
-        if obj is NumpyArrayWrapper:
-            self.save("joblib.numpy_pickle")
-            self.save("NumpyArrayWrapper")
-            self.write(pickle.STACK_GLOBAL)
-            self.memoize(obj)
-        else:
-            super().save_global(obj, name)
-
-    dispatch = {**pickle._Pickler.dispatch, type: save_global}  # noqa: RUF012
-
-
-def dump(path: Path, content: object, *, padded: bool = True) -> Path:
-    with path.open("wb") as file:
-        pickler = JoblibPickler(file, protocol=4)
-        pickler.padded, pickler._file = padded, file  # pyright: ignore
-        pickler.dump(content)
-    return path
-
-
-def sequence(name: str = "sub3_largebox_001", frames: int = 120) -> dict[str, Any]:
-    """Somebody 5 % larger than we walks with a box between the hands."""
-    body = load_body()
-    root, pose = stepping(frames)
-    rest = body.rest_joints.double().numpy()
-    at = np.concatenate([rest[:22], rest[list(PALM_JOINTS)]]) * SIZE
-    offsets = at - at[[max(p, 0) for p in MODEL_PARENTS]]
-    R = Rotation.from_rotvec(pose[:, 0]).as_matrix()
-    middle = root * SIZE + R @ np.array([0.0, 0.1, 0.4])
-    return {
-        "seq_name": name,
-        "betas": np.zeros((1, 16)),
-        "gender": np.str_("male"),
-        "trans": root * SIZE + TRANS2JOINT,
-        "root_orient": pose[:, 0],
-        "pose_body": pose[:, 1:].reshape(frames, 63),
-        "rest_offsets": offsets,
-        "trans2joint": TRANS2JOINT,
-        "obj_trans": middle[:, :, None],
-        "obj_rot": R,
-        "obj_scale": np.full(frames, 0.01),
-        "obj_com_pos": middle,
-    }
 
 
 @pytest.fixture
@@ -132,19 +60,90 @@ def _global(pose: np.ndarray) -> np.ndarray:
     return world_rotations(pose)
 
 
+def spoilt(**changes: Any) -> dict[str, Any]:
+    """A sequence with other values; None takes one out."""
+    entry = {**sequence(), **changes}
+    return {key: value for key, value in entry.items() if value is not None}
+
+
+def bad_at(key: str, frame: int, value: float) -> np.ndarray:
+    channel = np.array(sequence()[key], float)
+    channel[frame] = value
+    return channel
+
+
+BAD = {
+    "not-finite": (spoilt(obj_trans=bad_at("obj_trans", 7, np.nan)), "mocap-not-finite", "frame 7"),
+    "short": (sequence(frames=20), "mocap-empty", "0.8 s"),
+    "inches": (spoilt(rest_offsets=sequence()["rest_offsets"] / 0.0254), "mocap-units", ""),
+    "unknown": (spoilt(seq_name="sub3_teapot_002"), "release-mesh", "teapot"),
+    "sheared": (spoilt(obj_rot=bad_at("obj_rot", 9, 0.5)), "release-format", "'obj_rot', frame 9"),
+    "flat": (spoilt(obj_scale=bad_at("obj_scale", 3, 0.0)), "release-format", "'obj_scale', frame 3"),
+    "ragged": (spoilt(pose_body=sequence()["pose_body"][:-1]), "release-format", "'pose_body'"),
+} | {
+    key: (spoilt(**{key: None}), "release-format", f"'{key}'")
+    for key in ("trans", "root_orient", "pose_body", "rest_offsets", "trans2joint", "obj_trans",
+                "obj_rot", "obj_scale")
+}  # fmt: skip
+
+
 def test_bad_sequences_are_named_and_the_rest_is_kept(release: Path) -> None:
-    nan, short, inches, lost = (sequence() for _ in range(4))
-    nan["obj_trans"] = np.where(np.arange(120)[:, None, None] == 7, np.nan, nan["obj_trans"])
-    short |= {k: v[:5] for k, v in short.items() if np.ndim(v) and len(v) == 120}
-    inches["rest_offsets"] = inches["rest_offsets"] / 0.0254
-    lost["seq_name"] = "sub3_teapot_002"
-    missing = sequence()
-    del missing["obj_rot"]
-    dump(release / "t.p", dict(enumerate([sequence(), nan, short, inches, lost, missing])))
-    found = list(release_clips(release / "t.p", load_body()))
-    assert [f.code if isinstance(f, InputError) else "ok" for f in found] == [
-        "ok", "mocap-not-finite", "mocap-empty", "mocap-units", "release-mesh", "release-format",
-    ]  # fmt: skip
+    dump(release / "t.p", dict(enumerate([sequence(), *(entry for entry, _, _ in BAD.values())])))
+    first, *rest = release_clips(release / "t.p", load_body())
+    assert isinstance(first, Clip)
+    for problem, (entry, code, said) in zip(rest, BAD.values(), strict=True):
+        assert isinstance(problem, InputError)
+        assert problem.code == code
+        assert said in str(problem)
+        assert str(release) in problem.where
+        assert entry["seq_name"] in problem.where or code == "release-mesh"
+
+
+@pytest.mark.parametrize("key", ["obj_bottom_rot", "obj_bottom_trans", "obj_bottom_scale"])
+def test_a_mop_without_its_lower_part_is_refused(tmp_path: Path, key: str) -> None:
+    entry = make_up(np.random.default_rng(0), "sub2_mop_001", tmp_path).entry
+    del entry[key]
+    dump(tmp_path / "t.p", {0: entry})
+    (problem,) = release_clips(tmp_path / "t.p", load_body())
+    assert isinstance(problem, InputError)
+    assert f"'{key}' is missing" in problem.what
+
+
+def names(path: Path, *, object_split: bool) -> tuple[list[str], dict[str, list[str]]]:
+    """Names that are read, and names that are not, by the reason."""
+    kept: list[str] = []
+    refused: dict[str, list[str]] = {}
+    for found in release_clips(path, load_body(), object_split=object_split):
+        if isinstance(found, InputError):
+            refused.setdefault(found.code, []).append(found.where.split(", ")[-1])
+        else:
+            kept.append(found.name)
+    return kept, refused
+
+
+@pytest.mark.parametrize("object_split", [False, True])
+def test_held_out_people_and_objects_are_refused_by_name(
+    tmp_path: Path, object_split: bool
+) -> None:
+    rng = np.random.default_rng(1)
+    people = (
+        "sub1_largebox_1",
+        "sub15_tripod_2",
+        "sub16_largebox_3",
+        "sub17_tripod_4",
+        "sub18_monitor_5",
+    )
+    entries = dict(enumerate(make_up(rng, name, tmp_path).entry for name in people))
+    files = {name: dump(tmp_path / f"{name}.p", entries) for name in ("train_x", "test_x", "mine")}
+    kept, refused = names(files["train_x"], object_split=object_split)
+    assert kept == (["sub1_largebox_1"] if object_split else ["sub1_largebox_1", "sub15_tripod_2"])
+    assert refused["release-split"] == ["sub16_largebox_3", "sub17_tripod_4", "sub18_monitor_5"]
+    assert refused.get("object-split", []) == ["sub15_tripod_2"] * object_split
+    kept, refused = names(files["test_x"], object_split=object_split)
+    assert kept == (["sub17_tripod_4"] if object_split else ["sub16_largebox_3", "sub17_tripod_4"])
+    assert refused["release-split"] == ["sub1_largebox_1", "sub15_tripod_2", "sub18_monitor_5"]
+    kept, refused = names(files["mine"], object_split=object_split)
+    assert kept == (["sub1_largebox_1"] if object_split else list(people))
 
 
 def test_all_ways_of_writing_give_the_same(tmp_path: Path) -> None:
@@ -173,23 +172,49 @@ def test_code_is_never_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     with pytest.raises(InputError) as caught:
         read_joblib(tmp_path / "evil.p")
     assert caught.value.code == "pickle-refused"
+    assert "builtins.print" in caught.value.what
+    assert f"{tmp_path / 'evil.p'}, byte " in caught.value.where
     assert "owned" not in capsys.readouterr().out
 
 
 def test_damaged_files_are_named(tmp_path: Path) -> None:
     whole = dump(tmp_path / "a.p", {0: {"seq_name": "a_b", "trans": np.zeros((9, 3))}}).read_bytes()
+    (tmp_path / "captured_objects").mkdir()
+    cut, packed = whole[:-40], zlib.compress(whole)[:-20]
     for bad in (
         b"",
         b"text",
-        whole[:-40],
-        zlib.compress(whole)[:-20],
+        cut,
+        packed,
         b"\x80\x04N.",
         b"\x1f\x8bxx",
+        pickle.dumps({0: {"a": 1}}),
     ):
         (tmp_path / "bad.p").write_bytes(bad)
-        (tmp_path / "captured_objects").mkdir(exist_ok=True)
-        with pytest.raises(InputError):
+        with pytest.raises(InputError) as caught:
             list(release_clips(tmp_path / "bad.p", load_body()))
+        assert str(tmp_path / "bad.p") in caught.value.where
+        if bad == cut:
+            assert caught.value.what.endswith("it ends in the middle.")
+            assert caught.value.where.endswith(f"byte {len(cut)}")
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10**6))
+def test_a_file_cut_or_changed_anywhere_is_an_error_or_data(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "t.p"
+        content = {0: {"seq_name": "a_b", "trans": np.zeros((9, 3))}}
+        data = bytearray(dump(path, content).read_bytes())
+        if rng.random() < 0.5:
+            data = data[: rng.integers(len(data))]
+        else:
+            data[rng.integers(len(data))] = rng.integers(256)
+        path.write_bytes(data)
+        # Nothing but our own error may come of it.
+        with suppress(InputError):
+            read_joblib(path)
 
 
 def test_thinning_keeps_the_shape() -> None:

@@ -14,10 +14,12 @@ from omomo_core.data.build import build_mocap
 from omomo_core.data.clips import Clip
 from omomo_core.data.grounding import foot_skating, sole_points
 from omomo_core.data.quality import judge
+from omomo_core.data.splits import cast_of, side_of
 from omomo_core.data.synthesis.attempt import attempt, finished
 from omomo_core.data.synthesis.casting import Sources
 from omomo_core.data.synthesis.engine import synthesise
 from omomo_core.data.synthesis.footage import mirrored, reversed_in_time, survey
+from omomo_core.data.synthesis.roster import Roster, classes_of, people_of
 from omomo_core.data.synthesis.script import Action
 from omomo_core.data.synthesis.stage import rehearse
 from omomo_core.data.synthesis.walker.library import index
@@ -65,9 +67,9 @@ def test_a_finished_clip_is_sound(folder: Path, action: Action, seed: int) -> No
     body, rng = load_body(), np.random.default_rng(seed)
     footage = survey(made(folder)[0], body)
     sources = Sources(footage, index(footage, body))
-    takes = (attempt(rng, sources, body, action) for _ in range(20))
+    takes = (attempt(rng, sources, body, action, 1.0) for _ in range(20))
     take = next(take for take in takes if not isinstance(take, str))
-    clip = finished(rng, body, take, "clip")
+    clip = finished(rng, body, take, 1, "0")
     motion = clip.object_motion
     assert motion is not None
     palms = to_local(motion.T_world_object, joints_of(body, clip.root, clip.rotations)[:, 22:])
@@ -124,6 +126,19 @@ def test_seed_and_index_fix_the_clip(folder: Path) -> None:
         np.testing.assert_array_equal(a.rotations, b.rotations)
     other = next(synthesise(mocap, load_body(), 1, seed=2))
     assert not np.array_equal(other.root, clips[0].root)
+
+
+def test_held_out_people_and_objects_are_kept_out(folder: Path) -> None:
+    mocap, clips, _ = made(folder)
+    casts = [cast_of(clip.name) for clip in clips]
+    for clip, cast in zip(clips, casts, strict=True):
+        assert cast is not None
+        assert clip.object_motion is not None
+        assert cast.object == clip.object_motion.mesh.name
+    assert len({cast.person for cast in casts if cast}) > 2
+    roster = Roster(people_of("16-17"), classes_of("unseen"))
+    held_out = synthesise(mocap, load_body(), 4, seed=1, roster=roster)
+    assert {side_of(clip.name) for clip in held_out} == {"unseen"}
 
 
 def test_workers_make_the_same_clips(folder: Path) -> None:

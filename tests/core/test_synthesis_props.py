@@ -12,6 +12,7 @@ from omomo_core.data.synthesis.grammar import write_script
 from omomo_core.data.synthesis.props import (
     WIDEST_HOLD,
     Furniture,
+    Stock,
     Use,
     make_prop,
     scaled,
@@ -27,7 +28,8 @@ SIZES = {
     "largetable": (0.6, 2.0, 0.65, 0.8),
     "smalltable": (0.3, 1.25, 0.3, 0.76),
     "woodchair": (0.35, 0.75, 0.7, 1.1),
-    "whitechair": (0.35, 0.9, 0.7, 1.25),
+    "whitechair": (0.35, 0.75, 0.7, 1.1),
+    "officechair": (0.45, 0.9, 0.8, 1.25),
     "smallbox": (0.1, 0.45, 0.06, 0.65),
     "largebox": (0.25, 0.95, 0.2, 1.2),
     "suitcase": (0.3, 0.6, 0.4, 1.15),
@@ -85,6 +87,7 @@ def test_every_class_stands_on_the_floor_in_its_size(name: str) -> None:
     for seed in range(6):
         rng = np.random.default_rng(seed)
         prop = placed(rng, MAKERS[name](rng))
+        assert prop.name == name
         assert prop.low[2] == pytest.approx(0.0, abs=1e-9)
         assert 0.2 <= prop.mass <= 80
         size = prop.high - prop.low
@@ -242,10 +245,21 @@ def test_digest_is_of_the_meshes_not_of_where_they_lie(tmp_path: Path) -> None:
 
 def test_scripts_are_written_for_furniture_too(tmp_path: Path) -> None:
     write_box(tmp_path / "lamp_table.obj")
-    furniture = Furniture(tmp_path)
+    stock = Stock(furniture=Furniture(tmp_path))
     rng = np.random.default_rng(0)
-    names = [write_script(rng, "carry", furniture).prop.name for _ in range(40)]
+    scripts = [write_script(rng, "carry", 1.0, stock) for _ in range(40)]
+    names = [script.prop.name for script in scripts if script is not None]
     assert 1 <= names.count("lamp") <= 15
+
+
+def test_furniture_of_other_classes_stays_out(tmp_path: Path) -> None:
+    for kind in "pillow", "table_small":
+        write_box(tmp_path / f"{kind}.obj")
+    furniture = Furniture(tmp_path, frozenset({"smalltable", "mop"}))
+    rng = np.random.default_rng(0)
+    assert {furniture.draw(rng).name for _ in range(20)} == {"smalltable"}
+    with pytest.raises(InputError, match="of the objects asked for"):
+        Furniture(tmp_path, frozenset({"woodchair"}))
 
 
 def test_real_furniture_can_be_handled(shared: Path) -> None:

@@ -1,6 +1,7 @@
 """Corpus, examples and the loop: mirroring is exact, learning happens, resuming is exact."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,9 @@ import roma
 import torch
 import trimesh
 
+from omomo_core.baselines import single_stage
+from omomo_core.baselines.goal.network import GoalConfig
+from omomo_core.baselines.goal.training import Following
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
 from omomo_core.body_stage import capture as body_capture
@@ -21,16 +25,21 @@ from omomo_core.geometry.rotations import rotmat_from_6d, yaw_matrix
 from omomo_core.hand_stage import capture as hand_capture
 from omomo_core.hand_stage import paper as hand_paper
 from omomo_core.motion import ObjectMesh, ObjectMotion
-from omomo_core.stage import Stage, StageConfig, load_stage, save_stage
+from omomo_core.network_file import notes_of
+from omomo_core.stage import Stage, StageConfig, StageName, load_stage, save_stage
 from omomo_core.training.checkpoint import resume_run, save_run
 from omomo_core.training.corpus import Corpus
+from omomo_core.training.denoising import Denoising
 from omomo_core.training.examples import make_example
-from omomo_core.training.loop import TrainOptions, TrainState, start, train
+from omomo_core.training.loop import TrainState, start, train
+from omomo_core.training.methods import METHODS, MethodName, networks
+from omomo_core.training.team import Team
+from omomo_core.training.trainee import Make, Trainee, TrainOptions, joined
 from omomo_core.windows import WINDOW
 
 BODY = load_body()
 UPRIGHT = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
-CPU = torch.device("cpu")
+ALONE = Team(torch.device("cpu"))
 
 
 def clip(k: int, frames: int, *, with_object: bool) -> Clip:
@@ -161,24 +170,74 @@ def test_a_palm_that_holds_stands_still_in_the_axes_of_the_object(corpus: Corpus
     assert torch.allclose(upright, yaw_matrix(yaw), atol=1e-5)
 
 
-def small(stage: str) -> StageConfig:
+def small(stage: StageName) -> StageConfig:
     base = hand_capture if stage == "hands" else body_capture
     d = base.CONFIG.denoiser
     sizes = DenoiserConfig(
         channels=d.channels, condition=d.condition, shape=d.shape, shape_hidden=32, shape_width=16,
-        width=64, layers=1, heads=2, head_width=16, feedforward=64, patch=4, mask_keys=True,
+        width=64, layers=1, heads=2, head_width=16, feedforward=64, patch=4, mask_keys=True, dropout=0.0,
     )  # fmt: skip
-    return StageConfig(stage, "capture", sizes)  # type: ignore[arg-type]
+    return StageConfig(stage, "capture", sizes)
 
 
-@pytest.mark.parametrize("stage", ["hands", "body"])
-def test_training_learns(corpus: Corpus, stage: str):
-    options = TrainOptions(steps=60, batch=16, rate=3e-3, warmup=5)
-    state = start(small(stage), corpus, options)
-    losses: list[float] = []
-    train(state, corpus, options, lambda s: losses.append(s.loss) or True, CPU)
-    assert losses[-1] < 0.8 * losses[0]
-    assert np.isfinite(losses).all()
+def little(config: StageConfig) -> StageConfig:
+    """A network of the paper with its inputs and outputs, and hardly anything between."""
+    less = replace(config.denoiser, shape_hidden=16, width=32, layers=1, heads=2, head_width=16)
+    return replace(config, denoiser=less)
+
+
+MAKES: dict[str, Make] = {
+    "hands of capture": partial(Denoising, small("hands")),
+    "body of capture": partial(Denoising, small("body")),
+    "hands of the paper": partial(Denoising, little(hand_paper.config("laptop"))),
+    "body of the paper": partial(Denoising, little(body_paper.config("laptop"))),
+    "single stage": partial(Denoising, little(single_stage.config("laptop"))),
+    "goal": partial(Following, GoalConfig(widths=(64, 32, 32, 64), hidden=32, dropout=0.0)),
+}
+
+
+@pytest.mark.parametrize("which", MAKES)
+def test_training_learns(corpus: Corpus, which: str):
+    # An odd batch is drawn at once.
+    options = TrainOptions(steps=20, batch=5, rate=3e-3, warmup=2)
+    state = start(MAKES[which], corpus, options, ALONE)
+    before = loss_of(state.trainee, corpus)
+    train(state, corpus, options, lambda s: True, ALONE)
+    assert loss_of(state.trainee, corpus) < 0.8 * before
+    assert np.isfinite(state.loss)
+    assert state.seconds > 0
+
+
+def loss_of(trainee: Trainee, corpus: Corpus) -> float:
+    """On the same windows each time."""
+    torch.manual_seed(7)
+    example = joined([trainee.draw(corpus, 16)], ALONE.device)
+    with torch.no_grad():
+        loss = trainee.loss(trainee.network.train(), example, TrainOptions(1), ALONE.mean)
+    return float(loss)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_laptops_networks_see_and_say_what_the_published_ones_do(method: MethodName):
+    for name, plan in networks(method, "laptop").items():
+        ours, published = plan.make(), networks(method, "published")[name].make()
+        assert ours.name == published.name == name
+        if isinstance(ours, Denoising) and isinstance(published, Denoising):
+            a, b = (
+                replace(each.config.denoiser, **dict.fromkeys(TRUNK, 0))
+                for each in (ours, published)
+            )
+            assert a == b
+        else:
+            assert first_and_last(ours.network) == first_and_last(published.network)
+
+
+TRUNK = ("shape_hidden", "shape_width", "width", "head_width", "feedforward", "patch")
+
+
+def first_and_last(network: torch.nn.Module) -> tuple[int, int]:
+    shapes = [p.shape for p in network.parameters()]
+    return shapes[0][0], shapes[-1][0]
 
 
 def test_paper_examples_have_the_published_shapes(corpus: Corpus):
@@ -193,21 +252,42 @@ def test_paper_examples_have_the_published_shapes(corpus: Corpus):
     assert (body.x0[:, 0, 3] > 0.03).all()
 
 
-def test_an_interrupted_run_resumes_to_the_same_weights(corpus: Corpus, tmp_path: Path):
-    options = TrainOptions(steps=8, batch=4, warmup=2)
+@pytest.mark.parametrize("which", ["hands of capture", "single stage", "goal"])
+def test_an_interrupted_run_resumes_to_the_same_weights(corpus: Corpus, tmp_path: Path, which: str):
+    options, make = TrainOptions(steps=8, batch=4, warmup=2), MAKES[which]
 
     def run(state: TrainState, until: int) -> TrainState:
-        train(state, corpus, options, lambda s: s.step < until, CPU)
+        train(state, corpus, options, lambda s: s.step < until, ALONE)
         return state
 
-    whole = run(start(small("hands"), corpus, options), 99)
-    save_run(run(start(small("hands"), corpus, options), 4), tmp_path, options, {})
-    resumed = resume_run(small("hands"), tmp_path, options)
+    whole = run(start(make, corpus, options, ALONE), 99)
+    save_run(run(start(make, corpus, options, ALONE), 4), tmp_path, options, {})
+    resumed = resume_run(make, tmp_path, options, ALONE)
     assert resumed is not None
     assert resumed.step == 4
     run(resumed, 99)
-    for a, b in zip(whole.average.parameters(), resumed.average.parameters(), strict=True):
-        assert torch.equal(a, b)
+    ours, theirs = whole.average.state_dict(), resumed.average.state_dict()
+    assert all(torch.equal(ours[k], theirs[k]) for k in ours)
+
+
+def test_a_run_of_another_size_is_not_resumed(corpus: Corpus, tmp_path: Path):
+    options = TrainOptions(steps=1, batch=4)
+    save_run(start(MAKES["goal"], corpus, options, ALONE), tmp_path, options, {})
+    larger = partial(Following, GoalConfig(widths=(64, 64, 64, 64), hidden=32))
+    with pytest.raises(InputError, match="run-differs"):
+        resume_run(larger, tmp_path, options, ALONE)
+
+
+def test_weights_tell_how_they_were_trained(corpus: Corpus, tmp_path: Path):
+    options = TrainOptions(steps=2, batch=8, seed=3)
+    state = start(MAKES["goal"], corpus, options, ALONE)
+    train(state, corpus, options, lambda s: True, ALONE)
+    save_run(state, tmp_path, options, {"method": "goal"})
+    told = notes_of(tmp_path / "goal.safetensors")
+    assert {"method": "goal", "steps_done": "2", "windows_seen": "16", "seed": "3"}.items() <= (
+        told.items()
+    )
+    assert float(told["cpu_seconds"]) == pytest.approx(state.seconds, abs=0.1)
 
 
 def test_weights_round_trip_and_damage_is_named(tmp_path: Path):

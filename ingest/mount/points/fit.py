@@ -8,8 +8,8 @@ from jaxtyping import Bool, Float64
 from scipy.stats import chi2, f
 
 from ingest.mount.points.pairs import PointPairs, check_line, check_pairs, explain, wild
-from ingest.mount.points.procrustes import Similarity
 from ingest.mount.uncertainty import skew
+from omomo_core.geometry.procrustes import Similarity
 
 PICKING = 0.002
 """Metres, along each axis, by which a point picked by hand is off."""

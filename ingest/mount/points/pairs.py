@@ -7,8 +7,8 @@ from jaxtyping import Float64
 from scipy.spatial import KDTree
 from scipy.stats import chi2
 
-from ingest.mount.points.procrustes import Similarity, procrustes
 from omomo_core.errors import InputError
+from omomo_core.geometry.procrustes import Similarity, procrustes
 
 _SAME = 1e-6
 _UNITS = {1000: "millimetres", 100: "centimetres", 39.37: "inches"}

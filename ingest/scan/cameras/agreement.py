@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pycolmap
 from jaxtyping import Float64
 
+from ingest.colmap import pycolmap
 from ingest.scan.types import Frame
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import pycolmap
 
+from ingest.colmap import pycolmap
 from ingest.scan.cameras.quiet import THREADS, quiet
 from ingest.scan.types import Frame, Progress
 from omomo_core.errors import InputError

@@ -10,11 +10,11 @@ from jaxtyping import Float64
 
 from ingest.mount.board.detect import Detector
 from ingest.mount.board.spec import Board
-from ingest.mount.points.procrustes import procrustes
 from ingest.scan.cameras.metric import Similarity
 from ingest.scan.cameras.options import Length, Sight
 from ingest.scan.types import Scale, View
 from omomo_core.errors import InputError
+from omomo_core.geometry.procrustes import procrustes
 from omomo_core.geometry.transforms import inverse
 
 _CORNERS = 6

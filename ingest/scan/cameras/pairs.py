@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import pycolmap
 from jaxtyping import Float32, Float64
 
+from ingest.colmap import pycolmap
 from ingest.mount.scan.features import match, unit
 from ingest.scan.cameras.quiet import THREADS, quiet
 from ingest.scan.types import Frame, Progress

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import pycolmap
 from jaxtyping import Float64
 
+from ingest.colmap import pycolmap
 from ingest.scan.cameras.reconstruction import poses_of
 from ingest.scan.types import Frame, View
 

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-import pycolmap
 
+from ingest.colmap import pycolmap
 from ingest.report.check import Check
 from ingest.scan.cameras.gravity import looked_at, upright
 from ingest.scan.cameras.measured import by_board, by_length

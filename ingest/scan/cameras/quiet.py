@@ -1,6 +1,6 @@
 """COLMAP without its diary: what it has to say comes back as numbers and errors."""
 
-import pycolmap
+from ingest.colmap import pycolmap
 
 THREADS = 2
 """More gain little: reading pictures and the disk hold them up."""

@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-import pycolmap
 from jaxtyping import Float64
 
+from ingest.colmap import pycolmap
 from ingest.scan.cameras.metric import Similarity
 from ingest.scan.cameras.quiet import THREADS, quiet
-from ingest.scan.types import Frame
+from ingest.scan.types import Frame, Progress
 from omomo_core.geometry.transforms import inverse
 
 _ROUNDS = (12.0, 5.0, 3.0)
@@ -58,10 +58,12 @@ def from_poses(
     output: Path,
     frames: Sequence[Frame],
     T_world_camera: Float64[np.ndarray, "pictures 4 4"],
+    progress: Progress,
 ) -> pycolmap.Reconstruction:
     """Points triangulated with known poses, then poses and points refined together, and again.
 
     The result's place and size are free to move a little: see `ingest.scan.cameras.metric`.
+    `progress` is told "cameras".
     """
     quiet()
     wide = max(max(frame.size) for frame in frames) / 960
@@ -69,8 +71,10 @@ def from_poses(
         zip((f.name for f in frames), T_world_camera, strict=True)
     )
     model = pycolmap.Reconstruction()
-    for off in _ROUNDS:
+    for number, off in enumerate(_ROUNDS):
+        progress("cameras", number / len(_ROUNDS))
         model = _triangulated(database, images, output, poses, off * wide)
+        progress("cameras", (number + 0.5) / len(_ROUNDS))
         refine(model, intrinsics=False)
         cleaned(model, off * wide)
         kept = names_of(model)

@@ -6,8 +6,8 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
-import pycolmap
 
+from ingest.colmap import pycolmap
 from ingest.mount.scan.colmap_files import read_model
 from ingest.scan.cameras.agreement import as_read, check_axes
 from ingest.scan.cameras.features import find_features
@@ -146,7 +146,7 @@ def _found(
     T = np.array([frame.T_world_camera for frame in frames])
     match_pairs(database, frames, by_place(T), progress)
     check_axes(database, frames, T, str(source.where))
-    model = from_poses(database, images, folder / "colmap", frames, T)
+    model = from_poses(database, images, folder / "colmap", frames, T, progress)
     if len(names_of(model)) < max(_FEWEST, _SHARE * len(frames)):
         raise InputError(
             "scan-overlap",

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pycolmap
 
+from ingest.colmap import pycolmap
 from ingest.mount.scan.colmap_files import read_model
 from ingest.report.check import Check
 from ingest.scan.cameras.pinholes import views_of

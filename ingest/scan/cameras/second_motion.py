@@ -6,9 +6,9 @@ from typing import Any
 
 import cv2
 import numpy as np
-import pycolmap
 from jaxtyping import Float64
 
+from ingest.colmap import pycolmap
 from ingest.mount.uncertainty import skew
 from ingest.report.check import Check
 from ingest.scan.types import View

@@ -3,8 +3,7 @@
 import shutil
 from pathlib import Path
 
-import pycolmap
-
+from ingest.colmap import pycolmap
 from ingest.scan.cameras.quiet import THREADS, quiet
 from ingest.scan.cameras.reconstruction import cleaned, names_of, refine
 from ingest.scan.types import Progress

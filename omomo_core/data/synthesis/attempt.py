@@ -43,13 +43,21 @@ class Take:
 
 
 def attempt(
-    rng: np.random.Generator, sources: Sources, body: BodyModel, action: Action
+    rng: np.random.Generator, sources: Sources, body: BodyModel, action: Action, scale: float
 ) -> Take | str:
-    """One try at a clip: all its pieces, or why it is no good."""
+    """One try at a clip: all its pieces, or why it is no good.
+
+    Args:
+        rng: source of all randomness.
+        sources: what clips are made of.
+        body: whose proportions the clip has.
+        action: what happens.
+        scale: our stature over the actor's.
+    """
     plan = (
-        work(rng, sources, action, body)
+        work(rng, sources, action, body, scale)
         if action in TOOL_ACTIONS
-        else _handled(rng, sources, body, action)
+        else _handled(rng, sources, body, action, scale)
     )
     if isinstance(plan, str):
         return plan
@@ -70,10 +78,12 @@ def attempt(
 
 
 def _handled(
-    rng: np.random.Generator, sources: Sources, body: BodyModel, action: Action
+    rng: np.random.Generator, sources: Sources, body: BodyModel, action: Action, scale: float
 ) -> Plan | str:
     """Something handled as the grammar of actions says."""
-    script = write_script(rng, action, sources.furniture)
+    script = write_script(rng, action, scale, sources.stock)
+    if script is None:
+        return "no-prop"
 
     def suits(stage: Stage) -> bool:
         spans = script.spans(stage.pauses)
@@ -106,8 +116,18 @@ def _polished(body: BodyModel, plan: Plan, hands: Hands, performance: Performanc
     return Performance(root, rotations, residual)
 
 
-def finished(rng: np.random.Generator, body: BodyModel, take: Take, name: str) -> Clip:
-    """The clip of a take that is good: object in a frame of its own, feet labelled, origin centred."""
+def finished(
+    rng: np.random.Generator, body: BodyModel, take: Take, person: int, number: str
+) -> Clip:
+    """The clip of a take that is good: object in a frame of its own, feet labelled, origin centred.
+
+    Args:
+        rng: source of all randomness.
+        body: whose proportions the clip has.
+        take: all its pieces.
+        person: who acts.
+        number: what tells the clip from others.
+    """
     handling, performance = take.handling, take.performance
     soles = sole_points(body, performance.root, performance.rotations)
     mesh, T_object_prop = _mesh(rng, take.prop)
@@ -115,7 +135,7 @@ def finished(rng: np.random.Generator, body: BodyModel, take: Take, name: str) -
     centre = np.array([*performance.root[0, :2], 0.0])
     T_world_object[:, :3, 3] -= centre
     return Clip(
-        name=f"{name} {take.action} {take.prop.name}",
+        name=f"sub{person}_{take.prop.name}_{number} {take.action}",
         source="synthesis",
         licence=take.licence,
         root=performance.root - centre,

@@ -8,7 +8,7 @@ import numpy as np
 from omomo_core.data.synthesis.footage import Footage, mirrored, reversed_in_time
 from omomo_core.data.synthesis.holds import Handling
 from omomo_core.data.synthesis.posture import Posture
-from omomo_core.data.synthesis.props import Furniture, Prop
+from omomo_core.data.synthesis.props import ALL, Prop, Stock
 from omomo_core.data.synthesis.stage import Stage, rehearse
 from omomo_core.data.synthesis.walker.improvise import improvise
 from omomo_core.data.synthesis.walker.library import Library
@@ -25,8 +25,8 @@ class Sources:
 
     footage: Footage
     library: Library
-    furniture: Furniture | None = None
-    """Meshes to handle besides the procedural things."""
+    stock: Stock = ALL
+    """What can be handled."""
 
 
 @dataclass(frozen=True)

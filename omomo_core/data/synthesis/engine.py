@@ -20,12 +20,15 @@ from omomo_core.data.synthesis.attempt import attempt, finished
 from omomo_core.data.synthesis.casting import Sources
 from omomo_core.data.synthesis.footage import survey
 from omomo_core.data.synthesis.grammar import draw_action
-from omomo_core.data.synthesis.props import Furniture
+from omomo_core.data.synthesis.people import our_scale
+from omomo_core.data.synthesis.props import Furniture, Stock
+from omomo_core.data.synthesis.roster import Roster
 from omomo_core.data.synthesis.walker.library import index
 from omomo_core.errors import InputError
 
-RECIPE = 4
+RECIPE = 5
 """Raised whenever the same seed makes other clips: data of two recipes must not be mixed unnoticed."""
+EVERYTHING = Roster()
 _TRIES = 60
 """Attempts at one action; then another is drawn."""
 _MOST_TRIES = 600
@@ -42,6 +45,7 @@ def synthesise(
     rejected: Counter[str] | None = None,
     indices: Sequence[int] | None = None,
     furniture: Path | None = None,
+    roster: Roster = EVERYTHING,
 ) -> Generator[Clip]:
     """Make clips of people carrying, pushing, pulling, lifting and turning things.
 
@@ -55,10 +59,11 @@ def synthesise(
         rejected: counts the attempts that were thrown away, by reason; up to date with every clip.
         indices: of the clips to make; 0 to `count` - 1 if not given.
         furniture: folder of meshes to handle besides the procedural things, as `Furniture` reads it.
+        roster: who acts and what is handled.
 
     Returns:
-        Clips of 120 to 300 frames with objects, source ``synthesis``, under the licence of their mocap, in
-        the order of their indices.
+        Clips of 120 to 300 frames with objects, source ``synthesis``, under the licence of their
+        mocap, in the order of their indices; their names say who moves what (`splits.cast_of`).
 
     Raises:
         InputError: ``synthesis-footage`` when the mocap has no usable stretch; as `Furniture`.
@@ -71,8 +76,9 @@ def synthesise(
             "The mocap has no stretch of calm walking or standing of 1.5 s.",
             fix="Give more or longer clips.",
         )
-    meshes = Furniture(furniture) if furniture is not None else None
-    make = partial(_clip, Sources(footage, index(footage, body), meshes), body, seed)
+    meshes = Furniture(furniture, roster.classes) if furniture is not None else None
+    sources = Sources(footage, index(footage, body), Stock(roster.classes, meshes))
+    make = partial(_clip, sources, roster.people, body, seed)
     if workers == 1:
         yield from _reported(map(make, wanted), len(wanted), progress, rejected)
         return
@@ -131,16 +137,19 @@ def _work(index: int) -> tuple[Clip, Counter[str]]:
     return _maker[0](index)
 
 
-def _clip(sources: Sources, body: BodyModel, seed: int, index: int) -> tuple[Clip, Counter[str]]:
+def _clip(
+    sources: Sources, people: Sequence[int], body: BodyModel, seed: int, index: int
+) -> tuple[Clip, Counter[str]]:
     """The clip of one index, and why earlier attempts at it failed."""
     rng = np.random.default_rng([seed, index])
+    person = int(rng.choice(people))
     reasons: Counter[str] = Counter()
     while reasons.total() < _MOST_TRIES:
-        action = draw_action(rng)
+        action = draw_action(rng, sources.stock)
         for _ in range(_TRIES):
-            take = attempt(rng, sources, body, action)
+            take = attempt(rng, sources, body, action, our_scale(person))
             if not isinstance(take, str):
-                return finished(rng, body, take, f"synthesis_{seed}_{index:05d}"), reasons
+                return finished(rng, body, take, person, f"{seed}_{index:05d}"), reasons
             reasons[take] += 1
     raise InputError(
         "synthesis-footage",

@@ -9,9 +9,9 @@ from omomo_core.data.synthesis.actions.lifting import carry, flip, in_place, rel
 from omomo_core.data.synthesis.actions.sliding import shove, slide, turn
 from omomo_core.data.synthesis.casting import Wanted
 from omomo_core.data.synthesis.manners import moves_for, posture_for, way_of
-from omomo_core.data.synthesis.props import Furniture, Prop, make_prop, scaled
+from omomo_core.data.synthesis.props import ALL, Prop, Stock, make_prop, scaled
 from omomo_core.data.synthesis.script import Action, Episode, Script, timeline
-from omomo_core.data.synthesis.stature import our_scale
+from omomo_core.data.synthesis.tools.job import PROPS as TOOL_PROPS
 
 _ACTIONS: dict[Action, float] = {
     "carry": 0.19, "relocate": 0.17, "in_place": 0.08, "raise": 0.09, "one_hand": 0.07,
@@ -19,6 +19,7 @@ _ACTIONS: dict[Action, float] = {
     "turn": 0.05, "tip": 0.04, "sweep": 0.01, "mop": 0.015, "vacuum": 0.02, "trolley": 0.01,
     "cart": 0.015,
 }  # fmt: skip
+_TRIES = 30
 _SHORTEST, _LONGEST = 120, 300
 """Frames of a clip."""
 _Writer = Callable[[np.random.Generator, Action, Prop, float], list[Episode]]
@@ -29,23 +30,40 @@ _WRITERS: dict[Action, _Writer] = {
 }  # fmt: skip
 
 
-def draw_action(rng: np.random.Generator) -> Action:
-    """A random action, as often as people do it."""
-    chances = np.array(list(_ACTIONS.values()))
-    return list(_ACTIONS)[rng.choice(len(chances), p=chances / chances.sum())]
+def draw_action(rng: np.random.Generator, stock: Stock = ALL) -> Action:
+    """A random action that something can be used for, as often as people do it."""
+    possible: list[Action] = [action for action in _ACTIONS if _possible(action, stock)]
+    chances = np.array([_ACTIONS[action] for action in possible])
+    return possible[rng.choice(len(chances), p=chances / chances.sum())]
+
+
+def _possible(action: Action, stock: Stock) -> bool:
+    if action in TOOL_PROPS:
+        return stock.classes is None or TOOL_PROPS[action] in stock.classes
+    return bool(stock.of_use(use_of(action)))
 
 
 def write_script(
-    rng: np.random.Generator, action: Action, furniture: Furniture | None = None
-) -> Script:
-    """Draw everything that belongs to an action."""
-    while True:
-        scale = our_scale(rng)
-        prop = scaled(make_prop(rng, use_of(action), furniture), scale)
+    rng: np.random.Generator, action: Action, scale: float = 1.0, stock: Stock = ALL
+) -> Script | None:
+    """Draw everything that belongs to an action.
+
+    Args:
+        rng: source of all randomness.
+        action: not one with a tool.
+        scale: our stature over the actor's.
+        stock: what there is to handle.
+
+    Returns:
+        None where hardly anything there is can be used so (nobody relocates what does not stand).
+    """
+    for _ in range(_TRIES):
+        prop = scaled(make_prop(rng, use_of(action), stock), scale)
         episodes = _WRITERS[action](rng, action, prop, scale)
         script = _script(rng, action, prop, episodes) if episodes else None
         if script is not None:
             return script
+    return None
 
 
 def _script(

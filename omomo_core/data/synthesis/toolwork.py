@@ -8,11 +8,10 @@ from omomo_core.body.model import BodyModel
 from omomo_core.data.synthesis.casting import Plan, Sources, Wanted, cast
 from omomo_core.data.synthesis.holds import Handling
 from omomo_core.data.synthesis.posture import Posture
-from omomo_core.data.synthesis.props import make_prop, scaled
+from omomo_core.data.synthesis.props import Stock, make_prop, scaled
 from omomo_core.data.synthesis.stage import Stage
-from omomo_core.data.synthesis.stature import our_scale
 from omomo_core.data.synthesis.tools.cart import direct_cart
-from omomo_core.data.synthesis.tools.job import ToolAction, write_job
+from omomo_core.data.synthesis.tools.job import PROPS, ToolAction, write_job
 from omomo_core.data.synthesis.tools.strokes import direct_strokes
 from omomo_core.data.synthesis.tools.trolley import direct_trolley
 from omomo_core.data.synthesis.walker.path import Chances
@@ -25,13 +24,14 @@ TOOL_ACTIONS: tuple[ToolAction, ...] = get_args(ToolAction)
 
 
 def work(
-    rng: np.random.Generator, sources: Sources, action: ToolAction, body: BodyModel
+    rng: np.random.Generator, sources: Sources, action: ToolAction, body: BodyModel, scale: float
 ) -> Plan | str:
     """Somebody at work, before the body is solved, or why it is no good."""
     frames = int(rng.uniform(120, 300))
     rolls = action in _DIRECTORS
+    tools = Stock(frozenset({PROPS[action]}))
     for _ in range(_PROP_TRIES):
-        prop = scaled(make_prop(rng, "push" if rolls else "tool"), our_scale(rng))
+        prop = scaled(make_prop(rng, "push" if rolls else "tool", tools), scale)
         job = write_job(rng, action, prop, frames)
         if job is not None and sum(job.pause_frames) < frames - 40:
             break

@@ -1,6 +1,7 @@
 """All classes of props, and how often each is used in which way."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,25 +20,25 @@ from omomo_core.data.synthesis.props.furniture import Furniture
 from omomo_core.data.synthesis.props.prop import Prop, Use
 
 MAKERS: dict[str, Callable[[np.random.Generator], Blueprint]] = {
-    "large_table": tables.large_table,
-    "small_table": tables.small_table,
-    "wood_chair": seating.wood_chair,
-    "white_chair": seating.white_chair,
-    "office_chair": seating.office_chair,
+    "largetable": tables.large_table,
+    "smalltable": tables.small_table,
+    "woodchair": seating.wood_chair,
+    "whitechair": seating.white_chair,
+    "officechair": seating.office_chair,
     "stool": seating.stool,
     "armchair": seating.armchair,
-    "small_box": containers.small_box,
-    "large_box": containers.large_box,
-    "plastic_box": containers.plastic_box,
-    "trash_can": containers.trash_can,
+    "smallbox": containers.small_box,
+    "largebox": containers.large_box,
+    "plasticbox": containers.plastic_box,
+    "trashcan": containers.trash_can,
     "bucket": containers.bucket,
     "basket": containers.basket,
     "toolbox": containers.toolbox,
     "suitcase": rolling.suitcase,
     "pushcart": rolling.pushcart,
-    "hand_truck": rolling.hand_truck,
-    "floor_lamp": poles.floor_lamp,
-    "clothes_stand": poles.clothes_stand,
+    "handtruck": rolling.hand_truck,
+    "floorlamp": poles.floor_lamp,
+    "clothesstand": poles.clothes_stand,
     "tripod": poles.tripod,
     "mop": tools.mop,
     "broom": tools.broom,
@@ -49,27 +50,27 @@ MAKERS: dict[str, Callable[[np.random.Generator], Blueprint]] = {
 }
 WEIGHTS: dict[Use, dict[str, float]] = {
     "lift": {
-        "small_box": 3, "large_box": 4, "plastic_box": 3, "wood_chair": 4, "white_chair": 3, "stool": 1.5,
-        "small_table": 4, "large_table": 3, "suitcase": 2, "trash_can": 2.5, "monitor": 3, "floor_lamp": 3,
-        "clothes_stand": 2.5, "tripod": 2.5, "mop": 0.7, "broom": 0.4, "vacuum": 0.8, "bucket": 0.7,
+        "smallbox": 3, "largebox": 4, "plasticbox": 3, "woodchair": 4, "whitechair": 3, "stool": 1.5,
+        "smalltable": 4, "largetable": 3, "suitcase": 2, "trashcan": 2.5, "monitor": 3, "floorlamp": 3,
+        "clothesstand": 2.5, "tripod": 2.5, "mop": 0.7, "broom": 0.4, "vacuum": 0.8, "bucket": 0.7,
         "basket": 1, "toolbox": 0.7, "shelf": 1, "ladder": 0.8,
     },
     "push": {
-        "large_table": 5, "small_table": 3, "wood_chair": 4, "white_chair": 3, "office_chair": 2,
-        "large_box": 4, "suitcase": 3, "trash_can": 2, "pushcart": 2, "hand_truck": 0.7, "armchair": 1.2,
-        "shelf": 1, "cabinet": 2, "floor_lamp": 1.5, "clothes_stand": 1.5, "tripod": 1, "ladder": 0.4,
+        "largetable": 5, "smalltable": 3, "woodchair": 4, "whitechair": 3, "officechair": 2,
+        "largebox": 4, "suitcase": 3, "trashcan": 2, "pushcart": 2, "handtruck": 0.7, "armchair": 1.2,
+        "shelf": 1, "cabinet": 2, "floorlamp": 1.5, "clothesstand": 1.5, "tripod": 1, "ladder": 0.4,
         "stool": 0.5,
     },
     "one_hand": {
-        "suitcase": 3, "bucket": 1, "basket": 1, "toolbox": 1.5, "floor_lamp": 2, "clothes_stand": 1.5,
-        "tripod": 2.5, "mop": 2, "broom": 1, "vacuum": 2, "wood_chair": 1.5, "white_chair": 1.5,
-        "small_table": 0.5, "ladder": 0.7, "large_box": 0.4, "monitor": 0.5,
+        "suitcase": 3, "bucket": 1, "basket": 1, "toolbox": 1.5, "floorlamp": 2, "clothesstand": 1.5,
+        "tripod": 2.5, "mop": 2, "broom": 1, "vacuum": 2, "woodchair": 1.5, "whitechair": 1.5,
+        "smalltable": 0.5, "ladder": 0.7, "largebox": 0.4,
     },
     "tool": {"mop": 4, "broom": 2, "vacuum": 4},
     "tip": {
-        "large_table": 3, "small_table": 2, "wood_chair": 4, "white_chair": 2.5, "large_box": 4,
-        "suitcase": 2.5, "trash_can": 2, "hand_truck": 1, "shelf": 1.5, "cabinet": 2, "floor_lamp": 2,
-        "clothes_stand": 2, "tripod": 2, "ladder": 1, "armchair": 1,
+        "largetable": 3, "smalltable": 2, "woodchair": 4, "whitechair": 2.5, "largebox": 4,
+        "suitcase": 2.5, "trashcan": 2, "handtruck": 1, "shelf": 1.5, "cabinet": 2, "floorlamp": 2,
+        "clothesstand": 2, "tripod": 2, "ladder": 1, "armchair": 1,
     },
 }  # fmt: skip
 _FURNITURE = 0.15
@@ -77,21 +78,39 @@ _FURNITURE = 0.15
 _TRIES = 6
 
 
-def make_prop(rng: np.random.Generator, use: Use, furniture: Furniture | None = None) -> Prop:
+@dataclass(frozen=True)
+class Stock:
+    """What there is to handle."""
+
+    classes: frozenset[str] | None = None
+    """Of `MAKERS`; None for all."""
+    furniture: Furniture | None = None
+    """Meshes to choose from besides the procedural classes."""
+
+    def of_use(self, use: Use) -> dict[str, float]:
+        """The classes that can be used in this way, and how often each is."""
+        classes = MAKERS if self.classes is None else self.classes
+        return {name: float(weight) for name, weight in WEIGHTS[use].items() if name in classes}
+
+
+ALL = Stock()
+
+
+def make_prop(rng: np.random.Generator, use: Use, stock: Stock = ALL) -> Prop:
     """A random prop that can be used in this way, seen from one of its sides.
 
     Args:
         rng: source of all randomness.
         use: what is done with it; see `Use`.
-        furniture: meshes to choose from besides the procedural classes.
+        stock: what there is; some class of it can be used so.
     """
-    names = list(WEIGHTS[use])
-    chances = np.array(list(WEIGHTS[use].values()))
+    chances = stock.of_use(use)
+    names, weights = list(chances), np.array(list(chances.values()))
     while True:
-        name = names[rng.choice(len(names), p=chances / chances.sum())]
+        name = names[rng.choice(len(names), p=weights / weights.sum())]
         build = MAKERS[name]
-        if furniture is not None and rng.random() < _FURNITURE:
-            build = furniture.draw
+        if stock.furniture is not None and rng.random() < _FURNITURE:
+            build = stock.furniture.draw
         # The same class again, so that classes with few such grasps do not become rare.
         for _ in range(_TRIES):
             prop = placed(rng, build(rng))

@@ -44,6 +44,8 @@ class Furniture:
     """
 
     folder: Path
+    classes: frozenset[str] | None = None
+    """Only pieces of these classes, if given."""
 
     def __post_init__(self) -> None:
         if not self.folder.is_dir():
@@ -56,9 +58,10 @@ class Furniture:
         if not self._meshes:
             raise InputError(
                 "furniture-folder",
-                "There is no .obj file of a known piece of furniture.",
+                "There is no .obj file of a known piece of furniture"
+                + (" of the objects asked for." if self.classes else "."),
                 where=str(self.folder),
-                fix=f"Names must start with one of: {', '.join(sorted(_SIZES))}.",
+                fix=f"Names must start with one of: {', '.join(sorted(self._kinds))}.",
             )
 
     @property
@@ -70,13 +73,17 @@ class Furniture:
             seen.update(hashlib.sha256(path.read_bytes()).digest())
         return seen.hexdigest()[:16]
 
+    @property
+    def _kinds(self) -> list[str]:
+        return [k for k, size in _SIZES.items() if self.classes is None or size[0] in self.classes]
+
     @cached_property
     def _files(self) -> list[tuple[Path, str]]:
-        known = sorted(_SIZES, key=len, reverse=True)
+        known, wanted = sorted(_SIZES, key=len, reverse=True), self._kinds
         out: list[tuple[Path, str]] = []
         for path in sorted(self.folder.rglob("*.obj")):
             name = next((n for n in known if path.stem.startswith(n)), None)
-            if name is not None and "decorated" not in path.stem:
+            if name in wanted and "decorated" not in path.stem:
                 out.append((path, name))
         return out
 

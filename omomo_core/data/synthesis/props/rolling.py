@@ -97,7 +97,7 @@ def hand_truck(rng: np.random.Generator) -> Blueprint:
             z += tall
     bars = [bar("rail", (0, -y, high), (0, y, high), "push", "tip")]
     return Blueprint(
-        "pushcart", parts, rng.uniform(8, 50), bars, (1.0, 0.0, 0.0, 0.0), wheels=True, whole=False
+        "handtruck", parts, rng.uniform(8, 50), bars, (1.0, 0.0, 0.0, 0.0), wheels=True, whole=False
     )
 
 

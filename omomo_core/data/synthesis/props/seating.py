@@ -77,7 +77,7 @@ def office_chair(rng: np.random.Generator) -> Blueprint:
         parts += _arms(rng, x * 0.8, y + 0.03, seat - 0.05)
     bars = [bar("rail", (-x - 0.07, -half, top - 0.02), (-x - 0.07, half, top - 0.02), "push")]
     mass = rng.uniform(7, 16)
-    return Blueprint("whitechair", parts, mass, bars, (0.55, 0.13, 0.19, 0.13), wheels=True)
+    return Blueprint("officechair", parts, mass, bars, (0.55, 0.13, 0.19, 0.13), wheels=True)
 
 
 def stool(rng: np.random.Generator) -> Blueprint:

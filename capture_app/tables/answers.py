@@ -1,0 +1,129 @@
+"""What methods answered, kept line by line, so that an interrupted run goes on where it stopped."""
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from omomo_core.errors import InputError
+
+FILE = "answers.jsonl"
+
+
+@dataclass(frozen=True)
+class Task:
+    """One question: a method, a window, and whether the person's first frame is given."""
+
+    method: str
+    window: str
+    first_frame: bool
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A method's K people for one window, measured; or why it could make none."""
+
+    task: Task
+    given: str
+    """Digest of the window."""
+    weights: str
+    """Digest of the method's networks."""
+    one: dict[str, float] = field(default_factory=dict)
+    """The sample that the method would show."""
+    best: dict[str, float] = field(default_factory=dict)
+    """That with the least MPJPE."""
+    mean: dict[str, float] = field(default_factory=dict)
+    """Of all samples, without what needs their surface."""
+    problem: str = ""
+
+
+class Answers:
+    """The file of answers in the folder of the tables: a line of settings, then one an answer."""
+
+    def __init__(self, folder: Path, settings: Mapping[str, Any]) -> None:
+        """Open the file, or begin it.
+
+        Args:
+            folder: of the tables; made if it is not there.
+            settings: what every answer depends on.
+
+        Raises:
+            InputError: ``tables-differ`` or ``tables-damaged``.
+        """
+        folder.mkdir(parents=True, exist_ok=True)
+        self.path = folder / FILE
+        lines = self._lines()
+        if not lines:
+            self._append(settings)
+            lines = [dict(settings)]
+        before = lines[0]
+        changed = [k for k in {**before, **settings} if before.get(k) != settings.get(k)]
+        if changed:
+            told = ", ".join(f"{k} was {before.get(k)}, now {settings.get(k)}" for k in changed)
+            raise self._differs(told)
+        self.rows = self._rows(lines[1:])
+
+    def add(self, row: Answer) -> None:
+        """Keep an answer; it is on the disk when this returns."""
+        self.rows[row.task] = row
+        self._append(asdict(row))
+
+    def find(self, task: Task, given: str, weights: str) -> Answer | None:
+        """What is kept for a question.
+
+        Raises:
+            InputError: ``tables-differ`` when the window or the weights are not what they were.
+        """
+        row = self.rows.get(task)
+        if row is not None and row.given != given:
+            raise self._differs(f"the window {task.window} has changed")
+        if row is not None and row.weights != weights:
+            raise self._differs(f"the weights of {task.method} have changed")
+        return row
+
+    def _lines(self) -> list[dict[str, Any]]:
+        """A killed process may leave a part of the last line: it is cut off."""
+        if not self.path.is_file():
+            return []
+        content = self.path.read_bytes()
+        whole = content[: content.rfind(b"\n") + 1]
+        if len(whole) < len(content):
+            with self.path.open("rb+") as file:
+                file.truncate(len(whole))
+        try:
+            return [json.loads(line) for line in whole.splitlines()]
+        except ValueError as error:
+            raise self._damaged() from error
+
+    def _rows(self, lines: list[dict[str, Any]]) -> dict[Task, Answer]:
+        try:
+            rows = TypeAdapter(list[Answer]).validate_python(lines)
+        except ValidationError as error:
+            raise self._damaged() from error
+        return {row.task: row for row in rows}
+
+    def _append(self, line: Mapping[str, Any]) -> None:
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(line) + "\n")
+            file.flush()
+            os.fsync(file.fileno())
+
+    def _differs(self, what: str) -> InputError:
+        return InputError(
+            "tables-differ",
+            f"These tables were begun otherwise: {what}.",
+            where=str(self.path),
+            fix="Give another folder with --out, or delete that file to begin anew.",
+        )
+
+    def _damaged(self) -> InputError:
+        return InputError(
+            "tables-damaged",
+            "The answers of an earlier run cannot be read.",
+            where=str(self.path),
+            fix="Delete the file, or give another folder with --out.",
+        )

@@ -1,0 +1,27 @@
+"""The methods of the tables, ready to answer."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from capture_app.tables.methods import folder_of
+from omomo_core.diffusion.samplers import Sampler
+from omomo_core.evaluation.method import Method
+from omomo_core.evaluation.methods.load import load_method
+from omomo_core.evaluation.recorded import RecordedPeople
+from omomo_core.generation.result import GenerationOptions
+
+
+def load_methods(
+    names: Sequence[str], weights: Path | None, sampler: Sampler, steps: int
+) -> Mapping[str, Method]:
+    """Methods by the names of the command line.
+
+    Raises:
+        AssetError: networks are missing or damaged.
+    """
+    options = GenerationOptions(sampler=sampler, steps=steps)
+    folders = {name: folder_of(name, weights) for name in names}
+    return {
+        name: load_method(name, folder, options) if folder is not None else RecordedPeople()
+        for name, folder in folders.items()
+    }

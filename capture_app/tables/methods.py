@@ -1,0 +1,125 @@
+"""The methods of the tables: how they are called, and which networks each needs."""
+
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from safetensors import safe_open
+
+from capture_app.manifest import sha256
+from omomo_core.errors import AssetError, InputError
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A method as the tables write it."""
+
+    title: str
+    folder: str = ""
+    """Of its networks, in the folder of weights; "" when it has none."""
+    networks: tuple[str, ...] = ()
+
+
+_OMOMO = ("hands", "body")
+METHODS = {
+    "goal": Entry("GOAL", "goal", ("goal",)),
+    "single-stage": Entry("OMOMO-single-stage", "single-stage", ("single",)),
+    "no-constraints": Entry("OMOMO w/o constraints", "omomo", _OMOMO),
+    "omomo": Entry("OMOMO", "omomo", _OMOMO),
+    "gt-hands": Entry("OMOMO, true hands", "omomo", _OMOMO),
+    "capture": Entry("omocap (capture)", "capture", _OMOMO),
+    "recorded": Entry("recorded people"),
+}
+"""By the names of the command line, in the order of the tables."""
+
+
+@dataclass(frozen=True)
+class Network:
+    """A trained network, as a caption tells it."""
+
+    name: str
+    digest: str
+    notes: Mapping[str, str]
+    """How it was trained, from its file."""
+    parameters: int
+
+
+def chosen_methods(names: Sequence[str], weights: Path | None) -> list[str]:
+    """The methods to run: those asked for, or all.
+
+    Raises:
+        InputError: ``unknown-method``.
+        AssetError: ``weights-missing`` when a method's networks are not there.
+    """
+    unknown = [name for name in names if name not in METHODS]
+    if unknown:
+        raise InputError(
+            "unknown-method",
+            f"There is no method {unknown[0]!r}.",
+            where="--methods",
+            fix=f"Use {', '.join(METHODS)}.",
+        )
+    chosen = [name for name in METHODS if not names or name in names]
+    for name in chosen:
+        for path in _files(name, weights):
+            if not path.is_file():
+                raise AssetError(
+                    "weights-missing",
+                    f"There are no weights for {name}.",
+                    where=str(path),
+                    fix=f"Train them with `omocap train {METHODS[name].folder}`, or leave the method "
+                    "out with --methods.",
+                )
+    return chosen
+
+
+def networks_of(name: str, weights: Path | None) -> list[Network]:
+    """The networks of a method.
+
+    Raises:
+        AssetError: ``weights-damaged``.
+    """
+    return [_network(path) for path in _files(name, weights)]
+
+
+def digest_of(networks: Sequence[Network]) -> str:
+    """One digest for all networks of a method; "" when it has none."""
+    text = " ".join(network.digest for network in networks)
+    return hashlib.sha256(text.encode()).hexdigest()[:16] if networks else ""
+
+
+def folder_of(name: str, weights: Path | None) -> Path | None:
+    """Where a method's networks are; `capture` ships with the program."""
+    from omomo_core.weights.load import SHIPPED
+
+    entry = METHODS[name]
+    own = weights / entry.folder if weights is not None else SHIPPED / entry.folder
+    if entry.folder == "capture" and not own.is_dir():
+        return SHIPPED / "capture"
+    return own if entry.folder else None
+
+
+def _files(name: str, weights: Path | None) -> list[Path]:
+    folder = folder_of(name, weights)
+    return (
+        [folder / f"{network}.safetensors" for network in METHODS[name].networks] if folder else []
+    )
+
+
+def _network(path: Path) -> Network:
+    try:
+        with safe_open(path, framework="np") as file:
+            # In files they stand in no order.
+            notes = dict(sorted((file.metadata() or {}).items()))
+            sizes = [file.get_slice(key).get_shape() for key in file.keys()]  # noqa: SIM118
+    except Exception as error:
+        raise AssetError(
+            "weights-damaged",
+            "The weights file cannot be read.",
+            where=str(path),
+            fix="Restore the file, or train it again with `omocap train`.",
+        ) from error
+    count = sum(math.prod(size) for size in sizes)
+    return Network(f"{path.parent.name}/{path.stem}", sha256(path)[:12], notes, count)

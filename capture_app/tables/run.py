@@ -1,0 +1,182 @@
+"""The whole way from clips and weights to the tables."""
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from capture_app.tables.answers import Answer, Answers, Task
+from capture_app.tables.ask import Load, Questions, ask_all
+from capture_app.tables.build import Table, is_unseen, tables_of
+from capture_app.tables.caption import Made
+from capture_app.tables.load import load_methods
+from capture_app.tables.methods import chosen_methods, digest_of, networks_of
+from capture_app.tables.verdict import with_verdicts
+from capture_app.tables.write import write_tables
+from omomo_core.body.load import load_body
+from omomo_core.data.splits import side_of
+from omomo_core.diffusion.samplers import Sampler
+from omomo_core.errors import InputError
+from omomo_core.evaluation.clips import RealClip
+from omomo_core.evaluation.sources import read_recorded
+from omomo_core.evaluation.windows import windows_of
+
+MEASURES = 1
+"""Raised whenever the same people would be measured otherwise."""
+Split = Literal["", "seen", "unseen", "train"]
+Progress = Callable[[int, int], None]
+"""(answers that are there, answers in all)."""
+
+
+@dataclass(frozen=True)
+class TablesRequest:
+    """What tables are asked for."""
+
+    clips: Sequence[Path]
+    out: Path
+    weights: Path | None = None
+    """A folder with a folder of networks for each method; those that ship, if not given."""
+    samples: int = 20
+    seed: int = 0
+    sampler: Sampler = "dpm++"
+    steps: int = 10
+    methods: Sequence[str] = ()
+    """All, if not given."""
+    first_frame: Sequence[bool] = (True, False)
+    split: Split = ""
+    """Only clips on this side of the paper's split, by their names."""
+    limit: int | None = None
+    """Windows of each table at most, spread evenly."""
+    workers: int = 1
+
+
+@dataclass(frozen=True)
+class TablesMade:
+    """What was made."""
+
+    tables: list[Table]
+    made: Made
+    files: list[Path]
+
+
+def make_tables(request: TablesRequest, progress: Progress, load: Load | None = None) -> TablesMade:
+    """Ask, measure, and write; answers that an earlier run has kept are not asked again.
+
+    Args:
+        request: what to make.
+        progress: told how far it is.
+        load: gives methods by name; from the request's weights, if not given.
+
+    Raises:
+        InputError: as `read_recorded`; ``no-windows``; ``unknown-method``; ``tables-differ``...
+        AssetError: weights of a method are missing or damaged.
+    """
+    names = chosen_methods(request.methods, request.weights)
+    networks = {name: networks_of(name, request.weights) for name in names}
+    windows, skipped = _windows(request)
+    answers = Answers(request.out, _settings(request))
+    load = load or partial(
+        load_methods, weights=request.weights, sampler=request.sampler, steps=request.steps
+    )
+    read = (lambda: windows) if request.workers == 1 else partial(_read, request)
+    questions = Questions(load, names, read, request.samples, request.seed)
+    digests = {name: digest_of(networks[name]) for name in names}
+    rows = _answered(questions, windows, answers, request, digests, progress)
+    tables = [with_verdicts(table, rows) for table in tables_of(rows, request.samples)]
+    made = Made(
+        [str(path) for path in request.clips],
+        request.split,
+        [window.name for window in windows],
+        request.samples,
+        request.seed,
+        request.sampler,
+        request.steps,
+        networks,
+        skipped,
+        {f"{r.task.method}, {r.task.window}": r.problem for r in rows if r.problem},
+    )
+    return TablesMade(tables, made, write_tables(request.out, tables, made))
+
+
+def _answered(
+    questions: Questions,
+    windows: Sequence[RealClip],
+    answers: Answers,
+    request: TablesRequest,
+    weights: dict[str, str],
+    progress: Progress,
+) -> list[Answer]:
+    """Every answer, those that were not there asked for."""
+    given = {window.name: _digest(window) for window in windows}
+    tasks = [
+        Task(method, window.name, first_frame)
+        for window in windows
+        for method in questions.methods
+        for first_frame in request.first_frame
+    ]
+    missing = [t for t in tasks if not answers.find(t, given[t.window], weights[t.method])]
+    progress(len(tasks) - len(missing), len(tasks))
+    found = ask_all(questions, missing, request.workers) if missing else ()
+    for done, (task, answer) in enumerate(found, start=len(tasks) - len(missing) + 1):
+        figures: dict[str, Any] = {"problem": answer} if isinstance(answer, str) else asdict(answer)
+        answers.add(Answer(task, given[task.window], weights[task.method], **figures))
+        progress(done, len(tasks))
+    return [answers.rows[task] for task in tasks]
+
+
+def _read(request: TablesRequest) -> list[RealClip]:
+    return _windows(request)[0]
+
+
+def _windows(request: TablesRequest) -> tuple[list[RealClip], dict[str, str]]:
+    recorded = read_recorded(request.clips, load_body())
+    skipped, windows = dict(recorded.skipped), list[RealClip]()
+    for clip in recorded.clips:
+        if request.split and side_of(clip.name) != request.split:
+            skipped[clip.name] = f"It is not on the side {request.split!r} of the split."
+            continue
+        try:
+            windows += windows_of(clip)
+        except InputError as problem:
+            skipped[clip.name] = str(problem)
+    if not windows:
+        raise InputError(
+            "no-windows",
+            f"No clip gives a window. {next(iter(skipped.values()))}",
+            where=", ".join(str(path) for path in request.clips),
+            fix="Give clips of 30 frames or more, of people and objects of the split.",
+        )
+    kinds = [[w for w in windows if is_unseen(w.name) is unseen] for unseen in (False, True)]
+    return [w for kind in kinds for w in _spread(kind, request.limit)], skipped
+
+
+def _spread(windows: list[RealClip], limit: int | None) -> list[RealClip]:
+    """So many windows, evenly spread."""
+    if limit is None or len(windows) <= limit:
+        return windows
+    chosen = np.linspace(0, len(windows) - 1, limit).round().astype(int)
+    return [windows[k] for k in chosen]
+
+
+def _settings(request: TablesRequest) -> dict[str, object]:
+    return {
+        "measures": MEASURES,
+        "samples": request.samples,
+        "seed": request.seed,
+        "sampler": request.sampler,
+        "steps": request.steps,
+    }
+
+
+def _digest(window: RealClip) -> str:
+    """The same for the same person and object in the same motion."""
+    seen = hashlib.sha256(str(len(window.root)).encode())
+    mesh = window.motion.mesh
+    poses = (window.motion.T_world_object, window.joints, window.rotations, mesh.vertices)
+    for array in (*poses, mesh.faces):
+        seen.update(np.ascontiguousarray(array, np.float32).tobytes())
+    return seen.hexdigest()[:16]

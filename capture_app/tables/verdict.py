@@ -1,0 +1,82 @@
+"""Whether the orderings that the paper claims hold here, and how sure that is."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+from capture_app.tables.answers import Answer
+from capture_app.tables.build import Group, Table, grouped
+from capture_app.tables.methods import METHODS
+from omomo_core.evaluation.paired import Difference, paired_bootstrap
+from omomo_core.evaluation.windows import clip_of
+
+F1, MPJPE = "contact_f1", "mpjpe_cm"
+ORDER = ("omomo", "no-constraints", "single-stage", "goal")
+"""From the best contact F1 to the worst, says the paper (section 5.2)."""
+
+
+def with_verdicts(table: Table, answers: Sequence[Answer]) -> Table:
+    """The table with a sentence for each claim of the paper that can be looked at."""
+    verdicts: list[str] = []
+    # The paper's own protocol, or what comes nearest to it.
+    first_frame = any(section.first_frame for section in table.sections)
+    for unseen in {2: [False], 3: [True], 4: [False, True]}[table.number]:
+        group = grouped(answers, unseen=unseen, first_frame=first_frame)
+        verdicts += _ablation(group, unseen) if table.number == 4 else _ordering(group)
+    return replace(table, verdicts=verdicts)
+
+
+def _ordering(group: Group) -> list[str]:
+    there = [name for name in ORDER if name in group]
+    pairs = list(pairwise(there))
+    found = [_compared(group, a, b, F1) for a, b in pairs]
+    if not found:
+        return []
+    claim = " > ".join(METHODS[name].title for name in there)
+    wrong = sum(difference.mean <= 0 for difference in found)
+    unsure = sum(difference.low <= 0 < difference.mean for difference in found)
+    if wrong:
+        told = f"does not hold: {wrong} of {len(found)} steps do not go this way"
+    elif unsure:
+        told = f"is what the means say, but {unsure} of {len(found)} steps may be chance"
+    else:
+        told = "holds in every step"
+    details = [
+        _told(a, b, "F1", difference, 2) for (a, b), difference in zip(pairs, found, strict=True)
+    ]
+    return [f"The paper's ordering by contact F1, {claim}, {told}.", *details]
+
+
+def _ablation(group: Group, unseen: bool) -> list[str]:
+    if not {"omomo", "gt-hands"} <= group.keys():
+        return []
+    where = " on unseen objects" if unseen else ""
+    better = _compared(group, "gt-hands", "omomo", F1)
+    nearer = _compared(group, "omomo", "gt-hands", MPJPE)
+    holds = "holds" if min(better.low, nearer.low) > 0 else "is not certain"
+    if better.mean <= 0 or nearer.mean <= 0:
+        holds = "does not hold"
+    return [
+        f"The paper's claim that true palms give better people{where} {holds}.",
+        _told("gt-hands", "omomo", "F1", better, 2),
+        _told("omomo", "gt-hands", "MPJPE", nearer, 1),
+    ]
+
+
+def _compared(group: Group, first: str, second: str, key: str) -> Difference:
+    """By how much a figure of the best of K is greater in one method than in another."""
+    windows = list(group[first])
+    return paired_bootstrap(
+        [group[first][window].best[key] for window in windows],
+        [group[second][window].best[key] for window in windows],
+        [clip_of(window) for window in windows],
+    )
+
+
+def _told(first: str, second: str, figure: str, found: Difference, digits: int) -> str:
+    sign = "surely" if found.low > 0 or found.high < 0 else "perhaps by chance"
+    return (
+        f"{figure} of {METHODS[first].title} minus that of {METHODS[second].title}: "
+        f"{found.mean:+.{digits}f} (95 % of the draws of whole clips from {found.low:+.{digits}f} "
+        f"to {found.high:+.{digits}f}; {sign})."
+    )

@@ -1,0 +1,1 @@
+"""Objects that were captured with markers: tracks and the markers' places on a scan become poses."""

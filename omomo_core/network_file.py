@@ -1,0 +1,73 @@
+"""The file of a trained network: safetensors, with its configuration and how it was trained inside."""
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from safetensors import safe_open
+from safetensors.torch import save_file
+from torch import nn
+
+from omomo_core.errors import AssetError
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Network = TypeVar("Network", bound=nn.Module)
+
+
+def save_network(
+    network: nn.Module, config: "DataclassInstance", path: Path, notes: dict[str, str]
+) -> None:
+    """Write parameters (fp16) and buffers (as they are) with configuration and notes inside."""
+    learnt = {name for name, _ in network.named_parameters()}
+    tensors = {
+        k: (v.half() if k in learnt else v).contiguous() for k, v in network.state_dict().items()
+    }
+    save_file(tensors, path, {"config": json.dumps(asdict(config)), **notes})
+
+
+def load_network(path: Path, build: Callable[[dict[str, Any]], Network]) -> Network:
+    """Read what `save_network` wrote, in evaluation mode.
+
+    Args:
+        path: the file.
+        build: an untrained network from the configuration as JSON holds it.
+
+    Raises:
+        AssetError: missing, damaged, or not one of our files.
+    """
+    if not path.is_file():
+        raise AssetError(
+            "weights-missing",
+            f"There are no weights for this network: {path.name} is not there.",
+            where=str(path),
+            fix="Train them with `omocap train`, or reinstall the program.",
+        )
+    try:
+        with safe_open(path, framework="pt") as file:
+            config = json.loads(file.metadata()["config"])
+            tensors = {k: file.get_tensor(k) for k in file.keys()}  # noqa: SIM118
+        network = build(config)
+        # Copied into the network's own precision.
+        network.load_state_dict(tensors)
+    except Exception as error:
+        raise AssetError(
+            "weights-damaged",
+            "The weights file cannot be read.",
+            where=str(path),
+            fix="Restore the file, or train it again with `omocap train`.",
+        ) from error
+    return network.eval()
+
+
+def notes_of(path: Path) -> dict[str, str]:
+    """How the network of a file was trained, as `save_network` was told.
+
+    Raises:
+        OSError: the file cannot be read.
+    """
+    with safe_open(path, framework="pt") as file:
+        return {k: v for k, v in file.metadata().items() if k != "config"}

@@ -1,0 +1,320 @@
+"""The paper's tables as a researcher makes them, with methods that need no networks."""
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from capture_app.cli.tables import tables as command
+from capture_app.tables.answers import FILE, Answer, Task
+from capture_app.tables.build import tables_of
+from capture_app.tables.paper import ABLATION, CORRECTED, PAPER, PUBLISHED
+from capture_app.tables.run import TablesMade, TablesRequest, make_tables
+from capture_app.tables.verdict import with_verdicts
+from omomo_core.body.load import load_body
+from omomo_core.errors import AssetError, InputError
+from tests.capture_app.tables.stand_ins import load, never, write_data, write_weights
+from tests.core.movers import thin
+
+NAMES = ("sub16_largetable_001", "sub17_woodchair_002", "sub16_mop_003", "sub3_monitor_004")
+Make = Callable[..., TablesMade]
+
+
+@pytest.fixture(scope="module")
+def everything(tmp_path_factory: pytest.TempPathFactory) -> tuple[TablesMade, Path]:
+    """All tables by all stand-ins, and their folder."""
+    folder = tmp_path_factory.mktemp("everything")
+    write_data(folder / "data.npz", NAMES)
+    write_weights(folder / "weights")
+    out = folder / "out"
+    request = TablesRequest([folder / "data.npz"], out, folder / "weights", samples=2)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("capture_app.tables.run.load_body", lambda: thin(load_body()))
+        return make_tables(request, lambda done, total: None, load), out
+
+
+@pytest.fixture
+def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Make:
+    """Makes tables of two samples from a small data set and stand-ins on a body of few vertices."""
+    monkeypatch.setattr("capture_app.tables.run.load_body", lambda: thin(load_body()))
+    write_data(tmp_path / "data.npz", NAMES)
+    write_weights(tmp_path / "weights")
+
+    def run(loads=load, **changes) -> TablesMade:
+        request = {
+            "clips": [tmp_path / "data.npz"],
+            "out": tmp_path / "out",
+            "weights": tmp_path / "weights",
+            "samples": 2,
+            **changes,
+        }
+        return make_tables(TablesRequest(**request), lambda done, total: None, loads)
+
+    return run
+
+
+def f1_of(made: TablesMade, number: int, label: str, section: int = 0) -> float:
+    (table,) = (t for t in made.tables if t.number == number)
+    lines = {line.label: line.values for line in table.sections[section].lines}
+    return lines[label]["contact_f1"]
+
+
+def test_seen_and_unseen_objects_have_a_table_each_and_true_palms_a_third(everything):
+    made, _ = everything
+    two, three, four = made.tables
+    assert [t.number for t in made.tables] == [2, 3, 4]
+    assert [s.windows for s in two.sections] == [3] * 4
+    assert [s.windows for s in three.sections] == [1] * 4
+    titles = [s.title for s in two.sections]
+    assert titles == [
+        "first frame given, best of 2",
+        "first frame given, one sample",
+        "first frame not given, best of 2",
+        "first frame not given, one sample",
+    ]
+    labels = [line.label for line in two.sections[0].lines]
+    assert labels[:2] == ["GOAL", "GOAL, paper"]
+    assert "recorded people" in labels
+    assert [line.published for line in two.sections[1].lines] == [False] * 7
+    starred = [line.label for line in four.sections[0].lines]
+    assert "OMOMO, true hands" in starred
+    assert "OMOMO, true hands*, paper" in starred
+    assert f1_of(made, 2, "recorded people") == f1_of(made, 2, "recorded people", 3)
+    lines = {line.label: line.values for line in two.sections[0].lines}
+    assert lines["OMOMO"]["mpjpe_cm"] < lines["GOAL"]["mpjpe_cm"]
+    not_told = {line.label: line.values for line in two.sections[2].lines}
+    assert lines["OMOMO"]["mpjpe_cm"] < not_told["OMOMO"]["mpjpe_cm"]
+
+
+def test_the_papers_numbers_are_those_of_the_paper(shared: Path):
+    text = (shared / "paper" / "001_9fb96ababf92fbcf.txt").read_text()
+    rows = {
+        "goal": "GOAL",
+        "single-stage": "OMOMO-single-stage",
+        "no-constraints": "OMOMO w/o constraints",
+    }
+    for name, label in rows.items():
+        seen, unseen = (
+            [float(x) for x in line.split("\t")[1:11]]
+            for line in text.splitlines()
+            if line.startswith(f"{label}\t")
+        )
+        assert list(PAPER["seen"][name].values()) == seen
+        assert list(PAPER["unseen"][name].values()) == unseen
+    for mark, kind in (("", "seen"), (r"\*", "unseen")):
+        for name, suffix in (("omomo", mark), ("gt-hands", f"{mark}-GT")):
+            found = re.search(rf"^[OО][MМ][OО][MМ][OО]{suffix}\t([\d.\t]+)$", text, re.MULTILINE)
+            if name == "omomo" and kind == "seen":
+                continue
+            assert found is not None
+            values = [PAPER[kind][name][column.key] for column in ABLATION]
+            assert values == [float(x) for x in found[1].split("\t")]
+
+
+def test_an_interrupted_run_goes_on_and_ends_as_an_uninterrupted_one(make: Make, tmp_path: Path):
+    some = {"methods": ["goal", "omomo"], "samples": 2}
+
+    def killed(done: int, total: int) -> None:
+        if done == 9:
+            raise KeyboardInterrupt
+
+    request = TablesRequest([tmp_path / "data.npz"], tmp_path / "out", tmp_path / "weights", **some)
+    with pytest.raises(KeyboardInterrupt):
+        make_tables(request, killed, load)
+    with (tmp_path / "out" / FILE).open("a") as file:
+        file.write('{"task": {"method": "om')
+    seen: list[int] = []
+    make_tables(request, lambda done, total: seen.append(done), load)
+    assert seen == list(range(9, 4 * 2 * 2 + 1))
+    texts = [(tmp_path / "out" / name).read_text() for name in ("tables.md", "tables.json")]
+    make(**some, out=tmp_path / "again")
+    again = [(tmp_path / "again" / name).read_text() for name in ("tables.md", "tables.json")]
+    assert texts == again
+    # Nothing is asked that has been answered.
+    make(**some, loads=never)
+    make(loads=never, methods=["omomo"], first_frame=(True,), limit=1)
+
+
+@pytest.mark.slow
+def test_processes_give_what_one_gives(tmp_path: Path):
+    write_data(tmp_path / "data.npz", NAMES)
+    made = [
+        make_tables(
+            TablesRequest(
+                [tmp_path / "data.npz"],
+                tmp_path / str(workers),
+                methods=["recorded"],
+                limit=1,
+                workers=workers,
+            ),
+            lambda done, total: None,
+        )
+        for workers in (1, 2)
+    ]
+    assert made[0].tables == made[1].tables
+    assert len(made[0].tables) == 2
+
+
+def test_changed_settings_windows_and_weights_are_refused_by_name(make: Make, tmp_path: Path):
+    some = {"methods": ["omomo"], "limit": 1, "first_frame": (True,)}
+    make(**some)
+    for change, named in (
+        ({"samples": 3}, "samples was 2, now 3"),
+        ({"seed": 1}, "seed was 0, now 1"),
+        ({"sampler": "ddpm"}, "sampler was dpm"),
+        ({"steps": 20}, "steps was 10, now 20"),
+    ):
+        with pytest.raises(InputError, match=named) as caught:
+            make(**{**some, **change})
+        assert caught.value.code == "tables-differ"
+    write_weights(tmp_path / "weights", seed=1)
+    with pytest.raises(InputError, match="the weights of omomo"):
+        make(**some)
+    write_weights(tmp_path / "weights")
+    write_data(tmp_path / "data.npz", NAMES, frames=31)
+    with pytest.raises(InputError, match="the window sub"):
+        make(**some)
+    (tmp_path / "out" / FILE).write_text('{"seed": 0}\n{"no": "answer"}\n')
+    with pytest.raises(InputError, match="tables-"):
+        make(**some)
+
+
+def test_a_window_that_one_method_cannot_answer_counts_for_none(make: Make, tmp_path: Path):
+    write_data(tmp_path / "data.npz", [*NAMES, "sub16_trashcan_005"])
+    made = make(methods=["goal", "omomo"], first_frame=(True,))
+    assert made.tables[0].sections[0].windows == 3
+    assert any("trashcan" in task for task in made.made.failed)
+    assert "It gives up." in (tmp_path / "out" / "tables.md").read_text()
+    # Without that method the window counts, and nothing is asked again.
+    alone = make(methods=["omomo"], first_frame=(True,), loads=never)
+    assert alone.tables[0].sections[0].windows == 4
+
+
+def test_the_split_leaves_the_others_out(make: Make, tmp_path: Path):
+    some = {"methods": ["recorded"], "first_frame": (True,)}
+    seen = make(**some, split="seen")
+    assert [t.number for t in seen.tables] == [2]
+    assert seen.tables[0].sections[0].clips == 2
+    assert set(seen.made.skipped) == {"sub16_mop_003", "sub3_monitor_004"}
+    unseen = make(**some, split="unseen", out=tmp_path / "unseen")
+    assert [t.number for t in unseen.tables] == [3]
+
+
+def test_what_cannot_be_asked_is_refused(make: Make, tmp_path: Path):
+    write_data(tmp_path / "short.npz", NAMES[:1], frames=25)
+    for changes, code in (
+        ({"methods": ["oracle"]}, "unknown-method"),
+        ({"clips": [tmp_path / "none"]}, "no-clips"),
+        ({"clips": [tmp_path / "short.npz"]}, "no-windows"),
+        ({"clips": [tmp_path / "short.npz"], "split": "unseen"}, "no-windows"),
+    ):
+        with pytest.raises(InputError) as caught:
+            make(**changes)
+        assert caught.value.code == code
+        assert not (tmp_path / "out").exists()
+    goal = tmp_path / "weights" / "goal" / "goal.safetensors"
+    goal.write_bytes(b"no")
+    with pytest.raises(AssetError, match="weights-damaged"):
+        make()
+    goal.unlink()
+    with pytest.raises(AssetError, match="no weights for goal") as missing:
+        make()
+    assert missing.value.where == str(goal)
+    make(methods=["omomo"], limit=1)
+
+
+def answers(**f1: list[float]) -> list[Answer]:
+    """Two windows of each of some clips, with the contact F1 of some methods."""
+    rows: list[Answer] = []
+    for name, values in f1.items():
+        for k, value in enumerate(values):
+            task = Task(
+                name.replace("_", "-"), f"sub16_largetable_{k // 2:03d}@{60 * (k % 2)}", True
+            )
+            figures = {column.key: 1.0 for column in (*PUBLISHED, *CORRECTED)}
+            figures |= {"contact_f1": value, "mpjpe_cm": 20 * (1 - value)}
+            rows.append(Answer(task, "", "", one=figures, best=figures))
+    return rows
+
+
+def verdicts(**f1: list[float]) -> dict[int, list[str]]:
+    rows = answers(**f1)
+    return {t.number: with_verdicts(t, rows).verdicts for t in tables_of(rows, 20)}
+
+
+def test_the_ordering_is_told_with_how_sure_it_is():
+    spread = np.linspace(0, 0.1, 20)
+    f1 = {"omomo": 0.8, "no_constraints": 0.6, "single_stage": 0.5, "goal": 0.3}
+    sure = {name: list(level + spread) for name, level in f1.items()}
+    told = verdicts(**sure)[2]
+    assert "OMOMO > OMOMO w/o constraints > OMOMO-single-stage > GOAL" in told[0]
+    assert told[0].endswith("holds in every step.")
+    assert "F1 of OMOMO minus that of OMOMO w/o constraints: +0.20 (95 %" in told[1]
+    assert told[1].endswith("to +0.20; surely).")
+    wrong = verdicts(**{**sure, "omomo": list(0.4 + spread)})[2]
+    assert wrong[0].endswith("does not hold: 1 of 3 steps do not go this way.")
+    lucky = [*(0.6 + spread[:18]), 0.9, 0.9]
+    unsure = verdicts(omomo=lucky, no_constraints=sure["no_constraints"])[2]
+    assert unsure[0].endswith("1 of 1 steps may be chance.")
+    assert "perhaps by chance" in unsure[1]
+
+
+def test_true_palms_are_compared_by_f1_and_by_pose():
+    spread = np.linspace(0, 0.1, 20)
+    better = verdicts(omomo=list(0.6 + spread), gt_hands=list(0.8 + spread))[4]
+    assert better[0] == "The paper's claim that true palms give better people holds."
+    assert "F1 of OMOMO, true hands minus that of OMOMO: +0.20" in better[1]
+    assert "MPJPE of OMOMO minus that of OMOMO, true hands: +4.0" in better[2]
+    worse = verdicts(omomo=list(0.8 + spread), gt_hands=list(0.6 + spread))[4]
+    assert worse[0].endswith("does not hold.")
+
+
+def test_files_say_the_same_and_how_they_were_made(everything):
+    made, out = everything
+    text, tex = (out / "tables.md").read_text(), (out / "tables.tex").read_text()
+    document = json.loads((out / "tables.json").read_text())
+    best = f"{f1_of(made, 2, 'OMOMO'):.2f}"
+    row = next(line for line in text.splitlines() if line.startswith("| OMOMO |"))
+    assert row.split("|")[-2].strip() == best
+    grids = re.findall(r"(?:^\|.*\n)+", text, re.MULTILINE)
+    assert len(grids) == 6
+    for grid in grids:
+        assert len({line.count("|") for line in grid.splitlines()}) == 1
+    assert tex.count(r"\begin{tabular}") == tex.count(r"\end{tabular}") == 6
+    assert "OMOMO, true hands*, paper" in tex
+    assert not re.search(r"(?<!\\)%", tex)
+    lines = document["tables"][0]["sections"][0]["lines"]
+    (ours,) = (line for line in lines if line["label"] == "OMOMO")
+    assert f"{ours['values']['contact_f1']:.2f}" == best
+    assert {column.key for column in PUBLISHED} <= ours["values"].keys()
+    for told in (text, tex.replace("\\_", "_"), " ".join(document["caption"])):
+        for fact in ("4 windows", "seed 0", "4000 steps", "of 32 windows", "largetable", "sub17"):
+            assert fact in told
+        assert document["made"]["networks"]["omomo"][0]["digest"] in told
+
+
+def test_the_command_prints_the_tables(make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    from capture_app.tables import run
+
+    def loaded(names, weights, sampler, steps):
+        assert (sampler, steps) == ("ddim", 7)
+        return load(names)
+
+    monkeypatch.setattr(run, "load_methods", loaded)
+    app = typer.Typer()
+    app.command()(command)
+    words = [str(tmp_path / "data.npz"), "--weights", str(tmp_path / "weights")]
+    words += ["-o", str(tmp_path / "said"), "--samples", "2", "--methods", "omomo,recorded"]
+    words += ["--first-frame", "given", "--sampler", "ddim", "--steps", "7", "--limit", "1"]
+    done = CliRunner().invoke(app, words, env={"COLUMNS": "160"})
+    assert done.exit_code == 0, done.output
+    document = json.loads((tmp_path / "said" / "tables.json").read_text())
+    assert document["made"]["sampler"] == "ddim"
+    assert [s["first_frame"] for s in document["tables"][0]["sections"]] == [True, True]
+    values = document["tables"][0]["sections"][0]["lines"][0]["values"]
+    assert np.isfinite(list(values.values())).all()
