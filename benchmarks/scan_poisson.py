@@ -6,9 +6,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import pycolmap
 import trimesh
 
+from ingest.colmap import pycolmap
 from ingest.scan.dense.depth_map import pixel_rays
 from ingest.scan.dense.picture import matrix_for
 from ingest.scan.types import Region, Registered

@@ -1,5 +1,7 @@
 """load_mesh: the object's surface from OBJ, PLY, STL, GLB or glTF, bounded and in metres."""
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -75,16 +77,15 @@ def too_large(path: Path, size: str) -> InputError:
     )
 
 
-def _decode(path: Path) -> trimesh.Trimesh:
-    """All the triangles of the file as one mesh."""
+@contextmanager
+def decoding(path: Path) -> Generator[None]:
+    """Turn whatever a decoder raises on a damaged file into one error.
+
+    Raises:
+        InputError: "mesh-unreadable", or what the block raises itself.
+    """
     try:
-        scene = trimesh.load_scene(path, skip_materials=True, process=False)
-        triangles = _triangles(scene)
-        if triangles > MAX_FACES:  # counted before a scene of many copies is spread out
-            raise too_large(path, f"{triangles:,} triangles")
-        mesh = scene.to_mesh()
-        if len(mesh.faces) and not 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices):
-            raise ValueError("a triangle names a vertex that is not there")
+        yield
     except InputError:
         raise
     except Exception as problem:  # the decoders raise anything on a damaged file
@@ -94,6 +95,18 @@ def _decode(path: Path) -> trimesh.Trimesh:
             where=str(path),
             fix="Open it in a 3D program and export it again.",
         ) from problem
+
+
+def _decode(path: Path) -> trimesh.Trimesh:
+    """All the triangles of the file as one mesh."""
+    with decoding(path):
+        scene = trimesh.load_scene(path, skip_materials=True, process=False)
+        triangles = _triangles(scene)
+        if triangles > MAX_FACES:  # counted before a scene of many copies is spread out
+            raise too_large(path, f"{triangles:,} triangles")
+        mesh = scene.to_mesh()
+        if len(mesh.faces) and not 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices):
+            raise ValueError("a triangle names a vertex that is not there")
     return mesh
 
 

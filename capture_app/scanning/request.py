@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ingest.scan.cameras.options import CameraOptions
 from ingest.scan.clean.clean import VERTICES
-from ingest.scan.dense.dense import Method
+from ingest.scan.dense.depths import Method
 from ingest.scan.frames import COUNT
 from ingest.scan.region.region import GivenBox
 from ingest.scan.sources.units import Unit

@@ -12,17 +12,17 @@ from ingest.scan.cameras.register import register
 from ingest.scan.clean.clean import CleanMesh, clean
 from ingest.scan.clean.pieces import main_piece
 from ingest.scan.clean.save import save_mesh
+from ingest.scan.dense.cloud import cloud
 from ingest.scan.dense.dense import DenseSurface, dense_surface
+from ingest.scan.dense.depths import measure_depths
 from ingest.scan.found import Found, to_height
 from ingest.scan.frames import pick_frames
 from ingest.scan.object_model import write_object_model
 from ingest.scan.quality.report import ScanReport, inspect_ready, inspect_scan
 from ingest.scan.ready import ready_mesh
-from ingest.scan.region.aim import Aim
-from ingest.scan.region.region import find_region
+from ingest.scan.region.region import aim_at, find_region
 from ingest.scan.sources.mesh import read_scan_mesh
 from ingest.scan.sources.read import is_mesh, read_source
-from ingest.scan.types import Region, Registered
 
 
 @dataclass(frozen=True)
@@ -76,15 +76,10 @@ def find_object(request: ScanRequest, clock: Progress) -> Found:
     picked = pick_frames(source, work, count=request.frames, progress=clock)
     registered = register(source, picked, work, options=request.cameras, progress=clock)
     clock("cameras", 1.0)
-    region = find_region(registered, request.box)
-    surface = dense_surface(
-        registered,
-        region,
-        _aim(registered, region),
-        work,
-        method=request.method,
-        progress=clock,
-    )
+    aim = aim_at(registered.views, request.box)
+    depths = measure_depths(registered, aim, work, method=request.method, progress=clock)
+    region = find_region(registered, request.box, cloud(depths, aim))
+    surface = dense_surface(depths, region, progress=clock)
     clock("clean", 0.0)
     cleaned = clean(
         surface.vertices,
@@ -109,14 +104,6 @@ def _ready(request: ScanRequest) -> CleanMesh:
             height=request.cameras.height,
         )
     )
-
-
-def _aim(registered: Registered, region: Region) -> Aim:
-    """The middle of the region: the pictures are matched for what is there."""
-    middle = region.T_world_floor[:3, :3] @ (region.low + region.high) / 2
-    point = middle + region.T_world_floor[:3, 3]
-    eyes = np.array([view.T_world_camera[:3, 3] for view in registered.views])
-    return Aim(point, float(np.median(np.linalg.norm(eyes - point, axis=1))), 0.0)
 
 
 def _cut(surface: DenseSurface) -> float:

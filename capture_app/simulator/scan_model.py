@@ -6,11 +6,11 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import pycolmap
 from jaxtyping import Float32, Float64, UInt8
 from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.scan_scene import ScanScene, film, intrinsics
+from ingest.colmap import pycolmap
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from ingest.mount.scan.features import find_features
 from omomo_core.geometry.transforms import inverse

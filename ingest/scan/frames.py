@@ -54,9 +54,9 @@ def pick_frames(
         InputError: "scan-few" when there are too few pictures, "scan-blurred" when too few of them
             are sharp.
     """
-    work = Work(folder)
-    given = str(source.where.resolve()), state_of(source.where)
-    key = key_of(STAGE, str(folder.resolve()), *given, count, MAX_SIDE)
+    # The same scan may be asked for from another folder later.
+    work, given = Work(folder.resolve()), source.where.resolve()
+    key = key_of(STAGE, str(work.folder), str(given), state_of(given), count, MAX_SIDE)
     if (record := work.record(STAGE, key)) is not None:
         return _restored(record)
     total = len(source.pictures.names)

@@ -22,8 +22,10 @@ _WALL = 0.01
 """Metres from a side of the region where a surface is cut by it."""
 _CUT = 0.01
 """Part of the vertices that may lie there."""
-_UNSEEN_WARN, _UNSEEN_BAD = 0.25, 0.5
-"""Part of the vertices that no picture shows."""
+_UNSEEN_WARN, _UNSEEN_BAD = 0.3, 0.5
+"""Part of the surface that no picture shows: half of that is usual, undersides and insides."""
+_BASE = 0.012
+"""Metres over the floor: a surface that lies lower is what the object stands on."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,7 @@ def clean(
     T = object_frame(small, region.T_world_floor)
     own = (small - T[:3, 3]) @ T[:3, :3]
     watertight = _closed(triangles)
-    notes = (_cut(small, region), _shown(seen), _tight(watertight, rims))
+    notes = (_cut(small, region), _shown(own, triangles, seen), _tight(watertight, rims))
     return CleanMesh(
         mesh=ScanMesh(own, triangles, colours, name, notes),
         normals=np.asarray(igl.per_vertex_normals(own, triangles), np.float64),
@@ -148,14 +150,22 @@ def _cut(vertices: Float64[np.ndarray, "verts 3"], region: Region) -> Check:
     )
 
 
-def _shown(seen: Bool[np.ndarray, " verts"]) -> Check:
-    unseen = 1 - float(seen.mean())
+def _shown(
+    own: Float64[np.ndarray, "verts 3"],
+    faces: Int64[np.ndarray, "faces 3"],
+    seen: Bool[np.ndarray, " verts"],
+) -> Check:
+    """By area, as flat places have few vertices; without what the object stands on."""
+    area = np.asarray(igl.doublearea(own, faces), np.float64)
+    area[(own[faces, 2] < _BASE).all(axis=1)] = 0.0
+    unseen = 1 - float((area * seen[faces].mean(axis=1)).sum() / max(area.sum(), 1e-12))
     severity = "bad" if unseen > _UNSEEN_BAD else "warn" if unseen > _UNSEEN_WARN else "ok"
     return graded(
         "unseen",
         severity,
-        f"{unseen:.0%} of the surface are shown by no picture; there it is only closed.",
-        "Film from lower and from higher too, and into the object where it is open.",
+        f"{unseen:.0%} of the surface, what it stands on left out, are shown clearly by no two "
+        "pictures; there it is only closed.",
+        "Film from all around, from lower and from higher too, and into the object where it is open.",
     )
 
 

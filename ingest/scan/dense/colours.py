@@ -9,8 +9,7 @@ from jaxtyping import Float32, Float64, Int64, UInt8
 from scipy.spatial import KDTree
 
 from ingest.scan.dense.depth_map import DepthMap
-from ingest.scan.dense.picture import SmallPictures, at_pixels, matrix_for
-from omomo_core.geometry.transforms import inverse
+from ingest.scan.dense.picture import SmallPictures, at_pixels, matrix_for, projected
 
 _CLOSE, _CLOSE_SHARE = 0.01, 0.01
 """Metres, and parts of the depth, that a place may lie beside what a view sees there."""
@@ -58,7 +57,7 @@ def _sight(
 ) -> Float32[np.ndarray, " verts"]:
     """How well a view sees each vertex; 0 for what is hidden."""
     view = pictures.views[index]
-    u, v, z = _projected(vertices, view.T_world_camera, matrix_for(view, depth.shape[::-1]))
+    u, v, z = projected(vertices, view.T_world_camera, matrix_for(view, depth.shape[::-1]))
     shown = at_pixels(depth, u, v, cv2.INTER_NEAREST)
     close = (shown > 0) & (np.abs(shown - z) < _CLOSE + _CLOSE_SHARE * z)
     to_eye = view.T_world_camera[:3, 3] - vertices
@@ -71,20 +70,5 @@ def _sampled(
 ) -> Float32[np.ndarray, "verts 3"]:
     """The picture's colour at each vertex, whether it is hidden or not."""
     T = pictures.views[index].T_world_camera
-    u, v, _ = _projected(vertices, T, pictures.matrix(index))
+    u, v, _ = projected(vertices, T, pictures.matrix(index))
     return at_pixels(pictures.picture(index).colours, u, v, cv2.INTER_LINEAR).astype(np.float32)
-
-
-def _projected(
-    points: Float64[np.ndarray, "points 3"],
-    T_world_camera: Float64[np.ndarray, "4 4"],
-    matrix: Float64[np.ndarray, "3 3"],
-) -> Float32[np.ndarray, "3 points"]:
-    """u, v and depth; pixels far outside the picture where a point is not ahead."""
-    P = matrix @ inverse(T_world_camera)[:3]
-    u, v, z = P[:, :3] @ points.T + P[:, 3:]
-    ahead = z > 1e-3
-    scale = 1 / np.where(ahead, z, 1.0)
-    return np.stack([np.where(ahead, u * scale, -1e4), np.where(ahead, v * scale, -1e4), z]).astype(
-        np.float32
-    )

@@ -11,6 +11,7 @@ from jaxtyping import Float32, Float64, Shaped, UInt8
 
 from ingest.scan.types import View
 from omomo_core.errors import InputError
+from omomo_core.geometry.transforms import inverse
 
 _KEPT = 24
 """Pictures in memory at a time: 90 MB of them."""
@@ -74,6 +75,21 @@ def matrix_for(view: View, size: tuple[int, int]) -> Float64[np.ndarray, "3 3"]:
             [0.0, fy * y, (cy + 0.5) * y - 0.5],
             [0.0, 0.0, 1.0],
         ]
+    )
+
+
+def projected(
+    points: Float64[np.ndarray, "points 3"],
+    T_world_camera: Float64[np.ndarray, "4 4"],
+    matrix: Float64[np.ndarray, "3 3"],
+) -> Float32[np.ndarray, "3 points"]:
+    """u, v and depth of points of the world; far outside the picture where they are not ahead."""
+    P = matrix @ inverse(T_world_camera)[:3]
+    u, v, z = P[:, :3] @ points.T + P[:, 3:]
+    ahead = z > 1e-3
+    scale = 1 / np.where(ahead, z, 1.0)
+    return np.stack([np.where(ahead, u * scale, -1e4), np.where(ahead, v * scale, -1e4), z]).astype(
+        np.float32
     )
 
 

@@ -66,9 +66,8 @@ class Volume:
         depth: DepthMap,
         matrix: Float64[np.ndarray, "3 3"],
         T_camera_floor: Float64[np.ndarray, "4 4"],
-        weight: float = 1.0,
     ) -> None:
-        """One more view, of which every pixel with a depth counts `weight`."""
+        """What one more view shows."""
         depth = _sunk(depth, matrix, T_camera_floor)
         P = matrix @ T_camera_floor[:3]
         step = (P[:, :3] * self.box.voxel).astype(np.float32)
@@ -78,7 +77,7 @@ class Volume:
         level = [step[k, 0] * x + step[k, 1] * y + start[k] for k in range(3)]
         for index in range(self.box.shape[0]):
             u, v, z = (level[k] + step[k, 2] * np.float32(index) for k in range(3))
-            self._add_slice(index, depth, u, v, z, np.float32(weight))
+            self._add_slice(index, depth, u, v, z)
 
     def _add_slice(
         self,
@@ -87,7 +86,6 @@ class Volume:
         u: Float32[np.ndarray, "y x"],
         v: Float32[np.ndarray, "y x"],
         z: Float32[np.ndarray, "y x"],
-        weight: np.float32,
     ) -> None:
         """`u`, `v` are pixels times depth `z`."""
         ahead = np.maximum(z, np.float32(1e-3))
@@ -95,10 +93,10 @@ class Volume:
         beyond = (shown - z) / np.float32(self._band)
         known = (shown > 0) & (z > 0)
         near = known & (beyond > -1) & (beyond < 1)
-        trust = near * weight * ((beyond + 1) / np.float32(1 - _BEHIND)).clip(0, 1)
+        trust = near * ((beyond + 1) / np.float32(1 - _BEHIND)).clip(0, 1)
         self._distance[index] += trust * beyond
         self._surface[index] += trust
-        self._free[index] += weight * (known & (beyond >= 1))
+        self._free[index] += known & (beyond >= 1)
 
     def field(self) -> Float32[np.ndarray, "z y x"]:
         """Below 0 in what is solid, above it in what is empty; about distances in bands."""

@@ -1,5 +1,6 @@
 """find_region: the floor and the box of a scan's object, found or given."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,8 @@ from omomo_core.geometry.transforms import inverse
 
 _CLEAR = 0.015
 """Metres above the floor where the object's points begin, at least."""
+_CLEAR_DENSE = 0.06
+"""The same for depth maps, which show the floor itself a few centimetres off."""
 _INSIDE = 0.85
 """Of the way from the aim to the cameras: what is farther out is not what they go around."""
 _WATCHED = 0.35
@@ -39,12 +42,32 @@ class GivenBox:
         return cls(bottom - half, bottom + half + [0.0, 0.0, size[2]])
 
 
-def find_region(registered: Registered, box: GivenBox | None = None) -> Region:
+def aim_at(views: Sequence[View], box: GivenBox | None) -> Aim:
+    """Where the cameras look; the middle of a given box where they do not look at one place.
+
+    Raises:
+        InputError: those of `find_aim`.
+    """
+    try:
+        return find_aim(views)
+    except InputError:
+        if box is None:
+            raise
+        return _aim_of(box)
+
+
+def find_region(
+    registered: Registered,
+    box: GivenBox | None = None,
+    dense: Float64[np.ndarray, "places 3"] | None = None,
+) -> Region:
     """Where the object is.
 
     Args:
         registered: cameras and sparse points.
         box: takes the place of what would be found; the floor is found all the same.
+        dense: places (world, metres) where depth maps show a surface, of `cloud`; they show poles
+            and bars that have no corners.
 
     Raises:
         InputError: "scan-no-aim", "scan-no-orbit", "scan-no-object" (nothing stands where the
@@ -54,7 +77,7 @@ def find_region(registered: Registered, box: GivenBox | None = None) -> Region:
     floor = find_floor(registered, aim)
     if box:
         return _given(box, floor)
-    standing = _standing(registered, aim, floor)
+    standing = _standing(registered, aim, floor, dense)
     margin = _MARGIN + _MARGIN_SHARE * (standing.high - standing.low)
     low, high = standing.low - margin, standing.high + margin
     low[2] = 0.0
@@ -93,23 +116,40 @@ def _given(box: GivenBox, floor: ScanFloor) -> Region:
     return Region(floor.T_world_floor, low, high, (floor.note, note))
 
 
-def _standing(registered: Registered, aim: Aim, floor: ScanFloor) -> Standing:
-    T = inverse(floor.T_world_floor)
-    points = registered.points @ T[:3, :3].T + T[:3, 3]
-    eyes = np.stack([view.T_world_camera[:3, 3] for view in registered.views])
-    above = points[:, 2] > max(_CLEAR, 4 * floor.noise)
-    kept = above & amid(points, eyes @ T[:3, :3].T + T[:3, 3], _INSIDE)
-    kept[kept] = _watched(registered.points[kept], registered.views)
-    standing = standing_at(points[kept], aim.distance)
+def _standing(
+    registered: Registered,
+    aim: Aim,
+    floor: ScanFloor,
+    dense: Float64[np.ndarray, "places 3"] | None,
+) -> Standing:
+    kept = _candidates(registered.points, registered, floor, max(_CLEAR, 4 * floor.noise))
+    if dense is not None:
+        kept = np.concatenate([kept, _candidates(dense, registered, floor, _CLEAR_DENSE)])
+    standing = standing_at(kept, aim.distance)
     if standing is None:
         raise InputError(
             "scan-no-object",
             "The object was not found: nothing with detail stands on the floor where the cameras "
-            f"look ({int(kept.sum())} points).",
+            f"look ({len(kept)} points).",
             fix="Stick some tape or paper with a pattern on a plain object and film it closer, or "
             "give the box that it is in.",
         )
     return standing
+
+
+def _candidates(
+    points: Float64[np.ndarray, "points 3"],
+    registered: Registered,
+    floor: ScanFloor,
+    clear: float,
+) -> Float64[np.ndarray, "candidates 3"]:
+    """Points in the floor's frame that are well above it, amid the cameras, and in their sight."""
+    T = inverse(floor.T_world_floor)
+    standing = points @ T[:3, :3].T + T[:3, 3]
+    eyes = np.stack([view.T_world_camera[:3, 3] for view in registered.views])
+    kept = (standing[:, 2] > clear) & amid(standing, eyes @ T[:3, :3].T + T[:3, 3], _INSIDE)
+    kept[kept] = _watched(points[kept], registered.views)
+    return standing[kept]
 
 
 def _watched(

@@ -10,7 +10,7 @@ from jaxtyping import Float64, UInt8
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ingest.mesh import FORMATS, MAX_BYTES, MAX_FACES, too_large
+from ingest.mesh import FORMATS, MAX_BYTES, MAX_FACES, decoding, too_large
 from ingest.report.check import Check
 from ingest.scan.sources.units import METRES, Unit, guess_unit
 from ingest.scan.sources.usd_mesh import SUFFIXES as USD
@@ -67,25 +67,16 @@ def _check_file(path: Path) -> None:
 
 def _parts(path: Path) -> dict[str, trimesh.Trimesh]:
     """The meshes of a file by the names of their nodes, in the file's world turned z up."""
-    try:
+    parts: dict[str, trimesh.Trimesh] = {}
+    with decoding(path):
         scene = trimesh.load_scene(path, process=False)
         nodes = [(node, *scene.graph[node]) for node in scene.graph.nodes_geometry]
         counts = [len(getattr(scene.geometry[key], "faces", ())) for _, _, key in nodes]
         if sum(counts) > MAX_FACES:  # counted before a scene of many copies is spread out
             raise too_large(path, f"{sum(counts):,} triangles")
-        parts: dict[str, trimesh.Trimesh] = {}
         for node, T, key in nodes:
             if isinstance(part := scene.geometry[key], trimesh.Trimesh):
                 parts[node] = part.copy().apply_transform(T)
-    except InputError:
-        raise
-    except Exception as problem:  # the decoders raise anything on a damaged file
-        raise InputError(
-            "mesh-unreadable",
-            f"{path.name} cannot be read: {type(problem).__name__}: {str(problem)[:200]}",
-            where=str(path),
-            fix="Open it in a 3D program and export it again.",
-        ) from problem
     if path.suffix.lower() in _Y_UP:
         for part in parts.values():
             part.apply_transform(T_ZUP_ARKIT)

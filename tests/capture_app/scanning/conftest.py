@@ -12,6 +12,6 @@ def scanned(tmp_path_factory: pytest.TempPathFactory) -> Scanned:
     folder = tmp_path_factory.mktemp("scanning")
     film = film_small(folder / "film")
     request = ScanRequest(film.path, folder / "box.glb", method="depth", vertices=2000)
-    stages: list[str] = []
-    made = scan_object(request, lambda stage, done: stages.append(stage))
-    return Scanned(film, made, tuple(dict.fromkeys(stages)))
+    told: list[tuple[str, float]] = []
+    made = scan_object(request, lambda stage, done: told.append((stage, done)))
+    return Scanned(film, made, tuple(told))

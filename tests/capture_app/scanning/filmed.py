@@ -11,11 +11,12 @@ from capture_app.simulator.scan_scene import scan_scene
 
 @dataclass(frozen=True)
 class Scanned:
-    """What was filmed, what came out, and the stages that were told of."""
+    """What was filmed, what came out, and what was told meanwhile."""
 
     film: ScanFilm
     scan: Scan
-    stages: tuple[str, ...]
+    told: tuple[tuple[str, float], ...]
+    """Stages, and how far they were."""
 
 
 def film_small(folder: Path) -> ScanFilm:

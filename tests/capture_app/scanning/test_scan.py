@@ -9,9 +9,13 @@ import pytest
 import torch
 
 from capture_app.scanning.folder import tidy
+from capture_app.scanning.request import ScanRequest
 from capture_app.scanning.scan import scan_object
+from ingest.colmap import pycolmap
 from ingest.mesh import load_mesh
 from ingest.mount.scan.landmarks import read_landmarks
+from ingest.scan.cameras.options import CameraOptions
+from ingest.scan.region.region import GivenBox
 from omomo_core.errors import InputError
 from omomo_core.geometry.distance_field import distance_field
 
@@ -65,12 +69,24 @@ def test_what_is_written_beside_the_mesh(scanned):
     assert all((work / name).stat().st_size > 10_000 for name in ("views.png", "outline.png"))
 
 
+def test_progress_goes_on_within_the_long_stages(scanned):
+    heard: dict[str, list[float]] = {}
+    for stage, done in scanned.told:
+        heard.setdefault(stage, []).append(done)
+    for stage, parts in heard.items():
+        assert parts == sorted(parts), stage
+        assert parts[-1] == 1.0, stage
+    assert all(len(set(heard[stage])) > 3 for stage in ("look", "frames", "cameras", "fusion"))
+
+
 def test_what_was_made_is_not_made_again(scanned, tmp_path):
-    request = replace(scanned.scan.request, vertices=800, replace=True)
+    T = scanned.scan.cleaned.T_world_object
+    part = GivenBox.around(T[:3, 3], np.array([0.2, 0.2, 0.5]))
+    request = replace(scanned.scan.request, box=part, vertices=800, replace=True)
     told: list[str] = []
     again = scan_object(request, lambda stage, done: told.append(stage))
     assert not {"features", "match"} & set(told)
-    assert {"features", "match"} <= set(scanned.stages)
+    assert {"features", "match"} <= {stage for stage, _ in scanned.told}
     assert len(again.cleaned.mesh.vertices) < 1000
 
 
@@ -110,3 +126,27 @@ def test_tidy_leaves_the_report_and_the_model(scanned, tmp_path):
         (work / name).write_text("")
     tidy(replace(scanned.scan.request, output=tmp_path / "thing.glb"))
     assert {file.name for file in work.iterdir()} == {"model", "images", "report.html"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["text", "binary"])
+def test_a_model_that_somebody_made_becomes_the_same_mesh(scanned, tmp_path, kind):
+    model = pycolmap.Reconstruction(scanned.scan.request.work / "model")
+    (tmp_path / "model").mkdir()
+    (model.write_text if kind == "text" else model.write)(tmp_path / "model")
+    request = ScanRequest(
+        tmp_path / "model",
+        tmp_path / "again.glb",
+        images=scanned.scan.request.work / "images",
+        cameras=CameraOptions(metric=True),
+    )
+    made = scan_object(request, lambda stage, done: None)
+    assert made.found.method == "stereo"
+    # The model is in the frame of the mesh that was made last beside it.
+    beside = json.loads((scanned.scan.request.work / "report.json").read_text())
+    T = np.array(beside["T_world_object"]) @ made.cleaned.T_world_object
+    points = load_mesh(request.output).vertices @ T[:3, :3].T + T[:3, 3]
+    film = scanned.film
+    true = film.scene.mesh.vertices @ film.T_scan_object[:3, :3].T + film.T_scan_object[:3, 3]
+    assert np.median(_off(points, true, film.scene.mesh.faces)) < 0.006
+    assert np.ptp(points[:, 2]) == pytest.approx(0.41, abs=0.02)

@@ -17,8 +17,10 @@ from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from ingest.formats.depth_png import load_millimetres
 from ingest.scan.clean.pieces import main_piece
 from ingest.scan.dense import stereo
+from ingest.scan.dense.cloud import cloud
 from ingest.scan.dense.dense import dense_surface
 from ingest.scan.dense.depth_map import agreed, pixel_rays, stereo_depth
+from ingest.scan.dense.depths import measure_depths
 from ingest.scan.dense.neighbours import depth_range, neighbours
 from ingest.scan.dense.picture import SmallPictures, at_pixels, matrix_for
 from ingest.scan.dense.smoothing import smoothed
@@ -117,7 +119,8 @@ def test_depth_of_a_view_is_what_was_drawn(filmed):
 
 def test_a_surface_from_pictures_alone(filmed, tmp_path):
     registered, scene, region, aim = filmed
-    surface = dense_surface(registered, region, aim, tmp_path, method="stereo", voxel=0.008)
+    depths = measure_depths(registered, aim, tmp_path, method="stereo")
+    surface = dense_surface(depths, region, voxel=0.008)
     there, back = _errors(surface, scene)
     assert np.median(there) < 0.012
     assert (back < 0.02).mean() > 0.8
@@ -127,15 +130,8 @@ def test_a_surface_from_pictures_alone(filmed, tmp_path):
 def test_depth_of_the_phone_makes_the_surface_better(filmed, tmp_path):
     registered, scene, region, aim = filmed
     told = []
-    surface = dense_surface(
-        registered,
-        region,
-        aim,
-        tmp_path,
-        method="depth",
-        voxel=0.008,
-        progress=lambda *at: told.append(at),
-    )
+    depths = measure_depths(registered, aim, tmp_path, method="depth")
+    surface = dense_surface(depths, region, voxel=0.008, progress=lambda *at: told.append(at))
     there, back = _errors(surface, scene)
     assert np.median(there) < 0.005
     assert (back < 0.01).mean() > 0.85
@@ -169,11 +165,28 @@ def test_a_scan_goes_on_where_it_was_stopped(filmed, tmp_path, monkeypatch):
     assert all(np.array_equal(a, b) for a, b in zip(maps, again, strict=True))
 
 
+def test_places_that_depth_maps_agree_about_and_not_what_one_of_them_sees(filmed, tmp_path):
+    registered, scene, _, aim = filmed
+    depths = measure_depths(registered, aim, tmp_path, method="depth")
+    maps = [depth.copy() for depth in depths.kinds[0]]
+    # Four views are mistaken: they see something right before them.
+    for view in range(0, 20, 5):
+        maps[view][:] = 0.3
+    places = cloud(replace(depths, kinds=(maps,)), aim)
+    T = inverse(scene.T_world_object)
+    own = places @ T[:3, :3].T + T[:3, 3]
+    on = _distance(own, scene.mesh.vertices, scene.mesh.faces) < 0.02
+    assert np.ptp(own[on & (own[:, 2] > 0.03)], axis=0) == pytest.approx(
+        [0.5, 0.36, 0.37], abs=0.05
+    )
+    assert (on | (own[:, 2] < 0.03)).mean() > 0.98
+
+
 def test_what_was_asked_for_and_is_not_there(filmed, tmp_path):
-    registered, _, region, aim = filmed
+    registered, _, _, aim = filmed
     blind = replace(registered, views=tuple(replace(v, depth=None) for v in registered.views))
     with pytest.raises(InputError) as refused:
-        dense_surface(blind, region, aim, tmp_path, method="depth")
+        measure_depths(blind, aim, tmp_path, method="depth")
     assert refused.value.code == "scan-no-depth"
     gone = replace(registered.views[0], file=tmp_path / "gone.png")
     with pytest.raises(InputError) as refused:
@@ -184,8 +197,9 @@ def test_what_was_asked_for_and_is_not_there(filmed, tmp_path):
 def test_an_empty_box_has_no_surface(filmed, tmp_path):
     registered, _, region, aim = filmed
     air = replace(region, low=np.array([0.3, 0.3, 0.0]), high=np.array([0.4, 0.4, 0.2]))
+    depths = measure_depths(registered, aim, tmp_path, method="depth")
     with pytest.raises(InputError) as refused:
-        dense_surface(registered, air, aim, tmp_path, method="depth", voxel=0.008)
+        dense_surface(depths, air, voxel=0.008)
     assert refused.value.code == "scan-no-surface"
 
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from ingest.scan.region.aim import find_aim
-from ingest.scan.region.region import GivenBox, find_region
+from ingest.scan.region.region import GivenBox, aim_at, find_region
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from tests.ingest.scan.orbiting import (
@@ -55,6 +55,30 @@ def test_a_lamp_is_one_though_its_pole_has_no_detail():
     shade = (np.array([-0.15, -0.15, 1.1]), np.array([0.15, 0.15, 1.35]))
     region = find_region(registered(ring([0, 0, 0.7], distance=2.0), _room(foot, shade)))
     assert 1.35 < region.high[2] < 1.55
+
+
+def test_a_pole_without_corners_is_followed_where_depth_maps_show_it():
+    head = (np.array([-0.2, -0.06, 0.0]), np.array([0.2, 0.06, 0.04]))
+    found = registered(ring([0, 0, 0.6], distance=2.0), _room(head))
+    height = np.arange(0.05, 1.3, 0.02)
+    pole = np.column_stack([0.1 * height, 0 * height, height])
+    # Depth maps show the floor too, and the walls, as rough as they are.
+    rng = np.random.default_rng(1)
+    floor = np.add(floor_points(rng), [0.0, 0.0, 0.03])
+    region = find_region(found, None, np.concatenate([pole, floor, wall_points(rng)]))
+    assert 1.28 < region.high[2] < 1.45
+    assert (np.abs(np.stack([region.low, region.high])[:, :2]) < 0.35).all()
+    assert find_region(found).high[2] < 0.2
+
+
+def test_the_aim_of_a_box_stands_in_for_cameras_that_look_elsewhere():
+    outwards = ring([0, 0, 0.4])
+    outwards[:, :3, :3] = outwards[:, :3, :3] @ np.diag([-1.0, 1.0, -1.0])
+    views = registered(outwards, np.empty((0, 3))).views
+    box = GivenBox(LOW, HIGH)
+    assert np.allclose(aim_at(views, box).point, (LOW + HIGH) / 2)
+    with pytest.raises(InputError):
+        aim_at(views, None)
 
 
 def test_two_things_under_the_same_gaze_are_a_warning():

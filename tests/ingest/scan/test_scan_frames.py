@@ -134,7 +134,9 @@ def test_large_pictures_are_kept_smaller_with_their_intrinsics(tmp_path: Path):
     np.testing.assert_allclose(load_millimetres(found.frames[1].depth), 1.5)
 
 
-def test_frames_that_are_picked_are_not_picked_again(tmp_path: Path):
+def test_frames_that_are_picked_are_not_picked_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
     source = _source(Made(tuple(np.linspace(0, 900, 20))), tmp_path / "in")
     told: list[str] = []
     first = pick_frames(source, tmp_path / "work", progress=lambda s, _: told.append(s))
@@ -143,6 +145,8 @@ def test_frames_that_are_picked_are_not_picked_again(tmp_path: Path):
     again = pick_frames(source, tmp_path / "work", progress=lambda s, _: told.append(s))
     assert told == []
     assert again == first
+    monkeypatch.chdir(tmp_path)
+    assert pick_frames(source, Path("work")) == first
     fewer = pick_frames(source, tmp_path / "work", count=12)
     assert len(fewer.frames) == 12
     assert len(list((tmp_path / "work" / "images").iterdir())) == 12
