@@ -3,6 +3,7 @@
 import hashlib
 import platform
 from datetime import UTC, datetime
+from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Literal
@@ -12,6 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from omomo_core.errors import InputError
 
 FORMAT_VERSION = 2
+_REMEMBERED = 2**14
+"""Files whose hashes are remembered."""
 MOTION, MANIFEST, CONTACTS = "motion.npz", "manifest.json", "contacts.json"
 GLB, VIDEO = "motion.glb", "motion.mp4"
 """Names of the files of a result folder."""
@@ -156,5 +159,12 @@ def sha256(path: Path) -> str:
 
 
 def _file_hash(path: Path) -> str:
+    """What a job has hashed to watch over its inputs is not read again for the manifest."""
+    state = path.stat()
+    return _hash_of(path, state.st_ino, state.st_size, state.st_mtime_ns, state.st_ctime_ns)
+
+
+@lru_cache(_REMEMBERED)
+def _hash_of(path: Path, *_state: int) -> str:
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

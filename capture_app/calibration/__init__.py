@@ -1,1 +1,1 @@
-"""Calibrating with a person at the screen: picking points, and the guided flow."""
+"""Calibrating: the ways to a mount, its picture, picking points at the screen, and the guided flow."""

@@ -2,20 +2,13 @@
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from capture_app.cli import options as given
 from capture_app.cli.console import progress_bars, say
-from capture_app.progress import Progress
 from omomo_core.whole_file import check_target
-
-if TYPE_CHECKING:
-    from capture_app.overlay.aligned import Aligned
-    from capture_app.result import Result
-    from render.overlay import OverlayStyle
-    from render.renderer import Backend
 
 _KINDS = (".mp4", ".webp", ".gif")
 
@@ -164,47 +157,24 @@ def overlay(
     """
     target = file or result / "overlay.mp4"
     check_target(target, _KINDS)
-    from capture_app.overlay.find import Said, find
+    from capture_app.overlay.find import Said
     from capture_app.overlay.in_scan import Scan
-    from capture_app.result import load_result, sample_index
+    from capture_app.overlay.write import OverlayRequest, overlay_result
     from render.overlay import OverlayStyle
 
-    loaded = load_result(result)
-    index = sample_index(loaded, sample)
     scanned = Scan(scan, scan_images, model_to_object, scanned_at) if scan else None
     in_room = board_at == BoardAt.room
-    said = Said(video, camera, board, in_room, board_place, shared_world, scanned, offset)
+    request = OverlayRequest(
+        result,
+        target,
+        Said(video, camera, board, in_room, board_place, shared_world, scanned, offset),
+        sample,
+        OverlayStyle(thing.value, opacity, wipe),
+        bool(smooth),
+        backend.value,
+    )
     with progress_bars() as progress:
-        aligned = find(loaded, said, progress)
-        style = OverlayStyle(thing.value, opacity, wipe)
-        _write(target, loaded, index, aligned, style, backend.value, 4 if smooth else 0, progress)
+        made = overlay_result(request, progress)
     say("Done", str(target), "green")
-    _tell(loaded, index, aligned, clock_found=video is not None and offset is None)
-
-
-def _write(
-    target: Path,
-    result: "Result",
-    sample: int,
-    aligned: "Aligned",
-    style: "OverlayStyle",
-    backend: "Backend",
-    samples: int,
-    progress: Progress,
-) -> None:
-    from capture_app.overlay.aligned import draw
-    from render.video import write_moving
-
-    pictures = draw(result, sample, aligned, style, backend=backend, samples=samples)
-    count = len(aligned.seconds)
-    told = (progress("video", (k + 1) / count) or p for k, p in enumerate(pictures))
-    write_moving(target, told, aligned.fps)
-
-
-def _tell(result: "Result", sample: int, aligned: "Aligned", *, clock_found: bool) -> None:
-    from capture_app.overlay.aligned import shows
-
-    if clock_found:
-        say("Note", f"The film begins at --offset {aligned.offset:.2f} of the motion.", "yellow")
-    if not shows(result, sample, aligned):
-        say("Note", "The film never shows the place where the person was.", "yellow")
+    for note in made.notes:
+        say("Note", note, "yellow")

@@ -59,4 +59,4 @@ def serve(
             open_browser(address)
 
     wish = Wish(library.expanduser(), host, port, token, tuple(allow_host or ()), workers)
-    run(wish, started)
+    run(wish, started, lambda sentence: say("Note", sentence, "bold yellow"))

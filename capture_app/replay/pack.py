@@ -17,6 +17,7 @@ from capture_app.replay.layout import pack_bytes
 from capture_app.replay.recording import Recording, recording
 from capture_app.replay.surfaces import Arrays, body_arrays, object_surface
 from capture_app.result import Result, body_of
+from ingest.mount.mount import Mount
 from ingest.report.look import Look
 from ingest.trajectory.reading import Reading
 from omomo_core.body.kinematics import full_kinematics
@@ -136,13 +137,20 @@ def pack_session(seen: Inspection, *, film: bool = True) -> bytes:
     )
 
 
-def pack_object(mesh: ObjectMesh) -> bytes:
-    """An object alone, in its own frame, raised until it stands on the floor."""
+def pack_object(mesh: ObjectMesh, mount: Mount | None = None) -> bytes:
+    """An object alone, in its own frame, raised until it stands on the floor.
+
+    Args:
+        mesh: the object, in metres.
+        mount: where a phone is on it, to be shown too.
+    """
     T = np.eye(4)[None].copy()
     T[0, 2, 3] = -float(mesh.vertices[:, 2].min())
     told, arrays = _object(mesh)
     header = {**_EMPTY, "kind": "object", "name": mesh.name, "frames": 1, **told}
-    return pack_bytes(header, {**arrays, **_object_poses(ObjectMotion(mesh, T, np.ones(1, bool)))})
+    poses = _object_poses(ObjectMotion(mesh, T, np.ones(1, bool)))
+    phone = {} if mount is None else _phone_arrays(T @ inverse(mount.T_phone_object))
+    return pack_bytes(header, {**arrays, **poses, **phone})
 
 
 def _recorded(result: Result, film: bool) -> tuple[dict[str, Any], Arrays]:

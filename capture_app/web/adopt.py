@@ -3,10 +3,9 @@
 from pathlib import Path
 from typing import Any
 
-from capture_app.web.library.info import Info
-from capture_app.web.library.shelf import FILES
+from capture_app.facts import mesh_facts, mount_facts
+from capture_app.things import FILES, Info
 from capture_app.web.library.uploads import Kind, Upload
-from capture_app.web.limited import work
 from capture_app.web.problems import Refused
 from capture_app.web.site import Site
 from ingest.mesh import FORMATS
@@ -107,8 +106,8 @@ async def adopt(site: Site, id_: str, scale: float) -> Kind:
 async def _facts(site: Site, upload: Upload, files: Path, scale: float) -> dict[str, Any]:
     if upload.kind == "object":
         mesh = main_mesh(upload)
-        return {"mesh": mesh, **await site.heavy.run(work.check_mesh, files / mesh, scale)}
+        return {"mesh": mesh, **await site.heavy.run(mesh_facts, files / mesh, scale)}
     if upload.kind == "mount":
-        found = await site.heavy.run(work.check_mount, files / upload.files[0].path)
+        found = await site.heavy.run(mount_facts, files / upload.files[0].path)
         return {**found, "object": None}
     return {}

@@ -20,7 +20,19 @@ from capture_app.web.guards.origins import origin_guard
 from capture_app.web.limits import Limits
 from capture_app.web.pages import add_pages
 from capture_app.web.problems import ErrorReply, add_error_replies
-from capture_app.web.routes import about, example, items, jobs, mounts, reports, results, uploads
+from capture_app.web.routes import (
+    about,
+    example,
+    guide,
+    items,
+    jobs,
+    mounts,
+    pictures,
+    reports,
+    results,
+    scans,
+    uploads,
+)
 from capture_app.web.site import Site
 
 _SWEEP_EVERY = 3600.0
@@ -79,7 +91,7 @@ def create_app(
     app.include_router(about.routes(worker_runs))
     app.include_router(uploads.router)
     # Before the shelves: their routes take any name behind a session or an object.
-    for room in (reports, mounts, results, jobs, example):
+    for room in (reports, pictures, mounts, scans, results, jobs, guide, example):
         app.include_router(room.router)
     for kind in site.library.shelves:
         app.include_router(items.routes(kind))
@@ -110,8 +122,7 @@ async def _lifespan(app: FastAPI) -> AsyncGenerator[None]:
         sweeping.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await sweeping
-        site.heavy.close()
-        site.queue.close()
+        site.close()
 
 
 async def _sweep(site: Site) -> None:

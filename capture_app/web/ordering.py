@@ -12,10 +12,21 @@ from capture_app.jobs.orders import (
     ResolveOrder,
     RunOrder,
 )
-from capture_app.web.library.info import Info
+from capture_app.things import Info
+from capture_app.web.library.results import Results
 from capture_app.web.limited import work
+from capture_app.web.ordering_things import calibrate_order, overlay_order, scan_order
 from capture_app.web.problems import Refused
-from capture_app.web.routes.orders import Compare, Export, Ordered, Render, Resolve, Run
+from capture_app.web.routes.orders import (
+    Compare,
+    Export,
+    Ordered,
+    Overlay,
+    Render,
+    Resolve,
+    Run,
+    Scan,
+)
 from capture_app.web.site import Site
 from capture_app.web.sources import solid_of
 from omomo_core.whole_file import write_whole
@@ -30,13 +41,24 @@ async def to_order(site: Site, id_: str, given: Ordered) -> Order:
         Refused: 404 when something that it needs is not there.
         InputError: a recording cannot be read at all.
     """
-    if isinstance(given, Run):
-        return await _run(site, id_, given)
-    if isinstance(given, Resolve):
-        return _resolve(site, id_, given)
-    if isinstance(given, Export):
-        return _export(site, id_, given)
-    return _render(site, id_, given) if isinstance(given, Render) else _compare(site, id_, given)
+    library = site.library
+    match given:
+        case Run():
+            return await _run(site, id_, given)
+        case Resolve():
+            return _resolve(library.results, id_, given)
+        case Export():
+            return _export(library.results, id_, given)
+        case Render():
+            return _render(library.results, id_, given)
+        case Compare():
+            return _compare(library.results, id_, given)
+        case Overlay():
+            return overlay_order(library, id_, given)
+        case Scan():
+            return scan_order(library, id_, given)
+        case _:
+            return calibrate_order(library, id_, given)
 
 
 async def _run(site: Site, id_: str, given: Run) -> RunOrder:
@@ -72,8 +94,7 @@ async def _run(site: Site, id_: str, given: Run) -> RunOrder:
     )
 
 
-def _resolve(site: Site, id_: str, given: Resolve) -> ResolveOrder:
-    results = site.library.results
+def _resolve(results: Results, id_: str, given: Resolve) -> ResolveOrder:
     before = results.get(given.result)
     name = given.name or f"{before.name}, corrected"
     contacts = results.contacts(id_)
@@ -88,8 +109,7 @@ def _resolve(site: Site, id_: str, given: Resolve) -> ResolveOrder:
     )
 
 
-def _export(site: Site, id_: str, given: Export) -> ExportOrder:
-    results = site.library.results
+def _export(results: Results, id_: str, given: Export) -> ExportOrder:
     words = [given.to, given.bones.value, f"{given.fps}fps", *_sample(given.sample)]
     ending = EXPORTS[Kind(given.to)].endings[0]
     return ExportOrder(
@@ -100,8 +120,7 @@ def _export(site: Site, id_: str, given: Export) -> ExportOrder:
     )
 
 
-def _render(site: Site, id_: str, given: Render) -> RenderOrder:
-    results = site.library.results
+def _render(results: Results, id_: str, given: Render) -> RenderOrder:
     words = [given.view, *_sample(given.sample), id_]
     return RenderOrder(
         name=f"{results.get(given.result).name}, seen {given.view}",
@@ -111,8 +130,7 @@ def _render(site: Site, id_: str, given: Render) -> RenderOrder:
     )
 
 
-def _compare(site: Site, id_: str, given: Compare) -> CompareOrder:
-    results = site.library.results
+def _compare(results: Results, id_: str, given: Compare) -> CompareOrder:
     names = [results.get(result).name for result in given.results]
     return CompareOrder(
         name=f"{names[0]} and {len(names) - 1} more, compared",

@@ -17,7 +17,7 @@ from fastapi import FastAPI
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from capture_app.jobs.fleet import Fleet
-from capture_app.jobs.queue import open_queue
+from capture_app.jobs.queue import JobQueue, open_queue
 from capture_app.web.app import Door, create_app
 from capture_app.web.guards.hosts import is_loopback
 from capture_app.web.guards.token import Token, new_token
@@ -51,12 +51,13 @@ class Wish:
     workers: int = 1
 
 
-def serve(wish: Wish, started: Callable[[str], None]) -> None:
+def serve(wish: Wish, started: Callable[[str], None], warn: Callable[[str], None]) -> None:
     """Serve until Ctrl-C or SIGTERM.
 
     Args:
         wish: how.
         started: told the address to open, once the port is there.
+        warn: told in a sentence what could not be kept.
 
     Raises:
         InputError: the library, the address or the token cannot be used.
@@ -68,7 +69,7 @@ def serve(wish: Wish, started: Callable[[str], None]) -> None:
         listening = stack.enter_context(_listen(wish.host, wish.port))
         address = _address(wish.host, listening.getsockname()[1])
         note.write_text(address, encoding="utf-8")
-        queue = open_queue(library.database)
+        queue = open_jobs(library, warn)
         workers = Fleet(queue.database_url, wish.workers) if wish.workers else None
         site = Site(library, queue, Heavy(library.scratch), token=token)
         app = create_app(
@@ -80,6 +81,25 @@ def serve(wish: Wish, started: Callable[[str], None]) -> None:
             stack.callback(workers.stop)
         started(address if token is None else f"{address}?token={token.value}")
         _run(_config(app), listening)
+
+
+def open_jobs(library: Library, warn: Callable[[str], None]) -> JobQueue:
+    """The jobs of a library; a damaged list of them is put aside, and a new one begun.
+
+    Raises:
+        InputError: "jobs-database-..." when it cannot be used for another reason.
+    """
+    try:
+        return open_queue(library.database)
+    except InputError as error:
+        if error.code != "jobs-database-damaged":
+            raise
+    aside = library.give_up_jobs()
+    warn(
+        f"The list of jobs was damaged. It is now {aside.name}, and a new one was begun: order again "
+        "what was not finished. Everything in the library is there, and whole."
+    )
+    return open_queue(library.database)
 
 
 def open_browser(address: str) -> None:

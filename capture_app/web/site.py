@@ -1,6 +1,7 @@
 """Site: what the routes work with."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Annotated
 
 from fastapi import Depends, Request
@@ -24,6 +25,17 @@ class Site:
     token: Token | None = None
     """What clients must know; None asks for nothing."""
     receiver: Receiver = field(default_factory=Receiver)
+
+    @cached_property
+    def painter(self) -> Heavy:
+        """For what nobody waits for: it keeps nobody from being served."""
+        return Heavy(self.library.scratch, at_once=1)
+
+    def close(self) -> None:
+        """Begin nothing more."""
+        self.heavy.close()
+        self.painter.close()
+        self.queue.close()
 
 
 async def _site(request: Request) -> Site:

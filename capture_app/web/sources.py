@@ -3,17 +3,11 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from capture_app.scanning.folder import MODEL
+from capture_app.solid import Solid
+from capture_app.things import FILES
 from capture_app.web.library.library import Library
-from capture_app.web.library.shelf import FILES
-
-
-@dataclass(frozen=True)
-class Solid:
-    """An object's mesh."""
-
-    path: Path
-    scale: float
-    """Factor that brings it to metres."""
+from capture_app.web.problems import Refused
 
 
 def solid_of(library: Library, id_: str) -> Solid:
@@ -50,3 +44,22 @@ def seen_with(library: Library, session: str, object_: str | None, mount: str | 
         mount=None if mount is None or solid is None else library.shelves["mount"].content(mount),
         scale=solid.scale if solid else 1.0,
     )
+
+
+def scan_of(library: Library, id_: str) -> Path:
+    """The folder with the model and the pictures of the scan that an object was made by.
+
+    Raises:
+        Refused: 404 when there is no such object, or none that was scanned here.
+    """
+    mesh = solid_of(library, id_).path
+    folder = mesh.with_suffix(".scan")
+    if not (folder / MODEL).is_dir():
+        raise Refused(
+            404,
+            "scan-missing",
+            "This object was not scanned here: there are no pictures of it to be found again.",
+            where=id_,
+            fix="Make the object from a film of it first, or bring the COLMAP model of its scan.",
+        )
+    return folder

@@ -5,12 +5,14 @@ from itertools import islice, takewhile
 from pathlib import Path
 
 from capture_app.calibration.guide.finding import Finding
+from capture_app.calibration.guide.recording import pictured_recording
 from ingest.formats.detect import read_session
 from ingest.mount.board.detect import Corners, Detector, Grey
 from ingest.mount.board.diagnose import fits, not_found
 from ingest.mount.board.pictures import TIMES, Picture, of_folder, of_session, of_video
 from ingest.mount.board.spec import MIN_CORNERS, Board
 from ingest.mount.screen.views import photos
+from ingest.mount.still import CARRIED, clamped_stills
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 
@@ -48,6 +50,18 @@ def filmed_by_phone(session: CaptureSession, board: Board, before: float) -> Fin
     pictures = of_session(session, _RATE, _silent)
     filming = takewhile(lambda picture: picture.time < start + before, pictures)
     return _seen(filming, board, str(session.source), often=_BEFORE_CLAMPING)
+
+
+def filmed_then_clamped(session: CaptureSession, board: Board) -> Finding:
+    """A board that the phone filmed before it was clamped.
+
+    Raises:
+        InputError: of `pictured_recording`, or as `filmed_board`.
+    """
+    rests = pictured_recording(session)
+    clamped = clamped_stills(session, path=CARRIED)[0][0].start
+    film = filmed_by_phone(session, board, clamped)
+    return Finding(f"{rests.good}; {film.good}", rests.doubts + film.doubts)
 
 
 def photographed_boards(folder: Path, boards: dict[str, Board]) -> Finding:

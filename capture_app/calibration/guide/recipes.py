@@ -12,20 +12,24 @@ from capture_app.calibration.guide.step import Recipe
 RECIPES: Sequence[Recipe] = (
     Recipe(
         "board",
+        "board",
         "a printer, and a second camera or phone on a tripod (surest)",
         (files.MESH, PRINT, place("--board-place"), record.WITNESSED, record.FILM),
     ),
     Recipe(
+        "filmed",
         "session",
         "a printer, and only the phone",
         (files.MESH, PRINT, place("--board-place"), record.FILMED),
     ),
     Recipe(
+        "meshed",
         "session",
         "only the phone, and its app makes a mesh of what it sees (LiDAR)",
         (files.MESH, record.SCANNED, files.SCAN),
     ),
     Recipe(
+        "scan",
         "scan",
         "a scan of the object with its surroundings (a COLMAP model)",
         (
@@ -38,11 +42,13 @@ RECIPES: Sequence[Recipe] = (
     ),
     Recipe(
         "screen",
+        "screen",
         "a printer and a second camera, but the object cannot be moved about; its phone's screen is "
         "outside",
         (files.MESH, MODEL, screen.SHOWN, PRINT, place("--place"), screen.PHOTOS),
     ),
     Recipe(
+        "screen-scan",
         "screen",
         "a second camera and COLMAP, no printer; the phone's screen is outside",
         (
@@ -57,15 +63,18 @@ RECIPES: Sequence[Recipe] = (
     ),
     Recipe(
         "tracker",
+        "tracker",
         "motion capture, or a tracker on the object",
         (files.MESH, record.TRACKED, record.POSES),
     ),
     Recipe(
         "drawing",
+        "drawing",
         "a drawing of the holder (printed in 3D, milled)",
         (files.MESH, MODEL, DRAWN_PLACE, DRAWN_TURN),
     ),
     Recipe(
+        "points",
         "points",
         "only a ruler, or the mesh to click on (quick, rough)",
         (files.MESH, MODEL, PICKED),

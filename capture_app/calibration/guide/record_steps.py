@@ -5,11 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from capture_app.calibration.guide.film import filmed_board, filmed_by_phone
+from capture_app.calibration.guide.film import filmed_board, filmed_then_clamped
 from capture_app.calibration.guide.finding import Finding
 from capture_app.calibration.guide.recording import (
     filmed_rest,
-    pictured_recording,
     rested_recording,
     turned_recording,
 )
@@ -19,7 +18,6 @@ from ingest.formats.detect import read_session
 from ingest.mount.board.camera import load_camera
 from ingest.mount.hand_eye.pose_log import read_pose_log
 from ingest.mount.pose_file import load_pose
-from ingest.mount.still import CARRIED, clamped_stills
 from ingest.session import CaptureSession
 
 
@@ -35,13 +33,6 @@ def _recording(check: Callable[[CaptureSession, Known], Finding], *words: str):
         return [*words, str(path)]
 
     return ask
-
-
-def _film_board(session: CaptureSession, known: Known) -> Finding:
-    rests = pictured_recording(session)
-    clamped = clamped_stills(session, path=CARRIED)[0][0].start
-    film = filmed_by_phone(session, known.printed, clamped)
-    return Finding(f"{rests.good}; {film.good}", rests.doubts + film.doubts)
 
 
 _CLAMP = "clamp the phone to the object without stopping the log. Keep the lens uncovered."
@@ -90,7 +81,7 @@ FILMED = Step(
         _REST,
         _END,
     ),
-    _recording(_film_board),
+    _recording(lambda session, known: filmed_then_clamped(session, known.printed)),
     ("RECORDING",),
 )
 STOOD = Step(

@@ -88,6 +88,8 @@ class Step:
 class Recipe:
     """One way to calibrate."""
 
+    key: str
+    """Names it among all."""
     method: str
     """The command of `omocap calibrate`."""
     have: str

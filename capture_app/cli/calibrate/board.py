@@ -1,16 +1,12 @@
 """`omocap calibrate board`: a second camera watched a board on the object while the phone logged."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from capture_app.cli import options as shared
 from capture_app.cli.calibrate import options as given
-
-if TYPE_CHECKING:
-    from ingest.mount.board.spec import Board
-    from ingest.mount.board.track import BoardTrack
 
 Film = Annotated[
     Path,
@@ -62,33 +58,16 @@ def board(
     Turn it by 30 to 60 degrees about two directions for 20 seconds. The clocks need not agree. Print
     a board with `omocap calibrate board-pdf`.
     """
-    from capture_app.cli.calibrate.finish import check_output, finish
-    from ingest.formats.detect import read_session
-    from ingest.mesh import load_mesh
-    from ingest.mount.board.place import load_place
-    from ingest.mount.board.spec import parse_board
-    from ingest.mount.hand_eye.board import calibrate_by_board
-    from ingest.mount.hand_eye.phone import phone_stream
+    from capture_app.calibration.ways.requests import BoardWay
+    from capture_app.cli.calibrate.finish import carry_out
 
-    check_output(mount_file)
-    printed = parse_board(board)
-    where = load_place(place, printed)
-    solid = load_mesh(mesh) if mesh else None
-    stream = phone_stream(read_session(session))
-    track = _track(film, printed, camera)
-    finish(calibrate_by_board(stream, track, where), mount_file, solid, phone)
-
-
-def _track(film: Path, board: "Board", camera: Path | None) -> "BoardTrack":
-    """By what the film is: a second phone's session brings its own intrinsics and poses."""
-    from capture_app.cli.console import progress_bars
-    from ingest.formats.detect import read_session
-    from ingest.mount.board.camera import load_camera
-    from ingest.mount.board.track import track_session, track_video
-
-    known = load_camera(camera) if camera else None
-    pictures = film.is_file() or (film / "times.csv").is_file()
-    with progress_bars() as progress:
-        if pictures:
-            return track_video(film, board, known, progress=progress)
-        return track_session(read_session(film), board, progress=progress)
+    way = BoardWay(
+        object=mesh,
+        phone=phone,
+        session=session,
+        film=film,
+        board=board,
+        place=place,
+        camera=camera,
+    )
+    carry_out(way, mount_file)

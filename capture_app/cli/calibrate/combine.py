@@ -32,8 +32,7 @@ def combine(
     What one leaves open the others fill in. Calibrations that disagree beyond what they claim are
     refused; of three or more, the odd one is named.
     """
-    from capture_app.cli.calibrate.finish import check_output, finish
-    from ingest.mesh import load_mesh
+    from capture_app.cli.calibrate.finish import check_output, finish, solid_of
     from ingest.mount.combine import Result
     from ingest.mount.combine import combine as combined
     from ingest.mount.file import load_mount
@@ -41,7 +40,6 @@ def combine(
     from omomo_core.errors import InputError
 
     check_output(mount_file)
-    solid = load_mesh(mesh) if mesh else None
     results = [Result(str(path), load_mount(path)) for path in mounts]
     if same_take:
         if len(results) != 2:
@@ -52,4 +50,4 @@ def combine(
                 fix="Name two files, that of the start first.",
             )
         refuse_slip(results[0].mount, results[1].mount)
-    finish(combined(results), mount_file, solid)
+    finish(combined(results), mount_file, solid_of(mesh))

@@ -85,9 +85,8 @@ def drawing(
     """
     import numpy as np
 
-    from capture_app.cli.calibrate.finish import check_output, finish
+    from capture_app.cli.calibrate.finish import check_output, finish, solid_of
     from capture_app.cli.calibrate.phone import maybe_phone, needed_phone
-    from ingest.mesh import load_mesh
     from ingest.mount.drawing.drawing import Precision, body_mount, camera_mount
     from ingest.mount.drawing.drawn import Drawn
 
@@ -101,4 +100,4 @@ def drawing(
         known = needed_phone(phone, ruler)
         T = drawn.of_body()
         mount = body_mount(known, T[:3, :3], T[:3, 3], point, precision)
-    finish(mount, mount_file, load_mesh(mesh) if mesh else None, known.name if known else "")
+    finish(mount, mount_file, solid_of(mesh), known.name if known else "")

@@ -1,20 +1,17 @@
 """What every calibration ends with: the mount file, and what it says in millimetres and degrees."""
 
-from dataclasses import replace
-from datetime import date
 from pathlib import Path
 
 import numpy as np
 from rich.markup import escape
 from scipy.spatial.transform import Rotation
 
+from capture_app.calibration.ways.requests import AnyWay
 from capture_app.cli.console import output, say
-from ingest.mount.file import save_mount
-from ingest.mount.identity import object_id
+from capture_app.solid import Solid
 from ingest.mount.mount import Mount
 from ingest.mount.uncertainty import bounds_95
 from omomo_core.errors import InputError
-from omomo_core.motion import ObjectMesh
 
 
 def check_output(path: Path) -> None:
@@ -24,7 +21,7 @@ def check_output(path: Path) -> None:
         InputError: "output-exists" or "output-folder".
     """
     check_free(path)
-    check_free(path.with_suffix(".png"))
+    check_free(_picture(path))
 
 
 def check_free(path: Path) -> None:
@@ -49,32 +46,48 @@ def check_free(path: Path) -> None:
         )
 
 
-def finish(mount: Mount, path: Path, mesh: ObjectMesh | None = None, phone: str = "") -> None:
+def carry_out(way: AnyWay, path: Path) -> None:
+    """Find a mount by a recorded way, write it and print what was found.
+
+    Raises:
+        InputError: see `check_output` and `capture_app.calibration.calibrate`.
+    """
+    from capture_app.calibration.calibrate import calibrate
+    from capture_app.cli.console import progress_bars
+
+    check_output(path)
+    with progress_bars() as progress:
+        mount = calibrate(way, path, progress, picture=_picture(path))
+    _tell(mount, path)
+
+
+def finish(mount: Mount, path: Path, solid: Solid | None = None, phone: str = "") -> None:
     """Write the mount file and print what was found, how sure it is and what stayed open.
 
     Args:
         mount: the calibration; its date is set to today.
         path: of mount.json, as `check_output` allows.
-        mesh: of the object it is for, as in its file, when it is known; then both are drawn.
+        solid: the object it is for, when it is known; then both are drawn.
         phone: its model, when it is known.
     """
-    from capture_app.calibration.picture import draw_mount
+    from capture_app.calibration.written import write_mount
 
-    picture = path.with_suffix(".png")
-    told = replace(
-        mount,
-        date=date.today().isoformat(),
-        phone=phone or mount.phone,
-        object_id=mount.object_id or (object_id(mesh) if mesh else ""),
-        picture=picture.name if mesh else "",
-    )
-    save_mount(told, path)
-    show(told)
-    written = str(path)
-    if mesh:
-        draw_mount(told, replace(mesh, vertices=mesh.vertices * told.object_scale), picture)
-        written += f" and its picture, {picture.name}"
-    output.print(f"Written: {escape(written)}", soft_wrap=True)
+    _tell(write_mount(mount, path, solid, phone, picture=_picture(path)), path)
+
+
+def solid_of(mesh: Path | None) -> Solid | None:
+    """The object of --object."""
+    return None if mesh is None else Solid(mesh)
+
+
+def _picture(path: Path) -> Path:
+    return path.with_suffix(".png")
+
+
+def _tell(mount: Mount, path: Path) -> None:
+    show(mount)
+    beside = f" and its picture, {mount.picture}" if mount.picture else ""
+    output.print(f"Written: {escape(str(path))}{beside}", soft_wrap=True)
 
 
 def show(mount: Mount) -> None:

@@ -43,14 +43,10 @@ def floor(
     Each rest fixes how the object is tilted. Its height is fixed where the floor's is known: from
     depth maps, from --phone-height or --floor, or from rests on several sides.
     """
-    from capture_app.cli.calibrate.finish import check_output, finish
-    from ingest.formats.detect import read_session
-    from ingest.mesh import load_mesh
-    from ingest.mount.file import load_mount
-    from ingest.mount.floor.refine import refine
+    from capture_app.calibration.ways.requests import FloorWay
+    from capture_app.cli.calibrate.finish import carry_out
 
-    check_output(mount_file)
-    first = load_mount(mount)
-    metric = load_mesh(mesh, scale=first.object_scale)
-    refined = refine(first, read_session(session), metric, phone_height=phone_height, floor=floor)
-    finish(refined, mount_file, load_mesh(mesh))
+    way = FloorWay(
+        object=mesh, mount=mount, session=session, phone_height=phone_height, floor=floor
+    )
+    carry_out(way, mount_file)

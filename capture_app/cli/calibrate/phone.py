@@ -1,19 +1,30 @@
-"""Which phone is meant, by its model or by four measurements."""
+"""Which phone is meant, by the words of --phone and --ruler."""
 
+from capture_app.calibration.phones import need, phone_of
+from capture_app.calibration.ways.requests import Ruler
 from ingest.mount.drawing.directions import numbers
-from ingest.mount.phone.body import Phone, phone_named
+from ingest.mount.phone.body import Phone
+
+
+def ruler_of(text: str | None) -> Ruler | None:
+    """The four measurements of --ruler.
+
+    Raises:
+        InputError: "drawing-numbers".
+    """
+    if text is None:
+        return None
+    width, height, top, side = numbers(text, 4, "--ruler").tolist()
+    return width, height, top, side
 
 
 def maybe_phone(name: str | None, ruler: str | None) -> Phone | None:
     """The phone of --phone and --ruler; None when neither is given.
 
     Raises:
-        InputError: as `phone_named`, or "drawing-numbers" for a ruler that is not four numbers.
+        InputError: as `phone_of` and `ruler_of`.
     """
-    if ruler is None:
-        return phone_named(name) if name else None
-    width, height, top, side = numbers(ruler, 4, "--ruler").tolist()
-    return phone_named(name or "measured phone", (width, height, top, side))
+    return phone_of(name, ruler_of(ruler))
 
 
 def needed_phone(name: str | None, ruler: str | None) -> Phone:
@@ -22,14 +33,4 @@ def needed_phone(name: str | None, ruler: str | None) -> Phone:
     Raises:
         InputError: "phone-needed", or as `maybe_phone`.
     """
-    from omomo_core.errors import InputError
-
-    phone = maybe_phone(name, ruler)
-    if phone is None:
-        raise InputError(
-            "phone-needed",
-            "The model of the phone is not given.",
-            where="--phone",
-            fix='Pass --phone "iPhone 15", or measure it for --ruler.',
-        )
-    return phone
+    return need(maybe_phone(name, ruler))

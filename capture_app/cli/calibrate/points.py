@@ -53,7 +53,7 @@ def points(
     back"; left and right are as you look at the screen. Four or five points, far apart and not in
     one plane, show mistakes.
     """
-    from capture_app.cli.calibrate.finish import check_output, finish
+    from capture_app.cli.calibrate.finish import check_output, finish, solid_of
     from capture_app.cli.calibrate.phone import maybe_phone
     from ingest.mesh import load_mesh
     from ingest.mount.points.correspondences import Pair, load_pairs, save_pairs, typed_pair
@@ -86,5 +86,4 @@ def points(
     if scale:
         sure = 196 * picked.fit.scale_sigma
         say("Scale", f"{picked.fit.scale:.4g} within {sure:.1f} % (95 %)", "bold")
-    factor = picked.mount.object_scale
-    finish(picked.mount, mount_file, load_mesh(mesh, scale=factor) if mesh else None)
+    finish(picked.mount, mount_file, solid_of(mesh))

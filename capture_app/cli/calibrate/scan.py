@@ -1,15 +1,12 @@
 """`omocap calibrate scan`: the clamped phone's still pictures, found again in the object's scan."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from capture_app.cli.calibrate import options as given
 from capture_app.cli.calibrate.stills import ClampedAt, Spans
-
-if TYPE_CHECKING:
-    from ingest.mount.scan.views import Views
 
 Model = Annotated[
     Path,
@@ -82,70 +79,31 @@ def scan(
     back on its mark at the end of the take, that rest counts too and shows whether the phone
     slipped.
     """
-    from dataclasses import replace
+    from capture_app.calibration.ways.requests import ScanWay
+    from capture_app.cli.calibrate.finish import carry_out
+    from capture_app.cli.calibrate.stills import spans_of
 
-    import numpy as np
-
-    from capture_app.cli.calibrate.finish import check_output, finish
-    from capture_app.cli.console import progress_bars
-    from ingest.mesh import load_mesh
-    from ingest.mount.pose_file import load_similarity
-    from ingest.mount.scan.landmarks import read_landmarks
-    from ingest.mount.scan.scan import scan_mount
-
-    check_output(mount_file)
-    solid = load_mesh(mesh)
-    places, note = _places(session, photos, intrinsics, still, clamped_at)
-    T, scale = (np.eye(4), 1.0) if to_object is None else load_similarity(to_object)
-    T[:3, :3] *= scale
-    landmarks = read_landmarks(model, images, database, T)
-    with progress_bars() as progress:
-        mount = scan_mount(landmarks, places, scale_sd=scale_sd / 100, progress=progress)
-    notes = " ".join(text for text in (mount.note, note) if text)
-    finish(replace(mount, note=notes), mount_file, solid, phone)
+    way = ScanWay(
+        object=mesh,
+        phone=phone,
+        model=model,
+        images=images,
+        database=database,
+        session=session,
+        photos=photos,
+        intrinsics=_numbers(intrinsics),
+        to_object=to_object,
+        stills=spans_of(still),
+        clamped_at=clamped_at,
+        scale_sd=scale_sd,
+    )
+    carry_out(way, mount_file)
 
 
-def _places(
-    session: Path | None,
-    photos: Path | None,
-    intrinsics: str | None,
-    still: list[str] | None,
-    clamped_at: float,
-) -> "tuple[list[Views], str]":
-    from capture_app.cli.calibrate.stills import chosen_stills
-    from ingest.formats.detect import read_session
-    from ingest.mount.scan.views import views_in, views_of
-    from omomo_core.errors import InputError
-
-    if (session is None) == (photos is None):
-        raise InputError(
-            "scan-ways",
-            "What the clamped phone saw must be given in exactly one way.",
-            where="--session, --photos",
-            fix="Give its session with the film, or a folder of photos with --intrinsics.",
-        )
-    if photos is not None:
-        return [views_in(photos, _numbers(intrinsics))], ""
-    assert session is not None
-    log = read_session(session)
-    stills, note = chosen_stills(log, still, clamped_at, 0.0)
-    return [views_of(log, one) for one in stills], note
-
-
-def _numbers(text: str | None):
-    import numpy as np
-
-    from omomo_core.errors import InputError
-
+def _numbers(text: str | None) -> tuple[float, float, float, float] | None:
+    """What is no four numbers is as if it was not given, which is told where it is needed."""
     try:
-        values = np.array([float(part) for part in (text or "").split(",")])
-        if values.shape != (4,) or not (np.isfinite(values).all() and (values[:2] > 0).all()):
-            raise ValueError("not four numbers")
+        fx, fy, cx, cy = (float(part) for part in (text or "").split(","))
     except ValueError:
-        raise InputError(
-            "intrinsics-unreadable",
-            "Photos need the camera's focal length and centre.",
-            where="--intrinsics",
-            fix="Write fx,fy,cx,cy in pixels of the photos, e.g. 3050,3050,2016,1512.",
-        ) from None
-    return values
+        return None
+    return fx, fy, cx, cy

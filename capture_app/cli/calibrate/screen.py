@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from capture_app.cli.calibrate import options as given
-from capture_app.cli.console import output
 
 Pictures = Annotated[
     Path | None,
@@ -105,31 +104,31 @@ def screen(
     another camera, in which the screen and a board fixed on the object are seen (or scan the object
     with the phone on it).
     """
-    from capture_app.cli.calibrate.finish import check_free, check_output, finish
-    from capture_app.cli.calibrate.phone import needed_phone
-    from capture_app.cli.calibrate.screen_steps import Seen, see, write_picture
-    from ingest.mesh import load_mesh
-    from ingest.mount.file import load_mount
-    from ingest.mount.screen.screen import learned_screen, mount_from_screen, screen_object
-    from ingest.mount.screen.shown import (
-        load_screen_pose,
-        save_screen_pose,
-        screen_pose,
-        shown_board,
-    )
+    from capture_app.calibration.ways.requests import ScreenWay
+    from capture_app.cli.calibrate.finish import carry_out, check_free
+    from capture_app.cli.calibrate.phone import needed_phone, ruler_of
+    from capture_app.cli.calibrate.screen_steps import learn_screen, needed_pictures, write_picture
 
-    (check_free if show or learn else check_output)(file)
-    known = needed_phone(phone, ruler)
     if show:
-        write_picture(known, file)
+        check_free(file)
+        write_picture(needed_phone(phone, ruler), file)
         return
-    shown = shown_board(known, turned)
-    views = see(Seen(pictures, board, place, camera, model, to_object), shown)
+    way = ScreenWay(
+        object=mesh,
+        phone=phone or "",
+        ruler=ruler_of(ruler),
+        photos=needed_pictures(pictures),
+        board=board,
+        place=place,
+        camera=camera,
+        model=model,
+        to_object=to_object,
+        phone_file=phone_file,
+        turned=turned,
+        scale=scale,
+    )
     if learn:
-        placed = screen_object(views, shown, turned=turned, scaled=scale, phone=known)
-        save_screen_pose(learned_screen(placed, load_mount(learn)), known.name, file)
-        output.print(f"Written: {file}", markup=False, soft_wrap=True)
-        return
-    pose = load_screen_pose(phone_file) if phone_file else screen_pose(known)
-    mount = mount_from_screen(views, shown, pose, turned=turned, scaled=scale, phone=known)
-    finish(mount, file, load_mesh(mesh, scale=mount.object_scale) if mesh else None)
+        check_free(file)
+        learn_screen(way, learn, file)
+    else:
+        carry_out(way, file)

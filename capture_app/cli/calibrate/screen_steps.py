@@ -1,24 +1,27 @@
-"""The steps of `omocap calibrate screen`: the picture to show, and the pictures taken of it."""
+"""The steps of `omocap calibrate screen` beside the calibration: what the phone shows, and is."""
 
 from pathlib import Path
-from typing import NamedTuple
 
+from capture_app.calibration.ways.requests import ScreenWay
 from capture_app.cli.console import output
-from ingest.mount.board.spec import Board
 from ingest.mount.phone.body import Phone
-from ingest.mount.screen.screen import Views
 from omomo_core.errors import InputError
 
 
-class Seen(NamedTuple):
-    """What was given of the pictures, and of how the object is known in them."""
+def needed_pictures(folder: Path | None) -> Path:
+    """The folder of pictures.
 
-    pictures: Path | None
-    board: str | None
-    place: Path | None
-    camera: Path | None
-    model: Path | None
-    to_object: Path | None
+    Raises:
+        InputError: "screen-reference" when it is not given.
+    """
+    if folder is None:
+        raise InputError(
+            "screen-reference",
+            "The pictures are not given.",
+            fix="Name the folder of pictures, and either --board with --place or --model; or make "
+            "the picture for the phone first with --show.",
+        )
+    return folder
 
 
 def write_picture(phone: Phone, path: Path) -> None:
@@ -49,39 +52,16 @@ def write_picture(phone: Phone, path: Path) -> None:
     )
 
 
-def see(given: Seen, shown: Board) -> Views:
-    """Read the pictures into poses, by the board on the object or by the scan's model.
+def learn_screen(way: ScreenWay, known: Path, file: Path) -> None:
+    """Write where the screen is in this phone, by a known mount of the same clamping.
 
     Raises:
-        InputError: "screen-reference" when neither or both are given, or of what is read.
+        InputError: as `learned_pose`, or the file cannot be written.
     """
-    from ingest.mount.board.camera import load_camera
-    from ingest.mount.board.place import load_place
-    from ingest.mount.board.spec import parse_board
-    from ingest.mount.pose_file import load_similarity
-    from ingest.mount.screen.views import photos, views_in_model, views_with_board
+    from capture_app.calibration.phones import need, phone_of
+    from capture_app.calibration.ways.by_screen import learned_pose
+    from ingest.mount.screen.shown import save_screen_pose
 
-    if given.pictures is None or (given.model is None) == (given.board is None):
-        raise InputError(
-            "screen-reference",
-            "What tells where the object is in the pictures is not given, or given twice."
-            if given.pictures
-            else "The pictures are not given.",
-            fix="Name the folder of pictures, and either --board with --place or --model; or make "
-            "the picture for the phone first with --show.",
-        )
-    if given.model is not None:
-        T, scale = load_similarity(given.to_object) if given.to_object else (None, 1.0)
-        return views_in_model(photos(given.pictures), shown, given.model, T, scale)
-    fixed = parse_board(given.board or "")
-    if given.place is None:
-        raise InputError(
-            "screen-reference",
-            "Where the board is on the object is not given.",
-            where="--place",
-            fix="Measure three of its corners on the mesh; see `omocap calibrate board --help`.",
-        )
-    camera = load_camera(given.camera) if given.camera else None
-    return views_with_board(
-        photos(given.pictures), shown, fixed, load_place(given.place, fixed), camera
-    )
+    pose = learned_pose(way, known)
+    save_screen_pose(pose, need(phone_of(way.phone, way.ruler)).name, file)
+    output.print(f"Written: {file}", markup=False, soft_wrap=True)

@@ -1,15 +1,11 @@
 """The options that say when the clamped phone stands still."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from omomo_core.errors import InputError
-
-if TYPE_CHECKING:
-    from ingest.mount.still import Still
-    from ingest.session import CaptureSession
 
 Spans = Annotated[
     list[str] | None,
@@ -28,25 +24,13 @@ ClampedAt = Annotated[
 ]
 
 
-def chosen_stills(
-    session: "CaptureSession", spans: Sequence[str] | None, clamped_at: float, carried: float
-) -> "tuple[list[Still], str]":
-    """The stills that are named, or those found after the clamping, and a note about them.
-
-    Args:
-        session: the log.
-        spans: as written after --still.
-        clamped_at: seconds from the start of the log.
-        carried: metres that the phone was carried before it was clamped, at least.
+def spans_of(texts: Sequence[str] | None) -> tuple[tuple[float, float], ...]:
+    """Stretches of time as written after --still.
 
     Raises:
-        InputError: "still-unreadable", and those of `ingest.mount.still`.
+        InputError: "still-unreadable".
     """
-    from ingest.mount.still import clamped_stills, named_stills
-
-    if spans:
-        return named_stills(session, [_span(text) for text in spans]), ""
-    return clamped_stills(session, after=clamped_at, path=0.0 if clamped_at else carried)
+    return tuple(_span(text) for text in texts or ())
 
 
 def _span(text: str) -> tuple[float, float]:

@@ -37,25 +37,8 @@ def tracker(
     Turn the object by 30 to 60 degrees about two directions, for 20 seconds or more. The clocks need
     not agree.
     """
-    import numpy as np
+    from capture_app.calibration.ways.requests import TrackerWay
+    from capture_app.cli.calibrate.finish import carry_out
 
-    from capture_app.cli.calibrate.finish import check_output, finish
-    from ingest.formats.detect import read_session
-    from ingest.mesh import load_mesh
-    from ingest.mount.hand_eye.phone import phone_stream
-    from ingest.mount.hand_eye.pose_log import read_pose_log
-    from ingest.mount.hand_eye.to_mount import calibrate_by_motion
-    from ingest.mount.pose_file import load_pose
-    from omomo_core.geometry.transforms import inverse
-
-    check_output(mount_file)
-    surface = load_mesh(mesh) if mesh else None
-    T_object_body = load_pose(body) if body else np.eye(4)
-    mount = calibrate_by_motion(
-        phone_stream(read_session(session)),
-        read_pose_log(poses),
-        inverse(T_object_body),
-        np.zeros((6, 6)),
-        "tracker",
-    )
-    finish(mount, mount_file, surface, phone)
+    way = TrackerWay(object=mesh, phone=phone, session=session, poses=poses, body=body)
+    carry_out(way, mount_file)

@@ -1,9 +1,16 @@
 """The kinds of jobs there are."""
 
-from capture_app.jobs.kinds import compare, export, render, resolve, run
+from capture_app.jobs.kinds import (
+    calibrate,
+    compare,
+    export,
+    overlay,
+    render,
+    resolve,
+    run,
+    scan,
+)
 from capture_app.jobs.work import Kind
 
-KINDS: dict[str, Kind] = {
-    kind.order.KIND: kind
-    for kind in (run.KIND, resolve.KIND, render.KIND, export.KIND, compare.KIND)
-}
+_ALL = (run, resolve, render, export, overlay, compare, calibrate, scan)
+KINDS: dict[str, Kind] = {room.KIND.order.KIND: room.KIND for room in _ALL}

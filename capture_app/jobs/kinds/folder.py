@@ -21,8 +21,9 @@ class FolderWork:
 
     @property
     def stages(self) -> Mapping[str, Callable[[], None]]:
-        """Those of the result; the last one tells what came out."""
-        return {**self.making.stages, "finish": self._finish}
+        """Those of the result, and its poster; the last one tells what came out."""
+        stages = {name: stage for name, stage in self.making.stages.items() if name != "finish"}
+        return {**stages, "poster": self._poster, "finish": self._finish}
 
     @property
     def timings(self) -> Mapping[str, float]:
@@ -37,6 +38,13 @@ class FolderWork:
     def discard(self) -> None:
         """Remove the folder."""
         self.making.staging.discard()
+
+    def _poster(self) -> None:
+        from capture_app.posters import POSTER, person_poster
+
+        making = self.making
+        path = making.staging.folder / POSTER
+        person_poster(path, making.made.person, making.moved, making.body)
 
     def _finish(self) -> None:
         from capture_app.manifest import MANIFEST, read_manifest

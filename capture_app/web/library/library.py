@@ -1,12 +1,15 @@
 """Library: the folder as a whole."""
 
+import os
 import re
 import shutil
 from pathlib import Path
 
-from capture_app.web.library.folders import sweep_trash
+from capture_app.things import FILES, now
+from capture_app.web.library.folders import keep, sweep_trash
+from capture_app.web.library.notes import Notes
 from capture_app.web.library.results import Results
-from capture_app.web.library.shelf import FILES, Shelf
+from capture_app.web.library.shelf import Shelf, missing
 from capture_app.web.library.uploads import Kind, Uploads
 
 SHELVES: dict[Kind, str] = {
@@ -15,8 +18,12 @@ SHELVES: dict[Kind, str] = {
     "mount": "mounts",
     "video": "videos",
     "contacts": "contacts",
+    "material": "materials",
 }
 """Name of the folder of each kind of thing that is brought."""
+
+
+_DATABASE = "jobs.sqlite"
 
 
 class Library:
@@ -27,19 +34,40 @@ class Library:
         self.root = root.resolve()
         self.scratch = self.root / "scratch"
         """For what lives as long as one piece of work."""
+        self.cache = self.root / "cache"
+        """For what can be made again from nothing that was brought."""
+        self.notes = Notes(self.root / "orders")
         self.shelves: dict[Kind, Shelf] = {
             kind: Shelf(self.root / name, kind) for kind, name in SHELVES.items()
         }
         self.results = Results(self.root / "results")
         self.uploads = Uploads(self.root / "uploads")
-        for folder in (*self._folders, self.scratch):
+        for folder in (*self._folders, self.scratch, self.cache):
             folder.mkdir(parents=True, exist_ok=True)
         self._prefix = _prefix(self.root)
 
     @property
     def database(self) -> str:
         """URL of the jobs' database."""
-        return f"sqlite:///{self.root / 'jobs.sqlite'}"
+        return f"sqlite:///{self.root / _DATABASE}"
+
+    def give_up_jobs(self) -> Path:
+        """Put the jobs' database aside, with all that only its jobs would have gone on with.
+
+        Returns:
+            Where it is now.
+        """
+        file = self.root / _DATABASE
+        aside = self.root / f"jobs-damaged-{now():%Y-%m-%d-%H%M%S}.sqlite"
+        for ending in ("", "-wal", "-shm"):
+            beside = file.with_name(f"{file.name}{ending}")
+            if beside.exists():
+                os.replace(beside, aside.with_name(f"{aside.name}{ending}"))
+        for folder in self._folders:
+            for part in folder.glob(".*.part"):
+                shutil.rmtree(part, ignore_errors=True)
+        keep(self.root)
+        return aside
 
     @property
     def free(self) -> int:
@@ -56,6 +84,24 @@ class Library:
             return None
         inside = path.relative_to(self.results.folder).parts
         return inside[0].partition(".")[0] if inside else None
+
+    def content(self, id_: str, *kinds: Kind) -> Path:
+        """What readers are given of a thing of any of these kinds.
+
+        Raises:
+            Refused: 404 when there is none.
+        """
+        for kind in kinds:
+            if (self.shelves[kind].folder / id_).is_dir():
+                return self.shelves[kind].content(id_)
+        raise missing(kinds[0], id_)
+
+    def item_of(self, path: Path) -> str | None:
+        """Where the page shows the thing or the result at this path, such as "mounts/ID"."""
+        for folder in self._shown:
+            if path.parent == folder:
+                return f"{folder.name}/{path.name}"
+        return None
 
     def holder(self, path: Path) -> str | None:
         """Id of the thing or the result that a path lies in."""
@@ -76,9 +122,15 @@ class Library:
             shutil.rmtree(left, ignore_errors=True)
 
     @property
+    def _shown(self) -> tuple[Path, ...]:
+        """Folders of what has a page of its own."""
+        shown: tuple[Kind, ...] = ("session", "object", "mount")
+        return (*(self.shelves[kind].folder for kind in shown), self.results.folder)
+
+    @property
     def _folders(self) -> tuple[Path, ...]:
         shelves = (shelf.folder for shelf in self.shelves.values())
-        return (*shelves, self.results.folder, self.uploads.folder)
+        return (*shelves, self.results.folder, self.notes.folder, self.uploads.folder)
 
 
 def _prefix(root: Path) -> re.Pattern[str]:

@@ -5,11 +5,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from capture_app.things import FILES, INFO, Info, load_info, save_info
 from capture_app.web.library.folders import keep, remove_folder
-from capture_app.web.library.info import Info, load_info, save_info
 from capture_app.web.problems import Refused
 
-INFO, FILES, CACHE = "info.json", "files", "cache"
+CACHE = "cache"
 
 
 @dataclass(frozen=True)

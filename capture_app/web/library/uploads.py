@@ -14,14 +14,15 @@ from typing import Literal
 
 from pydantic import BaseModel, Field, ValidationError
 
+from capture_app.things import FILES, Name, now, save_info
 from capture_app.web.library.folders import keep_tree, remove_folder
 from capture_app.web.library.ids import new_id
-from capture_app.web.library.info import Name, now, save_info
 from capture_app.web.library.members import member_paths
-from capture_app.web.library.shelf import FILES, missing
+from capture_app.web.library.shelf import missing
 from capture_app.web.problems import Refused
 
-Kind = Literal["session", "object", "mount", "video", "contacts"]
+Kind = Literal["session", "object", "mount", "video", "contacts", "material"]
+"""Material is all else that a calibration, an overlay or a scan reads: photos, a log, a model."""
 UPLOAD = "upload.json"
 _REMEMBERED = 16
 _LISTED = 3

@@ -19,7 +19,8 @@ from omomo_core.errors import InputError, OmocapError
 log = logging.getLogger(__name__)
 
 _MOST_ANSWER = 64 * 2**20
-_READING, _DRAWING = "capture_app.web.limited.work", "capture_app.replay.pack"
+_READING = "capture_app.web.limited.work"
+_DRAWING = ("capture_app.replay.pack", "capture_app.web.limited.drawing")
 if sys.platform == "win32":
     _context = multiprocessing.get_context("spawn")
 else:
@@ -31,7 +32,7 @@ else:
 def warm_up() -> None:
     """Load all that children share now, so that nobody waits for it later."""
     if sys.platform != "win32":
-        _context.set_forkserver_preload([_READING, _DRAWING])
+        _context.set_forkserver_preload([_READING, *_DRAWING])
         forkserver.ensure_running()
 
 

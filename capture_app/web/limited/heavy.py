@@ -16,10 +16,12 @@ AT_ONCE = 2
 class Heavy:
     """A queue of such work; waiting in it keeps nobody else from being served."""
 
-    def __init__(self, scratch: Path, bounds: Bounds | None = None) -> None:
+    def __init__(
+        self, scratch: Path, bounds: Bounds | None = None, *, at_once: int = AT_ONCE
+    ) -> None:
         self._scratch = scratch
         self._bounds = bounds or Bounds()
-        self._threads = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="heavy")
+        self._threads = ThreadPoolExecutor(at_once, thread_name_prefix="heavy")
         self._running: dict[tuple[Any, ...], asyncio.Future[dict[str, Any]]] = {}
 
     async def run(self, work: Work, *given: Any) -> dict[str, Any]:

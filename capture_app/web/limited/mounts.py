@@ -1,25 +1,19 @@
 """Mounts from the numbers of a form, as `omocap calibrate drawing` and `points` find them."""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from datetime import date
 from pathlib import Path
 from typing import Any
 
-from capture_app.web.sources import Solid
-from ingest.mesh import load_mesh
+from capture_app.calibration.phones import need
+from capture_app.calibration.written import write_mount
+from capture_app.solid import Solid
 from ingest.mount.drawing.drawing import Precision, body_mount, camera_mount
 from ingest.mount.drawing.drawn import Drawn
 from ingest.mount.file import save_mount
-from ingest.mount.identity import object_id
 from ingest.mount.mount import Mount, identity_mount
-from ingest.mount.phone.body import Phone, phone_named
+from ingest.mount.phone.body import Phone
 from ingest.mount.points.correspondences import Pair
 from ingest.mount.points.picked import mount_from_pairs
-from omomo_core.errors import InputError
-
-Ruler = tuple[float, float, float, float]
-"""Width and height of a phone's body, its lens from the top and from the right edge, millimetres."""
 
 
 def identity(target: Path) -> dict[str, Any]:
@@ -44,15 +38,10 @@ def drawing(
     """
     if of == "camera":
         return _written(camera_mount(drawn.of_camera(), precision), target, phone, solid)
-    if phone is None:
-        raise InputError(
-            "phone-needed",
-            "The model of the phone is not given.",
-            where="phone",
-            fix="Choose the model, or measure the phone with a ruler.",
-        )
     T = drawn.of_body()
-    return _written(body_mount(phone, T[:3, :3], T[:3, 3], point, precision), target, phone, solid)
+    return _written(
+        body_mount(need(phone), T[:3, :3], T[:3, 3], point, precision), target, phone, solid
+    )
 
 
 def points(
@@ -69,30 +58,8 @@ def points(
     return {"points": [{"phone": pair.name, "off_mm": 1e3 * float(off)} for pair, off in residuals]}
 
 
-def phone_of(name: str | None, ruler: Ruler | None) -> Phone | None:
-    """The phone of a form; None when it says nothing of it.
-
-    Raises:
-        InputError: as `phone_named`.
-    """
-    if ruler is not None:
-        return phone_named(name or "measured phone", ruler)
-    return phone_named(name) if name else None
-
-
 def _written(
     mount: Mount, target: Path, phone: Phone | None, solid: Solid | None
 ) -> dict[str, Any]:
-    told = replace(
-        mount,
-        date=date.today().isoformat(),
-        phone=phone.name if phone else mount.phone,
-        object_id=_object_id(mount, solid) if solid else mount.object_id,
-    )
-    save_mount(told, target)
+    write_mount(mount, target, solid, phone.name if phone else "", picture=None)
     return {}
-
-
-def _object_id(mount: Mount, solid: Solid) -> str:
-    mesh = load_mesh(solid.path, scale=solid.scale * mount.object_scale)
-    return object_id(mesh, mount.object_scale)

@@ -8,16 +8,12 @@ import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from capture_app.inspection import inspect_take
 from capture_app.report_page.page import report_page
 from capture_app.web.limited.report import report_data
 from ingest.animated.detect import is_animation
 from ingest.mesh import load_mesh
 from ingest.mount.file import load_mount
-from ingest.mount.uncertainty import bounds_95
-from ingest.report.solid import mesh_checks
 from omomo_core.whole_file import whole_file, write_whole
 
 
@@ -45,44 +41,6 @@ def check_animated(session: Path, mounted: bool) -> dict[str, Any]:
     return {"animated": is_animation(session, mounted=mounted)}
 
 
-def check_mesh(path: Path, scale: float) -> dict[str, Any]:
-    """What a list tells of an object.
-
-    Raises:
-        InputError: as `load_mesh`.
-    """
-    mesh = load_mesh(path, scale=scale)
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    return {
-        "scale": scale,
-        "vertices": len(mesh.vertices),
-        "faces": len(mesh.faces),
-        "extents": np.round(high - low, 6).tolist(),
-        "warnings": [c.message for c in mesh_checks(mesh) if c.severity != "ok"],
-    }
-
-
-def check_mount(path: Path) -> dict[str, Any]:
-    """What a list tells of a mount.
-
-    Raises:
-        InputError: as `load_mount`.
-    """
-    mount = load_mount(path)
-    bounds = None if mount.covariance is None else bounds_95(mount.covariance)._asdict()
-    return {
-        "method": mount.method,
-        "bounds": bounds,
-        "residuals": {k: v for k, v in mount.residuals.items() if np.isfinite(v)},
-        "free": list(mount.free),
-        "note": mount.note,
-        "warnings": [*mount.free, *filter(None, [mount.note])],
-        "phone": mount.phone,
-        "object_id": mount.object_id,
-        "date": mount.date,
-    }
-
-
 def pack_session_scene(
     session: Path, mesh: Path | None, mount: Path | None, scale: float, scene: Path
 ) -> dict[str, Any]:
@@ -105,6 +63,19 @@ def pack_object_scene(mesh: Path, scale: float, scene: Path) -> dict[str, Any]:
     from capture_app.replay.pack import pack_object
 
     return _written(scene, pack_object(load_mesh(mesh, scale=scale)))
+
+
+def pack_mount_scene(mount: Path, mesh: Path, scale: float, scene: Path) -> dict[str, Any]:
+    """Write the scene of a phone on its object.
+
+    Raises:
+        InputError: as `load_mount` and `load_mesh`.
+    """
+    from capture_app.replay.pack import pack_object
+
+    known = load_mount(mount)
+    metric = load_mesh(mesh, scale=scale * known.object_scale)
+    return _written(scene, pack_object(metric, known))
 
 
 def pack_result_scene(result: Path, scene: Path) -> dict[str, Any]:

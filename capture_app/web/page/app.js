@@ -14,6 +14,7 @@ import { mount } from "./views/mount.js";
 import { missing } from "./views/missing.js";
 import { object } from "./views/object.js";
 import { result } from "./views/result.js";
+import { scan } from "./views/scan.js";
 import { session } from "./views/session.js";
 import { start } from "./views/start.js";
 
@@ -24,6 +25,7 @@ const ROUTES = [
   [/^\/objects\/(?<id>[0-9a-f]{16})$/, object],
   [/^\/mounts\/(?<id>[0-9a-f]{16})$/, mount],
   [/^\/calibrate$/, calibrate],
+  [/^\/scan$/, scan],
   [/^\/jobs\/(?<id>[0-9a-f]{16})$/, job],
   [/^\/results\/(?<id>[0-9a-f]{16})$/, result],
   [/^\/compare$/, compare],

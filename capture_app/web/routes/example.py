@@ -6,12 +6,11 @@ from typing import Any
 
 from fastapi import APIRouter
 
+from capture_app.facts import mesh_facts, mount_facts
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from capture_app.things import FILES, Info
 from capture_app.web.library.folders import keep_tree
-from capture_app.web.library.info import Info
-from capture_app.web.library.shelf import FILES
 from capture_app.web.library.uploads import Kind
-from capture_app.web.limited import work
 from capture_app.web.site import Here, Site
 
 router = APIRouter(prefix="/api/example", tags=["example"])
@@ -29,8 +28,8 @@ async def example(site: Here) -> dict[str, str]:
     """Put the example into the library, unless it is there."""
     facts: dict[Kind, dict[str, Any]] = {
         "session": {},
-        "object": {"mesh": MESH, **await site.heavy.run(work.check_mesh, DEMO / MESH, 1.0)},
-        "mount": await site.heavy.run(work.check_mount, DEMO / MOUNT),
+        "object": {"mesh": MESH, **await site.heavy.run(mesh_facts, DEMO / MESH, 1.0)},
+        "mount": await site.heavy.run(mount_facts, DEMO / MOUNT),
     }
     facts["mount"]["object"] = _THINGS["object"][0]
     for kind, (id_, name) in _THINGS.items():

@@ -6,12 +6,12 @@ from typing import Any
 from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
 
+from capture_app.facts import mesh_facts
+from capture_app.things import Info, Name
 from capture_app.web.in_use import refuse_in_use
 from capture_app.web.library.ids import Id
-from capture_app.web.library.info import Info, Name
 from capture_app.web.library.library import SHELVES
 from capture_app.web.library.uploads import Kind
-from capture_app.web.limited import work
 from capture_app.web.site import Here
 from capture_app.web.sources import solid_of
 
@@ -97,7 +97,7 @@ async def change_object(site: Here, id: Id, given: Change) -> Item:
     """Give an object another name, or read its mesh in another unit."""
     facts: dict[str, Any] = {}
     if given.scale is not None:
-        facts = await site.heavy.run(work.check_mesh, solid_of(site.library, id).path, given.scale)
+        facts = await site.heavy.run(mesh_facts, solid_of(site.library, id).path, given.scale)
 
     def edit(info: Info) -> Info:
         update = {"name": given.name or info.name, "facts": {**info.facts, **facts}}

@@ -27,6 +27,8 @@ class Job(JobRecord):
 
     result: str | None
     """Id of the result that it makes, or that its file belongs to."""
+    made: str | None
+    """Where the page shows what it made once it is done, such as "mounts/ID"; null for a file."""
     files: list[Made]
     """What it made beside a result."""
     download: str | None
@@ -39,7 +41,7 @@ async def order(
     given: Annotated[Ordered, Body()],
     idempotency_key: Annotated[Id | None, Header()] = None,
 ) -> Job:
-    """Order a motion, a correction, an export, a video or a comparison.
+    """Order a motion, a correction, an export, a video, a comparison, a calibration or a scan.
 
     With an Idempotency-Key of sixteen hex digits, which becomes the job's id, it is safe to ask again.
     """
@@ -85,6 +87,7 @@ def forget(site: Here, id: Id) -> None:
     _there(site, id, site.queue.get(id))
     try:
         site.queue.delete(id)
+        site.library.notes.forget(id)
     except InputError as error:
         raise Refused(409, error.code, error.what, where=error.where, fix=error.fix) from error
 
@@ -101,6 +104,7 @@ def _job(site: Site, record: JobRecord) -> Job:
     links = {
         "output": site.library.shown(record.output or "") or None,
         "result": _result(site, record),
+        "made": site.library.item_of(Path(record.output)) if record.output else None,
         "files": made,
         "download": made[0].href if made else None,
     }

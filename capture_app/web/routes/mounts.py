@@ -9,10 +9,11 @@ import numpy as np
 from fastapi import APIRouter, Body
 from pydantic import BaseModel, ConfigDict, Field
 
+from capture_app.calibration.phones import phone_of
+from capture_app.facts import mount_facts
+from capture_app.things import FILES, Info, Name
 from capture_app.web.library.ids import Id, new_id
-from capture_app.web.library.info import Info, Name
-from capture_app.web.library.shelf import FILES
-from capture_app.web.limited import mounts, work
+from capture_app.web.limited import mounts
 from capture_app.web.routes.items import Item, item
 from capture_app.web.site import Here, Site
 from capture_app.web.sources import solid_of
@@ -134,7 +135,7 @@ async def _drawn(site: Site, given: Drawing, target: Path) -> dict[str, Any]:
         quaternion=None if given.quaternion is None else _spaced(given.quaternion),
     )
     precision = Precision(given.sigma_mm / 1e3, float(np.radians(given.sigma_deg)))
-    phone = mounts.phone_of(given.phone, given.ruler)
+    phone = phone_of(given.phone, given.ruler)
     solid = None if given.object is None else solid_of(site.library, given.object)
     return await site.heavy.run(
         mounts.drawing, target, drawn, given.of, phone, given.point, precision, solid
@@ -144,7 +145,7 @@ async def _drawn(site: Site, given: Drawing, target: Path) -> dict[str, Any]:
 async def _clicked(site: Site, given: Points, target: Path) -> dict[str, Any]:
     metres = given.sigma_mm / 1e3
     pairs = tuple(Pair(pair.phone, pair.point, metres) for pair in given.pairs)
-    phone = mounts.phone_of(given.phone, given.ruler)
+    phone = phone_of(given.phone, given.ruler)
     solid = solid_of(site.library, given.object)
     return await site.heavy.run(mounts.points, target, pairs, phone, given.scale, solid)
 
@@ -161,7 +162,7 @@ async def _shelved(
     target.parent.mkdir(parents=True)
     try:
         found = await write(target)
-        facts = {**await site.heavy.run(work.check_mount, target), **found}
+        facts = {**await site.heavy.run(mount_facts, target), **found}
         facts["object"] = getattr(given, "object", None)
         info = Info(name=given.name, size=target.stat().st_size, files=1, facts=facts)
         site.library.shelves["mount"].put(id_, info, folder)

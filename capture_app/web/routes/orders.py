@@ -2,27 +2,22 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
 from capture_app.exports.bone_names import Bones
+from capture_app.things import Name
 from capture_app.web.library.ids import Id
-from capture_app.web.library.info import Name
+from capture_app.web.routes.calibrations import Calibrate, Camera, Place, Words, like
 
 _EXAMPLE_ID = "0123456789abcdef"
 _Number = Annotated[float, Field(allow_inf_nan=False)]
 _Size = tuple[Annotated[int, Field(ge=64, le=3840)], Annotated[int, Field(ge=64, le=2160)]]
 
 
-def _like(**example: Any) -> ConfigDict:
-    return ConfigDict(
-        extra="forbid", allow_inf_nan=False, json_schema_extra={"examples": [example]}
-    )
-
-
 class RunOptions(BaseModel):
     """How to make a motion; see `omocap run --help`."""
 
-    model_config = _like(samples=4, seed=0, height=1.72)
+    model_config = like(samples=4, seed=0, height=1.72)
 
     samples: Annotated[int, Field(ge=1, le=64)] = 4
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
@@ -41,7 +36,7 @@ class RunOptions(BaseModel):
 class Run(BaseModel):
     """A take becomes a motion."""
 
-    model_config = _like(
+    model_config = like(
         kind="run", session=_EXAMPLE_ID, object=_EXAMPLE_ID, mount=_EXAMPLE_ID, options={"seed": 1}
     )
 
@@ -58,7 +53,7 @@ class Run(BaseModel):
 class Resolve(BaseModel):
     """A result with corrected contacts becomes another one."""
 
-    model_config = _like(
+    model_config = like(
         kind="resolve",
         result=_EXAMPLE_ID,
         contacts={
@@ -80,7 +75,7 @@ class Resolve(BaseModel):
 class Export(BaseModel):
     """A result becomes a file of another program."""
 
-    model_config = _like(kind="export", result=_EXAMPLE_ID, to="glb", bones="unreal", fps=60)
+    model_config = like(kind="export", result=_EXAMPLE_ID, to="glb", bones="unreal", fps=60)
 
     kind: Literal["export"]
     result: Id
@@ -95,7 +90,7 @@ class Export(BaseModel):
 class Render(BaseModel):
     """A result becomes a video."""
 
-    model_config = _like(kind="render", result=_EXAMPLE_ID, view="orbit", size=[960, 540])
+    model_config = like(kind="render", result=_EXAMPLE_ID, view="orbit", size=[960, 540])
 
     kind: Literal["render"]
     result: Id
@@ -107,7 +102,7 @@ class Render(BaseModel):
 class Compare(BaseModel):
     """Several results side by side in one video."""
 
-    model_config = _like(kind="compare", results=[_EXAMPLE_ID, "fedcba9876543210"])
+    model_config = like(kind="compare", results=[_EXAMPLE_ID, "fedcba9876543210"])
 
     kind: Literal["compare"]
     results: Annotated[list[Id], Field(min_length=1, max_length=25)]
@@ -115,4 +110,56 @@ class Compare(BaseModel):
     """All samples of each, not only the chosen one."""
 
 
-Ordered = Annotated[Run | Resolve | Export | Render | Compare, Field(discriminator="kind")]
+class Overlay(BaseModel):
+    """A result drawn into a film of the take.
+
+    Without `video` the clamped phone's own film. Where its camera stood is told by `board`, by
+    `camera` with T_world_camera, or, for a second phone, by `shared_world`.
+    """
+
+    model_config = like(kind="overlay", result=_EXAMPLE_ID, video=_EXAMPLE_ID, board="A4")
+
+    kind: Literal["overlay"]
+    result: Id
+    video: Id | None = None
+    """A video, or the session of a second phone."""
+    camera: Camera | None = None
+    board: Words | None = None
+    board_at: Literal["object", "room"] = "object"
+    place: Place | None = None
+    """Of the board on the object."""
+    shared_world: bool = False
+    offset: _Number | None = None
+    """Seconds to add to the film's time to get the motion's; found where it can be."""
+    thing: Literal["outline", "drawn", "hidden"] = "outline"
+    opacity: Annotated[float, Field(ge=0, le=1)] = 1.0
+    wipe: bool = False
+    sample: Annotated[int, Field(ge=1, le=64)] | None = None
+
+
+class Scan(BaseModel):
+    """A film or photos of an object, or a mesh of another app, become an object of the library."""
+
+    model_config = like(kind="scan", name="chair", source=_EXAMPLE_ID, height=0.95)
+
+    kind: Literal["scan"]
+    name: Name
+    source: Id
+    """A session, a video, or material: photos, a COLMAP model, a mesh."""
+    height: Annotated[float, Field(gt=0, le=10)] | None = None
+    """Of the object, metres; where nothing else says how large it is."""
+    board: Words | None = None
+    """A printed board that lies beside it."""
+    frames: Annotated[int, Field(ge=12, le=400)] = 80
+    poses: bool = True
+    """Use the poses that the phone logged."""
+    box: tuple[_Number, _Number, _Number, _Number, _Number, _Number] | None = None
+    """Lowest and highest corner, metres, where the wrong thing was cut out."""
+    method: Literal["auto", "stereo", "depth", "both"] = "auto"
+    vertices: Annotated[int, Field(ge=500, le=100_000)] = 10_000
+
+
+Ordered = Annotated[
+    Run | Resolve | Export | Render | Compare | Overlay | Scan | Calibrate,
+    Field(discriminator="kind"),
+]

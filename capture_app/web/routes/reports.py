@@ -21,7 +21,7 @@ from omomo_core.errors import InputError
 router = APIRouter(prefix="/api", tags=["reports"])
 
 SCENE = "application/octet-stream"
-_SCENE_REPLY: dict[int | str, dict[str, Any]] = {200: {"content": {SCENE: {}}}}
+SCENE_REPLY: dict[int | str, dict[str, Any]] = {200: {"content": {SCENE: {}}}}
 _PAGE_REPLY: dict[int | str, dict[str, Any]] = {200: {"content": {"text/html": {}}}}
 
 
@@ -85,7 +85,7 @@ async def report_page(
     return HTMLResponse(text, headers={"content-security-policy": REPORT})
 
 
-@router.get("/sessions/{id}/scene", response_class=FileResponse, responses=_SCENE_REPLY)
+@router.get("/sessions/{id}/scene", response_class=FileResponse, responses=SCENE_REPLY)
 async def session_scene(
     site: Here, id: Id, object: Id | None = None, mount: Id | None = None
 ) -> FileResponse:
@@ -100,7 +100,7 @@ async def session_scene(
     return FileResponse(scene, media_type=SCENE)
 
 
-@router.get("/objects/{id}/scene", response_class=FileResponse, responses=_SCENE_REPLY)
+@router.get("/objects/{id}/scene", response_class=FileResponse, responses=SCENE_REPLY)
 async def object_scene(site: Here, id: Id) -> FileResponse:
     """The object as the viewer shows it."""
     solid = solid_of(site.library, id)

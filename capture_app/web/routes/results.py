@@ -9,10 +9,10 @@ from fastapi.responses import FileResponse, Response
 from pydantic import BaseModel, ConfigDict
 
 from capture_app.manifest import CONTACTS, MANIFEST, VIDEO, Manifest, read_manifest
+from capture_app.things import Info
 from capture_app.web.cache import key
 from capture_app.web.in_use import refuse_in_use
 from capture_app.web.library.ids import Id
-from capture_app.web.library.info import Info
 from capture_app.web.limited import work
 from capture_app.web.problems import Refused
 from capture_app.web.routes.items import Item, Rename, item, renamed
@@ -25,7 +25,7 @@ from omomo_core.motion import FPS
 router = APIRouter(prefix="/api/results", tags=["results"])
 _ORIGINS = ("session", "object", "mount", "parent")
 """Ids of what a result was made from; null for one that was copied in."""
-_FILE: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}
+FILE: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}
 
 
 class Whole(BaseModel):
@@ -94,20 +94,20 @@ def contacts(site: Here, id: Id) -> Response:
     return Response(path.read_bytes(), media_type="application/json")
 
 
-@router.get("/{id}/files/{name}", response_class=FileResponse, responses=_FILE)
+@router.get("/{id}/files/{name}", response_class=FileResponse, responses=FILE)
 def file(site: Here, id: Id, name: str) -> FileResponse:
     """One of its files."""
     return _served(site, id, one_of(site.library.results.content(id), name))
 
 
-@router.get("/{id}/exports/{name}", response_class=FileResponse, responses=_FILE)
+@router.get("/{id}/exports/{name}", response_class=FileResponse, responses=FILE)
 def export(site: Here, id: Id, name: str) -> FileResponse:
     """A file that was made of it."""
     site.library.results.get(id)
     return _served(site, id, one_of(site.library.results.exports(id), name))
 
 
-@router.get("/{id}/scene", response_class=FileResponse, responses=_FILE)
+@router.get("/{id}/scene", response_class=FileResponse, responses=FILE)
 async def scene(site: Here, id: Id) -> FileResponse:
     """The result as the viewer plays it."""
     folder = site.library.results.content(id)
@@ -117,7 +117,7 @@ async def scene(site: Here, id: Id) -> FileResponse:
     return FileResponse(path, media_type=SCENE)
 
 
-@router.get("/{id}/share.html", response_class=FileResponse, responses=_FILE)
+@router.get("/{id}/share.html", response_class=FileResponse, responses=FILE)
 async def share(site: Here, id: Id) -> FileResponse:
     """The result as one page that plays anywhere, to be saved."""
     name = site.library.results.get(id).name
@@ -141,7 +141,6 @@ def _item(site: Site, id_: str, info: Info) -> Item:
         **info.facts,
         **_of_manifest(folder),
         "video": video,
-        "thumbnail": None,
     }
     return item(id_, info.model_copy(update={"facts": facts}))
 

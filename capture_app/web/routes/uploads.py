@@ -7,9 +7,9 @@ from fastapi import APIRouter, Body, Path, Query, Request
 from pydantic import BaseModel, Field
 from starlette.requests import ClientDisconnect
 
+from capture_app.things import Name
 from capture_app.web.adopt import adopt, check_announced
 from capture_app.web.library.ids import Id
-from capture_app.web.library.info import Name
 from capture_app.web.library.uploads import Announced, Kind, Upload
 from capture_app.web.problems import Refused
 from capture_app.web.site import Here, Site

@@ -12,7 +12,7 @@ from capture_app.manifest import CONTACTS, GLB, MOTION, VIDEO
 from capture_app.pipeline import run_take
 from capture_app.result import load_result
 
-STAGES = ["read", "generate", "export", "video", "finish"]
+STAGES = ["read", "generate", "export", "video", "poster", "finish"]
 
 
 def begin(order: RunOrder, told: dict[str, object]) -> Work:

@@ -11,7 +11,11 @@ PAGES = {
     "session": "/sessions/{session}?object={object}&mount={mount}",
     "object": "/objects/{object}",
     "mount": "/mounts/{mount}",
-    "ways": "/calibrate?way=recording",
+    "ways": "/calibrate",
+    "board": "/calibrate?way=board&object={object}",
+    "screen": "/calibrate?way=screen&object={object}",
+    "tracker": "/calibrate?way=tracker",
+    "scan": "/scan",
     "points": "/calibrate?way=points&object={object}",
     "drawing": "/calibrate?way=drawing&object={object}",
     "job": "/jobs/{motion}",
@@ -19,7 +23,7 @@ PAGES = {
     "compare": "/compare?results={motion},{motion}",
     "gone": "/results/0123456789abcdef",
 }
-OFTEN = ("start", "session", "points", "job", "result")
+OFTEN = ("start", "session", "board", "scan", "job", "result")
 
 
 @pytest.mark.parametrize(

@@ -80,12 +80,8 @@ def test_screen_and_top_edge_along_one_axis_is_refused_in_words(tabs, server, ex
     expect(page.get_by_role("alert")).to_contain_text("What to do:")
 
 
-@pytest.mark.parametrize("way", ["identity", "recording"])
-def test_other_ways(tabs, server, example, way):
-    page = _start(tabs, server, example, way)
-    if way == "recording":
-        expect(page.get_by_text("omocap calibrate board --help")).to_be_visible()
-        return
+def test_the_mesh_around_the_phone(tabs, server, example):
+    page = _start(tabs, server, example, "identity")
     page.get_by_role("button", name="Keep this mount").click()
     page.wait_for_url(re.compile("#/mounts/"))
     assert _use(page, server, example)["method"] == "identity"

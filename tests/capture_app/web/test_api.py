@@ -7,8 +7,6 @@ import httpx
 import pytest
 import trimesh
 
-from capture_app import result
-from capture_app.web.library import results
 from capture_app.web.routes import about
 from capture_app.web.site import Site
 from tests.capture_app.web.talk import announce, problem, upload
@@ -283,11 +281,6 @@ def test_what_is_deleted_leaves_nothing(client, site: Site):
     client.delete(f"/api/sessions/{id_}")
     left = [p for p in site.library.root.rglob("*") if id_ in str(p)]
     assert left == []
-
-
-def test_a_results_files_are_called_as_it_writes_them():
-    assert (results.MANIFEST, results.CONTACTS) == (result.MANIFEST, result.CONTACTS)
-    assert results.VIDEO == result.VIDEO
 
 
 def test_two_things_of_one_name_stay_two(client):

@@ -100,6 +100,21 @@ def test_no_route_fails(live: Live, known: dict[str, str], examples: int, step: 
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize(
+    "path", ["/api/jobs", "/api/mounts", "/api/uploads", "/api/calibration/look"]
+)
+def test_a_thousand_requests_to_the_routes_that_take_most(
+    live: Live, known: dict[str, str], path: str
+):
+    found = [one for one in _operations(live) if one.path == path]
+    asked = next(
+        one for one in found if one.method.upper() == ("GET" if "look" in path else "POST")
+    )
+    assert sum(_try(live, cases, 1000) for cases in _allowed(asked, known)) >= 500
+
+
+@pytest.mark.slow
 def test_no_route_fails_on_what_it_does_not_expect(live: Live):
     sent = 0
     for operation in _operations(live):
@@ -132,5 +147,7 @@ def test_each_request_has_an_example(live: Live):
 
 def _choices(body: dict[str, Any]) -> list[str]:
     return [
-        choice["$ref"] for choice in body.get("oneOf", body.get("anyOf", [])) if "$ref" in choice
+        name
+        for choice in body.get("oneOf", body.get("anyOf", []))
+        for name in ([choice["$ref"]] if "$ref" in choice else _choices(choice))
     ]

@@ -66,6 +66,7 @@ export const KINDS = {
   overlay: "Overlay",
   compare: "Comparison",
   calibrate: "Calibration",
+  scan: "Object from a film",
 };
 
 export const STAGES = {
@@ -77,13 +78,28 @@ export const STAGES = {
   solve: "Putting the hands on the object",
   export: "Writing the files",
   video: "Drawing the video",
+  board: "Finding the board in the film",
+  localise: "Finding the camera in the scan",
+  calibrate: "Working out the mount",
+  look: "Looking at the film",
+  frames: "Picking the sharpest pictures",
+  features: "Finding what can be recognised",
+  compare: "Comparing pictures",
+  match: "Matching pictures",
+  cameras: "Working out where the camera was",
+  stereo: "Measuring the surface",
+  fusion: "Joining the surface",
+  colours: "Colouring it",
+  clean: "Cutting out the object",
+  report: "Writing the report",
 };
 
 /** Stages of a job in order, as far as they are known before it runs. */
 export function stagesOf(kind, video) {
   const run = ["read", "object", "hands", "contact", "body", "solve", "export"];
-  const known = { run, resolve: ["read", "solve", "export"] }[kind] ?? [];
-  return video && known.length ? [...known, "video"] : known;
+  const scan = ["look", "frames", "features", "match", "cameras", "stereo", "fusion", "clean"];
+  const known = { run, resolve: ["read", "solve", "export"], scan }[kind] ?? [];
+  return video && kind !== "scan" && known.length ? [...known, "video"] : known;
 }
 
 /** Whether a job will change by itself no more. */

@@ -3,15 +3,36 @@ import { h } from "../core/dom.js";
 import { KINDS, STATES, ago, ended, sides, span } from "../core/words.js";
 import { stageWords } from "./stages.js";
 
+const TRIES = 5;
+const WAIT = 3000; // milliseconds
+
+/** A small picture of a thing; a new one is drawn after it was asked for, so it is asked again. */
+export function poster(kind, id, width, height) {
+  const src = `/api/${kind}/${id}/picture`;
+  let tries = 0;
+  const again = () => {
+    tries += 1;
+    picture.classList.add("none");
+    if (tries < TRIES)
+      setTimeout(() => picture.isConnected && (picture.src = `${src}?${tries}`), WAIT * tries);
+  };
+  const picture = h("img", {
+    src,
+    alt: "",
+    loading: "lazy",
+    width,
+    height,
+    on: { error: again, load: () => picture.classList.remove("none") },
+  });
+  return picture;
+}
+
 /** A result: picture, name, where it comes from. */
 export function resultCard(result) {
-  const picture = result.thumbnail
-    ? h("img", { src: result.thumbnail, alt: "", loading: "lazy", width: 320, height: 180 })
-    : film(result.video);
   return h(
     "a",
     { class: "card tile", href: `#/results/${result.id}` },
-    h("div", { class: "picture" }, picture),
+    h("div", { class: "picture" }, poster("results", result.id, 480, 270)),
     h("span", { class: "tile-name" }, result.name),
     h(
       "span",
@@ -27,24 +48,14 @@ export function resultCard(result) {
   );
 }
 
-// The media fragment makes the browser draw a frame instead of black.
-function film(video) {
-  if (!video) return h("span", { class: "no-picture", "aria-hidden": "true" }, "no video");
-  return h("video", {
-    src: `${video}#t=2`,
-    preload: "metadata",
-    muted: true,
-    tabindex: "-1",
-    "aria-hidden": "true",
-  });
-}
-
 /** A session, object or mount in a list. */
 export function itemRow(kind, item, ...buttons) {
   const path = `#/${kind}/${item.id}`;
+  const pictured = kind === "objects" || (kind === "mounts" && item.object);
   return h(
     "li",
-    { class: "row-item" },
+    { class: pictured ? "row-item pictured" : "row-item" },
+    pictured && h("span", { class: "thumb" }, poster(kind, item.id, 56, 56)),
     h("a", { href: path, class: "row-name" }, item.name),
     h(
       "span",
@@ -89,9 +100,9 @@ export function boundWords(bounds) {
   return `within ${few(bounds.mm)} mm and ${few(bounds.deg)}°`;
 }
 
-/** A number with one decimal where that says something. */
+/** A number with decimals where they say something. */
 export function few(value) {
-  return value.toFixed(value < 10 ? 1 : 0);
+  return value.toFixed(value < 0.1 ? 2 : value < 10 ? 1 : 0);
 }
 
 /** A job in a list, with its progress. */

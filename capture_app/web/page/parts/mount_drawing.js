@@ -34,9 +34,7 @@ export function drawingForm({ choices, objects, object, back, signal }) {
     choices.phone_points.map((name) => [name, name]),
     { value: "centre front", hint: "Left and right as you look at the screen." },
   );
-  const place = ["x", "y", "z"].map((axis) =>
-    number(axis, { unit: "cm", required: true, step: 0.1 }),
-  );
+  const place = ["x", "y", "z"].map((axis) => number(axis, { unit: "cm", required: true }));
   const faces = choice("The screen faces", AXES, { value: "+z" });
   const top = choice("The top edge points", AXES, { value: "+y" });
   const sure = choice("How do you know", SURE, { value: "3" });

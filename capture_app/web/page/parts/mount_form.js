@@ -42,14 +42,13 @@ export function phoneFields(phones) {
     { value: phones.findLast((name) => /^iPhone \d+ Pro$/.test(name)) ?? phones[0] },
   );
   const ruler = [
-    number("Width", { unit: "mm", min: 30, max: 200, step: 0.1 }),
-    number("Height", { unit: "mm", min: 80, max: 300, step: 0.1 }),
-    number("Main lens from the top edge", { unit: "mm", min: 0, max: 200, step: 0.1 }),
+    number("Width", { unit: "mm", min: 30, max: 200 }),
+    number("Height", { unit: "mm", min: 80, max: 300 }),
+    number("Main lens from the top edge", { unit: "mm", min: 0, max: 200 }),
     number("Main lens from the left edge, seen from behind", {
       unit: "mm",
       min: 0,
       max: 200,
-      step: 0.1,
     }),
   ];
   const measured = h(

@@ -82,7 +82,7 @@ function optionFields(defaults) {
       unit: "m",
       min: 0.8,
       max: 2.6,
-      step: 0.01,
+
       hint: "Empty: an average adult.",
     }),
     steps: number("Steps of the sampler", {

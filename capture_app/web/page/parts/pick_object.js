@@ -1,6 +1,7 @@
 // The object of a recording: a stored mesh, or one that is dropped.
 import { api } from "../core/api.js";
 import { h } from "../core/dom.js";
+import { address } from "../core/router.js";
 import { sides } from "../core/words.js";
 import { begin } from "../upload/begin.js";
 import { dropArea } from "../upload/drop.js";
@@ -9,8 +10,8 @@ import { pickList } from "./pick_list.js";
 
 export const MESHES = ".obj,.ply,.stl,.glb,.gltf,.usdz,.usda,.usdc,.mtl,.png,.jpg,.bin";
 
-/** The choice; `chosen(id)` when there is another. */
-export function pickObject(objects, current, chosen) {
+/** The choice; `chosen(id)` when there is another. `here`: where to come back to. */
+export function pickObject(objects, current, { here, chosen }) {
   const place = h("div", { class: "stack" });
   const items = objects.map(({ id, name, extents }) => ({
     id,
@@ -22,6 +23,11 @@ export function pickObject(objects, current, chosen) {
     { class: "stack" },
     items.length > 0 && pickList("Object", items, current, chosen),
     suspicious(objects.find(({ id }) => id === current)),
+    h(
+      "div",
+      { class: "row" },
+      h("a", { class: "button", href: address("/scan", { back: here }) }, "Make it from a film"),
+    ),
     dropArea({
       title: "Drop a mesh of the object",
       text: "OBJ, PLY, STL or GLB. A scan is fine.",

@@ -5,7 +5,13 @@ import { count, size, span } from "../core/words.js";
 import { attempt } from "../parts/fields.js";
 import { trouble } from "../parts/trouble.js";
 
-const KIND = { session: "Recording", object: "Object", mount: "Mount" };
+const KIND = {
+  session: "Recording",
+  object: "Object",
+  mount: "Mount",
+  video: "Film",
+  material: "Files",
+};
 const UNITS = [
   ["metres", 1],
   ["centimetres", 0.01],

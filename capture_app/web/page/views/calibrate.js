@@ -1,13 +1,50 @@
-// Find where the phone sits on the object: which way, and the two ways that need no recording.
+// Find where the phone sits on the object: which way, and the form of that way.
 import { api } from "../core/api.js";
 import { h, put } from "../core/dom.js";
 import { address } from "../core/router.js";
+import * as recorded from "../calibrate/ways.js";
 import { drawingForm } from "../parts/mount_drawing.js";
 import { identityForm } from "../parts/mount_identity.js";
 import { pointsForm } from "../parts/mount_points.js";
-import { otherWays } from "../parts/mount_ways.js";
 
-const WAYS = {
+const RECORDED = {
+  board: [
+    "Board, and a second camera on a tripod",
+    "The surest. You turn the object for 20 seconds: a few millimetres and tenths of a degree.",
+    recorded.board,
+  ],
+  filmed: [
+    "Board, and only the phone",
+    "The phone films the board on the object, and is then clamped without stopping the log.",
+    recorded.filmed,
+  ],
+  meshed: [
+    "The phone's own scan (LiDAR)",
+    "Scan the object and clamp the phone in one recording; the app gives the mesh of it.",
+    recorded.meshed,
+  ],
+  scan: [
+    "The object's scan, found again",
+    "The object was made from a film of it, and stands there still: two seconds at rest.",
+    recorded.scan,
+  ],
+  screen: [
+    "The phone's screen and a board, photographed",
+    "Nothing is moved. The screen must be on the outside.",
+    recorded.screen,
+  ],
+  tracker: [
+    "Motion capture, or a tracker on the object",
+    "It follows the same motion as the phone.",
+    recorded.tracker,
+  ],
+  floor: [
+    "Make a mount surer by the floor",
+    "From any recording in which the object stands on the floor.",
+    recorded.floor,
+  ],
+};
+const BY_HAND = {
   points: [
     "Click points on the object",
     "You have the mesh and can see where the phone's corners were. Notices " +
@@ -24,20 +61,17 @@ const WAYS = {
     "The mesh already has the phone's own axes and origin.",
     identityForm,
   ],
-  recording: [
-    "Record something: the surest",
-    "With a printed board, a scan, or another camera: a few millimetres and tenths of a degree.",
-    otherWays,
-  ],
 };
+const WAYS = { ...RECORDED, ...BY_HAND };
+const BROUGHT = ["choices", "objects", "sessions", "videos", "materials", "mounts", "calibration"];
 
 /** `#/calibrate?object=ID&way=points&back=...` */
 export async function calibrate({ query, signal }) {
-  const [choices, objects] = await Promise.all(
-    ["choices", "objects"].map((what) => api(`/api/${what}`, { signal })),
+  const [choices, objects, sessions, videos, materials, mounts, guide] = await Promise.all(
+    BROUGHT.map((what) => api(`/api/${what}`, { signal })),
   );
   const page = h("div", { class: "stack" });
-  const ways = h("fieldset", { class: "picks" });
+  const ways = h("div", { class: "stack" });
   const node = h(
     "div",
     { class: "stack wide" },
@@ -61,8 +95,7 @@ export async function calibrate({ query, signal }) {
     const way = now.get("way");
     drawWays(ways, way, now);
     const context = {
-      choices,
-      objects,
+      ...{ choices, objects, sessions, videos, materials, mounts, guide },
       object: now.get("object"),
       back: now.get("back"),
       signal: AbortSignal.any([signal, inner.signal]),
@@ -74,12 +107,22 @@ export async function calibrate({ query, signal }) {
 }
 
 function drawWays(place, current, query) {
-  const kept = Object.fromEntries(query);
   const focused = document.activeElement?.value;
   put(
     place,
-    h("legend", {}, "How do you want to find it?"),
-    Object.entries(WAYS).map(([way, [title, text]]) => {
+    group("Record something: the surest", RECORDED, current, query),
+    group("Without a recording", BY_HAND, current, query),
+  );
+  if (focused && focused === current) place.querySelector(`input[value="${current}"]`)?.focus();
+}
+
+function group(legend, ways, current, query) {
+  const kept = Object.fromEntries(query);
+  return h(
+    "fieldset",
+    { class: "picks" },
+    h("legend", {}, legend),
+    Object.entries(ways).map(([way, [title, text]]) => {
       const input = h("input", {
         type: "radio",
         name: "way",
@@ -95,5 +138,4 @@ function drawWays(place, current, query) {
       );
     }),
   );
-  if (focused && focused === current) place.querySelector(`input[value="${current}"]`)?.focus();
 }

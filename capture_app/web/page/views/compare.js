@@ -3,6 +3,7 @@ import { api } from "../core/api.js";
 import { h, put } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { span } from "../core/words.js";
+import { doing } from "../parts/fields.js";
 import { Stage } from "../parts/stage.js";
 
 const MOST = 4;
@@ -35,6 +36,7 @@ class Comparison {
       role: "region",
       "aria-label": "Numbers",
     });
+    this.problem = h("div");
     this.over = h("input", { type: "checkbox", on: { change: () => this.arrange() } });
     this.on = h(
       "div",
@@ -42,6 +44,12 @@ class Comparison {
       this.stage.node,
       h("label", { class: "tick" }, this.over, h("span", {}, "On top of each other")),
       this.numbers,
+      h(
+        "div",
+        { class: "row" },
+        doing("Make a video of this", () => this.film(), { place: this.problem }),
+      ),
+      this.problem,
     );
     this.node = h(
       "div",
@@ -116,6 +124,11 @@ class Comparison {
     const kept = this.chosen.filter((one) => one !== id);
     const next = on ? [...kept, id].slice(-MOST) : kept;
     go(address("/compare", { results: next.join(",") }));
+  }
+
+  async film() {
+    const job = await api("/api/jobs", { json: { kind: "compare", results: this.chosen } });
+    go(address(`/jobs/${job.id}`, { from: location.hash }));
   }
 
   async drawNumbers() {

@@ -3,7 +3,7 @@ import { api } from "../core/api.js";
 import { h, put, say } from "../core/dom.js";
 import { announce } from "../core/live.js";
 import { poll } from "../core/poll.js";
-import { go } from "../core/router.js";
+import { address, go } from "../core/router.js";
 import { KINDS, STATES, ended, span } from "../core/words.js";
 import { doing } from "../parts/fields.js";
 import { fileList } from "../parts/files.js";
@@ -12,22 +12,20 @@ import { trouble, troublePage } from "../parts/trouble.js";
 
 const EVERY = 500; // milliseconds
 
-/** `#/jobs/ID?from=...` */
+/** `#/jobs/ID?from=...&back=...` */
 export async function job({ params, query, signal }) {
   const first = await api(`/api/jobs/${params.id}`, { signal });
-  const page = new JobPage(first, query.get("from"), signal);
+  const page = new JobPage(first, { from: query.get("from"), back: query.get("back") }, signal);
   page.watch();
   return { title: first.name || KINDS[first.kind], node: page.node };
 }
 
-function makesResult(record) {
-  return record.result && ["run", "resolve"].includes(record.kind);
-}
+const MADE = { results: "See the motion", mounts: "See the mount", objects: "See the object" };
 
 class JobPage {
-  /** from: address of the recording that it was ordered at, if it is known. */
-  constructor(record, from, signal) {
-    Object.assign(this, { record, from, signal, path: `/api/jobs/${record.id}` });
+  /** from: address that it was ordered at; back: where its maker was before that. */
+  constructor(record, { from, back }, signal) {
+    Object.assign(this, { record, from, back, signal, path: `/api/jobs/${record.id}` });
     this.state = h("p", { class: "verdict-words" });
     this.bar = h("progress", { max: 1, value: 0, "aria-label": "Progress of the whole job" });
     this.line = h("p", { class: "hint figures" });
@@ -79,8 +77,8 @@ class JobPage {
       async () => {
         this.record = await api(this.path, { signal: this.signal });
         this.show(this.record);
-        if (this.record.state === "done" && makesResult(this.record)) {
-          go(`#/results/${this.record.result}`, { replace: true });
+        if (this.record.state === "done" && this.record.made) {
+          go(this.made(this.record), { replace: true });
         }
         return ended(this.record);
       },
@@ -88,6 +86,11 @@ class JobPage {
       this.signal,
       (error) => put(this.node, troublePage(error)),
     );
+  }
+
+  /** Address of what it made. */
+  made({ made }) {
+    return address(`/${made}`, { back: this.back });
   }
 
   /** A job that failed or was cancelled is put into the queue once more. */
@@ -113,7 +116,7 @@ class JobPage {
     if (this.outcome.dataset.state === record.state) return;
     this.outcome.dataset.state = record.state;
     if (!ended(record)) put(this.outcome);
-    else if (record.state === "done") put(this.outcome, done(record));
+    else if (record.state === "done") put(this.outcome, this.done(record));
     else put(this.outcome, record.error && trouble(record.error), this.waysOn(record));
   }
 
@@ -124,10 +127,25 @@ class JobPage {
         "div",
         { class: "row" },
         doing("Begin again", () => this.again(), { place: problem }),
-        this.from?.startsWith("#/sessions/") &&
-          h("a", { class: "button", href: this.from }, "Back to the recording"),
+        this.from?.startsWith("#/") &&
+          h("a", { class: "button", href: this.from }, backWords(this.from)),
       ),
       problem,
+    ];
+  }
+
+  done(record) {
+    if (record.made)
+      return h(
+        "a",
+        { class: "button main large", href: this.made(record) },
+        MADE[record.made.split("/")[0]],
+      );
+    const files = record.files ?? [];
+    return [
+      files.map(shown),
+      fileList(files),
+      record.result && h("a", { href: `#/results/${record.result}` }, "To the motion"),
     ];
   }
 
@@ -150,15 +168,15 @@ function timeWords(record) {
     .join(" · ");
 }
 
-function done(record) {
-  if (makesResult(record))
-    return h(
-      "a",
-      { class: "button main large", href: `#/results/${record.result}` },
-      "See the motion",
-    );
-  return [
-    fileList(record.files ?? []),
-    record.result && h("a", { href: `#/results/${record.result}` }, "To the motion"),
-  ];
+function backWords(from) {
+  if (from.startsWith("#/sessions/")) return "Back to the recording";
+  return from.startsWith("#/results/") ? "Back to the motion" : "Back, to change something";
+}
+
+/** What a browser shows by itself. */
+function shown(file) {
+  if (file.name.endsWith(".mp4"))
+    return h("video", { controls: true, preload: "auto", src: file.href, class: "film" });
+  if (!/\.(png|webp|gif)$/.test(file.name)) return null;
+  return h("img", { src: file.href, alt: "What was made", class: "film" });
 }

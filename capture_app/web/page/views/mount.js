@@ -2,9 +2,11 @@
 import { api } from "../core/api.js";
 import { h } from "../core/dom.js";
 import { itemHead } from "../core/library.js";
-import { address, parse } from "../core/router.js";
+import { capital } from "../core/words.js";
 import { few, mountWords } from "../parts/cards.js";
 import { mountWarning } from "../parts/pick_mount.js";
+import { Stage } from "../parts/stage.js";
+import { useIt } from "../parts/use_it.js";
 
 /** `#/mounts/ID?back=...` */
 export async function mount({ params, query, signal }) {
@@ -14,12 +16,13 @@ export async function mount({ params, query, signal }) {
     ["Direction", item.bounds && `± ${few(item.bounds.deg)}°`],
     ["Phone", item.phone],
     ["Found on", item.date],
-    ...Object.entries(item.residuals).map(([key, value]) => residual(key, value)),
+    ...Object.entries(item.residuals).flatMap(([key, value]) => residual(key, value)),
   ].filter(([, value]) => value);
   const node = h(
     "div",
     { class: "narrow stack" },
     itemHead("mounts", item, mountWords(item)),
+    item.object && onObject(item, signal),
     facts.length > 0 &&
       h(
         "dl",
@@ -39,27 +42,29 @@ export async function mount({ params, query, signal }) {
         { class: "hint" },
         item.method === "identity" ? "The mesh is made in the phone's own axes." : "",
       ),
-    useIt(item, query.get("back")),
+    useIt("mount", item, query.get("back")),
   );
   return { title: item.name, node };
 }
 
-/** {"rms_mm": 1.2} -> ["Left over (rms)", "1.2 mm"]. */
-function residual(key, value) {
-  const [, what, unit] = /^(.*)_(mm|deg|px|s)$/.exec(key) ?? [null, key, ""];
-  return [
-    `Left over (${what.replaceAll("_", " ")})`,
-    `${value.toFixed(2)} ${unit === "deg" ? "°" : unit}`.trim(),
-  ];
-}
-
-function useIt(item, back) {
-  if (!back?.startsWith("#/sessions/")) return null;
-  const { path, query } = parse(back);
-  const chosen = { ...Object.fromEntries(query), mount: item.id };
+/** The phone on the object in 3D, and what its camera sees. */
+function onObject(item, signal) {
+  const stage = new Stage({ label: "The phone on the object in 3D", signal, controls: false });
+  stage.open([{ url: `/api/mounts/${item.id}/scene`, name: item.name }]);
   return h(
     "div",
-    { class: "row" },
-    h("a", { class: "button main", href: address(path, chosen) }, "Use it for the recording"),
+    { class: "stack" },
+    stage.node,
+    h("p", { class: "hint" }, "Is the phone where you clamped it? Blue is what its camera sees."),
   );
+}
+
+/** {"rms_mm": 1.2} -> [["Left over (rms)", "1.2 mm"]]; nothing for what tells only programs. */
+function residual(key, value) {
+  const [, what, unit] = /^(.*)_(mm|deg|px|%|s)$/.exec(key) ?? [null, key, ""];
+  // The clocks of two devices differ by anything.
+  if (unit === "s") return [];
+  const words = what.replaceAll("_", " ");
+  if (unit === "%") return [[capital(words), `${value.toFixed(0)} %`]];
+  return [[`Left over (${words})`, `${value.toFixed(2)} ${unit === "deg" ? "°" : unit}`.trim()]];
 }

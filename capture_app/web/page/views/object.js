@@ -5,6 +5,8 @@ import { itemHead } from "../core/library.js";
 import { announce } from "../core/live.js";
 import { address } from "../core/router.js";
 import { sides } from "../core/words.js";
+import { useIt } from "../parts/use_it.js";
+import { checkList } from "../parts/checks.js";
 import { choice, doing } from "../parts/fields.js";
 import { Stage } from "../parts/stage.js";
 
@@ -15,8 +17,8 @@ const UNITS = [
   ["0.0254", "inches"],
 ];
 
-/** `#/objects/ID` */
-export async function object({ params, signal }) {
+/** `#/objects/ID?back=...` */
+export async function object({ params, query, signal }) {
   const path = `/api/objects/${params.id}`;
   const item = await api(path, { signal });
   const stage = new Stage({ label: `The object ${item.name} in 3D`, signal, controls: false });
@@ -44,8 +46,10 @@ export async function object({ params, signal }) {
           { class: "button", href: address("/calibrate", { object: item.id }) },
           "Find where the phone sits on it",
         ),
+        useIt("object", item, query.get("back")),
       ),
     ),
+    scanned(item, path),
   );
   return { title: item.name, node };
 }
@@ -70,6 +74,51 @@ function told(item) {
       ),
   ];
 }
+
+/** How good the scan is that it was made by. */
+function scanned(item, path) {
+  if (!item.scan) return null;
+  const picture = (name, alt) =>
+    h("img", {
+      src: `${path}/scan/${name}`,
+      alt,
+      loading: "lazy",
+      class: "film",
+      // A mesh of another app has no film.
+      on: { error: (event) => event.target.remove() },
+    });
+  return h(
+    "section",
+    { class: "stack" },
+    h("h2", {}, "The scan"),
+    h(
+      "div",
+      { class: `verdict ${item.scan.severity}` },
+      h("p", { class: "verdict-words" }, SCANS[item.scan.severity]),
+    ),
+    checkList(item.scan.checks),
+    picture("views.png", "The mesh from four sides, in its colours and its shape alone"),
+    picture(
+      "outline.png",
+      "Its outline, and the box it was looked for in, on pictures of the film",
+    ),
+    h(
+      "p",
+      {},
+      h(
+        "a",
+        { href: `${path}/scan/report.html`, target: "_blank", rel: "noopener" },
+        "Report with all numbers, to print or send (new tab)",
+      ),
+    ),
+  );
+}
+
+const SCANS = {
+  ok: "This scan is good",
+  warn: "This scan is usable with limits",
+  bad: "This scan is not to be relied on",
+};
 
 function unit(item, path, show) {
   const problem = h("div");

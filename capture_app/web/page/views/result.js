@@ -9,12 +9,15 @@ import { exportForm } from "../parts/export_form.js";
 import { fileList } from "../parts/files.js";
 import { samplePicker } from "../parts/samples.js";
 import { Stage } from "../parts/stage.js";
+import { overlayForm, renderForm } from "../parts/videos_form.js";
 
 /** `#/results/ID` */
 export async function result({ params, signal }) {
   const item = await api(`/api/results/${params.id}`, { signal });
-  const [choices, parent] = await Promise.all([
-    api("/api/choices", { signal }),
+  const [choices, guide, videos, sessions, parent] = await Promise.all([
+    ...["choices", "calibration", "videos", "sessions"].map((what) =>
+      api(`/api/${what}`, { signal }),
+    ),
     item.parent ? api(`/api/results/${item.parent}`, { signal }).catch(() => null) : null,
   ]);
   const stage = new Stage({ label: `The motion ${item.name} in 3D`, signal });
@@ -44,6 +47,7 @@ export async function result({ params, signal }) {
       h("div", { class: "stack" }, use(item, choices, chosen, signal), share(item), words(item)),
     ),
     film(item),
+    moreVideos(item, { guide, videos, sessions, signal }),
     making(item),
   );
   show([chosen]);
@@ -143,6 +147,21 @@ function film(item) {
     h("h2", {}, "Video"),
     h("video", { controls: true, preload: "auto", src: item.video, class: "film" }),
     h("p", {}, h("a", { href: item.video, download: `${item.name}.mp4` }, "Download the video")),
+  );
+}
+
+function moreVideos(item, context) {
+  return h(
+    "section",
+    { class: "stack" },
+    h("h2", {}, "More videos"),
+    h("details", {}, h("summary", {}, "Seen from elsewhere"), renderForm(item)),
+    h(
+      "details",
+      {},
+      h("summary", {}, "The person in a film of the take"),
+      overlayForm(item, context),
+    ),
   );
 }
 

@@ -5,6 +5,7 @@ import { itemHead } from "../core/library.js";
 import { address, go } from "../core/router.js";
 import { capital, count, span } from "../core/words.js";
 import { checkList, verdict } from "../parts/checks.js";
+import { numbered } from "../parts/numbered.js";
 import { pickMount } from "../parts/pick_mount.js";
 import { pickObject } from "../parts/pick_object.js";
 import { orderForm } from "../parts/order_form.js";
@@ -38,9 +39,9 @@ class Take {
       this.told,
       this.stage.node,
       h("section", {}, h("h2", {}, "Checks"), this.checks),
-      part("1", "The object", "The mesh of what the phone was clamped to.", this.object),
-      part("2", "The mount", "Where the phone sat on the object.", this.mount),
-      part("3", "The motion", "", this.order.node),
+      numbered(1, "The object", hint("The mesh of what the phone was clamped to."), this.object),
+      numbered(2, "The mount", hint("Where the phone sat on the object."), this.mount),
+      numbered(3, "The motion", this.order.node),
     );
   }
 
@@ -57,11 +58,11 @@ class Take {
     const focused = document.activeElement;
     const { object, mount } = this.chosen;
     const choose = (more) => go(address(`/sessions/${this.item.id}`, { ...this.chosen, ...more }));
+    const here = address(`/sessions/${this.item.id}`, this.chosen);
     put(
       this.object,
-      pickObject(this.objects, object, (id) => choose({ object: id })),
+      pickObject(this.objects, object, { here, chosen: (id) => choose({ object: id }) }),
     );
-    const here = address(`/sessions/${this.item.id}`, this.chosen);
     put(
       this.mount,
       pickMount(this.mounts, mount, { object, here, chosen: (id) => choose({ mount: id }) }),
@@ -124,14 +125,8 @@ class Take {
   }
 }
 
-function part(numeral, title, text, content) {
-  return h(
-    "section",
-    { class: "part" },
-    h("h2", {}, h("span", { class: "step-number", "aria-hidden": "true" }, numeral), title),
-    text && h("p", { class: "hint" }, text),
-    content,
-  );
+function hint(text) {
+  return h("p", { class: "hint" }, text);
 }
 
 function facts(report) {

@@ -1,4 +1,4 @@
-"""info.json of a thing in the library: what people call it, and what is known of it."""
+"""Things of a library on the disk: each a folder with its files and, beside them, what is known of it."""
 
 from datetime import UTC, datetime
 from pathlib import Path
@@ -7,6 +7,9 @@ from typing import Annotated, Any
 from pydantic import BaseModel, Field, StringConstraints, ValidationError
 
 from omomo_core.whole_file import write_whole
+
+INFO, FILES, PICTURE = "info.json", "files", "picture.webp"
+"""Names in the folder of a thing; its picture may be missing."""
 
 Name = Annotated[
     str,
@@ -21,7 +24,7 @@ def now() -> datetime:
 
 
 class Info(BaseModel):
-    """What stands in the file."""
+    """What stands in info.json."""
 
     name: str
     created: datetime = Field(default_factory=now)
@@ -43,3 +46,10 @@ def load_info(path: Path) -> Info | None:
         return Info.model_validate_json(path.read_bytes())
     except (OSError, ValidationError):
         return None
+
+
+def info_of(name: str, folder: Path, facts: dict[str, Any]) -> Info:
+    """The record of a thing whose files are in this folder."""
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    size = sum(path.stat().st_size for path in files)
+    return Info(name=name, size=size, files=len(files), facts=facts)

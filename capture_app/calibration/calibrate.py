@@ -1,0 +1,28 @@
+"""calibrate: from what was recorded to the mount file and its picture."""
+
+from pathlib import Path
+
+from capture_app.calibration.ways.find import find_mount
+from capture_app.calibration.ways.requests import AnyWay
+from capture_app.calibration.written import write_mount
+from capture_app.progress import Progress
+from ingest.mount.mount import Mount
+
+
+def calibrate(way: AnyWay, path: Path, progress: Progress, *, picture: Path | None) -> Mount:
+    """Find a mount and write it.
+
+    Args:
+        way: what was recorded.
+        path: of the mount file.
+        progress: told the stages "board" and "localise".
+        picture: PNG file to draw the phone on the object into, where the object is known.
+
+    Returns:
+        The mount as it was written.
+
+    Raises:
+        InputError: see `find_mount` and `write_mount`; nothing is written then.
+    """
+    mount = find_mount(way, progress)
+    return write_mount(mount, path, way.solid, way.phone, picture=picture)

@@ -1,0 +1,138 @@
+"""Mounts by what the clamped phone itself recorded: with the object's scan, a board, or the floor."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from capture_app.calibration.ways.requests import FloorWay, ScanWay, SessionWay
+from capture_app.calibration.ways.stills import chosen_stills
+from capture_app.progress import Progress
+from capture_app.solid import Solid
+from ingest.formats.detect import read_session
+from ingest.mount.board.place import load_place
+from ingest.mount.board.spec import parse_board
+from ingest.mount.board.track import track_session
+from ingest.mount.file import load_mount
+from ingest.mount.floor.refine import refine
+from ingest.mount.mount import Mount
+from ingest.mount.pose_file import load_pose, load_similarity
+from ingest.mount.scan.landmarks import read_landmarks
+from ingest.mount.scan.scan import scan_mount
+from ingest.mount.scan.views import Views, views_in, views_of
+from ingest.mount.session.by_board import placed_by_board
+from ingest.mount.session.scan_mesh import load_scan
+from ingest.mount.session.session import Placed, placed_by_hand, placed_by_scan, session_mount
+from ingest.mount.still import CARRIED
+from ingest.scan.sources.model import model_in
+from ingest.session import CaptureSession
+from omomo_core.errors import InputError
+from omomo_core.motion import ObjectMesh
+
+
+def by_session(way: SessionWay, progress: Progress) -> Mount:
+    """By one recording in which the object is seen first and the phone clamped afterwards.
+
+    Raises:
+        InputError: "session-ways", those of what is read, and of `session_mount`.
+    """
+    _check_one_way(way)
+    log, solid = read_session(way.session), Solid(way.object, way.mesh_scale).load()
+    stills, note = chosen_stills(log, way.stills, way.clamped_at, CARRIED)
+    placed = _placed(way, log, solid, stills[0].start, progress)
+    return replace(session_mount(log, solid, placed, stills), note=note)
+
+
+def _placed(
+    way: SessionWay, log: CaptureSession, solid: ObjectMesh, before: float, progress: Progress
+) -> Placed:
+    """Where the object stood until the clamped phone stood still, seconds on the log's clock."""
+    if way.object_pose is not None:
+        pose = load_pose(way.object_pose)
+        return placed_by_hand(log, solid, pose, before, str(way.object_pose))
+    if way.scan is not None:
+        return placed_by_scan(log, solid, load_scan(way.scan), before, str(way.scan))
+    assert way.board is not None
+    assert way.place is not None
+    board = parse_board(way.board)
+    place = load_place(way.place, board)
+    return placed_by_board(log, track_session(log, board, progress=progress), place, before)
+
+
+def _check_one_way(way: SessionWay) -> None:
+    if sum(one is not None for one in (way.scan, way.object_pose, way.board)) != 1:
+        raise InputError(
+            "session-ways",
+            "Where the object stood must be said in exactly one way.",
+            where="--scan, --object-pose, --board",
+            fix="Give the scan's mesh, or the object's pose in the session's world, or the board "
+            "that the phone filmed on it.",
+        )
+    if (way.board is None) != (way.place is None):
+        raise InputError(
+            "session-ways",
+            "A board and its place on the object belong together.",
+            where="--board, --board-place",
+            fix="Give both.",
+        )
+
+
+def by_scan(way: ScanWay, progress: Progress) -> Mount:
+    """By the clamped phone's pictures found in a scan; progress is told the stage "localise".
+
+    Raises:
+        InputError: "scan-ways", "intrinsics-unreadable", those of what is read, and of `scan_mount`.
+    """
+    places, note = _places(way)
+    T, scale = (np.eye(4), 1.0) if way.to_object is None else load_similarity(way.to_object)
+    T[:3, :3] *= scale
+    landmarks = read_landmarks(*_model(way), way.database, T)
+    mount = scan_mount(landmarks, places, scale_sd=way.scale_sd / 100, progress=progress)
+    return replace(mount, note=" ".join(text for text in (mount.note, note) if text))
+
+
+def _model(way: ScanWay) -> tuple[Path, Path | None]:
+    """The model's folder, also where the folder around it is given, and that of its pictures."""
+    model = model_in(way.model) if way.model.is_dir() else None
+    beside = way.model / "images"
+    return model or way.model, way.images or (beside if beside.is_dir() else None)
+
+
+def _places(way: ScanWay) -> tuple[list[Views], str]:
+    if (way.session is None) == (way.photos is None):
+        raise InputError(
+            "scan-ways",
+            "What the clamped phone saw must be given in exactly one way.",
+            where="--session, --photos",
+            fix="Give its session with the film, or a folder of photos with --intrinsics.",
+        )
+    if way.photos is not None:
+        return [views_in(way.photos, _intrinsics(way))], ""
+    assert way.session is not None
+    log = read_session(way.session)
+    stills, note = chosen_stills(log, way.stills, way.clamped_at, 0.0)
+    return [views_of(log, one) for one in stills], note
+
+
+def _intrinsics(way: ScanWay) -> np.ndarray:
+    values = np.array(way.intrinsics or ())
+    if values.shape != (4,) or not (np.isfinite(values).all() and (values[:2] > 0).all()):
+        raise InputError(
+            "intrinsics-unreadable",
+            "Photos need the camera's focal length and centre.",
+            where="--intrinsics",
+            fix="Write fx,fy,cx,cy in pixels of the photos, e.g. 3050,3050,2016,1512.",
+        )
+    return values
+
+
+def by_floor(way: FloorWay) -> Mount:
+    """An earlier mount, refined by how the object stands on the floor.
+
+    Raises:
+        InputError: of what is read, and of `refine`.
+    """
+    first = load_mount(way.mount)
+    metric = Solid(way.object, way.mesh_scale).load(first.object_scale)
+    session = read_session(way.session)
+    return refine(first, session, metric, phone_height=way.phone_height, floor=way.floor)

@@ -1,0 +1,78 @@
+"""Mounts by pictures of the phone's screen, which shows a board."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from capture_app.calibration.phones import need, phone_of
+from capture_app.calibration.ways.requests import ScreenWay
+from ingest.archive import is_archive, unpack
+from ingest.mount.board.camera import load_camera
+from ingest.mount.board.place import load_place
+from ingest.mount.board.spec import Board, parse_board
+from ingest.mount.file import load_mount
+from ingest.mount.mount import Mount
+from ingest.mount.pose_file import load_similarity
+from ingest.mount.screen.screen import Views, learned_screen, mount_from_screen, screen_object
+from ingest.mount.screen.shown import ScreenPose, load_screen_pose, screen_pose, shown_board
+from ingest.mount.screen.views import Photo, photos, views_in_model, views_with_board
+from omomo_core.errors import InputError
+
+
+def by_screen(way: ScreenWay) -> Mount:
+    """By the board on the screen, seen together with the object.
+
+    Raises:
+        InputError: "phone-needed", "screen-reference", those of what is read, and of
+            `mount_from_screen`.
+    """
+    phone = need(phone_of(way.phone, way.ruler))
+    shown = shown_board(phone, way.turned)
+    pose = load_screen_pose(way.phone_file) if way.phone_file else screen_pose(phone)
+    views = see(way, shown)
+    return mount_from_screen(views, shown, pose, turned=way.turned, scaled=way.scale, phone=phone)
+
+
+def learned_pose(way: ScreenWay, known: Path) -> ScreenPose:
+    """Where the screen is in this phone, by a mount of the same clamping that is known.
+
+    Raises:
+        InputError: as `by_screen`.
+    """
+    phone = need(phone_of(way.phone, way.ruler))
+    shown = shown_board(phone, way.turned)
+    views = see(way, shown)
+    placed = screen_object(views, shown, turned=way.turned, scaled=way.scale, phone=phone)
+    return learned_screen(placed, load_mount(known))
+
+
+def see(way: ScreenWay, shown: Board) -> Views:
+    """Read the pictures into poses, by the board on the object or by the scan's model.
+
+    Raises:
+        InputError: "screen-reference" when neither or both are given, or of what is read.
+    """
+    if (way.model is None) == (way.board is None):
+        raise InputError(
+            "screen-reference",
+            "What tells where the object is in the pictures is not given, or given twice.",
+            fix="Name either --board with --place or --model.",
+        )
+    if way.model is not None:
+        T, scale = load_similarity(way.to_object) if way.to_object else (None, 1.0)
+        return views_in_model(_photos(way.photos), shown, way.model, T, scale)
+    fixed = parse_board(way.board or "")
+    if way.place is None:
+        raise InputError(
+            "screen-reference",
+            "Where the board is on the object is not given.",
+            where="--place",
+            fix="Measure three of its corners on the mesh; see `omocap calibrate board --help`.",
+        )
+    camera = load_camera(way.camera) if way.camera else None
+    place = load_place(way.place, fixed)
+    return views_with_board(_photos(way.photos), shown, fixed, place, camera)
+
+
+def _photos(path: Path) -> Iterator[Photo]:
+    """Of a folder, or of an archive of one."""
+    return photos(unpack(path) if path.is_file() and is_archive(path) else path)

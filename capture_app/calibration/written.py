@@ -1,0 +1,44 @@
+"""write_mount: what every calibration ends with, the mount file and its picture."""
+
+from dataclasses import replace
+from datetime import date
+from pathlib import Path
+
+from capture_app.solid import Solid
+from ingest.mount.file import save_mount
+from ingest.mount.identity import object_id
+from ingest.mount.mount import Mount
+
+
+def write_mount(
+    mount: Mount, path: Path, solid: Solid | None = None, phone: str = "", *, picture: Path | None
+) -> Mount:
+    """Write the mount file; draw it where its object is known.
+
+    Args:
+        mount: the calibration; its date is set to today.
+        path: of mount.json.
+        solid: the object it is for, when it is known.
+        phone: its model, when it is known.
+        picture: PNG file to draw both into; None draws nothing.
+
+    Returns:
+        The mount as it was written.
+
+    Raises:
+        InputError: as `load_mesh`, or a file cannot be written.
+    """
+    mesh = None if solid is None else solid.load(mount.object_scale)
+    told = replace(
+        mount,
+        date=date.today().isoformat(),
+        phone=phone or mount.phone,
+        object_id=mount.object_id or (object_id(mesh, mount.object_scale) if mesh else ""),
+        picture=picture.name if picture and mesh else "",
+    )
+    save_mount(told, path)
+    if picture and mesh:
+        from capture_app.calibration.picture import draw_mount
+
+        draw_mount(told, mesh, picture)
+    return told

@@ -1,0 +1,74 @@
+"""A quick look at what was recorded for a calibration, as the guide of the command line has it."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from capture_app.calibration.guide.film import (
+    filmed_board,
+    filmed_then_clamped,
+    photographed_boards,
+)
+from capture_app.calibration.guide.finding import Finding
+from capture_app.calibration.guide.recording import (
+    filmed_rest,
+    rested_recording,
+    turned_recording,
+)
+from ingest.archive import is_archive, unpack
+from ingest.formats.detect import read_session
+from ingest.mount.board.spec import Board, parse_board
+from ingest.mount.hand_eye.pose_log import read_pose_log
+from ingest.mount.phone.body import phone_named
+from ingest.mount.screen.shown import screen_board
+from omomo_core.errors import InputError
+
+Look = Literal["turned", "rested", "filmed", "still", "film", "photos", "poses"]
+"""A recording that was turned about, or rests after the clamping, or shows the board before it, or
+has pictures at rest; the film of a second camera; photos of the screen; a tracker's log."""
+
+
+def look(path: Path, what: Look, board: str, phone: str) -> dict[str, Any]:
+    """What it can be used for, and what may spoil the result.
+
+    Args:
+        path: what was recorded.
+        what: the kind of look.
+        board: for a look that needs the printed board.
+        phone: its model, for one that needs its screen.
+
+    Raises:
+        InputError: it cannot be used, with what to do better.
+    """
+    looks: dict[Look, Callable[[], Finding]] = {
+        "turned": lambda: turned_recording(read_session(path)),
+        "rested": lambda: rested_recording(read_session(path)),
+        "still": lambda: filmed_rest(read_session(path)),
+        "filmed": lambda: filmed_then_clamped(read_session(path), _board(board)),
+        "film": lambda: filmed_board(path, _board(board)),
+        "photos": lambda: _photos(path, _board(board), phone),
+        "poses": lambda: _poses(path),
+    }
+    return looks[what]()._asdict()
+
+
+def _board(text: str) -> Board:
+    if not text:
+        raise InputError(
+            "board-needed", "Which board it is must be known first.", fix="Choose the board."
+        )
+    return parse_board(text)
+
+
+def _photos(path: Path, board: Board, phone: str) -> Finding:
+    folder = unpack(path) if path.is_file() and is_archive(path) else path
+    shown = screen_board(phone_named(phone))
+    return photographed_boards(folder, {"the phone's screen": shown, "the printed board": board})
+
+
+def _poses(path: Path) -> Finding:
+    times = read_pose_log(path).times
+    rate, seconds = 1 / float(np.median(np.diff(times))), float(np.ptp(times))
+    return Finding(f"{len(times):,} poses, {rate:.0f} a second, {seconds:.0f} s")

@@ -1,0 +1,140 @@
+// Which printed board, as it came out of the printer, and where it is on the object.
+import { h } from "../core/dom.js";
+import { choice, field, number } from "../parts/fields.js";
+import { PointPicker } from "../parts/pick_points.js";
+
+const OTHER = "other";
+const RULER = 150; // mm, the long ruler of the sheet
+const UNITS = { mm: 1, cm: 10, m: 1000, in: 25.4 };
+const TEXT = /^(\d+)x(\d+):([\d.]+)(mm|cm|m|in):([\d.]+)(mm|cm|m|in):(\w+)$/i;
+
+/** "5x7:35mm:26mm:DICT" -> {columns, rows, square, marker, dictionary} in mm, or null. */
+export function parseBoard(text) {
+  const found = TEXT.exec(text.trim());
+  if (!found) return null;
+  const [, columns, rows, square, squareUnit, marker, markerUnit, dictionary] = found;
+  return {
+    columns: Number(columns),
+    rows: Number(rows),
+    square: Number(square) * UNITS[squareUnit.toLowerCase()],
+    marker: Number(marker) * UNITS[markerUnit.toLowerCase()],
+    dictionary,
+  };
+}
+
+/** The text of a board whose squares are longer by this factor. */
+export function boardText(board, factor = 1) {
+  const [square, marker] = [board.square, board.marker].map(
+    (side) => `${Number((side * factor).toFixed(4))}mm`,
+  );
+  return `${board.columns}x${board.rows}:${square}:${marker}:${board.dictionary}`;
+}
+
+/** Which board. `boards`: as the server lists them; `changed()` when it is another.
+ *  {node, read() -> text or "", size() -> {width, height} in mm or null} */
+export function boardField(boards, { changed = () => {}, print = true, none = "" } = {}) {
+  const papers = Object.keys(boards).map((name) => [name, `${name} sheet`]);
+  const paper = choice("The board", [
+    ...(none ? [["", none]] : []),
+    ...papers,
+    [OTHER, "Another board"],
+  ]);
+  const text = h("input", { maxlength: 200, placeholder: "5x7:35mm:26mm:DICT_5X5_100" });
+  const typed = field(
+    "As it is written on the board",
+    text,
+    "Columns x rows : square : marker : dictionary.",
+  );
+  const ruler = number("The ruler that says 150 mm measures", {
+    unit: "mm",
+    min: 120,
+    max: 180,
+
+    hint: "Printers shrink a little: that does no harm if it is said. Empty: 150.",
+  });
+  const sheet = h("a", { class: "button", download: "board.pdf" }, "Get the sheet to print (PDF)");
+  const show = () => {
+    typed.hidden = paper.read() !== OTHER;
+    const own = paper.read() in boards;
+    sheet.hidden = !own || !print;
+    ruler.node.hidden = !own || !print;
+    sheet.href = `/api/calibration/board.pdf?paper=${encodeURIComponent(paper.read())}`;
+  };
+  const board = () => parseBoard(paper.read() === OTHER ? text.value : textOf());
+  const textOf = () => boards[paper.read()]?.text ?? "";
+  const factor = () => (ruler.node.hidden ? 1 : (ruler.read() ?? RULER) / RULER);
+  for (const input of [paper.input, text, ruler.input])
+    input.addEventListener("change", () => (show(), changed()));
+  show();
+  return {
+    node: h(
+      "div",
+      { class: "stack" },
+      paper.node,
+      typed,
+      h("div", { class: "row" }, sheet),
+      ruler.node,
+    ),
+    read: () => {
+      const known = board();
+      // What cannot be read here is refused by the server, in words.
+      return known ? boardText(known, factor()) : paper.read() === OTHER ? text.value.trim() : "";
+    },
+    size: () => {
+      const known = board();
+      return (
+        known && {
+          width: known.columns * known.square * factor(),
+          height: known.rows * known.square * factor(),
+        }
+      );
+    },
+  };
+}
+
+const CORNERS = {
+  "top left, where the arrows start": [0, 0],
+  "top right": [1, 0],
+  "bottom right": [1, 1],
+  "bottom left": [0, 1],
+};
+
+/** Where the board is on the object, by its corners. {node, stage, show(id), read(size)} */
+export function boardPlace(signal) {
+  const picker = new PointPicker({
+    names: Object.keys(CORNERS),
+    enough: 3,
+    label: "This corner of the chequered area",
+    words: ({ chosen, left }) =>
+      left > 0
+        ? `Click where the board's corner “${chosen}” is on the object. ${left} more at least.`
+        : left === 0
+          ? "Enough to try. The fourth corner shows mistakes."
+          : "Good.",
+    signal,
+  });
+  const read = ({ width, height }) => ({
+    points: picker.points.map(({ name, at }) => ({
+      board_mm: [CORNERS[name][0] * width, CORNERS[name][1] * height],
+      object: at,
+    })),
+  });
+  const node = h(
+    "div",
+    { class: "split even" },
+    h("div", { class: "stack" }, picker.stage.node, picker.status),
+    picker.content,
+  );
+  return { node, picker, show: (id) => picker.show(id), read };
+}
+
+/** What to do, one thing each. */
+export function todo(lines) {
+  if (!lines?.length) return null;
+  if (lines.length === 1) return h("p", { class: "todo" }, lines[0]);
+  return h(
+    "ol",
+    { class: "todo" },
+    lines.map((line) => h("li", {}, line)),
+  );
+}

@@ -1,0 +1,57 @@
+// What several ways share: the recording, the board and where it is, a look at what was brought.
+import { api } from "../core/api.js";
+import { h } from "../core/dom.js";
+import { brought } from "../parts/brought.js";
+import { boardField, boardPlace, todo } from "./board.js";
+
+/** The steps of a way as the server tells them. */
+export function stepsOf({ guide }, key) {
+  return guide.ways[key].steps;
+}
+
+/** A look at something that was brought. */
+export function looker(of, more = () => ({})) {
+  return (id, signal) =>
+    api(`/api/calibration/look?${new URLSearchParams({ of, id, ...more() })}`, { signal });
+}
+
+export function recording(
+  context,
+  { look, more, text = "The folder your logger app wrote, or a zip of it." },
+) {
+  return brought({
+    label: "The recording",
+    kind: "session",
+    items: context.sessions,
+    title: "Drop the recording here",
+    text,
+    folder: true,
+    signal: context.signal,
+    look: look && looker(look, more),
+  });
+}
+
+/** The board and its place, as two parts. `more`: things to be looked at again for another board. */
+export function boardParts(context, steps, again) {
+  const board = boardField(context.guide.boards, { changed: () => again() });
+  const place = boardPlace(context.signal);
+  return {
+    parts: [
+      { title: "The board", content: [todo(steps["The board"]), board.node] },
+      {
+        title: "Where the board is on the object",
+        content: [todo(steps["Where the board is on the object"]?.slice(0, 1)), place.node],
+      },
+    ],
+    show: place.show,
+    text: board.read,
+    read: () => ({
+      board: board.read(),
+      place: place.read(board.size() ?? { width: 0, height: 0 }),
+    }),
+  };
+}
+
+export function folded(words, content) {
+  return h("details", {}, h("summary", {}, words), content);
+}

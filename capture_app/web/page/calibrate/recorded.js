@@ -1,0 +1,100 @@
+// A calibration by recordings: what to do, what to bring, each thing looked at as it comes, one button.
+import { ApiError, api } from "../core/api.js";
+import { h, put } from "../core/dom.js";
+import { address, go } from "../core/router.js";
+import { attempt } from "../parts/fields.js";
+import { objectField } from "../parts/mount_form.js";
+import { numbered } from "../parts/numbered.js";
+import { freshKey } from "../parts/order_form.js";
+
+/** A form of numbered parts.
+ *  `build(context, thing)` -> {name, parts: [{title, content}], read() -> the order without kind,
+ *  name and object, show(object)?}. */
+export function recordedForm(build) {
+  return (context) => {
+    const { objects, object, back } = context;
+    const thing = objectField(objects, object, (id) => made.show?.(id));
+    const made = build(context, thing);
+    const name = h("input", { value: made.name, maxlength: 120, required: true });
+    const problem = h("div");
+    const button = h("button", { type: "submit", class: "main large" }, "Find the mount");
+    const key = freshKey();
+    const submit = async () => {
+      const json = {
+        kind: "calibrate",
+        name: name.value.trim(),
+        object: thing.read(),
+        ...made.read(),
+      };
+      refuseMissing(json);
+      const headers = { "Idempotency-Key": key };
+      const job = await api("/api/jobs", { json, headers });
+      go(address(`/jobs/${job.id}`, { from: location.hash, back }));
+    };
+    const parts = [
+      { title: "The object", content: [thing.node, meshHint()] },
+      ...made.parts,
+      {
+        title: "The mount",
+        content: [
+          h("label", { class: "field" }, h("span", {}, "Name of the mount"), name),
+          h("div", { class: "row" }, button),
+          problem,
+        ],
+      },
+    ];
+    made.show?.(object);
+    return h(
+      "form",
+      {
+        class: "stack wide",
+        on: {
+          submit: (event) => {
+            event.preventDefault();
+            attempt(button, problem, submit);
+          },
+          change: () => put(problem),
+        },
+      },
+      parts.map(({ title, content }, at) =>
+        numbered(at + 1, title, h("div", { class: "stack" }, content)),
+      ),
+    );
+  };
+}
+
+const NEEDED = {
+  object: "the object",
+  session: "the recording",
+  film: "the film",
+  photos: "the photos",
+  poses: "the tracker's log",
+  scan: "the mesh of the recording",
+  mount: "the mount so far",
+};
+
+/** Say what is still to be brought, before anything is sent. */
+function refuseMissing(order) {
+  const missing = Object.entries(NEEDED)
+    .filter(([key]) => key in order && !order[key])
+    .map(([, words]) => words);
+  if ("place" in order && order.place.points.length < 3) missing.push("three corners of the board");
+  if (!missing.length) return;
+  throw new ApiError(0, {
+    code: "missing",
+    what: `Still missing: ${missing.join(", ")}.`,
+    fix: "Choose or bring it above.",
+  });
+}
+
+function meshHint() {
+  return h(
+    "p",
+    { class: "hint" },
+    "Not there yet? ",
+    h("a", { href: "#/" }, "Bring its mesh"),
+    " or ",
+    h("a", { href: "#/scan" }, "make it from a film"),
+    ".",
+  );
+}

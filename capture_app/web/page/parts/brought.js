@@ -1,0 +1,89 @@
+// One thing that a form needs: taken from the library, or dropped; looked at as soon as it is there.
+import { api, inWords } from "../core/api.js";
+import { h, put } from "../core/dom.js";
+import { ago } from "../core/words.js";
+import { begin } from "../upload/begin.js";
+import { dropArea } from "../upload/drop.js";
+import { order } from "../upload/gather.js";
+import { choice } from "./fields.js";
+import { trouble } from "./trouble.js";
+
+/** kind: of the upload; items: those that are stored, of any kinds; `title`, `text`, `accept` and
+ *  `folder` of the drop area; `look(id)` -> a promise of {good, doubts, notes}, or null for none.
+ *  {node, read(), lookAgain()}; "changed" is told by `changed(id)`. */
+export function brought({
+  label,
+  kind,
+  items,
+  current = "",
+  title,
+  text = "",
+  accept,
+  folder = false,
+  signal,
+  look = null,
+  changed = () => {},
+}) {
+  const told = h("div", { "aria-live": "polite" });
+  const place = h("div", { class: "stack" });
+  const words = (one) => `${one.name}, ${ago(one.created)}`;
+  const stored = choice(label, [["", "None yet"], ...items.map((one) => [one.id, words(one)])], {
+    value: items.some(({ id }) => id === current) ? current : "",
+  });
+  let looking = new AbortController();
+  const lookAgain = async () => {
+    looking.abort();
+    looking = new AbortController();
+    const inner = AbortSignal.any([signal, looking.signal]);
+    put(told);
+    const asked = look && stored.read() ? look(stored.read(), inner) : null;
+    if (!asked) return;
+    put(told, h("p", { class: "hint waiting" }, "Looking at it…"));
+    try {
+      put(told, found(await asked));
+    } catch (error) {
+      if (!inner.aborted) put(told, trouble(inWords(error)));
+    }
+  };
+  stored.input.addEventListener("change", () => {
+    changed(stored.read());
+    lookAgain();
+  });
+  const area = dropArea({
+    title,
+    text,
+    folder,
+    accept,
+    small: true,
+    took: async (roots) => {
+      const [item] = await begin(roots, place, [order(kind, roots)]);
+      const one = await api(`/api/${SHELVES[kind]}/${item.id}`);
+      stored.input.append(h("option", { value: one.id }, words(one)));
+      put(place);
+      stored.input.value = one.id;
+      stored.input.dispatchEvent(new Event("change", { bubbles: true }));
+    },
+  });
+  if (stored.read()) lookAgain();
+  return {
+    node: h("div", { class: "stack" }, stored.node, area, place, told),
+    read: () => stored.read() || null,
+    lookAgain,
+    stored,
+  };
+}
+
+const SHELVES = { session: "sessions", video: "videos", material: "materials" };
+
+function found({ good, doubts, notes }) {
+  return [
+    h("p", { class: "good" }, h("span", { "aria-hidden": "true" }, "✓ "), good),
+    doubts.length > 0 &&
+      h(
+        "div",
+        { class: "note" },
+        doubts.map((doubt) => h("p", {}, doubt)),
+      ),
+    notes.map((note) => h("p", { class: "hint" }, note)),
+  ];
+}

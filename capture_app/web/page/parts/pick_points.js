@@ -1,0 +1,133 @@
+// Named points, each clicked on the object in 3D or typed.
+import { h, put, say } from "../core/dom.js";
+import { announce } from "../core/live.js";
+import { choice, number } from "./fields.js";
+import { Stage } from "./stage.js";
+
+/** `names` of the points; `enough`: so many are needed; `label` of the choice between them.
+ *  `words({chosen, left})` -> what to do next; `picture(name)` -> a drawing of it, if there is one. */
+export class PointPicker extends EventTarget {
+  points = []; // [{name, at: [x, y, z] metres}]
+
+  constructor({ names, enough, label, words, picture = null, signal }) {
+    super();
+    Object.assign(this, { names, enough, words, drawing: picture });
+    this.stage = new Stage({
+      label: "The object in 3D. Click where the point is",
+      signal,
+      controls: false,
+    });
+    const { canvas } = this.stage;
+    canvas.classList.add("picking");
+    canvas.addEventListener("pointerdown", (event) => (this.down = [event.offsetX, event.offsetY]));
+    canvas.addEventListener("click", (event) => this.clicked(event));
+    this.status = h("p", { class: "hint", role: "status" });
+    this.point = choice(
+      label,
+      names.map((name) => [name, name]),
+    );
+    this.point.input.addEventListener("change", () => this.refresh());
+    this.picture = h("div");
+    this.list = h("ol", { class: "pairs" });
+    this.typed = ["x", "y", "z"].map((axis) => number(axis, { unit: "cm" }));
+    this.content = h(
+      "div",
+      { class: "stack" },
+      h("div", { class: "row beside" }, picture && this.picture, this.point.node),
+      this.list,
+      this.byHand(),
+    );
+  }
+
+  /** Points by keyboard, for who cannot click or has measured. */
+  byHand() {
+    const add = h(
+      "button",
+      {
+        type: "button",
+        on: { click: () => this.add(this.typed.map((one) => (one.read() ?? 0) / 100)) },
+      },
+      "Add this point",
+    );
+    return h(
+      "details",
+      {},
+      h("summary", {}, "Type the place instead of clicking"),
+      h(
+        "div",
+        { class: "grid" },
+        this.typed.map((one) => one.node),
+      ),
+      h("div", { class: "row" }, add),
+    );
+  }
+
+  /** Begin anew on this object, or on none. */
+  show(id) {
+    this.object = id;
+    this.points = [];
+    this.stage.node.hidden = !id;
+    if (id) this.stage.open([{ url: `/api/objects/${id}/scene`, name: "object" }]);
+    this.refresh();
+  }
+
+  clicked(event) {
+    // The end of a drag that turned the view is no click on a point.
+    if (Math.hypot(event.offsetX - this.down[0], event.offsetY - this.down[1]) > 4) return;
+    const hit = this.stage.viewer?.pick(event.offsetX, event.offsetY);
+    if (hit) this.add(hit.point_object);
+    else say(this.status, "That is beside the object. Drag to turn it, click on its surface.");
+  }
+
+  add(at) {
+    const name = this.point.read();
+    this.points = [...this.points.filter((one) => one.name !== name), { name, at: [...at] }];
+    const free = this.names.find((other) => !this.points.some((one) => one.name === other));
+    if (free) this.point.input.value = free;
+    announce(`${name} is placed.`);
+    this.refresh();
+  }
+
+  remove(point) {
+    this.points = this.points.filter((one) => one !== point);
+    this.point.input.value = point.name;
+    this.refresh();
+    this.point.input.focus();
+  }
+
+  refresh() {
+    if (this.drawing) put(this.picture, this.drawing(this.point.read()));
+    put(
+      this.list,
+      this.points.map((point) => this.row(point)),
+    );
+    this.stage.mark(this.points.map((point) => point.at));
+    const left = this.enough - this.points.length;
+    say(
+      this.status,
+      this.object ? this.words({ chosen: this.point.read(), left }) : "Choose the object.",
+    );
+    this.dispatchEvent(new Event("change"));
+  }
+
+  row(point) {
+    const remove = h(
+      "button",
+      {
+        type: "button",
+        class: "quiet",
+        "aria-label": `Remove ${point.name}`,
+        on: { click: () => this.remove(point) },
+      },
+      "Remove",
+    );
+    const place = `${point.at.map((x) => (100 * x).toFixed(1)).join(", ")} cm`;
+    return h(
+      "li",
+      {},
+      h("span", {}, point.name),
+      h("span", { class: "hint figures" }, place),
+      remove,
+    );
+  }
+}

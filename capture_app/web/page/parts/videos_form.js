@@ -1,0 +1,161 @@
+// Videos of a motion: seen from elsewhere, or in a film of the take.
+import { ApiError, api } from "../core/api.js";
+import { h } from "../core/dom.js";
+import { address, go } from "../core/router.js";
+import { boardField, boardPlace } from "../calibrate/board.js";
+import { cameraFields } from "../calibrate/camera.js";
+import { brought } from "./brought.js";
+import { attempt, choice, number, tick } from "./fields.js";
+import { freshKey } from "./order_form.js";
+
+const VIEWS = {
+  third: "from the side",
+  orbit: "all around",
+  follow: "from behind, walking along",
+  top: "from above, as a map",
+  object: "from the object",
+};
+const THINGS = [
+  ["outline", "its outline"],
+  ["drawn", "the object itself"],
+  ["hidden", "nothing of it"],
+];
+
+/** A video from a camera of its own. */
+export function renderForm(item) {
+  const view = choice("Seen", Object.entries(VIEWS));
+  return orderForm(
+    "Draw the video",
+    () => ({
+      kind: "render",
+      result: item.id,
+      view: view.read(),
+    }),
+    [view.node],
+  );
+}
+
+/** The person in a film of the take: the phone's own, or that of a camera that watched. */
+export function overlayForm(item, context) {
+  const other = otherFilm(item, context);
+  const film = choice("Into", [
+    ...(item.session ? [["own", "what the phone filmed"]] : []),
+    ["other", "the film of another camera"],
+  ]);
+  const show = () => {
+    other.node.hidden = film.read() !== "other";
+  };
+  film.input.addEventListener("change", show);
+  show();
+  const thing = choice("Draw of the object", THINGS, { hint: "It hides what is behind it." });
+  const opacity = number("How solid the person is", { value: 100, min: 5, max: 100, unit: "%" });
+  const wipe = tick("A line that goes to and fro between before and after");
+  const offset = number("Add to the film's time to get the motion's", {
+    unit: "s",
+
+    hint: "Empty: it is found.",
+  });
+  const read = () => ({
+    kind: "overlay",
+    result: item.id,
+    thing: thing.read(),
+    opacity: (opacity.read() ?? 100) / 100,
+    wipe: wipe.read(),
+    offset: offset.read(),
+    ...(film.read() === "other" ? other.read() : {}),
+  });
+  const options = h("div", { class: "grid" }, thing.node, opacity.node, offset.node, wipe.node);
+  return orderForm("Draw into the film", read, [
+    film.node,
+    other.node,
+    h("details", {}, h("summary", {}, "How it looks, and when"), options),
+  ]);
+}
+
+function otherFilm(item, { guide, videos, sessions, signal }) {
+  const film = brought({
+    label: "The film",
+    kind: "video",
+    items: [...videos, ...sessions.filter(({ id }) => id !== item.session)],
+    title: "Drop the film here",
+    text: "A video (MP4, MOV) of a camera that stood still; or choose a second phone's recording above.",
+    accept: ".mp4,.mov,.m4v",
+    signal,
+  });
+  const place = choice("Where the camera stood is told by", [
+    ["object", "a board on the object"],
+    ["room", "a board that lies in the room"],
+    ["given", "its numbers, which I have"],
+    ["shared", "one ARKit world of both phones"],
+  ]);
+  const board = boardField(guide.boards, { print: false });
+  const where = boardPlace(signal);
+  const camera = cameraFields({ pose: true });
+  const known = h(
+    "details",
+    {},
+    h("summary", {}, "I know where the board is on the object"),
+    where.node,
+  );
+  const numbers = h("details", {}, h("summary", {}, "The camera's numbers"), camera.node);
+  known.addEventListener("toggle", () => known.open && where.show(item.object));
+  const show = () => {
+    const by = place.read();
+    board.node.hidden = !["object", "room"].includes(by);
+    known.hidden = by !== "object" || !item.object;
+    numbers.hidden = by === "shared";
+    numbers.open = by === "given";
+  };
+  place.input.addEventListener("change", show);
+  show();
+  const read = () => {
+    if (!film.read()) {
+      throw new ApiError(0, {
+        code: "missing",
+        what: "The film is still missing.",
+        fix: "Choose or drop it above.",
+      });
+    }
+    const by = place.read();
+    const boarded = ["object", "room"].includes(by);
+    const points = where.picker.points.length;
+    return {
+      video: film.read(),
+      board: boarded ? board.read() : null,
+      board_at: by === "room" ? "room" : "object",
+      place: by === "object" && points && board.size() ? where.read(board.size()) : null,
+      camera: numbers.hidden ? null : camera.read(),
+      shared_world: by === "shared",
+    };
+  };
+  return {
+    node: h("div", { class: "stack" }, film.node, place.node, board.node, known, numbers),
+    read,
+  };
+}
+
+/** A form that orders a job and goes to it. */
+function orderForm(words, read, fields) {
+  const problem = h("div");
+  const button = h("button", { type: "submit" }, words);
+  const key = freshKey();
+  const submit = async () => {
+    const job = await api("/api/jobs", { json: read(), headers: { "Idempotency-Key": key } });
+    go(address(`/jobs/${job.id}`, { from: location.hash }));
+  };
+  return h(
+    "form",
+    {
+      class: "stack",
+      on: {
+        submit: (event) => {
+          event.preventDefault();
+          attempt(button, problem, submit);
+        },
+      },
+    },
+    fields,
+    h("div", { class: "row" }, button),
+    problem,
+  );
+}

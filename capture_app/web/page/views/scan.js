@@ -1,0 +1,224 @@
+// An object made from a film of it: how to film, what with, what gives its size.
+import { ApiError, api } from "../core/api.js";
+import { h, put } from "../core/dom.js";
+import { address, go } from "../core/router.js";
+import { boardField, todo } from "../calibrate/board.js";
+import { brought } from "../parts/brought.js";
+import { attempt, choice, number, tick } from "../parts/fields.js";
+import { numbered } from "../parts/numbered.js";
+import { freshKey } from "../parts/order_form.js";
+
+const HOW = [
+  "Leave the object where it stands, alone. Nobody moves it, or anything near it, while you film.",
+  "Give it light. A plain object (white, black, shiny) needs something to see on it: tape, paper with print.",
+  "Walk around it twice, a hand's width more than its size away: once level with its middle, once " +
+    "from above, looking down on it. Keep some floor in the picture. Half a minute a round.",
+  "For what is open (a bin, a shelf) film a third round into it.",
+];
+const WITH = {
+  session: "A recording of the phone: knows its size by itself",
+  video: "A video",
+  material: "Photos, or a mesh of another app",
+};
+
+/** `#/scan?source=ID&back=...` */
+export async function scan({ query, signal }) {
+  const [sessions, videos, materials, guide] = await Promise.all(
+    ["sessions", "videos", "materials", "calibration"].map((what) =>
+      api(`/api/${what}`, { signal }),
+    ),
+  );
+  const page = new ScanPage({ sessions, videos, materials, guide, signal }, query);
+  return { title: "An object from a film", node: page.node };
+}
+
+class ScanPage {
+  constructor(context, query) {
+    this.context = context;
+    this.back = query.get("back");
+    this.key = freshKey();
+    this.sources = sourcesOf(context, query.get("source"), () => this.named());
+    this.kind = choice("Filmed with", Object.entries(WITH), { value: kindOf(this.sources) });
+    this.kind.input.addEventListener("change", () => this.show());
+    this.place = h("div");
+    this.fields = sizeFields(context.guide.boards);
+    this.more = moreFields();
+    this.name = h("input", { maxlength: 120, required: true, value: "" });
+    this.problem = h("div");
+    this.button = h("button", { type: "submit", class: "main large" }, "Make the object");
+    this.node = this.draw();
+    this.show();
+    this.named();
+  }
+
+  get source() {
+    return this.sources[this.kind.read()];
+  }
+
+  show() {
+    put(this.place, this.source.node);
+    this.fields.hint(this.kind.read() === "session");
+  }
+
+  /** Called as its film is, unless somebody has said otherwise. */
+  named() {
+    if (this.name.dataset.mine) return;
+    const { input } = this.source.stored;
+    const words = input.selectedOptions[0]?.textContent ?? "";
+    this.name.value = input.value ? words.replace(/, [^,]*$/, "") : "";
+  }
+
+  draw() {
+    this.name.addEventListener("input", () => (this.name.dataset.mine = "yes"));
+    return h(
+      "form",
+      {
+        class: "stack wide",
+        on: {
+          submit: (event) => {
+            event.preventDefault();
+            attempt(this.button, this.problem, () => this.send());
+          },
+          change: () => put(this.problem),
+        },
+      },
+      h(
+        "header",
+        {},
+        h("h1", {}, "Make the object from a film of it"),
+        h(
+          "p",
+          { class: "lead" },
+          "In metres, in its colours, cut out of the room. No other program is needed.",
+        ),
+      ),
+      numbered(1, "Film it", todo(HOW)),
+      numbered(2, "The film", h("div", { class: "stack" }, this.kind.node, this.place)),
+      numbered(3, "Its size", this.fields.node),
+      numbered(
+        4,
+        "The object",
+        h(
+          "div",
+          { class: "stack" },
+          h("label", { class: "field" }, h("span", {}, "Name of the object"), this.name),
+          h(
+            "details",
+            {},
+            h("summary", {}, "More options"),
+            h(
+              "div",
+              { class: "grid" },
+              Object.values(this.more).map((one) => one.node),
+            ),
+          ),
+          h("div", { class: "row" }, this.button),
+          h(
+            "p",
+            { class: "hint" },
+            "This takes some minutes. It goes on when you leave the page, and can be cancelled.",
+          ),
+          this.problem,
+        ),
+      ),
+    );
+  }
+
+  async send() {
+    const source = this.source.read();
+    if (!source) {
+      throw new ApiError(0, {
+        code: "missing",
+        what: "The film is still missing.",
+        fix: "Choose or bring it above.",
+      });
+    }
+    const more = Object.entries(this.more).map(([key, one]) => [key, one.read()]);
+    const json = {
+      kind: "scan",
+      name: this.name.value.trim(),
+      source,
+      ...this.fields.read(),
+      ...Object.fromEntries(more),
+    };
+    const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": this.key } });
+    go(address(`/jobs/${job.id}`, { from: location.hash, back: this.back }));
+  }
+}
+
+function sourcesOf({ sessions, videos, materials, signal }, current, changed) {
+  const one = (kind, items, title, text, more) =>
+    brought({ label: "The film", kind, items, current, title, text, signal, changed, ...more });
+  return {
+    session: one(
+      "session",
+      sessions,
+      "Drop the recording here",
+      "The folder your logger app wrote while you filmed the object, or a zip of it.",
+      { folder: true },
+    ),
+    video: one("video", videos, "Drop the video here", "MP4 or MOV.", {
+      accept: ".mp4,.mov,.m4v",
+    }),
+    material: one(
+      "material",
+      materials,
+      "Drop the photos here",
+      "A folder or a zip of photos; a COLMAP model; or a mesh (GLB, OBJ, PLY, STL, USDZ).",
+      { folder: true },
+    ),
+  };
+}
+
+function kindOf(sources) {
+  return Object.keys(sources).find((kind) => sources[kind].read()) ?? "session";
+}
+
+function sizeFields(boards) {
+  const words = h("p", { class: "hint" });
+  const height = number("Height of the object", {
+    unit: "m",
+    min: 0.01,
+    max: 10,
+  });
+  const board = boardField(boards, { print: true, none: "no board beside it" });
+  const node = h(
+    "div",
+    { class: "stack" },
+    words,
+    h("div", { class: "grid" }, height.node, board.node),
+  );
+  return {
+    node,
+    hint: (logged) =>
+      put(
+        words,
+        logged
+          ? "The phone's poses say how large it is. Nothing is needed here."
+          : "Pictures alone do not say how large it is: measure its height, or lay a printed board beside it.",
+      ),
+    read: () => ({ height: height.read(), board: board.read() || null }),
+  };
+}
+
+function moreFields() {
+  return {
+    method: choice("Measure the surface by", [
+      ["auto", "all there is"],
+      ["stereo", "pictures alone"],
+      ["depth", "the phone's LiDAR alone"],
+    ]),
+    frames: number("Pictures to use", { value: 80, min: 12, max: 400, step: 1, required: true }),
+    vertices: number("Corners of the mesh", {
+      value: 10000,
+      min: 500,
+      max: 100000,
+      step: 500,
+      required: true,
+    }),
+    poses: tick("Use the phone's poses", {
+      checked: true,
+      hint: "Off: when they are wrong; then a size is needed.",
+    }),
+  };
+}

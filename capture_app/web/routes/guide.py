@@ -1,0 +1,80 @@
+"""What guides a person through a calibration: what to do, what to print, a look at what was recorded."""
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query
+from fastapi.responses import FileResponse
+from pydantic import BaseModel
+
+from capture_app.web.cache import key
+from capture_app.web.library.ids import Id
+from capture_app.web.limited import looks, sheets
+from capture_app.web.routes.calibrations import Words
+from capture_app.web.served import served
+from capture_app.web.site import Here
+from ingest.mount.board.sheet import PAPERS
+from ingest.mount.board.spec import PRESETS
+
+router = APIRouter(prefix="/api/calibration", tags=["calibration"])
+_PDF: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}
+_PNG: dict[int | str, dict[str, Any]] = {200: {"content": {"image/png": {}}}}
+
+
+class Looked(BaseModel):
+    """What a look at a recording showed."""
+
+    good: str
+    doubts: list[str]
+    notes: list[str]
+
+
+@router.get("")
+def ways() -> dict[str, Any]:
+    """What each way needs and what to do for it, step by step; and the boards there are to print."""
+    from capture_app.calibration.guide.recipes import RECIPES
+
+    return {
+        "ways": {
+            recipe.key: {
+                "have": recipe.have,
+                "steps": {step.title: step.do for step in recipe.steps if step.do},
+            }
+            for recipe in RECIPES
+        },
+        "papers": list(PAPERS),
+        "boards": {
+            name: {
+                "text": str(board),
+                "width_mm": round(1e3 * board.width, 3),
+                "height_mm": round(1e3 * board.height, 3),
+            }
+            for name, board in PRESETS.items()
+        },
+    }
+
+
+@router.get("/look")
+async def look(site: Here, of: looks.Look, id: Id, board: Words = "", phone: Words = "") -> Looked:
+    """A quick look at a recording, a film, photos or a log, by what it is to be used for."""
+    path = site.library.content(id, "session", "video", "material")
+    return Looked.model_validate(await site.heavy.run(looks.look, path, of, board, phone))
+
+
+@router.get("/board.pdf", response_class=FileResponse, responses=_PDF)
+async def board_sheet(
+    site: Here, paper: Annotated[str, Query(max_length=40)] = "A4"
+) -> FileResponse:
+    """The board to print at 100 %."""
+    path = site.library.cache / f"board-{key('board', paper)}.pdf"
+    if not path.is_file():
+        await site.heavy.run(sheets.board_sheet, paper, path)
+    return served(path, "board.pdf")
+
+
+@router.get("/screen.png", response_class=FileResponse, responses=_PNG)
+async def screen_sheet(site: Here, phone: Annotated[str, Query(max_length=80)]) -> FileResponse:
+    """The picture that the phone is to show full screen."""
+    path = site.library.cache / f"screen-{key('screen', phone)}.png"
+    if not path.is_file():
+        await site.heavy.run(sheets.screen_sheet, phone, path)
+    return served(path, "screen.png")

@@ -1,0 +1,106 @@
+"""Posters of results, objects and mounts: as the job drew them, or drawn when first asked for."""
+
+import asyncio
+from pathlib import Path
+from typing import Any
+
+from fastapi import APIRouter
+from fastapi.responses import FileResponse
+
+from capture_app.posters import POSTER
+from capture_app.solid import Solid
+from capture_app.things import PICTURE
+from capture_app.web.cache import key
+from capture_app.web.library.ids import Id
+from capture_app.web.limited import drawing, work
+from capture_app.web.limited.child import Work
+from capture_app.web.problems import Refused
+from capture_app.web.routes.reports import SCENE, SCENE_REPLY
+from capture_app.web.served import served
+from capture_app.web.site import Here, Site
+from capture_app.web.sources import solid_of
+
+router = APIRouter(prefix="/api", tags=["pictures"])
+_REPLY: dict[int | str, dict[str, object]] = {200: {"content": {"image/webp": {}}}}
+
+
+@router.get("/results/{id}/picture", response_class=FileResponse, responses=_REPLY)
+async def of_result(site: Here, id: Id) -> FileResponse:
+    """The person and the object, in the middle of the motion."""
+    folder = site.library.results.content(id)
+    later = site.library.results.cache(id) / f"poster-{key(folder)}.webp"
+    return _drawn(site, folder / POSTER, later, drawing.draw_result, folder)
+
+
+@router.get("/objects/{id}/picture", response_class=FileResponse, responses=_REPLY)
+async def of_object(site: Here, id: Id) -> FileResponse:
+    """The object from in front and above."""
+    solid = solid_of(site.library, id)
+    shelf = site.library.shelves["object"]
+    later = shelf.cache(id) / f"poster-{key(solid)}.webp"
+    made = shelf.folder / id / PICTURE
+    return _drawn(site, made, later, drawing.draw_object, solid.path, solid.scale)
+
+
+@router.get("/mounts/{id}/picture", response_class=FileResponse, responses=_REPLY)
+async def of_mount(site: Here, id: Id) -> FileResponse:
+    """The phone on its object."""
+    mount, solid = _mounted(site, id)
+    shelf = site.library.shelves["mount"]
+    later = shelf.cache(id) / f"poster-{key(solid)}.webp"
+    made = shelf.folder / id / PICTURE
+    return _drawn(site, made, later, drawing.draw_mount, mount, solid.path, solid.scale)
+
+
+def _drawn(site: Site, made: Path, later: Path, draw: Work, *given: Any) -> FileResponse:
+    """The poster that the job made, or that was drawn since; else it is drawn now, for later.
+
+    Raises:
+        Refused: 404 while there is none.
+    """
+    for path in (made, later):
+        if path.is_file():
+            return served(path, "poster.webp")
+    # A list of many would take all the connections of a browser.
+    asyncio.ensure_future(site.painter.run(draw, *given, later)).add_done_callback(_forget)
+    raise Refused(
+        404,
+        "picture-later",
+        "The picture is being drawn.",
+        fix="Ask again in some seconds.",
+    )
+
+
+def _forget(drawn: asyncio.Future[dict[str, Any]]) -> None:
+    """What cannot be drawn has no picture; why, is in the server's log."""
+    if not drawn.cancelled():
+        drawn.exception()
+
+
+@router.get("/mounts/{id}/scene", response_class=FileResponse, responses=SCENE_REPLY)
+async def mount_scene(site: Here, id: Id) -> FileResponse:
+    """The phone on its object, as the viewer shows it."""
+    mount, solid = _mounted(site, id)
+    scene = site.library.shelves["mount"].cache(id) / f"scene-{key('scene', solid)}.bin"
+    if not scene.is_file():
+        await site.heavy.run(work.pack_mount_scene, mount, solid.path, solid.scale, scene)
+    return FileResponse(scene, media_type=SCENE)
+
+
+def _mounted(site: Site, id_: str) -> tuple[Path, Solid]:
+    """A mount's file and its object.
+
+    Raises:
+        Refused: 404 when it is not there, or its object is not known, or gone.
+    """
+    shelf = site.library.shelves["mount"]
+    object_ = shelf.get(id_).facts.get("object")
+    if object_ is None:
+        raise Refused(
+            404,
+            "mount-object",
+            "It is not known which object of the library this mount is for.",
+            where=id_,
+            fix="A mount that is found here is shown on its object.",
+        )
+    return shelf.content(id_), solid_of(site.library, object_)
