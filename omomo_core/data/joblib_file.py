@@ -193,8 +193,12 @@ def _array(data: object, dtype: _Type, shape: tuple[int, ...], *, fortran: bool)
         raise ValueError("an array is not made of numbers or text")
     flat = np.frombuffer(data, dtype.dtype())
     found = flat.reshape(shape[::-1]).T if fortran else flat.reshape(shape)
-    # Half the memory, and more than the accuracy of any motion capture.
-    return found.astype(np.float32) if found.dtype.kind == "f" else found
+    if found.dtype.kind != "f":
+        return found
+    # Half the memory, and more than the accuracy of any motion capture. What is too large becomes
+    # infinite, which whoever reads the array refuses.
+    with np.errstate(over="ignore"):
+        return found.astype(np.float32)
 
 
 def _scalar(data: bytes, dtype: _Type) -> Any:

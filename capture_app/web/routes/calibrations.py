@@ -169,8 +169,3 @@ class ByFloor(_Calibrate):
     mount: Id
     session: Id
     phone_height: Annotated[float, Field(gt=0, le=5)] | None = None
-
-
-Calibrate = Annotated[
-    ByBoard | BySession | ByScan | ByScreen | ByTracker | ByFloor, Field(discriminator="method")
-]

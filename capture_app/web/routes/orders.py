@@ -2,12 +2,23 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Discriminator, Field, Tag
 
 from capture_app.exports.bone_names import Bones
 from capture_app.things import Name
 from capture_app.web.library.ids import Id
-from capture_app.web.routes.calibrations import Calibrate, Camera, Place, Words, like
+from capture_app.web.routes.calibrations import (
+    ByBoard,
+    ByFloor,
+    ByScan,
+    ByScreen,
+    BySession,
+    ByTracker,
+    Camera,
+    Place,
+    Words,
+    like,
+)
 
 _EXAMPLE_ID = "0123456789abcdef"
 _Number = Annotated[float, Field(allow_inf_nan=False)]
@@ -159,7 +170,32 @@ class Scan(BaseModel):
     vertices: Annotated[int, Field(ge=500, le=100_000)] = 10_000
 
 
+def _tag(given: Any) -> str:
+    """Which of the orders it is: by its kind, and a calibration by its method too."""
+    said = given if isinstance(given, dict) else getattr(given, "__dict__", {})
+    kind = said.get("kind")
+    return f"{kind} by {said.get('method')}" if kind == "calibrate" else str(kind)
+
+
+# A discriminator inside of another one is nothing that OpenAPI can describe.
 Ordered = Annotated[
-    Run | Resolve | Export | Render | Compare | Overlay | Scan | Calibrate,
-    Field(discriminator="kind"),
+    Annotated[Run, Tag("run")]
+    | Annotated[Resolve, Tag("resolve")]
+    | Annotated[Export, Tag("export")]
+    | Annotated[Render, Tag("render")]
+    | Annotated[Compare, Tag("compare")]
+    | Annotated[Overlay, Tag("overlay")]
+    | Annotated[Scan, Tag("scan")]
+    | Annotated[ByBoard, Tag("calibrate by board")]
+    | Annotated[BySession, Tag("calibrate by session")]
+    | Annotated[ByScan, Tag("calibrate by scan")]
+    | Annotated[ByScreen, Tag("calibrate by screen")]
+    | Annotated[ByTracker, Tag("calibrate by tracker")]
+    | Annotated[ByFloor, Tag("calibrate by floor")],
+    Discriminator(
+        _tag,
+        custom_error_type="order_unknown",
+        custom_error_message="there is no order of this kind, or no calibration by this method",
+    ),
 ]
+"""What POST /api/jobs takes."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from ingest.colmap import pycolmap
 from ingest.report.check import Check
+from ingest.scan.cameras.depth_scale import depth_scale
 from ingest.scan.cameras.gravity import looked_at, upright
 from ingest.scan.cameras.measured import by_board, by_length
 from ingest.scan.cameras.metric import Similarity, to_phone
@@ -77,7 +78,9 @@ def place(
         return Placed(placed, up)
     T = poses_of(model, names)
     distance = np.median(np.linalg.norm(T[:, :3, 3] - looked_at(T), axis=1))
-    laid(model, Similarity(_USUAL / float(distance), np.eye(3), np.zeros(3)))
+    # Depth maps join in what follows only if the metre is theirs meanwhile.
+    metres = depth_scale(model, frames) or _USUAL / float(distance)
+    laid(model, Similarity(metres, np.eye(3), np.zeros(3)))
     return Placed(Scale(0.5, "height", f"the object's height of {options.height} m"), up)
 
 

@@ -103,8 +103,8 @@ def test_place_of_a_hand_is_picked_on_the_object(result_page):
     page.get_by_role("button", name="Correct the contacts").click()
     page.get_by_role("button", name=re.compile("hand contact 1,")).first.click()
     page.get_by_role("button", name="Put this hand elsewhere").click()
-    page.get_by_label("Camera").select_option("object")
-    canvas = page.locator(".stage canvas")
+    page.get_by_role("combobox", name="Camera", exact=True).select_option("object")
+    canvas = page.locator(".stage canvas").first
     canvas.click(position={"x": 5, "y": 5})
     expect(page.get_by_text("That is beside the object.")).to_be_visible()
     canvas.click()

@@ -129,6 +129,7 @@ def test_tidy_leaves_the_report_and_the_model(scanned, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1200)
 @pytest.mark.parametrize("kind", ["text", "binary"])
 def test_a_model_that_somebody_made_becomes_the_same_mesh(scanned, tmp_path, kind):
     model = pycolmap.Reconstruction(scanned.scan.request.work / "model")

@@ -132,6 +132,19 @@ def test_an_interrupted_scan_keeps_its_features_and_matches(
     assert len(again.views) == len(scanned.found.views)
 
 
+@pytest.mark.slow
+def test_without_poses_the_metre_is_that_of_the_depth_until_the_height_is_known(
+    scanned: Scanned, tmp_path: Path
+):
+    options = CameraOptions(poses=False, height=0.41)
+    found = register(
+        scanned.source, scanned.frames, _again(scanned, tmp_path / "work"), options=options
+    )
+    assert found.scale.by == "height"
+    assert len(found.views) > 25
+    assert abs(off(scanned.film, found)[0]) < 0.02
+
+
 @pytest.mark.parametrize("mistake", ["inverted", "logged-flipped", "turned-left"])
 def test_wrong_camera_axes_are_caught_and_named(scanned: Scanned, tmp_path: Path, mistake: str):
     T = np.array([frame.T_world_camera for frame in scanned.frames.frames])
