@@ -3,8 +3,7 @@
 import struct
 from pathlib import Path
 
-import pycolmap
-
+from ingest.colmap import pycolmap
 from omomo_core.errors import InputError
 
 _NAMES = ("cameras", "images", "points3D")

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-import pycolmap
 from jaxtyping import Float32, Float64, Int64, UInt8
+
+from ingest.colmap import pycolmap
 
 _RATIO = 0.85
 """Angle to the best match in units of that to the second best."""

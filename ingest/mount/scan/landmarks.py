@@ -6,10 +6,10 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import pycolmap
 from jaxtyping import Float32, Float64, Int64
 from scipy.spatial import KDTree
 
+from ingest.colmap import pycolmap
 from ingest.mount.scan.colmap_files import read_model
 from ingest.mount.scan.features import Features, find_features, unit
 from omomo_core.errors import InputError

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-import pycolmap
 from jaxtyping import Bool, Float64
 
+from ingest.colmap import pycolmap
 from ingest.mount.uncertainty import skew
 
 _MAX_ERROR = 4.0

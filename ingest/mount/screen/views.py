@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-import pycolmap
 from jaxtyping import Float64
 
+from ingest.colmap import pycolmap
 from ingest.formats.pictures import picture_size
 from ingest.mount.board.camera import WitnessCamera
 from ingest.mount.board.detect import Corners, Detector, Grey
