@@ -1,8 +1,10 @@
 """The file of a trained network: safetensors, with its configuration and how it was trained inside."""
 
 import json
-from collections.abc import Callable
-from dataclasses import asdict
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -46,13 +48,42 @@ def load_network(path: Path, build: Callable[[dict[str, Any]], Network]) -> Netw
             where=str(path),
             fix="Train them with `omocap train`, or reinstall the program.",
         )
-    try:
-        with safe_open(path, framework="pt") as file:
-            config = json.loads(file.metadata()["config"])
-            tensors = {k: file.get_tensor(k) for k in file.keys()}  # noqa: SIM118
+    with _readable(path), safe_open(path, framework="pt") as file:
+        config = json.loads(file.metadata()["config"])
+        tensors = {k: file.get_tensor(k) for k in file.keys()}  # noqa: SIM118
         network = build(config)
         # Copied into the network's own precision.
         network.load_state_dict(tensors)
+    return network.eval()
+
+
+@dataclass(frozen=True)
+class Header:
+    """What the file of a network says of it."""
+
+    notes: dict[str, str]
+    """How it was trained, as `save_network` was told."""
+    parameters: int
+    """Numbers that were learnt or measured."""
+
+
+def read_header(path: Path) -> Header:
+    """What a file says, without its numbers.
+
+    Raises:
+        AssetError: damaged, or not one of our files.
+    """
+    with _readable(path), safe_open(path, framework="pt") as file:
+        sizes = [file.get_slice(key).get_shape() for key in file.keys()]  # noqa: SIM118
+        # In files they stand in no order.
+        notes = {k: v for k, v in sorted(file.metadata().items()) if k != "config"}
+    return Header(notes, sum(math.prod(size) for size in sizes))
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    try:
+        yield
     except Exception as error:
         raise AssetError(
             "weights-damaged",
@@ -60,14 +91,3 @@ def load_network(path: Path, build: Callable[[dict[str, Any]], Network]) -> Netw
             where=str(path),
             fix="Restore the file, or train it again with `omocap train`.",
         ) from error
-    return network.eval()
-
-
-def notes_of(path: Path) -> dict[str, str]:
-    """How the network of a file was trained, as `save_network` was told.
-
-    Raises:
-        OSError: the file cannot be read.
-    """
-    with safe_open(path, framework="pt") as file:
-        return {k: v for k, v in file.metadata().items() if k != "config"}

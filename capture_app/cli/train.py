@@ -106,9 +106,12 @@ def _notes(data: Sequence[Path], clips: "Sequence[Clip]", team: "Team") -> dict[
     """What the weights say about where they come from."""
     import torch
 
+    from capture_app.cli.train_data import held_out
+
     return {
         "data": ", ".join(source.name for source in data),
         "clips": str(len(clips)),
+        "clips_held_out": str(held_out(clips)),
         "torch": torch.__version__,
         "processes": str(team.count),
         "device": team.device.type,

@@ -10,6 +10,7 @@ from omomo_core.body.load import load_body
 from omomo_core.data.build import Progress
 from omomo_core.data.clips import Clip, load_clips
 from omomo_core.data.dataset import shards
+from omomo_core.data.splits import by_side
 from omomo_core.training.team import Team
 
 DEFAULT_SYNTHETIC = 4200
@@ -98,3 +99,12 @@ def _tell(clips: Sequence[Clip]) -> None:
         frames[clip.source] += len(clip.root)
     for source, count in number.most_common():
         output.print(f"{count} clips of {source}, {frames[source] / 30 / 60:.1f} min")
+    if held := held_out(clips):
+        text = f"{held} of the clips are of people that the paper holds out: tables on them are no test"
+        say("note", text, "yellow")
+
+
+def held_out(clips: Sequence[Clip]) -> int:
+    """How many clips are of the paper's held-out people."""
+    sides = by_side(clip.name for clip in clips)
+    return len(sides.get("seen", ())) + len(sides.get("unseen", ()))

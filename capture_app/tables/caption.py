@@ -76,6 +76,8 @@ def _weights(made: Made) -> list[str]:
 def _network(network: Network) -> str:
     notes = [text.format(network.notes[k]) for k, text in _BUDGET.items() if k in network.notes]
     size = f"{network.parameters / 1e6:.1f} M numbers"
+    if (held := network.notes.get("clips_held_out", "0")) != "0":
+        notes.append(f"trained on {held} clips of held-out people, too")
     return f"{network.name} {network.digest} ({', '.join([size, *notes])})"
 
 

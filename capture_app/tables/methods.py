@@ -1,15 +1,13 @@
 """The methods of the tables: how they are called, and which networks each needs."""
 
 import hashlib
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from safetensors import safe_open
-
 from capture_app.manifest import sha256
 from omomo_core.errors import AssetError, InputError
+from omomo_core.network_file import read_header
 
 
 @dataclass(frozen=True)
@@ -109,17 +107,6 @@ def _files(name: str, weights: Path | None) -> list[Path]:
 
 
 def _network(path: Path) -> Network:
-    try:
-        with safe_open(path, framework="np") as file:
-            # In files they stand in no order.
-            notes = dict(sorted((file.metadata() or {}).items()))
-            sizes = [file.get_slice(key).get_shape() for key in file.keys()]  # noqa: SIM118
-    except Exception as error:
-        raise AssetError(
-            "weights-damaged",
-            "The weights file cannot be read.",
-            where=str(path),
-            fix="Restore the file, or train it again with `omocap train`.",
-        ) from error
-    count = sum(math.prod(size) for size in sizes)
-    return Network(f"{path.parent.name}/{path.stem}", sha256(path)[:12], notes, count)
+    header = read_header(path)
+    name = f"{path.parent.name}/{path.stem}"
+    return Network(name, sha256(path)[:12], header.notes, header.parameters)

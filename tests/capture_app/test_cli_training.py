@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,13 @@ import trimesh
 from safetensors.torch import load_file
 
 from capture_app.cli.app import invoke
+from capture_app.tables.caption import Made, caption
+from capture_app.tables.methods import Network
 from ingest.formats.detect import read_session
 from ingest.mount.file import load_mount
-from omomo_core.data.clips import Clip, save_clips
+from omomo_core.data.clips import Clip, load_clips, save_clips
 from omomo_core.motion import ObjectMesh, ObjectMotion
-from omomo_core.network_file import notes_of
+from omomo_core.network_file import read_header
 from omomo_core.stage import load_stage
 from tests.core.rig_files import write_bvh
 
@@ -95,11 +98,26 @@ def test_every_method_trains_and_says_how(
     assert invoke([*words, "--steps", "1", "--seed", "5"]) == 0
     assert sorted(file.stem for file in out.glob("*.safetensors")) == networks
     for name in networks:
-        told = notes_of(out / f"{name}.safetensors")
+        told = read_header(out / f"{name}.safetensors").notes
         assert told["method"] == method
         assert (told["size"], told["steps_done"], told["batch"]) == ("laptop", "1", "2")
         assert (told["seed"], told["windows_seen"], told["data"]) == ("5", "2", "clips.npz")
         assert told["licences"] == "CC0"
+
+
+def test_training_on_held_out_people_is_told(
+    clips: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    (clip,) = load_clips(clips)
+    names = ("sub3_mop_001", "sub16_mop_002", "sub17_monitor_003")
+    save_clips(clips, [replace(clip, name=name) for name in names])
+    words = ["train", "goal", str(clips), "-o", str(tmp_path / "run"), "--size", "laptop"]
+    assert invoke([*words, "--batch", "2", "--steps", "1"]) == 0
+    assert "note: 2 of the clips are of people that the paper holds out" in capsys.readouterr().out
+    header = read_header(tmp_path / "run" / "goal.safetensors")
+    network = Network("goal/goal", "", header.notes, header.parameters)
+    made = Made([], "", [], 1, 0, "ddim", 1, {"goal": [network]}, {}, {})
+    assert "trained on 2 clips of held-out people" in " ".join(caption(made))
 
 
 def test_training_refuses_what_it_cannot_use(
@@ -135,7 +153,7 @@ def test_two_processes_train_one_network(clips: Path, tmp_path: Path):
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("1 clips of test") == 1
     file = "hands.safetensors"
-    assert notes_of(shared / file)["processes"] == "2"
+    assert read_header(shared / file).notes["processes"] == "2"
     ours, theirs = load_file(alone / file), load_file(shared / file)
     assert max(float((ours[k].float() - theirs[k].float()).abs().max()) for k in ours) < 2e-3
     bad = subprocess.run(
