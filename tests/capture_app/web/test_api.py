@@ -288,15 +288,6 @@ def test_two_things_of_one_name_stay_two(client):
     assert one != other
 
 
-@pytest.mark.parametrize("path", ["/", "/static/app.js", "/static/viewer/viewer.js"])
-def test_the_page_is_served_and_asked_for_again(client, path: str):
-    answer = client.get(path)
-    assert answer.status_code == 200
-    assert answer.headers["cache-control"] == "no-cache"
-    again = client.get(path, headers={"If-None-Match": answer.headers["etag"]})
-    assert again.status_code in (200, 304)
-
-
 def test_a_scene_is_packed(client, example: dict[str, str]):
     answer = client.get(f"/api/objects/{example['object']}/scene")
     assert answer.headers["content-type"] == "application/octet-stream"
