@@ -1,6 +1,7 @@
 """From stage 2's features to people: on the bones asked for, holding what they hold."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -32,55 +33,81 @@ ON_FLOOR = 0.05
 """Metres: an object that is no higher may be leant on."""
 
 
+@dataclass(frozen=True)
+class Sampled:
+    """Stage 2's people, before they keep any promise."""
+
+    root: Float[Tensor, "samples frames 3"]
+    """Pelvis joint of the body asked for, world, metres."""
+    rotations: Float[Tensor, "samples frames 22 3 3"]
+    """Global R_world_joint."""
+    foot_contact: Float[Tensor, "samples frames 4"]
+
+    @staticmethod
+    def of(features: Float[Tensor, "samples frames channels"], fit: Fit) -> "Sampled":
+        """People of the features that `sample_body` gives, on the bones asked for."""
+        # Patches of frames are decoded together; a light filter takes out what jumps between them.
+        smooth = np.asarray(gaussian_filter1d(features.numpy(), 1.0, axis=1, mode="nearest"))
+        calm = [calmed(smooth[k], ROOT_AND_JOINTS) for k in range(len(smooth))]
+        x = torch.from_numpy(np.stack(calm))
+        root, _, six, foot_contact = body_stage.unpack(x, torch.zeros(*x.shape[:2], 2))
+        R = rotmat_from_6d(six)
+        return Sampled(fit.to_body(root, R[:, :, 0]), R, foot_contact)
+
+
 @torch.inference_mode()
 def embody(
-    features: Float[Tensor, "samples frames channels"],
+    sampled: Sampled,
     hands: Sequence[HandMotion],
     segments: Sequence[tuple[Segment, ...]],
     scene: Scene,
     thing: Thing,
-    fit: Fit,
+    body: BodyModel,
     decided: Decided | None,
     *,
     certain: bool,
     told: Callable[[float], None] = lambda done: None,
 ) -> tuple[list[Person], Solved]:
-    """People of the features, whose palms are where `hands` says.
+    """The sampled people, with their palms where `hands` says.
 
     Args:
-        features: of `sample_body`.
+        sampled: of stage 2.
         hands: palms and contact weights of each sample.
         segments: what they hold.
         scene: where the object is.
         thing: the object.
-        fit: whose body, and that of the network.
+        body: whose bones.
         decided: the first frames, which stay as they are.
         certain: the palms are known: arms follow them in every frame, not only where they hold.
         told: how far this is.
     """
-    # Patches of frames are decoded together; a light filter takes out what jumps between them.
-    smooth = np.asarray(gaussian_filter1d(features.numpy(), 1.0, axis=1, mode="nearest"))
-    calm = [calmed(smooth[k], ROOT_AND_JOINTS) for k in range(len(smooth))]
-    x = torch.from_numpy(np.stack(calm))
-    sampled, _, six, foot_contact = body_stage.unpack(x, torch.zeros(*x.shape[:2], 2))
-    R = rotmat_from_6d(six)
-    wish = _wish(R, hands, segments, scene, thing, certain=certain)
-    root = fit.to_body(sampled, R[:, :, 0])
-    solved = solve_bodies(fit.body, root, R, foot_contact, wish, decided, told=told)
-    T, planted = scene.take.motion.T_world_object, foot_contact.double().numpy()
-    people = exact_people(fit.body, solved, planted, hands, segments, T, thing.barrier)
+    R = sampled.rotations
+    wish = wish_of(R, hands, segments, scene, thing, certain=certain)
+    solved = solve_bodies(body, sampled.root, R, sampled.foot_contact, wish, decided, told=told)
+    T, planted = scene.take.motion.T_world_object, sampled.foot_contact.double().numpy()
+    people = exact_people(body, solved, planted, hands, segments, T, thing.barrier)
     return people, solved
 
 
-def _wish(
+def wish_of(
     R: Float[Tensor, "samples frames 22 3 3"],
     hands: Sequence[HandMotion],
     segments: Sequence[tuple[Segment, ...]],
     scene: Scene,
     thing: Thing,
     *,
-    certain: bool,
+    certain: bool = False,
 ) -> Wish:
+    """What sampled people are solved for.
+
+    Args:
+        R: sampled global rotations.
+        hands: palms and contact weights of each sample.
+        segments: what they hold.
+        scene: where the object is.
+        thing: the object.
+        certain: arms follow the palms in every frame, not only where they hold.
+    """
     T = scene.take.motion.T_world_object
     contact = torch.from_numpy(np.stack([h.contact for h in hands])).float()
     wrists = [facing(R[k][:, WRISTS], held, thing.surface, T) for k, held in enumerate(segments)]

@@ -9,6 +9,7 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from torch import Tensor
 
 from omomo_core.body.kinematics import WRISTS, forward_kinematics
+from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
 from omomo_core.generation.aside import ELBOWS, SHOULDERS
 from omomo_core.generation.feet import Feet
@@ -21,6 +22,29 @@ LOWEST = 0.25
 """Metres that the pelvis is lowered at most for the legs to reach the floor."""
 FARTHEST = 0.25
 """Metres that the pelvis is moved at most: beyond that the sample is wrong and must say so."""
+
+ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
+
+
+def arms_that_hold(
+    body: BodyModel,
+    root: Float[Tensor, "samples frames 3"],
+    rotations: Float[Tensor, "samples frames 22 3 3"],
+    wish: Wish,
+) -> Float[Tensor, "samples frames 22 3 3"]:
+    """Arms whose palms are where they are wished, as far as they must be.
+
+    Args:
+        body: whose arms.
+        root: pelvis joint, world, metres.
+        rotations: global R_world_joint.
+        wish: what hands hold.
+    """
+    for side in range(2):
+        weight = wish.hold[..., side].contiguous()
+        palms = wish.palms[..., side, :]
+        rotations, _ = reach(body, root, rotations, ARMS[side], palms, weight=weight)
+    return rotations
 
 
 def within_reach(

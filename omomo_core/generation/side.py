@@ -19,10 +19,9 @@ from omomo_core.body.polish.anatomy import Anatomy
 from omomo_core.body.polish.terms import points_of
 from omomo_core.geometry.distance_field import DistanceField
 
-STRIDE = 5
-"""Frames between choices."""
-WIDTH = 5.0
-"""Frames (standard deviation) over which a choice passes into the next."""
+STRIDE, FINE = 5, 2
+"""Frames between choices, and (standard deviation) over which a choice passes into the next; of the
+last ones, for what is thin passes quickly by."""
 INSIDE = 400.0
 """Cost of depth, 1 / m^2: 5 cm of one ball is 1."""
 _DECIDED = 1e6
@@ -44,6 +43,8 @@ class Around:
     seen: Int[np.ndarray, " seen"]
     free: Float[Tensor, " frames"]
     """How far each frame may be changed, from 0 to 1."""
+    stride: int
+    """Frames between those."""
 
     @staticmethod
     def of(
@@ -51,11 +52,13 @@ class Around:
         field: DistanceField,
         T_world_object: Float[np.ndarray, "frames 4 4"],
         free: Float[Tensor, " frames"],
+        stride: int = STRIDE,
     ) -> "Around":
         """Look at every few frames."""
         frames = len(T_world_object)
-        seen = np.unique(np.append(np.arange(0, frames, STRIDE), frames - 1))
-        return Around(flesh, field, torch.from_numpy(T_world_object[seen]).float(), seen, free)
+        seen = np.unique(np.append(np.arange(0, frames, stride), frames - 1))
+        T = torch.from_numpy(T_world_object[seen]).float()
+        return Around(flesh, field, T, seen, free, stride)
 
     def balls(
         self,
@@ -86,8 +89,18 @@ class Around:
         at = places(sample, frame, ball)
         depth = radii[ball, None] - self._distance(at, self.T_world_object[frame])
         cost = now.new_zeros(*now.shape[:2], choices)
-        each = INSIDE * depth.clamp(min=0).square()
-        return cost.index_put_((sample, frame), each, accumulate=True)
+        return cost.index_put_((sample, frame), _costs(depth), accumulate=True)
+
+    def inside(
+        self, at: Balls, radii: Float[Tensor, " balls"]
+    ) -> Float[Tensor, "samples seen balls"]:
+        """What each ball costs for being inside the object.
+
+        Args:
+            at: balls, world, metres.
+            radii: theirs.
+        """
+        return _costs(radii - self._distance(at, self.T_world_object))
 
     def _distance(
         self, at: Float[Tensor, "*b some 3"], T: Float[Tensor, "*c 4 4"]
@@ -121,7 +134,11 @@ class Around:
     def _between(self) -> Float[Tensor, "frames seen"]:
         frames = np.arange(len(self.free))
         shares = np.stack([np.interp(frames, self.seen, one) for one in np.eye(len(self.seen))], 1)
-        return torch.from_numpy(gaussian_filter1d(shares, WIDTH, axis=0, mode="nearest"))
+        return torch.from_numpy(gaussian_filter1d(shares, self.stride, axis=0, mode="nearest"))
+
+
+def _costs(depth: Tensor) -> Tensor:
+    return INSIDE * depth.clamp(min=0).square()
 
 
 def cheapest(

@@ -26,19 +26,25 @@ from omomo_core.generation.aside_feet import step_aside
 from omomo_core.generation.aside_limbs import swing_limbs, turn_hands
 from omomo_core.generation.decided import Decided, fade
 from omomo_core.generation.feet import ANKLES, TOES, Feet, planted_feet
-from omomo_core.generation.reaching import LONGEST, STRETCH, ankles_of, within_reach
-from omomo_core.generation.side import Around
+from omomo_core.generation.reaching import (
+    LONGEST,
+    STRETCH,
+    ankles_of,
+    arms_that_hold,
+    within_reach,
+)
+from omomo_core.generation.side import FINE, Around
 from omomo_core.generation.wish import Wish
 
-CLEARANCE = 0.01
-"""Metres that flesh keeps from the object: it is known to a grid's step."""
+CLEARANCE = 0.016
+"""Metres that flesh keeps from the object: balls do not fill the skin to its last fold, the object is
+known to a grid's step, and choices pass smoothly into each other."""
 ITERATIONS = 5
 """Gauss-Newton steps of the polish."""
 _BEFORE, _POLISH = 0.3, 0.5
 """Parts of the time that go by before the polish, and in it."""
 AT_ONCE = 2400
 """Frames that are polished side by side, of all samples together: bounds memory."""
-ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
 LEGS: tuple[LimbName, LimbName] = ("left_leg", "right_leg")
 
 
@@ -83,8 +89,8 @@ def solve_bodies(
         free = free * (1 - _fade_after(decided.frames, root.shape[1]))
     flesh, field = anatomy(body, clearance=CLEARANCE), wish.barrier.field
     around = Around.of(flesh, field, wish.T_world_object, free)
-    root = stand_aside(body, root, _arms(body, root, rotations, wish), wish, around)
-    armed = _arms(body, root, rotations, wish)
+    root = stand_aside(body, root, arms_that_hold(body, root, rotations, wish), wish, around)
+    armed = arms_that_hold(body, root, rotations, wish)
     rotations, wish = turn_hands(body, root, rotations, armed, wish, around)
     feet = _feet(body, root, rotations, foot_contact, decided)
     pose = _Pose(root, _with_feet(rotations, feet))
@@ -97,7 +103,8 @@ def solve_bodies(
     feet = _swung(body, pose, feet)
     near = within_reach(body, pose.root, pose.rotations, feet, wish, free, LONGEST)
     pose = _limbs(body, replace(pose, root=near), feet, wish)
-    pose = _aside(body, pose, around)
+    closely = Around.of(flesh, field, wish.T_world_object, free, FINE)
+    pose = _aside(body, _aside(body, pose, around), closely)
     if decided is not None:
         pose.root[:, : decided.frames] = decided.root
         pose.rotations[:, : decided.frames] = decided.rotations
@@ -157,20 +164,7 @@ def _limbs(body: BodyModel, pose: _Pose, feet: list[Feet], wish: Wish) -> _Pose:
     ankles, rotations = ankles_of(feet), pose.rotations
     for side in range(2):
         rotations, _ = reach(body, pose.root, rotations, LEGS[side], ankles[..., side, :])
-    return replace(pose, rotations=_arms(body, pose.root, rotations, wish))
-
-
-def _arms(
-    body: BodyModel,
-    root: Float[Tensor, "samples frames 3"],
-    rotations: Float[Tensor, "samples frames 22 3 3"],
-    wish: Wish,
-) -> Float[Tensor, "samples frames 22 3 3"]:
-    for side in range(2):
-        weight = wish.hold[..., side].contiguous()
-        palms = wish.palms[..., side, :]
-        rotations, _ = reach(body, root, rotations, ARMS[side], palms, weight=weight)
-    return rotations
+    return replace(pose, rotations=arms_that_hold(body, pose.root, rotations, wish))
 
 
 def _aside(body: BodyModel, pose: _Pose, around: Around) -> _Pose:

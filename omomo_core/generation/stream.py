@@ -14,11 +14,12 @@ from torch import Tensor
 
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
-from omomo_core.contact.segment import Segment
+from omomo_core.contact.segment import Segment, follow
 from omomo_core.generation.body import sample_body
 from omomo_core.generation.chapters import Chapter, Chapters, cut
 from omomo_core.generation.decided import Decided, Pin
-from omomo_core.generation.embody import embody
+from omomo_core.generation.embody import Sampled, embody, wish_of
+from omomo_core.generation.faces import Held, other_faces
 from omomo_core.generation.fit import Fit
 from omomo_core.generation.hands import in_contact, sample_hands, starting_at
 from omomo_core.generation.known import NOTHING, Known, decided_by
@@ -26,6 +27,7 @@ from omomo_core.generation.person import Person, shifted, stretch
 from omomo_core.generation.result import GenerationOptions, Progress, Stages
 from omomo_core.generation.scene import Scene, Thing
 from omomo_core.generation.solve import Solved
+from omomo_core.generation.wish import Wish
 from omomo_core.motion import HandMotion, ObjectMesh
 
 
@@ -132,19 +134,42 @@ class _Maker:
         x = sample_body(
             scene, hands, self.stages.body, self.options, self.generator, self.progress, decided
         )
+        sampled = Sampled.of(x, self.fit)
+        if known.hands is None and known.contacts is None:
+            first = 0 if decided is None else decided.frames
+            hands, segments = self._on_better_faces(sampled, hands, segments, scene, first)
         people, solved = embody(
-            x,
+            sampled,
             hands,
             segments,
             scene,
             self.thing,
-            self.fit,
+            self.fit.body,
             decided,
             certain=known.hands is not None,
             told=lambda done: self.progress("solve", done),
         )
         self.progress("solve", 1.0)
         return _Draft(scene, features, x, np.stack([h.palms for h in hands]), solved, people)
+
+    def _on_better_faces(
+        self,
+        sampled: Sampled,
+        hands: list[HandMotion],
+        segments: list[tuple[Segment, ...]],
+        scene: Scene,
+        first: int,
+    ) -> tuple[list[HandMotion], list[tuple[Segment, ...]]]:
+        T, R, thing = scene.take.motion.T_world_object, sampled.rotations, self.thing
+
+        def followed(held: Held) -> list[HandMotion]:
+            return [follow(s, hand, T) for s, hand in zip(held, hands, strict=True)]
+
+        def wished(held: Held) -> Wish:
+            return wish_of(R, followed(held), held, scene, thing)
+
+        held = other_faces(self.fit.body, sampled.root, R, segments, thing, wished, first)
+        return followed(held), held
 
     def _hands(
         self, scene: Scene, chapter: Chapter, known: Known, decided: Decided | None

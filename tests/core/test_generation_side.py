@@ -5,14 +5,11 @@ from itertools import pairwise, product
 import numpy as np
 import pytest
 import torch
-import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import WRISTS, forward_kinematics
 from omomo_core.body.limbs import reach
-from omomo_core.body.load import load_body
 from omomo_core.body.polish.anatomy import anatomy
 from omomo_core.body.polish.barrier import Scanned
 from omomo_core.body.polish.depth import depth_inside
@@ -21,44 +18,11 @@ from omomo_core.generation.aside_feet import step_aside
 from omomo_core.generation.aside_limbs import swing_limbs, turn_hands
 from omomo_core.generation.feet import ANKLES, Feet
 from omomo_core.generation.side import Around, cheapest, shifts
-from omomo_core.generation.solve import solve_bodies
+from omomo_core.generation.solve import CLEARANCE, solve_bodies
 from omomo_core.generation.wish import Wish
-from omomo_core.geometry.distance_field import distance_field
 from omomo_core.geometry.runs import runs
-from omomo_core.motion import ObjectMesh
 from omomo_core.skeleton import joint
-
-BODY = load_body()
-FRAMES = 60
-FACING_X = torch.from_numpy(Rotation.from_euler("xz", [90, 90], degrees=True).as_matrix()).float()
-FLOOR = -float(BODY.vertices[:, 1].min())
-Pose = tuple[torch.Tensor, torch.Tensor]
-
-
-def standing() -> Pose:
-    """Feet on the floor, knees a little bent, arms hanging, looking along x."""
-    root = torch.tensor([0.0, 0.0, float(BODY.rest_joints[0, 1]) + FLOOR - 0.02])
-    root, R = root.expand(1, FRAMES, 3).clone(), FACING_X.expand(1, FRAMES, 22, 3, 3).clone()
-    joints = forward_kinematics(BODY, root, R)
-    for side, y in enumerate((0.22, -0.22)):
-        ankle = joints[..., ANKLES[side], :] + torch.tensor([0.0, 0.0, 0.02])
-        leg, arm = (("left_leg", "left_arm"), ("right_leg", "right_arm"))[side]
-        R, _ = reach(BODY, root, R, leg, ankle)
-        R, _ = reach(BODY, root, R, arm, torch.tensor([0.05, y, 0.85]).expand(1, FRAMES, 3))
-    return root, R
-
-
-def block(low: tuple[float, ...], high: tuple[float, ...]) -> Scanned:
-    solid = trimesh.creation.box(bounds=[low, high])
-    mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "block")
-    return Scanned(distance_field(mesh), torch.zeros(3))
-
-
-def at(place: np.ndarray | None = None) -> np.ndarray:
-    T = np.tile(np.eye(4), (FRAMES, 1, 1))
-    if place is not None:
-        T[:, :3, 3] = place
-    return T
+from tests.core.standing_people import BODY, FRAMES, Pose, at, block, standing
 
 
 def wish_of(pose: Pose, barrier: Scanned, hold: float = 0.0, T: np.ndarray | None = None) -> Wish:
@@ -74,7 +38,7 @@ def wish_of(pose: Pose, barrier: Scanned, hold: float = 0.0, T: np.ndarray | Non
 
 
 def around(wish: Wish, free: torch.Tensor | None = None) -> Around:
-    flesh = anatomy(BODY, clearance=0.01)
+    flesh = anatomy(BODY, clearance=CLEARANCE)
     free = torch.ones(FRAMES) if free is None else free
     return Around.of(flesh, wish.barrier.field, wish.T_world_object, free)
 
