@@ -65,7 +65,7 @@ def other_faces(
     costs = [_cost(body, root, rotations, around, w) for w in (wish, wished(turned))]
 
     def better(k: int, old: Segment, new: Segment) -> Segment:
-        seen = (around.seen >= old.start) & (around.seen < old.stop)
+        seen = torch.from_numpy((around.seen >= old.start) & (around.seen < old.stop))
         if old is new or not seen.any():
             return old
         now, then = (float(cost[k, seen, old.hand].mean()) for cost in costs)
@@ -100,9 +100,9 @@ def _cost(
     wish: Wish,
 ) -> Float[Tensor, "samples seen 2"]:
     """Of each arm that holds: what is inside the object, and how far its hand is turned."""
-    R = rotations.clone()
-    R[:, :, WRISTS] = wish.R_world_wrist
-    R = arms_that_hold(body, root, R, wish)[:, around.seen]
+    turned = rotations.clone()
+    turned[:, :, WRISTS] = wish.R_world_wrist
+    R = arms_that_hold(body, root, turned, wish)[:, around.seen]
     deep = around.inside(around.balls(root[:, around.seen], R), around.flesh.radii)
     arms = [
         (around.flesh.follows[5:, [e, w]] > 0).any(dim=-1)

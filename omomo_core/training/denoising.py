@@ -122,7 +122,7 @@ def _matrices(stage: Stage) -> Sequence[nn.Parameter]:
     return [p for p in stage.denoiser.blocks.parameters() if p.ndim == 2 and min(p.shape) > 6]
 
 
-def _attention(device: torch.device) -> AbstractContextManager[None]:
+def _attention(device: torch.device) -> AbstractContextManager[object]:
     """On a CPU the way back through fused attention takes a sixth of a step; plain products do not."""
     return sdpa_kernel(SDPBackend.MATH) if device.type == "cpu" else nullcontext()
 
