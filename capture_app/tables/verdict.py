@@ -41,6 +41,10 @@ def _ordering(group: Group) -> list[str]:
         told = f"is what the means say, but {unsure} of {len(found)} steps may be chance"
     else:
         told = "holds in every step"
+    if len(there) > 2:
+        # Steps may each be small where the whole way is not.
+        pairs.append((there[0], there[-1]))
+        found.append(_compared(group, *pairs[-1], F1))
     details = [
         _told(a, b, "F1", difference, 2) for (a, b), difference in zip(pairs, found, strict=True)
     ]

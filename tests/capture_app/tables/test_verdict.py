@@ -36,6 +36,7 @@ def test_the_ordering_is_told_with_how_sure_it_is():
     assert told[0].endswith("holds in every step.")
     assert "F1 of OMOMO minus that of OMOMO w/o constraints: +0.20 (95 %" in told[1]
     assert told[1].endswith("to +0.20; surely).")
+    assert told[4].startswith("F1 of OMOMO minus that of GOAL: +0.50 (95 %")
     wrong = verdicts(**{**sure, "omomo": list(0.4 + spread)})[2]
     assert wrong[0].endswith("does not hold: 1 of 3 steps do not go this way.")
     lucky = [*(0.6 + spread[:18]), 0.9, 0.9]
