@@ -18,8 +18,9 @@ from omomo_core.generation.wish import Wish
 STRETCH, LONGEST = 0.97, 0.999
 """Share of a straight arm's length that the pelvis is moved to stay within: before and after."""
 LEG_STRETCH = 0.995
-LOWEST = 0.25
-"""Metres that the pelvis is lowered at most for the legs to reach the floor."""
+LOWEST = 0.05
+"""Metres that the pelvis is lowered at most for the legs to reach the floor: a foot that stands longer than
+its leg reaches leaves the floor, a person does not sink for it."""
 FARTHEST = 0.25
 """Metres that the pelvis is moved at most: beyond that the sample is wrong and must say so."""
 

@@ -36,7 +36,7 @@ from omomo_core.generation.reaching import (
 from omomo_core.generation.side import FINE, Around
 from omomo_core.generation.wish import Wish
 
-CLEARANCE = 0.016
+CLEARANCE = 0.02
 """Metres that flesh keeps from the object: balls do not fill the skin to its last fold, the object is
 known to a grid's step, and choices pass smoothly into each other."""
 ITERATIONS = 5
