@@ -104,7 +104,7 @@ def solve_bodies(
     near = within_reach(body, pose.root, pose.rotations, feet, wish, free, LONGEST)
     pose = _limbs(body, replace(pose, root=near), feet, wish)
     closely = Around.of(flesh, field, wish.T_world_object, free, FINE)
-    pose = _aside(body, _aside(body, pose, around), closely)
+    pose = _aside(body, pose, closely)
     if decided is not None:
         pose.root[:, : decided.frames] = decided.root
         pose.rotations[:, : decided.frames] = decided.rotations
