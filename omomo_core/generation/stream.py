@@ -163,7 +163,11 @@ class _Maker:
         T, R, thing = scene.take.motion.T_world_object, sampled.rotations, self.thing
 
         def followed(held: Held) -> list[HandMotion]:
-            return [follow(s, hand, T) for s, hand in zip(held, hands, strict=True)]
+            # What has not changed is not blended a second time.
+            return [
+                hand if all(a is b for a, b in zip(old, new, strict=True)) else follow(new, hand, T)
+                for old, new, hand in zip(segments, held, hands, strict=True)
+            ]
 
         def wished(held: Held) -> Wish:
             return wish_of(R, followed(held), held, scene, thing)

@@ -199,6 +199,17 @@ def test_the_published_model_makes_one_window_and_refuses_more():
         generate(carried(121), BODY, untrained("paper"), options, lambda name, done: None)
 
 
+def test_by_the_published_rule_a_palm_that_comes_near_is_held_to_the_end():
+    motion = carried(60)
+    # Wherever a palm is, there is something within 3 cm.
+    grid = np.stack(np.meshgrid(*[np.arange(-0.3, 0.3, 0.033)] * 3), axis=-1).reshape(-1, 3)
+    faces = np.arange(len(grid) // 3 * 3).reshape(-1, 3)
+    made = run(replace(motion, mesh=ObjectMesh(grid, faces, "cloud")), contact="paper")
+    for human in made.motions:
+        assert human.hand_contact[0].any()
+        assert (human.hand_contact[-1] >= human.hand_contact[0]).all()
+
+
 def pose_of(motion: Generation, k: int, frame: int) -> Pose:
     return Pose(motion.motions[k].root[frame], motion.motions[k].rotations[frame])
 
