@@ -17,31 +17,39 @@ if TYPE_CHECKING:
     from omomo_core.data.dataset import Summary
 
 
+Mocap = Annotated[
+    Path,
+    typer.Argument(help="Folder of recordings, or clips that `omocap data build` made of it."),
+]
+Out = Annotated[
+    Path, typer.Option("-o", "--out", help="Folder of the data set; given again, it goes on.")
+]
+Count = Annotated[int, typer.Option(help="Clips to make, of 4 to 10 s each.", min=1)]
+Seed = Annotated[int, typer.Option(help="The same seed makes the same clips.", min=0)]
+ShareAlike = Annotated[
+    bool, typer.Option(help="Use share-alike sources (HDM05); weights inherit the licence.")
+]
+Furniture = Annotated[
+    Path | None,
+    typer.Option(help="Folder of .obj furniture to handle, too (docs/data.md)."),
+]
+People = Annotated[str, typer.Option(help="Who of sub1 to sub17 acts; the paper learns from 1-15.")]
+Objects = Annotated[
+    str,
+    typer.Option(help="all, the paper's ten seen or five unseen, or names: monitor,mop."),
+]
+
+
 def synthesise(
-    mocap: Annotated[
-        Path,
-        typer.Argument(help="Folder of recordings, or clips that `omocap data build` made of it."),
-    ],
-    out: Annotated[
-        Path, typer.Option("-o", "--out", help="Folder of the data set; given again, it goes on.")
-    ],
-    count: Annotated[int, typer.Option(help="Clips to make, of 4 to 10 s each.", min=1)] = 4000,
-    seed: Annotated[int, typer.Option(help="The same seed makes the same clips.", min=0)] = 0,
+    mocap: Mocap,
+    out: Out,
+    count: Count = 4000,
+    seed: Seed = 0,
     workers: Annotated[int, typer.Option(help="Processes to use.", min=1)] = 1,
-    share_alike: Annotated[
-        bool, typer.Option(help="Use share-alike sources (HDM05); weights inherit the licence.")
-    ] = True,
-    furniture: Annotated[
-        Path | None,
-        typer.Option(help="Folder of .obj furniture to handle, too (docs/data.md)."),
-    ] = None,
-    people: Annotated[
-        str, typer.Option(help="Who of sub1 to sub17 acts; the paper learns from 1-15.")
-    ] = "1-17",
-    objects: Annotated[
-        str,
-        typer.Option(help="all, the paper's ten seen or five unseen, or names: monitor,mop."),
-    ] = "all",
+    share_alike: ShareAlike = True,
+    furniture: Furniture = None,
+    people: People = "1-17",
+    objects: Objects = "all",
 ) -> None:
     """Make clips of people who carry, push, pull, lift and turn things, out of recorded motion.
 

@@ -43,61 +43,64 @@ class SplitName(StrEnum):
 _ASKED = {FirstFrame.both: (True, False), FirstFrame.given: (True,), FirstFrame.none: (False,)}
 
 
+Clips = Annotated[
+    list[Path],
+    typer.Argument(
+        help="Recorded clips, data sets of `omocap data synthesise`, or files of the OMOMO "
+        "release; docs/evaluation.md describes them.",
+        show_default=False,
+    ),
+]
+Weights = Annotated[
+    Path | None,
+    typer.Option(
+        help="Folder with a folder of networks for each method: omomo, single-stage, goal, "
+        "capture (the one that ships, if it is not there).",
+        show_default=False,
+    ),
+]
+Out = Annotated[Path, typer.Option("-o", "--out", help="Folder to make; given again, it goes on.")]
+Samples = Annotated[int, typer.Option(help="K: people generated for each window.", min=1, max=200)]
+Split = Annotated[
+    SplitName | None,
+    typer.Option(
+        help="Only clips of this side: people 16 and 17 with the ten objects (seen) or the "
+        "five (unseen), or the people and objects that were learnt from (train).",
+        show_default=False,
+    ),
+]
+Sampler = Annotated[SamplerName, typer.Option(help="The paper's is ddpm, of 1,000 steps.")]
+Methods = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="Only these: goal, single-stage, no-constraints, omomo, gt-hands, capture, "
+        "recorded; with commas, or given several times.",
+        show_default=False,
+    ),
+]
+Limit = Annotated[
+    int | None,
+    typer.Option(help="Windows of each table at most, spread evenly.", min=1, show_default=False),
+]
+FirstFrameGiven = Annotated[
+    FirstFrame,
+    typer.Option(help="With the person's first pose given, as in the paper, without, or both."),
+]
+
+
 def tables(
-    clips: Annotated[
-        list[Path],
-        typer.Argument(
-            help="Recorded clips, data sets of `omocap data synthesise`, or files of the OMOMO "
-            "release; docs/evaluation.md describes them.",
-            show_default=False,
-        ),
-    ],
-    weights: Annotated[
-        Path | None,
-        typer.Option(
-            help="Folder with a folder of networks for each method: omomo, single-stage, goal, "
-            "capture (the one that ships, if it is not there).",
-            show_default=False,
-        ),
-    ] = None,
-    out: Annotated[
-        Path, typer.Option("-o", "--out", help="Folder to make; given again, it goes on.")
-    ] = Path("tables"),
-    samples: Annotated[
-        int, typer.Option(help="K: people generated for each window.", min=1, max=200)
-    ] = 20,
+    clips: Clips,
+    weights: Weights = None,
+    out: Out = Path("tables"),
+    samples: Samples = 20,
     seed: given.Seed = 0,
-    split: Annotated[
-        SplitName | None,
-        typer.Option(
-            help="Only clips of this side: people 16 and 17 with the ten objects (seen) or the "
-            "five (unseen), or the people and objects that were learnt from (train).",
-            show_default=False,
-        ),
-    ] = None,
-    sampler: Annotated[
-        SamplerName, typer.Option(help="The paper's is ddpm, of 1,000 steps.")
-    ] = SamplerName.fast,
+    split: Split = None,
+    sampler: Sampler = SamplerName.fast,
     steps: given.Steps = 10,
-    methods: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Only these: goal, single-stage, no-constraints, omomo, gt-hands, capture, "
-            "recorded; with commas, or given several times.",
-            show_default=False,
-        ),
-    ] = None,
-    limit: Annotated[
-        int | None,
-        typer.Option(
-            help="Windows of each table at most, spread evenly.", min=1, show_default=False
-        ),
-    ] = None,
+    methods: Methods = None,
+    limit: Limit = None,
     workers: Annotated[int, typer.Option(help="Processes to use.", min=1)] = 1,
-    first_frame: Annotated[
-        FirstFrame,
-        typer.Option(help="With the person's first pose given, as in the paper, without, or both."),
-    ] = FirstFrame.both,
+    first_frame: FirstFrameGiven = FirstFrame.both,
 ) -> None:
     """Run methods over recorded clips and print the paper's tables 2, 3 and 4.
 

@@ -16,58 +16,69 @@ if TYPE_CHECKING:
 Word = TypeVar("Word", bound=str)
 
 
+Method = Annotated[str, typer.Argument(help="capture (what ships), omomo, single-stage or goal.")]
+Data = Annotated[
+    list[Path],
+    typer.Argument(
+        help="Recordings (folders or files: BVH, npz, AMASS, the OMOMO release's .p), or clips "
+        "of `omocap data build` and data sets of `omocap data synthesise`."
+    ),
+]
+Out = Annotated[
+    Path, typer.Option("-o", "--out", help="Folder of the run; given again, it resumes.")
+]
+Stage = Annotated[
+    str, typer.Option(help="hands, body, or both one after the other (capture, omomo).")
+]
+Size = Annotated[
+    str,
+    typer.Option(help="published, or laptop: smaller networks (omomo, single-stage, goal)."),
+]
+Steps = Annotated[
+    int | None, typer.Option(help="Optimiser steps per network; else as the method's recipe.")
+]
+Rate = Annotated[
+    float | None, typer.Option(help="Peak learning rate; else as the method's recipe.")
+]
+SynthesisShare = Annotated[
+    float,
+    typer.Option(help="Share of windows with an object in the batches of capture's body."),
+]
+Seed = Annotated[int, typer.Option(help="Seed of weights, windows, noise and synthesis.")]
+Synthetic = Annotated[
+    int | None,
+    typer.Option(
+        help="Clips with objects to synthesise from recordings; by default 4200, or none "
+        "where the data has objects already.",
+        min=0,
+    ),
+]
+ShareAlike = Annotated[
+    bool, typer.Option(help="Use share-alike sources (HDM05); weights inherit the licence.")
+]
+BvhUnit = Annotated[str, typer.Option(help="Unit of BVH files: cm, m, mm or in.")]
+ObjectSplit = Annotated[
+    bool,
+    typer.Option("--object-split", help="Of the release's files use the paper's ten objects only."),
+]
+
+
 def train(
-    method: Annotated[
-        str, typer.Argument(help="capture (what ships), omomo, single-stage or goal.")
-    ],
-    data: Annotated[
-        list[Path],
-        typer.Argument(
-            help="Recordings (folders or files: BVH, npz, AMASS, the OMOMO release's .p), or clips "
-            "of `omocap data build` and data sets of `omocap data synthesise`."
-        ),
-    ],
-    out: Annotated[
-        Path, typer.Option("-o", "--out", help="Folder of the run; given again, it resumes.")
-    ],
-    stage: Annotated[
-        str, typer.Option(help="hands, body, or both one after the other (capture, omomo).")
-    ] = "both",
-    size: Annotated[
-        str,
-        typer.Option(help="published, or laptop: smaller networks (omomo, single-stage, goal)."),
-    ] = "published",
-    steps: Annotated[
-        int | None, typer.Option(help="Optimiser steps per network; else as the method's recipe.")
-    ] = None,
+    method: Method,
+    data: Data,
+    out: Out,
+    stage: Stage = "both",
+    size: Size = "published",
+    steps: Steps = None,
     batch: Annotated[int, typer.Option(help="Windows of 4 s per step.", min=1)] = 64,
-    rate: Annotated[
-        float | None, typer.Option(help="Peak learning rate; else as the method's recipe.")
-    ] = None,
-    synthesis_share: Annotated[
-        float,
-        typer.Option(help="Share of windows with an object in the batches of capture's body."),
-    ] = 0.75,
-    seed: Annotated[int, typer.Option(help="Seed of weights, windows, noise and synthesis.")] = 0,
+    rate: Rate = None,
+    synthesis_share: SynthesisShare = 0.75,
+    seed: Seed = 0,
     save_every: Annotated[int, typer.Option(help="Steps between saves.", min=1)] = 500,
-    synthetic: Annotated[
-        int | None,
-        typer.Option(
-            help="Clips with objects to synthesise from recordings; by default 4200, or none "
-            "where the data has objects already.",
-            min=0,
-        ),
-    ] = None,
-    share_alike: Annotated[
-        bool, typer.Option(help="Use share-alike sources (HDM05); weights inherit the licence.")
-    ] = True,
-    bvh_unit: Annotated[str, typer.Option(help="Unit of BVH files: cm, m, mm or in.")] = "cm",
-    object_split: Annotated[
-        bool,
-        typer.Option(
-            "--object-split", help="Of the release's files use the paper's ten objects only."
-        ),
-    ] = False,
+    synthetic: Synthetic = None,
+    share_alike: ShareAlike = True,
+    bvh_unit: BvhUnit = "cm",
+    object_split: ObjectSplit = False,
     workers: Annotated[int, typer.Option(help="Processes that synthesise.", min=1)] = 1,
 ) -> None:
     """Train the networks of a method and write their weights.
