@@ -27,6 +27,7 @@ from omomo_core.generation.person import Person, shifted, stretch
 from omomo_core.generation.result import GenerationOptions, Progress, Stages
 from omomo_core.generation.scene import Scene, Thing
 from omomo_core.generation.solve import Solved
+from omomo_core.generation.threads import threads_for
 from omomo_core.generation.wish import Wish
 from omomo_core.motion import HandMotion, ObjectMesh
 
@@ -77,7 +78,8 @@ def stream(
     )
     decided: Decided | None = None
     for chapter in cut(poses, chapters):
-        draft = maker.draft(chapter, known, decided)
+        with threads_for(options.samples * len(chapter.T_world_object)):
+            draft = maker.draft(chapter, known, decided)
         now = range(chapter.decided, chapter.until)
         people = tuple(stretch(p, now.start, now.stop) for p in draft.people)
         must_hold = draft.scene.must_hold[now.start : now.stop]

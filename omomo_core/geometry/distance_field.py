@@ -130,6 +130,7 @@ class _Sheet:
     """Triangles in trees, of which much may be asked."""
 
     def __init__(self, mesh: trimesh.Trimesh) -> None:
+        self._low, self._high = mesh.bounds
         self._mesh = np.asarray(mesh.vertices), np.asarray(mesh.faces)
         self._boxes, self._winding = igl.AABB(), igl.FastWindingNumberBVH()
         self._boxes.init(*self._mesh)
@@ -140,8 +141,12 @@ class _Sheet:
         return np.sqrt(np.asarray(self._boxes.squared_distance(*self._mesh, points)[0]))
 
     def turns(self, points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, " points"]:
-        """How often the surface winds around each point, either way."""
-        return np.abs(np.asarray(self._winding.winding_number(points, _ACCURACY)))
+        """How often the surface winds around each point, either way; beyond its box, not at all."""
+        within = ((points > self._low) & (points < self._high)).all(axis=1)
+        turns = np.zeros(len(points))
+        if within.any():
+            turns[within] = np.abs(self._winding.winding_number(points[within], _ACCURACY))
+        return turns
 
 
 def _measured(

@@ -1,6 +1,7 @@
 """The body as the solver sees it: turning bones, flesh, masses and how far joints go."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import torch
@@ -100,6 +101,7 @@ class Anatomy:
     """Kilograms."""
 
 
+@lru_cache(maxsize=4)
 def anatomy(body: BodyModel, *, clearance: float | None = None) -> Anatomy:
     """Points in this order: two palms, two ankles, the centre of mass, then balls of flesh.
 
