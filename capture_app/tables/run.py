@@ -22,7 +22,7 @@ from omomo_core.data.splits import side_of
 from omomo_core.diffusion.samplers import Sampler
 from omomo_core.errors import InputError
 from omomo_core.evaluation.clips import RealClip
-from omomo_core.evaluation.sources import read_recorded
+from omomo_core.evaluation.sources import check_sources, read_recorded
 from omomo_core.evaluation.windows import windows_of
 
 MEASURES = 1
@@ -75,6 +75,7 @@ def make_tables(request: TablesRequest, progress: Progress, load: Load | None = 
         InputError: as `read_recorded`; ``no-windows``; ``unknown-method``; ``tables-differ``...
         AssetError: weights of a method are missing or damaged.
     """
+    check_sources(request.clips)
     names = chosen_methods(request.methods, request.weights)
     networks = {name: networks_of(name, request.weights) for name in names}
     windows, skipped = _windows(request)

@@ -53,6 +53,22 @@ def read_recorded(sources: Sequence[Path], body: BodyModel) -> Recorded:
     return recorded
 
 
+def check_sources(sources: Sequence[Path]) -> None:
+    """Refuse at once what `read_recorded` could not read.
+
+    Raises:
+        InputError: ``no-clips`` when a source is not there.
+    """
+    for source in sources:
+        if not source.exists():
+            raise InputError(
+                "no-clips",
+                "There is no such folder or file of clips.",
+                where=str(source),
+                fix="Give clips as docs/evaluation.md describes them.",
+            )
+
+
 def of_our_body(clip: Clip, body: BodyModel) -> RealClip | None:
     """A training clip as a recorded one; None when nothing is moved in it."""
     if clip.object_motion is None:

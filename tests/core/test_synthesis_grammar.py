@@ -39,6 +39,31 @@ def test_every_action_has_scripts_that_fit_their_clips(action: Action) -> None:
         assert all(e.leaves for e in script.episodes[:-1])
 
 
+def test_what_offers_it_is_sometimes_lifted_with_one_hand() -> None:
+    rng = np.random.default_rng(2)
+    lifts = [write_script(rng, "relocate", 1.0, Stock(frozenset({"woodchair"}))) for _ in range(60)]
+    one = [sum(s.episodes[0].hands) == 1 for s in lifts if s is not None]
+    assert 0.15 < np.mean(one) < 0.55
+
+
+def test_many_hold_before_they_stand_and_walk_off_before_they_have_let_go() -> None:
+    rng = np.random.default_rng(4)
+    early, late = [], []
+    for _ in range(60):
+        script = write_script(rng, "carry")
+        assert script is not None
+        episode, pauses = script.episodes[0], script.wanted.pause_frames
+        starts = np.cumsum([60, *(p + 60 for p in pauses)])[:-1]
+        stops = [(int(a), int(a + p)) for a, p in zip(starts, pauses, strict=True)]
+        first, last = script.spans(stops)[0]
+        if episode.takes:
+            early.append(first - stops[0][0] < episode.reach / 2)
+        if episode.leaves:
+            late.append(stops[-1][1] - last < episode.release / 2)
+    assert 0.2 < np.mean(early) < 0.9
+    assert 0.2 < np.mean(late) < 0.9
+
+
 def test_all_actions_are_drawn() -> None:
     rng = np.random.default_rng(0)
     assert set(HANDLED) <= {draw_action(rng) for _ in range(2000)}

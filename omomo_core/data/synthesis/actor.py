@@ -3,41 +3,37 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-import roma
 import torch
 from jaxtyping import Bool, Float
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
-from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
+from omomo_core.data.synthesis.arms import SHOULDERS, with_arms, wrist_goals
 from omomo_core.data.synthesis.bend import Torso, bent, manner
-from omomo_core.data.synthesis.directions import ahead_of, in_space, left_of
+from omomo_core.data.synthesis.directions import ahead_of, in_space
 from omomo_core.data.synthesis.footage import heading
 from omomo_core.data.synthesis.hands import Hands
 from omomo_core.data.synthesis.posture import Posture
 from omomo_core.data.synthesis.stage import Stage
 from omomo_core.geometry.easing import min_jerk
 from omomo_core.geometry.runs import runs
-from omomo_core.skeleton import PALM_JOINTS, joint
+from omomo_core.skeleton import joint
 
 _STRAIGHT_LEG = 0.995
 """Of hip to ankle at full stretch; the pelvis comes down before a knee locks."""
 _AMOUNTS = np.linspace(0.0, 1.2, 13)
-_KNEES_BEND = ([0.45, 0.9], [1.0, 0.0])
+_KNEES_BEND = ([0.2, 0.75], [1.0, 0.0])
 """Of what the person's squatting amounts to: for hands at these heights, metres."""
+_HANGING, _ARMS_HANG = 1.03, ([0.65, 0.95], [1.0, 0.0])
+"""Share of the straight arm that is reached with under a bent trunk, from which arms hang (the
+shoulder girdle gives the rest): for hands at these heights, metres."""
 _MOST_BEND = ([0.65, 0.9, 1.15], [1.2, 0.5, 0.2])
 """Nobody bends far for what is high: for hands at these heights, metres."""
 _BEND_BACK = ([-0.15, 0.25], [0.15, 1.2])
 """Nor for what is behind: bending takes the shoulders away from it. For hands this far ahead of the
 pelvis, metres."""
-_WRISTS = (joint("left_wrist"), joint("right_wrist"))
-_SHOULDERS = (joint("left_shoulder"), joint("right_shoulder"))
-_ELBOWS = (joint("left_elbow"), joint("right_elbow"))
-_COLLARS = (joint("left_collar"), joint("right_collar"))
-_SPINE3 = joint("spine3")
-_ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
 _LEGS: tuple[tuple[LimbName, int], ...] = (
     ("left_leg", joint("left_ankle")),
     ("right_leg", joint("right_ankle")),
@@ -71,11 +67,11 @@ def perform(body: BodyModel, stage: Stage, posture: Posture, hands: Hands) -> Pe
         twist=posture.twist * _twist(stage, hands, yaw) + stage.sway[:, 4],
     )
     base = _shifted(stage, posture, yaw, engaged)
-    amount = _amount(body, base, hands, torso, posture.comfort)
-    pose = _Pose(*bent(body, base.root, base.rotations, amount, torso))
     feet = joints_of(body, stage.root, stage.rotations)
+    amount = _amount(body, base, feet, hands, torso, posture.comfort)
+    pose = _Pose(*bent(body, base.root, base.rotations, amount, torso))
     pose = _settled(body, pose, feet)
-    pose = _arms(body, pose, hands, yaw)
+    pose = replace(pose, rotations=with_arms(body, pose.root, pose.rotations, hands, yaw))
     pose = _legs(body, pose, feet)
     joints = joints_of(body, pose.root, pose.rotations)
     residual = np.linalg.norm(joints[:, 22:] - hands.palms, axis=-1) * hands.contact
@@ -104,33 +100,26 @@ def _shifted(
 
 def _settled(body: BodyModel, pose: _Pose, feet: Float[np.ndarray, "frames 24 3"]) -> _Pose:
     """Bring the pelvis down to where both legs reach their feet."""
+    need = _too_high(body, joints_of(body, pose.root, pose.rotations), feet)
+    drop = gaussian_filter1d(maximum_filter1d(need, 5, mode="nearest"), 2.0, mode="nearest")
+    return replace(pose, root=pose.root - np.array([0.0, 0.0, 1.0]) * drop[:, None])
+
+
+def _too_high(
+    body: BodyModel, joints: Float[np.ndarray, "*b 24 3"], feet: Float[np.ndarray, "*#b 24 3"]
+) -> Float[np.ndarray, "*b"]:
+    """How far the pelvis must come down for both legs to reach their feet, metres."""
     rest = body.rest_joints.double().numpy()
-    joints = joints_of(body, pose.root, pose.rotations)
-    need = np.zeros(len(pose.root))
+    need = np.zeros(joints.shape[:-2])
     for hip, knee, ankle in ((joint(f"{s}_{n}") for n in ("hip", "knee", "ankle"))
                              for s in ("left", "right")):  # fmt: skip
         length = _STRAIGHT_LEG * float(
             np.linalg.norm(rest[knee] - rest[hip]) + np.linalg.norm(rest[ankle] - rest[knee])
         )
-        apart = joints[:, hip] - feet[:, ankle]
-        level = np.sqrt((length**2 - (apart[:, :2] ** 2).sum(-1)).clip(0.0))
-        need = np.maximum(need, apart[:, 2] - level)
-    drop = gaussian_filter1d(maximum_filter1d(need, 5, mode="nearest"), 2.0, mode="nearest")
-    return replace(pose, root=pose.root - np.array([0.0, 0.0, 1.0]) * drop[:, None])
-
-
-def _wrist_goals(
-    body: BodyModel, hands: Hands
-) -> tuple[Float[np.ndarray, "frames 2 3"], Float[np.ndarray, " 2"]]:
-    """Where the wrists must be, and how long the straight arms are up to them."""
-    rest = body.rest_joints.double().numpy()
-    palm = np.stack([rest[p] - rest[w] for p, w in zip(PALM_JOINTS, _WRISTS, strict=True)])
-    goals = hands.palms - np.einsum("thij,hj->thi", hands.R_world_wrist, palm)
-    lengths = [
-        float(np.linalg.norm(rest[e] - rest[s]) + np.linalg.norm(rest[w] - rest[e]))
-        for s, e, w in zip(_SHOULDERS, _ELBOWS, _WRISTS, strict=True)
-    ]
-    return goals, np.array(lengths)
+        apart = joints[..., hip, :] - feet[..., ankle, :]
+        level = np.sqrt((length**2 - (apart[..., :2] ** 2).sum(-1)).clip(0.0))
+        need = np.maximum(need, apart[..., 2] - level)
+    return need
 
 
 def _twist(
@@ -147,27 +136,36 @@ def _twist(
 
 
 def _amount(
-    body: BodyModel, base: _Pose, hands: Hands, torso: Torso, comfort: float
+    body: BodyModel,
+    base: _Pose,
+    feet: Float[np.ndarray, "frames 24 3"],
+    hands: Hands,
+    torso: Torso,
+    comfort: float,
 ) -> Float[np.ndarray, " frames"]:
     """The least bending that brings the shoulders near enough, smooth in time."""
-    goals, lengths = _wrist_goals(body, hands)
+    goals, lengths = wrist_goals(body, hands)
     held = np.flatnonzero(hands.contact.any(axis=1))
     root, rotations = bent(
         body, base.root[held, None], base.rotations[held, None], _AMOUNTS, torso.rows(held)
     )
-    shoulders = joints_of(body, root, rotations)[..., _SHOULDERS, :]
+    joints = joints_of(body, root, rotations)
+    drop = _too_high(body, joints, feet[held, None])[..., None, None]
+    shoulders = joints[..., SHOULDERS, :] - np.array([0.0, 0.0, 1.0]) * drop
     distance = np.linalg.norm(goals[held, None] - shoulders, axis=-1) / lengths
     need = np.where(hands.contact[held, None] > 0, distance, 0.0).max(axis=-1)
-    enough = need <= comfort
+    low = _lowest_palm(hands)[held]
+    share = comfort + np.interp(low, *_ARMS_HANG) * (max(comfort, _HANGING) - comfort)
+    enough = need <= share[:, None]
     first = np.where(enough.any(axis=1), enough.argmax(axis=1), need.argmin(axis=1))
     # Between two samples the reach is nearly linear in the amount.
     rows = np.arange(len(held))
     before = (first - 1).clip(0)
     gain = need[rows, before] - need[rows, first]
-    part = ((need[rows, before] - comfort) / np.maximum(gain, 1e-6)).clip(0.0, 1.0)
+    part = ((need[rows, before] - share) / np.maximum(gain, 1e-6)).clip(0.0, 1.0)
     least = _AMOUNTS[before] + part * (_AMOUNTS[first] - _AMOUNTS[before])
     least = np.where(first == 0, 0.0, least)
-    most = np.interp(_lowest_palm(hands)[held], *_MOST_BEND)
+    most = np.interp(low, *_MOST_BEND)
     to_goal = goals[held] - base.root[held, None]
     ahead = (to_goal * in_space(ahead_of(torso.yaw[held]))[:, None]).sum(axis=-1)
     last = np.where(hands.contact[held] > 0, ahead, np.inf).min(axis=1)
@@ -190,87 +188,6 @@ def _ramped(
             ramp = amount[edge] * min_jerk(1.0 - ahead / length)
             out = np.where((ahead > 0) & ~held, np.maximum(out, ramp), out)
     return gaussian_filter1d(out, 2.0, mode="nearest")
-
-
-def _arms(body: BodyModel, pose: _Pose, hands: Hands, yaw: Float[np.ndarray, " frames"]) -> _Pose:
-    free = joints_of(body, pose.root, pose.rotations)[:, 22:]
-    s = hands.pull[..., None]
-    detour = (4.0 * s * (1.0 - s)) * (hands.contact[..., None] == 0) * hands.outward
-    goals = torch.as_tensor(free + s * (hands.palms - free) + detour)
-    rotations = pose.rotations.copy()
-    for h, w in enumerate(_WRISTS):
-        rotations[:, w] = _blend(rotations[:, w], hands.R_world_wrist[:, h], hands.pull[:, h])
-    rotations = _raise_collars(body, replace(pose, rotations=rotations), hands)
-    joints = joints_of(body, pose.root, rotations)
-    for h, (arm, collar) in enumerate(zip(_ARMS, _COLLARS, strict=True)):
-        pole = _elbow_pole(yaw, goals[:, h].numpy() - joints[:, _SHOULDERS[h]], 1 - 2 * h)
-        # Solved from straight arms, such that the elbow is a hinge whatever the mocap arm did.
-        straight = rotations.copy()
-        straight[:, [_SHOULDERS[h], _ELBOWS[h]]] = rotations[:, collar, None]
-        solved, _ = reach(
-            body, torch.as_tensor(pose.root), torch.as_tensor(straight), arm, goals[:, h],
-            torch.as_tensor(pole),
-        )  # fmt: skip
-        weight = min_jerk(hands.pull[:, h] / 0.75)
-        for j in (_SHOULDERS[h], _ELBOWS[h]):
-            rotations[:, j] = _blend(rotations[:, j], solved[:, j].numpy(), weight)
-    return replace(pose, rotations=rotations)
-
-
-def _blend(
-    a: Float[np.ndarray, "frames 3 3"],
-    b: Float[np.ndarray, "frames 3 3"],
-    weight: Float[np.ndarray, " frames"],
-) -> Float[np.ndarray, "frames 3 3"]:
-    """From a to b by weight, going the same way round in neighbouring frames."""
-    first, second = (_steady(Rotation.from_matrix(R).as_quat()) for R in (a, b))
-    # Which way round only matters between two frames that are all b.
-    splits = [(i + j) // 2 for i, j in runs(weight >= 1.0)]
-    for i, j in zip([0, *splits], [*splits, len(weight)], strict=True):
-        part = slice(i, j)
-        apart = ((first[part] * second[part]).sum(-1) * weight[part] * (1 - weight[part])).sum()
-        second[part] *= 1.0 if apart >= 0 else -1.0
-    angle = np.arccos((first * second).sum(-1).clip(-0.999, 0.999999))
-    mixed = np.sin((1 - weight) * angle)[:, None] * first + np.sin(weight * angle)[:, None] * second
-    return Rotation.from_quat(mixed).as_matrix()
-
-
-def _steady(quaternions: Float[np.ndarray, "frames 4"]) -> Float[np.ndarray, "frames 4"]:
-    """Signs chosen such that neighbours are alike."""
-    dots = (quaternions[1:] * quaternions[:-1]).sum(-1)
-    signs = np.cumprod(np.where(dots < 0, -1.0, 1.0))
-    return quaternions * np.concatenate([[1.0], signs])[:, None]
-
-
-def _elbow_pole(
-    yaw: Float[np.ndarray, " frames"], to_goal: Float[np.ndarray, "frames 3"], side: int
-) -> Float[np.ndarray, "frames 3"]:
-    """Elbows point back under a hanging arm, down under one stretched ahead, always a bit outward."""
-    ahead, left = in_space(ahead_of(yaw)), in_space(left_of(yaw))
-    along = to_goal / np.linalg.norm(to_goal, axis=-1, keepdims=True)
-    down = np.array([0.0, 0.0, -1.0])
-    return np.cross(left, along) + 0.35 * side * left + 0.25 * down - 0.15 * ahead
-
-
-def _raise_collars(
-    body: BodyModel, pose: _Pose, hands: Hands
-) -> Float[np.ndarray, "frames 22 3 3"]:
-    """Shoulder girdle: up when the hand is high, forward when it is far ahead."""
-    goals, lengths = _wrist_goals(body, hands)
-    joints = joints_of(body, pose.root, pose.rotations)
-    chest = pose.rotations[:, _SPINE3]
-    rotations = pose.rotations.copy()
-    for h, collar in enumerate(_COLLARS):
-        to_goal = goals[:, h] - joints[:, _SHOULDERS[h]]
-        local = np.einsum("tji,tj->ti", chest, to_goal) / lengths[h]
-        up = 0.45 * (local[:, 1] + 0.35).clip(0.0, 1.0)
-        forward = 0.35 * (local[:, 2] - 0.25).clip(0.0, 0.8)
-        side = 1.0 - 2.0 * h
-        rotvec = np.stack([np.zeros_like(up), -side * forward, side * up], axis=-1)
-        rotvec *= hands.pull[:, h, None]
-        step = roma.rotvec_to_rotmat(torch.as_tensor(np.einsum("tij,tj->ti", chest, rotvec)))
-        rotations[:, collar] = step.numpy() @ rotations[:, collar]
-    return rotations
 
 
 def _legs(body: BodyModel, pose: _Pose, feet: Float[np.ndarray, "frames 24 3"]) -> _Pose:

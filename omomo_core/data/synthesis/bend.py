@@ -38,10 +38,11 @@ class Manner:
 
 
 def manner(squat: Float[np.ndarray, " frames"]) -> Manner:
-    """Stooping (0) bends the back, squatting (1) the knees."""
+    """Stooping (0) bends the back over nearly straight knees, squatting (1) the knees (the styles of
+    lifting of von Arx et al. 2021)."""
     return Manner(
         pitch=2.1 + (0.9 - 2.1) * squat,
-        drop=0.06 + (0.47 - 0.06) * squat,
+        drop=0.02 + (0.47 - 0.02) * squat,
         back=0.2 + (0.13 - 0.2) * squat,
     )
 

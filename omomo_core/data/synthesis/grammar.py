@@ -76,7 +76,9 @@ def _script(
     walking = walks * (rng.uniform(25, 60) if stepping else rng.uniform(60, 150))
     pauses = timeline(tuple(episodes))[0]
     spare = 0.0 if rng.random() < 0.4 else rng.uniform(0, 70)
-    frames = int(max(sum(pauses) + walking + spare, _SHORTEST))
+    coming_and_going = int(episodes[0].takes) + int(episodes[-1].leaves)
+    way = rng.uniform(10, 50, coming_and_going).sum()
+    frames = int(max(sum(pauses) + walking + spare + way, _SHORTEST))
     if frames > _LONGEST:
         return None
     wanted = Wanted(

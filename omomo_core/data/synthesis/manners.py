@@ -35,29 +35,30 @@ def posture_for(rng: np.random.Generator, action: Action) -> Posture:
     """How somebody holds the body for an action.
 
     Pushing bodies lean into the load with the pelvis behind the hands, pulling ones hang back from
-    it with bent knees; free lifting is anything between stooping and squatting.
+    it with bent knees; free lifting is anything between stooping and squatting, and often one of
+    the two.
     """
     if action in ("push", "shove", "tip"):
         lean = rng.uniform(-0.05, 0.5)
         return Posture(
-            squat=rng.uniform(0.0, 0.5),
+            squat=rng.uniform(0.0, 0.35),
             lean=lean,
             shift=0.1 * lean + rng.normal(0.0, 0.03),
             crouch=rng.uniform(0.0, 0.04),
-            comfort=rng.uniform(0.82, 0.97),
+            comfort=rng.uniform(0.86, 1.0),
             twist=rng.uniform(0.3, 1.0),
         )
     if action in ("pull", "drag"):
         return Posture(
-            squat=rng.uniform(0.0, 0.7),
+            squat=rng.uniform(0.0, 0.5),
             lean=rng.uniform(-0.25, 0.3),
             shift=-rng.uniform(0.0, 0.12),
-            crouch=rng.uniform(0.0, 0.06),
-            comfort=rng.uniform(0.88, 0.98),
+            crouch=rng.uniform(0.0, 0.04),
+            comfort=rng.uniform(0.92, 1.03),
             twist=rng.uniform(0.3, 1.0),
         )
     return Posture(
-        squat=rng.uniform(0.05, 0.95),
+        squat=rng.beta(0.6, 1.0),
         lean=rng.normal(0.0, 0.08),
         shift=rng.normal(0.0, 0.025),
         crouch=max(0.0, rng.normal(0.0, 0.02)),

@@ -14,6 +14,8 @@ Action = Literal[
 ]  # fmt: skip
 Span = tuple[int, int]
 """First frame and one past the last."""
+_SHORTEST_STOP = 8
+"""Frames."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,9 @@ class Episode:
     """Frames before the next episode begins, hands off."""
     stops: tuple[int, ...]
     """Lengths of the stops on the way."""
+    standing: tuple[float, float]
+    """Part of reaching and of letting go for which the actor stands; the rest is done walking up and
+    off. Below 0 the actor holds before having come to a stand, or still when going off."""
     stances: tuple[Stance, Stance, Stance]
     """When taken, while held, when left."""
     heights: tuple[float, ...]
@@ -125,8 +130,10 @@ def timeline(
     for k, episode in enumerate(episodes):
         take = leave = None
         if episode.takes:
-            take = (len(pauses), now + episode.reach)
-            now += episode.reach + episode.lift
+            share = episode.standing[0] if now == 0 else 1.0
+            reaching = max(round(episode.reach * share), _SHORTEST_STOP - episode.lift)
+            take = (len(pauses), now + reaching)
+            now += reaching + episode.lift
         if episode.still:
             now += episode.hold
         else:
@@ -134,7 +141,8 @@ def timeline(
             now = 0
         if episode.leaves:
             leave = (len(pauses), now + episode.lower)
-            now += episode.lower + episode.release
+            share = episode.standing[1] if k == len(episodes) - 1 else 1.0
+            now += max(episode.lower + round(episode.release * share), _SHORTEST_STOP)
         now += episode.rest * (k < len(episodes) - 1)
         cues.append((take, leave))
     return pauses + [now] * (now > 0), cues

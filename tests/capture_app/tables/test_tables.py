@@ -223,6 +223,8 @@ def test_what_cannot_be_asked_is_refused(make: Make, tmp_path: Path):
     with pytest.raises(AssetError, match="no weights for goal") as missing:
         make()
     assert missing.value.where == str(goal)
+    with pytest.raises(InputError, match="no such folder"):
+        make(clips=[tmp_path / "none"])
     make(methods=["omomo"], limit=1)
 
 

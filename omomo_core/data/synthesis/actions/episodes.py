@@ -15,6 +15,10 @@ LEVELS: dict[str, tuple[float, float, float]] = {
 """Chance, lowest and highest palm height while carrying, metres."""
 LOWEST_FLIGHT = 0.03
 """Of the bottom of what is carried, metres."""
+_IN_ONE_HAND = 0.35
+"""Chance that what can be lifted with one hand is."""
+_OFTEN_ONE_HAND: tuple[Action, ...] = ("push", "pull", "drag", "shove", "tip")
+"""What is done to a standing thing, often with one hand."""
 
 
 def use_of(action: Action) -> Use:
@@ -49,6 +53,12 @@ def draw_grasp(rng: np.random.Generator, prop: Prop, use: Use) -> tuple[Grasp, f
     return grasp, turn
 
 
+def draw_lift(rng: np.random.Generator, prop: Prop) -> tuple[Grasp, float]:
+    """As `draw_grasp` for lifting: light things that offer it are now and then taken in one hand."""
+    one = any(g.use == "one_hand" and g.kind != "handle" for g in prop.grasps)
+    return draw_grasp(rng, prop, "one_hand" if one and rng.random() < _IN_ONE_HAND else "lift")
+
+
 def draw_episode(
     rng: np.random.Generator,
     action: Action,
@@ -62,7 +72,7 @@ def draw_episode(
     grasp, turn = grip
     palm = float(grasp.points[:, 2].mean())
     deep = max(0.0, 0.8 - palm - min(supports))
-    one = grasp.one_handed or (action in ("push", "pull", "drag") and rng.random() < 0.2)
+    one = grasp.one_handed or (action in _OFTEN_ONE_HAND and rng.random() < 0.25)
     left = bool(rng.random() < 0.5)
     pause = tempo(rng, deep, slides=grasp.use == "push")
     late = int(rng.uniform(2, 14)) if rng.random() < 0.5 and not one else 0
@@ -75,6 +85,7 @@ def draw_episode(
         "hold": int(rng.uniform(20, 100)),
         "rest": int(rng.uniform(4, 40)),
         "stops": (),
+        "standing": (rng.uniform(-0.6, 1.0), rng.uniform(-0.6, 1.0)),
         "stances": tuple(stance_for(rng, action, turn, moment) for moment in range(3)),
         "heights": (),
         "supports": supports,

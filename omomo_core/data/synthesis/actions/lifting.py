@@ -8,6 +8,7 @@ from omomo_core.data.synthesis.actions.episodes import (
     draw_episode,
     draw_grasp,
     draw_level,
+    draw_lift,
     draw_support,
     takes_and_leaves,
     use_of,
@@ -41,7 +42,7 @@ def carry(rng: np.random.Generator, action: Action, prop: Prop, scale: float) ->
 
 def relocate(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
     """Lifted a little, put down again close by, once or several times."""
-    grip = draw_grasp(rng, prop, "lift")
+    grip = draw_lift(rng, prop)
     palm = float(grip[0].points[:, 2].mean())
     if not prop.stands:
         return []
@@ -62,7 +63,7 @@ def relocate(rng: np.random.Generator, action: Action, prop: Prop, scale: float)
 
 def in_place(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
     """Taken up, looked at, turned, swung or raised, and put down again without a step."""
-    grip = draw_grasp(rng, prop, "lift")
+    grip = draw_lift(rng, prop) if action == "in_place" else draw_grasp(rng, prop, "lift")
     palm = float(grip[0].points[:, 2].mean())
     support = draw_support(rng, prop, palm, scale)
     levels = [draw_level(rng, prop, palm, ["low", "waist", "chest"])]

@@ -7,11 +7,12 @@ import numpy as np
 from omomo_core.data.synthesis.actions.episodes import (
     draw_episode,
     draw_grasp,
+    draw_lift,
     takes_and_leaves,
     use_of,
 )
 from omomo_core.data.synthesis.manners import stance_for, tilt_for
-from omomo_core.data.synthesis.props import Prop, Use, side_grasp
+from omomo_core.data.synthesis.props import Prop, side_grasp
 from omomo_core.data.synthesis.script import Action, Episode, Shove
 
 
@@ -55,10 +56,10 @@ def shove(rng: np.random.Generator, action: Action, prop: Prop, scale: float) ->
 def turn(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
     """Turned on the spot: by walking round it, or by strokes of the arms and re-grasping."""
     if rng.random() < 0.4:
-        use: Use = "push" if any(g.use == "push" for g in prop.grasps) else "lift"
-        grip = draw_grasp(rng, prop, use)
+        slides = any(g.use == "push" for g in prop.grasps) and rng.random() < 0.6
+        grip = draw_grasp(rng, prop, "push") if slides else draw_lift(rng, prop)
         palm = float(grip[0].points[:, 2].mean())
-        lifted = use == "lift" and rng.random() < 0.6
+        lifted = not slides and rng.random() < 0.6
         heights = (max(rng.uniform(0.03, 0.15), rng.uniform(0.4, 0.9) - palm),) if lifted else ()
         return [
             draw_episode(

@@ -112,7 +112,7 @@ def _gaps(
 
 def _arrive(rng: np.random.Generator, frames: int, *, stops: bool) -> tuple[list[Move | int], int]:
     """What happens before the first stop, and how much of it is over already."""
-    if stops and frames < _LONGEST_IDLE and rng.random() < 0.35:
+    if stops and frames < _LONGEST_IDLE and rng.random() < 0.15:
         return [frames], 0
     lead = int(rng.integers(10, 70))
     settle = _SETTLE if stops else 0
@@ -122,7 +122,7 @@ def _arrive(rng: np.random.Generator, frames: int, *, stops: bool) -> tuple[list
 
 
 def _leave(rng: np.random.Generator, frames: int) -> list[Move | int]:
-    if frames < _LONGEST_IDLE and rng.random() < 0.4:
+    if frames < _LONGEST_IDLE and rng.random() < 0.15:
         return [frames]
     return _fill(rng, frames + int(rng.integers(0, 60)), _approaching(0.6))
 
