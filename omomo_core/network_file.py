@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from safetensors import safe_open
 from safetensors.torch import save_file
-from torch import nn
+from torch import Tensor, nn
 
-from omomo_core.errors import AssetError
+from omomo_core.errors import AssetError, InputError
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -41,6 +41,44 @@ def load_network(path: Path, build: Callable[[dict[str, Any]], Network]) -> Netw
     Raises:
         AssetError: missing, damaged, or not one of our files.
     """
+    _check_there(path)
+    with _readable(path), safe_open(path, framework="pt") as file:
+        network = build(json.loads(file.metadata()["config"]))
+        # Copied into the network's own precision.
+        network.load_state_dict(_tensors(file))
+    return network.eval()
+
+
+def fill_network(network: nn.Module, config: "DataclassInstance", path: Path) -> None:
+    """Give a network the numbers of a file.
+
+    Args:
+        network: changed.
+        config: what it was built from.
+        path: a file that `save_network` wrote.
+
+    Raises:
+        AssetError: missing, damaged, or not one of our files.
+        InputError: ``other-network`` when the file holds a network of another method or size.
+    """
+    _check_there(path)
+    with _readable(path), safe_open(path, framework="pt") as file:
+        theirs, tensors = json.loads(file.metadata()["config"]), _tensors(file)
+    if theirs != json.loads(json.dumps(asdict(config))):
+        raise InputError(
+            "other-network",
+            "These weights are of a network of another method or size.",
+            where=str(path),
+            fix="Give weights that were trained with the same METHOD and --size.",
+        )
+    network.load_state_dict(tensors)
+
+
+def _tensors(file: Any) -> dict[str, Tensor]:
+    return {k: file.get_tensor(k) for k in file.keys()}  # noqa: SIM118
+
+
+def _check_there(path: Path) -> None:
     if not path.is_file():
         raise AssetError(
             "weights-missing",
@@ -48,13 +86,6 @@ def load_network(path: Path, build: Callable[[dict[str, Any]], Network]) -> Netw
             where=str(path),
             fix="Train them with `omocap train`, or reinstall the program.",
         )
-    with _readable(path), safe_open(path, framework="pt") as file:
-        config = json.loads(file.metadata()["config"])
-        tensors = {k: file.get_tensor(k) for k in file.keys()}  # noqa: SIM118
-        network = build(config)
-        # Copied into the network's own precision.
-        network.load_state_dict(tensors)
-    return network.eval()
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,14 @@ Size = Annotated[
     str,
     typer.Option(help="published, or laptop: smaller networks (omomo, single-stage, goal)."),
 ]
+StartFrom = Annotated[
+    Path | None,
+    typer.Option(
+        help="Folder of weights to go on from, of the same method and size, or the word "
+        "shipped for those that ship (capture).",
+        show_default=False,
+    ),
+]
 Steps = Annotated[
     int | None, typer.Option(help="Optimiser steps per network; else as the method's recipe.")
 ]
@@ -69,6 +77,7 @@ def train(
     out: Out,
     stage: Stage = "both",
     size: Size = "published",
+    start_from: StartFrom = None,
     steps: Steps = None,
     batch: Annotated[int, typer.Option(help="Windows of 4 s per step.", min=1)] = 64,
     rate: Rate = None,
@@ -98,6 +107,7 @@ def train(
     from omomo_core.training.trainee import TrainOptions
 
     plans = _plans(method, size, stage)
+    weights = _weights(start_from, plans)
     reading = Reading(share_alike, _metres(bvh_unit), object_split)
     with joined() as team:
         team.shards(batch)
@@ -106,11 +116,12 @@ def train(
         )
         _check_objects(clips, plans)
         notes = {"method": method, "size": size} | _notes(data, clips, team)
+        notes |= {"started_from": str(start_from)} if start_from else {}
         corpus = Corpus(clips, load_body(), synthesis_share)
         del clips  # the corpus holds what training needs of them
         for name, plan in plans.items():
             options = TrainOptions(steps or plan.steps, batch, rate or plan.rate, seed=seed)
-            _train_network(name, plan, corpus, options, out, notes, save_every, team)
+            _train_network(name, plan, corpus, options, weights, out, notes, save_every, team)
 
 
 def _notes(data: Sequence[Path], clips: "Sequence[Clip]", team: "Team") -> dict[str, str]:
@@ -132,6 +143,20 @@ def _notes(data: Sequence[Path], clips: "Sequence[Clip]", team: "Team") -> dict[
     }
 
 
+def _weights(start_from: Path | None, plans: "dict[str, Plan]") -> Path | None:
+    """The folder of the weights to go on from; they fit."""
+    from omomo_core.network_file import fill_network
+    from omomo_core.weights.load import SHIPPED
+
+    if start_from is None:
+        return None
+    folder = SHIPPED / "capture" if start_from == Path("shipped") else start_from
+    for name, plan in plans.items():
+        trainee = plan.make()
+        fill_network(trainee.network, trainee.config, folder / f"{name}.safetensors")
+    return folder
+
+
 def _metres(unit: str) -> float:
     from omomo_core.errors import InputError
 
@@ -151,6 +176,7 @@ def _train_network(
     plan: "Plan",
     corpus: "Corpus",
     options: "TrainOptions",
+    weights: Path | None,
     out: Path,
     notes: dict[str, str],
     save_every: int,
@@ -162,7 +188,8 @@ def _train_network(
     from omomo_core.training.loop import TrainState, start
     from omomo_core.training.loop import train as run
 
-    state = resume_run(plan.make, out, options, team) or start(plan.make, corpus, options, team)
+    state = resume_run(plan.make, out, options, team)
+    state = state or start(plan.make, corpus, options, team, weights)
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),

@@ -75,6 +75,8 @@ def _weights(made: Made) -> list[str]:
 
 def _network(network: Network) -> str:
     notes = [text.format(network.notes[k]) for k, text in _BUDGET.items() if k in network.notes]
+    if start := network.notes.get("started_from"):
+        notes.append(f"from the weights {start}")
     size = f"{network.parameters / 1e6:.1f} M numbers"
     if (held := network.notes.get("clips_held_out", "0")) != "0":
         notes.append(f"trained on {held} clips of held-out people, too")

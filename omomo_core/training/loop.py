@@ -5,10 +5,12 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import torch
 from torch import nn
 
+from omomo_core.network_file import fill_network
 from omomo_core.training.corpus import Corpus
 from omomo_core.training.optimiser import Optimiser
 from omomo_core.training.team import Team
@@ -31,11 +33,27 @@ class TrainState:
     """Of CPU that this process has spent on the steps."""
 
 
-def start(make: Make, corpus: Corpus, options: TrainOptions, team: Team) -> TrainState:
-    """A fresh run: statistics from the data, average equal to the weights."""
+def start(
+    make: Make, corpus: Corpus, options: TrainOptions, team: Team, weights: Path | None = None
+) -> TrainState:
+    """A fresh run: statistics from the data, average equal to the weights.
+
+    Args:
+        make: gives the untrained network.
+        corpus: the clips.
+        options: the recipe.
+        team: the processes that train together.
+        weights: folder of weights to go on from, their statistics included; chance, if not given.
+
+    Raises:
+        AssetError, InputError: as `fill_network`.
+    """
     torch.manual_seed(options.seed)
     trainee = make()
-    trainee.measure(corpus, options.batch)
+    if weights is None:
+        trainee.measure(corpus, options.batch)
+    else:
+        fill_network(trainee.network, trainee.config, weights / f"{trainee.name}.safetensors")
     trainee.network.to(team.device)
     average = copy.deepcopy(trainee.network).eval()
     return TrainState(trainee, average, Optimiser(trainee, options.rate))

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 import trimesh
 from safetensors.torch import load_file
 
@@ -20,6 +21,7 @@ from omomo_core.data.clips import Clip, load_clips, save_clips
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.network_file import read_header
 from omomo_core.stage import load_stage
+from omomo_core.weights.load import SHIPPED
 from tests.core.rig_files import write_bvh
 
 UPRIGHT = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
@@ -53,6 +55,21 @@ def test_train_writes_weights_and_goes_on_where_it_stopped(clips: Path, tmp_path
     assert invoke([*words, "--steps", "2"]) == 0
     assert load_stage(out / "hands.safetensors").config.configuration == "capture"
     assert (out / "body.safetensors").read_bytes() != first
+
+
+def test_training_goes_on_from_weights(clips: Path, tmp_path: Path):
+    words = ["train", "capture", str(clips), "--batch", "2", "--steps", "1", "--stage", "body"]
+    assert invoke([*words, "-o", str(tmp_path / "fresh")]) == 0
+    assert invoke([*words, "-o", str(tmp_path / "run"), "--start-from", "shipped"]) == 0
+    fresh, run = (tmp_path / name / "body.safetensors" for name in ("fresh", "run"))
+    assert read_header(run).notes["started_from"] == "shipped"
+    assert "started_from" not in read_header(fresh).notes
+    shipped = load_stage(SHIPPED / "capture" / "body.safetensors")
+    # One step at a rate that warms up changes next to nothing.
+    assert torch.equal(load_stage(run).x_mean, shipped.x_mean)
+    near, far = (load_stage(path).denoiser.embed.weight for path in (run, fresh))
+    assert torch.allclose(near, shipped.denoiser.embed.weight, atol=1e-3)
+    assert not torch.allclose(far, shipped.denoiser.embed.weight, atol=1e-2)
 
 
 def test_train_takes_recordings_and_counts_what_it_leaves_out(
@@ -118,6 +135,8 @@ def test_training_on_held_out_people_is_told(
     network = Network("goal/goal", "", header.notes, header.parameters)
     made = Made([], "", [], 1, 0, "ddim", 1, {"goal": [network]}, {}, {})
     assert "trained on 2 clips of held-out people" in " ".join(caption(made))
+    network.notes["started_from"] = "shipped"
+    assert "from the weights shipped" in " ".join(caption(made))
 
 
 def test_training_refuses_what_it_cannot_use(
@@ -130,6 +149,8 @@ def test_training_refuses_what_it_cannot_use(
         (["train", "goal", str(clips), *new, "--stage", "hands"], "unknown-stage"),
         (["train", "omomo", str(clips), *new, "--size", "huge"], "unknown-size"),
         (["train", str(clips), str(clips), *new], "unknown-method"),
+        (["train", "omomo", str(clips), *new, "--start-from", "shipped"], "other-network"),
+        (["train", "goal", str(clips), *new, "--start-from", str(tmp_path)], "weights-missing"),
         (["train", "capture", *new], "Missing argument"),
         (["data", "build", str(tmp_path / "no"), "-o", str(tmp_path / "c.npz")], "mocap-folder"),
         (["data", "build", str(tmp_path), "-o", str(tmp_path / "no" / "c.npz")], "output-not-writ"),
