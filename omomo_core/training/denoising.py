@@ -97,7 +97,7 @@ class Denoising:
         options: TrainOptions,
         mean: Mean,
     ) -> Float[Tensor, ""]:
-        """L1 on x0, on its change from frame to frame, and on the feet's."""
+        """L1 on x0, on its change from frame to frame, on the feet's, and once more on the root."""
         both = (valid[:, 1:] & valid[:, :-1])[..., None]
 
         def change(x: Tensor) -> Tensor:
@@ -107,7 +107,8 @@ class Denoising:
         whole = whole + options.velocity * change(error)
         if self.config.stage == "body":
             feet = body_capture.feet(error * self.network.x_std)
-            whole = whole + options.feet * change(feet)
+            root = (error[..., :3].abs() * valid[..., None]).sum() / (3 * mean(valid.sum()))
+            whole = whole + options.feet * change(feet) + options.root * root
         return whole
 
     def _windows(self, corpus: Corpus, count: int) -> Example:

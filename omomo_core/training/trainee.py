@@ -28,6 +28,9 @@ class TrainOptions:
     feet: float = 20.0
     """Weight of the L1 error of the feet's steps in the world, metres a frame (capture body stage):
     root and feet err little each, and together they glide."""
+    root: float = 0.5
+    """Weight of the L1 error of the root (capture body stage): three of 208 features, and the whole
+    body stands where they say."""
     seed: int = 0
 
 

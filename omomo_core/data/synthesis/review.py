@@ -30,7 +30,9 @@ _INSIDE_FRAMES = 6
 """Frames in which a joint may be inside the prop before the clip is dropped."""
 _WALKED_THROUGH = 3
 """Frames in which somebody may stand in the place of a resting prop."""
-_MARGIN = 0.02
+_MARGIN, _UNDER = 0.02, 0.25
+"""How far the pelvis, and legs and feet, may be within the outline of a resting prop: feet go under
+tables and between legs of chairs, metres."""
 _MORE_SKATING = 0.06
 _FASTEST_TURN = 18.0
 """Radians per second of any joint."""
@@ -43,6 +45,7 @@ _WRIST_BEND = 85.0
 """Degrees between forearm and holding hand."""
 _LOWER_BODY = ("pelvis", "left_knee", "right_knee", "left_ankle", "right_ankle",
                "left_foot", "right_foot")  # fmt: skip
+_FREE = np.array([_MARGIN] + [_UNDER] * (len(_LOWER_BODY) - 1))[:, None]
 _HARD_POINTS = ("pelvis", "spine2", "spine3", "neck", "head", "left_knee", "right_knee",
                 "left_ankle", "right_ankle", "left_foot", "right_foot")  # fmt: skip
 
@@ -59,8 +62,8 @@ def walked_through(body: BodyModel, stage: Stage, prop: Prop, handling: Handling
         axes = np.stack([along, [-along[1], along[0]]]) / np.linalg.norm(along)
         footprint = (vertices @ R.T + handling.T_world_prop[first, :3, 3])[:, :2] @ axes.T
         seen = points[first:last] @ axes.T
-        within = seen > footprint.min(axis=0) + _MARGIN
-        within &= seen < footprint.max(axis=0) - _MARGIN
+        within = seen > footprint.min(axis=0) + _FREE
+        within &= seen < footprint.max(axis=0) - _FREE
         count += int(within.all(axis=-1).any(axis=1).sum())
     return count > _WALKED_THROUGH
 

@@ -25,24 +25,33 @@ _Place = Float[np.ndarray, "1 5"]
 
 _SIDE_DISTANCE = 0.235
 """From the middle of the body to the near side of a thing carried beside the leg, metres."""
-_CLEARANCE: dict[str, float] = {
-    "pelvis": 0.14,
-    "spine2": 0.14,
-    "spine3": 0.14,
-    "neck": 0.09,
-    "head": 0.13,
-    "left_hip": 0.11,
-    "right_hip": 0.11,
-    "left_knee": 0.07,
-    "right_knee": 0.07,
-    "left_ankle": 0.06,
-    "right_ankle": 0.06,
-    "left_foot": 0.09,
-    "right_foot": 0.09,
+_CLEARANCE: dict[tuple[str, str], float] = {
+    ("pelvis", "pelvis"): 0.14,
+    ("spine2", "spine2"): 0.14,
+    ("spine3", "spine3"): 0.14,
+    ("neck", "neck"): 0.09,
+    ("head", "head"): 0.13,
+    **{
+        (f"{side}_{a}", f"{side}_{b}"): flesh
+        for side in ("left", "right")
+        for a, b, flesh in (
+            ("hip", "hip", 0.11),
+            ("hip", "knee", 0.09),
+            ("knee", "knee", 0.07),
+            ("knee", "ankle", 0.06),
+            ("ankle", "ankle", 0.06),
+            ("foot", "foot", 0.09),
+        )
+    },
 }
-"""Flesh in front of the joints, metres."""
+"""Flesh in front of the middle of two joints, metres."""
+_ABOVE, _BESIDE = 0.1, 0.08
+"""How far from its middle flesh may meet a thing, metres."""
 _FARTHEST = ([0.3, 0.6, 0.75, 0.9, 1.05, 1.3, 1.6], [0.75, 0.6, 0.45, 0.42, 0.5, 0.48, 0.38])
 """From the pelvis to palms at a height that an upright body holds, or one that bends for low things."""
+_STEP_CLOSE = ([0.3, 0.9], [0.6, 1.0])
+"""What a reach becomes for palms at a height: bending takes the pelvis back, so for low things people
+step up, until the hands are some 20 cm and half the thing's depth before the ankles (NIOSH 1991)."""
 _LOWEST_FLIGHT = 0.02
 
 
@@ -135,31 +144,40 @@ def _near_distance(
     """How far ahead the prop's origin is such that it does not touch the body."""
     if _beside_leg(episode):
         return (0.12 if len(rows) == 1 else 0.02) - float(_palm(episode)[0])
-    low, high, palm = _extent(script, episode, stance)
+    parts, palm = _before(script, episode, stance)
     angle = actor.yaw[rows] + stance.swing
     farthest = np.interp(float(heights.max()) + palm[2], *_FARTHEST) + 0.2 * episode.slides
-    needed = [min(stance.reach, float(farthest)) - float(palm[0] - low[0])]
-    for name, flesh in _CLEARANCE.items():
-        offset = actor.joints[rows, joint(name)] - actor.joints[rows, 0]
+    close = np.interp(float(heights.mean()) + palm[2], *_STEP_CLOSE)
+    needed = [min(stance.reach * float(close), float(farthest)) - float(palm[0])]
+    for names, flesh in _CLEARANCE.items():
+        at = actor.joints[rows][:, [joint(name) for name in names]].mean(axis=1)
+        offset = at - actor.joints[rows, 0]
         ahead = offset[:, 0] * np.cos(angle) + offset[:, 1] * np.sin(angle) + flesh
         aside = offset[:, 1] * np.cos(angle) - offset[:, 0] * np.sin(angle)
-        z = actor.joints[rows, joint(name), 2] - heights
-        meets = (z > low[2] - 0.06) & (z < high[2] + 0.06)
-        meets &= (aside > low[1] - 0.08) & (aside < high[1] + 0.08)
-        if meets.any():
-            needed.append(float(np.quantile(ahead[meets], 0.95)) + 0.02)
-    return float(max(needed) - low[0])
+        z = at[:, 2] - heights
+        for low, high in parts:
+            meets = (z > low[2] - _ABOVE) & (z < high[2] + _ABOVE)
+            meets &= (aside > low[1] - _BESIDE) & (aside < high[1] + _BESIDE)
+            if meets.any():
+                needed.append(float(np.quantile(ahead[meets], 0.95)) + 0.02 - float(low[0]))
+    return max(needed)
 
 
-def _extent(
+_Box = tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]
+
+
+def _before(
     script: Script, episode: Episode, stance: Stance
-) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
-    """Corners of the prop's box as it is turned and tilted before the actor, and its palms."""
+) -> tuple[list[_Box], Float[np.ndarray, " 3"]]:
+    """Corners of the prop's parts as it is turned and tilted before the actor, and its palms.
+
+    Part by part, because feet go under a table.
+    """
     pose = _poses(np.array([[0.0, 0.0, 0.0, stance.turn, stance.pitch]]), script, episode)[0]
-    vertices = np.concatenate([p.vertices for p in script.prop.parts]) @ pose[:3, :3].T
     shift = pose[:3, 3] + np.array([0.0, stance.aside, 0.0])
+    corners = [part.vertices @ pose[:3, :3].T + shift for part in script.prop.parts]
     palm = pose[:3, :3] @ _palm(episode) + shift
-    return vertices.min(axis=0) + shift, vertices.max(axis=0) + shift, palm
+    return [(c.min(axis=0), c.max(axis=0)) for c in corners], palm
 
 
 def _aside(script: Script, episode: Episode, stance: Stance) -> float:
