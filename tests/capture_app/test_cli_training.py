@@ -135,7 +135,7 @@ def test_training_on_held_out_people_is_told(
     network = Network("goal/goal", "", header.notes, header.parameters)
     made = Made([], "", [], 1, 0, "ddim", 1, {"goal": [network]}, {}, {})
     assert "trained on 2 clips of held-out people" in " ".join(caption(made))
-    network.notes["started_from"] = "shipped"
+    header.notes["started_from"] = "shipped"
     assert "from the weights shipped" in " ".join(caption(made))
 
 
