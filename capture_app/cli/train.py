@@ -116,7 +116,7 @@ def train(
         )
         _check_objects(clips, plans)
         notes = {"method": method, "size": size} | _notes(data, clips, team)
-        notes |= {"started_from": str(start_from)} if start_from else {}
+        notes |= {"started_from": start_from.name} if start_from else {}
         corpus = Corpus(clips, load_body(), synthesis_share)
         del clips  # the corpus holds what training needs of them
         for name, plan in plans.items():
