@@ -11,13 +11,13 @@ from itertools import pairwise
 import numpy as np
 import torch
 from jaxtyping import Float, Int
-from scipy.spatial.transform import Rotation
 
 from capture_app.exports.take import Y_UP
 from capture_app.exports.target import Target
 from omomo_core.body.kinematics import full_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.body.skinning import skin
+from omomo_core.geometry.shortest_turn import shortest_turn
 from omomo_core.skeleton import ALL_JOINTS, ALL_PARENTS, joint
 
 _LIMBS = {
@@ -107,17 +107,8 @@ def _turns(
         have, want = above @ (theirs[end] - theirs[name]), ours[joint(end)] - ours[j]
         if name in _FEET:
             have, want = have * [1.0, 0.0, 1.0], want * [1.0, 0.0, 1.0]
-        turns[j] = _swing(have, want) @ above
+        turns[j] = shortest_turn(have, want) @ above
     return turns
-
-
-def _swing(have: Float[np.ndarray, "3"], want: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
-    """The smallest rotation that takes one direction to another."""
-    have, want = have / np.linalg.norm(have), want / np.linalg.norm(want)
-    axis = np.cross(have, want)
-    sine = float(np.linalg.norm(axis))
-    angle = np.arctan2(sine, have @ want)
-    return Rotation.from_rotvec(axis * (angle / max(sine, 1e-12))).as_matrix()
 
 
 def _placed(

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.spatial.transform import Rotation
 
 from ingest.formats import nerfcapture
 from ingest.formats.json_file import (
@@ -34,6 +33,7 @@ from ingest.formats.transforms_json import (
 )
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
+from omomo_core.geometry.shortest_turn import shortest_turn
 from omomo_core.geometry.transforms import inverse
 
 NAME = "nerfstudio"
@@ -133,5 +133,5 @@ def _T_world_saved(top: JsonObject, log: Path) -> Float64[np.ndarray, "4 4"]:
         T_saved_source = poses_from_matrices(matrix[None], lambda _: place(log, name))[0]
     up = T_saved_source[2, :3]
     T_world_source = np.eye(4)
-    T_world_source[:3, :3] = Rotation.align_vectors([[0.0, 1.0, 0.0]], [up])[0].as_matrix()
+    T_world_source[:3, :3] = shortest_turn(up, np.array([0.0, 1.0, 0.0]))
     return T_world_source @ inverse(T_saved_source)

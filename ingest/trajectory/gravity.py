@@ -5,7 +5,6 @@ from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float64
-from scipy.spatial.transform import Rotation
 
 from ingest.session import CaptureSession
 from ingest.trajectory.accelerometer import measured_up
@@ -14,6 +13,7 @@ from ingest.trajectory.depth_points import depth_points
 from ingest.trajectory.plane import fit_plane
 from ingest.trajectory.rests import find_rests
 from omomo_core.errors import InputError
+from omomo_core.geometry.shortest_turn import shortest_turn
 from omomo_core.motion import FPS
 
 NOTED, REFUSED = 5.0, 15.0
@@ -81,7 +81,7 @@ def find_up(
 def upright(up: Up) -> Float64[np.ndarray, "4 4"]:
     """T_zup_session: turns the session's world z up by the shortest way from ARKit's y up."""
     T = T_ZUP_ARKIT.copy()
-    T[:3, :3] = T[:3, :3] @ Rotation.align_vectors(_Y[None], up.direction[None])[0].as_matrix()
+    T[:3, :3] = T[:3, :3] @ shortest_turn(up.direction, _Y)
     return T
 
 

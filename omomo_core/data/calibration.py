@@ -13,6 +13,7 @@ from scipy.ndimage import minimum_filter1d
 
 from omomo_core.body.model import BodyModel
 from omomo_core.data.mocap import SourceMotion, leg_length
+from omomo_core.geometry.shortest_turn import shortest_turn
 from omomo_core.motion import FPS
 from omomo_core.skeleton import BODY_JOINTS, joint
 
@@ -88,7 +89,7 @@ def _limb(
     bend = np.linalg.norm(np.concatenate(hinges), axis=-1).mean()
     hinge = _mean_local(motions, name, hinges)
     if name in now:
-        extended = _shortest_arc(now[name] @ our_bone, bone) @ now[name]
+        extended = shortest_turn(now[name] @ our_bone, bone) @ now[name]
         if bend < _ENOUGH_BEND or (extended @ our_hinge) @ hinge < _NEAR_REST:
             return extended
     return _frame(bone, hinge, order="xy") @ _frame(our_bone, our_hinge, order="xy").T
@@ -102,7 +103,7 @@ def _hand(
     rest = body.rest_joints.double().numpy()
     our_bone = rest[joint(f"{side}_middle1")] - rest[joint(name)]
     bone = _mean_local(motions, name, [_between(m, name, f"{side}_palm") for m in motions])
-    return _shortest_arc(now[name] @ our_bone, bone) @ now[name]
+    return shortest_turn(now[name] @ our_bone, bone) @ now[name]
 
 
 def _foot(
@@ -188,13 +189,3 @@ def _frame(
     R[:, j] = perpendicular / np.linalg.norm(perpendicular)
     R[:, k] = np.cross(R[:, i], R[:, j]) * (1.0 if (j - i) % 3 == 1 else -1.0)
     return R
-
-
-def _shortest_arc(
-    a: Float[np.ndarray, " 3"], b: Float[np.ndarray, " 3"]
-) -> Float[np.ndarray, "3 3"]:
-    """Smallest rotation that turns direction a into direction b (not opposite)."""
-    a, b = a / np.linalg.norm(a), b / np.linalg.norm(b)
-    v, c = np.cross(a, b), float(a @ b)
-    K = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
-    return np.eye(3) + K + K @ K / (1.0 + c)

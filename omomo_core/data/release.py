@@ -19,6 +19,7 @@ from omomo_core.data.clips import Clip
 from omomo_core.data.grounding import ground
 from omomo_core.data.release_sequences import ReleaseSequence, leg, read_release
 from omomo_core.errors import InputError
+from omomo_core.geometry.shortest_turn import shortest_turn
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.motion import ObjectMotion
 from omomo_core.skeleton import MODEL_PARENTS, joint
@@ -93,10 +94,7 @@ def _redirected(
     """Our limbs point as theirs do, though the two bodies' rest poses are not quite the same."""
     out = R.copy()
     for a, b in _LIMBS:
-        u, v = (x[joint(b)] / np.linalg.norm(x[joint(b)]) for x in (ours, theirs))
-        axis, cosine = np.cross(u, v), float(u @ v)
-        K = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-        out[:, joint(a)] = R[:, joint(a)] @ (np.eye(3) + K + K @ K / (1 + cosine))
+        out[:, joint(a)] = R[:, joint(a)] @ shortest_turn(ours[joint(b)], theirs[joint(b)])
     return out
 
 

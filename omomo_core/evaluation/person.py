@@ -10,10 +10,10 @@ from dataclasses import replace
 import numpy as np
 import torch
 from jaxtyping import Float
-from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import MODEL_REST
 from omomo_core.body.model import BodyModel, with_height
+from omomo_core.geometry.shortest_turn import shortest_turn
 from omomo_core.skeleton import MODEL_PARENTS, PALM_JOINTS, joint
 
 LIMBS = {1: 4, 2: 5, 4: 7, 5: 8, 7: 10, 8: 11, 16: 18, 17: 19, 18: 20, 19: 21, 20: 22, 21: 23}
@@ -71,16 +71,8 @@ def _limb_turns(offsets: Offsets, body: BodyModel) -> Float[np.ndarray, "22 3 3"
     rest = body.rest_joints.double().numpy()[list(MODEL_REST)]
     turns = np.tile(np.eye(3), (22, 1, 1))
     for start, end in LIMBS.items():
-        turns[start] = _smallest_turn(rest[end] - rest[start], AXES.T @ offsets[end])
+        turns[start] = shortest_turn(rest[end] - rest[start], AXES.T @ offsets[end])
     return turns
-
-
-def _smallest_turn(old: Float[np.ndarray, "3"], new: Float[np.ndarray, "3"]):
-    """The smallest (3, 3) rotation that takes one direction to another, not opposite one."""
-    old, new = old / np.linalg.norm(old), new / np.linalg.norm(new)
-    axis = np.cross(old, new)
-    angle = np.arctan2(np.linalg.norm(axis), old @ new)
-    return Rotation.from_rotvec(axis * (angle / max(1e-12, np.sin(angle)))).as_matrix()
 
 
 def _best_scale(theirs: Float[np.ndarray, "24 3"], ours: Float[np.ndarray, "24 3"]) -> float:

@@ -6,7 +6,9 @@ import numpy as np
 from jaxtyping import Float64
 
 from ingest.scan.cameras.metric import Similarity
+from omomo_core.geometry.shortest_turn import shortest_turn
 
+_Z = np.array([0.0, 0.0, 1.0])
 _TILT = np.cos(np.radians(20.0))
 """Between the floor's normal and where the cameras say that up is."""
 _DRAWS = 600
@@ -37,9 +39,11 @@ def upright(
     distance = _distance(T_model_camera)
     floor = _floor(points, T_model_camera[:, :3, 3], up, distance)
     if floor is None:
-        return Upright(Similarity(1.0, _turn(up), np.zeros(3)), "cameras")
+        return Upright(Similarity(1.0, shortest_turn(up, _Z), np.zeros(3)), "cameras")
     normal, height = floor
-    return Upright(Similarity(1.0, _turn(normal), np.array([0.0, 0.0, -height])), "floor")
+    return Upright(
+        Similarity(1.0, shortest_turn(normal, _Z), np.array([0.0, 0.0, -height])), "floor"
+    )
 
 
 def looked_at(T_world_camera: Float64[np.ndarray, "cameras 4 4"]) -> Float64[np.ndarray, "3"]:
@@ -110,13 +114,3 @@ def _fitted(
         normal = fresh * np.sign(fresh @ normal)
         height = float(middle @ normal)
     return normal, height
-
-
-def _turn(up: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "3 3"]:
-    """The shortest rotation that brings `up` to z."""
-    z = np.array([0.0, 0.0, 1.0])
-    axis, cosine = np.cross(up, z), float(up @ z)
-    if cosine < -1 + 1e-9:
-        return np.diag([1.0, -1.0, -1.0])
-    K = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-    return np.eye(3) + K + K @ K / (1 + cosine)
