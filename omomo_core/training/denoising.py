@@ -13,6 +13,7 @@ from torch.nn.attention import SDPBackend, sdpa_kernel
 from omomo_core.body_stage import capture as body_capture
 from omomo_core.body_stage import paper as body_paper
 from omomo_core.diffusion.schedule import LEVELS, Schedule, cosine_schedule, shifted
+from omomo_core.precision import quick_in_bf16
 from omomo_core.stage import Stage, StageConfig
 from omomo_core.training.corpus import Corpus
 from omomo_core.training.examples import Example, make_example
@@ -82,7 +83,8 @@ class Denoising:
             condition = condition.clone()
             condition[..., body_paper.PALMS] = x0[..., body_paper.PALMS]
         x_n = _schedule(x0.device).add_noise(x0, e.level, e.noise)
-        with torch.autocast(x0.device.type, torch.bfloat16), _attention(x0.device):
+        half = torch.autocast(x0.device.type, torch.bfloat16, enabled=quick_in_bf16(x0.device))
+        with half, _attention(x0.device):
             guess = forward(x_n, condition, e.shape, e.level, e.valid)
         error = guess.float() - x0
         if self.config.configuration == "paper":

@@ -3,6 +3,7 @@
 import torch
 from torch import Tensor, nn
 
+from omomo_core.training.muon import Muon
 from omomo_core.training.trainee import Trainee
 
 MUON_RATE = 4.0
@@ -23,9 +24,7 @@ class Optimiser:
         adam = torch.optim.AdamW(others, lr=rate, weight_decay=0.01, fused=True)
         self._parts: list[tuple[torch.optim.Optimizer, float]] = [(adam, rate)]
         if blocks:
-            muon = torch.optim.Muon(
-                blocks, lr=MUON_RATE * rate, weight_decay=0.01, adjust_lr_fn="match_rms_adamw"
-            )
+            muon = Muon(blocks, lr=MUON_RATE * rate, weight_decay=0.01)
             self._parts.append((muon, MUON_RATE * rate))
 
     def step(self, loss: Tensor, parameters: list[nn.Parameter], share: float) -> None:

@@ -25,6 +25,7 @@ from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
 from omomo_core.body_stage.paper import POSITIONS, from_rows, pack
 from omomo_core.geometry.rotations import rotmat_from_6d, yaw_matrix
+from omomo_core.precision import quick_in_bf16
 from omomo_core.training.corpus import Corpus, Windows
 from omomo_core.training.trainee import Mean, TrainOptions
 
@@ -99,7 +100,8 @@ class Following:
     ) -> Float[Tensor, ""]:
         """GOAL's losses, over the frames that there are."""
         e = example
-        with torch.autocast(e.features.device.type, torch.bfloat16):
+        device = e.features.device
+        with torch.autocast(device.type, torch.bfloat16, enabled=quick_in_bf16(device)):
             offsets = forward(e.features)
         offsets = offsets.float()
         pose = e.pose[:, None] + offsets[..., :POSE]
