@@ -15,7 +15,7 @@ from omomo_core.generation.aside import ELBOWS, SHOULDERS
 from omomo_core.generation.feet import Feet
 from omomo_core.generation.wish import Wish
 
-STRETCH, LONGEST = 0.97, 0.999
+STRETCH, LONGEST = 0.99, 0.999
 """Share of a straight arm's length that the pelvis is moved to stay within: before and after."""
 LEG_STRETCH = 0.995
 LOWEST = 0.05

@@ -148,6 +148,22 @@ def test_a_scan_is_open_and_near_the_thing(seed: int, use: Use) -> None:
     assert off.max() < 0.01
 
 
+def test_what_overhangs_low_is_hooked_by_hanging_hands() -> None:
+    hooked = [
+        grasp
+        for seed in range(40)
+        for grasp in make_prop(np.random.default_rng(seed), "lift").grasps
+        if grasp.kind == "under" and grasp.fingers is not None and grasp.points[:, 2].max() < 0.6
+    ]
+    assert len(hooked) > 5
+    for grasp in hooked:
+        assert grasp.fingers is not None
+        # Fingers down along the forearm, palm to the thing and not under it.
+        assert grasp.fingers[2] < -0.4
+        assert np.abs(grasp.inward @ grasp.fingers).max() < 1e-6
+        assert (grasp.inward[:, 0] > 0.3).all()
+
+
 def test_the_same_seed_gives_the_same_prop() -> None:
     one, two = (make_prop(np.random.default_rng(5), "lift") for _ in range(2))
     np.testing.assert_array_equal(joined(one.parts)[0], joined(two.parts)[0])

@@ -70,8 +70,8 @@ LIMITS: tuple[tuple[str, str, tuple[tuple[float, float], ...]], ...] = (
     ("right_elbow", "right_wrist", ((-1.6, 1.6), (-0.55, 0.55), (-1.2, 1.3))),
     ("pelvis", "left_hip", ((-2.2, 0.55), (-0.8, 0.8), (-0.5, 0.9))),
     ("pelvis", "right_hip", ((-2.2, 0.55), (-0.8, 0.8), (-0.9, 0.5))),
-    ("left_hip", "left_knee", ((0.02, 2.6), (-0.4, 0.4), (-0.15, 0.15))),
-    ("right_hip", "right_knee", ((0.02, 2.6), (-0.4, 0.4), (-0.15, 0.15))),
+    ("left_hip", "left_knee", ((0.02, 2.75), (-0.4, 0.4), (-0.15, 0.15))),
+    ("right_hip", "right_knee", ((0.02, 2.75), (-0.4, 0.4), (-0.15, 0.15))),
 )
 """Range of each rotation vector from parent to child about rest x, y, z, radians.
 

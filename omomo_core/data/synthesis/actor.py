@@ -24,7 +24,7 @@ from omomo_core.skeleton import joint
 _STRAIGHT_LEG = 0.995
 """Of hip to ankle at full stretch; the pelvis comes down before a knee locks."""
 _AMOUNTS = np.linspace(0.0, 1.2, 13)
-_KNEES_BEND = ([0.2, 0.75], [1.0, 0.0])
+_KNEES_BEND = ([0.3, 0.8], [1.0, 0.0])
 """Of what the person's squatting amounts to: for hands at these heights, metres."""
 _HANGING, _ARMS_HANG = 1.03, ([0.65, 0.95], [1.0, 0.0])
 """Share of the straight arm that is reached with under a bent trunk, from which arms hang (the
@@ -155,7 +155,8 @@ def _amount(
     distance = np.linalg.norm(goals[held, None] - shoulders, axis=-1) / lengths
     need = np.where(hands.contact[held, None] > 0, distance, 0.0).max(axis=-1)
     low = _lowest_palm(hands)[held]
-    share = comfort + np.interp(low, *_ARMS_HANG) * (max(comfort, _HANGING) - comfort)
+    hang = np.interp(low, *_ARMS_HANG) * torso.how.hang[held]
+    share = comfort + hang * (max(comfort, _HANGING) - comfort)
     enough = need <= share[:, None]
     first = np.where(enough.any(axis=1), enough.argmax(axis=1), need.argmin(axis=1))
     # Between two samples the reach is nearly linear in the amount.
@@ -173,18 +174,20 @@ def _amount(
     smooth = gaussian_filter1d(maximum_filter1d(least, 7, mode="nearest"), 3.0, mode="nearest")
     amount = np.zeros(len(base.root))
     amount[held] = smooth
-    return _ramped(amount, np.asarray(hands.contact.any(axis=1)))
+    return _ramped(amount, torso.how.drop, np.asarray(hands.contact.any(axis=1)))
 
 
 def _ramped(
-    amount: Float[np.ndarray, " frames"], held: Bool[np.ndarray, " frames"]
+    amount: Float[np.ndarray, " frames"],
+    drop: Float[np.ndarray, " frames"],
+    held: Bool[np.ndarray, " frames"],
 ) -> Float[np.ndarray, " frames"]:
     """Going down before hands arrive, coming up after they leave; deep bends take longer."""
     t = np.arange(len(amount))
     out = amount.copy()
     for first, last in runs(held):
         for edge, ahead in ((first, first - t), (last - 1, t - last + 1)):
-            length = 12.0 + 26.0 * amount[edge]
+            length = 12.0 + 26.0 * amount[edge] + 30.0 * amount[edge] ** 2 * drop[edge]
             ramp = amount[edge] * min_jerk(1.0 - ahead / length)
             out = np.where((ahead > 0) & ~held, np.maximum(out, ramp), out)
     return gaussian_filter1d(out, 2.0, mode="nearest")

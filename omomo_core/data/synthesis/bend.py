@@ -19,31 +19,41 @@ _TWIST_SHARE = {
 }  # fmt: skip
 _ARM_PITCH, _ARM_TWIST = 0.4, 0.6
 """Free arms hang: they follow the trunk only in part."""
+_LOWEST_DROP = 0.6
+"""Of the hips: thighs lie on the calves, metres."""
 _ARMS = tuple(f"{side}_{p}" for side in ("left", "right") for p in ("shoulder", "elbow", "wrist"))
 
 
 @dataclass(frozen=True)
 class Manner:
-    """What full bending (amount 1) means for one person; between stooping and squatting."""
+    """What full bending (amount 1) means for one person; from stooping to sitting on the heels."""
 
     pitch: Float[np.ndarray, "*b"]
     drop: Float[np.ndarray, "*b"]
     """The hips go down by this, metres."""
     back: Float[np.ndarray, "*b"]
     """The hips go back by this, metres, so that the feet stay under the weight."""
+    hang: Float[np.ndarray, "*b"]
+    """How much arms hang straight down: 1 for those who stoop, 0 for those who squat."""
 
     def rows(self, frames: Int[np.ndarray, " n"]) -> "Manner":
         """Some frames, with room for another axis."""
-        return Manner(self.pitch[frames, None], self.drop[frames, None], self.back[frames, None])
+        parts = (self.pitch, self.drop, self.back, self.hang)
+        return Manner(*(part[frames, None] for part in parts))
 
 
 def manner(squat: Float[np.ndarray, " frames"]) -> Manner:
     """Stooping (0) bends the back over nearly straight knees, squatting (1) the knees (the styles of
-    lifting of von Arx et al. 2021)."""
+    lifting of von Arx et al. 2021), and some sit down on their heels (2)."""
+
+    def style(stoop: float, squatting: float, sitting: float) -> Float[np.ndarray, " frames"]:
+        return np.interp(squat, [0.0, 1.0, 2.0], [stoop, squatting, sitting])
+
     return Manner(
-        pitch=2.1 + (0.9 - 2.1) * squat,
-        drop=0.02 + (0.47 - 0.02) * squat,
-        back=0.2 + (0.13 - 0.2) * squat,
+        pitch=style(2.1, 0.9, 0.6),
+        drop=style(0.02, 0.47, 0.6),
+        back=style(0.2, 0.13, 0.11),
+        hang=style(1.0, 0.0, 0.0),
     )
 
 
@@ -105,7 +115,7 @@ def bent(
     hips = root + rotations[..., 0, :, :] @ to_hips
     ahead = in_space(ahead_of(yaw))
     # Going down, hips and back lead and the knees follow (Burgess-Limerick et al. 1995).
-    down = np.array([0.0, 0.0, 1.0]) * (amount**2 * how.drop)[..., None]
+    down = np.array([0.0, 0.0, 1.0]) * np.minimum(amount**2 * how.drop, _LOWEST_DROP)[..., None]
     hips = hips - (amount * how.back)[..., None] * ahead - down
     return hips - turned[..., 0, :, :] @ to_hips, turned
 

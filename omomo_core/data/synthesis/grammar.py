@@ -14,10 +14,10 @@ from omomo_core.data.synthesis.script import Action, Episode, Script, timeline
 from omomo_core.data.synthesis.tools.job import PROPS as TOOL_PROPS
 
 _ACTIONS: dict[Action, float] = {
-    "carry": 0.19, "relocate": 0.17, "in_place": 0.08, "raise": 0.09, "one_hand": 0.07,
-    "swing": 0.03, "flip": 0.01, "push": 0.11, "pull": 0.07, "drag": 0.06, "shove": 0.04,
-    "turn": 0.05, "tip": 0.04, "sweep": 0.01, "mop": 0.015, "vacuum": 0.02, "trolley": 0.01,
-    "cart": 0.015,
+    "carry": 0.17, "relocate": 0.15, "in_place": 0.07, "raise": 0.12, "one_hand": 0.06,
+    "swing": 0.02, "flip": 0.01, "push": 0.1, "pull": 0.07, "drag": 0.13, "shove": 0.03,
+    "turn": 0.08, "tip": 0.03, "sweep": 0.01, "mop": 0.01, "vacuum": 0.01, "trolley": 0.01,
+    "cart": 0.01,
 }  # fmt: skip
 _TRIES = 30
 _SHORTEST, _LONGEST = 120, 300
@@ -77,7 +77,7 @@ def _script(
     pauses = timeline(tuple(episodes))[0]
     spare = 0.0 if rng.random() < 0.4 else rng.uniform(0, 70)
     coming_and_going = int(episodes[0].takes) + int(episodes[-1].leaves)
-    way = rng.uniform(10, 50, coming_and_going).sum()
+    way = rng.uniform(15, 75, coming_and_going).sum()
     frames = int(max(sum(pauses) + walking + spare + way, _SHORTEST))
     if frames > _LONGEST:
         return None

@@ -9,6 +9,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from omomo_core.data.synthesis.holds import Handling, Hold
+from omomo_core.data.synthesis.props.bars import slope
 from omomo_core.geometry.easing import min_jerk
 
 PALM_THICKNESS = 0.02
@@ -96,7 +97,7 @@ def _guessed_fingers(
     """Fingers along a forearm that points down to a low hand and up to a high one."""
     T = handling.T_world_prop[hold.first : hold.last]
     height = np.einsum("tj,j->t", T[:, 2, :3], hold.point) + T[:, 2, 3]
-    drop = np.interp(height, [0.1, 0.7, 1.05, 1.3, 1.7], [1.35, 0.95, 0.4, -0.15, -1.2])
+    drop = slope(height)
     of_prop = np.arctan2(T[:, 1, 0], T[:, 0, 0])
     yaw = of_prop if yaw is None else yaw[hold.first : hold.last]
     along = np.stack([np.cos(drop) * np.cos(yaw), np.cos(drop) * np.sin(yaw), -np.sin(drop)], -1)

@@ -36,7 +36,7 @@ def posture_for(rng: np.random.Generator, action: Action) -> Posture:
 
     Pushing bodies lean into the load with the pelvis behind the hands, pulling ones hang back from
     it with bent knees; free lifting is anything between stooping and squatting, and often one of
-    the two.
+    the two, or all the way down.
     """
     if action in ("push", "shove", "tip"):
         lean = rng.uniform(-0.05, 0.5)
@@ -58,7 +58,7 @@ def posture_for(rng: np.random.Generator, action: Action) -> Posture:
             twist=rng.uniform(0.3, 1.0),
         )
     return Posture(
-        squat=rng.beta(0.6, 1.0),
+        squat=rng.uniform(1.0, 2.0) if rng.random() < _SIT else rng.beta(0.6, 1.0),
         lean=rng.normal(0.0, 0.08),
         shift=rng.normal(0.0, 0.025),
         crouch=max(0.0, rng.normal(0.0, 0.02)),
@@ -67,6 +67,8 @@ def posture_for(rng: np.random.Generator, action: Action) -> Posture:
     )
 
 
+_SIT = 0.2
+"""How often somebody sits down on the heels for what lies low."""
 _FAR = ("push", "pull", "drag", "shove", "tip")
 """What is done at arm's length."""
 
@@ -78,12 +80,12 @@ def stance_for(rng: np.random.Generator, action: Action, turn: float, moment: in
     if moment == 1 and action not in ("push", "pull", "drag"):
         spread *= 0.6
     far = action in _FAR
-    reach = rng.uniform(0.35, 0.72) if far else 0.2 + rng.gamma(4.0, 0.05)
+    reach = rng.uniform(0.2, 0.62) if far else 0.14 + rng.gamma(2.0, 0.06)
     skew = {"push": 0.2, "pull": 0.25, "drag": 0.25}.get(action, 0.16)
     return Stance(
         swing=float(np.clip(rng.normal(0.0, spread), -2.2 * spread, 2.2 * spread)),
         turn=turn + float(np.clip(rng.normal(0.0, skew), -0.5, 0.5)),
-        reach=float(np.clip(reach, 0.22, 0.75)),
+        reach=float(np.clip(reach, 0.16, 0.75)),
         aside=rng.normal(0.0, 0.04),
         pitch=rng.normal(0.0, 0.1) if moment == 1 and not far and action != "one_hand" else 0.0,
     )
@@ -96,7 +98,7 @@ def moves_for(action: Action) -> Chances:
 
 def way_of(rng: np.random.Generator, action: Action) -> int:
     """Pushing leads ahead and pulling backward; now and then a thing is swung round or slid aside."""
-    if rng.random() < 0.12:
+    if rng.random() < (0.35 if action == "drag" else 0.12):
         return 0
     return {"push": 1, "pull": -1, "drag": -1}.get(action, 0)
 
@@ -115,10 +117,10 @@ def tilt_for(rng: np.random.Generator, action: Action, prop: Prop, palm: float) 
 
 _TILTS: dict[Action, tuple[float, float, float]] = {
     "push": (0.25, 0.02, 0.14), "pull": (0.6, 0.02, 0.25), "drag": (1.0, 0.08, 0.45),
-    "tip": (1.0, 0.12, 0.6),
+    "tip": (1.0, 0.12, 0.6), "turn": (0.6, 0.06, 0.6),
 }  # fmt: skip
 """How often, from, to."""
-_DRAG: Chances = {"back": 0.78, "side": 0.05, "orbit": 0.09, "shuffle": 0.08}
+_DRAG: Chances = {"back": 0.66, "side": 0.08, "orbit": 0.18, "shuffle": 0.08}
 _MOVES: dict[Action, Chances] = {
     "push": {"walk": 0.74, "shuffle": 0.08, "orbit": 0.09, "side": 0.05, "turn": 0.04},
     "pull": _DRAG,

@@ -8,7 +8,7 @@ class Posture:
     """A person's habits in one clip; angles in radians, lengths in metres."""
 
     squat: float = 0.5
-    """How low things are reached: 0 by bending the back, 1 by bending the knees."""
+    """How low things are reached: 0 by bending the back, 1 by bending the knees, 2 sitting on the heels."""
     lean: float = 0.0
     """Forward lean of the trunk while holding."""
     shift: float = 0.0

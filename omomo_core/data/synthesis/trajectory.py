@@ -49,9 +49,10 @@ _ABOVE, _BESIDE = 0.1, 0.08
 """How far from its middle flesh may meet a thing, metres."""
 _FARTHEST = ([0.3, 0.6, 0.75, 0.9, 1.05, 1.3, 1.6], [0.75, 0.6, 0.45, 0.42, 0.5, 0.48, 0.38])
 """From the pelvis to palms at a height that an upright body holds, or one that bends for low things."""
-_STEP_CLOSE = ([0.3, 0.9], [0.6, 1.0])
+_STEP_CLOSE = ([0.3, 0.9, 1.4, 1.75], [0.6, 1.0, 1.0, 0.3])
 """What a reach becomes for palms at a height: bending takes the pelvis back, so for low things people
-step up, until the hands are some 20 cm and half the thing's depth before the ankles (NIOSH 1991)."""
+step up, until the hands are some 20 cm and half the thing's depth before the ankles (NIOSH 1991); what
+clears the head is held above it."""
 _LOWEST_FLIGHT = 0.02
 
 
@@ -159,7 +160,7 @@ def _near_distance(
             meets = (z > low[2] - _ABOVE) & (z < high[2] + _ABOVE)
             meets &= (aside > low[1] - _BESIDE) & (aside < high[1] + _BESIDE)
             if meets.any():
-                needed.append(float(np.quantile(ahead[meets], 0.95)) + 0.02 - float(low[0]))
+                needed.append(float(np.quantile(ahead[meets], 0.85)) + 0.02 - float(low[0]))
     return max(needed)
 
 

@@ -10,14 +10,14 @@ LEVELS: dict[str, tuple[float, float, float]] = {
     "low": (0.3, 0.76, 0.92),
     "waist": (0.35, 0.92, 1.12),
     "chest": (0.25, 1.12, 1.38),
-    "overhead": (0.1, 1.55, 1.82),
+    "overhead": (0.16, 1.55, 1.95),
 }
 """Chance, lowest and highest palm height while carrying, metres."""
 LOWEST_FLIGHT = 0.03
 """Of the bottom of what is carried, metres."""
 _IN_ONE_HAND = 0.35
 """Chance that what can be lifted with one hand is."""
-_OFTEN_ONE_HAND: tuple[Action, ...] = ("push", "pull", "drag", "shove", "tip")
+_OFTEN_ONE_HAND: tuple[Action, ...] = ("push", "pull", "drag", "shove", "tip", "turn")
 """What is done to a standing thing, often with one hand."""
 
 
@@ -85,7 +85,7 @@ def draw_episode(
         "hold": int(rng.uniform(20, 100)),
         "rest": int(rng.uniform(4, 40)),
         "stops": (),
-        "standing": (rng.uniform(-0.6, 1.0), rng.uniform(-0.6, 1.0)),
+        "standing": (rng.uniform(-0.7, 0.7), rng.uniform(-0.7, 0.7)),
         "stances": tuple(stance_for(rng, action, turn, moment) for moment in range(3)),
         "heights": (),
         "supports": supports,
@@ -99,10 +99,15 @@ def draw_episode(
 
 def draw_level(rng: np.random.Generator, prop: Prop, palm: float, names: list[str]) -> float:
     """Height of the bottom of a prop whose palms are at one of some levels."""
-    big = prop.high[2] > 0.6 or prop.high[0] - prop.low[0] > 0.5
+    big = unwieldy(prop)
     chances = np.array([LEVELS[n][0] * (n != "overhead" or not big) for n in names])
     name = str(rng.choice(names, p=chances / chances.sum()))
     return max(LOWEST_FLIGHT, rng.uniform(*LEVELS[name][1:]) - palm)
+
+
+def unwieldy(prop: Prop) -> bool:
+    """Too tall or too deep to be held overhead."""
+    return bool(prop.high[2] > 0.6 or prop.high[0] - prop.low[0] > 0.5)
 
 
 def draw_support(rng: np.random.Generator, prop: Prop, palm: float, scale: float) -> float:

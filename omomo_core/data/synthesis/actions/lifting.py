@@ -11,6 +11,7 @@ from omomo_core.data.synthesis.actions.episodes import (
     draw_lift,
     draw_support,
     takes_and_leaves,
+    unwieldy,
     use_of,
 )
 from omomo_core.data.synthesis.manners import stance_for
@@ -62,7 +63,9 @@ def relocate(rng: np.random.Generator, action: Action, prop: Prop, scale: float)
 
 
 def in_place(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
-    """Taken up, looked at, turned, swung or raised, and put down again without a step."""
+    """Taken up, looked at, turned, swung or raised overhead, and put down again without a step."""
+    if action == "raise" and unwieldy(prop):
+        return []
     grip = draw_lift(rng, prop) if action == "in_place" else draw_grasp(rng, prop, "lift")
     palm = float(grip[0].points[:, 2].mean())
     support = draw_support(rng, prop, palm, scale)
@@ -70,7 +73,7 @@ def in_place(rng: np.random.Generator, action: Action, prop: Prop, scale: float)
     if prop.high[2] > _TALL:
         levels = [rng.uniform(LOWEST_FLIGHT, 0.35)]
     if action == "raise":
-        levels.append(draw_level(rng, prop, palm, ["chest", "overhead", "overhead", "overhead"]))
+        levels.append(draw_level(rng, prop, palm, ["overhead"]))
         if rng.random() < 0.6:
             levels.append(draw_level(rng, prop, palm, ["low", "waist", "chest"]))
     swinging = (rng.uniform(0.12, 0.35), rng.uniform(0.3, 0.7)) if action == "swing" else (0.0, 0.5)

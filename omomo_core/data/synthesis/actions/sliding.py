@@ -1,6 +1,7 @@
 """Actions in which a prop stays on the floor: slid by walking, moved by the arms alone, turned."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -12,21 +13,32 @@ from omomo_core.data.synthesis.actions.episodes import (
     use_of,
 )
 from omomo_core.data.synthesis.manners import stance_for, tilt_for
-from omomo_core.data.synthesis.props import Prop, side_grasp
+from omomo_core.data.synthesis.props import Grasp, Prop, side_grasp
 from omomo_core.data.synthesis.script import Action, Episode, Shove
+
+_LOW = 0.65
+"""Height of what nobody pushes standing, metres."""
 
 
 def slide(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
-    """Pushed or pulled over the floor by walking, with stops."""
+    """Pushed or pulled over the floor by walking, with stops; dragged is mostly what is low."""
+    if action == "drag" and prop.high[2] > _LOW and rng.random() < 0.7:
+        return []
     grip = draw_grasp(rng, prop, "push")
     stops = tuple(int(s) for s in rng.uniform(6, 40, rng.choice([0, 1, 2], p=[0.6, 0.3, 0.1])))
-    stances = tuple(stance_for(rng, action, grip[1], m) for m in range(3))
-    tilt = tilt_for(rng, action, prop, float(grip[0].points[:, 2].mean()))
-    stances = (stances[0], replace(stances[1], pitch=tilt), stances[2])
     ends = takes_and_leaves(rng, stands=prop.stands)
-    more = {"lift": int(rng.uniform(14, 24)), "lower": int(rng.uniform(14, 24))}
-    extra = more if tilt else {}
-    return [draw_episode(rng, action, prop, grip, ends, stops=stops, stances=stances, **extra)]  # pyright: ignore[reportArgumentType]
+    more = _tilted(rng, action, prop, grip)
+    return [draw_episode(rng, action, prop, grip, ends, stops=stops, **more)]
+
+
+def _tilted(
+    rng: np.random.Generator, action: Action, prop: Prop, grip: tuple[Grasp, float]
+) -> dict[str, Any]:
+    """Of an episode in which a thing slides: where it is to the actor, and how it is tilted for it."""
+    taken, held, left = (stance_for(rng, action, grip[1], m) for m in range(3))
+    tilt = tilt_for(rng, action, prop, float(grip[0].points[:, 2].mean()))
+    moves = {"lift": int(rng.uniform(14, 24)), "lower": int(rng.uniform(14, 24))}
+    return {"stances": (taken, replace(held, pitch=tilt), left)} | (moves if tilt else {})
 
 
 def shove(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
@@ -55,17 +67,15 @@ def shove(rng: np.random.Generator, action: Action, prop: Prop, scale: float) ->
 
 def turn(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
     """Turned on the spot: by walking round it, or by strokes of the arms and re-grasping."""
-    if rng.random() < 0.4:
-        slides = any(g.use == "push" for g in prop.grasps) and rng.random() < 0.6
+    if rng.random() < 0.55:
+        slides = any(g.use == "push" for g in prop.grasps) and rng.random() < 0.75
         grip = draw_grasp(rng, prop, "push") if slides else draw_lift(rng, prop)
         palm = float(grip[0].points[:, 2].mean())
         lifted = not slides and rng.random() < 0.6
         heights = (max(rng.uniform(0.03, 0.15), rng.uniform(0.4, 0.9) - palm),) if lifted else ()
-        return [
-            draw_episode(
-                rng, action, prop, grip, takes_and_leaves(rng, stands=prop.stands), heights=heights
-            )
-        ]
+        ends = takes_and_leaves(rng, stands=prop.stands)
+        more = _tilted(rng, action, prop, grip) if slides else {}
+        return [draw_episode(rng, action, prop, grip, ends, heights=heights, **more)]
     height = prop.high[2] * rng.uniform(0.6, 0.95)
     at, way = rng.uniform(-np.pi, np.pi), float(rng.choice([-1, 1]))
     episodes: list[Episode] = []

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from omomo_core.data.synthesis.directions import about_z
-from omomo_core.data.synthesis.props.bars import bar_grasps
+from omomo_core.data.synthesis.props.bars import bar_grasps, hooked
 from omomo_core.data.synthesis.props.blueprint import Blueprint
 from omomo_core.data.synthesis.props.clearance import free
 from omomo_core.data.synthesis.props.prop import Grasp, Kind, Prop, Use
@@ -14,6 +14,7 @@ from omomo_core.data.synthesis.props.surfaces import (
     edges,
     faces,
     opposed,
+    overhangs,
     sides,
     unders,
 )
@@ -148,14 +149,30 @@ def _on_near_side(
     out += [
         Grasp("tip", p, i, _UP, "face") for p, i in _pairs(flat) if p[0, 2] > 0.6 * mesh.high[2]
     ]
-    out += [Grasp("push", p, i, _AHEAD, "edge") for p, i in _pairs(top) if 0.4 < p[0, 2] < 1.2]
-    deep = mesh.high[0] - mesh.low[0]
+    out += [Grasp("push", p, i, _AHEAD, "edge") for p, i in _pairs(top) if 0.6 < p[0, 2] < 1.2]
+    lifts = bool((mesh.high[0] - mesh.low[0]) * plan.mass < _MOST_LEVER)
     for points, inward in _pairs(under):
-        if points[0, 2] < 1.3:
+        if 0.8 < points[0, 2] < 1.3:
             out.append(Grasp("tip", points, inward, _AHEAD, "under"))
-            if deep * plan.mass < _MOST_LEVER:
+            if lifts:
                 out.append(Grasp("lift", points, inward, _AHEAD, "under"))
-    return _some(rng, out, {"push": 5, "tip": 3, "lift": 2})
+    out += _hooks(rng, overhangs(rng, mesh, grip), lifts=lifts)
+    return _some(rng, out, {"push": 5, "tip": 3, "lift": 3})
+
+
+def _hooks(rng: np.random.Generator, found: Palms, *, lifts: bool) -> list[Grasp]:
+    """Fingers curled under what overhangs on the near side, hands in line with their forearms."""
+    out: list[Grasp] = []
+    for points, _ in _pairs(found):
+        height = float(points[:, 2].mean())
+        inward, fingers = hooked(rng, height)
+        fit: dict[Use, bool] = {"push": height > 0.25, "tip": True, "lift": lifts}
+        out += [
+            Grasp(use, points, np.stack([inward, inward]), fingers, "under")
+            for use, good in fit.items()
+            if good and height < 1.2
+        ]
+    return out
 
 
 def _pairs(palms: Palms) -> list[tuple[Float[np.ndarray, "2 3"], Float[np.ndarray, "2 3"]]]:

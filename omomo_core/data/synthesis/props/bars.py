@@ -13,6 +13,26 @@ _THICKEST = 0.06
 _HIGHEST, _LOWEST = 1.5, 0.3
 
 
+_HOOKED = ([0.6, 1.1], [0.8, 0.25])
+"""How often bars at a height are hooked from below, metres."""
+_HANGS = ([0.1, 0.7, 1.05, 1.3, 1.7], [1.35, 0.95, 0.4, -0.15, -1.2])
+"""How far forearms slope down to hands at a height: metres, radians."""
+
+
+def slope(height: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    """How far a forearm slopes down to a hand at a height, metres and radians."""
+    return np.interp(height, *_HANGS)
+
+
+def hooked(
+    rng: np.random.Generator, height: float
+) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
+    """Palm and fingers of hands that hang in line with their forearms, fingers curled under a thing."""
+    drop = float(slope(np.array([height]))[0]) + rng.normal(0.0, 0.2)
+    ahead, down = np.cos(drop), np.sin(drop)
+    return down * _AHEAD + ahead * _UP, ahead * _AHEAD - down * _UP
+
+
 def bar_grasps(
     rng: np.random.Generator, mesh: RayMesh, bar: Bar, one_handed: bool, use: Use
 ) -> Grasp | None:
@@ -62,10 +82,9 @@ def _across(rng: np.random.Generator, bar: Bar, one: bool, use: Use) -> _Wish:
     if bar.kind == "handle":
         # The hand hangs behind its knuckles, palm to the back: as one carries things in front.
         return where, np.stack([-_AHEAD, -_AHEAD]), -_UP
-    if use == "lift" and rng.random() < 0.35:
-        tilt = rng.uniform(0.9, 1.5)
-        inward = np.cos(tilt) * _AHEAD + np.sin(tilt) * _UP
-        return where, np.stack([inward, inward]), _flat(_AHEAD, inward)
+    if rng.random() < np.interp(middle[2], *_HOOKED):
+        inward, fingers = hooked(rng, float(middle[2]))
+        return where, np.stack([inward, inward]), fingers
     tilt = rng.uniform(0.3, 1.4)
     inward = np.cos(tilt) * _AHEAD - np.sin(tilt) * _UP
     return where, np.stack([inward, inward]), np.sin(tilt) * _AHEAD + np.cos(tilt) * _UP

@@ -66,7 +66,7 @@ def opposed(
 
 def faces(rng: np.random.Generator, mesh: RayMesh, grip: Float[np.ndarray, " faces"]) -> Palms:
     """Palms flat on what faces the person, side by side, leaning into it with the heels of the hands."""
-    z = np.concatenate([rng.uniform(0.75, 1.3, 16), rng.uniform(0.25, 0.8, 8)])
+    z = np.concatenate([rng.uniform(0.75, 1.3, 16), rng.uniform(0.5, 0.8, 8)])
     points, normals, rows = _seen(mesh, grip, _spread(rng, mesh, len(z)), z)
     flat = rows & (normals[..., 0] < -0.9).all(axis=1) & (np.ptp(points[..., 0], axis=1) < 0.02)
     flat &= points[..., 0].max(axis=1) < mesh.low[0] + 0.15
@@ -109,6 +109,23 @@ def unders(rng: np.random.Generator, mesh: RayMesh, grip: Float[np.ndarray, " fa
     points, normals = hits.points.reshape(-1, 2, 3), hits.normals.reshape(-1, 2, 3)
     rows = (normals[..., 2] < -0.9).all(axis=1) & (np.ptp(points[..., 2], axis=1) < 0.02)
     return Palms(points, np.broadcast_to(_UP, points.shape).copy())[np.flatnonzero(rows)]
+
+
+def overhangs(rng: np.random.Generator, mesh: RayMesh, grip: Float[np.ndarray, " faces"]) -> Palms:
+    """Places on the near side, right above where fingers can curl under it; inward is ahead."""
+    at = _samples(rng, mesh, grip * (mesh.normals[:, 2] < -0.95), 40)
+    at = at[(at[:, 2] > 0.1) & (at[:, 0] < mesh.low[0] + 0.12)]
+    y, z = _spread(rng, mesh, len(at)), at[:, 2]
+    if not len(at):
+        return Palms(np.zeros((0, 2, 3)), np.zeros((0, 2, 3)))
+    points, normals, rows = _seen(mesh, grip, y, z + 0.008)
+    # Under it there is nothing for the length of the fingers.
+    below = points + np.array([-0.05, 0.0, -0.03])
+    room = mesh.cast(below.reshape(-1, 3), np.tile(_AHEAD, (below.size // 3, 1))).distance
+    rows &= (room.reshape(-1, 2) > 0.11).all(axis=1)
+    rows &= (normals[..., 0] < -0.7).all(axis=1) & (np.ptp(points[..., 0], axis=1) < 0.03)
+    rows &= (points[..., 0] < mesh.low[0] + 0.1).all(axis=1)
+    return Palms(points, np.broadcast_to(_AHEAD, points.shape).copy())[np.flatnonzero(rows)]
 
 
 def _samples(
