@@ -59,7 +59,7 @@ def fill_network(network: nn.Module, config: "DataclassInstance", path: Path) ->
 
     Raises:
         AssetError: missing, damaged, or not one of our files.
-        InputError: ``other-network`` when the file holds a network of another method or size.
+        InputError: ``other-network`` when the file holds a network of another method, size or version.
     """
     _check_there(path)
     with _readable(path), safe_open(path, framework="pt") as file:
@@ -67,7 +67,7 @@ def fill_network(network: nn.Module, config: "DataclassInstance", path: Path) ->
     if theirs != json.loads(json.dumps(asdict(config))):
         raise InputError(
             "other-network",
-            "These weights are of a network of another method or size.",
+            "These weights are of a network of another method, size or version of the program.",
             where=str(path),
             fix="Give weights that were trained with the same METHOD and --size.",
         )

@@ -8,6 +8,8 @@ def quick_in_bf16(device: torch.device) -> bool:
 
     A processor without such units emulates them, 20 times as slowly.
     """
+    if device.type == "cuda":
+        return torch.cuda.is_bf16_supported(including_emulation=False)
     if device.type != "cpu":
         return True
     able = torch.cpu.get_capabilities()

@@ -44,3 +44,5 @@ class HumanWindows:
     foot_contact: Float[Tensor, "b frames 4"]
     reference: Float[Tensor, "b frames 2"]
     """Floor point that the body is measured from: `body_stage.capture.reference_path`."""
+    upright: Float[Tensor, " b"]
+    """From 0, squatting as deep as anybody whose hands go as low, to 1, standing as straight."""

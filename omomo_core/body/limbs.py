@@ -151,7 +151,7 @@ def _transport(normal: _Vec, old: _Vec, new: _Vec) -> _Vec:
 
 
 def _swing(old: _Vec, new: _Vec) -> _Rot:
-    """Smallest rotation between unit vectors (not opposite ones)."""
+    """Smallest rotation between unit vectors (not opposite ones), batched and with gradients."""
     axis = torch.linalg.cross(old, new)
     cos = (old * new).sum(-1)[..., None, None]
     K = _cross_matrix(axis)

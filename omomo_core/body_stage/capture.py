@@ -12,7 +12,7 @@ from omomo_core.windows import HumanWindows, ObjectWindows
 LAYOUT = Layout(vectors=1 + 23 + 44, scalars=4)
 """Root from the reference point; 21 joints and 2 palms from the root; two columns of each of the 22
 global rotations; four foot contacts as -1 or 1."""
-CONDITION = 17
+CONDITION = 18
 SMOOTHING = 10.0
 """Frames (standard deviation) over which the reference path is smoothed."""
 
@@ -47,10 +47,11 @@ def condition(
     palms: Float[Tensor, "b frames 2 3"],
     hand_contact: Float[Tensor, "b frames 2"],
     reference: Float[Tensor, "b frames 2"],
+    upright: Float[Tensor, " b"],
     windows: ObjectWindows,
     yaw: Float[Tensor, " b"],
 ) -> Float[Tensor, "b frames condition"]:
-    """Palms and object from the reference point, the reference's own path, contacts, heights."""
+    """Palms and object from the reference point, the reference's own path, contacts, heights, habit."""
     floor = torch.cat([reference, torch.zeros_like(reference[..., :1])], dim=-1)
     there = windows.present[:, None, None].to(palms.dtype)
     count = windows.valid.sum(dim=1).clamp(min=1)[:, None, None]
@@ -66,7 +67,8 @@ def condition(
         dim=-1,
     )
     turned = turn(vectors, -yaw, Layout(5, 0))
-    scalars = [hand_contact, windows.lowest[..., None] * there, there.expand(*palms.shape[:2], 1)]
+    alike = [windows.lowest[..., None] * there, there, (2 * upright - 1)[:, None, None]]
+    scalars = [hand_contact, *(x.expand(*palms.shape[:2], 1) for x in alike)]
     # Heights of the two floor paths are always zero: left out.
     return torch.cat([turned[..., :11], turned[..., 12:14], *scalars], dim=-1)
 

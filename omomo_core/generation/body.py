@@ -19,6 +19,9 @@ from omomo_core.geometry.rotations import yaw_matrix
 from omomo_core.motion import HandMotion
 from omomo_core.stage import Stage
 
+BEYOND = 0.25
+"""How far samples go beyond the straightest and the deepest of the synthesis: people do, too."""
+
 
 def sample_body(
     scene: Scene,
@@ -51,6 +54,7 @@ def sample_body(
         cut_palms,
         (contact[:, index].flatten(0, 1) > 0.5).float(),
         reference[:, index].flatten(0, 1),
+        habits(len(hands), options.seed).repeat_interleave(len(index)),
         windows,
         yaw,
     )
@@ -65,6 +69,16 @@ def sample_body(
         on_step=lambda done: progress("body", done),
     )
     return torch.cat([x[..., :2] + reference, x[..., 2:]], dim=-1)
+
+
+def habits(samples: int, seed: int) -> Float[Tensor, " samples"]:
+    """How upright each sample stays, from deep squats (0) to straight legs (1) and beyond: evenly, in any
+    order.
+
+    The same in all stretches of a take: whoever squats once squats again. One sample is as most people.
+    """
+    order = torch.randperm(samples, generator=torch.Generator().manual_seed(seed))
+    return (1 + 2 * BEYOND) * (order + 0.5) / samples - BEYOND
 
 
 def _from_reference(pin: Pin, reference: Float[Tensor, "samples frames 2"]) -> Pin:

@@ -15,8 +15,9 @@ from omomo_core.generation.aside import ELBOWS, SHOULDERS
 from omomo_core.generation.feet import Feet
 from omomo_core.generation.wish import Wish
 
-STRETCH, LONGEST = 0.99, 0.999
-"""Share of a straight arm's length that the pelvis is moved to stay within: before and after."""
+STRETCH, LONGEST = 1.1, 0.999
+"""Share of a straight arm's length that the pelvis is moved to stay within, before and after the whole is
+corrected: that finds the last tenth itself, and better, because it also bends, turns and lifts shoulders."""
 LEG_STRETCH = 0.995
 LOWEST = 0.05
 """Metres that the pelvis is lowered at most for the legs to reach the floor: a foot that stands longer than

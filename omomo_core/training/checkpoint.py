@@ -60,7 +60,7 @@ def resume_run(make: Make, folder: Path, options: TrainOptions, team: Team) -> T
     if progress.get("config", config) != config:
         raise InputError(
             "run-differs",
-            f"This folder holds a run of another method or size: {path.name} is of other sizes.",
+            f"This folder holds a run of another method, size or version: {path.name} has other sizes.",
             where=str(folder),
             fix="Give the --size it was begun with, or another folder with -o.",
         )

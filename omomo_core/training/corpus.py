@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
@@ -16,8 +16,11 @@ from omomo_core.geometry.rotations import rotmat_to_6d
 from omomo_core.geometry.transforms import angular_velocity, velocity
 from omomo_core.motion import FPS
 from omomo_core.training.shapes import ShapeGrids
+from omomo_core.training.uprightness import Uprightness
 from omomo_core.windows import WINDOW, HumanWindows, ObjectWindows
 
+_APART = 30
+"""Frames from one window to the next among those whose depths are ranked."""
 SWAP = (0, 2, 1, 3, 5, 4, 6, 8, 7, 9, 11, 10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20, 23, 22)
 """The joint on the other side of the body, for the 24 joints of the model."""
 
@@ -51,6 +54,22 @@ class Corpus:
                     self.rows[key] = torch.empty(total, *rows.shape[1:])
                 self.rows[key][first : first + len(rows)] = rows
         self.weights = _weights(self.lengths.float(), has, synthesis_share)
+        some = self.object_of > 0 if has.any() else ~has
+        joints = self.rows["joints"]
+        # Of each frame first: the joints of all windows at once would be too many.
+        low = torch.stack([joints[:, 22:, 2].amin(dim=1), joints[:, 0, 2]], dim=1)
+        self.uprightness = Uprightness(*low[self._windows(some)].amin(dim=1).T)
+
+    def _windows(self, some: Bool[Tensor, " clips"]) -> Int[Tensor, "windows frames"]:
+        """Frames of a window every second of some clips."""
+        index = [
+            start + first + torch.arange(WINDOW).clamp(max=length - first - 1)
+            for start, length in zip(
+                self.starts[some].tolist(), self.lengths[some].tolist(), strict=True
+            )
+            for first in range(0, max(length - WINDOW, 0) + 1, _APART)
+        ]
+        return torch.stack(index)
 
     def draw(self, count: int, basis_points: int, *, objects_only: bool = False) -> Windows:
         """Random windows, half of them mirrored left to right; short clips are padded."""
@@ -74,9 +93,18 @@ class Corpus:
                 present=self.object_of[clip] > 0,
                 valid=valid,
             ),
-            HumanWindows(**{k: r[k] for k in person}),
+            HumanWindows(
+                **{k: r[k] for k in person}, upright=self.uprightness(*_depths(r["joints"]))
+            ),
             self.grids.surface(self.object_of[clip], mirrored),
         )
+
+
+def _depths(
+    joints: Float[Tensor, "b frames 24 3"],
+) -> tuple[Float[Tensor, " b"], Float[Tensor, " b"]]:
+    """Height of the lowest palm and of the lowest pelvis in each window, metres."""
+    return joints[:, :, 22:, 2].amin(dim=(1, 2)), joints[:, :, 0, 2].amin(dim=1)
 
 
 def _weights(

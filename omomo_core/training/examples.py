@@ -58,7 +58,9 @@ def _body_capture(windows: Windows) -> Example:
     yaw = body_capture.training_yaw(palms, moved)
     return Example(
         x0=turn(body_capture.pack(person), -yaw, body_capture.LAYOUT),
-        condition=body_capture.condition(palms, person.hand_contact, person.reference, moved, yaw),
+        condition=body_capture.condition(
+            palms, person.hand_contact, person.reference, person.upright, moved, yaw
+        ),
         shape=shape_code(moved, yaw),
         valid=moved.valid,
     )

@@ -5,22 +5,43 @@ from pathlib import Path
 import torch
 
 from omomo_core.body.load import load_body
+from omomo_core.body_stage import capture as body_stage
+from omomo_core.errors import AssetError
 from omomo_core.generation.result import Stages
-from omomo_core.stage import Configuration, load_stage
+from omomo_core.hand_stage import capture as hand_stage
+from omomo_core.stage import Configuration, Stage, load_stage
 
 SHIPPED = Path(__file__).parent
+_TOLD = {"hands": hand_stage.CONDITION, "body": body_stage.CONDITION}
+"""Numbers in a frame of what the networks of `capture` are told."""
 
 
 def load_stages(configuration: Configuration = "capture", folder: Path | None = None) -> Stages:
     """The stages in `folder` (as `omocap train` writes them), or those that ship.
 
     Raises:
-        AssetError: a file is missing or damaged. Only `capture` weights ship.
+        AssetError: a file is missing, damaged, or of an earlier version of the program. Only `capture`
+            weights ship.
     """
     folder = folder or SHIPPED / configuration
-    hands, body = (load_stage(folder / f"{name}.safetensors") for name in ("hands", "body"))
+    hands, body = (_checked(folder / f"{name}.safetensors") for name in ("hands", "body"))
     if configuration == "capture" and torch.cpu.get_capabilities().get("amx_bf16", False):
         # Matrix units make it three times as fast, and what it rounds is a hundredth of the error.
         for stage in (hands, body):
             stage.denoiser.bfloat16()
     return Stages(hands, body, load_body().height)
+
+
+def _checked(path: Path) -> Stage:
+    stage = load_stage(path)
+    config = stage.config
+    told = _TOLD.get(config.stage, 0)
+    if config.configuration == "capture" and config.denoiser.condition != told:
+        raise AssetError(
+            "weights-outdated",
+            "These weights were trained with an earlier version of the program: their network is told "
+            f"{config.denoiser.condition} numbers a frame, and now there are {told}.",
+            where=str(path),
+            fix="Train them again with `omocap train`, or leave out --weights for those that ship.",
+        )
+    return stage

@@ -8,7 +8,8 @@ import pytest
 import torch
 
 from capture_app.cli.app import invoke
-from omomo_core.capture import stage_config
+from omomo_core.body_stage import capture as body_stage
+from omomo_core.hand_stage import capture as hand_stage
 from omomo_core.stage import Stage, save_stage
 
 
@@ -17,9 +18,8 @@ def weights(tmp_path: Path) -> Path:
     folder = tmp_path / "weights"
     folder.mkdir()
     torch.manual_seed(0)
-    for name, channels, condition in (("hands", 8, 22), ("body", 208, 17)):
-        stage = Stage(stage_config(name, channels, condition))
-        save_stage(stage, folder / f"{name}.safetensors", {})
+    for config in (hand_stage.CONFIG, body_stage.CONFIG):
+        save_stage(Stage(config), folder / f"{config.stage}.safetensors", {})
     return folder
 
 

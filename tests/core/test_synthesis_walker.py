@@ -77,6 +77,24 @@ def test_there_is_movement_between_the_stops() -> None:
         assert moved > 0.05 or np.ptp(heading(stage.rotations)[between]) > 0.1
 
 
+def test_people_walk_up_to_what_they_take_and_step_back_from_what_they_leave() -> None:
+    """Where there is time for it: some wait where they are."""
+    came, left = [], []
+    for k in range(10):
+        stage = improvise(np.random.default_rng([6, k]), library(), 200, [30])
+        assert stage is not None
+        first, last = stage.pauses[0]
+        yaw = float(heading(stage.rotations)[first])
+        ahead = stage.root[:, :2] @ [np.cos(yaw), np.sin(yaw)]
+        if first > 50:
+            came.append(ahead[first] - ahead[first - 50])
+        if last < 150:
+            left.append(ahead[last + 50] - ahead[last])
+    assert min(len(came), len(left)) > 3
+    assert np.median(came) > 0.2
+    assert np.median(left) < -0.05
+
+
 def test_nobody_moves_in_the_stops() -> None:
     body = load_body()
     for stage in stages():

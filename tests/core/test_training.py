@@ -27,6 +27,7 @@ from omomo_core.training.loop import TrainState, start, train
 from omomo_core.training.methods import METHODS, MethodName, networks
 from omomo_core.training.team import Team
 from omomo_core.training.trainee import Make, Trainee, TrainOptions, joined
+from omomo_core.weights.load import load_stages
 from tests.core.training_clips import BODY, CLIPS
 
 ALONE = Team(torch.device("cpu"))
@@ -181,3 +182,13 @@ def test_weights_round_trip_and_damage_is_named(tmp_path: Path):
         load_stage(tmp_path / "b.safetensors")
     with pytest.raises(AssetError, match="weights-missing"):
         load_stage(tmp_path / "none.safetensors")
+
+
+def test_weights_of_an_earlier_version_are_named(tmp_path: Path):
+    """A network that is told other things would give nonsense, or a traceback."""
+    for config in (hand_capture.CONFIG, body_capture.CONFIG):
+        told = config.denoiser.condition - (config.stage == "hands")
+        older = replace(config, denoiser=replace(config.denoiser, layers=1, condition=told))
+        save_stage(Stage(older), tmp_path / f"{config.stage}.safetensors", {})
+    with pytest.raises(AssetError, match=r"hands\.safetensors.*weights-outdated"):
+        load_stages("capture", tmp_path)

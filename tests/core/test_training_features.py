@@ -2,21 +2,25 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import roma
 import torch
+from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body_stage import capture as body_capture
 from omomo_core.body_stage import paper as body_paper
+from omomo_core.generation.take import prepare
 from omomo_core.geometry.canonical import rotate, turn
 from omomo_core.geometry.rotations import rotmat_from_6d, yaw_matrix
 from omomo_core.hand_stage import capture as hand_capture
 from omomo_core.hand_stage import paper as hand_paper
+from omomo_core.motion import ObjectMotion
 from omomo_core.training.corpus import Corpus
 from omomo_core.training.examples import make_example
 from omomo_core.windows import WINDOW
-from tests.core.training_clips import BODY, CLIPS
+from tests.core.training_clips import BODY, CLIPS, clip
 
 
 @pytest.fixture(scope="module")
@@ -107,3 +111,29 @@ def test_paper_examples_have_the_published_shapes(corpus: Corpus):
     # The person stands at the origin and faces -y in the first frame: left hip at +x.
     assert body.x0[:, 0, :2].abs().max() < 1e-5
     assert (body.x0[:, 0, 3] > 0.03).all()
+
+
+def test_training_sees_a_tilting_thing_as_generation_does():
+    """Where it is, how it moves and turns; and their images where the window is mirrored."""
+    like = clip(1, WINDOW, with_object=True)
+    assert like.object_motion is not None
+    mesh = like.object_motion.mesh
+    corner = replace(mesh, vertices=mesh.vertices + 0.2 * (mesh.vertices > 0).all(axis=1)[:, None])
+    T = like.object_motion.T_world_object.copy()
+    ways = np.linspace(0.0, 1.0, WINDOW)[:, None] * [0.7, -0.4, 0.9]
+    T[:, :3, :3] = Rotation.from_rotvec(ways).as_matrix()
+    tilted = replace(like, object_motion=ObjectMotion(corner, T, np.ones(WINDOW, bool)))
+    torch.manual_seed(5)
+    seen = Corpus([tilted], BODY, synthesis_share=1.0).draw(12, 16).object
+    take = prepare(tilted.object_motion)
+    mirrored = seen.R_world_object[:, 60, 0, 1] * take.motion.T_world_object[60, 0, 1] < 0
+    assert 0 < mirrored.sum() < 12
+    S = torch.tensor([-1.0, 1.0, 1.0])
+    # What turns the other way in a mirror turns about the mirrored axis, backward.
+    for name, images in (("centre", (S, 1)), ("velocity", (S, 1)), ("spin", (S, -1))):
+        theirs = torch.from_numpy(getattr(take, name)).float()
+        for k in range(12):
+            image = images[0] * images[1] if mirrored[k] else torch.ones(3)
+            torch.testing.assert_close(getattr(seen, name)[k], theirs * image, atol=2e-3, rtol=0)
+    lowest = torch.from_numpy(take.lowest).float().expand(12, -1)
+    torch.testing.assert_close(seen.lowest, lowest, atol=1e-4, rtol=0)

@@ -48,6 +48,10 @@ class Wanted:
     """Recorded walks do not suit."""
     way: int = 0
     """1 where the actor mostly walks ahead with the thing, -1 backward, 0 anyhow."""
+    comes: bool = True
+    """Before the first stop the hands are empty."""
+    goes: bool = True
+    """After the last stop they are."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +89,7 @@ def cast(
         if wanted.made_to_measure or rng.random() < _IMPROVISED:
             stage = improvise(
                 rng, sources.library, wanted.frames, wanted.pause_frames, wanted.walk,
-                wanted.moves or CHANCES,
+                wanted.moves or CHANCES, comes=wanted.comes, goes=wanted.goes,
             )  # fmt: skip
             licence = sources.library.licence
         else:

@@ -90,5 +90,7 @@ def _script(
         moves=moves_for(action),
         made_to_measure=action == "turn" and walks > 0,
         way=way_of(rng, action),
+        comes=episodes[0].takes,
+        goes=episodes[-1].leaves,
     )
     return Script(action, prop, tuple(episodes), posture_for(rng, action), wanted)

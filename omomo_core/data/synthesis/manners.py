@@ -27,7 +27,7 @@ def tempo(rng: np.random.Generator, deep: float, *, slides: bool) -> Tempo:
         "reach": int(pace * (rng.uniform(14, 26) + 16 * deep)),
         "lift": int(pace * (rng.uniform(15, 26) + move)),
         "lower": int(pace * (rng.uniform(15, 26) + move)),
-        "release": int(pace * (rng.uniform(14, 26) + 16 * deep)),
+        "release": int(pace * (rng.uniform(9, 20) + 8 * deep)),
     }
 
 

@@ -71,7 +71,8 @@ class Episode:
     """Lengths of the stops on the way."""
     standing: tuple[float, float]
     """Part of reaching and of letting go for which the actor stands; the rest is done walking up and
-    off. Below 0 the actor holds before having come to a stand, or still when going off."""
+    off. Below 0 the actor holds before having come to a stand (though lifts for eight frames standing), or
+    still when going off."""
     stances: tuple[Stance, Stance, Stance]
     """When taken, while held, when left."""
     heights: tuple[float, ...]

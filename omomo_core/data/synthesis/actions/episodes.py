@@ -72,7 +72,8 @@ def draw_episode(
     grasp, turn = grip
     palm = float(grasp.points[:, 2].mean())
     deep = max(0.0, 0.8 - palm - min(supports))
-    one = grasp.one_handed or (action in _OFTEN_ONE_HAND and rng.random() < 0.25)
+    stands = not more.get("heights")
+    one = grasp.one_handed or (stands and action in _OFTEN_ONE_HAND and rng.random() < 0.25)
     left = bool(rng.random() < 0.5)
     pause = tempo(rng, deep, slides=grasp.use == "push")
     late = int(rng.uniform(2, 14)) if rng.random() < 0.5 and not one else 0
@@ -85,7 +86,7 @@ def draw_episode(
         "hold": int(rng.uniform(20, 100)),
         "rest": int(rng.uniform(4, 40)),
         "stops": (),
-        "standing": (rng.uniform(-0.7, 0.7), rng.uniform(-0.7, 0.7)),
+        "standing": (rng.uniform(-0.7, 0.4), rng.uniform(-0.9, 0.6)),
         "stances": tuple(stance_for(rng, action, turn, moment) for moment in range(3)),
         "heights": (),
         "supports": supports,

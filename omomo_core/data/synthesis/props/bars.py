@@ -11,8 +11,7 @@ _UP, _AHEAD, _LEFT = np.array([0.0, 0, 1]), np.array([1.0, 0, 0]), np.array([0.0
 _THICKEST = 0.06
 """From the axis of a bar to its surface, metres."""
 _HIGHEST, _LOWEST = 1.5, 0.3
-
-
+"""Where poles are taken, metres."""
 _HOOKED = ([0.6, 1.1], [0.8, 0.25])
 """How often bars at a height are hooked from below, metres."""
 _HANGS = ([0.1, 0.7, 1.05, 1.3, 1.7], [1.35, 0.95, 0.4, -0.15, -1.2])
@@ -41,7 +40,7 @@ def bar_grasps(
     if abs(along[2]) > 0.35 or (bar.kind == "pole" and abs(along[1]) < 0.7):
         where, inward, fingers = _pole(rng, bar, along, one_handed)
     elif abs(along[1]) > 0.7:
-        where, inward, fingers = _across(rng, bar, one_handed, use)
+        where, inward, fingers = _across(rng, bar, one_handed)
     elif one_handed:
         where, inward, fingers = _lengthwise(rng, bar, along)
     else:
@@ -72,7 +71,7 @@ def _pole(rng: np.random.Generator, bar: Bar, along: Float[np.ndarray, " 3"], on
     return where, np.stack([_flat(i, along) for i in inward]), fingers
 
 
-def _across(rng: np.random.Generator, bar: Bar, one: bool, use: Use) -> _Wish:
+def _across(rng: np.random.Generator, bar: Bar, one: bool) -> _Wish:
     """A bar from left to right: from above, from behind, or from below."""
     middle, half = (bar.a + bar.b) / 2, abs(float(bar.b[1] - bar.a[1])) / 2
     apart = min(max(half - 0.04, 0.0), rng.uniform(0.08, 0.33)) if not one else 0.0

@@ -115,9 +115,9 @@ def overhangs(rng: np.random.Generator, mesh: RayMesh, grip: Float[np.ndarray, "
     """Places on the near side, right above where fingers can curl under it; inward is ahead."""
     at = _samples(rng, mesh, grip * (mesh.normals[:, 2] < -0.95), 40)
     at = at[(at[:, 2] > 0.1) & (at[:, 0] < mesh.low[0] + 0.12)]
-    y, z = _spread(rng, mesh, len(at)), at[:, 2]
     if not len(at):
         return Palms(np.zeros((0, 2, 3)), np.zeros((0, 2, 3)))
+    y, z = _spread(rng, mesh, len(at)), at[:, 2]
     points, normals, rows = _seen(mesh, grip, y, z + 0.008)
     # Under it there is nothing for the length of the fingers.
     below = points + np.array([-0.05, 0.0, -0.03])

@@ -25,6 +25,10 @@ _TWISTED = 0.45
 """Cosine of the largest angle between a foot and the pelvis, 63 degrees."""
 _AT_REST = 0.03
 """Metres per second of a foot that stands."""
+_TOWARDS: Chances = {"walk": 0.85, "side": 0.08, "turn": 0.07}
+"""How people end up before what they take."""
+_AWAY: Chances = {"back": 0.6, "turn": 0.2, "side": 0.12, "shuffle": 0.08}
+"""How they begin to leave what they have put down."""
 _TRIES = 6
 
 
@@ -35,6 +39,9 @@ def improvise(
     pause_frames: list[int],
     walk: tuple[int, int] = (0, 10_000),
     chances: Chances = CHANCES,
+    *,
+    comes: bool = True,
+    goes: bool = True,
 ) -> Stage | None:
     """Make up a base motion with a stop of each given length, in this order.
 
@@ -45,12 +52,14 @@ def improvise(
         pause_frames: length of each stop; there is movement between two stops.
         walk: least and most frames between two stops.
         chances: of each kind of move between the stops.
+        comes: before the first stop somebody walks up to something; else moves as between the stops.
+        goes: after the last stop somebody leaves something; else likewise.
 
     Returns:
         None where there is no time to move between the stops.
     """
     for _ in range(_TRIES):
-        plan = _plan(rng, frames, pause_frames, walk, chances)
+        plan = _plan(rng, frames, pause_frames, walk, chances, (comes, goes))
         if plan is None:
             return None
         parts, lead, pauses = plan
@@ -73,11 +82,16 @@ def _plan(
     pause_frames: list[int],
     walk: tuple[int, int],
     chances: Chances,
+    ends: tuple[bool, bool],
 ) -> _Plan | None:
     gaps = _gaps(rng, frames - sum(pause_frames), len(pause_frames), walk)
     if gaps is None:
         return None
-    parts, lead = _arrive(rng, gaps[0], stops=bool(pause_frames))
+    under_way = _approaching(0.7) if chances is CHANCES else chances
+    if ends[0] and pause_frames:
+        parts, lead = _arrive(rng, gaps[0])
+    else:
+        parts, lead = _come_along(rng, gaps[0], under_way, _SETTLE if pause_frames else 0)
     pauses: list[tuple[int, int]] = []
     at = gaps[0]
     for pause, gap in zip(pause_frames, gaps[1:], strict=False):
@@ -87,8 +101,10 @@ def _plan(
         if len(pauses) < len(pause_frames):
             moves = _fill(rng, gap - _LIFT_EARLY - _SETTLE, chances)
             parts += [*moves, _SETTLE]
-    if pause_frames:
+    if pause_frames and ends[1]:
         parts += _leave(rng, gaps[-1])
+    elif pause_frames:
+        parts += _fill(rng, gaps[-1] + int(rng.integers(0, 60)), under_way)
     return parts, lead, pauses
 
 
@@ -110,21 +126,43 @@ def _gaps(
     return [before, *between, outside - before]
 
 
-def _arrive(rng: np.random.Generator, frames: int, *, stops: bool) -> tuple[list[Move | int], int]:
-    """What happens before the first stop, and how much of it is over already."""
-    if stops and frames < _LONGEST_IDLE and rng.random() < 0.15:
+def _come_along(
+    rng: np.random.Generator, frames: int, chances: Chances, settle: int
+) -> tuple[list[Move | int], int]:
+    """What happens before the first stop with a thing in the hands, and how much of it is over already."""
+    lead = max(int(rng.integers(10, 70)), settle + 2 * _SHORTEST_MOVE - frames)
+    return [*_fill(rng, frames + lead - settle, chances), settle], lead
+
+
+def _arrive(rng: np.random.Generator, frames: int) -> tuple[list[Move | int], int]:
+    """The same with empty hands: people walk up to what they take, and reach for it with the last step."""
+    if frames < _LONGEST_IDLE and rng.random() < 0.15:
         return [frames], 0
-    lead = int(rng.integers(10, 70))
-    settle = _SETTLE if stops else 0
-    if frames + lead < settle + _SHORTEST_MOVE:
-        lead = settle + 2 * _SHORTEST_MOVE - frames
-    return [*_fill(rng, frames + lead - settle, _approaching(0.75)), settle], lead
+    # Where the other foot has not followed in time, the next try may.
+    settle = int(rng.integers(_SETTLE // 4, _SETTLE))
+    lead = max(int(rng.integers(10, 70)), settle + 2 * _SHORTEST_MOVE - frames)
+    up = _step(rng, frames + lead - settle, _TOWARDS, 1.0)
+    left = frames + lead - settle - up.frames
+    return [*_fill(rng, left, _approaching(0.75)), up, settle], lead
 
 
 def _leave(rng: np.random.Generator, frames: int) -> list[Move | int]:
-    if frames < _LONGEST_IDLE and rng.random() < 0.15:
+    """What happens after the last stop: a thing is ahead, so people step back or turn away first."""
+    if frames < _SHORTEST_MOVE or (frames < _LONGEST_IDLE and rng.random() < 0.15):
         return [frames]
-    return _fill(rng, frames + int(rng.integers(0, 60)), _approaching(0.6))
+    frames += int(rng.integers(0, 60))
+    away = _step(rng, frames, _AWAY, -1.0)
+    return [away, *_fill(rng, frames - away.frames, _approaching(0.6))]
+
+
+def _step(rng: np.random.Generator, frames: int, chances: Chances, way: float) -> Move:
+    """A move for which there is time, or as much of a step ahead (way 1) or back (-1) as there is."""
+    move = draw_move(rng, chances)
+    if move.frames <= frames:
+        return move
+    frames = min(frames, _LONGEST_HURRY)
+    far = rng.uniform(0.3, 0.7) * frames / FPS
+    return Move("shuffle", (way * far, rng.normal(0.0, 0.05)), rng.normal(0.0, 0.2), frames)
 
 
 def _approaching(walk: float) -> Chances:
@@ -154,7 +192,7 @@ def _fill(rng: np.random.Generator, frames: int, chances: Chances) -> list[Move 
 
 def _hurried(rng: np.random.Generator, frames: int) -> Move:
     """A small step for which there is just the time."""
-    way, far = rng.uniform(-np.pi, np.pi), 0.3 * frames / 30
+    way, far = rng.uniform(-np.pi, np.pi), 0.3 * frames / FPS
     return Move("shuffle", (far * np.cos(way), far * np.sin(way)), rng.normal(0.0, 0.2), frames)
 
 
