@@ -131,6 +131,14 @@ def _check_surface(mesh: trimesh.Trimesh, path: Path) -> None:
             where=str(path),
             fix="Export the mesh again.",
         )
+    if not mesh.nondegenerate_faces().any():
+        raise InputError(
+            "mesh-empty",
+            f"None of the {len(mesh.faces)} triangles of {path.name} has any area: their corners are in "
+            "one line.",
+            where=str(path),
+            fix="Export the object's surface as triangles.",
+        )
 
 
 def _check_size(extents: Float64[np.ndarray, "3"], path: Path, scale: float) -> None:

@@ -16,6 +16,7 @@ from jaxtyping import Float, Int
 from torch import Tensor
 from torch.nn.functional import grid_sample, interpolate, normalize
 
+from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
 
 MARGIN = 0.15
@@ -112,6 +113,9 @@ def distance_field(mesh: ObjectMesh, *, spacing: float | None = None) -> Distanc
         mesh: a scan or a model; it may have holes, loose pieces, faces wound the wrong way here and
             there or altogether.
         spacing: metres between grid points; by default as fine as GRID_POINTS of them allow.
+
+    Raises:
+        InputError: "mesh-empty" when no triangle has any area.
     """
     size = np.ptp(mesh.vertices, axis=0) + 2 * MARGIN
     if spacing is None:
@@ -218,6 +222,14 @@ def _tidy(mesh: ObjectMesh) -> trimesh.Trimesh:
     """The mesh with equal vertices merged, repeated faces left out, and faces wound alike."""
     solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True)
     solid.update_faces(solid.unique_faces() & solid.nondegenerate_faces())
+    if len(solid.faces) == 0:
+        # igl ends the whole process on a mesh without faces.
+        raise InputError(
+            "mesh-empty",
+            "The object's mesh has no triangle with any area.",
+            where=mesh.name,
+            fix="Give the object's surface as triangles.",
+        )
     return trimesh.Trimesh(solid.vertices, _wound_alike(solid), process=False)
 
 

@@ -95,6 +95,12 @@ def test_empty_point_cloud_and_garbage(tmp_path: Path):
     assert _error(tmp_path / "chair.blend").code == "mesh-format"
 
 
+def test_triangles_without_any_area(tmp_path: Path):
+    path = tmp_path / "lines.obj"
+    path.write_text("v 0 0 0\nv .3 0 0\nv .6 0 0\nv 0 .2 0\nv 0 .6 0\nf 1 2 3\nf 1 4 5\n")
+    assert _error(path).code == "mesh-empty"
+
+
 def test_vertices_that_are_not_finite(tmp_path: Path):
     path = tmp_path / "nan.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n")

@@ -11,6 +11,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from omomo_core.errors import InputError
 from omomo_core.geometry.distance_field import COARSEST, FINEST, DistanceField, distance_field
 from omomo_core.motion import ObjectMesh
 
@@ -296,3 +297,10 @@ def test_real_scans(shared: Path, name: str):
     assert np.quantile(error, 0.95) < 0.005
     outside = exact > 0.01
     assert (at(field, points)[outside] > 0).all()
+
+
+def test_a_mesh_without_any_area_is_refused() -> None:
+    """It would end the process in a library."""
+    lines = np.array([[0.0, 0, 0], [0.3, 0, 0], [0.6, 0, 0]])
+    with pytest.raises(InputError, match="mesh-empty"):
+        distance_field(ObjectMesh(lines, np.array([[0, 1, 2]]), "lines"))
