@@ -126,7 +126,7 @@ class _Surface:
         self.mesh: Any = pyrender.Mesh([self.primitive])
         self.mesh.casts_shadow = drawable.casts_shadow
         self.mesh.real = drawable.real
-        self.node = pyrender.Node(mesh=self.mesh)
+        self.node = pyrender.Node(drawable.name, mesh=self.mesh)
 
     @property
     def shades(self) -> bool:
@@ -175,6 +175,11 @@ class _Stage(pyrender.Scene):
         low, high = points.min(axis=0), points.max(axis=0)
         self._center = 0.5 * (low + high)
         self._radius = np.float64(0.5 * np.linalg.norm(high - low) + 2 * SHADOW_BLUR)
+
+    @property
+    def mesh_nodes(self) -> list[Any]:
+        """In order: of two surfaces in one place the first is seen, and a set has none."""
+        return sorted(self._mesh_nodes, key=lambda node: node.name)
 
     @property
     def centroid(self) -> Float[np.ndarray, " 3"]:

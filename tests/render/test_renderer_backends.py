@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -179,6 +180,16 @@ def test_backends_draw_the_same_picture() -> None:
     assert np.median(np.abs(a - b)[both]) < 0.01
     difference = np.abs(rgb_a.astype(int) - rgb_b).max(axis=-1)
     assert (difference < 12).mean() > 0.93
+
+
+def test_of_surfaces_in_one_place_the_same_is_always_seen(renderer: Renderer) -> None:
+    one = ground()
+    sheets = [replace(one, name=f"sheet {k}", color=(k / 5, 0.5, 0.5)) for k in range(6)]
+    seen: set[bytes] = set()
+    for _ in range(6):
+        renderer.show(Scene(sheets))
+        seen.add(renderer.draw(from_above())[0].tobytes())
+    assert len(seen) == 1
 
 
 def test_two_renderers_live_side_by_side() -> None:
