@@ -46,6 +46,25 @@ def test_what_offers_it_is_sometimes_lifted_with_one_hand() -> None:
     assert 0.15 < np.mean(one) < 0.55
 
 
+def test_what_is_raised_overhead_is_in_balance_and_clear_of_the_chest() -> None:
+    rng = np.random.default_rng(6)
+    turned = []
+    for _ in range(60):
+        script = write_script(rng, "raise")
+        assert script is not None
+        prop, (episode,) = script.prop, script.episodes
+        left, right = episode.grasp.points
+        palm = (left + right) / 2
+        assert max(episode.heights) + palm[2] >= 1.55
+        middle = (prop.low[0] + prop.high[0]) / 2
+        assert all(episode.hands)
+        assert prop.mass * abs(palm[0] - middle) < 1.2
+        over = episode.stances[1].pitch < -0.9
+        turned.append(over)
+        assert over or palm[2] < 0.45
+    assert 0.3 < np.mean(turned) < 0.95
+
+
 def test_many_hold_before_they_stand_and_walk_off_before_they_have_let_go() -> None:
     rng = np.random.default_rng(4)
     early, late = [], []

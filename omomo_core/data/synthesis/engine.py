@@ -26,7 +26,7 @@ from omomo_core.data.synthesis.roster import Roster
 from omomo_core.data.synthesis.walker.library import index
 from omomo_core.errors import InputError
 
-RECIPE = 11
+RECIPE = 12
 """Raised whenever the same seed makes other clips: data of two recipes must not be mixed unnoticed."""
 EVERYTHING = Roster()
 _TRIES = 60

@@ -1,5 +1,7 @@
 """What the episodes of all actions have in common: how a prop is held, from where to where, how high."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from omomo_core.data.synthesis.manners import stance_for, tempo
@@ -15,6 +17,14 @@ LEVELS: dict[str, tuple[float, float, float]] = {
 """Chance, lowest and highest palm height while carrying, metres."""
 LOWEST_FLIGHT = 0.03
 """Of the bottom of what is carried, metres."""
+_HEAVIEST_OVERHEAD = 12.0
+"""Kilograms."""
+_MOST_TORQUE = 1.2
+"""Kilograms times metres that two hands above the head keep from tipping: about 12 N m."""
+_TURNED_OVER = 0.5
+"""How often a thing is turned about the line through the palms while the arms rise above the head."""
+_MOST_HANGING = 0.45
+"""Below hands above the head, metres; more would hang before the chest, and is turned over."""
 _IN_ONE_HAND = 0.35
 """Chance that what can be lifted with one hand is."""
 _OFTEN_ONE_HAND: tuple[Action, ...] = ("push", "pull", "drag", "shove", "tip", "turn")
@@ -98,17 +108,55 @@ def draw_episode(
     return Episode(**(drawn | pause | more))  # pyright: ignore[reportArgumentType]
 
 
-def draw_level(rng: np.random.Generator, prop: Prop, palm: float, names: list[str]) -> float:
+def draw_level(rng: np.random.Generator, prop: Prop, grasp: Grasp, names: list[str]) -> float:
     """Height of the bottom of a prop whose palms are at one of some levels."""
-    big = unwieldy(prop)
-    chances = np.array([LEVELS[n][0] * (n != "overhead" or not big) for n in names])
+    high = poised(prop, grasp)
+    chances = np.array([LEVELS[n][0] * (n != "overhead" or high) for n in names])
     name = str(rng.choice(names, p=chances / chances.sum()))
+    palm = float(grasp.points[:, 2].mean())
     return max(LOWEST_FLIGHT, rng.uniform(*LEVELS[name][1:]) - palm)
 
 
-def unwieldy(prop: Prop) -> bool:
-    """Too tall or too deep to be held overhead."""
-    return bool(prop.high[2] > 0.6 or prop.high[0] - prop.low[0] > 0.5)
+def poised(prop: Prop, grasp: Grasp) -> bool:
+    """Whether somebody can hold the prop above the head so: light, in both hands, and balanced.
+
+    Arms that are up have no lever: the middle of the thing must be over or under the palms, however
+    large it is.
+    """
+    off = float(grasp.points[:, 0].mean() - (prop.low[0] + prop.high[0]) / 2)
+    balanced = prop.mass < _HEAVIEST_OVERHEAD and prop.mass * abs(off) < _MOST_TORQUE
+    clear = _turns(grasp) or grasp.points[:, 2].mean() < _MOST_HANGING
+    return bool(balanced and clear and not grasp.one_handed)
+
+
+def _turns(grasp: Grasp) -> bool:
+    """Whether a thing held so can turn about the palms."""
+    return grasp.kind in ("side", "rim")
+
+
+def turned_over(rng: np.random.Generator, episode: Episode) -> Episode:
+    """Now and then what goes overhead turns with the forearms, its top towards the actor.
+
+    Held at two opposite sides it turns about the palms, a quarter or all the way, so that what is
+    below it (the legs of a table) does not come down on the head.
+    """
+    palm = float(episode.grasp.points[:, 2].mean())
+    highest = max(episode.heights, default=0.0)
+    overhead = highest + palm >= LEVELS["overhead"][1]
+    stays = palm < _MOST_HANGING and rng.random() > _TURNED_OVER
+    if not overhead or not _turns(episode.grasp) or stays:
+        return episode
+    pitch = -rng.uniform(0.3, 1.1) * np.pi
+    more = int(12 * abs(pitch))
+    return replace(
+        episode,
+        heights=(highest,),
+        stances=(
+            episode.stances[0], replace(episode.stances[1], pitch=pitch), episode.stances[2],
+        ),
+        lift=episode.lift + more,
+        lower=episode.lower + more,
+    )  # fmt: skip
 
 
 def draw_support(rng: np.random.Generator, prop: Prop, palm: float, scale: float) -> float:

@@ -10,8 +10,9 @@ from omomo_core.data.synthesis.actions.episodes import (
     draw_level,
     draw_lift,
     draw_support,
+    poised,
     takes_and_leaves,
-    unwieldy,
+    turned_over,
     use_of,
 )
 from omomo_core.data.synthesis.manners import stance_for
@@ -33,12 +34,13 @@ def carry(rng: np.random.Generator, action: Action, prop: Prop, scale: float) ->
     elif grip[0].kind == "pole":
         heights = (rng.uniform(LOWEST_FLIGHT, 0.35),)
     else:
-        heights = (draw_level(rng, prop, palm, list(LEVELS)),)
+        heights = (draw_level(rng, prop, grip[0], list(LEVELS)),)
         if rng.random() < 0.2:
-            heights += (draw_level(rng, prop, palm, list(LEVELS)),)
+            heights += (draw_level(rng, prop, grip[0], list(LEVELS)),)
     stops = (int(rng.uniform(8, 40)),) if rng.random() < 0.2 else ()
     ends = takes_and_leaves(rng, stands=prop.stands)
-    return [draw_episode(rng, action, prop, grip, ends, supports, heights=heights, stops=stops)]
+    episode = draw_episode(rng, action, prop, grip, ends, supports, heights=heights, stops=stops)
+    return [turned_over(rng, episode)]
 
 
 def relocate(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
@@ -64,27 +66,26 @@ def relocate(rng: np.random.Generator, action: Action, prop: Prop, scale: float)
 
 def in_place(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
     """Taken up, looked at, turned, swung or raised overhead, and put down again without a step."""
-    if action == "raise" and unwieldy(prop):
-        return []
     grip = draw_lift(rng, prop) if action == "in_place" else draw_grasp(rng, prop, "lift")
+    if action == "raise" and not poised(prop, grip[0]):
+        return []
     palm = float(grip[0].points[:, 2].mean())
     support = draw_support(rng, prop, palm, scale)
-    levels = [draw_level(rng, prop, palm, ["low", "waist", "chest"])]
+    levels = [draw_level(rng, prop, grip[0], ["low", "waist", "chest"])]
     if prop.high[2] > _TALL:
         levels = [rng.uniform(LOWEST_FLIGHT, 0.35)]
     if action == "raise":
-        levels.append(draw_level(rng, prop, palm, ["overhead"]))
+        levels.append(draw_level(rng, prop, grip[0], ["overhead"]))
         if rng.random() < 0.6:
-            levels.append(draw_level(rng, prop, palm, ["low", "waist", "chest"]))
+            levels.append(draw_level(rng, prop, grip[0], ["low", "waist", "chest"]))
     swinging = (rng.uniform(0.12, 0.35), rng.uniform(0.3, 0.7)) if action == "swing" else (0.0, 0.5)
-    return [
-        draw_episode(
-            rng, action, prop, grip, takes_and_leaves(rng, stands=prop.stands), (support, support),
-            still=action != "raise" or rng.random() < 0.7, heights=tuple(levels),
-            hold=int(rng.uniform(30, 90) + 25 * len(levels)), swinging=swinging,
-            gesture=rng.uniform(0.0, 0.15) if action == "swing" else rng.uniform(0.0, 0.5),
-        )
-    ]  # fmt: skip
+    episode = draw_episode(
+        rng, action, prop, grip, takes_and_leaves(rng, stands=prop.stands), (support, support),
+        still=action != "raise" or rng.random() < 0.7, heights=tuple(levels),
+        hold=int(rng.uniform(30, 90) + 25 * len(levels)), swinging=swinging,
+        gesture=rng.uniform(0.0, 0.15) if action == "swing" else rng.uniform(0.0, 0.5),
+    )  # fmt: skip
+    return [turned_over(rng, episode)]
 
 
 def flip(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
@@ -101,6 +102,6 @@ def flip(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> 
     return [
         draw_episode(
             rng, action, prop, grip, (rng.random() < 0.8, True), (support, support), still=True,
-            heights=(draw_level(rng, prop, palm, ["low", "waist"]),), stances=(start, held, left),
+            heights=(draw_level(rng, prop, grip[0], ["low", "waist"]),), stances=(start, held, left),
         )
     ]  # fmt: skip
