@@ -54,7 +54,8 @@ def test_two_processes_end_with_the_weights_of_one(tmp_path: Path):
         )
     )
     assert moved > 0.1
-    # Sums in another order, in bf16; other windows would end as far apart as they moved.
+    # Sums in another order, in bf16 where it is quick; other windows would end as far apart as they
+    # moved.
     assert apart < 0.1 * moved
 
 

@@ -101,7 +101,8 @@ def test_pause_and_cancel(tabs, server, take):
     page.locator(FOLDER).first.set_input_files(take)
     page.get_by_role("button", name="Pause").click()
     expect(page.get_by_role("main").get_by_text("paused")).to_be_visible()
-    page.get_by_role("button", name="Cancel").click()
+    with page.expect_response(lambda answer: answer.request.method == "DELETE"):
+        page.get_by_role("button", name="Cancel").click()
     expect(page.locator(".upload")).to_have_count(0)
     assert "kitchen chair" not in json.dumps(server.ask("uploads"))
 
