@@ -177,11 +177,6 @@ class _Stage(pyrender.Scene):
         self._radius = np.float64(0.5 * np.linalg.norm(high - low) + 2 * SHADOW_BLUR)
 
     @property
-    def mesh_nodes(self) -> list[Any]:
-        """In order: of two surfaces in one place the first is seen, and a set has none."""
-        return sorted(self._mesh_nodes, key=lambda node: node.name)
-
-    @property
     def centroid(self) -> Float[np.ndarray, " 3"]:
         return self._center
 
@@ -213,6 +208,10 @@ class _LitRenderer(GLRenderer):
             V, P = self._get_light_cam_matrices(scene, light_node, flags)
             program.set_uniform("light_matrix", P @ V)
             program.set_uniform("blur", SHADOW_BLUR)
+
+    def _sorted_mesh_nodes(self, scene: _Stage) -> list[Any]:
+        # Of two surfaces in one place the first is seen; pyrender keeps them in a set, in any order.
+        return sorted(scene.mesh_nodes, key=lambda node: node.name)
 
     def _shadow_mapping_pass(self, scene: _Stage, light_node: Any, flags: int) -> None:
         hidden = [m for m in scene.meshes if m.is_visible and not m.casts_shadow]
