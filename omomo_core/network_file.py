@@ -1,4 +1,9 @@
-"""The file of a trained network: safetensors, with its configuration and how it was trained inside."""
+"""The file of a trained network: safetensors, with its configuration and how it was trained inside.
+
+Matrices are kept at eight bits a number: each row as whole numbers up to 127 and, under the name of the
+matrix with `.row_scale` after it, what one of them is worth. Other parameters are in half precision, and
+buffers as they are.
+"""
 
 import json
 import math
@@ -8,6 +13,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import torch
+from jaxtyping import Float, Int8
 from safetensors import safe_open
 from safetensors.torch import save_file
 from torch import Tensor, nn
@@ -19,16 +26,30 @@ if TYPE_CHECKING:
 
 Network = TypeVar("Network", bound=nn.Module)
 
+_SCALE = ".row_scale"
+_LARGEST = 127
+
 
 def save_network(
     network: nn.Module, config: "DataclassInstance", path: Path, notes: dict[str, str]
 ) -> None:
-    """Write parameters (fp16) and buffers (as they are) with configuration and notes inside."""
+    """Write parameters and buffers with configuration and notes inside."""
     learnt = {name for name, _ in network.named_parameters()}
-    tensors = {
-        k: (v.half() if k in learnt else v).contiguous() for k, v in network.state_dict().items()
-    }
+    tensors: dict[str, Tensor] = {}
+    for name, value in network.state_dict().items():
+        if name in learnt and value.dim() == 2:
+            tensors[name], tensors[name + _SCALE] = _eight_bits(value)
+        else:
+            tensors[name] = (value.half() if name in learnt else value).contiguous()
     save_file(tensors, path, {"config": json.dumps(asdict(config)), **notes})
+
+
+def _eight_bits(
+    matrix: Float[Tensor, "rows columns"],
+) -> tuple[Int8[Tensor, "rows columns"], Float[Tensor, "rows 1"]]:
+    """Whole numbers, and what one of each row is worth."""
+    scale = (matrix.float().abs().amax(1, keepdim=True) / _LARGEST).clamp_min(1e-12)
+    return (matrix / scale).round().to(torch.int8).contiguous(), scale
 
 
 def load_network(path: Path, build: Callable[[dict[str, Any]], Network]) -> Network:
@@ -75,7 +96,13 @@ def fill_network(network: nn.Module, config: "DataclassInstance", path: Path) ->
 
 
 def _tensors(file: Any) -> dict[str, Tensor]:
-    return {k: file.get_tensor(k) for k in file.keys()}  # noqa: SIM118
+    tensors = {k: file.get_tensor(k) for k in _names(file)}
+    scaled = {k for k, v in tensors.items() if v.dtype == torch.int8}
+    return {k: v * file.get_tensor(k + _SCALE) if k in scaled else v for k, v in tensors.items()}
+
+
+def _names(file: Any) -> list[str]:
+    return [k for k in file.keys() if not k.endswith(_SCALE)]  # noqa: SIM118
 
 
 def _check_there(path: Path) -> None:
@@ -105,7 +132,7 @@ def read_header(path: Path) -> Header:
         AssetError: damaged, or not one of our files.
     """
     with _readable(path), safe_open(path, framework="pt") as file:
-        sizes = [file.get_slice(key).get_shape() for key in file.keys()]  # noqa: SIM118
+        sizes = [file.get_slice(key).get_shape() for key in _names(file)]
         # In files they stand in no order.
         notes = {k: v for k, v in sorted(file.metadata().items()) if k != "config"}
     return Header(notes, sum(math.prod(size) for size in sizes))

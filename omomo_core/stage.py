@@ -69,7 +69,7 @@ class Stage(nn.Module):
 
 
 def save_stage(stage: Stage, path: Path, training: dict[str, str]) -> None:
-    """Write weights (fp16; statistics fp32) with the configuration and `training` notes inside."""
+    """Write the file of `network_file.py` with the configuration and `training` notes inside."""
     save_network(stage, stage.config, path, training)
 
 
