@@ -15,6 +15,7 @@ from omomo_core.contact.segment import Segment, Span, follow
 from omomo_core.generation.calm import calmed
 from omomo_core.generation.cover import cover, guesses
 from omomo_core.generation.decided import Decided, Pin, fade
+from omomo_core.generation.opposite import with_opposite
 from omomo_core.generation.overlap import Told, sample_take
 from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.generation.scene import Scene
@@ -42,7 +43,8 @@ def sample_hands(
     """Features of each sample: palms from the object's centre in the networks' world, contacts.
 
     Where nothing is decided yet, more are drawn in a few steps, the later of several the bolder, and
-    those that stand for all are kept: the same noise becomes much the same palms in all the steps.
+    those that stand for all are kept: the same noise becomes much the same palms in all the steps. Of
+    many, the last are on the other side of the object.
     """
     draw = _drawing(scene, stage, options, generator)
     frames, samples = scene.trained.frames, options.samples
@@ -60,9 +62,8 @@ def sample_hands(
         palms = x[..., : 3 * hand_stage.LAYOUT.vectors].unflatten(-1, (2, 3))
         noise = noise[cover(palms.double().numpy(), samples)]
     pin = None if decided is None else decided.hands
-    return draw(
-        noise, options.steps, pin, lambda done: progress("hands", share + (1 - share) * done)
-    )
+    x = draw(noise, options.steps, pin, lambda done: progress("hands", share + (1 - share) * done))
+    return with_opposite(x, scene) if some_more else x
 
 
 _Draw = Callable[

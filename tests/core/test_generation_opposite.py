@@ -1,0 +1,62 @@
+"""Some samples stand on the other side of the object, where it has a surface there."""
+
+import numpy as np
+import torch
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from omomo_core.generation.opposite import ONE_IN, with_opposite
+from omomo_core.generation.scene import Scene, Thing
+from omomo_core.motion import ObjectMesh
+
+FRAMES = 12
+
+
+def _scene(solid: trimesh.Trimesh, scale: float) -> Scene:
+    T = np.tile(np.eye(4), (FRAMES, 1, 1))
+    T[:, 0, 3] = np.linspace(0, 2, FRAMES)
+    T[:, 2, 3] = 0.6
+    mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "thing")
+    return Thing(mesh, scale).scene(T)
+
+
+def _beside(scene: Scene, samples: int, noise: float) -> torch.Tensor:
+    """Both hands on the face towards +x of what is 0.4 m long, held throughout."""
+    centre = torch.tensor([0.2, 0.1, 0.0, 0.2, -0.1, 0.0]) * scene.scale
+    palms = centre + noise * torch.randn(samples, FRAMES, 6)
+    return torch.cat([palms, torch.ones(samples, FRAMES, 2)], dim=-1)
+
+
+@given(samples=st.integers(1, 23), scale=st.floats(0.8, 1.2), seed=st.integers(0, 99))
+@settings(max_examples=25, deadline=None)
+def test_one_in_five_changes_sides_around_a_box(samples: int, scale: float, seed: int):
+    torch.manual_seed(seed)
+    scene = _scene(trimesh.creation.box((0.4, 0.3, 0.3)), scale)
+    before = _beside(scene, samples, 0.01)
+    after = with_opposite(before, scene)
+    some = samples // ONE_IN
+    assert after.shape == before.shape
+    torch.testing.assert_close(after[: samples - some], before[: samples - some])
+    for new, old in zip(after[samples - some :], before[:some], strict=True):
+        old, new = old[:, :6].unflatten(-1, (2, 3)), new[:, :6].unflatten(-1, (2, 3))
+        torch.testing.assert_close(new[..., :2], -old[..., :2])
+        torch.testing.assert_close(new[..., 2], old[..., 2])
+        # The left hand is the left one of who faces the box, before and after.
+        sides = [torch.linalg.cross(x[:, 0], x[:, 1])[:, 2].sign() for x in (old, new)]
+        torch.testing.assert_close(sides[0], sides[1])
+
+
+def test_nobody_holds_the_air_on_the_other_side():
+    """An upright board at one end of a rod on the floor: all is low on the other side."""
+    board = trimesh.creation.box((0.04, 0.4, 0.8))
+    rod = trimesh.creation.box((1.5, 0.02, 0.02))
+    rod.apply_translation([-0.75, 0, -0.39])
+    scene = _scene(trimesh.util.concatenate([board, rod]), 1.0)
+    origin = torch.from_numpy(scene.trained.motion.T_world_object[:, :3, 3]).float()
+    top = origin[:, None] + torch.tensor([[0.0, 0.1, 0.4], [0.0, -0.1, 0.4]])
+    palms = top - torch.from_numpy(scene.trained.centre).float()[:, None]
+    held = torch.cat([palms.flatten(-2), torch.ones(FRAMES, 2)], dim=-1).expand(10, -1, -1)
+    torch.testing.assert_close(with_opposite(held, scene), held)
+    free = torch.cat([held[..., :6], -held[..., 6:]], dim=-1)
+    assert not torch.equal(with_opposite(free, scene), free)
