@@ -1,18 +1,12 @@
 """The synthesis engine: mocap in, clips of people carrying and pushing things out."""
 
-import multiprocessing
-import os
-import signal
-import threading
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
-import torch
 
 from omomo_core.body.model import BodyModel
 from omomo_core.data.clips import Clip
@@ -25,6 +19,7 @@ from omomo_core.data.synthesis.props import Furniture, Stock
 from omomo_core.data.synthesis.roster import Roster
 from omomo_core.data.synthesis.walker.library import index
 from omomo_core.errors import InputError
+from omomo_core.workers import worker_pool
 
 RECIPE = 12
 """Raised whenever the same seed makes other clips: data of two recipes must not be mixed unnoticed."""
@@ -82,14 +77,8 @@ def synthesise(
     if workers == 1:
         yield from _reported(map(make, wanted), len(wanted), progress, rejected)
         return
-    # Spawned, not forked: a forked process may hang in torch's threads.
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(workers, context, _start_worker, (make,))
-    try:
+    with worker_pool(workers, _start_worker, make) as pool:
         yield from _reported(pool.map(_work, wanted), len(wanted), progress, rejected)
-    finally:
-        # An interrupted caller waits for the clips in hand, not for all that were asked for.
-        pool.shutdown(cancel_futures=True)
 
 
 def _recorded(clip: Clip) -> Clip:
@@ -118,19 +107,7 @@ _maker: list[_Maker] = []
 
 
 def _start_worker(make: _Maker) -> None:
-    # Ctrl-C reaches every process of the terminal; the first one decides what it means.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    torch.set_num_threads(1)
     _maker[:] = [make]
-
-
-def _end_with_parent() -> None:
-    """A worker whose first process was killed would go on, and then wait for ever."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
 
 
 def _work(index: int) -> tuple[Clip, Counter[str]]:
