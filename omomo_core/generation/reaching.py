@@ -22,6 +22,9 @@ LEG_STRETCH = 0.995
 LOWEST = 0.05
 """Metres that the pelvis is lowered at most for the legs to reach the floor: a foot that stands longer than
 its leg reaches leaves the floor, a person does not sink for it."""
+ROUNDS, NEAR = 8, 0.0015
+"""Each of at most so many moves takes the pelvis about half the way that is left, until that is so little,
+metres."""
 FARTHEST = 0.25
 """Metres that the pelvis is moved at most: beyond that the sample is wrong and must say so."""
 
@@ -70,18 +73,23 @@ def within_reach(
         stretch: share of a straight arm's length that is within reach.
     """
 
-    def nearer(at: Tensor, rounds: int) -> Tensor:
-        for _ in range(rounds):
+    def nearer(at: Tensor) -> Tensor:
+        for _ in range(ROUNDS):
             towards = _towards(body, at, rotations, wish, stretch) * free[:, None]
+            far = towards.norm(dim=-1, keepdim=True)
+            # Each sample by itself: what becomes of one does not hang on the others.
+            lacking = far.amax(dim=1, keepdim=True) > NEAR
+            if not lacking.any():
+                break
             move = at + towards - root
             limit = FARTHEST / move.norm(dim=-1, keepdim=True).clamp(min=FARTHEST)
-            at = torch.where(towards.norm(dim=-1, keepdim=True) > 0, root + move * limit, at)
+            at = torch.where(lacking & (far > 0), root + move * limit, at)
         return at
 
-    near = nearer(root, rounds=3)
+    near = nearer(root)
     drop = _drop(body, near, rotations, feet) * free
     # What the legs need may take from the arms what they had.
-    return nearer(near - drop[..., None] * torch.tensor([0.0, 0.0, 1.0]), rounds=1)
+    return nearer(near - drop[..., None] * torch.tensor([0.0, 0.0, 1.0]))
 
 
 def ankles_of(feet: Sequence[Feet]) -> Float[Tensor, "samples frames 2 3"]:
