@@ -131,7 +131,7 @@ def test_there_is_room_for_the_hand_outside(seed: int, use: Use) -> None:
     assert (points + 0.035 * outward)[:, 2].min() > -1e-6
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 10**6), use=st.sampled_from(USES))
 def test_a_scan_is_open_and_near_the_thing(seed: int, use: Use) -> None:
     prop = make_prop(np.random.default_rng(seed), use)
@@ -140,9 +140,9 @@ def test_a_scan_is_open_and_near_the_thing(seed: int, use: Use) -> None:
     assert mesh.faces.max() == len(mesh.vertices) - 1
     scan = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     assert not scan.is_watertight
-    some = np.random.default_rng(seed).choice(len(mesh.vertices), 60)
-    off, _ = nearest(solid(prop), mesh.vertices[some])
-    assert np.quantile(off, 0.9) < 0.006
+    off, _ = nearest(solid(prop), mesh.vertices)
+    # Eight crumbs at most, of three corners each, lie about.
+    assert (off > 0.006).sum() <= 24
     assert off.max() < 0.1
     off, _ = nearest(scan, np.concatenate([g.points for g in prop.grasps[::3]]))
     assert off.max() < 0.01
