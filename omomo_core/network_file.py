@@ -96,9 +96,11 @@ def fill_network(network: nn.Module, config: "DataclassInstance", path: Path) ->
 
 
 def _tensors(file: Any) -> dict[str, Tensor]:
-    tensors = {k: file.get_tensor(k) for k in _names(file)}
-    scaled = {k for k, v in tensors.items() if v.dtype == torch.int8}
-    return {k: v * file.get_tensor(k + _SCALE) if k in scaled else v for k, v in tensors.items()}
+    tensors = {k: file.get_tensor(k) for k in file.keys()}  # noqa: SIM118
+    return {
+        k: tensors[k] * tensors[k + _SCALE] if k + _SCALE in tensors else tensors[k]
+        for k in _names(file)
+    }
 
 
 def _names(file: Any) -> list[str]:

@@ -29,7 +29,7 @@ def _standing(samples: int) -> tuple[torch.Tensor, torch.Tensor]:
 
 def _wish(palms: torch.Tensor, hold: torch.Tensor, R: torch.Tensor) -> Wish:
     T = np.tile(np.eye(4), (FRAMES, 1, 1))
-    return Wish(palms, hold, R[:, :, (20, 21)], T, THING.barrier, torch.zeros(FRAMES).numpy())
+    return Wish(palms, hold, R[:, :, (20, 21)], T, THING.barrier, np.zeros(FRAMES))
 
 
 def _moved(off: torch.Tensor, hold: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
