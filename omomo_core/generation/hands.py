@@ -1,7 +1,7 @@
 """Sampling stage 1: K guesses of where the palms are, and which hold what."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -27,9 +27,8 @@ from omomo_core.stage import Stage
 
 QUICK = 4
 """Steps in which guesses are drawn that are only compared: those that 10 would keep are much the same."""
-WIDEST = 2.0
-"""Noise of the boldest of several samples. The network is surer than people are alike: it errs by three
-times what its samples differ by, and bolder ones find the side where somebody stands after all."""
+GOLDEN = torch.pi * (3 - 5**0.5)
+"""Radians between the headings of two guesses: any number of them lies evenly about the circle."""
 
 
 def sample_hands(
@@ -42,63 +41,69 @@ def sample_hands(
 ) -> Float[Tensor, "samples frames 8"]:
     """Features of each sample: palms from the object's centre in the networks' world, contacts.
 
-    Where nothing is decided yet, more are drawn in a few steps, the later of several the bolder, and
-    those that stand for all are kept: the same noise becomes much the same palms in all the steps. Of
-    many, the last are on the other side of the object.
+    Where nothing is decided yet, more are drawn in a few steps, each looking at the object from a
+    heading of its own, and those that stand for all are kept: the same noise becomes much the same
+    palms in all the steps. Of many, the last are on the other side of the object.
     """
-    draw = _drawing(scene, stage, options, generator)
+    draw = _Drawing(scene, stage, options, generator)
     frames, samples = scene.trained.frames, options.samples
     # Where noise is added on the way, the same start does not become the same palms.
     some_more = decided is None and options.sampler != "ddpm"
     count = guesses(samples) if some_more else samples
     noise = torch.randn(count, frames, hand_stage.LAYOUT.channels, generator=generator)
-    if some_more and samples > 1:
-        noise = noise * torch.linspace(1.0, WIDEST, count)[:, None, None]
+    turned = GOLDEN * torch.arange(count) if decided is None else torch.zeros(count)
     quick = min(QUICK, options.steps)
     share = 0.0
     if count > samples:
         share = count * quick / (count * quick + samples * options.steps)
-        x = draw(noise, quick, None, lambda done: progress("hands", share * done))
+        x = draw(noise, turned, quick, None, lambda done: progress("hands", share * done))
         palms = x[..., : 3 * hand_stage.LAYOUT.vectors].unflatten(-1, (2, 3))
-        noise = noise[cover(palms.double().numpy(), samples)]
+        kept = cover(palms.double().numpy(), samples)
+        noise, turned = noise[kept], turned[kept]
     pin = None if decided is None else decided.hands
-    x = draw(noise, options.steps, pin, lambda done: progress("hands", share + (1 - share) * done))
+    rest = 1 - share
+    x = draw(noise, turned, options.steps, pin, lambda done: progress("hands", share + rest * done))
     return with_opposite(x, scene) if some_more else x
 
 
-_Draw = Callable[
-    [Float[Tensor, "samples frames 8"], int, Pin | None, Callable[[float], None]],
-    Float[Tensor, "samples frames 8"],
-]
-"""(noise, steps, what is pinned, told how far it is) -> features."""
-
-
-def _drawing(
-    scene: Scene, stage: Stage, options: GenerationOptions, generator: torch.Generator
-) -> _Draw:
+@dataclass(frozen=True)
+class _Drawing:
     """Any number of samples of one scene."""
-    index = window_frames(scene.trained.frames)
-    windows = object_windows(scene.trained, index, 1, BASIS_POINTS)
-    yaw = hand_stage.canonical_yaw(windows)
-    axes = hand_stage.object_axes(windows, yaw)
-    condition = hand_stage.condition(windows, yaw, axes)
-    told = Told(windows.valid, condition, hand_stage.shape_code(windows, axes), axes)
 
-    def draw(
-        noise: Tensor, steps: int, pin: Pin | None, on_step: Callable[[float], None]
-    ) -> Tensor:
+    scene: Scene
+    stage: Stage
+    options: GenerationOptions
+    generator: torch.Generator
+
+    def __call__(
+        self,
+        noise: Float[Tensor, "samples frames 8"],
+        turned: Float[Tensor, " samples"],
+        steps: int,
+        pin: Pin | None,
+        on_step: Callable[[float], None],
+    ) -> Float[Tensor, "samples frames 8"]:
+        """What the noise becomes, seen from headings that are turned so many radians."""
         return sample_take(
-            stage,
+            self.stage,
             noise,
-            told.times(len(noise)),
+            _seen(self.scene, turned),
             hand_stage.LAYOUT,
-            replace(options, steps=steps),
-            generator,
+            replace(self.options, steps=steps),
+            self.generator,
             pin=pin,
             on_step=on_step,
         )
 
-    return draw
+
+def _seen(scene: Scene, turned: Float[Tensor, " samples"]) -> Told:
+    """What the network is told by each sample, whose heading is the canonical one, turned."""
+    index = window_frames(scene.trained.frames)
+    windows = object_windows(scene.trained, index, len(turned), BASIS_POINTS)
+    yaw = hand_stage.canonical_yaw(windows) + turned.repeat_interleave(len(index))
+    axes = hand_stage.object_axes(windows, yaw)
+    condition = hand_stage.condition(windows, yaw, axes)
+    return Told(windows.valid, condition, hand_stage.shape_code(windows, axes), axes)
 
 
 def in_contact(

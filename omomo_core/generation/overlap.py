@@ -5,7 +5,7 @@ Bar-Tal et al. 2023), so the windows end as one motion without a seam.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import torch
 from jaxtyping import Bool, Float, Int
@@ -50,11 +50,6 @@ class Told:
     shape: Float[Tensor, "b tokens shape"]
     axes: Float[Tensor, "b _ 3 3"]
     """R_world_axes of what the network says, for each window or each of its frames."""
-
-    def times(self, samples: int) -> "Told":
-        """Of so many samples, where this is of one."""
-        parts = (getattr(self, f.name) for f in fields(self))
-        return Told(*(x.repeat(samples, *[1] * (x.ndim - 1)) for x in parts))
 
 
 def sample_take(

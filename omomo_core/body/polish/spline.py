@@ -8,6 +8,8 @@ from jaxtyping import Float
 from scipy.linalg import solveh_banded
 from torch import Tensor
 
+from omomo_core.blas import one_blas_thread
+
 _ORDER = 4
 """Coefficients that touch one frame."""
 _RIDGE = 1e-6
@@ -77,10 +79,11 @@ def solve(
     stiff = torch.stack([_filled(bending.diagonal(k), count) for k in range(_ORDER)])
     bands.diagonal(0, 2, 3).add_(stiff[..., None] * stiffness)
     slope = basis.T @ gradient + (bending @ now) * stiffness
-    step = solveh_banded(
-        _lower(bands), -slope.flatten().double().numpy(), lower=True, check_finite=False,
-        overwrite_ab=True, overwrite_b=True,
-    )  # fmt: skip
+    with one_blas_thread():
+        step = solveh_banded(
+            _lower(bands), -slope.flatten().double().numpy(), lower=True, check_finite=False,
+            overwrite_ab=True, overwrite_b=True,
+        )  # fmt: skip
     return torch.as_tensor(step, dtype=now.dtype).reshape(count, n)
 
 
