@@ -35,6 +35,10 @@ def choose(motions: Sequence[HumanMotion], scores: Sequence[Mapping[str, float]]
 
 
 def spread(points: Float[np.ndarray, "samples frames joints 3"]) -> Float[np.ndarray, " samples"]:
-    """Mean distance of each sample's points from the others', metres: the medoid's is the least."""
-    far = [np.linalg.norm(points - one, axis=-1).mean() for one in points]
-    return np.array(far) * len(points) / max(1, len(points) - 1)
+    """Mean distance of each sample's points from the others', but for the farthest quarter; metres.
+
+    The least is amid the others. The few who stand on the object's other side by design do not count.
+    """
+    far = np.stack([np.linalg.norm(points - one, axis=-1).mean(axis=(1, 2)) for one in points])
+    near = np.sort(far, axis=1)[:, : len(points) - len(points) // 4]
+    return near.sum(axis=1) / max(1, near.shape[1] - 1)

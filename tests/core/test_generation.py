@@ -254,6 +254,13 @@ def test_the_sample_that_is_shown_is_amid_the_others_and_the_better_of_two_alike
     assert choose(people[:2], [{"total": 2.0}, {"total": 1.0}]) == 1
 
 
+def test_some_on_the_other_side_do_not_draw_the_choice_to_them():
+    person = run(carried(5)).motions[0]
+    places = [0.0, 0.3, 0.4, 0.5, 0.9, 1.0, 1.1, 5.0, 6.0]
+    people = [replace(person, joints=person.joints + at) for at in places]
+    assert choose(people, [{"total": 1.0}] * len(places)) == 3
+
+
 def test_flesh_leaves_an_object_that_it_may_not_be_in():
     root, R = standing(60)
     box = block((-0.5, -0.6, 1.1), (0.5, -0.03, 1.8))
