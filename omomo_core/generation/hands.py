@@ -15,7 +15,7 @@ from omomo_core.contact.segment import Segment, Span, follow
 from omomo_core.generation.calm import calmed
 from omomo_core.generation.cover import cover, guesses
 from omomo_core.generation.decided import Decided, Pin, fade
-from omomo_core.generation.opposite import with_opposite
+from omomo_core.generation.opposite import on_lighter_side, with_opposite
 from omomo_core.generation.overlap import Told, sample_take
 from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.generation.scene import Scene
@@ -57,13 +57,14 @@ def sample_hands(
     if count > samples:
         share = count * quick / (count * quick + samples * options.steps)
         x = draw(noise, turned, quick, None, lambda done: progress("hands", share * done))
+        x = on_lighter_side(x, scene)
         palms = x[..., : 3 * hand_stage.LAYOUT.vectors].unflatten(-1, (2, 3))
         kept = cover(palms.double().numpy(), samples)
         noise, turned = noise[kept], turned[kept]
     pin = None if decided is None else decided.hands
     rest = 1 - share
     x = draw(noise, turned, options.steps, pin, lambda done: progress("hands", share + rest * done))
-    return with_opposite(x, scene) if some_more else x
+    return with_opposite(on_lighter_side(x, scene), scene) if some_more else x
 
 
 @dataclass(frozen=True)

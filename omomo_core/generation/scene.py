@@ -8,6 +8,7 @@ import torch
 from jaxtyping import Bool, Float
 
 from omomo_core.body.polish.barrier import Scanned
+from omomo_core.contact.lever import Lever, lever
 from omomo_core.contact.support import must_be_held
 from omomo_core.generation.take import Take, prepare
 from omomo_core.geometry.distance_field import distance_field
@@ -26,6 +27,11 @@ class Scene:
     scale: float
     must_hold: Bool[np.ndarray, " frames"]
     """Frames in which somebody must hold the object."""
+
+    @cached_property
+    def lever(self) -> Lever | None:
+        """Where it is held up while it stands on an edge; in trained size."""
+        return lever(self.trained, self.must_hold)
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,11 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.generation.opposite import ONE_IN, with_opposite
+from omomo_core.generation.opposite import ONE_IN, on_lighter_side, with_opposite
 from omomo_core.generation.scene import Scene, Thing
 from omomo_core.motion import ObjectMesh
 
-FRAMES = 12
+FRAMES, LONG = 12, 40
 
 
 def _scene(solid: trimesh.Trimesh, scale: float) -> Scene:
@@ -60,3 +60,33 @@ def test_nobody_holds_the_air_on_the_other_side():
     torch.testing.assert_close(with_opposite(held, scene), held)
     free = torch.cat([held[..., :6], -held[..., 6:]], dim=-1)
     assert not torch.equal(with_opposite(free, scene), free)
+
+
+def _raised(tilt: float) -> Scene:
+    """A low table top, its edge towards +x off the floor and the other on it."""
+    solid = trimesh.creation.box((1.2, 0.8, 0.3))
+    c, s = np.cos(tilt), np.sin(tilt)
+    T = np.tile(np.eye(4), (LONG, 1, 1))
+    T[:, :3, :3] = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
+    T[:, 2, 3] = -(np.asarray(solid.vertices) @ T[0, 2, :3]).min()
+    return Thing(ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "top"), 1.0).scene(T)
+
+
+def _at(x: float, samples: int) -> torch.Tensor:
+    palms = torch.tensor([x, 0.2, 0.0, x, -0.2, 0.0]).expand(samples, LONG, 6)
+    return torch.cat([palms, torch.ones(samples, LONG, 2)], dim=-1)
+
+
+def test_who_lifts_an_edge_from_the_edge_it_stands_on_changes_sides():
+    scene = _raised(0.3)
+    both = torch.cat([_at(-0.6, 4), _at(0.6, 4)])
+    torch.testing.assert_close(
+        on_lighter_side(both, scene)[..., [0, 3]], torch.full((8, LONG, 2), 0.6)
+    )
+    # And nobody is sent to where it is heavy.
+    torch.testing.assert_close(with_opposite(_at(0.6, 10), scene), _at(0.6, 10))
+
+
+def test_what_lies_flat_is_held_from_any_side():
+    scene, both = _raised(0.0), torch.cat([_at(-0.6, 2), _at(0.6, 2)])
+    torch.testing.assert_close(on_lighter_side(both, scene), both)

@@ -1,0 +1,80 @@
+"""What stands on an edge is lighter to hold up the farther from that edge it is held."""
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given
+from hypothesis import strategies as st
+
+from omomo_core.contact.lever import FRICTION, Lever, lever
+from omomo_core.contact.support import must_be_held
+from omomo_core.generation.take import prepare
+from omomo_core.motion import ObjectMesh, ObjectMotion
+
+LONG, DEEP, HIGH = 1.2, 0.8, 0.3
+FRAMES = 60
+
+
+def _tipped(tilt: float, yaw: float = 0.0, frames: int = FRAMES) -> Lever | None:
+    """A box that stands on its edge towards -x (in its own frame), raised at +x."""
+    solid = trimesh.creation.box((LONG, DEEP, HIGH))
+    c, s = np.cos(tilt), np.sin(tilt)
+    raised = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
+    cy, sy = np.cos(yaw), np.sin(yaw)
+    T = np.tile(np.eye(4), (frames, 1, 1))
+    T[:, :3, :3] = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]]) @ raised
+    T[:, 2, 3] = -(np.asarray(solid.vertices) @ T[0, 2, :3]).min()
+    mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "box")
+    take = prepare(ObjectMotion(mesh, T, np.ones(frames, bool)))
+    return lever(take, must_be_held(take))
+
+
+def _effort(found: Lever, x: float, z: float, held: bool = True) -> float:
+    """Of two hands beside each other at a place in the box's frame."""
+    place = np.array([[x, 0.2, z], [x, -0.2, z]])
+    palms = np.broadcast_to(place, (1, len(found.frames), 2, 3))
+    return float(found.effort(palms, np.full(palms.shape[:3], held))[0])
+
+
+@given(tilt=st.floats(0.15, 0.6), yaw=st.floats(-3, 3))
+def test_an_edge_is_raised_by_half_the_weight_from_the_other_edge(tilt: float, yaw: float):
+    found = _tipped(tilt, yaw)
+    assert found is not None
+    assert len(found.frames) == FRAMES
+    # Over the edge it stands on, the far lower corner is twice as far as the middle of the floor of
+    # the box; its middle leans back by its height. The sole's 2 cm count as standing.
+    out, back = LONG * np.cos(tilt), HIGH / 2 * np.sin(tilt)
+    sole = 0.02 / np.tan(tilt)
+    expected = (out / 2 - back - sole) / (out - sole)
+    assert _effort(found, LONG / 2, -HIGH / 2) == pytest.approx(expected, abs=0.03)
+
+
+@given(
+    tilt=st.floats(0.1, 0.4),
+    places=st.tuples(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6)).map(sorted),
+)
+def test_farther_out_is_never_heavier(tilt: float, places: list[float]):
+    found = _tipped(tilt)
+    assert found is not None
+    near, far = (_effort(found, x, -HIGH / 2) for x in places)
+    assert far <= near + 1e-9
+
+
+def test_over_the_edge_it_stands_on_only_friction_helps():
+    found = _tipped(0.3)
+    assert found is not None
+    top = HIGH * np.cos(0.3)
+    at_the_edge = _effort(found, -LONG / 2, HIGH / 2)
+    assert at_the_edge == pytest.approx(float(found.falls.metres[0]) / (FRICTION * top), rel=0.02)
+    assert at_the_edge > 3 * _effort(found, LONG / 2, HIGH / 2)
+
+
+def test_without_a_hand_there_is_no_effort():
+    found = _tipped(0.3)
+    assert found is not None
+    assert np.isnan(_effort(found, 0.5, 0.0, held=False))
+
+
+@pytest.mark.parametrize(("tilt", "frames"), [(0.0, FRAMES), (0.3, 10)])
+def test_what_stands_flat_or_tips_for_a_moment_tells_nothing(tilt: float, frames: int):
+    assert _tipped(tilt, frames=frames) is None
