@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import torch
@@ -27,8 +28,6 @@ from omomo_core.stage import Stage
 
 QUICK = 4
 """Steps in which guesses are drawn that are only compared: those that 10 would keep are much the same."""
-GOLDEN = torch.pi * (3 - 5**0.5)
-"""Radians between the headings of two guesses: any number of them lies evenly about the circle."""
 
 
 def sample_hands(
@@ -45,25 +44,25 @@ def sample_hands(
     heading of its own, and those that stand for all are kept: the same noise becomes much the same
     palms in all the steps. Of many, the last are on the other side of the object.
     """
-    draw = _Drawing(scene, stage, options, generator)
     frames, samples = scene.trained.frames, options.samples
     # Where noise is added on the way, the same start does not become the same palms.
     some_more = decided is None and options.sampler != "ddpm"
     count = guesses(samples) if some_more else samples
     noise = torch.randn(count, frames, hand_stage.LAYOUT.channels, generator=generator)
-    turned = GOLDEN * torch.arange(count) if decided is None else torch.zeros(count)
+    told = _told(scene, count, canonical=decided is not None)
+    draw = _Drawing(stage, options, generator)
     quick = min(QUICK, options.steps)
     share = 0.0
     if count > samples:
         share = count * quick / (count * quick + samples * options.steps)
-        x = draw(noise, turned, quick, None, lambda done: progress("hands", share * done))
+        x = draw(noise, told, quick, None, lambda done: progress("hands", share * done))
         x = on_lighter_side(x, scene)
         palms = x[..., : 3 * hand_stage.LAYOUT.vectors].unflatten(-1, (2, 3))
-        kept = cover(palms.double().numpy(), samples)
-        noise, turned = noise[kept], turned[kept]
+        kept = torch.from_numpy(cover(palms.double().numpy(), samples))
+        noise, told = noise[kept], told.of(kept, count)
     pin = None if decided is None else decided.hands
     rest = 1 - share
-    x = draw(noise, turned, options.steps, pin, lambda done: progress("hands", share + rest * done))
+    x = draw(noise, told, options.steps, pin, lambda done: progress("hands", share + rest * done))
     return with_opposite(on_lighter_side(x, scene), scene) if some_more else x
 
 
@@ -71,7 +70,6 @@ def sample_hands(
 class _Drawing:
     """Any number of samples of one scene."""
 
-    scene: Scene
     stage: Stage
     options: GenerationOptions
     generator: torch.Generator
@@ -79,16 +77,16 @@ class _Drawing:
     def __call__(
         self,
         noise: Float[Tensor, "samples frames 8"],
-        turned: Float[Tensor, " samples"],
+        told: Told,
         steps: int,
         pin: Pin | None,
         on_step: Callable[[float], None],
     ) -> Float[Tensor, "samples frames 8"]:
-        """What the noise becomes, seen from headings that are turned so many radians."""
+        """What the noise becomes."""
         return sample_take(
             self.stage,
             noise,
-            _seen(self.scene, turned),
+            told,
             hand_stage.LAYOUT,
             replace(self.options, steps=steps),
             self.generator,
@@ -97,11 +95,12 @@ class _Drawing:
         )
 
 
-def _seen(scene: Scene, turned: Float[Tensor, " samples"]) -> Told:
-    """What the network is told by each sample, whose heading is the canonical one, turned."""
+def _told(scene: Scene, samples: int, *, canonical: bool) -> Told:
+    """What the network is told by each sample, all from the same headings or from one of their own."""
     index = window_frames(scene.trained.frames)
-    windows = object_windows(scene.trained, index, len(turned), BASIS_POINTS)
-    yaw = hand_stage.canonical_yaw(windows) + turned.repeat_interleave(len(index))
+    windows = object_windows(scene.trained, index, samples, BASIS_POINTS)
+    one_each = partial(hand_stage.guessing_yaw, guesses=samples)
+    yaw = (hand_stage.canonical_yaw if canonical else one_each)(windows)
     axes = hand_stage.object_axes(windows, yaw)
     condition = hand_stage.condition(windows, yaw, axes)
     return Told(windows.valid, condition, hand_stage.shape_code(windows, axes), axes)

@@ -16,6 +16,10 @@ from omomo_core.windows import ObjectWindows
 LAYOUT = Layout(vectors=2, scalars=2)
 """Left and right palm minus the object's centre; contact of left and right hand as -1 or 1."""
 CONDITION = 22
+DISTURBED = 0.4
+"""Standard deviation of headings from that of travel, radians."""
+ELSEWHERE = 4
+"""One heading of so many is any."""
 
 CONFIG = stage_config("hands", LAYOUT.channels, CONDITION)
 
@@ -27,10 +31,31 @@ def canonical_yaw(windows: ObjectWindows) -> Float[Tensor, " b"]:
 
 
 def training_yaw(windows: ObjectWindows) -> Float[Tensor, " b"]:
-    """The canonical heading, disturbed; uniform for objects that stay and a quarter of the rest."""
+    """The canonical heading, disturbed; uniform for objects that stay and one in ELSEWHERE."""
     yaw, travels = heading_of_travel(windows.centre, windows.valid)
-    keep = travels & (torch.rand(len(yaw)) < 0.75)
-    return torch.where(keep, yaw + 0.4 * torch.randn(len(yaw)), 2 * torch.pi * torch.rand(len(yaw)))
+    keep = travels & (torch.rand(len(yaw)) > 1 / ELSEWHERE)
+    disturbed = yaw + DISTURBED * torch.randn(len(yaw))
+    return torch.where(keep, disturbed, 2 * torch.pi * torch.rand(len(yaw)))
+
+
+def guessing_yaw(windows: ObjectWindows, guesses: int) -> Float[Tensor, " b"]:
+    """Headings as they were in training, spread evenly over any number of guesses.
+
+    Args:
+        windows: of all guesses, those of one guess after another.
+        guesses: how many.
+    """
+    yaw, travels = heading_of_travel(windows.centre, windows.valid)
+    turn = torch.arange(guesses).repeat_interleave(len(yaw) // guesses)
+    keep = travels & (turn % ELSEWHERE < ELSEWHERE - 1)
+    near = DISTURBED * torch.special.ndtri(_even(turn))
+    around = 2 * torch.pi * _even(torch.where(travels, turn // ELSEWHERE, turn))
+    return torch.where(keep, yaw + near, around)
+
+
+def _even(number: Tensor) -> Tensor:
+    """Places between 0 and 1 of the first numbers, however many: multiples of the golden section."""
+    return ((5**0.5 - 1) / 2 * (number + 0.5)) % 1.0
 
 
 def object_axes(windows: ObjectWindows, yaw: Float[Tensor, " b"]) -> Float[Tensor, "b frames 3 3"]:
