@@ -53,7 +53,7 @@ def look_at(
     back = back / np.linalg.norm(back)
     right = np.cross([0.0, 0.0, 1.0], back)
     if np.linalg.norm(right) < 1e-6:  # straight down or up: any right will do
-        right = np.array([1.0, 0.0, 0.0])
+        right, back = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, np.sign(back[2])])
     right = right / np.linalg.norm(right)
     T = np.eye(4)
     T[:3, :3] = np.stack([right, np.cross(back, right), back], axis=1)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from render.cameras import look_at, orbit, pinhole
@@ -13,6 +13,8 @@ place = st.tuples(*[st.floats(-5, 5)] * 3).map(np.array)
 
 
 @given(eye=place, target=place)
+@example(eye=np.array([1e-6, 0.0, 2.0]), target=np.array([0.0, 0.0, 0.0]))
+@example(eye=np.array([0.0, 0.0, -2.0]), target=np.array([0.0, 1e-6, 0.0]))
 def test_look_at_puts_the_target_in_the_middle_and_stays_level(
     eye: np.ndarray, target: np.ndarray
 ) -> None:
