@@ -1,6 +1,7 @@
 """The questions a generator is asked about a clip, and its answers measured.
 
-Palms given or guessed, each with and without the person's pose in the first frame.
+Palms given or guessed, each with and without the person's pose in the first frame; guessed, also with the
+place on which the person stood at first.
 """
 
 from typing import Literal
@@ -23,6 +24,7 @@ PROTOCOLS = (
     "gt_palms_first_frame",
     "predicted_palms",
     "predicted_palms_first_frame",
+    "predicted_palms_stood",
 )
 BASELINE = "baseline_opposed_palms"
 BodyChoice = Literal["person", "shipped"]
@@ -54,6 +56,7 @@ def ask(
         if "gt_" in protocol
         else None,
         first_frame=Pose(clip.root[0], clip.rotations[0]) if "first_frame" in protocol else None,
+        stood=clip.root[0, :2] if "stood" in protocol else None,
     )
     people = generate(clip.motion, body, stages, options, progress, known)
     return truth.answer(people.motions, people.chosen, body)

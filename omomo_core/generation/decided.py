@@ -20,6 +20,8 @@ class Pin:
 
     values: Float[Tensor, "samples first channels"]
     given: Bool[Tensor, " channels"]
+    fade: int = FADE
+    """Frames over which they pull on those after them."""
 
     @staticmethod
     def all(values: Float[Tensor, "samples first channels"]) -> "Pin":
@@ -32,7 +34,7 @@ class Pin:
         """The first frames as given; what that changes in the last of them fades out after it."""
         first = self.values.shape[1]
         change = torch.where(self.given, self.values - x[:, :first], 0.0)
-        rest = fade(x.shape[1] - first + 1).to(x)[1:, None] * change[:, -1:]
+        rest = fade(x.shape[1] - first + 1, self.fade).to(x)[1:, None] * change[:, -1:]
         return x + torch.cat([change, rest], dim=1)
 
 
@@ -58,7 +60,7 @@ class Decided:
         return self.root.shape[1]
 
 
-def fade(frames: int) -> Float[Tensor, " frames"]:
-    """1 at the first frame, smoothly to 0 at FADE."""
-    t = (torch.arange(frames) / FADE).clamp(max=1)
+def fade(frames: int, until: int = FADE) -> Float[Tensor, " frames"]:
+    """1 at the first frame, smoothly to 0."""
+    t = (torch.arange(frames) / until).clamp(max=1)
     return 1 - t * t * (3 - 2 * t)

@@ -13,10 +13,11 @@ from omomo_core.capture import BASIS_POINTS
 from omomo_core.contact.anchor import anchored
 from omomo_core.contact.decode import OPEN, Given, decode
 from omomo_core.contact.segment import Segment, Span, follow
+from omomo_core.generation.beginning import LikeStart, Start
 from omomo_core.generation.calm import calmed
-from omomo_core.generation.cover import cover, guesses
+from omomo_core.generation.cover import guesses
 from omomo_core.generation.decided import Decided, Pin, fade
-from omomo_core.generation.opposite import on_lighter_side, with_opposite
+from omomo_core.generation.opposite import OfMany
 from omomo_core.generation.overlap import Told, sample_take
 from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.generation.scene import Scene
@@ -26,6 +27,7 @@ from omomo_core.hand_stage.contact_rule import constrain
 from omomo_core.motion import HandMotion
 from omomo_core.stage import Stage
 
+Samples = Float[Tensor, "samples frames 8"]
 QUICK = 4
 """Steps in which guesses are drawn that are only compared: those that 10 would keep are much the same."""
 
@@ -36,52 +38,79 @@ def sample_hands(
     options: GenerationOptions,
     generator: torch.Generator,
     progress: Progress,
-    decided: Decided | None,
-) -> Float[Tensor, "samples frames 8"]:
+    pin: Pin | None,
+    start: Start | None,
+) -> Samples:
     """Features of each sample: palms from the object's centre in the networks' world, contacts.
 
-    Where nothing is decided yet, more are drawn in a few steps, each looking at the object from a
-    heading of its own, and those that stand for all are kept: the same noise becomes much the same
-    palms in all the steps. Of many, the last are on the other side of the object.
+    Where nothing goes on, more are drawn in a few steps, each looking at the object from a heading of its
+    own, and some are kept, as `OfMany` or `LikeStart` says: the same noise becomes much the same palms in
+    all the steps.
+
+    Args:
+        scene: the object.
+        stage: the network.
+        options: how many samples, sampler and its steps.
+        generator: source of randomness.
+        progress: told how far it is.
+        pin: what goes on.
+        start: what else is known of the first frame.
     """
-    frames, samples = scene.trained.frames, options.samples
+    draw = _Drawing(scene, stage, options, generator)
+    samples, steps = options.samples, options.steps
     # Where noise is added on the way, the same start does not become the same palms.
-    some_more = decided is None and options.sampler != "ddpm"
-    count = guesses(samples) if some_more else samples
-    noise = torch.randn(count, frames, hand_stage.LAYOUT.channels, generator=generator)
-    told = _told(scene, count, canonical=decided is not None)
-    draw = _Drawing(stage, options, generator)
-    quick = min(QUICK, options.steps)
-    share = 0.0
-    if count > samples:
-        share = count * quick / (count * quick + samples * options.steps)
-        x = draw(noise, told, quick, None, lambda done: progress("hands", share * done))
-        x = on_lighter_side(x, scene)
-        palms = x[..., : 3 * hand_stage.LAYOUT.vectors].unflatten(-1, (2, 3))
-        kept = torch.from_numpy(cover(palms.double().numpy(), samples))
-        noise, told = noise[kept], told.of(kept, count)
-    pin = None if decided is None else decided.hands
-    rest = 1 - share
-    x = draw(noise, told, options.steps, pin, lambda done: progress("hands", share + rest * done))
-    return with_opposite(on_lighter_side(x, scene), scene) if some_more else x
+    again = options.sampler != "ddpm"
+    if pin is not None or (start is None and not again):
+        told = draw.told(samples, canonical=pin is not None)
+        return draw(draw.noise(samples), told, steps, pin, lambda done: progress("hands", done))
+    count, quick = guesses(samples), min(QUICK, steps) if again else steps
+    share = count * quick / (count * quick + again * samples * steps)
+    noise, told = draw.noise(count), draw.told(count, canonical=False)
+    x = draw(noise, told, quick, None, lambda done: progress("hands", share * done))
+    choice = (
+        OfMany.choose(x, scene, samples)
+        if start is None
+        else LikeStart.choose(x, start, scene, samples)
+    )
+    if not again:
+        return choice.finished(x[choice.kept])
+    noise, told, rest = noise[choice.kept], told.of(choice.kept, count), 1 - share
+    x = draw(noise, told, steps, None, lambda done: progress("hands", share + rest * done))
+    return choice.finished(x)
 
 
 @dataclass(frozen=True)
 class _Drawing:
     """Any number of samples of one scene."""
 
+    scene: Scene
     stage: Stage
     options: GenerationOptions
     generator: torch.Generator
 
+    def noise(self, samples: int) -> Samples:
+        """What samples begin as."""
+        shape = samples, self.scene.trained.frames, hand_stage.LAYOUT.channels
+        return torch.randn(shape, generator=self.generator)
+
+    def told(self, samples: int, *, canonical: bool) -> Told:
+        """What the network is told by samples that look from the canonical heading, or each from its own."""
+        index = window_frames(self.scene.trained.frames)
+        windows = object_windows(self.scene.trained, index, samples, BASIS_POINTS)
+        own = partial(hand_stage.guessing_yaw, guesses=samples)
+        yaw = (hand_stage.canonical_yaw if canonical else own)(windows)
+        axes = hand_stage.object_axes(windows, yaw)
+        condition = hand_stage.condition(windows, yaw, axes)
+        return Told(windows.valid, condition, hand_stage.shape_code(windows, axes), axes)
+
     def __call__(
         self,
-        noise: Float[Tensor, "samples frames 8"],
+        noise: Samples,
         told: Told,
         steps: int,
         pin: Pin | None,
         on_step: Callable[[float], None],
-    ) -> Float[Tensor, "samples frames 8"]:
+    ) -> Samples:
         """What the noise becomes."""
         return sample_take(
             self.stage,
@@ -95,19 +124,8 @@ class _Drawing:
         )
 
 
-def _told(scene: Scene, samples: int, *, canonical: bool) -> Told:
-    """What the network is told by each sample, all from the same headings or from one of their own."""
-    index = window_frames(scene.trained.frames)
-    windows = object_windows(scene.trained, index, samples, BASIS_POINTS)
-    one_each = partial(hand_stage.guessing_yaw, guesses=samples)
-    yaw = (hand_stage.canonical_yaw if canonical else one_each)(windows)
-    axes = hand_stage.object_axes(windows, yaw)
-    condition = hand_stage.condition(windows, yaw, axes)
-    return Told(windows.valid, condition, hand_stage.shape_code(windows, axes), axes)
-
-
 def in_contact(
-    features: Float[Tensor, "samples frames 8"],
+    features: Samples,
     scene: Scene,
     options: GenerationOptions,
     decided: Decided | None,

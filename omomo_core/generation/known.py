@@ -11,6 +11,7 @@ from torch import Tensor
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body_stage import capture as body_stage
 from omomo_core.contact.segment import Span
+from omomo_core.generation.beginning import Placed, Posed, Start
 from omomo_core.generation.decided import Decided, Pin
 from omomo_core.generation.fit import Fit
 from omomo_core.generation.scene import Scene
@@ -20,6 +21,8 @@ from omomo_core.motion import HandMotion
 
 TOUCH = 0.05
 """Metres between palm joint and surface that count as holding in a given pose."""
+SETTLED = 90
+"""Frames after which a first pose no longer pulls on the body: people keep their way of standing."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +43,29 @@ class Known:
     """The palms of every frame and which of them touch: stage 1 is left out."""
     first_frame: Pose | None = None
     """Start from this pose."""
+    stood: Float[np.ndarray, "2"] | None = None
+    """Start about here, on the floor of the world, metres."""
     contacts: Sequence[Span] | None = None
     """What each hand holds and when, in every sample."""
 
 
 NOTHING = Known()
+
+
+def start_of(known: Known, decided: Decided | None, scene: Scene) -> Start | None:
+    """What the palms of a take's first frame should be like.
+
+    Args:
+        known: what is.
+        decided: by the first pose, if that is known.
+        scene: the object.
+    """
+    if decided is not None and decided.hands is not None:
+        return Posed(decided.hands.values[0, 0])
+    if known.stood is None:
+        return None
+    place = known.stood * scene.scale - scene.trained.centre[0, :2]
+    return Placed(torch.from_numpy(place).float())
 
 
 def decided_by(pose: Pose, scene: Scene, fit: Fit, samples: int) -> Decided:
@@ -64,7 +85,11 @@ def decided_by(pose: Pose, scene: Scene, fit: Fit, samples: int) -> Decided:
     vectors = 3 * body_stage.LAYOUT.vectors
     return Decided(
         hands=Pin.all(each(torch.from_numpy(hands).float())),
-        body=Pin(each(_features(root, R, fit)), torch.arange(body_stage.LAYOUT.channels) < vectors),
+        body=Pin(
+            each(_features(root, R, fit)),
+            torch.arange(body_stage.LAYOUT.channels) < vectors,
+            SETTLED,
+        ),
         root=each(root),
         rotations=each(R),
         palms=np.tile(palms, (samples, 1, 1, 1)),

@@ -1,16 +1,21 @@
-"""Samples in which the person stands on the other side of the object.
+"""Samples in which the person stands on the other side.
 
 A guess given half a turn about the upright line through the object's centre keeps the left hand left and
 the right hand right, and is as good wherever the object has a surface there too. Where the object stands
 on an edge, its weight tells which side is the right one. Where it does not, nobody can always tell from
-how a thing moves which side it was moved from, and the network is surer than it is right.
+how a thing moves which side it was moved from, and the network is surer than it is right. The other side
+of a chair's back is another matter: there the hands are where they were, the left where the right was.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 import torch
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
+from scipy.ndimage import gaussian_filter1d
 from torch import Tensor
 
+from omomo_core.generation.cover import cover
 from omomo_core.generation.scene import Scene
 from omomo_core.geometry.transforms import to_local
 from omomo_core.hand_stage import capture as hand_stage
@@ -23,8 +28,33 @@ LIGHTER = 0.9
 """Where holding up what is tipped takes less than this share of the force, there people do it: 42 of 44
 synthetic people who tip something have no side that is so much lighter."""
 
+CHANGE = 5
+"""Frames (standard deviation) over which hands that change sides come to what they hold."""
+
 _HALF_TURN = torch.tensor([-1.0, -1.0, 1.0]).repeat(2)
+_OTHER_HAND = [3, 4, 5, 0, 1, 2, 7, 6]
+_PLACES = torch.arange(len(_OTHER_HAND)) < len(_HALF_TURN)
 Samples = Float[Tensor, "samples frames 8"]
+
+
+@dataclass(frozen=True)
+class OfMany:
+    """Guesses that stand for all; who would lift the heavy side changes sides, and the last are opposite."""
+
+    kept: Int[Tensor, " samples"]
+    """Which."""
+    scene: Scene
+
+    @staticmethod
+    def choose(features: Samples, scene: Scene, samples: int) -> "OfMany":
+        """Which of all guesses to keep."""
+        x = on_lighter_side(features, scene)
+        palms = x[..., : len(_HALF_TURN)].unflatten(-1, (2, 3))
+        return OfMany(torch.from_numpy(cover(palms.double().numpy(), samples)), scene)
+
+    def finished(self, features: Samples) -> Samples:
+        """The guesses that are kept, once they are drawn to the end, from their sides."""
+        return with_opposite(on_lighter_side(features, self.scene), self.scene)
 
 
 def on_lighter_side(features: Samples, scene: Scene) -> Samples:
@@ -36,10 +66,11 @@ def on_lighter_side(features: Samples, scene: Scene) -> Samples:
     """
     if scene.lever is None:
         return features
-    away = _across(features)
-    heavy = _efforts(away, scene) < LIGHTER * _efforts(features, scene)
-    change = torch.from_numpy(heavy & _graspable(away, features, scene))
-    return torch.where(change[:, None, None], away, features)
+    away = across(features)
+    here, there = _Holding.of(features, scene), _Holding.of(away, scene)
+    heavy = there.effort < LIGHTER * here.effort
+    change = heavy & there.as_good_as(here) if heavy.any() else heavy
+    return torch.where(torch.from_numpy(change)[:, None, None], away, features)
 
 
 def with_opposite(features: Samples, scene: Scene) -> Samples:
@@ -49,42 +80,68 @@ def with_opposite(features: Samples, scene: Scene) -> Samples:
         features: as above, the most telling first.
         scene: the object.
     """
-    away = _across(features)
-    there = _graspable(away, features, scene)
+    away = across(features)
+    here, there = _Holding.of(features, scene), _Holding.of(away, scene)
+    possible = there.as_good_as(here)
     if scene.lever is not None:
-        there &= ~(_efforts(features, scene) < LIGHTER * _efforts(away, scene))
-    changed = np.flatnonzero(there)[: len(features) // ONE_IN]
+        possible &= ~(here.effort < LIGHTER * there.effort)
+    changed = np.flatnonzero(possible)[: len(features) // ONE_IN]
     return torch.cat([features[: len(features) - len(changed)], away[changed]])
 
 
-def _across(features: Samples) -> Samples:
+def across(features: Samples) -> Samples:
+    """Half a turn about the object's centre."""
     away = features.clone()
     away[..., : len(_HALF_TURN)] *= _HALF_TURN
     return away
 
 
-def _graspable(away: Samples, features: Samples, scene: Scene) -> Bool[np.ndarray, " samples"]:
-    return _from_surface(away, scene) - _from_surface(features, scene) < GRASP
+def beyond(features: Samples) -> Samples:
+    """From the other side to the same places: what the left hand held the right one holds.
+
+    Hands that hold nothing are as half a turn away.
+    """
+    held = (features[..., 6:] > 0).any(dim=-1).numpy().astype(float)
+    weight = torch.from_numpy(gaussian_filter1d(held, CHANGE, axis=-1)).to(features)[..., None]
+    changed = features[..., _OTHER_HAND]
+    return torch.where(_PLACES, weight * changed + (1 - weight) * across(features), changed)
 
 
-def _from_surface(features: Samples, scene: Scene) -> Float[np.ndarray, " samples"]:
-    """Mean metres between palms that hold and the object's surface; 0 where none holds."""
-    palms, held = _palms(features, scene)
-    far = np.asarray(scene.trained.surface.tree.query(palms)[0]) / scene.scale
-    return np.where(held, far, 0).sum(axis=(1, 2)) / np.maximum(held.sum(axis=(1, 2)), 1)
+def graspable(away: Samples, features: Samples, scene: Scene) -> Bool[np.ndarray, " samples"]:
+    """Which samples hold something on the other side, too."""
+    return _Holding.of(away, scene).as_good_as(_Holding.of(features, scene))
 
 
-def _efforts(features: Samples, scene: Scene) -> Float[np.ndarray, " samples"]:
-    assert scene.lever is not None
-    palms, held = _palms(features, scene)
-    return scene.lever.effort(palms[:, scene.lever.frames], held[:, scene.lever.frames])
+@dataclass(frozen=True)
+class _Holding:
+    """Where samples hold the object, and how."""
 
+    palms: Float[np.ndarray, "samples frames 2 3"]
+    """In the object's frame, trained size."""
+    held: Bool[np.ndarray, "samples frames 2"]
+    scene: Scene
 
-def _palms(
-    features: Samples, scene: Scene
-) -> tuple[Float[np.ndarray, "samples frames 2 3"], Bool[np.ndarray, "samples frames 2"]]:
-    """Palms in the object's frame, and whether they hold."""
-    centre = torch.from_numpy(scene.trained.centre).float().expand(len(features), -1, 3)
-    palms, contact = hand_stage.unpack(features, centre)
-    T = scene.trained.motion.T_world_object
-    return np.stack([to_local(T, p) for p in palms.double().numpy()]), (contact > 0.5).numpy()
+    @staticmethod
+    def of(features: Samples, scene: Scene) -> "_Holding":
+        centre = torch.from_numpy(scene.trained.centre).float().expand(len(features), -1, 3)
+        palms, contact = hand_stage.unpack(features, centre)
+        T = scene.trained.motion.T_world_object
+        local = np.stack([to_local(T, p) for p in palms.double().numpy()])
+        return _Holding(local, (contact > 0.5).numpy(), scene)
+
+    def as_good_as(self, other: "_Holding") -> Bool[np.ndarray, " samples"]:
+        """Whether it is about as near to the surface."""
+        return self._from_surface() - other._from_surface() < GRASP
+
+    def _from_surface(self) -> Float[np.ndarray, " samples"]:
+        """Mean metres between palms that hold and the object's surface; 0 where none holds."""
+        far = np.asarray(self.scene.trained.surface.tree.query(self.palms)[0]) / self.scene.scale
+        count = np.maximum(self.held.sum(axis=(1, 2)), 1)
+        return np.where(self.held, far, 0).sum(axis=(1, 2)) / count
+
+    @property
+    def effort(self) -> Float[np.ndarray, " samples"]:
+        """What it takes to hold up an object that is tipped."""
+        lever = self.scene.lever
+        assert lever is not None
+        return lever.effort(self.palms[:, lever.frames], self.held[:, lever.frames])

@@ -22,7 +22,7 @@ from omomo_core.generation.embody import Sampled, embody, wish_of
 from omomo_core.generation.faces import Held, other_faces
 from omomo_core.generation.fit import Fit
 from omomo_core.generation.hands import in_contact, sample_hands, starting_at
-from omomo_core.generation.known import NOTHING, Known, decided_by
+from omomo_core.generation.known import NOTHING, Known, decided_by, start_of
 from omomo_core.generation.person import Person, shifted, stretch
 from omomo_core.generation.result import GenerationOptions, Progress, Stages
 from omomo_core.generation.scene import Scene, Thing
@@ -187,8 +187,15 @@ class _Maker:
             if decided is not None:
                 given = starting_at(given, decided.palms[0])
             return None, [given] * self.options.samples, [()] * self.options.samples
+        begins = chapter.first == 0
         x = sample_hands(
-            scene, self.stages.hands, self.options, self.generator, self.progress, decided
+            scene,
+            self.stages.hands,
+            self.options,
+            self.generator,
+            self.progress,
+            pin=None if decided is None or begins else decided.hands,
+            start=start_of(known, decided, scene) if begins else None,
         )
         contacts = None if known.contacts is None else shifted(known.contacts, start, stop)
         return x, *in_contact(x, scene, self.options, decided, contacts)

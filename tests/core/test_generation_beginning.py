@@ -1,0 +1,129 @@
+"""Somebody whose first pose is known: guesses that begin like it, from whatever side."""
+
+import numpy as np
+import pytest
+import torch
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from omomo_core.generation.beginning import (
+    BESIDE,
+    FASTEST,
+    LONGEST,
+    SHORTEST,
+    LikeStart,
+    Placed,
+    Posed,
+    begin,
+)
+from omomo_core.generation.opposite import beyond
+from omomo_core.generation.scene import Scene, Thing
+from omomo_core.motion import ObjectMesh
+
+FRAMES = 90
+
+
+def _guess(side: float, takes: int, apart: float = 0.4) -> torch.Tensor:
+    """Somebody who comes along x from that side of a box, and holds it from a frame on."""
+    x = side * torch.cat([torch.linspace(1.2, 0.2, takes), torch.full((FRAMES - takes,), 0.2)])
+    y = torch.full((FRAMES,), side * apart / 2)
+    z = torch.zeros(FRAMES)
+    contact = torch.where(torch.arange(FRAMES) < takes, -1.0, 1.0)
+    return torch.stack([x, -y, z, x, y, z, contact, contact], dim=-1)
+
+
+def _box() -> Scene:
+    solid = trimesh.creation.box((0.4, 0.4, 0.4))
+    T = np.tile(np.eye(4), (FRAMES, 1, 1))
+    T[:, 2, 3] = 0.2
+    mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "box")
+    return Thing(mesh, 1.0).scene(T)
+
+
+@given(
+    start=st.lists(st.floats(-2, 2), min_size=6, max_size=6),
+    takes=st.integers(0, FRAMES - 1),
+    side=st.sampled_from([-1.0, 1.0]),
+)
+@settings(max_examples=50, deadline=None)
+def test_palms_go_from_the_known_start_to_what_they_hold(
+    start: list[float], takes: int, side: float
+):
+    guess = _guess(side, max(takes, 2))[None]
+    wanted = torch.tensor([*start, -1.0, -1.0])
+    x = begin(guess, wanted)
+    torch.testing.assert_close(x[0, 0], wanted)
+    there = min(max(takes, 2, SHORTEST), LONGEST)
+    torch.testing.assert_close(x[0, there:], guess[0, there:])
+    # No jump on the way: the way that is added is spread over all of its frames.
+    added = (x - guess)[0, :, :6].diff(dim=0).abs().max(dim=0).values
+    longest = (wanted - guess[0, 0])[:6].abs()
+    assert (added <= 1.6 * longest / SHORTEST + 1e-5).all()
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("samples", [1, 6])
+def test_guesses_from_the_wrong_side_change_sides(side: float, samples: int):
+    """All guesses stand on one side; whoever is known to come from the other gets them from there."""
+    torch.manual_seed(0)
+    guesses = torch.stack([_guess(1.0, 40 + k) for k in range(18)])
+    guesses[..., :6] += 0.01 * torch.randn(18, FRAMES, 6)
+    start = _guess(side, 45)[0]
+    choice = LikeStart.choose(guesses, Posed(start), _box(), samples)
+    x = choice.finished(guesses[choice.kept])
+    assert x.shape == (samples, FRAMES, 8)
+    torch.testing.assert_close(x[:, 0], start.expand(samples, 8))
+    on_the_way = x[:, 30, :6].unflatten(-1, (2, 3))
+    assert (side * on_the_way[..., 0] > 0.25).all()
+    # The left hand is on the left of who faces the box.
+    left, right = on_the_way.unbind(dim=-2)
+    assert (torch.linalg.cross(left, right)[..., 2] > 0).all()
+
+
+def test_from_beyond_the_same_places_are_held_with_the_other_hands():
+    guess = _guess(1.0, 40)[None]
+    x = beyond(guess)
+    torch.testing.assert_close(x[:, 60:, :3], guess[:, 60:, 3:6])
+    torch.testing.assert_close(x[:, 60:, 3:6], guess[:, 60:, :3])
+    # Free hands come from the other side, each on its own side of the body.
+    half_turn = torch.tensor([-1.0, -1.0, 1.0])
+    torch.testing.assert_close(x[:, :10, :3], guess[:, :10, :3] * half_turn)
+    one = guess.clone()
+    one[..., 7] = -1.0
+    assert (beyond(one)[..., 7] == one[..., 6]).all()
+    assert (beyond(one)[..., 6] == -1.0).all()
+
+
+@given(
+    side=st.sampled_from([-1.0, 1.0]),
+    x=st.floats(-2.5, 2.5),
+    y=st.floats(-2.5, 2.5),
+    takes=st.integers(2, FRAMES - 1),
+)
+@settings(max_examples=50, deadline=None)
+def test_somebody_comes_from_where_they_stood_no_faster_than_people_walk(
+    side: float, x: float, y: float, takes: int
+):
+    guess, place = _guess(side, takes)[None], torch.tensor([x, y])
+    start = Placed(place)
+    came = start.moved(guess)
+    assert start.off(came[:, 0]) <= start.off(guess[:, 0]) + 1e-4
+    added = (came - guess)[0, :, :6].unflatten(-1, (2, 3))
+    assert added.diff(dim=0).norm(dim=-1).max() * 30 <= FASTEST * max(1, SHORTEST / takes) + 0.05
+    near = torch.tensor([side * (1.2 + BESIDE), 0.0])
+    if (place - near).norm() < FASTEST / 1.5 * min(takes, LONGEST) / 30:
+        assert start.off(came[:, 0]).item() == pytest.approx(0.0, abs=1e-4)
+
+
+def test_who_holds_the_object_at_once_does_not_come_from_elsewhere():
+    guess = _guess(1.0, 2)[None, 2:]
+    torch.testing.assert_close(Placed(torch.tensor([-1.0, 2.0])).moved(guess), guess)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_the_side_on_which_somebody_stood_is_the_side_they_come_from(side: float):
+    guesses = torch.stack([_guess(1.0, 40 + k) for k in range(12)])
+    choice = LikeStart.choose(guesses, Placed(torch.tensor([side * 1.5, 0.2])), _box(), 4)
+    x = choice.finished(guesses[choice.kept])
+    assert (side * x[:, :30, 0] > 0.25).all()
