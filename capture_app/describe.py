@@ -116,6 +116,7 @@ def _options(request: TakeRequest) -> dict[str, Option]:
         "configuration": request.configuration,
         "weights": str(request.weights) if request.weights else None,
         "height": request.height,
+        "stood": request.stood,
         **asdict(request.reading),
         "force": request.force,
         "mesh_scale": request.mesh_scale,

@@ -20,7 +20,7 @@ GLB, VIDEO = "motion.glb", "motion.mp4"
 """Names of the files of a result folder."""
 
 
-Option = str | int | float | bool | None | tuple[float, float, float]
+Option = str | int | float | bool | None | tuple[float, float] | tuple[float, float, float]
 """What a run was asked for; three numbers are a direction."""
 
 

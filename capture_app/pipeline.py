@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
 
+import numpy as np
+
 from capture_app.describe import describe, inputs_of
 from capture_app.made import Made
 from capture_app.making import ResultInMaking, make
@@ -65,7 +67,8 @@ class TakeInMaking(ResultInMaking[TakeRequest]):
     def generate(self) -> None:
         """Generate the samples and write motion.npz."""
         take, options = self.prepared, self.request.options
-        known = Known(contacts=take.contacts)
+        stood = None if self.request.stood is None else np.array(self.request.stood)
+        known = Known(contacts=take.contacts, stood=stood)
         made = generate(take.motion, take.body, take.stages, options, self.clock, known)
         path = self.staging.folder / MOTION
         save_motion(path, made.people, made.chosen, take.motion, take.body.name)

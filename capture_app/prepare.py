@@ -8,6 +8,7 @@ import numpy as np
 from capture_app.inspection import Verdict, look_over, usable_take
 from capture_app.manifest import Segment
 from capture_app.request import TakeRequest
+from capture_app.stood import check_stood
 from ingest.animated.detect import read_animation
 from ingest.animated.take import AnimatedTake, to_animated_take
 from ingest.formats.detect import read_session
@@ -57,6 +58,8 @@ def prepare_take(request: TakeRequest) -> PreparedTake:
     take, verdict = (_animated(request), None) if request.animated else _recorded(request, mount)
     segment = _choose(take, request.segment, request.session)
     motion = cut(take.motion, segment.start, segment.stop)
+    if request.stood is not None:
+        check_stood(request.stood, motion, request.configuration)
     body = load_body(request.body)
     return PreparedTake(
         motion=motion,

@@ -34,6 +34,9 @@ class TakeRequest:
     """A SMPL-X model file; None for the body that ships."""
     height: float | None = None
     """Stature of the person, metres; None for the body's own."""
+    stood: tuple[float, float] | None = None
+    """About where the person stood when the take began, on the floor of the result's world, metres; None
+    guesses."""
     reading: Reading = AS_LOGGED
     """What the user says about the take."""
     mesh_scale: float = 1.0

@@ -36,6 +36,7 @@ GIVEN = {
     "gt_palms_first_frame": "palms, pose",
     "predicted_palms": "nothing",
     "predicted_palms_first_frame": "pose",
+    "predicted_palms_stood": "place",
     "baseline_opposed_palms": "(unlearned)",
 }
 
@@ -64,7 +65,8 @@ def evaluate(
     """Generate the people of recorded clips anew and measure how far they are from the real ones.
 
     Every clip is answered with its palms given and guessed, with and without the person's first
-    pose. K1 is the sample that the program would show; K20 the best of 20 (of --samples). cm.
+    pose; and guessed with no more than the place where the person first stood. K1 is the sample that
+    the program would show; K20 the best of 20 (of --samples). cm.
     """
     from capture_app.cli.console import progress_bars, say
     from omomo_core.body.load import load_body

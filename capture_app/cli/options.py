@@ -132,6 +132,13 @@ Up = Annotated[
     str | None,
     _option(text="Which way is up in the phone's world, e.g. 0,1,0. Found if not given."),
 ]
+Stood = Annotated[
+    str | None,
+    _option(
+        text="About where the person stood when the take began, where the result has it wrong: x,y on the "
+        "floor of its world in metres, e.g. 0.8,-1.2. It says where its person stands.",
+    ),
+]
 Stitch = Annotated[
     bool,
     _option(
@@ -237,6 +244,26 @@ def direction(text: str | None, option: str) -> tuple[float, float, float] | Non
             fix="Write three numbers with commas between them, e.g. 0,1,0.",
         ) from None
     return x, y, z
+
+
+def place(text: str | None, option: str) -> tuple[float, float] | None:
+    """The two numbers of "0.8,-1.2".
+
+    Raises:
+        InputError: it is written otherwise.
+    """
+    if text is None:
+        return None
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(
+            "place-invalid",
+            f"{text!r} is no place.",
+            where=option,
+            fix="Write two numbers with a comma between them, e.g. 0.8,-1.2.",
+        ) from None
+    return x, y
 
 
 def sheet_size(text: str, option: str) -> tuple[int, int]:

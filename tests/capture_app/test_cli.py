@@ -145,6 +145,9 @@ def test_bad_input_is_refused(
         ({"up": "0,1"}, "direction-invalid"),
         ({"up": "0,0,0"}, "up-invalid"),
         ({"node": "chair"}, "node-unused"),
+        ({"stood": "1"}, "place-invalid"),
+        ({"stood": "nan,0"}, "stood-invalid"),
+        ({"stood": "40,0"}, "stood-far"),
     ],
 )
 def test_bad_options_are_refused(

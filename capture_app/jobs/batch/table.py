@@ -66,7 +66,7 @@ def _row(
     for name in _PATHS:
         if name in said and not (name == "mount" and said[name] == "identity"):
             said[name] = file.parent / said[name]
-    for name, separator in (("up", ","), ("video_size", "x")):
+    for name, separator in (("up", ","), ("stood", ","), ("video_size", "x")):
         if name in said:
             said[name] = said[name].split(separator)
     name = unused(_word(said.get("name") or said["session"].stem), names)

@@ -69,6 +69,7 @@ def request_of(order: RunOrder) -> "TakeRequest":
         weights=order.weights,
         body=order.body,
         height=order.height,
+        stood=order.stood,
         reading=Reading(order.floor, order.up, order.stitch, order.closure),
         mesh_scale=order.mesh_scale,
         segment=order.segment,

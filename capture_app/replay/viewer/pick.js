@@ -1,4 +1,4 @@
-// The point of an object's surface that a ray meets first.
+// The point of an object's surface that a ray meets first, and that of the floor.
 
 import { add, cross, direction, dot, point, rigidInverse, scaled, sub, unit } from "./vectors.js";
 
@@ -22,6 +22,13 @@ export function pickObject(pack, T_world_object, { origin, toward }) {
     normal_object: normal,
     anchor: add(at, scaled(normal, PALM_OFFSET)),
   };
+}
+
+// Where a ray meets the floor; null where it goes up.
+export function onFloor({ origin, toward }) {
+  if (toward[2] >= 0) return null;
+  const [x, y] = add(origin, scaled(toward, -origin[2] / toward[2]));
+  return [x, y, 0];
 }
 
 // Möller and Trumbore's test of a ray and a triangle (Journal of Graphics Tools 2, 1997).

@@ -5,11 +5,11 @@ import { Camera, ray } from "./camera.js";
 import { control } from "./controls.js";
 import { readPack } from "./pack.js";
 import { THEMES } from "./palette.js";
-import { pickObject } from "./pick.js";
+import { onFloor, pickObject } from "./pick.js";
 import { panesOf, pixels, projected } from "./panes.js";
 import { Stage } from "./stage.js";
 import { Surface } from "./surface.js";
-import { multiply, rigidInverse } from "./vectors.js";
+import { multiply, point, rigidInverse } from "./vectors.js";
 
 const LAYERS = ["body", "object", "phone", "path", "contacts", "trail", "grid", "shadow"];
 
@@ -164,11 +164,23 @@ class Viewer extends EventTarget {
       const { motion, pack } = this.#actor(pane.slot);
       const { object } = motion.at(this.#time);
       if (!object || !this.#layers.object) continue;
-      const across = (2 * (x - pane.x)) / pane.width - 1;
-      const found = pickObject(pack, object, ray(this.#view(pane), across, 1 - (2 * y) / pane.height));
+      const found = pickObject(pack, object, this.#ray(pane, x, y));
       if (found && (!best || found.distance < best.distance)) best = { ...found, slot: pane.slot };
     }
     return best;
+  }
+
+  // The floor of the first scene under a point of the picture, and the same seen from the object; null
+  // above the horizon.
+  floor(x, y) {
+    const [pane] = this.panes();
+    const place = onFloor(this.#ray(pane, x, y));
+    const { object } = this.#actor(pane.slot).motion.at(this.#time);
+    return place && { place, point_object: point(rigidInverse(object), place) };
+  }
+
+  #ray(pane, x, y) {
+    return ray(this.#view(pane), (2 * (x - pane.x)) / pane.width - 1, 1 - (2 * y) / pane.height);
   }
 
   // Where a point of the world is in a slot's picture: {x, y, depth}, CSS pixels and metres.

@@ -110,3 +110,26 @@ def test_place_of_a_hand_is_picked_on_the_object(result_page):
     canvas.click()
     expect(page.get_by_role("main").get_by_text("The hand will hold there.")).to_be_visible()
     expect(page.get_by_role("button", name="Solve again")).to_be_enabled()
+
+
+def test_made_again_from_where_the_person_stood(result_page, server, motion):
+    page = result_page
+    page.get_by_role("combobox", name="Camera", exact=True).select_option("object")
+    page.get_by_role("button", name="They stood elsewhere").click()
+    expect(page.locator(".clock")).to_have_text(re.compile(r"^0\.0 /"))
+    make = page.get_by_role("button", name="Make it again from there")
+    expect(make).to_be_disabled()
+    canvas = page.locator(".stage canvas").first
+    size = canvas.bounding_box()
+    canvas.click(position={"x": size["width"] * 0.35, "y": size["height"] * 0.8})
+    expect(page.get_by_role("main").get_by_text("They will start at the ball")).to_be_visible()
+    make.click()
+    page.wait_for_url(re.compile(r"#/jobs/"))
+    page.wait_for_url(re.compile(r"#/results/"), timeout=60_000)
+    before, after = (server.ask(f"results/{id_}") for id_ in (motion, page.url[-16:]))
+    now = after["manifest"]["options"]
+    assert len(now["stood"]) == 2
+    assert now == before["manifest"]["options"] | {"stood": now["stood"]}
+    assert (after["session"], after["object"], after["mount"]) == (
+        before["session"], before["object"], before["mount"],
+    )  # fmt: skip

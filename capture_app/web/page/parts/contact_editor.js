@@ -19,7 +19,7 @@ export function contactEditor(item, stage) {
 
 class Editor {
   constructor(item, stage) {
-    Object.assign(this, { item, stage, picking: false });
+    Object.assign(this, { item, stage });
     this.edit = button("Correct the contacts", () => this.begin());
     this.place = button("Put this hand elsewhere", () => this.pick(!this.picking));
     this.stop = button("Stop correcting", () => (this.timeline.reset(), this.finish()));
@@ -91,11 +91,18 @@ class Editor {
     if (!this.timeline.selected) this.pick(false);
   }
 
+  get picking() {
+    return this.stage.picker === this;
+  }
+
   pick(on) {
-    this.picking = on;
-    this.stage.canvas.classList.toggle("picking", on);
-    this.place.setAttribute("aria-pressed", String(on));
+    if (on || this.picking) this.stage.clicksFor(on ? this : null);
+    this.letGo(on);
     if (on) say(this.hint, "Click the place on the object where this hand holds.");
+  }
+
+  letGo(on = false) {
+    this.place.setAttribute("aria-pressed", String(on));
   }
 
   clicked(event) {

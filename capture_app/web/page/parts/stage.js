@@ -131,6 +131,14 @@ export class Stage extends EventTarget {
     if (this.viewer?.header(0)) this.viewer.mark(0, points);
   }
 
+  /** Whose the clicks on the picture are: of one part at a time. */
+  clicksFor(owner) {
+    const before = this.picker;
+    this.picker = owner;
+    this.canvas.classList.toggle("picking", Boolean(owner));
+    if (before && before !== owner) before.letGo();
+  }
+
   close() {
     this.timelines.forEach((one) => one.dispose());
     this.film?.dispose();

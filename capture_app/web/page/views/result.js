@@ -9,6 +9,7 @@ import { exportForm } from "../parts/export_form.js";
 import { fileList } from "../parts/files.js";
 import { samplePicker } from "../parts/samples.js";
 import { Stage } from "../parts/stage.js";
+import { stood } from "../parts/stood.js";
 import { overlayForm, renderForm } from "../parts/videos_form.js";
 
 /** `#/results/ID` */
@@ -43,6 +44,7 @@ export async function result({ params, signal }) {
         stage.node,
         samplePicker(item.samples, chosen, show),
         contactEditor(item, stage),
+        stood(item, stage),
       ),
       h("div", { class: "stack" }, use(item, choices, chosen, signal), share(item), words(item)),
     ),

@@ -1,0 +1,76 @@
+"""Who says where they stood gets a motion that begins there; a place where nobody stands is refused."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from capture_app.pipeline import run_take
+from capture_app.request import TakeRequest
+from capture_app.rerun import request_of
+from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from capture_app.stood import check_stood
+from omomo_core.errors import InputError
+from omomo_core.generation.result import GenerationOptions
+from omomo_core.motion import ObjectMesh, ObjectMotion
+
+
+def request(output: Path) -> TakeRequest:
+    """The demonstration: a box that stays for a while, then is carried off."""
+    return TakeRequest(
+        session=DEMO / SESSION,
+        mesh=DEMO / MESH,
+        mount=DEMO / MOUNT,
+        output=output,
+        options=GenerationOptions(samples=1),
+        video_size=None,
+    )
+
+
+@pytest.mark.parametrize("degrees", [0, 120, 240])
+def test_a_person_begins_where_they_stood(tmp_path: Path, degrees: float):
+    """From whatever side: three places around the box, with the weights that ship."""
+    angle = np.radians(degrees)
+    box = np.array([0.0, 0.0])
+    place = box + 1.0 * np.array([np.cos(angle), np.sin(angle)])
+    stood = (float(place[0]), float(place[1]))
+    made = run_take(replace(request(tmp_path / "out"), stood=stood), lambda stage, done: None)
+    centre = made.object_motion.T_world_object[0, :2, 3]
+    root = made.motions[0].root[0, :2]
+    assert np.linalg.norm(root - place) < 0.35
+    toward, meant = root - centre, place - centre
+    between = np.arccos(toward @ meant / np.linalg.norm(toward) / np.linalg.norm(meant))
+    assert np.degrees(between) < 30
+    again = request_of(made.manifest, tmp_path / "again")
+    assert again.stood == stood
+
+
+def _table() -> ObjectMotion:
+    """A board at 0.7 m, 1 m long, on a post."""
+    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.3, 0.3) for z in (0.68, 0.7)])
+    post = np.array([[x, y, z] for x in (-0.02, 0.02) for y in (-0.02, 0.02) for z in (0, 0.68)])
+    faces = np.array([
+        [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+        [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
+    ])  # fmt: skip
+    mesh = ObjectMesh(np.concatenate([corners, post]), np.concatenate([faces, faces + 8]), "table")
+    return ObjectMotion(mesh, np.tile(np.eye(4), (30, 1, 1)), np.ones(30, bool))
+
+
+@pytest.mark.parametrize(
+    ("place", "code"),
+    [
+        ((0.3, 0.1), "stood-inside"),
+        ((5.0, 0.0), "stood-far"),
+        ((float("inf"), 0.0), "stood-invalid"),
+    ],
+)
+def test_nobody_stands_there(place: tuple[float, float], code: str):
+    with pytest.raises(InputError) as refused:
+        check_stood(place, _table(), "capture")
+    assert refused.value.code == code
+    check_stood((0.0, -0.6), _table(), "capture")
+    with pytest.raises(InputError) as refused:
+        check_stood((0.0, -0.6), _table(), "paper")
+    assert refused.value.code == "stood-unused"
