@@ -20,6 +20,7 @@ from capture_app.manifest import (
 from capture_app.prepare import PreparedTake
 from capture_app.request import ResolveRequest, TakeRequest
 from capture_app.result import Result
+from capture_app.stood import stood_note
 from omomo_core.motion import FPS
 from omomo_core.weights.load import SHIPPED
 
@@ -47,7 +48,11 @@ def describe(
         weights={path.name: sha256(path) for path in sorted(weights.glob("*.safetensors"))},
         scores=made.scores,
         chosen=made.chosen,
-        notes=(*prepared.take.notes, *_segment_note(prepared.segment)),
+        notes=(
+            *prepared.take.notes,
+            *_segment_note(prepared.segment),
+            *stood_note(request.stood, made.person.human),
+        ),
         faults=(*made.notes, *unsatisfied(made.person)),
         timings=timings,
         files=files,

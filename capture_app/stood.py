@@ -1,13 +1,14 @@
 """Where the person stood when a take began, as a user says it."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from omomo_core.errors import InputError
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.geometry.transforms import apply
-from omomo_core.motion import ObjectMotion
+from omomo_core.motion import HumanMotion, ObjectMotion
 from omomo_core.stage import Configuration
 
 FARTHEST = 3.0
@@ -15,6 +16,8 @@ FARTHEST = 3.0
 NEAREST = 0.05
 """Metres on the floor from what is lower than HEAD: nobody stands in it."""
 HEAD = 1.2
+ASTRAY = 0.5
+"""Metres from the place beyond which a person is not where they stood."""
 
 
 def check_stood(
@@ -42,6 +45,16 @@ def check_stood(
         raise _wrong("far", f"This is {off.min():.1f} m from the object as the take begins.", where)
     if off[points[:, 2] < HEAD].min(initial=np.inf) < NEAREST:
         raise _wrong("inside", "The object is there as the take begins.", where)
+
+
+def stood_note(place: tuple[float, float] | None, human: HumanMotion) -> Iterator[str]:
+    """What to know where somebody does not begin where they were said to."""
+    off = 0.0 if place is None else float(np.linalg.norm(human.root[0, :2] - place))
+    if off > ASTRAY:
+        yield (
+            f"The person begins {off:.1f} m from where --stood says: from there they would not have "
+            "been at the object in time."
+        )
 
 
 def _wrong(code: str, what: str, where: str) -> InputError:

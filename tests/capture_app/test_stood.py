@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -44,6 +45,18 @@ def test_a_person_begins_where_they_stood(tmp_path: Path, degrees: float):
     assert np.degrees(between) < 30
     again = request_of(made.manifest, tmp_path / "again")
     assert again.stood == stood
+    assert not any("--stood" in note for note in made.manifest.notes)
+
+
+def test_who_could_not_have_come_in_time_is_told_so(inputs: Any, weights: Path) -> None:
+    """Farther away than anybody comes from in the time that there is."""
+    request = replace(inputs.request(weights), stood=(2.5, 1.5), video_size=None)
+    made = run_take(request, lambda stage, done: None)
+    root = made.motions[made.manifest.chosen].root[0, :2]
+    told = [note for note in made.manifest.notes if "--stood" in note]
+    off = float(np.linalg.norm(root - request.stood))
+    assert [f"{off:.1f} m from where --stood" in note for note in told] == [True] * (off > 0.5)
+    assert off > 0.5
 
 
 def _table() -> ObjectMotion:
