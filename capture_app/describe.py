@@ -51,7 +51,7 @@ def describe(
         notes=(
             *prepared.take.notes,
             *_segment_note(prepared.segment),
-            *stood_note(request.stood, made.person.human),
+            *stood_note(prepared.stood, made.person.human),
         ),
         faults=(*made.notes, *unsatisfied(made.person)),
         timings=timings,

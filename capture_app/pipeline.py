@@ -67,7 +67,7 @@ class TakeInMaking(ResultInMaking[TakeRequest]):
     def generate(self) -> None:
         """Generate the samples and write motion.npz."""
         take, options = self.prepared, self.request.options
-        stood = None if self.request.stood is None else np.array(self.request.stood)
+        stood = None if take.stood is None else np.array(take.stood)
         known = Known(contacts=take.contacts, stood=stood)
         made = generate(take.motion, take.body, take.stages, options, self.clock, known)
         path = self.staging.folder / MOTION

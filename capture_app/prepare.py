@@ -8,7 +8,7 @@ import numpy as np
 from capture_app.inspection import Verdict, look_over, usable_take
 from capture_app.manifest import Segment
 from capture_app.request import TakeRequest
-from capture_app.stood import check_stood
+from capture_app.stood import Place, where_stood
 from ingest.animated.detect import read_animation
 from ingest.animated.take import AnimatedTake, to_animated_take
 from ingest.formats.detect import read_session
@@ -41,6 +41,8 @@ class PreparedTake:
     """Of the phone; where there is none, the identity."""
     contacts: tuple[Span, ...] | None
     """What each hand holds, where that is given."""
+    stood: Place | None
+    """Where the person stood, where that is given."""
     body: BodyModel
     stages: Stages
     verdict: Verdict | None
@@ -58,8 +60,6 @@ def prepare_take(request: TakeRequest) -> PreparedTake:
     take, verdict = (_animated(request), None) if request.animated else _recorded(request, mount)
     segment = _choose(take, request.segment, request.session)
     motion = cut(take.motion, segment.start, segment.stop)
-    if request.stood is not None:
-        check_stood(request.stood, motion, request.configuration)
     body = load_body(request.body)
     return PreparedTake(
         motion=motion,
@@ -67,6 +67,7 @@ def prepare_take(request: TakeRequest) -> PreparedTake:
         segment=segment,
         mount=mount,
         contacts=_contacts(request, motion),
+        stood=where_stood(request, motion, mount, segment),
         body=with_height(body, request.height) if request.height else body,
         stages=_stages(request),
         verdict=verdict,

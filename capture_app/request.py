@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 from ingest.trajectory.reading import AS_LOGGED, Reading
 from omomo_core.generation.result import GenerationOptions
@@ -34,9 +35,9 @@ class TakeRequest:
     """A SMPL-X model file; None for the body that ships."""
     height: float | None = None
     """Stature of the person, metres; None for the body's own."""
-    stood: tuple[float, float] | None = None
-    """About where the person stood when the take began, on the floor of the result's world, metres; None
-    guesses."""
+    stood: tuple[float, float] | Literal["phone"] | None = None
+    """About where the person stood when the take began: on the floor of the result's world, metres, or
+    before the phone's screen; None guesses."""
     reading: Reading = AS_LOGGED
     """What the user says about the take."""
     mesh_scale: float = 1.0

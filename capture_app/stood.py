@@ -4,12 +4,18 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+from jaxtyping import Float
 
+from capture_app.manifest import Segment
+from capture_app.request import TakeRequest
+from ingest.mount.mount import Mount
 from omomo_core.errors import InputError
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.geometry.transforms import apply
 from omomo_core.motion import HumanMotion, ObjectMotion
-from omomo_core.stage import Configuration
+
+Place = tuple[float, float]
+"""On the floor of a result's world, metres."""
 
 FARTHEST = 3.0
 """Metres from the object: who is farther away takes seconds to come."""
@@ -18,36 +24,53 @@ NEAREST = 0.05
 HEAD = 1.2
 ASTRAY = 0.5
 """Metres from the place beyond which a person is not where they stood."""
+BEFORE_SCREEN = (0.5, 0.75, 1.0, 1.25, 1.5)
+"""Metres from the phone at which somebody taps its screen; the first that is clear of the object."""
+FREE, ASIDE = 0.3, 0.08
+"""Metres before a screen, and to its sides, in which nothing is where somebody taps it."""
+UPRIGHT = 0.3
+"""How far (sine of the angle) a screen must be from level to be seen from one side."""
 
 
-def check_stood(
-    place: tuple[float, float], motion: ObjectMotion, configuration: Configuration
-) -> None:
-    """Check that somebody can have stood there.
+def where_stood(
+    request: TakeRequest, motion: ObjectMotion, mount: Mount, segment: Segment
+) -> Place | None:
+    """Where somebody stood; None where it is not said.
 
     Args:
-        place: on the floor of the result's world, metres.
-        motion: the object's.
-        configuration: of the model that is to use it.
+        request: `stood` says it, as a place or as "phone", before the phone's screen.
+        motion: the object's, the chosen segment of the take.
+        mount: of the phone.
+        segment: which that is.
 
     Raises:
-        InputError: "stood-unused", "stood-invalid", "stood-far" or "stood-inside".
+        InputError: "stood-unused", "stood-invalid", "stood-far", "stood-inside", "stood-no-phone",
+            "stood-level", "stood-hidden" or "stood-later": nobody can have stood there, or it does
+            not say where.
     """
-    if configuration == "paper":
+    if request.stood is None:
+        return None
+    if request.configuration == "paper":
         raise _wrong("unused", "The published model finds its own place for the person.", "--stood")
-    x, y = place
+    points = apply(motion.T_world_object[:1], sample_surface(motion.mesh).points)[0]
+    if request.stood == "phone":
+        _check_phone(request, segment)
+        return _before_screen(
+            motion.T_world_object[0] @ np.linalg.inv(mount.T_phone_object), points
+        )
+    x, y = request.stood
     where = f"--stood {x:g},{y:g}"
     if not (math.isfinite(x) and math.isfinite(y)):
         raise _wrong("invalid", "The place where the person stood is no number.", where)
-    points = apply(motion.T_world_object[:1], sample_surface(motion.mesh).points)[0]
-    off = np.linalg.norm(points[:, :2] - place, axis=1)
-    if off.min() > FARTHEST:
-        raise _wrong("far", f"This is {off.min():.1f} m from the object as the take begins.", where)
-    if off[points[:, 2] < HEAD].min(initial=np.inf) < NEAREST:
+    off = float(np.linalg.norm(points[:, :2] - (x, y), axis=1).min())
+    if off > FARTHEST:
+        raise _wrong("far", f"This is {off:.1f} m from the object as the take begins.", where)
+    if not _clear(np.array([x, y]), points):
         raise _wrong("inside", "The object is there as the take begins.", where)
+    return x, y
 
 
-def stood_note(place: tuple[float, float] | None, human: HumanMotion) -> Iterator[str]:
+def stood_note(place: Place | None, human: HumanMotion) -> Iterator[str]:
     """What to know where somebody does not begin where they were said to."""
     off = 0.0 if place is None else float(np.linalg.norm(human.root[0, :2] - place))
     if off > ASTRAY:
@@ -55,6 +78,46 @@ def stood_note(place: tuple[float, float] | None, human: HumanMotion) -> Iterato
             f"The person begins {off:.1f} m from where --stood says: from there they would not have "
             "been at the object in time."
         )
+
+
+def _check_phone(request: TakeRequest, segment: Segment) -> None:
+    if request.animated:
+        raise _wrong("no-phone", "An object's own motion has no phone.", "--stood phone")
+    if segment.start > 0:
+        raise _wrong(
+            "later",
+            "The stretch that is used does not begin with the recording: nobody taps the screen then.",
+            "--stood phone",
+        )
+
+
+def _before_screen(
+    T_world_phone: Float[np.ndarray, "4 4"], points: Float[np.ndarray, "points 3"]
+) -> Place:
+    """As near before the phone's screen as the object lets somebody stand."""
+    toward = T_world_phone[:2, 2]
+    if np.linalg.norm(toward) < UPRIGHT:
+        raise _wrong(
+            "level", "The phone's screen faces up or down: it has no side.", "--stood phone"
+        )
+    seen = apply(np.linalg.inv(T_world_phone)[None], points)[0]
+    before = (seen[:, 2] > 0) & (seen[:, 2] < FREE)
+    if (before & (np.abs(seen[:, :2]) < ASIDE).all(axis=1)).any():
+        raise _wrong(
+            "hidden",
+            "The object is right before the phone's screen: nobody taps it there.",
+            "--stood phone",
+        )
+    ways = np.outer(BEFORE_SCREEN, toward / np.linalg.norm(toward))
+    places = T_world_phone[:2, 3] + ways
+    clear = [place for place in places if _clear(place, points)]
+    x, y = (clear or [places[-1]])[0]
+    return float(x), float(y)
+
+
+def _clear(place: Float[np.ndarray, "2"], points: Float[np.ndarray, "points 3"]) -> bool:
+    low = points[points[:, 2] < HEAD, :2]
+    return bool(np.linalg.norm(low - place, axis=1).min(initial=np.inf) > NEAREST)
 
 
 def _wrong(code: str, what: str, where: str) -> InputError:

@@ -3,7 +3,7 @@
 import re
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -135,8 +135,9 @@ Up = Annotated[
 Stood = Annotated[
     str | None,
     _option(
-        text="About where the person stood when the take began, where the result has it wrong: x,y on the "
-        "floor of its world in metres, e.g. 0.8,-1.2. It says where its person stands.",
+        text="About where the person stood when the take began: the word phone, before its screen, for "
+        "who tapped it to record; or, where a result has it wrong, x,y on the floor of its world in "
+        "metres, e.g. 0.8,-1.2. It says where its person stands.",
     ),
 ]
 Stitch = Annotated[
@@ -246,14 +247,14 @@ def direction(text: str | None, option: str) -> tuple[float, float, float] | Non
     return x, y, z
 
 
-def place(text: str | None, option: str) -> tuple[float, float] | None:
-    """The two numbers of "0.8,-1.2".
+def place(text: str | None, option: str) -> tuple[float, float] | Literal["phone"] | None:
+    """The two numbers of "0.8,-1.2", or the word phone.
 
     Raises:
         InputError: it is written otherwise.
     """
-    if text is None:
-        return None
+    if text is None or text == "phone":
+        return text
     try:
         x, y = (float(part) for part in text.split(","))
     except ValueError:
@@ -261,7 +262,7 @@ def place(text: str | None, option: str) -> tuple[float, float] | None:
             "place-invalid",
             f"{text!r} is no place.",
             where=option,
-            fix="Write two numbers with a comma between them, e.g. 0.8,-1.2.",
+            fix="Write two numbers with a comma between them, e.g. 0.8,-1.2, or the word phone.",
         ) from None
     return x, y
 

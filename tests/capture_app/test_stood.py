@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from capture_app.manifest import Segment
 from capture_app.pipeline import run_take
 from capture_app.request import TakeRequest
 from capture_app.rerun import request_of
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
-from capture_app.stood import check_stood
+from capture_app.stood import where_stood
+from ingest.mount.mount import Mount
 from omomo_core.errors import InputError
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.motion import ObjectMesh, ObjectMotion
@@ -71,6 +73,21 @@ def _table() -> ObjectMotion:
     return ObjectMotion(mesh, np.tile(np.eye(4), (30, 1, 1)), np.ones(30, bool))
 
 
+HERE = Segment(index=1, count=1, start=0, stop=30)
+# The phone's camera looks away from -y, its screen faces it.
+SCREEN = np.array([[1, 0, 0, 0.1], [0, 0, -1, -0.3], [0, 1, 0, 0.7], [0, 0, 0, 1.0]])
+
+
+# The same, clamped flat to the far edge: its screen faces the board.
+FLAT_ON_IT = SCREEN.copy()
+FLAT_ON_IT[1, 3] = 0.32
+
+
+def _ask(stood: Any, T_world_phone: Any = SCREEN, segment: Segment = HERE, **more: Any):
+    asked = replace(request(Path("nowhere")), stood=stood, **more)
+    return where_stood(asked, _table(), Mount(np.linalg.inv(T_world_phone), "made up"), segment)
+
+
 @pytest.mark.parametrize(
     ("place", "code"),
     [
@@ -81,9 +98,31 @@ def _table() -> ObjectMotion:
 )
 def test_nobody_stands_there(place: tuple[float, float], code: str):
     with pytest.raises(InputError) as refused:
-        check_stood(place, _table(), "capture")
+        _ask(place)
     assert refused.value.code == code
-    check_stood((0.0, -0.6), _table(), "capture")
+    assert _ask((0.0, -0.6)) == (0.0, -0.6)
+    assert _ask(None) is None
+
+
+def test_who_taps_the_phone_stands_before_its_screen():
+    assert _ask("phone") == pytest.approx((0.1, -0.8))
+    # Above the far edge: the table is between, and the phone is seen over it.
+    over = SCREEN.copy()
+    over[1:3, 3] = 0.3, 0.9
+    assert _ask("phone", over) == pytest.approx((0.1, -0.45))
+
+
+@pytest.mark.parametrize(
+    ("changed", "code"),
+    [
+        ({"configuration": "paper"}, "stood-unused"),
+        ({"animated": True}, "stood-no-phone"),
+        ({"T_world_phone": np.eye(4)}, "stood-level"),
+        ({"T_world_phone": FLAT_ON_IT}, "stood-hidden"),
+        ({"segment": Segment(index=2, count=2, start=90, stop=120)}, "stood-later"),
+    ],
+)
+def test_a_phone_that_tells_no_side_is_refused(changed: dict[str, Any], code: str):
     with pytest.raises(InputError) as refused:
-        check_stood((0.0, -0.6), _table(), "paper")
-    assert refused.value.code == "stood-unused"
+        _ask("phone", **changed)
+    assert refused.value.code == code

@@ -67,7 +67,7 @@ def _row(
         if name in said and not (name == "mount" and said[name] == "identity"):
             said[name] = file.parent / said[name]
     for name, separator in (("up", ","), ("stood", ","), ("video_size", "x")):
-        if name in said:
+        if name in said and said[name] != "phone":
             said[name] = said[name].split(separator)
     name = unused(_word(said.get("name") or said["session"].stem), names)
     names[name] = said["session"]

@@ -34,7 +34,7 @@ class RunOptions(BaseModel):
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     steps: Annotated[int, Field(ge=1, le=1000)] = 10
     height: Annotated[float, Field(ge=0.8, le=2.6)] | None = None
-    stood: tuple[_Number, _Number] | None = None
+    stood: tuple[_Number, _Number] | Literal["phone"] | None = None
     contact: Literal["segments", "paper"] = "segments"
     segment: Annotated[int, Field(ge=1, lt=2**31)] | None = None
     floor: _Number | None = None

@@ -5,6 +5,7 @@ import { address, go } from "../core/router.js";
 import { attempt, choice, number, tick } from "./fields.js";
 
 const FOLDED = [
+  "stood",
   "steps",
   "seed",
   "contact",
@@ -69,6 +70,9 @@ function missing(object, mount) {
 }
 
 function optionFields(defaults) {
+  const stood = tick("They stood before the phone's screen when it began", {
+    hint: "Who taps the phone on the object to record does.",
+  });
   return {
     samples: number("Tries", {
       value: defaults.samples,
@@ -85,6 +89,10 @@ function optionFields(defaults) {
 
       hint: "Empty: an average adult.",
     }),
+    stood: {
+      ...stood,
+      read: () => (stood.read() ? "phone" : null),
+    },
     steps: number("Steps of the sampler", {
       value: defaults.steps,
       min: 1,
