@@ -8,6 +8,9 @@ from ingest.trajectory.reading import AS_LOGGED, Reading
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.stage import Configuration
 
+Stood = tuple[float, float] | Literal["phone"]
+"""Where somebody stood: on the floor of the result's world, metres, or before the phone's screen."""
+
 
 @dataclass(frozen=True)
 class TakeRequest:
@@ -35,7 +38,7 @@ class TakeRequest:
     """A SMPL-X model file; None for the body that ships."""
     height: float | None = None
     """Stature of the person, metres; None for the body's own."""
-    stood: tuple[float, float] | Literal["phone"] | None = None
+    stood: Stood | None = None
     """About where the person stood when the take began: on the floor of the result's world, metres, or
     before the phone's screen; None guesses."""
     reading: Reading = AS_LOGGED

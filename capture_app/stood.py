@@ -7,12 +7,12 @@ import numpy as np
 from jaxtyping import Float
 
 from capture_app.manifest import Segment
-from capture_app.request import TakeRequest
+from capture_app.request import Stood, TakeRequest
 from ingest.mount.mount import Mount
 from omomo_core.errors import InputError
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.geometry.transforms import apply
-from omomo_core.motion import HumanMotion, ObjectMotion
+from omomo_core.motion import FPS, HumanMotion, ObjectMotion
 
 Place = tuple[float, float]
 """On the floor of a result's world, metres."""
@@ -26,6 +26,8 @@ ASTRAY = 0.5
 """Metres from the place beyond which a person is not where they stood."""
 BEFORE_SCREEN = (0.5, 0.75, 1.0, 1.25, 1.5)
 """Metres from the phone at which somebody taps its screen; the first that is clear of the object."""
+LATE = 2.0
+"""Seconds into the recording in which who tapped the phone is still there: the object is to rest."""
 FREE, ASIDE = 0.3, 0.08
 """Metres before a screen, and to its sides, in which nothing is where somebody taps it."""
 UPRIGHT = 0.3
@@ -75,15 +77,15 @@ def stood_note(place: Place | None, human: HumanMotion) -> Iterator[str]:
     off = 0.0 if place is None else float(np.linalg.norm(human.root[0, :2] - place))
     if off > ASTRAY:
         yield (
-            f"The person begins {off:.1f} m from where --stood says: from there they would not have "
-            "been at the object in time."
+            f"The person begins {off:.1f} m from where --stood says: too far to come from in the time "
+            "before they take the object."
         )
 
 
 def _check_phone(request: TakeRequest, segment: Segment) -> None:
     if request.animated:
         raise _wrong("no-phone", "An object's own motion has no phone.", "--stood phone")
-    if segment.start > 0:
+    if segment.start > LATE * FPS:
         raise _wrong(
             "later",
             "The stretch that is used does not begin with the recording: nobody taps the screen then.",
@@ -110,9 +112,10 @@ def _before_screen(
         )
     ways = np.outer(BEFORE_SCREEN, toward / np.linalg.norm(toward))
     places = T_world_phone[:2, 3] + ways
-    clear = [place for place in places if _clear(place, points)]
-    x, y = (clear or [places[-1]])[0]
-    return float(x), float(y)
+    for x, y in places:
+        if _clear(np.array([x, y]), points):
+            return float(x), float(y)
+    raise _wrong("hidden", "The object fills the place before the phone's screen.", "--stood phone")
 
 
 def _clear(place: Float[np.ndarray, "2"], points: Float[np.ndarray, "points 3"]) -> bool:
@@ -122,6 +125,30 @@ def _clear(place: Float[np.ndarray, "2"], points: Float[np.ndarray, "points 3"])
 
 def _wrong(code: str, what: str, where: str) -> InputError:
     fix = "Give x,y in metres on the floor of the result's world, at most 3 m from the object."
+    if where == "--stood phone":
+        fix = "Leave it out, and if the result has the person on the wrong side, give --stood x,y."
     return InputError(
         f"stood-{code}", what, where=where, fix="Leave it out." if code == "unused" else fix
+    )
+
+
+def read_place(text: str, where: str) -> Stood:
+    """The two numbers of "0.8,-1.2", or the word phone.
+
+    Raises:
+        InputError: "place-invalid": it is written otherwise.
+    """
+    if text == "phone":
+        return text
+    try:
+        x, y = (float(part) for part in text.split(","))
+        if math.isfinite(x + y):
+            return x, y
+    except ValueError:
+        pass
+    raise InputError(
+        "place-invalid",
+        f"{text!r} is no place.",
+        where=where,
+        fix="Write two numbers with a comma between them, e.g. 0.8,-1.2, or the word phone.",
     )

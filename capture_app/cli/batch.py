@@ -82,6 +82,8 @@ def batch(
 
     Example: `omocap batch takes --object chair.obj --mount chair_mount.json -o motions --workers 2`
     """
+    from capture_app.stood import read_place
+
     said: dict[str, Any] = {
         "object": mesh,
         "mount": mount,
@@ -92,7 +94,7 @@ def batch(
         "weights": weights and weights.absolute(),
         "steps": steps,
         "height": height,
-        "stood": given.place(stood, "--stood"),
+        "stood": None if stood is None else read_place(stood, "--stood"),
         "body": body,
         "floor": floor,
         "up": given.direction(up, "--up"),

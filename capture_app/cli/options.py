@@ -3,7 +3,7 @@
 import re
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 
@@ -245,26 +245,6 @@ def direction(text: str | None, option: str) -> tuple[float, float, float] | Non
             fix="Write three numbers with commas between them, e.g. 0,1,0.",
         ) from None
     return x, y, z
-
-
-def place(text: str | None, option: str) -> tuple[float, float] | Literal["phone"] | None:
-    """The two numbers of "0.8,-1.2", or the word phone.
-
-    Raises:
-        InputError: it is written otherwise.
-    """
-    if text is None or text == "phone":
-        return text
-    try:
-        x, y = (float(part) for part in text.split(","))
-    except ValueError:
-        raise InputError(
-            "place-invalid",
-            f"{text!r} is no place.",
-            where=option,
-            fix="Write two numbers with a comma between them, e.g. 0.8,-1.2, or the word phone.",
-        ) from None
-    return x, y
 
 
 def sheet_size(text: str, option: str) -> tuple[int, int]:

@@ -47,6 +47,7 @@ def run(
     size = given.picture_size(video_size, "--video-size") if video else None
     from capture_app.pipeline import run_take
     from capture_app.request import TakeRequest
+    from capture_app.stood import read_place
     from ingest.animated.detect import is_animation
     from ingest.trajectory.reading import Reading
     from omomo_core.generation.result import GenerationOptions
@@ -65,7 +66,7 @@ def run(
         weights=weights,
         body=body,
         height=height,
-        stood=given.place(stood, "--stood"),
+        stood=None if stood is None else read_place(stood, "--stood"),
         reading=Reading(floor, given.direction(up, "--up"), stitch, closure),
         mesh_scale=mesh_scale,
         segment=segment,

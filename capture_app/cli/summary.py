@@ -31,7 +31,12 @@ def summarise(result: "Result") -> None:
         f"{frames / 30:.1f} s of motion at 30 fps; sample {manifest.chosen + 1} of {samples} chosen; "
         f"body {manifest.body.name}, {manifest.body.height:.2f} m."
     )
-    if manifest.correction is None:
+    options = manifest.options
+    if (
+        not manifest.correction
+        and options["configuration"] == "capture"
+        and not options.get("stood")
+    ):
         x, y = result.motions[manifest.chosen].root[0, :2]
         output.print(
             f"They stand at {x:.1f},{y:.1f} at first; if that is the wrong side of the object, tell "

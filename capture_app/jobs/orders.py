@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from capture_app.calibration.ways.requests import AnyWay
 
@@ -60,7 +60,7 @@ class RunOrder(Order):
     weights: Path | None = None
     body: Path | None = None
     height: Annotated[float, Field(ge=0.8, le=2.6)] | None = None
-    stood: tuple[float, float] | Literal["phone"] | None = None
+    stood: tuple[FiniteFloat, FiniteFloat] | Literal["phone"] | None = None
     floor: float | None = None
     up: tuple[float, float, float] | None = None
     stitch: bool = False

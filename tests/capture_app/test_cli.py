@@ -146,7 +146,7 @@ def test_bad_input_is_refused(
         ({"up": "0,0,0"}, "up-invalid"),
         ({"node": "chair"}, "node-unused"),
         ({"stood": "1"}, "place-invalid"),
-        ({"stood": "nan,0"}, "stood-invalid"),
+        ({"stood": "nan,0"}, "place-invalid"),
         ({"stood": "40,0"}, "stood-far"),
     ],
 )

@@ -12,7 +12,7 @@ from capture_app.pipeline import run_take
 from capture_app.request import TakeRequest
 from capture_app.rerun import request_of
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
-from capture_app.stood import where_stood
+from capture_app.stood import read_place, where_stood
 from ingest.mount.mount import Mount
 from omomo_core.errors import InputError
 from omomo_core.generation.result import GenerationOptions
@@ -61,9 +61,9 @@ def test_who_could_not_have_come_in_time_is_told_so(inputs: Any, weights: Path) 
     assert off > 0.5
 
 
-def _table() -> ObjectMotion:
-    """A board at 0.7 m, 1 m long, on a post."""
-    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.3, 0.3) for z in (0.68, 0.7)])
+def _table(deep: float) -> ObjectMotion:
+    """A board at 0.7 m, 1 m long and so deep from its middle to here, on a post."""
+    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-deep, 0.3) for z in (0.68, 0.7)])
     post = np.array([[x, y, z] for x in (-0.02, 0.02) for y in (-0.02, 0.02) for z in (0, 0.68)])
     faces = np.array([
         [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
@@ -83,9 +83,15 @@ FLAT_ON_IT = SCREEN.copy()
 FLAT_ON_IT[1, 3] = 0.32
 
 
-def _ask(stood: Any, T_world_phone: Any = SCREEN, segment: Segment = HERE, **more: Any):
+def _ask(
+    stood: Any,
+    T_world_phone: Any = SCREEN,
+    segment: Segment = HERE,
+    deep: float = 0.3,
+    **more: Any,
+):
     asked = replace(request(Path("nowhere")), stood=stood, **more)
-    return where_stood(asked, _table(), Mount(np.linalg.inv(T_world_phone), "made up"), segment)
+    return where_stood(asked, _table(deep), Mount(np.linalg.inv(T_world_phone), "made up"), segment)
 
 
 @pytest.mark.parametrize(
@@ -110,6 +116,27 @@ def test_who_taps_the_phone_stands_before_its_screen():
     over = SCREEN.copy()
     over[1:3, 3] = 0.3, 0.9
     assert _ask("phone", over) == pytest.approx((0.1, -0.45))
+
+
+def test_tracking_may_begin_a_little_after_the_log():
+    late = Segment(index=1, count=1, start=29, stop=60)
+    assert _ask("phone", segment=late) == _ask("phone")
+
+
+def test_nobody_taps_a_phone_whose_front_is_all_table():
+    over = SCREEN.copy()
+    over[:3, 3] = 0.0, 0.29, 0.9
+    with pytest.raises(InputError) as refused:
+        _ask("phone", over, deep=2.5)
+    assert refused.value.code == "stood-hidden"
+
+
+@pytest.mark.parametrize("text", ["1", "Phone", "1,2,3", "nan,0", "1,inf", ""])
+def test_what_is_no_place_is_said_so(text: str):
+    with pytest.raises(InputError) as refused:
+        read_place(text, "line 3")
+    assert (refused.value.code, refused.value.where) == ("place-invalid", "line 3")
+    assert read_place(" 0.5,-1", "line 3") == (0.5, -1.0)
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from omomo_core.generation.beginning import (
     Posed,
     begin,
 )
+from omomo_core.generation.known import Known, start_of
 from omomo_core.generation.opposite import beyond
 from omomo_core.generation.scene import Scene, Thing
 from omomo_core.motion import ObjectMesh
@@ -127,3 +128,18 @@ def test_the_side_on_which_somebody_stood_is_the_side_they_come_from(side: float
     choice = LikeStart.choose(guesses, Placed(torch.tensor([side * 1.5, 0.2])), _box(), 4)
     x = choice.finished(guesses[choice.kept])
     assert (side * x[:, :30, 0] > 0.25).all()
+
+
+@pytest.mark.parametrize("height", [1.5, 1.9])
+def test_a_place_is_meant_in_the_world_of_whoever_stood_there(height: float):
+    """The same guesses, at the networks' size, for people of other statures."""
+    solid = trimesh.creation.box((0.4, 0.4, 0.4))
+    T = np.tile(np.eye(4), (FRAMES, 1, 1))
+    T[:, :3, 3] = [3.0, -2.0, 0.2]
+    mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "box")
+    scene = Thing(mesh, 1.7 / height).scene(T)
+    start = start_of(Known(stood=np.array([3.0, -2.0 + height])), None, scene)
+    assert isinstance(start, Placed)
+    # The centre is that of points on the surface.
+    torch.testing.assert_close(start.place, torch.tensor([0.0, 1.7]), atol=5e-3, rtol=0)
+    assert start_of(Known(), None, scene) is None

@@ -34,6 +34,8 @@ def order_of(said: dict[str, Any], output: Path) -> RunOrder:
         )
     mount = None if animated or mount == "identity" else mount
     paths = {"session": session, "mount": mount, "output": output / said["name"]}
+    if animated and said.get("stood") == "phone":
+        paths["stood"] = None
     try:
         order = RunOrder.model_validate({**said, **paths, "animated": animated})
     except ValidationError as error:

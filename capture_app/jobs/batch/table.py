@@ -7,6 +7,7 @@ from typing import Any
 
 from capture_app.jobs.batch.sessions import unused
 from capture_app.jobs.orders import RunOrder
+from capture_app.stood import read_place
 from omomo_core.errors import InputError
 
 _PATHS = ("session", "object", "mount", "contacts", "body", "weights")
@@ -66,8 +67,10 @@ def _row(
     for name in _PATHS:
         if name in said and not (name == "mount" and said[name] == "identity"):
             said[name] = file.parent / said[name]
-    for name, separator in (("up", ","), ("stood", ","), ("video_size", "x")):
-        if name in said and said[name] != "phone":
+    if "stood" in said:
+        said["stood"] = read_place(said["stood"], f"{file}, line {number}")
+    for name, separator in (("up", ","), ("video_size", "x")):
+        if name in said:
             said[name] = said[name].split(separator)
     name = unused(_word(said.get("name") or said["session"].stem), names)
     names[name] = said["session"]

@@ -24,9 +24,9 @@ export function pickObject(pack, T_world_object, { origin, toward }) {
   };
 }
 
-// Where a ray meets the floor; null where it goes up.
+// Where a ray from above meets the floor; null where it goes up.
 export function onFloor({ origin, toward }) {
-  if (toward[2] >= 0) return null;
+  if (origin[2] <= 0 || toward[2] >= 0) return null;
   const [x, y] = add(origin, scaled(toward, -origin[2] / toward[2]));
   return [x, y, 0];
 }

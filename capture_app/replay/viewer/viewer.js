@@ -170,13 +170,14 @@ class Viewer extends EventTarget {
     return best;
   }
 
-  // The floor of the first scene under a point of the picture, and the same seen from the object; null
-  // above the horizon.
+  // The floor of the first scene under a point of the picture; null above the horizon.
   floor(x, y) {
-    const [pane] = this.panes();
-    const place = onFloor(this.#ray(pane, x, y));
-    const { object } = this.#actor(pane.slot).motion.at(this.#time);
-    return place && { place, point_object: point(rigidInverse(object), place) };
+    return onFloor(this.#ray(this.panes()[0], x, y));
+  }
+
+  // A point of the world in the axes of a slot's object, as it is now.
+  fromObject(place, slot = 0) {
+    return point(rigidInverse(this.#actor(slot).motion.at(this.#time).object), place);
   }
 
   #ray(pane, x, y) {

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from waiting import until
 
@@ -58,10 +59,10 @@ def test_a_folder_without_sessions_is_named(tmp_path: Path, folder: str, code: s
 def test_a_table_says_what_is_particular_to_each_session(tmp_path: Path) -> None:
     file = tmp_path / "takes.csv"
     file.write_text(
-        "session,object,mount,height,up,name\n"
-        'one,chair.obj,identity,1.8,"0,1,0",\n'
-        "deep/one,/abs/b.obj,m.json,,,\n"
-        "two,,,,,Take / 2\n"
+        "session,object,mount,height,up,name,stood\n"
+        'one,chair.obj,identity,1.8,"0,1,0",,"0.5,-1"\n'
+        "deep/one,/abs/b.obj,m.json,,,,phone\n"
+        "two,,,,,Take / 2,\n"
     )
     first, second, third = read_table(file)
     assert first == {
@@ -71,12 +72,25 @@ def test_a_table_says_what_is_particular_to_each_session(tmp_path: Path) -> None
         "height": "1.8",
         "up": ["0", "1", "0"],
         "name": "one",
+        "stood": (0.5, -1.0),
     }
+    assert second["stood"] == "phone"
+    assert "stood" not in third
     assert (second["object"], second["mount"]) == (Path("/abs/b.obj"), tmp_path / "m.json")
     assert (second["name"], third["name"]) == ("one_2", "Take _ 2")
     order = order_of({"samples": 3, **first}, tmp_path / "out")
     assert (order.height, order.up, order.samples, order.mount) == (1.8, (0, 1, 0), 3, None)
+    assert order.stood == (0.5, -1.0)
     assert order.output == tmp_path / "out" / "one"
+
+
+def test_a_place_before_the_phone_is_not_asked_of_an_animation(tmp_path: Path) -> None:
+    mesh = tmp_path / "thrown.npz"
+    np.savez(mesh, T_world_object=np.tile(np.eye(4), (60, 1, 1)), fps=30)
+    said = {"session": mesh, "name": "thrown", "object": tmp_path / "box.obj", "stood": "phone"}
+    order = order_of(said, tmp_path)
+    assert order.animated
+    assert order.stood is None
 
 
 @pytest.mark.parametrize(
@@ -87,6 +101,7 @@ def test_a_table_says_what_is_particular_to_each_session(tmp_path: Path) -> None
         ("session,object\na\n", "batch-table-line"),
         ("session,object\na,b,c\n", "batch-table-line"),
         ("session,name\n,x\n", "batch-table-line"),
+        ("session,stood\na,here\n", "place-invalid"),
     ],
 )
 def test_a_table_that_is_not_understood_is_refused_with_its_line(

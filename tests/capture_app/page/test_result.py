@@ -123,12 +123,23 @@ def test_made_again_from_where_the_person_stood(result_page, server, motion):
     size = canvas.bounding_box()
     canvas.click(position={"x": size["width"] * 0.35, "y": size["height"] * 0.8})
     expect(page.get_by_role("main").get_by_text("They will start at the ball")).to_be_visible()
+    x = page.get_by_label("Place, x")
+    clicked = x.input_value()
+    # Turning the view is no click; elsewhere in time the view goes back first.
+    canvas.hover(position={"x": 30, "y": 30})
+    page.mouse.down()
+    page.mouse.move(size["x"] + 90, size["y"] + 60)
+    page.mouse.up()
+    assert x.input_value() == clicked
+    x.fill("40")
+    expect(make).to_be_disabled()
+    x.fill("0.75")
     make.click()
     page.wait_for_url(re.compile(r"#/jobs/"))
     page.wait_for_url(re.compile(r"#/results/"), timeout=60_000)
     before, after = (server.ask(f"results/{id_}") for id_ in (motion, page.url[-16:]))
     now = after["manifest"]["options"]
-    assert len(now["stood"]) == 2
+    assert now["stood"][0] == 0.75
     assert now == before["manifest"]["options"] | {"stood": now["stood"]}
     assert (after["session"], after["object"], after["mount"]) == (
         before["session"], before["object"], before["mount"],

@@ -101,12 +101,14 @@ class Editor {
     if (on) say(this.hint, "Click the place on the object where this hand holds.");
   }
 
+  /** The clicks are for something else. */
   letGo(on = false) {
+    if (!on && !this.tools.hidden) say(this.hint, HELP);
     this.place.setAttribute("aria-pressed", String(on));
   }
 
   clicked(event) {
-    if (!this.picking) return;
+    if (!this.picking || this.stage.dragged(event)) return;
     const hit = this.stage.viewer.pick(event.offsetX, event.offsetY);
     if (!hit) return say(this.hint, "That is beside the object. Click on it.");
     this.timeline.setAnchor(hit);

@@ -19,7 +19,6 @@ export class PointPicker extends EventTarget {
     });
     const { canvas } = this.stage;
     canvas.classList.add("picking");
-    canvas.addEventListener("pointerdown", (event) => (this.down = [event.offsetX, event.offsetY]));
     canvas.addEventListener("click", (event) => this.clicked(event));
     this.status = h("p", { class: "hint", role: "status" });
     this.point = choice(
@@ -72,8 +71,7 @@ export class PointPicker extends EventTarget {
   }
 
   clicked(event) {
-    // The end of a drag that turned the view is no click on a point.
-    if (Math.hypot(event.offsetX - this.down[0], event.offsetY - this.down[1]) > 4) return;
+    if (this.stage.dragged(event)) return;
     const hit = this.stage.viewer?.pick(event.offsetX, event.offsetY);
     if (hit) this.add(hit.point_object);
     else say(this.status, "That is beside the object. Drag to turn it, click on its surface.");

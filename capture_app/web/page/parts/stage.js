@@ -18,6 +18,10 @@ export class Stage extends EventTarget {
       role: "img",
       "aria-label": `${label}. Arrow keys turn the view, plus and minus come nearer and go away.`,
     });
+    this.down = [0, 0];
+    this.canvas.addEventListener("pointerdown", (event) => {
+      this.down = [event.offsetX, event.offsetY];
+    });
     this.names = h("div", { class: "stage-names" });
     this.message = h("div", { class: "stage-message" });
     this.picture = h("div", { class: "stage-film" });
@@ -129,6 +133,11 @@ export class Stage extends EventTarget {
   mark(points) {
     this.points = points;
     if (this.viewer?.header(0)) this.viewer.mark(0, points);
+  }
+
+  /** Whether a click on the picture is but the end of a drag that turned the view. */
+  dragged({ offsetX, offsetY }) {
+    return Math.hypot(offsetX - this.down[0], offsetY - this.down[1]) > 4;
   }
 
   /** Whose the clicks on the picture are: of one part at a time. */

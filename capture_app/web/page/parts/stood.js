@@ -3,7 +3,7 @@ import { api } from "../core/api.js";
 import { h, say } from "../core/dom.js";
 import { announce } from "../core/live.js";
 import { go } from "../core/router.js";
-import { attempt } from "./fields.js";
+import { attempt, number } from "./fields.js";
 import { freshKey } from "./order_form.js";
 
 // Options that a result is made again with.
@@ -30,6 +30,10 @@ export function stood(item, stage) {
   return able ? new Stood(item, stage).node : null;
 }
 
+const FARTHEST = 4;
+// Metres from the object's origin: who is farther away does not come in time.
+const WHERE = "Click on the floor where the person stood when the take began, or type the place.";
+
 class Stood {
   constructor(item, stage) {
     Object.assign(this, { item, stage, place: null });
@@ -38,7 +42,18 @@ class Stood {
     this.begin = button("They stood elsewhere", () => this.pick());
     this.make = button("Make it again from there", () => this.send(), { class: "main" });
     this.stop = button("Leave it as it is", () => this.finish());
-    this.tools = h("div", { class: "row" }, this.make, this.stop);
+    this.typed = ["x", "y"].map((axis) => number(`Place, ${axis}`, { unit: "m", step: 0.01 }));
+    for (const { input } of this.typed) input.addEventListener("input", () => this.typing());
+    this.tools = h(
+      "div",
+      { class: "stack" },
+      h(
+        "div",
+        { class: "grid" },
+        this.typed.map(({ node }) => node),
+      ),
+      h("div", { class: "row" }, this.make, this.stop),
+    );
     this.hint = h("p", { class: "hint", role: "status" });
     this.problem = h("div");
     this.node = h(
@@ -55,9 +70,7 @@ class Stood {
   }
 
   reset() {
-    this.place = null;
-    const opened = this.stage.scenes?.length === 1;
-    this.begin.hidden = !opened;
+    this.begin.hidden = this.stage.scenes?.length !== 1;
     this.tools.hidden = true;
     if (this.stage.picker === this) this.stage.clicksFor(null);
     say(this.hint, "");
@@ -67,13 +80,22 @@ class Stood {
     this.begin.hidden = true;
     this.tools.hidden = false;
     this.make.disabled = true;
-    this.stage.viewer.pause();
-    this.stage.viewer.seek(0);
+    for (const { input } of this.typed) input.value = "";
+    this.toStart();
     this.stage.clicksFor(this);
-    say(this.hint, "Click on the floor where the person stood when the take began.");
+    say(this.hint, WHERE);
   }
 
-  /** Something else wants the clicks. */
+  /** Where the place is meant; false if the view was there already. */
+  toStart() {
+    const { viewer } = this.stage;
+    viewer.pause();
+    const moved = viewer.time > 0;
+    if (moved) viewer.seek(0);
+    return moved;
+  }
+
+  /** The clicks are for something else. */
   letGo() {
     this.stage.mark([]);
     this.reset();
@@ -86,14 +108,31 @@ class Stood {
   }
 
   clicked(event) {
-    if (this.stage.picker !== this) return;
-    this.stage.viewer.seek(0);
-    const hit = this.stage.viewer.floor(event.offsetX, event.offsetY);
-    if (!hit) return say(this.hint, "That is above the horizon. Click on the floor.");
-    this.place = hit.place.slice(0, 2).map((metres) => Number(metres.toFixed(2)));
-    this.stage.mark([hit.point_object]);
-    this.make.disabled = false;
-    const told = `They will start at the ball, at ${this.place.join(", ")} m.`;
+    if (this.stage.picker !== this || this.stage.dragged(event)) return;
+    if (this.toStart()) return say(this.hint, "This is how the take begins. Click again.");
+    const place = this.stage.viewer.floor(event.offsetX, event.offsetY);
+    if (!place) return say(this.hint, "That is above the horizon. Click on the floor.");
+    for (const [k, { input }] of this.typed.entries()) input.value = place[k].toFixed(2);
+    this.put();
+  }
+
+  typing() {
+    this.toStart();
+    this.put();
+  }
+
+  /** Take the place that the fields say. */
+  put() {
+    const place = this.typed.map((one) => one.read());
+    const said = place.every(Number.isFinite);
+    const at = said ? this.stage.viewer.fromObject([...place, 0]) : null;
+    const near = said && Math.hypot(...at) < FARTHEST;
+    this.stage.mark(near ? [at] : []);
+    this.make.disabled = !near;
+    this.place = near ? place : null;
+    this.key = freshKey();
+    const far = said ? "That is too far from the object to come in time." : WHERE;
+    const told = near ? `They will start at the ball, at ${place.join(", ")} m.` : far;
     say(this.hint, told);
     announce(told);
   }
@@ -111,7 +150,7 @@ class Stood {
         mount: item.mount,
         options: { ...options, stood: this.place, video: Boolean(item.video) },
       };
-      const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": freshKey() } });
+      const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": this.key } });
       go(`#/jobs/${job.id}`);
     });
   }
