@@ -30,6 +30,8 @@ export function stood(item, stage) {
   return able ? new Stood(item, stage).node : null;
 }
 
+// Heights of the balls of a post that is as tall as a person.
+const POST = Array.from({ length: 35 }, (_, k) => 0.05 * k);
 const FARTHEST = 4;
 // Metres from the object's origin: who is farther away does not come in time.
 const WHERE = "Click on the floor where the person stood when the take began, or type the place.";
@@ -125,14 +127,14 @@ class Stood {
   put() {
     const place = this.typed.map((one) => one.read());
     const said = place.every(Number.isFinite);
-    const at = said ? this.stage.viewer.fromObject([...place, 0]) : null;
-    const near = said && Math.hypot(...at) < FARTHEST;
-    this.stage.mark(near ? [at] : []);
+    const post = said ? POST.map((z) => this.stage.viewer.fromObject([...place, z])) : [];
+    const near = said && Math.hypot(...post[0]) < FARTHEST;
+    this.stage.mark(near ? post : []);
     this.make.disabled = !near;
     this.place = near ? place : null;
     this.key = freshKey();
     const far = said ? "That is too far from the object to come in time." : WHERE;
-    const told = near ? `They will start at the ball, at ${place.join(", ")} m.` : far;
+    const told = near ? `They will start at the post, at ${place.join(", ")} m.` : far;
     say(this.hint, told);
     announce(told);
   }
