@@ -4,14 +4,16 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+import torch
 from jaxtyping import Float
 
 from capture_app.manifest import Segment
 from capture_app.request import Stood, TakeRequest
 from ingest.mount.mount import Mount
 from omomo_core.errors import InputError
+from omomo_core.geometry.distance_field import distance_field
 from omomo_core.geometry.surface import sample_surface
-from omomo_core.geometry.transforms import apply
+from omomo_core.geometry.transforms import apply, to_local
 from omomo_core.motion import FPS, HumanMotion, ObjectMotion
 
 Place = tuple[float, float]
@@ -20,7 +22,7 @@ Place = tuple[float, float]
 FARTHEST = 3.0
 """Metres from the object: who is farther away takes seconds to come."""
 NEAREST = 0.05
-"""Metres on the floor from what is lower than HEAD: nobody stands in it."""
+"""Metres from what is lower than HEAD: nobody stands in it."""
 HEAD = 1.2
 ASTRAY = 0.5
 """Metres from the place beyond which a person is not where they stood."""
@@ -57,9 +59,7 @@ def where_stood(
     points = apply(motion.T_world_object[:1], sample_surface(motion.mesh).points)[0]
     if request.stood == "phone":
         _check_phone(request, segment)
-        return _before_screen(
-            motion.T_world_object[0] @ np.linalg.inv(mount.T_phone_object), points
-        )
+        return _before_screen(mount, motion, points)
     x, y = request.stood
     where = f"--stood {x:g},{y:g}"
     if not (math.isfinite(x) and math.isfinite(y)):
@@ -67,7 +67,7 @@ def where_stood(
     off = float(np.linalg.norm(points[:, :2] - (x, y), axis=1).min())
     if off > FARTHEST:
         raise _wrong("far", f"This is {off:.1f} m from the object as the take begins.", where)
-    if not _clear(np.array([x, y]), points):
+    if not _clear(x, y, motion):
         raise _wrong("inside", "The object is there as the take begins.", where)
     return x, y
 
@@ -94,9 +94,10 @@ def _check_phone(request: TakeRequest, segment: Segment) -> None:
 
 
 def _before_screen(
-    T_world_phone: Float[np.ndarray, "4 4"], points: Float[np.ndarray, "points 3"]
+    mount: Mount, motion: ObjectMotion, points: Float[np.ndarray, "points 3"]
 ) -> Place:
     """As near before the phone's screen as the object lets somebody stand."""
+    T_world_phone = motion.T_world_object[0] @ np.linalg.inv(mount.T_phone_object)
     toward = T_world_phone[:2, 2]
     if np.linalg.norm(toward) < UPRIGHT:
         raise _wrong(
@@ -112,15 +113,18 @@ def _before_screen(
         )
     ways = np.outer(BEFORE_SCREEN, toward / np.linalg.norm(toward))
     places = T_world_phone[:2, 3] + ways
-    for x, y in places:
-        if _clear(np.array([x, y]), points):
-            return float(x), float(y)
+    for x, y in places.tolist():
+        if _clear(x, y, motion):
+            return x, y
     raise _wrong("hidden", "The object fills the place before the phone's screen.", "--stood phone")
 
 
-def _clear(place: Float[np.ndarray, "2"], points: Float[np.ndarray, "points 3"]) -> bool:
-    low = points[points[:, 2] < HEAD, :2]
-    return bool(np.linalg.norm(low - place, axis=1).min(initial=np.inf) > NEAREST)
+def _clear(x: float, y: float, motion: ObjectMotion) -> bool:
+    """Whether a post there, as high as HEAD, is outside the object as the take begins."""
+    height = np.arange(0, HEAD, NEAREST)
+    post = np.stack([np.full_like(height, x), np.full_like(height, y), height], axis=-1)
+    local = to_local(motion.T_world_object[:1], post[None])[0]
+    return bool(distance_field(motion.mesh).at(torch.from_numpy(local).float()).min() > NEAREST)
 
 
 def _wrong(code: str, what: str, where: str) -> InputError:

@@ -6,6 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from capture_app.manifest import Segment
 from capture_app.pipeline import run_take
@@ -108,6 +111,19 @@ def test_nobody_stands_there(place: tuple[float, float], code: str):
     assert refused.value.code == code
     assert _ask((0.0, -0.6)) == (0.0, -0.6)
     assert _ask(None) is None
+
+
+@given(x=st.floats(-0.45, 0.45), y=st.floats(-0.9, 0.9))
+@settings(max_examples=10, deadline=None)
+def test_nobody_stands_in_a_wardrobe(x: float, y: float):
+    box = trimesh.creation.box((1.0, 2.0, 2.0))
+    T = np.tile(np.eye(4), (30, 1, 1))
+    T[:, 2, 3] = 1.0
+    mesh = ObjectMesh(np.array(box.vertices), np.array(box.faces), "wardrobe")
+    asked = replace(request(Path("nowhere")), stood=(x, y))
+    with pytest.raises(InputError) as refused:
+        where_stood(asked, ObjectMotion(mesh, T, np.ones(30, bool)), Mount(np.eye(4), ""), HERE)
+    assert refused.value.code == "stood-inside"
 
 
 def test_who_taps_the_phone_stands_before_its_screen():
