@@ -4,13 +4,42 @@ Guesses of the palms are cheap and bodies are not: more are drawn than bodies ar
 are the ones around which the others lie (greedy facility location). One alone is the medoid.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
+import torch
 from jaxtyping import Float, Int
+from torch import Tensor
+
+from omomo_core.generation.opposite import on_lighter_side, with_opposite
+from omomo_core.generation.scene import Scene
+from omomo_core.hand_stage.capture import LAYOUT
 
 DRAWN, FEWEST, MOST = 3, 8, 100
 """Guesses for each that is kept; at least and at most."""
 STRIDE = 4
 """Frames between those that are compared."""
+Samples = Float[Tensor, "samples frames 8"]
+
+
+@dataclass(frozen=True)
+class OfMany:
+    """Guesses that stand for all; who would lift the heavy side changes sides, and the last are opposite."""
+
+    kept: Int[Tensor, " samples"]
+    """Which."""
+    scene: Scene
+
+    @staticmethod
+    def choose(features: Samples, scene: Scene, samples: int) -> "OfMany":
+        """Which of all guesses to keep."""
+        x = on_lighter_side(features, scene)
+        palms = x[..., : 3 * LAYOUT.vectors].unflatten(-1, (2, 3))
+        return OfMany(torch.from_numpy(cover(palms.double().numpy(), samples)), scene)
+
+    def finished(self, features: Samples) -> Samples:
+        """The guesses that are kept, once they are drawn to the end, from their sides."""
+        return with_opposite(on_lighter_side(features, self.scene), self.scene)
 
 
 def guesses(samples: int) -> int:

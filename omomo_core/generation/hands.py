@@ -15,9 +15,8 @@ from omomo_core.contact.decode import OPEN, Given, decode
 from omomo_core.contact.segment import Segment, Span, follow
 from omomo_core.generation.beginning import LikeStart, Start
 from omomo_core.generation.calm import calmed
-from omomo_core.generation.cover import guesses
+from omomo_core.generation.cover import OfMany, guesses
 from omomo_core.generation.decided import Decided, Pin, fade
-from omomo_core.generation.opposite import OfMany
 from omomo_core.generation.overlap import Told, sample_take
 from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.generation.scene import Scene

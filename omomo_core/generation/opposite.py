@@ -11,11 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 from scipy.ndimage import gaussian_filter1d
 from torch import Tensor
 
-from omomo_core.generation.cover import cover
 from omomo_core.generation.scene import Scene
 from omomo_core.geometry.transforms import to_local
 from omomo_core.hand_stage import capture as hand_stage
@@ -35,26 +34,6 @@ _HALF_TURN = torch.tensor([-1.0, -1.0, 1.0]).repeat(2)
 _OTHER_HAND = [3, 4, 5, 0, 1, 2, 7, 6]
 _PLACES = torch.arange(len(_OTHER_HAND)) < len(_HALF_TURN)
 Samples = Float[Tensor, "samples frames 8"]
-
-
-@dataclass(frozen=True)
-class OfMany:
-    """Guesses that stand for all; who would lift the heavy side changes sides, and the last are opposite."""
-
-    kept: Int[Tensor, " samples"]
-    """Which."""
-    scene: Scene
-
-    @staticmethod
-    def choose(features: Samples, scene: Scene, samples: int) -> "OfMany":
-        """Which of all guesses to keep."""
-        x = on_lighter_side(features, scene)
-        palms = x[..., : len(_HALF_TURN)].unflatten(-1, (2, 3))
-        return OfMany(torch.from_numpy(cover(palms.double().numpy(), samples)), scene)
-
-    def finished(self, features: Samples) -> Samples:
-        """The guesses that are kept, once they are drawn to the end, from their sides."""
-        return with_opposite(on_lighter_side(features, self.scene), self.scene)
 
 
 def on_lighter_side(features: Samples, scene: Scene) -> Samples:
@@ -101,7 +80,7 @@ def beyond(features: Samples) -> Samples:
 
     Hands that hold nothing are as half a turn away.
     """
-    held = (features[..., 6:] > 0).any(dim=-1).numpy().astype(float)
+    held = (features[..., len(_HALF_TURN) :] > 0).any(dim=-1).numpy().astype(float)
     weight = torch.from_numpy(gaussian_filter1d(held, CHANGE, axis=-1)).to(features)[..., None]
     changed = features[..., _OTHER_HAND]
     return torch.where(_PLACES, weight * changed + (1 - weight) * across(features), changed)
