@@ -21,7 +21,7 @@ GLB, VIDEO = "motion.glb", "motion.mp4"
 
 
 Option = str | int | float | bool | None | tuple[float, float] | tuple[float, float, float]
-"""What a run was asked for; three numbers are a direction."""
+"""What a run was asked for; two numbers are a place on the floor, three a direction."""
 
 
 class _Record(BaseModel):

@@ -7,8 +7,9 @@ import numpy as np
 
 from capture_app.inspection import Verdict, look_over, usable_take
 from capture_app.manifest import Segment
+from capture_app.place import Place
 from capture_app.request import TakeRequest
-from capture_app.stood import Place, where_stood
+from capture_app.stood import where_stood
 from ingest.animated.detect import read_animation
 from ingest.animated.take import AnimatedTake, to_animated_take
 from ingest.formats.detect import read_session

@@ -2,14 +2,11 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
 
+from capture_app.place import Stood
 from ingest.trajectory.reading import AS_LOGGED, Reading
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.stage import Configuration
-
-Stood = tuple[float, float] | Literal["phone"]
-"""Where somebody stood: on the floor of the result's world, metres, or before the phone's screen."""
 
 
 @dataclass(frozen=True)

@@ -5,19 +5,17 @@ from collections.abc import Iterator
 
 import numpy as np
 import torch
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from capture_app.manifest import Segment
-from capture_app.request import Stood, TakeRequest
+from capture_app.place import Place
+from capture_app.request import TakeRequest
 from ingest.mount.mount import Mount
 from omomo_core.errors import InputError
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.geometry.transforms import apply, to_local
 from omomo_core.motion import FPS, HumanMotion, ObjectMotion
-
-Place = tuple[float, float]
-"""On the floor of a result's world, metres."""
 
 FARTHEST = 3.0
 """Metres from the object: who is farther away takes seconds to come."""
@@ -67,7 +65,7 @@ def where_stood(
     off = float(np.linalg.norm(points[:, :2] - (x, y), axis=1).min())
     if off > FARTHEST:
         raise _wrong("far", f"This is {off:.1f} m from the object as the take begins.", where)
-    if not _clear(x, y, motion):
+    if not _clear(np.array([[x, y]]), motion)[0]:
         raise _wrong("inside", "The object is there as the take begins.", where)
     return x, y
 
@@ -113,18 +111,26 @@ def _before_screen(
         )
     ways = np.outer(BEFORE_SCREEN, toward / np.linalg.norm(toward))
     places = T_world_phone[:2, 3] + ways
-    for x, y in places.tolist():
-        if _clear(x, y, motion):
-            return x, y
-    raise _wrong("hidden", "The object fills the place before the phone's screen.", "--stood phone")
+    clear = places[_clear(places, motion)]
+    if not len(clear):
+        raise _wrong(
+            "hidden", "The object fills the place before the phone's screen.", "--stood phone"
+        )
+    x, y = clear[0].tolist()
+    return x, y
 
 
-def _clear(x: float, y: float, motion: ObjectMotion) -> bool:
-    """Whether a post there, as high as HEAD, is outside the object as the take begins."""
+def _clear(
+    places: Float[np.ndarray, "places 2"], motion: ObjectMotion
+) -> Bool[np.ndarray, " places"]:
+    """Where a post as high as HEAD is outside the object as the take begins."""
     height = np.arange(0, HEAD, NEAREST)
-    post = np.stack([np.full_like(height, x), np.full_like(height, y), height], axis=-1)
-    local = to_local(motion.T_world_object[:1], post[None])[0]
-    return bool(distance_field(motion.mesh).at(torch.from_numpy(local).float()).min() > NEAREST)
+    posts = np.concatenate(
+        [np.repeat(places, len(height), axis=0), np.tile(height, len(places))[:, None]], axis=1
+    )
+    local = to_local(motion.T_world_object[:1], posts[None])[0]
+    far = distance_field(motion.mesh).at(torch.from_numpy(local).float())
+    return (far.reshape(len(places), -1).amin(dim=1) > NEAREST).numpy()
 
 
 def _wrong(code: str, what: str, where: str) -> InputError:
@@ -133,26 +139,4 @@ def _wrong(code: str, what: str, where: str) -> InputError:
         fix = "Leave it out, and if the result has the person on the wrong side, give --stood x,y."
     return InputError(
         f"stood-{code}", what, where=where, fix="Leave it out." if code == "unused" else fix
-    )
-
-
-def read_place(text: str, where: str) -> Stood:
-    """The two numbers of "0.8,-1.2", or the word phone.
-
-    Raises:
-        InputError: "place-invalid": it is written otherwise.
-    """
-    if text == "phone":
-        return text
-    try:
-        x, y = (float(part) for part in text.split(","))
-        if math.isfinite(x + y):
-            return x, y
-    except ValueError:
-        pass
-    raise InputError(
-        "place-invalid",
-        f"{text!r} is no place.",
-        where=where,
-        fix="Write two numbers with a comma between them, e.g. 0.8,-1.2, or the word phone.",
     )

@@ -82,8 +82,6 @@ def batch(
 
     Example: `omocap batch takes --object chair.obj --mount chair_mount.json -o motions --workers 2`
     """
-    from capture_app.stood import read_place
-
     said: dict[str, Any] = {
         "object": mesh,
         "mount": mount,
@@ -94,7 +92,7 @@ def batch(
         "weights": weights and weights.absolute(),
         "steps": steps,
         "height": height,
-        "stood": None if stood is None else read_place(stood, "--stood"),
+        "stood": read_place(stood, "--stood"),
         "body": body,
         "floor": floor,
         "up": given.direction(up, "--up"),

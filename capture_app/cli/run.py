@@ -3,6 +3,7 @@
 from capture_app.cli import options as given
 from capture_app.cli.console import progress_bars
 from capture_app.cli.summary import summarise
+from capture_app.place import read_place
 
 HELP = """Make the motion of the person who moved the object.
 
@@ -47,7 +48,6 @@ def run(
     size = given.picture_size(video_size, "--video-size") if video else None
     from capture_app.pipeline import run_take
     from capture_app.request import TakeRequest
-    from capture_app.stood import read_place
     from ingest.animated.detect import is_animation
     from ingest.trajectory.reading import Reading
     from omomo_core.generation.result import GenerationOptions
@@ -66,7 +66,7 @@ def run(
         weights=weights,
         body=body,
         height=height,
-        stood=None if stood is None else read_place(stood, "--stood"),
+        stood=read_place(stood, "--stood"),
         reading=Reading(floor, given.direction(up, "--up"), stitch, closure),
         mesh_scale=mesh_scale,
         segment=segment,

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 
 from capture_app.manifest import Segment
 from capture_app.pipeline import run_take
+from capture_app.place import read_place
 from capture_app.request import TakeRequest
 from capture_app.rerun import request_of
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
-from capture_app.stood import read_place, where_stood
+from capture_app.stood import where_stood
 from ingest.mount.mount import Mount
 from omomo_core.errors import InputError
 from omomo_core.generation.result import GenerationOptions

@@ -7,7 +7,7 @@ from typing import Any
 
 from capture_app.jobs.batch.sessions import unused
 from capture_app.jobs.orders import RunOrder
-from capture_app.stood import read_place
+from capture_app.place import read_place
 from omomo_core.errors import InputError
 
 _PATHS = ("session", "object", "mount", "contacts", "body", "weights")

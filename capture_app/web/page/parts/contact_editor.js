@@ -3,7 +3,7 @@ import { api } from "../core/api.js";
 import { h, say } from "../core/dom.js";
 import { announce } from "../core/live.js";
 import { go } from "../core/router.js";
-import { attempt } from "./fields.js";
+import { attempt, button } from "./fields.js";
 import { freshKey } from "./order_form.js";
 
 const HELP =
@@ -23,11 +23,7 @@ class Editor {
     this.edit = button("Correct the contacts", () => this.begin());
     this.place = button("Put this hand elsewhere", () => this.pick(!this.picking));
     this.stop = button("Stop correcting", () => (this.timeline.reset(), this.finish()));
-    this.solve = h(
-      "button",
-      { type: "button", class: "main", on: { click: () => this.send() } },
-      "Solve again",
-    );
+    this.solve = button("Solve again", () => this.send(), { class: "main" });
     this.hint = h("p", { class: "hint", role: "status" });
     this.problem = h("div");
     this.tools = h("div", { class: "row" }, this.place, this.solve, this.stop);
@@ -133,8 +129,4 @@ class Editor {
       go(`#/jobs/${job.id}`);
     });
   }
-}
-
-function button(words, click) {
-  return h("button", { type: "button", on: { click } }, words);
 }

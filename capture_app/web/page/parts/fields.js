@@ -54,6 +54,11 @@ export function choice(label, options, { value = options[0]?.[0], hint = "" } = 
   return { node: field(label, input, hint), input, read: () => input.value };
 }
 
+/** A button that does something at once; `more` of its attributes. */
+export function button(words, click, more = {}) {
+  return h("button", { type: "button", on: { click }, ...more }, words);
+}
+
 /** A box to tick. */
 export function tick(label, { checked = false, hint = "" } = {}) {
   const input = h("input", { type: "checkbox", checked });

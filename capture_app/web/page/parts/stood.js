@@ -3,7 +3,7 @@ import { api } from "../core/api.js";
 import { h, say } from "../core/dom.js";
 import { announce } from "../core/live.js";
 import { go } from "../core/router.js";
-import { attempt, number } from "./fields.js";
+import { attempt, button, number } from "./fields.js";
 import { freshKey } from "./order_form.js";
 
 // Options that a result is made again with.
@@ -32,15 +32,13 @@ export function stood(item, stage) {
 
 // Heights of the balls of a post that is as tall as a person.
 const POST = Array.from({ length: 35 }, (_, k) => 0.05 * k);
-const FARTHEST = 4;
 // Metres from the object's origin: who is farther away does not come in time.
+const FARTHEST = 4;
 const WHERE = "Click on the floor where the person stood when the take began, or type the place.";
 
 class Stood {
   constructor(item, stage) {
     Object.assign(this, { item, stage, place: null });
-    const button = (words, click, more) =>
-      h("button", { type: "button", on: { click }, ...more }, words);
     this.begin = button("They stood elsewhere", () => this.pick());
     this.make = button("Make it again from there", () => this.send(), { class: "main" });
     this.stop = button("Leave it as it is", () => this.finish());
