@@ -7,15 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from omomo_core.data.synthesis.actions.episodes import draw_grasp
+from omomo_core.data.synthesis.directions import about_z
 from omomo_core.data.synthesis.grammar import draw_action, write_script
 from omomo_core.data.synthesis.hands import PALM_THICKNESS, plan_hands
 from omomo_core.data.synthesis.holds import Handling, Hold
-from omomo_core.data.synthesis.props import Stock
+from omomo_core.data.synthesis.props import Stock, make_prop
 from omomo_core.data.synthesis.roster import classes_of
 from omomo_core.data.synthesis.script import Action
 
 HANDLED: list[Action] = ["carry", "relocate", "in_place", "raise", "one_hand", "swing", "flip", "push",
-                         "pull", "drag", "shove", "turn", "tip"]  # fmt: skip
+                         "pull", "drag", "shove", "turn", "tip", "reach_over", "pivot"]  # fmt: skip
 
 
 @pytest.mark.parametrize("action", HANDLED)
@@ -81,6 +83,32 @@ def test_many_hold_before_they_stand_and_walk_off_before_they_have_let_go() -> N
             late.append(last > stops[-1][1])
     assert 0.3 < np.mean(early) < 0.9
     assert 0.3 < np.mean(late) < 0.9
+
+
+def test_who_reaches_over_a_thing_has_one_hand_near_and_one_far_and_stoops() -> None:
+    rng, farther = np.random.default_rng(8), []
+    for _ in range(20):
+        script = write_script(rng, "reach_over")
+        assert script is not None
+        assert script.posture.squat < 0.5
+        for episode in script.episodes:
+            R = about_z(np.array(episode.stances[1].turn))
+            left, right = episode.grasp.points @ R.T
+            assert abs(left[0] - right[0]) > 0.1
+            assert np.linalg.norm(left - right) < 0.75
+            assert episode.stances[1].pitch <= 0
+            farther.append(left[0] > right[0])
+    assert 0 < np.mean(farther) < 1
+
+
+def test_chairs_that_go_high_are_often_held_low() -> None:
+    rng = np.random.default_rng(9)
+    chairs = [make_prop(rng, "lift", Stock(frozenset({"woodchair"}))) for _ in range(40)]
+    low, standing = (
+        np.mean([draw_grasp(rng, c, "lift", low)[0].points[:, 2].min() for c in chairs])
+        for low in (1.0, 0.0)
+    )
+    assert low < 0.5 < standing
 
 
 def test_all_actions_are_drawn() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from omomo_core.data.synthesis.directions import ahead_of
+from omomo_core.data.synthesis.directions import ahead_of, left_of
 from omomo_core.data.synthesis.grammar import write_script
 from omomo_core.data.synthesis.manners import tilt_for, way_of
 from omomo_core.data.synthesis.props import make_prop
@@ -17,9 +17,8 @@ def _walk(direction: float, frames: int = 60) -> Stage:
     """A body that faces one way and moves along `direction` from its heading."""
     root = np.zeros((frames, 3))
     root[:, :2] = np.linspace(0, 1, frames)[:, None] * ahead_of(np.array(FACING + direction))
-    turn = np.array(
-        [[np.cos(FACING), -np.sin(FACING), 0], [np.sin(FACING), np.cos(FACING), 0], [0, 0, 1]]
-    )
+    ahead, left = ahead_of(np.array(FACING)), left_of(np.array(FACING))
+    turn = np.array([[*left, 0.0], [0.0, 0.0, 1.0], [*ahead, 0.0]]).T
     return Stage(root, np.tile(turn, (frames, 22, 1, 1)), np.zeros((frames, 5)), [])
 
 
@@ -61,3 +60,17 @@ def test_scripts_of_pulls_ask_for_walks_that_lead_back():
     ways = [script.wanted.way for script in scripts if script is not None]
     assert -1 in ways
     assert 1 not in ways
+
+
+def test_who_swings_a_thing_round_uses_one_hand_and_sets_it_down_level():
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        script = write_script(rng, "pivot")
+        assert script is not None
+        for episode in script.episodes:
+            assert sum(episode.hands) == 1
+            assert episode.still
+            assert episode.shove is not None
+            assert abs(episode.shove.yaw) >= 0.8
+            assert episode.shove.pitch == 0.0
+            assert 0.0 < abs(episode.shove.tilt) < 0.7

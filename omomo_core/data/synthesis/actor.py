@@ -34,6 +34,9 @@ _MOST_BEND = ([0.65, 0.9, 1.15], [1.2, 0.5, 0.2])
 _BEND_BACK = ([-0.15, 0.25], [0.15, 1.2])
 """Nor for what is behind: bending takes the shoulders away from it. For hands this far ahead of the
 pelvis, metres."""
+_FAR_HAND = 0.5
+"""How much farther ahead than the other a hand may be for the shoulders to follow, metres; they turn by
+a radian for a metre."""
 _LEGS: tuple[tuple[LimbName, int], ...] = (
     ("left_leg", joint("left_ankle")),
     ("right_leg", joint("right_ankle")),
@@ -125,13 +128,16 @@ def _too_high(
 def _twist(
     stage: Stage, hands: Hands, yaw: Float[np.ndarray, " frames"]
 ) -> Float[np.ndarray, " frames"]:
-    """Turn the chest toward the middle of the palms in use."""
+    """Turn the chest toward the middle of the palms in use, and a shoulder after a hand that is far."""
     weight = hands.pull / np.maximum(hands.pull.sum(axis=1, keepdims=True), 1e-6)
     middle = (hands.palms * weight[..., None]).sum(axis=1) - stage.root
     ahead = middle[:, 0] * np.cos(yaw) + middle[:, 1] * np.sin(yaw)
     aside = middle[:, 1] * np.cos(yaw) - middle[:, 0] * np.sin(yaw)
     both = hands.pull.min(axis=1)
     angle = np.arctan2(aside, np.maximum(ahead, 0.15)).clip(-0.9, 0.9)
+    apart = hands.palms[:, 0] - hands.palms[:, 1]
+    left_is_farther = apart[:, 0] * np.cos(yaw) + apart[:, 1] * np.sin(yaw)
+    angle = angle - left_is_farther.clip(-_FAR_HAND, _FAR_HAND)
     return gaussian_filter1d(angle * both, 4.0, mode="nearest")
 
 

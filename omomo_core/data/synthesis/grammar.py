@@ -4,9 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from omomo_core.data.synthesis.actions.across import reach_over
 from omomo_core.data.synthesis.actions.episodes import use_of
 from omomo_core.data.synthesis.actions.lifting import carry, flip, in_place, relocate
-from omomo_core.data.synthesis.actions.sliding import shove, slide, turn
+from omomo_core.data.synthesis.actions.sliding import pivot, shove, slide, turn
 from omomo_core.data.synthesis.casting import Wanted
 from omomo_core.data.synthesis.manners import moves_for, posture_for, way_of
 from omomo_core.data.synthesis.props import ALL, Prop, Stock, make_prop, scaled
@@ -14,10 +15,10 @@ from omomo_core.data.synthesis.script import Action, Episode, Script, timeline
 from omomo_core.data.synthesis.tools.job import PROPS as TOOL_PROPS
 
 _ACTIONS: dict[Action, float] = {
-    "carry": 0.17, "relocate": 0.15, "in_place": 0.07, "raise": 0.12, "one_hand": 0.06,
-    "swing": 0.02, "flip": 0.01, "push": 0.1, "pull": 0.07, "drag": 0.13, "shove": 0.03,
-    "turn": 0.08, "tip": 0.03, "sweep": 0.01, "mop": 0.01, "vacuum": 0.01, "trolley": 0.01,
-    "cart": 0.01,
+    "carry": 0.15, "relocate": 0.13, "in_place": 0.06, "raise": 0.12, "one_hand": 0.06,
+    "swing": 0.02, "flip": 0.01, "reach_over": 0.06, "push": 0.09, "pull": 0.06, "drag": 0.12,
+    "shove": 0.02, "turn": 0.07, "tip": 0.02, "pivot": 0.05,
+    "sweep": 0.01, "mop": 0.01, "vacuum": 0.01, "trolley": 0.01, "cart": 0.01,
 }  # fmt: skip
 _TRIES = 30
 _SHORTEST, _LONGEST = 120, 300
@@ -26,7 +27,8 @@ _Writer = Callable[[np.random.Generator, Action, Prop, float], list[Episode]]
 _WRITERS: dict[Action, _Writer] = {
     "carry": carry, "one_hand": carry, "relocate": relocate, "in_place": in_place,
     "raise": in_place, "swing": in_place, "flip": flip, "push": slide, "pull": slide,
-    "drag": slide, "shove": shove, "tip": shove, "turn": turn,
+    "drag": slide, "shove": shove, "tip": shove, "turn": turn, "pivot": pivot,
+    "reach_over": reach_over,
 }  # fmt: skip
 
 

@@ -35,10 +35,10 @@ def posture_for(rng: np.random.Generator, action: Action) -> Posture:
     """How somebody holds the body for an action.
 
     Pushing bodies lean into the load with the pelvis behind the hands, pulling ones hang back from
-    it with bent knees; free lifting is anything between stooping and squatting, and often one of
-    the two, or all the way down.
+    it with bent knees; who reaches over a thing stoops; free lifting is anything between stooping
+    and squatting, and often one of the two, or all the way down.
     """
-    if action in ("push", "shove", "tip"):
+    if action in ("push", "shove", "tip", "pivot"):
         lean = rng.uniform(-0.05, 0.5)
         return Posture(
             squat=rng.uniform(0.0, 0.35),
@@ -47,6 +47,13 @@ def posture_for(rng: np.random.Generator, action: Action) -> Posture:
             crouch=rng.uniform(0.0, 0.04),
             comfort=rng.uniform(0.86, 1.0),
             twist=rng.uniform(0.3, 1.0),
+        )
+    if action == "reach_over":
+        return Posture(
+            squat=rng.uniform(0.0, 0.35),
+            lean=rng.uniform(-0.05, 0.3),
+            comfort=rng.uniform(0.9, 1.0),
+            twist=rng.uniform(0.5, 1.1),
         )
     if action in ("pull", "drag"):
         return Posture(
@@ -69,7 +76,7 @@ def posture_for(rng: np.random.Generator, action: Action) -> Posture:
 
 _SIT = 0.2
 """How often somebody sits down on the heels for what lies low."""
-_FAR = ("push", "pull", "drag", "shove", "tip")
+_FAR = ("push", "pull", "drag", "shove", "tip", "pivot")
 """What is done at arm's length."""
 
 

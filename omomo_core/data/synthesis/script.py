@@ -9,7 +9,7 @@ from omomo_core.data.synthesis.props import Grasp, Prop
 
 Action = Literal[
     "carry", "relocate", "in_place", "raise", "one_hand", "swing", "flip",
-    "push", "pull", "drag", "shove", "turn", "tip",
+    "reach_over", "push", "pull", "drag", "shove", "turn", "tip", "pivot",
     "sweep", "mop", "vacuum", "trolley", "cart",
 ]  # fmt: skip
 Span = tuple[int, int]
@@ -42,6 +42,8 @@ class Shove:
     aside: float = 0.0
     yaw: float = 0.0
     pitch: float = 0.0
+    tilt: float = 0.0
+    """Besides, half way: gone again when it is where it goes."""
     back: bool = False
     """It comes back to where it was before it is left."""
 

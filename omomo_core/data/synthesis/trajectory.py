@@ -101,7 +101,9 @@ def _episode(
         path[:, 3] += 2 * np.pi * np.round((rest[0, 3] - path[first, 3]) / (2 * np.pi))
         end[:, 3] += 2 * np.pi * np.round((path[last - 1, 3] - end[0, 3]) / (2 * np.pi))
     if episode.takes:
-        path = _towards(rest, path, (t - first - 2 - early) / episode.lift)
+        taking = (t - first - 2 - early) / episode.lift
+        path = _towards(rest, path, taking)
+        path[:, 4] += _tilt_half_way(episode) * np.sin(np.pi * taking.clip(0.0, 1.0)) ** 2
     if episode.leaves:
         path = _towards(end, path, (last - 3 - early - t) / episode.lower)
     return path, end
@@ -111,6 +113,10 @@ def _change(episode: Episode) -> Float[np.ndarray, " 5"]:
     shove = episode.shove
     assert shove is not None
     return np.array([shove.ahead, shove.aside, 0.0, shove.yaw, shove.pitch])
+
+
+def _tilt_half_way(episode: Episode) -> float:
+    return 0.0 if episode.shove is None else episode.shove.tilt
 
 
 def _beside(
@@ -248,9 +254,14 @@ def _towards(rest: _Place, path: Path, progress: Float[np.ndarray, " rows"]) -> 
 
 
 def _poses(path: Path, script: Script, episode: Episode) -> Float[np.ndarray, "rows 4 4"]:
-    """Prop poses: tilted about the palms in the air, about its edge on the floor."""
+    """Prop poses: tilted about the palms in the air, about its edge on the floor.
+
+    In the air it tilts away from the actor, however it is turned; on the floor about its own edge.
+    """
     yaw, pitch = path[:, 3], path[:, 4]
-    turned = Rotation.from_euler("ZY", path[:, 3:5]).as_matrix()
+    turn = 0.0 if episode.slides else episode.stances[1].turn
+    angles = np.column_stack([yaw - turn, pitch, np.full(len(path), turn)])
+    turned = Rotation.from_euler("ZYZ", angles).as_matrix()
     upright = Rotation.from_euler("Z", yaw[:, None]).as_matrix()
     if episode.slides:
         low, high = script.prop.low, script.prop.high

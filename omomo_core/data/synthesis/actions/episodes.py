@@ -25,6 +25,9 @@ _TURNED_OVER = 0.5
 """How often a thing is turned about the line through the palms while the arms rise above the head."""
 _MOST_HANGING = 0.45
 """Below hands above the head, metres; more would hang before the chest, and is turned over."""
+_TAKEN_STANDING = ([0.4, 0.8, 1.2, 1.5], [0.1, 1.0, 1.0, 0.4])
+_TAKEN_LOW = ([0.1, 0.25, 0.5, 0.8], [0.5, 1.0, 0.7, 0.2])
+"""How readily hands go to a height: metres, share."""
 _IN_ONE_HAND = 0.35
 """Chance that what can be lifted with one hand is."""
 _OFTEN_ONE_HAND: tuple[Action, ...] = ("push", "pull", "drag", "shove", "tip", "turn")
@@ -35,7 +38,7 @@ def use_of(action: Action) -> Use:
     """What a prop must be good for."""
     if action in ("push", "pull", "drag", "shove"):
         return "push"
-    if action == "tip":
+    if action in ("tip", "pivot"):
         return "tip"
     return "one_hand" if action == "one_hand" else "lift"
 
@@ -46,12 +49,22 @@ def takes_and_leaves(rng: np.random.Generator, *, stands: bool = True) -> tuple[
     return options[rng.choice(4, p=[0.5, 0.2, 0.18, 0.12]) if stands else 3]
 
 
-def draw_grasp(rng: np.random.Generator, prop: Prop, use: Use) -> tuple[Grasp, float]:
-    """A way to hold the prop, and how the prop is turned toward the actor for it."""
+def draw_grasp(
+    rng: np.random.Generator, prop: Prop, use: Use, low: float = 0.0
+) -> tuple[Grasp, float]:
+    """A way to hold the prop, and how the prop is turned toward the actor for it.
+
+    Args:
+        rng: source of all randomness.
+        prop: what is held.
+        use: what for.
+        low: how often it is taken low, as one must who wants it high (a chair by its legs).
+    """
     grasps = [g for g in prop.grasps if g.use == use]
-    # Nobody stoops for what can be held standing.
+    # Else nobody stoops for what can be held standing.
+    wishes = _TAKEN_LOW if rng.random() < low else _TAKEN_STANDING
     heights = np.array([float(g.points[:, 2].min()) for g in grasps])
-    easy = np.interp(heights, [0.4, 0.8, 1.2, 1.5], [0.1, 1.0, 1.0, 0.4]) ** 2
+    easy = np.interp(heights, *wishes) ** 2
     grasp = grasps[rng.choice(len(grasps), p=easy / easy.sum())]
     turn = 0.0
     if use == "lift" and rng.random() < 0.35:
@@ -63,10 +76,11 @@ def draw_grasp(rng: np.random.Generator, prop: Prop, use: Use) -> tuple[Grasp, f
     return grasp, turn
 
 
-def draw_lift(rng: np.random.Generator, prop: Prop) -> tuple[Grasp, float]:
+def draw_lift(rng: np.random.Generator, prop: Prop, low: float = 0.2) -> tuple[Grasp, float]:
     """As `draw_grasp` for lifting: light things that offer it are now and then taken in one hand."""
     one = any(g.use == "one_hand" and g.kind != "handle" for g in prop.grasps)
-    return draw_grasp(rng, prop, "one_hand" if one and rng.random() < _IN_ONE_HAND else "lift")
+    use: Use = "one_hand" if one and rng.random() < _IN_ONE_HAND else "lift"
+    return draw_grasp(rng, prop, use, low)
 
 
 def draw_episode(

@@ -26,7 +26,7 @@ _TALL = 1.1
 def carry(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
     """Taken along at one height or two, with a stop now and then, in both hands or one."""
     use = use_of(action)
-    grip = draw_grasp(rng, prop, use)
+    grip = draw_grasp(rng, prop, use, low=0.2)
     palm = float(grip[0].points[:, 2].mean())
     supports = draw_support(rng, prop, palm, scale), draw_support(rng, prop, palm, scale)
     if use == "one_hand":
@@ -66,22 +66,23 @@ def relocate(rng: np.random.Generator, action: Action, prop: Prop, scale: float)
 
 def in_place(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
     """Taken up, looked at, turned, swung or raised overhead, and put down again without a step."""
-    grip = draw_lift(rng, prop) if action == "in_place" else draw_grasp(rng, prop, "lift")
-    if action == "raise" and not poised(prop, grip[0]):
+    high = action == "raise"
+    grip = draw_grasp(rng, prop, "lift", low=0.6) if high else draw_lift(rng, prop)
+    if high and not poised(prop, grip[0]):
         return []
     palm = float(grip[0].points[:, 2].mean())
     support = draw_support(rng, prop, palm, scale)
     levels = [draw_level(rng, prop, grip[0], ["low", "waist", "chest"])]
     if prop.high[2] > _TALL:
         levels = [rng.uniform(LOWEST_FLIGHT, 0.35)]
-    if action == "raise":
+    if high:
         levels.append(draw_level(rng, prop, grip[0], ["overhead"]))
         if rng.random() < 0.6:
             levels.append(draw_level(rng, prop, grip[0], ["low", "waist", "chest"]))
     swinging = (rng.uniform(0.12, 0.35), rng.uniform(0.3, 0.7)) if action == "swing" else (0.0, 0.5)
     episode = draw_episode(
         rng, action, prop, grip, takes_and_leaves(rng, stands=prop.stands), (support, support),
-        still=action != "raise" or rng.random() < 0.7, heights=tuple(levels),
+        still=not high or rng.random() < 0.7, heights=tuple(levels),
         hold=int(rng.uniform(30, 90) + 25 * len(levels)), swinging=swinging,
         gesture=rng.uniform(0.0, 0.15) if action == "swing" else rng.uniform(0.0, 0.5),
     )  # fmt: skip

@@ -93,3 +93,25 @@ def turn(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> 
         )  # fmt: skip
         at += step
     return episodes
+
+
+def pivot(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
+    """Swung round on its legs with one hand on top, tipped on the way, by somebody who stands still."""
+    grip, _ = draw_grasp(rng, prop, "tip")
+    palm = float(grip.points[:, 2].mean())
+    start = rng.choice([-0.5, 0.0, 0.5]) * np.pi + rng.uniform(-0.5, 0.5)
+    left = bool(rng.random() < 0.5)
+    episodes: list[Episode] = []
+    for _ in range(int(rng.choice([1, 2], p=[0.7, 0.3]))):
+        round_by = float(rng.choice([-1, 1]) * rng.uniform(0.8, 2.4))
+        tilt = abs(tilt_for(rng, "tip", prop, palm)) * float(rng.choice([-1, 1]))
+        shove = Shove(rng.uniform(-0.1, 0.2), rng.uniform(-0.15, 0.15), round_by, tilt=tilt)
+        episodes.append(
+            draw_episode(
+                rng, action, prop, (grip, start), still=True, shove=shove, off=None,
+                hands=(left, not left), lift=int(rng.uniform(18, 26) + 12 * abs(round_by)),
+                lower=8, hold=int(rng.uniform(0, 30)), rest=int(rng.uniform(2, 20)),
+            )
+        )  # fmt: skip
+        start += round_by
+    return episodes

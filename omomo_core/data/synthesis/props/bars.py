@@ -74,7 +74,7 @@ def _pole(rng: np.random.Generator, bar: Bar, along: Float[np.ndarray, " 3"], on
 def _across(rng: np.random.Generator, bar: Bar, one: bool) -> _Wish:
     """A bar from left to right: from above, from behind, or from below."""
     middle, half = (bar.a + bar.b) / 2, abs(float(bar.b[1] - bar.a[1])) / 2
-    apart = min(max(half - 0.04, 0.0), rng.uniform(0.08, 0.33)) if not one else 0.0
+    apart = min(max(half - 0.04, 0.0), rng.uniform(0.05, 0.28)) if not one else 0.0
     along = (bar.b - bar.a) / (bar.b - bar.a)[1]
     shift = 0.0 if not one else rng.uniform(-0.6, 0.6) * max(half - 0.05, 0.0)
     where = middle + np.array([shift + apart, shift - apart])[:, None] * along

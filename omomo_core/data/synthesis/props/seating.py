@@ -7,7 +7,8 @@ import numpy as np
 from omomo_core.data.synthesis.props.blueprint import Bar, Blueprint, bar
 from omomo_core.data.synthesis.shapes import Part, beam, box, cylinder, rod
 
-_LEG = 0.1
+_LEG, _CHAIR_LEG = 0.1, 0.4
+"""How readily legs are held: hardly, or to lift a light chair high."""
 _ALONG_Y = (0.0, 1.0, 0.0)
 _CHAIR_SIDES = (0.45, 0.17, 0.21, 0.17)
 
@@ -43,7 +44,7 @@ def white_chair(rng: np.random.Generator) -> Blueprint:
     for sx in (-1, 1):
         for sy in (-1, 1):
             foot = (sx * (x - t + out), sy * (y - t + out), 0.0)
-            parts += rod(foot, (sx * (x - 0.04), sy * (y - 0.04), seat - 0.03), t, 8, _LEG)
+            parts += rod(foot, (sx * (x - 0.04), sy * (y - 0.04), seat - 0.03), t, 8, _CHAIR_LEG)
     if rng.random() < 0.45:
         parts += _arms(rng, x, y, seat)
     parts = [p.moved(np.eye(3), (0, 0, -min(q.low[2] for q in parts))) for p in parts]
@@ -130,12 +131,16 @@ def _legs(rng: np.random.Generator, x: float, y: float, seat: float, t: float) -
     for sx in (-1, 1):
         for sy in (-1, 1):
             a, b = sx * (x - t), sy * (y - t)
-            out.append(box((a - t, b - t, 0), (a + t, b + t, seat - 0.02), _LEG))
+            out.append(box((a - t, b - t, 0), (a + t, b + t, seat - 0.02), _CHAIR_LEG))
     if rng.random() < 0.5:
         z = rng.uniform(0.12, 0.3)
         for sy in (-1, 1):
             out.append(
-                box((-x + t, sy * (y - t) - 0.01, z), (x - t, sy * (y - t) + 0.01, z + 0.03), _LEG)
+                box(
+                    (-x + t, sy * (y - t) - 0.01, z),
+                    (x - t, sy * (y - t) + 0.01, z + 0.03),
+                    _CHAIR_LEG,
+                )
             )
         out.append(box((-0.01, -y + t, z), (0.01, y - t, z + 0.03), 0.0))
     return out

@@ -140,10 +140,11 @@ def _samples(
 
 
 def _spread(rng: np.random.Generator, mesh: RayMesh, count: int) -> Float[np.ndarray, "n 2"]:
-    """y of hands side by side, about as wide as the shoulders."""
+    """y of hands side by side, from close together to somewhat wider than the shoulders, anywhere."""
     half = (mesh.high[1] - mesh.low[1]) / 2
-    apart = np.minimum(rng.uniform(0.12, 0.34, count), half - 0.03).clip(0.04)
-    middle = (mesh.high[1] + mesh.low[1]) / 2 + rng.normal(0.0, 0.15, count) * (half - apart)
+    apart = np.minimum(rng.uniform(0.05, 0.28, count), half - 0.03).clip(0.04)
+    aside = rng.normal(0.0, 0.3, count).clip(-1.0, 1.0)
+    middle = (mesh.high[1] + mesh.low[1]) / 2 + aside * (half - apart)
     return np.stack([middle + apart, middle - apart], axis=1)
 
 

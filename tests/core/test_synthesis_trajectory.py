@@ -1,0 +1,48 @@
+"""Where a thing goes that is held: it tilts away from whoever holds it, however it is turned."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from omomo_core.body.load import load_body
+from omomo_core.data.synthesis.directions import ahead_of, left_of
+from omomo_core.data.synthesis.grammar import write_script
+from omomo_core.data.synthesis.script import Script, Stance
+from omomo_core.data.synthesis.stage import Stage
+from omomo_core.data.synthesis.trajectory import direct
+
+FACING = 0.7
+FRAMES = 120
+AHEAD, LEFT = ahead_of(np.array(FACING)), left_of(np.array(FACING))
+
+
+def _standing() -> Stage:
+    root = np.tile([0.0, 0.0, 0.95], (FRAMES, 1))
+    turn = np.array([[*LEFT, 0.0], [0.0, 0.0, 1.0], [*AHEAD, 0.0]]).T
+    return Stage(root, np.tile(turn, (FRAMES, 22, 1, 1)), np.zeros((FRAMES, 5)), [])
+
+
+def _held(turn: float, pitch: float, rng: np.random.Generator) -> Script:
+    """Something in the hands of somebody who stands, from the first frame to the last."""
+    script = write_script(rng, "in_place")
+    assert script is not None
+    stance = Stance(turn=turn, pitch=pitch)
+    episode = replace(
+        script.episodes[0], takes=False, leaves=False, late=(0, 0), gesture=0.0, off=None,
+        heights=(1.0,), stances=(stance, stance, stance), shove=None,
+    )  # fmt: skip
+    wanted = replace(script.wanted, frames=FRAMES, pause_frames=[])
+    return replace(script, episodes=(episode,), wanted=wanted)
+
+
+@pytest.mark.parametrize("turn", [-2.0, 0.0, 0.8, np.pi / 2, 3.0])
+@pytest.mark.parametrize("pitch", [-0.6, 0.4])
+def test_what_is_held_tilts_away_however_it_is_turned(turn: float, pitch: float) -> None:
+    rng = np.random.default_rng(3)
+    T = direct(rng, load_body(), _standing(), _held(turn, pitch, rng)).T_world_prop
+    top = T[:, :3, 2]
+    away, aside = top[:, :2] @ AHEAD, top[:, :2] @ LEFT
+    # Arms never hold a thing quite still.
+    np.testing.assert_allclose(away, np.sin(pitch), atol=0.12)
+    np.testing.assert_allclose(aside, 0.0, atol=0.12)
