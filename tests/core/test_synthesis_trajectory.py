@@ -1,13 +1,16 @@
-"""Where a thing goes that is held: it tilts away from whoever holds it, however it is turned."""
+"""Where a thing goes that is held, and when: it tilts away from whoever holds it, however it is turned."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from omomo_core.body.load import load_body
 from omomo_core.data.synthesis.directions import ahead_of, left_of
 from omomo_core.data.synthesis.grammar import write_script
+from omomo_core.data.synthesis.holding import both_come, holds_of
 from omomo_core.data.synthesis.script import Script, Stance
 from omomo_core.data.synthesis.stage import Stage
 from omomo_core.data.synthesis.trajectory import direct
@@ -46,3 +49,18 @@ def test_what_is_held_tilts_away_however_it_is_turned(turn: float, pitch: float)
     # Arms never hold a thing quite still.
     np.testing.assert_allclose(away, np.sin(pitch), atol=0.12)
     np.testing.assert_allclose(aside, 0.0, atol=0.12)
+
+
+_ANY = _held(0.0, 0.0, np.random.default_rng(1))
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    late=st.integers(0, 14), length=st.integers(1, 60), takes=st.booleans(), leaves=st.booleans()
+)
+def test_no_hand_leaves_before_it_comes(late: int, length: int, takes: bool, leaves: bool) -> None:
+    episode = replace(_ANY.episodes[0], takes=takes, leaves=leaves, late=(late, 0), off=None)
+    episode = replace(episode, hands=(True, True))
+    span = (20, 20 + length)
+    whole = all(hold.first < hold.last for hold in holds_of(episode, span))
+    assert both_come(episode, span) == whole

@@ -17,6 +17,7 @@ from omomo_core.data.synthesis.footage import heading
 from omomo_core.data.synthesis.goals import targets_of
 from omomo_core.data.synthesis.grammar import write_script
 from omomo_core.data.synthesis.hands import Hands, along_forearms, plan_hands
+from omomo_core.data.synthesis.holding import both_come
 from omomo_core.data.synthesis.holds import Handling
 from omomo_core.data.synthesis.props import Prop
 from omomo_core.data.synthesis.review import fault, walked_through
@@ -88,6 +89,7 @@ def _handled(
     def suits(stage: Stage) -> bool:
         spans = script.spans(stage.pauses)
         long_enough = sum(last - first for first, last in spans) >= _SHORTEST_HOLD
+        long_enough &= all(map(both_come, script.episodes, spans))
         return long_enough and goes_its_way(stage, spans, script.wanted.way)
 
     found = cast(rng, sources, script.wanted, suits)

@@ -35,6 +35,12 @@ def holds_of(episode: Episode, span: Span) -> list[Hold]:
     return holds
 
 
+def both_come(episode: Episode, span: Span) -> bool:
+    """Whether the later hand arrives before it has to leave, in the frames with the prop in the hands."""
+    first, last = span
+    return first + max(episode.late) * (episode.takes + episode.leaves) < last
+
+
 def free_hand(episode: Episode) -> int:
     """The hand that lets go where one does."""
     return int(episode.late[0] > episode.late[1])
