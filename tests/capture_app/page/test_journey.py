@@ -54,6 +54,16 @@ def test_a_job_that_fails_tells_why_and_leads_back(tabs, server, example):
     page.wait_for_url(f"**/sessions/{example['session']}{chosen}")
 
 
+def test_where_the_phone_saw_them_is_asked_only_with_a_mount(tabs, server, example):
+    for mount, asked in ((f"&mount={example['mount']}", True), ("", False)):
+        page = tabs.open(
+            server.at(f"/sessions/{example['session']}?object={example['object']}{mount}")
+        )
+        page.get_by_text("More options").click()
+        phone = page.get_by_label("They stood before the phone's screen when it began")
+        expect(phone).to_be_visible(visible=asked)
+
+
 def test_names_are_text_and_never_markup(tabs, server, example):
     name = "<img src=x onerror=document.title='owned'>"
     server.ask(f"objects/{example['object']}", {"name": name}, "PATCH")

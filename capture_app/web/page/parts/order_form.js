@@ -59,6 +59,8 @@ export function orderForm(session, defaults) {
     chosen = { object, mount };
     say(lacking, missing(object, mount));
     lacking.hidden = !lacking.textContent;
+    // An animation has no mount, and no phone before which anybody could stand.
+    fields.stood.node.hidden = !mount;
   };
   return { node, update };
 }
@@ -91,7 +93,7 @@ function optionFields(defaults) {
     }),
     stood: {
       ...stood,
-      read: () => (stood.read() ? "phone" : null),
+      read: () => (stood.read() && !stood.node.hidden ? "phone" : null),
     },
     steps: number("Steps of the sampler", {
       value: defaults.steps,
