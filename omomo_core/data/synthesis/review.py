@@ -24,6 +24,7 @@ _DEEPEST = 0.05
 _STRIDE = 20
 """Frames between those in which the skin is compared with the prop."""
 _ELBOW = (-15.0, 162.0)
+_ELBOW_ASIDE = 45.0
 _ARM_TWIST = 150.0
 """Degrees; real elbows and upper arms stay well inside."""
 _INSIDE_FRAMES = 6
@@ -101,10 +102,12 @@ def fault(
 
 
 def _wrung(rotations: Float[np.ndarray, "frames 22 3 3"]) -> bool:
-    """An elbow beyond straight, or an upper arm turned about itself as none can be."""
+    """An elbow beyond straight or bent aside, or an upper arm turned about itself as none can be."""
     for side in SIDES:
-        flexion = elbow(rotations, side).flexion
-        if flexion.min() < _ELBOW[0] or flexion.max() > _ELBOW[1]:
+        hinge = elbow(rotations, side)
+        if hinge.flexion.min() < _ELBOW[0] or hinge.flexion.max() > _ELBOW[1]:
+            return True
+        if np.abs(hinge.aside).max() > _ELBOW_ASIDE:
             return True
         if np.abs(twist(rotations, f"{side}_shoulder", f"{side}_collar")).max() > _ARM_TWIST:
             return True
