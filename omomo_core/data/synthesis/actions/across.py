@@ -28,7 +28,7 @@ def reach_over(rng: np.random.Generator, action: Action, prop: Prop, scale: floa
     palm = float(grip[0].points[:, 2].mean())
     count = int(rng.choice([1, 2], p=[0.8, 0.2]))
     episodes: list[Episode] = []
-    for k in range(count):
+    for _ in range(count):
         raised = rng.uniform(0.1, 0.65)
         ends = (True, True) if count > 1 else takes_and_leaves(rng)
         episode = draw_episode(
@@ -37,8 +37,8 @@ def reach_over(rng: np.random.Generator, action: Action, prop: Prop, scale: floa
             hold=int(rng.uniform(10, 60)),
         )  # fmt: skip
         taken, held, left = episode.stances
-        held = replace(held, pitch=-rng.uniform(0.0, 1.1) * min(raised, 0.65))
-        episodes.append(replace(episode, stances=(taken, held, left), rest=episode.rest + k))
+        held = replace(held, pitch=-rng.uniform(0.0, 1.1) * raised)
+        episodes.append(replace(episode, stances=(taken, held, left)))
     return episodes
 
 

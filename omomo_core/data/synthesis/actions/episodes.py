@@ -28,6 +28,8 @@ _MOST_HANGING = 0.45
 _TAKEN_STANDING = ([0.4, 0.8, 1.2, 1.5], [0.1, 1.0, 1.0, 0.4])
 _TAKEN_LOW = ([0.1, 0.25, 0.5, 0.8], [0.5, 1.0, 0.7, 0.2])
 """How readily hands go to a height: metres, share."""
+OFTEN_LOW = 0.2
+"""How often what is lifted is taken low."""
 _IN_ONE_HAND = 0.35
 """Chance that what can be lifted with one hand is."""
 _OFTEN_ONE_HAND: tuple[Action, ...] = ("push", "pull", "drag", "shove", "tip", "turn")
@@ -76,11 +78,11 @@ def draw_grasp(
     return grasp, turn
 
 
-def draw_lift(rng: np.random.Generator, prop: Prop, low: float = 0.2) -> tuple[Grasp, float]:
+def draw_lift(rng: np.random.Generator, prop: Prop) -> tuple[Grasp, float]:
     """As `draw_grasp` for lifting: light things that offer it are now and then taken in one hand."""
     one = any(g.use == "one_hand" and g.kind != "handle" for g in prop.grasps)
     use: Use = "one_hand" if one and rng.random() < _IN_ONE_HAND else "lift"
-    return draw_grasp(rng, prop, use, low)
+    return draw_grasp(rng, prop, use, OFTEN_LOW)
 
 
 def draw_episode(

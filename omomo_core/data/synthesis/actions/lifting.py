@@ -5,6 +5,7 @@ import numpy as np
 from omomo_core.data.synthesis.actions.episodes import (
     LEVELS,
     LOWEST_FLIGHT,
+    OFTEN_LOW,
     draw_episode,
     draw_grasp,
     draw_level,
@@ -26,7 +27,7 @@ _TALL = 1.1
 def carry(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
     """Taken along at one height or two, with a stop now and then, in both hands or one."""
     use = use_of(action)
-    grip = draw_grasp(rng, prop, use, low=0.2)
+    grip = draw_grasp(rng, prop, use, OFTEN_LOW)
     palm = float(grip[0].points[:, 2].mean())
     supports = draw_support(rng, prop, palm, scale), draw_support(rng, prop, palm, scale)
     if use == "one_hand":
