@@ -8,13 +8,14 @@ like what is known, and they go from it to what they hold.
 import math
 from dataclasses import dataclass
 
+import numpy as np
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
-from omomo_core.generation.cover import cover
+from omomo_core.generation.cover import amid_others, cover
 from omomo_core.generation.decided import fade
-from omomo_core.generation.opposite import across, beyond, graspable
+from omomo_core.generation.opposite import across, at_surface, beyond
 from omomo_core.generation.scene import Scene
 from omomo_core.motion import FPS
 
@@ -24,10 +25,14 @@ SHORTEST, LONGEST = 10, 60
 """Frames in which palms come from where they are known to be to where they were guessed."""
 FASTEST = 1.8
 """Metres a second at which somebody comes to where they were guessed to be."""
+PACE, STEP = 0.8, 0.3
+"""Metres a second, on the whole, at which people go around a thing before they take it, from a stand to a
+stand; metres that take no time, because they lean and step while they reach."""
 BEFORE, BESIDE = 0.4, 0.1
 """From the pelvis to the middle of the palms, that hold something or do not; metres ahead."""
 _PLACES = 6
 
+Guesses = Float[Tensor, "guesses frames 8"]
 Samples = Float[Tensor, "samples frames 8"]
 First = Float[Tensor, "*b 8"]
 
@@ -38,6 +43,11 @@ class Posed:
 
     first: Float[Tensor, "8"]
     """As a guess has them: from the object's centre, and contacts."""
+
+    @property
+    def stands(self) -> Float[Tensor, "2"]:
+        """Where, on the floor, from the object's centre, metres."""
+        return _stands(self.first)
 
     def off(self, first: First) -> Float[Tensor, "*b"]:
         """Mean distance of the palms of guesses that begin with these features, metres."""
@@ -52,16 +62,16 @@ class Posed:
 class Placed:
     """Where somebody stands."""
 
-    place: Float[Tensor, "2"]
+    stands: Float[Tensor, "2"]
     """On the floor, from the object's centre, metres."""
 
     def off(self, first: First) -> Float[Tensor, "*b"]:
         """Distance on the floor of guesses that begin with these features, metres."""
-        return (_stands(first) - self.place).norm(dim=-1)
+        return (_stands(first) - self.stands).norm(dim=-1)
 
     def moved(self, features: Samples) -> Samples:
         """The guesses from there, or from as near to it as there is time to come from."""
-        way = self.place - _stands(features[:, 0])
+        way = self.stands - _stands(features[:, 0])
         time = _until_held(features).amin(dim=-1).clamp(max=LONGEST) / FPS
         # The fade is 1.5 times as fast in its middle as on the whole.
         far = FASTEST / 1.5 * time
@@ -76,39 +86,29 @@ Start = Posed | Placed
 """What is known of the first frame."""
 
 
-@dataclass(frozen=True)
-class LikeStart:
-    """Guesses that begin most like what is known."""
+def like_start(features: Guesses, start: Start, scene: Scene, samples: int) -> Samples:
+    """Of guesses that begin most like what is known the ones that stand for all that do, beginning so.
 
-    kept: Int[Tensor, " samples"]
-    """Which."""
-    side: Int[Tensor, " samples"]
-    """The side from which each is made."""
-    start: Start
+    Who would have to run around the object, or whose hands hold nothing but air, counts only where all
+    would.
 
-    @staticmethod
-    def choose(features: Samples, start: Start, scene: Scene, samples: int) -> "LikeStart":
-        """Of those that begin most like it the ones that stand for all that do.
-
-        Args:
-            features: of all guesses, palms from the object's centre in axes whose third is up, contacts.
-            start: what is known.
-            scene: the object.
-            samples: how many to keep.
-        """
-        sides = _sides(features)
-        off = start.off(sides[:, :, 0])
-        off[1, torch.from_numpy(~graspable(sides[1], features, scene))] = torch.inf
-        count = max(math.ceil(NEAR * samples), FEWEST)
-        near = off.flatten().argsort(stable=True)[:count]
-        places = _palms(sides.flatten(0, 1)[near]).double().numpy()
-        kept = near[torch.from_numpy(cover(places, samples))]
-        return LikeStart(kept % len(features), kept // len(features), start)
-
-    def finished(self, features: Samples) -> Samples:
-        """The guesses that are kept, once they are drawn to the end: from their sides and the start."""
-        each = torch.arange(len(features))
-        return self.start.moved(_sides(features)[self.side, each])
+    Args:
+        features: of all guesses, palms from the object's centre in axes whose third is up, contacts.
+        start: what is known.
+        scene: the object.
+        samples: how many to keep.
+    """
+    sides = _sides(amid_others(features))
+    off = start.off(sides[:, :, 0])
+    likely = torch.from_numpy(np.stack([at_surface(side, scene) for side in sides]))
+    likely &= ~_hurried(sides, start.stands)
+    off[~likely] += off.max() + 1
+    count = max(math.ceil(NEAR * samples), FEWEST)
+    count = min(count, max(int(likely.sum()), samples))
+    near = off.flatten().argsort(stable=True)[:count]
+    guesses = sides.flatten(0, 1)[near]
+    kept = torch.from_numpy(cover(_palms(guesses).double().numpy(), samples))
+    return start.moved(guesses[kept])
 
 
 def begin(features: Samples, first: Float[Tensor, "*samples 8"]) -> Samples:
@@ -125,10 +125,26 @@ def begin(features: Samples, first: Float[Tensor, "*samples 8"]) -> Samples:
     return x
 
 
-def _until_held(features: Samples) -> Int[Tensor, "samples 2"]:
+def _hurried(
+    features: Float[Tensor, "*b frames 8"], stands: Float[Tensor, "2"]
+) -> Bool[Tensor, "*b"]:
+    """Whether there is too little time to walk around the object from a place to what is held first."""
+    until = _until_held(features).amin(dim=-1)
+    last = features.shape[-2] - 1
+    index = until.clamp(max=last)[..., None, None].expand(*until.shape, 1, features.shape[-1])
+    there = _stands(features.gather(-2, index).squeeze(-2))
+    far, near = there.norm(dim=-1), stands.norm()
+    turn = torch.atan2(
+        stands[0] * there[..., 1] - stands[1] * there[..., 0], (stands * there).sum(dim=-1)
+    )
+    way = torch.hypot(turn * (far + near) / 2, far - near)
+    return way > STEP + PACE * until / FPS
+
+
+def _until_held(features: Float[Tensor, "*b frames 8"]) -> Int[Tensor, "*b 2"]:
     """Frames before each hand holds something; LONGEST where it never does."""
     holds = features[..., _PLACES:] > 0
-    return torch.where(holds.any(dim=1), holds.int().argmax(dim=1), LONGEST)
+    return torch.where(holds.any(dim=-2), holds.int().argmax(dim=-2), LONGEST)
 
 
 def _stands(first: First) -> Float[Tensor, "*b 2"]:

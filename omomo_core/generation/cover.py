@@ -1,50 +1,66 @@
 """Some of many guesses that stand for all of them.
 
 Guesses of the palms are cheap and bodies are not: more are drawn than bodies are made, and those kept
-are the ones around which the others lie (greedy facility location). One alone is the medoid.
+are the ones around which the others lie (greedy facility location), each the mean of its kind. One alone
+is that of the medoid.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 import torch
 from jaxtyping import Float, Int
+from scipy.ndimage import gaussian_filter1d
 from torch import Tensor
 
 from omomo_core.generation.opposite import on_lighter_side, with_opposite
 from omomo_core.generation.scene import Scene
 from omomo_core.hand_stage.capture import LAYOUT
 
-DRAWN, FEWEST, MOST = 3, 8, 100
-"""Guesses for each that is kept; at least and at most."""
+DRAWN, MOST = 5, 100
+"""Guesses for each that is kept, and at most."""
 STRIDE = 4
 """Frames between those that are compared."""
+KIND, ALIKE = 5, 0.25
+"""Guesses that are much of a kind, unless their palms are farther apart than so many metres."""
+A_WHILE = 15.0
+"""Frames (standard deviation) over which guesses are compared to tell their kind."""
+Guesses = Float[Tensor, "guesses frames 8"]
 Samples = Float[Tensor, "samples frames 8"]
 
 
-@dataclass(frozen=True)
-class OfMany:
-    """Guesses that stand for all; who would lift the heavy side changes sides, and the last are opposite."""
+def of_many(features: Guesses, scene: Scene, samples: int) -> Samples:
+    """Guesses that stand for all; who would lift the heavy side changes sides, and the last are opposite.
 
-    kept: Int[Tensor, " samples"]
-    """Which."""
-    scene: Scene
+    Args:
+        features: of all guesses, palms from the object's centre in axes whose third is up, contacts.
+        scene: the object.
+        samples: how many to keep.
+    """
+    x = on_lighter_side(features, scene)
+    kept = torch.from_numpy(cover(_palms(x), samples))
+    return with_opposite(amid_others(x)[kept], scene)
 
-    @staticmethod
-    def choose(features: Samples, scene: Scene, samples: int) -> "OfMany":
-        """Which of all guesses to keep."""
-        x = on_lighter_side(features, scene)
-        palms = x[..., : 3 * LAYOUT.vectors].unflatten(-1, (2, 3))
-        return OfMany(torch.from_numpy(cover(palms.double().numpy(), samples)), scene)
 
-    def finished(self, features: Samples) -> Samples:
-        """The guesses that are kept, once they are drawn to the end, from their sides."""
-        return with_opposite(on_lighter_side(features, self.scene), self.scene)
+def amid_others(features: Samples) -> Samples:
+    """Each guess amid those that are most like it, and so nearer to what they all guess.
+
+    A guess errs in what all of its kind agree on and in what nobody can tell; the mean of its kind hardly in
+    the latter. Who is of a kind is seen anew all along the take.
+    """
+    palms = _palms(features)
+    x: list[Tensor] = []
+    for one in palms:
+        apart = np.linalg.norm(palms - one, axis=-1).mean(axis=-1)
+        apart = np.asarray(gaussian_filter1d(apart, A_WHILE, axis=-1, mode="nearest"))
+        kind = np.sort(apart, axis=0)[: min(KIND, len(apart))][-1].clip(1e-6, ALIKE)
+        weight = np.exp(-((apart / kind) ** 2))
+        weight = torch.from_numpy(weight / weight.sum(axis=0)).to(features)
+        x.append((weight[..., None] * features).sum(dim=0))
+    return torch.stack(x)
 
 
 def guesses(samples: int) -> int:
     """How many to draw where so many are kept."""
-    return max(samples, min(max(DRAWN * samples, FEWEST), MOST))
+    return max(samples, min(DRAWN * samples, MOST))
 
 
 def cover(
@@ -59,8 +75,7 @@ def cover(
         palms: metres, in any axes that all guesses share.
         samples: how many to keep.
     """
-    seen = palms[:, ::STRIDE]
-    apart = np.stack([np.linalg.norm(seen - one, axis=-1).mean(axis=(1, 2)) for one in seen])
+    apart = _apart(palms)
     kept: list[int] = []
     nearest = np.full(len(palms), np.inf)
     for _ in range(samples):
@@ -69,3 +84,13 @@ def cover(
         kept.append(int(left.argmin()))
         nearest = np.minimum(nearest, apart[kept[-1]])
     return np.array(kept)
+
+
+def _apart(palms: Float[np.ndarray, "guesses frames 2 3"]) -> Float[np.ndarray, "guesses guesses"]:
+    """Mean distance between the palms of any two guesses, metres."""
+    seen = palms[:, ::STRIDE]
+    return np.stack([np.linalg.norm(seen - one, axis=-1).mean(axis=(1, 2)) for one in seen])
+
+
+def _palms(features: Samples) -> Float[np.ndarray, "samples frames 2 3"]:
+    return features[..., : 3 * LAYOUT.vectors].unflatten(-1, (2, 3)).double().numpy()

@@ -1,7 +1,7 @@
 """Sampling stage 1: K guesses of where the palms are, and which hold what."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -13,22 +13,21 @@ from omomo_core.capture import BASIS_POINTS
 from omomo_core.contact.anchor import anchored
 from omomo_core.contact.decode import OPEN, Given, decode
 from omomo_core.contact.segment import Segment, Span, follow
-from omomo_core.generation.beginning import LikeStart, Start
+from omomo_core.generation.beginning import Start, like_start
 from omomo_core.generation.calm import calmed
-from omomo_core.generation.cover import OfMany, guesses
+from omomo_core.generation.cover import guesses, of_many
 from omomo_core.generation.decided import Decided, Pin, fade
 from omomo_core.generation.overlap import Told, sample_take
 from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.generation.scene import Scene
 from omomo_core.generation.take import object_windows, window_frames
 from omomo_core.hand_stage import capture as hand_stage
+from omomo_core.hand_stage.capture import LAYOUT
 from omomo_core.hand_stage.contact_rule import constrain
 from omomo_core.motion import HandMotion
 from omomo_core.stage import Stage
 
 Samples = Float[Tensor, "samples frames 8"]
-QUICK = 4
-"""Steps in which guesses are drawn that are only compared: those that 10 would keep are much the same."""
 
 
 def sample_hands(
@@ -42,9 +41,8 @@ def sample_hands(
 ) -> Samples:
     """Features of each sample: palms from the object's centre in the networks' world, contacts.
 
-    Where nothing goes on, more are drawn in a few steps, each looking at the object from a heading of its
-    own, and some are kept, as `OfMany` or `LikeStart` says: the same noise becomes much the same palms in
-    all the steps.
+    Where nothing goes on, more are drawn than are kept, each looking at the object from a heading of its own,
+    and `of_many` or `like_start` makes the samples of them.
 
     Args:
         scene: the object.
@@ -55,72 +53,38 @@ def sample_hands(
         pin: what goes on.
         start: what else is known of the first frame.
     """
-    draw = _Drawing(scene, stage, options, generator)
-    samples, steps = options.samples, options.steps
-    # Where noise is added on the way, the same start does not become the same palms.
-    again = options.sampler != "ddpm"
-    if pin is not None or (start is None and not again):
-        told = draw.told(samples, canonical=pin is not None)
-        return draw(draw.noise(samples), told, steps, pin, lambda done: progress("hands", done))
-    count, quick = guesses(samples), min(QUICK, steps) if again else steps
-    share = count * quick / (count * quick + again * samples * steps)
-    noise, told = draw.noise(count), draw.told(count, canonical=False)
-    x = draw(noise, told, quick, None, lambda done: progress("hands", share * done))
-    choice = (
-        OfMany.choose(x, scene, samples)
-        if start is None
-        else LikeStart.choose(x, start, scene, samples)
-    )
-    if not again:
-        return choice.finished(x[choice.kept])
-    noise, told, rest = noise[choice.kept], told.of(choice.kept, count), 1 - share
-    x = draw(noise, told, steps, None, lambda done: progress("hands", share + rest * done))
-    return choice.finished(x)
 
-
-@dataclass(frozen=True)
-class _Drawing:
-    """Any number of samples of one scene."""
-
-    scene: Scene
-    stage: Stage
-    options: GenerationOptions
-    generator: torch.Generator
-
-    def noise(self, samples: int) -> Samples:
-        """What samples begin as."""
-        shape = samples, self.scene.trained.frames, hand_stage.LAYOUT.channels
-        return torch.randn(shape, generator=self.generator)
-
-    def told(self, samples: int, *, canonical: bool) -> Told:
-        """What the network is told by samples that look from the canonical heading, or each from its own."""
-        index = window_frames(self.scene.trained.frames)
-        windows = object_windows(self.scene.trained, index, samples, BASIS_POINTS)
-        own = partial(hand_stage.guessing_yaw, guesses=samples)
-        yaw = (hand_stage.canonical_yaw if canonical else own)(windows)
-        axes = hand_stage.object_axes(windows, yaw)
-        condition = hand_stage.condition(windows, yaw, axes)
-        return Told(windows.valid, condition, hand_stage.shape_code(windows, axes), axes)
-
-    def __call__(
-        self,
-        noise: Samples,
-        told: Told,
-        steps: int,
-        pin: Pin | None,
-        on_step: Callable[[float], None],
-    ) -> Samples:
-        """What the noise becomes."""
+    def draw(samples: int) -> Samples:
         return sample_take(
-            self.stage,
-            noise,
-            told,
-            hand_stage.LAYOUT,
-            replace(self.options, steps=steps),
-            self.generator,
+            stage,
+            torch.randn(samples, scene.trained.frames, LAYOUT.channels, generator=generator),
+            _told(scene, samples, canonical=pin is not None),
+            LAYOUT,
+            options,
+            generator,
             pin=pin,
-            on_step=on_step,
+            on_step=lambda done: progress("hands", done),
         )
+
+    samples = options.samples
+    if pin is not None or (start is None and options.sampler == "ddpm"):
+        return draw(samples)
+    many = draw(guesses(samples))
+    if start is None:
+        return of_many(many, scene, samples)
+    return like_start(many, start, scene, samples)
+
+
+def _told(scene: Scene, samples: int, *, canonical: bool) -> Told:
+    """What the network is told by samples that look from the canonical heading, or each from its own."""
+    windows = object_windows(
+        scene.trained, window_frames(scene.trained.frames), samples, BASIS_POINTS
+    )
+    own = partial(hand_stage.guessing_yaw, guesses=samples)
+    yaw = (hand_stage.canonical_yaw if canonical else own)(windows)
+    axes = hand_stage.object_axes(windows, yaw)
+    condition = hand_stage.condition(windows, yaw, axes)
+    return Told(windows.valid, condition, hand_stage.shape_code(windows, axes), axes)
 
 
 def in_contact(

@@ -86,9 +86,9 @@ def beyond(features: Samples) -> Samples:
     return torch.where(_PLACES, weight * changed + (1 - weight) * across(features), changed)
 
 
-def graspable(away: Samples, features: Samples, scene: Scene) -> Bool[np.ndarray, " samples"]:
-    """Which samples hold something on the other side, too."""
-    return _Holding.of(away, scene).as_good_as(_Holding.of(features, scene))
+def at_surface(features: Samples, scene: Scene) -> Bool[np.ndarray, " samples"]:
+    """Which samples hold nothing but the object: contacts bring their palms onto it."""
+    return _Holding.of(features, scene).from_surface < GRASP
 
 
 @dataclass(frozen=True)
@@ -110,9 +110,10 @@ class _Holding:
 
     def as_good_as(self, other: "_Holding") -> Bool[np.ndarray, " samples"]:
         """Whether it is about as near to the surface."""
-        return self._from_surface() - other._from_surface() < GRASP
+        return self.from_surface - other.from_surface < GRASP
 
-    def _from_surface(self) -> Float[np.ndarray, " samples"]:
+    @property
+    def from_surface(self) -> Float[np.ndarray, " samples"]:
         """Mean metres between palms that hold and the object's surface; 0 where none holds."""
         far = np.asarray(self.scene.trained.surface.tree.query(self.palms)[0]) / self.scene.scale
         count = np.maximum(self.held.sum(axis=(1, 2)), 1)

@@ -51,11 +51,6 @@ class Told:
     axes: Float[Tensor, "b _ 3 3"]
     """R_world_axes of what the network says, for each window or each of its frames."""
 
-    def of(self, kept: Int[Tensor, " kept"], samples: int) -> "Told":
-        """Only some of the samples."""
-        parts = (self.valid, self.condition, self.shape, self.axes)
-        return Told(*(x.unflatten(0, (samples, -1))[kept].flatten(0, 1) for x in parts))
-
 
 def sample_take(
     stage: Stage,

@@ -219,13 +219,13 @@ def test_a_take_starts_from_the_given_pose_and_does_not_jump_away_from_it():
     start = pose_of(run(motion, seed=5), 1, 20)
     known = Known(first_frame=start)
     made = generate(motion, BODY, untrained(), options, lambda name, done: None, known)
-    free = run(motion)
-    for person, other in zip(made.motions, free.motions, strict=True):
+    free = np.stack([person.joints for person in run(motion).motions])
+    usual = np.linalg.norm(np.diff(free, axis=1), axis=-1).max()
+    for person in made.motions:
         np.testing.assert_allclose(person.root[0], start.root, atol=1e-6)
         np.testing.assert_allclose(person.rotations[0], start.rotations, atol=1e-5)
         step = np.linalg.norm(np.diff(person.joints, axis=0), axis=-1)[:10].max()
-        usual = np.linalg.norm(np.diff(other.joints, axis=0), axis=-1)[:30].max()
-        assert step < usual + 0.4
+        assert step < usual + 0.2
 
 
 def test_known_palms_are_followed_in_every_frame():

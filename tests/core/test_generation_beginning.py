@@ -12,10 +12,10 @@ from omomo_core.generation.beginning import (
     FASTEST,
     LONGEST,
     SHORTEST,
-    LikeStart,
     Placed,
     Posed,
     begin,
+    like_start,
 )
 from omomo_core.generation.known import Known, start_of
 from omomo_core.generation.opposite import beyond
@@ -71,8 +71,7 @@ def test_guesses_from_the_wrong_side_change_sides(side: float, samples: int):
     guesses = torch.stack([_guess(1.0, 40 + k) for k in range(18)])
     guesses[..., :6] += 0.01 * torch.randn(18, FRAMES, 6)
     start = _guess(side, 45)[0]
-    choice = LikeStart.choose(guesses, Posed(start), _box(), samples)
-    x = choice.finished(guesses[choice.kept])
+    x = like_start(guesses, Posed(start), _box(), samples)
     assert x.shape == (samples, FRAMES, 8)
     torch.testing.assert_close(x[:, 0], start.expand(samples, 8))
     on_the_way = x[:, 30, :6].unflatten(-1, (2, 3))
@@ -125,9 +124,22 @@ def test_who_holds_the_object_at_once_does_not_come_from_elsewhere():
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_the_side_on_which_somebody_stood_is_the_side_they_come_from(side: float):
     guesses = torch.stack([_guess(1.0, 40 + k) for k in range(12)])
-    choice = LikeStart.choose(guesses, Placed(torch.tensor([side * 1.5, 0.2])), _box(), 4)
-    x = choice.finished(guesses[choice.kept])
+    x = like_start(guesses, Placed(torch.tensor([side * 1.5, 0.2])), _box(), 4)
     assert (side * x[:, :30, 0] > 0.25).all()
+
+
+def test_who_would_have_to_run_around_the_object_comes_only_where_all_would():
+    """Nearest to the place begin some who hold the box from its other side a second later."""
+    torch.manual_seed(0)
+    here, there = _guess(1.0, 30), _guess(-1.0, 30)
+    round_it = torch.where(torch.arange(FRAMES)[:, None] < 20, here, there)
+    place = torch.tensor([1.2 + BESIDE, 0.0])
+    late = round_it + torch.cat([0.01 * torch.randn(8, 1, 6), torch.zeros(8, 1, 2)], dim=-1)
+    calm = here.repeat(6, 1, 1)
+    calm[..., 1:6:3] += 0.1
+    x = like_start(torch.cat([late, calm]), Placed(place), _box(), 4)
+    assert (x[:, 40:, 0] > 0).all()
+    assert (like_start(late, Placed(place), _box(), 4)[:, 40:, 0] < 0).any()
 
 
 @pytest.mark.parametrize("height", [1.5, 1.9])
@@ -141,5 +153,5 @@ def test_a_place_is_meant_in_the_world_of_whoever_stood_there(height: float):
     start = start_of(Known(stood=np.array([3.0, -2.0 + height])), None, scene)
     assert isinstance(start, Placed)
     # The centre is that of points on the surface.
-    torch.testing.assert_close(start.place, torch.tensor([0.0, 1.7]), atol=5e-3, rtol=0)
+    torch.testing.assert_close(start.stands, torch.tensor([0.0, 1.7]), atol=5e-3, rtol=0)
     assert start_of(Known(), None, scene) is None

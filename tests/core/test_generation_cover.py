@@ -1,10 +1,11 @@
 """Few guesses that stand for many."""
 
 import numpy as np
+import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.generation.cover import cover, guesses
+from omomo_core.generation.cover import ALIKE, amid_others, cover, guesses
 
 
 def around(centres: np.ndarray, each: int, rng: np.random.Generator) -> np.ndarray:
@@ -58,3 +59,45 @@ def test_one_alone_is_amid_the_others():
 def test_never_fewer_are_drawn_than_kept(samples: int):
     assert guesses(samples) >= samples
     assert guesses(samples) <= max(samples, 100)
+
+
+def _guesses(places: np.ndarray) -> torch.Tensor:
+    """Features of guesses whose palms stand still at these places, holding, with 1 mm of noise."""
+    features = torch.ones(len(places), 40, 8)
+    features[..., :6] = torch.from_numpy(np.tile(places, 2)).float()[:, None]
+    noise = torch.randn(len(places), 40, 6, generator=torch.Generator().manual_seed(0))
+    return features + torch.nn.functional.pad(0.001 * noise, (0, 2))
+
+
+@given(seed=st.integers(0, 2**31), each=st.integers(5, 12))
+@settings(max_examples=25, deadline=None)
+def test_guesses_of_a_kind_come_nearer_to_what_they_all_guess_and_kinds_stay_apart(
+    seed: int, each: int
+):
+    rng = np.random.default_rng(seed)
+    kinds = np.repeat([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], each, axis=0)
+    x = _guesses(kinds + rng.normal(0, 0.05, kinds.shape))
+    amid = amid_others(x)
+    off, was = (
+        torch.linalg.norm(f[..., :3] - torch.from_numpy(kinds)[:, None], dim=-1).mean()
+        for f in (amid, x)
+    )
+    assert off < 0.8 * was
+    torch.testing.assert_close(amid[..., 6:], x[..., 6:])
+
+
+def test_a_kind_may_change_in_the_midst_of_a_take():
+    """Two who hold the same place and then other ones are of a kind only while they do."""
+    frames = 300
+    x = torch.zeros(2, frames, 8)
+    x[0, :, 0], x[1, :, 0] = 0.02, -0.02
+    x[1, frames // 2 :, 0] = 2.0
+    amid = amid_others(x)
+    assert (amid[:, : frames // 3, 0].abs() < 0.02).all()
+    torch.testing.assert_close(amid[:, -frames // 4 :], x[:, -frames // 4 :], atol=1e-3, rtol=0)
+
+
+@given(distance=st.floats(4 * ALIKE, 5.0))
+def test_one_unlike_all_others_stays_as_it_is(distance: float):
+    x = _guesses(np.array([[0.0, 0, 0], [distance, 0, 0], [2 * distance, 0, 0]]))
+    torch.testing.assert_close(amid_others(x), x, atol=1e-4, rtol=0)

@@ -70,7 +70,7 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> Seen:
     return Seen(monkeypatch)
 
 
-@pytest.mark.parametrize("samples", [1, 4, 20])
+@pytest.mark.parametrize("samples", [4, 8, 20])
 def test_guesses_look_as_in_training_mostly_along_the_travel(seen: Seen, samples: int):
     seen.run(samples)
     guesses = seen.headings[0]
@@ -81,8 +81,6 @@ def test_guesses_look_as_in_training_mostly_along_the_travel(seen: Seen, samples
     others = guesses[3::4].sort().values
     gaps = torch.diff(others, append=others[:1] + 2 * torch.pi)
     assert gaps.max() < 2.7 * 2 * torch.pi / len(others)
-    assert len(seen.headings[1]) == samples
-    assert torch.isin(seen.headings[1], guesses).all()
 
 
 def test_guesses_look_at_what_stays_from_all_around(seen: Seen):
@@ -96,15 +94,14 @@ def test_guesses_look_from_their_own_headings_where_only_the_first_pose_is_known
     pose = Pose(np.array([0.5, 0, 0.9]), np.tile(np.eye(3), (22, 1, 1)))
     seen.run(3)
     seen.run(3, Known(first_frame=pose))
-    torch.testing.assert_close(seen.headings[0], seen.headings[2])
-    assert torch.isin(seen.headings[3], seen.headings[2]).all()
+    torch.testing.assert_close(seen.headings[0], seen.headings[1])
 
 
 def test_what_has_begun_is_gone_on_with_as_it_travels(seen: Seen):
     """The second chapter of a long take."""
     seen.run(3, motion=_motion(frames=800))
-    assert len(seen.headings) == 3
-    torch.testing.assert_close(seen.headings[2], torch.zeros(3))
+    assert len(seen.headings) == 2
+    torch.testing.assert_close(seen.headings[1], torch.zeros(3))
 
 
 def test_each_sample_has_its_habit_throughout_a_take(seen: Seen):
