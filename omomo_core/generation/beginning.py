@@ -15,7 +15,8 @@ from torch import Tensor
 
 from omomo_core.generation.cover import amid_others, cover
 from omomo_core.generation.decided import fade
-from omomo_core.generation.opposite import across, at_surface, beyond
+from omomo_core.generation.holding import Holding
+from omomo_core.generation.opposite import across, beyond
 from omomo_core.generation.scene import Scene
 from omomo_core.motion import FPS
 
@@ -89,8 +90,7 @@ Start = Posed | Placed
 def like_start(features: Guesses, start: Start, scene: Scene, samples: int) -> Samples:
     """Of guesses that begin most like what is known the ones that stand for all that do, beginning so.
 
-    Who would have to run around the object, or whose hands hold nothing but air, counts only where all
-    would.
+    Who would have to run around the object, or holds it as nobody would, counts only where all do.
 
     Args:
         features: of all guesses, palms from the object's centre in axes whose third is up, contacts.
@@ -100,7 +100,7 @@ def like_start(features: Guesses, start: Start, scene: Scene, samples: int) -> S
     """
     sides = _sides(amid_others(features))
     off = start.off(sides[:, :, 0])
-    likely = torch.from_numpy(np.stack([at_surface(side, scene) for side in sides]))
+    likely = torch.from_numpy(np.stack([Holding.of(side, scene).likely for side in sides]))
     likely &= ~_hurried(sides, start.stands)
     off[~likely] += off.max() + 1
     count = max(math.ceil(NEAR * samples), FEWEST)

@@ -11,6 +11,7 @@ from jaxtyping import Float, Int
 from scipy.ndimage import gaussian_filter1d
 from torch import Tensor
 
+from omomo_core.generation.holding import Holding
 from omomo_core.generation.opposite import on_lighter_side, with_opposite
 from omomo_core.generation.scene import Scene
 from omomo_core.hand_stage.capture import LAYOUT
@@ -30,12 +31,17 @@ Samples = Float[Tensor, "samples frames 8"]
 def of_many(features: Guesses, scene: Scene, samples: int) -> Samples:
     """Guesses that stand for all; who would lift the heavy side changes sides, and the last are opposite.
 
+    Those that hold the object as nobody would are left out, unless too few others are left.
+
     Args:
         features: of all guesses, palms from the object's centre in axes whose third is up, contacts.
         scene: the object.
         samples: how many to keep.
     """
     x = on_lighter_side(features, scene)
+    likely = np.flatnonzero(Holding.of(x, scene).likely)
+    if len(likely) >= samples:
+        x = x[torch.from_numpy(likely)]
     kept = torch.from_numpy(cover(_palms(x), samples))
     return with_opposite(amid_others(x)[kept], scene)
 

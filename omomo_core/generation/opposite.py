@@ -7,22 +7,17 @@ how a thing moves which side it was moved from, and the network is surer than it
 of a chair's back is another matter: there the hands are where they were, the left where the right was.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 import torch
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from scipy.ndimage import gaussian_filter1d
 from torch import Tensor
 
+from omomo_core.generation.holding import Holding
 from omomo_core.generation.scene import Scene
-from omomo_core.geometry.transforms import to_local
-from omomo_core.hand_stage import capture as hand_stage
 
 ONE_IN = 5
 """One of so many samples changes sides."""
-GRASP = 0.15
-"""Metres by which palms that hold may be farther from the surface there; contacts bring them onto it."""
 LIGHTER = 0.9
 """Where holding up what is tipped takes less than this share of the force, there people do it: 42 of 44
 synthetic people who tip something have no side that is so much lighter."""
@@ -46,7 +41,7 @@ def on_lighter_side(features: Samples, scene: Scene) -> Samples:
     if scene.lever is None:
         return features
     away = across(features)
-    here, there = _Holding.of(features, scene), _Holding.of(away, scene)
+    here, there = Holding.of(features, scene), Holding.of(away, scene)
     heavy = there.effort < LIGHTER * here.effort
     change = heavy & there.as_good_as(here) if heavy.any() else heavy
     return torch.where(torch.from_numpy(change)[:, None, None], away, features)
@@ -60,7 +55,7 @@ def with_opposite(features: Samples, scene: Scene) -> Samples:
         scene: the object.
     """
     away = across(features)
-    here, there = _Holding.of(features, scene), _Holding.of(away, scene)
+    here, there = Holding.of(features, scene), Holding.of(away, scene)
     possible = there.as_good_as(here)
     if scene.lever is not None:
         possible &= ~(here.effort < LIGHTER * there.effort)
@@ -84,44 +79,3 @@ def beyond(features: Samples) -> Samples:
     weight = torch.from_numpy(gaussian_filter1d(held, CHANGE, axis=-1)).to(features)[..., None]
     changed = features[..., _OTHER_HAND]
     return torch.where(_PLACES, weight * changed + (1 - weight) * across(features), changed)
-
-
-def at_surface(features: Samples, scene: Scene) -> Bool[np.ndarray, " samples"]:
-    """Which samples hold nothing but the object: contacts bring their palms onto it."""
-    return _Holding.of(features, scene).from_surface < GRASP
-
-
-@dataclass(frozen=True)
-class _Holding:
-    """Where samples hold the object, and how."""
-
-    palms: Float[np.ndarray, "samples frames 2 3"]
-    """In the object's frame, trained size."""
-    held: Bool[np.ndarray, "samples frames 2"]
-    scene: Scene
-
-    @staticmethod
-    def of(features: Samples, scene: Scene) -> "_Holding":
-        centre = torch.from_numpy(scene.trained.centre).float().expand(len(features), -1, 3)
-        palms, contact = hand_stage.unpack(features, centre)
-        T = scene.trained.motion.T_world_object
-        local = np.stack([to_local(T, p) for p in palms.double().numpy()])
-        return _Holding(local, (contact > 0.5).numpy(), scene)
-
-    def as_good_as(self, other: "_Holding") -> Bool[np.ndarray, " samples"]:
-        """Whether it is about as near to the surface."""
-        return self.from_surface - other.from_surface < GRASP
-
-    @property
-    def from_surface(self) -> Float[np.ndarray, " samples"]:
-        """Mean metres between palms that hold and the object's surface; 0 where none holds."""
-        far = np.asarray(self.scene.trained.surface.tree.query(self.palms)[0]) / self.scene.scale
-        count = np.maximum(self.held.sum(axis=(1, 2)), 1)
-        return np.where(self.held, far, 0).sum(axis=(1, 2)) / count
-
-    @property
-    def effort(self) -> Float[np.ndarray, " samples"]:
-        """What it takes to hold up an object that is tipped."""
-        lever = self.scene.lever
-        assert lever is not None
-        return lever.effort(self.palms[:, lever.frames], self.held[:, lever.frames])
