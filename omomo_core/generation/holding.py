@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 from jaxtyping import Bool, Float
+from scipy.ndimage import uniform_filter1d
 from torch import Tensor
 
 from omomo_core.generation.scene import Scene
@@ -14,9 +15,9 @@ from omomo_core.hand_stage import capture as hand_stage
 Samples = Float[Tensor, "samples frames 8"]
 GRASP = 0.15
 """Metres between the surface and palms that hold it; contacts bring them onto it."""
-TURNED, OFTEN = 60.0, 0.9
-"""Degrees by which the line between two palms that hold may leave its mean in the object, and the share of
-frames in which it may not. Guesses of several windows may hold from one side at first, then from another."""
+TURNED, LASTING = 60.0, 9
+"""Degrees by which the line between two palms that hold may leave its mean in the object, for so many frames.
+Guesses of several windows may hold from one side at first, then from another."""
 
 
 @dataclass(frozen=True)
@@ -55,18 +56,15 @@ class Holding:
 
     @property
     def _turn(self) -> Float[np.ndarray, " samples"]:
-        """Degrees between the line from palm to palm and its mean in the object's frame, in most frames."""
+        """Degrees at most, for a while, between the line from palm to palm and its mean in the object."""
         line = self.palms[:, :, 1] - self.palms[:, :, 0]
         line /= np.linalg.norm(line, axis=-1, keepdims=True).clip(1e-6)
-        mean = np.where(self.held.all(axis=-1)[..., None], line, 0).sum(axis=1)
+        both: Bool[np.ndarray, "samples frames"] = np.asarray(self.held.all(axis=-1))
+        mean = np.where(both[..., None], line, 0).sum(axis=1)
         mean /= np.linalg.norm(mean, axis=-1, keepdims=True).clip(1e-6)
-        along = np.einsum("sfx,sx->sf", line, mean)
-        both = self.held.all(axis=-1)
-        most = [
-            np.quantile(a[b], 1 - OFTEN) if b.any() else 1.0
-            for a, b in zip(along, both, strict=True)
-        ]
-        return np.degrees(np.arccos(np.clip(most, -1, 1)))
+        along = np.where(both, np.einsum("sfx,sx->sf", line, mean), 1.0)
+        off = np.degrees(np.arccos(np.clip(along, -1, 1)))
+        return np.asarray(uniform_filter1d(off, LASTING, axis=1)).max(axis=1)
 
     @property
     def effort(self) -> Float[np.ndarray, " samples"]:
