@@ -15,23 +15,18 @@ from scipy.ndimage import binary_closing, binary_opening
 
 from omomo_core.body.limbs import reach
 from omomo_core.body.model import BodyModel
+from omomo_core.body.rest_turns import rest_offsets, rest_turns
 from omomo_core.data.clips import Clip
 from omomo_core.data.grounding import ground
 from omomo_core.data.release_sequences import ReleaseSequence, leg, read_release
 from omomo_core.errors import InputError
-from omomo_core.geometry.shortest_turn import shortest_turn
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.motion import ObjectMotion
-from omomo_core.skeleton import MODEL_PARENTS, joint
+from omomo_core.skeleton import joint
 
 LICENCE = "OMOMO data (github.com/lijiaman/omomo_release): its authors state no licence"
 _TOUCHING = 0.05
 """Metres between palm joint and surface: the paper's rule."""
-_LIMBS = tuple(
-    (f"{side}_{a}", f"{side}_{b}")
-    for side in ("left", "right")
-    for a, b in (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
-)
 
 
 def release_clips(
@@ -56,9 +51,9 @@ def release_clips(
 
 def _clip(sequence: ReleaseSequence, body: BodyModel) -> Clip:
     ours = body.rest_joints.double().numpy()
-    scale = leg(_bones(ours)) / leg(sequence.bones)
+    scale = leg(rest_offsets(body)) / leg(sequence.bones)
     theirs = sequence.joints() * scale
-    R = _redirected(sequence.rotations, sequence.bones, _bones(ours))
+    R = sequence.rotations @ rest_turns(body, sequence.bones)
     hips = [joint("left_hip"), joint("right_hip")]
     root = theirs[:, hips].mean(axis=1) - R[:, 0] @ (ours[hips].mean(axis=0) - ours[0])
     grounded = ground(body, root, R)
@@ -77,25 +72,6 @@ def _clip(sequence: ReleaseSequence, body: BodyModel) -> Clip:
         foot_contact=grounded.foot_contact,
         object_motion=moved,
     )
-
-
-def _bones(rest: Float[np.ndarray, "joints 3"]) -> Float[np.ndarray, "24 3"]:
-    """Offsets of our 24 model joints from their parents."""
-    palms = [joint("left_middle1"), joint("right_middle1")]
-    at = np.concatenate([rest[:22], rest[palms]])
-    return at - at[[max(p, 0) for p in MODEL_PARENTS]]
-
-
-def _redirected(
-    R: Float[np.ndarray, "frames 22 3 3"],
-    theirs: Float[np.ndarray, "24 3"],
-    ours: Float[np.ndarray, "24 3"],
-) -> Float[np.ndarray, "frames 22 3 3"]:
-    """Our limbs point as theirs do, though the two bodies' rest poses are not quite the same."""
-    out = R.copy()
-    for a, b in _LIMBS:
-        out[:, joint(a)] = R[:, joint(a)] @ shortest_turn(ours[joint(b)], theirs[joint(b)])
-    return out
 
 
 def _touching(

@@ -1,8 +1,8 @@
 """The person of a recorded clip on our terms: their skeleton as a body, their pose in our rotations.
 
-A clip's rest pose has other axes (x forward, y left, z up) and other directions of arms and legs than
-ours. Limbs are turned to our rest directions; the trunk keeps the clip's shape. So a rotation means to
-this skeleton what it means to ours, and forward kinematics gives the clip's joints back.
+A clip's rest pose has other axes (x forward, y left, z up) than ours, arms and legs that point elsewhere and
+raised shoulders (`body.rest_turns`). With both taken out a rotation means to this skeleton what it means to
+ours, and forward kinematics gives the clip's joints back.
 """
 
 from dataclasses import replace
@@ -13,25 +13,20 @@ from jaxtyping import Float
 
 from omomo_core.body.kinematics import MODEL_REST
 from omomo_core.body.model import BodyModel, with_height
-from omomo_core.geometry.shortest_turn import shortest_turn
+from omomo_core.body.rest_turns import Offsets, rest_turns
 from omomo_core.skeleton import MODEL_PARENTS, PALM_JOINTS, joint
 
-LIMBS = {1: 4, 2: 5, 4: 7, 5: 8, 7: 10, 8: 11, 16: 18, 17: 19, 18: 20, 19: 21, 20: 22, 21: 23}
-"""Joints that drive one straight bone, and the end of that bone."""
 AXES = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 """R_clip_ours at rest: our left, up and forward are the clip's y, z and x."""
 
-_PARENTS = [max(parent, 0) for parent in MODEL_PARENTS]
-
-Offsets = Float[np.ndarray, "24 3"]
-"""From each joint's parent to it, in the parent's frame as the clip has it, metres."""
+_ABOVE = [max(parent, 0) for parent in MODEL_PARENTS]
 
 
 def bone_offsets(
     joints: Float[np.ndarray, "frames 24 3"], rotations: Float[np.ndarray, "frames 22 3 3"]
 ) -> tuple[Offsets, float]:
     """Where each joint sits in its parent's frame (median over the frames), and the farthest that
-    any frame strays from it, metres: bones do not change their length.
+    any frame strays from it, metres, in the clip's axes: bones do not change their length.
     """
     parents = np.array(MODEL_PARENTS[1:])
     local = np.einsum(
@@ -46,12 +41,13 @@ def our_rotations(
     rotations: Float[np.ndarray, "frames 22 3 3"], offsets: Offsets, body: BodyModel
 ) -> Float[np.ndarray, "frames 22 3 3"]:
     """Rotations of a clip with the identity at our T-pose."""
-    return rotations @ AXES @ _limb_turns(offsets, body)
+    return rotations @ AXES @ rest_turns(body, offsets @ AXES)
 
 
 def body_of(offsets: Offsets, body: BodyModel) -> BodyModel:
     """Our body with the bones of a clip's person; its surface follows the joints."""
-    bones = np.einsum("jyx,jy->jx", AXES @ _limb_turns(offsets, body)[_PARENTS], offsets)
+    theirs = offsets @ AXES
+    bones = np.einsum("jyx,jy->jx", rest_turns(body, theirs)[_ABOVE], theirs)
     rest = np.zeros((24, 3))
     for j in range(1, 24):
         rest[j] = rest[MODEL_PARENTS[j]] + bones[j]
@@ -64,15 +60,6 @@ def body_of(offsets: Offsets, body: BodyModel) -> BodyModel:
         rest_joints=moved,
         vertices=scaled.vertices + _follow(scaled, moved - scaled.rest_joints),
     )
-
-
-def _limb_turns(offsets: Offsets, body: BodyModel) -> Float[np.ndarray, "22 3 3"]:
-    """Smallest rotations that take our rest directions of the limbs to the clip's, in our axes."""
-    rest = body.rest_joints.double().numpy()[list(MODEL_REST)]
-    turns = np.tile(np.eye(3), (22, 1, 1))
-    for start, end in LIMBS.items():
-        turns[start] = shortest_turn(rest[end] - rest[start], AXES.T @ offsets[end])
-    return turns
 
 
 def _best_scale(theirs: Float[np.ndarray, "24 3"], ours: Float[np.ndarray, "24 3"]) -> float:

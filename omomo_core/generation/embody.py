@@ -51,8 +51,7 @@ class Sampled:
         calm = [calmed(smooth[k], ROOT_AND_JOINTS) for k in range(len(smooth))]
         x = torch.from_numpy(np.stack(calm))
         root, _, six, foot_contact = body_stage.unpack(x, torch.zeros(*x.shape[:2], 2))
-        R = rotmat_from_6d(six)
-        return Sampled(fit.to_body(root, R[:, :, 0]), R, foot_contact)
+        return Sampled(*fit.to_body(root, rotmat_from_6d(six)), foot_contact)
 
 
 @torch.inference_mode()

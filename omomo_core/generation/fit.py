@@ -1,20 +1,30 @@
 """Between the body the networks were trained on and the one asked for, when their bones differ."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from omomo_core.body.kinematics import forward_kinematics
+from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
+from omomo_core.skeleton import joint
+
+_LEGS: dict[LimbName, int] = {"left_leg": joint("left_ankle"), "right_leg": joint("right_ankle")}
+_LEG_JOINTS = [joint(f"{s}_{part}") for s in ("left", "right") for part in ("hip", "knee", "ankle")]
+_ALIKE = 1e-4
+"""Metres by which legs of one shape may differ at one size."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """The hips carry over: their way on the floor by stature, their height by length of leg.
+    """The hips carry over, their way on the floor by stature, their height by length of leg; so do the feet.
 
     A body that only has another stature gets the same scene scaled; one whose pelvis joint sits
-    elsewhere above its hips, or whose legs are long for its stature, still stands on the floor.
+    elsewhere above its hips, or whose legs are long for its stature, still stands on the floor; one whose
+    hip joints lie closer together still stands as wide.
     """
 
     trained: BodyModel
@@ -26,22 +36,39 @@ class Fit:
         return self.trained.height / self.body.height
 
     def to_body(
-        self, root: Float[Tensor, "*b 3"], pelvis: Float[Tensor, "*b 3 3"]
-    ) -> Float[Tensor, "*b 3"]:
-        """The body's pelvis joint from the trained body's and its rotation, world, metres."""
-        size = self._size().to(root)
-        return (root + pelvis @ _hips(self.trained).to(root)) / size - pelvis @ _hips(self.body).to(
-            root
-        )
+        self, root: Float[Tensor, "*b 3"], rotations: Float[Tensor, "*b 22 3 3"]
+    ) -> tuple[Float[Tensor, "*b 3"], Float[Tensor, "*b 22 3 3"]]:
+        """The body's pelvis joint and rotations from the trained body's, world, metres."""
+        return self._carried(self.trained, self.body, root, rotations, 1 / self._size().to(root))
 
     def to_trained(
-        self, root: Float[Tensor, "*b 3"], pelvis: Float[Tensor, "*b 3 3"]
-    ) -> Float[Tensor, "*b 3"]:
+        self, root: Float[Tensor, "*b 3"], rotations: Float[Tensor, "*b 22 3 3"]
+    ) -> tuple[Float[Tensor, "*b 3"], Float[Tensor, "*b 22 3 3"]]:
         """Inverse of `to_body`."""
-        size = self._size().to(root)
-        return (root + pelvis @ _hips(self.body).to(root)) * size - pelvis @ _hips(self.trained).to(
-            root
-        )
+        return self._carried(self.body, self.trained, root, rotations, self._size().to(root))
+
+    def _carried(
+        self,
+        old: BodyModel,
+        new: BodyModel,
+        root: Float[Tensor, "*b 3"],
+        rotations: Float[Tensor, "*b 22 3 3"],
+        size: Float[Tensor, "3"],
+    ) -> tuple[Float[Tensor, "*b 3"], Float[Tensor, "*b 22 3 3"]]:
+        pelvis = rotations[..., 0, :, :]
+        hips = (root + pelvis @ _hips(old).to(root)) * size
+        moved = hips - pelvis @ _hips(new).to(root)
+        if self._legs_alike:
+            return moved, rotations
+        feet = forward_kinematics(old, root, rotations)
+        for leg, ankle in _LEGS.items():
+            rotations, _ = reach(new, moved, rotations, leg, feet[..., ankle, :] * size)
+        return moved, rotations
+
+    @cached_property
+    def _legs_alike(self) -> bool:
+        apart = (self.body.rest_joints * self.scale - self.trained.rest_joints)[_LEG_JOINTS]
+        return bool((apart - apart[0]).abs().max() < _ALIKE)
 
     def _size(self) -> Float[Tensor, "3"]:
         heights = [float(b.rest_joints[[1, 2], 1].mean()) for b in (self.trained, self.body)]

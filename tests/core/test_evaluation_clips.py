@@ -16,6 +16,7 @@ from omomo_core.generation.fit import Fit
 
 BODY = load_body()
 NAME = "sub1_box_001"
+HIPS, ANKLES = [1, 2], [7, 8]
 
 
 def arrays(path: Path) -> dict[str, np.ndarray]:
@@ -116,11 +117,13 @@ def test_a_folder_without_clips_is_refused(tmp_path: Path):
             clip_paths(folder)
 
 
-def test_hips_of_another_stature_are_the_same_hips_scaled():
+def test_another_stature_is_the_same_pose_scaled():
     fit = Fit(BODY, with_height(BODY, 1.9))
-    root, R = torch.tensor([[0.3, -2.0, 0.8]]), torch.eye(3)[None]
-    torch.testing.assert_close(fit.to_body(root, R), root / fit.scale)
-    torch.testing.assert_close(fit.to_trained(fit.to_body(root, R), R), root)
+    root, R = torch.tensor([[0.3, -2.0, 0.8]]), torch.eye(3).expand(1, 22, 3, 3)
+    moved, same = fit.to_body(root, R)
+    torch.testing.assert_close(moved, root / fit.scale)
+    assert same is R
+    torch.testing.assert_close(fit.to_trained(moved, R)[0], root)
 
 
 def test_a_real_persons_bones_give_their_joints_back(shared: Path):
@@ -132,10 +135,25 @@ def test_a_real_persons_bones_give_their_joints_back(shared: Path):
     assert abs(float(clip.body.vertices[:, 1].min())) < 0.02
     # The pelvis' y axis is up while they stand.
     assert clip.rotations[:, 0, 2, 1].mean() > 0.7
-    hips = fit_round_trip(clip.body, clip.root, clip.rotations[:, 0])
-    np.testing.assert_allclose(hips, clip.root, atol=1e-6)
 
 
-def fit_round_trip(body, root: np.ndarray, pelvis: np.ndarray) -> np.ndarray:
-    fit, R = Fit(BODY, body), torch.from_numpy(pelvis)
-    return fit.to_body(fit.to_trained(torch.from_numpy(root), R), R).numpy()
+def test_a_real_person_on_our_bones_and_back_stands_where_they_stood(shared: Path):
+    clip = read_clip(clip_paths(shared / "data" / "omomo_clips")[0], BODY)
+    fit, root, R = (
+        Fit(BODY, clip.body),
+        torch.from_numpy(clip.root),
+        torch.from_numpy(clip.rotations),
+    )
+    ours = fit.to_trained(root, R)
+    feet = forward_kinematics(BODY, *ours)[:, ANKLES, :2] / fit.scale
+    np.testing.assert_allclose(feet, clip.joints[:, ANKLES, :2], atol=0.003)
+    there = fit.to_body(*ours)
+    np.testing.assert_allclose(there[0], clip.root, atol=1e-6)
+    joints = forward_kinematics(clip.body, *there).numpy()
+    np.testing.assert_allclose(joints, clip.joints, atol=0.005)
+    # Their hip joints lie closer together than ours, their feet need not.
+    narrow = np.linalg.norm(np.diff(joints[:, HIPS], axis=1), axis=-1).mean()
+    wide = np.linalg.norm(
+        np.diff(forward_kinematics(BODY, *ours)[:, HIPS].numpy(), axis=1), axis=-1
+    )
+    assert narrow < 0.7 * wide.mean()
