@@ -1,7 +1,8 @@
 """Our body with another skeleton's bones, so that a rotation means the same to both.
 
 At rest ours is a T-pose; theirs may hold arms and legs otherwise. Limbs are turned to our rest
-directions, the trunk keeps their shape (and feet their pitch: they stand flat in both).
+directions, the trunk keeps their shape (and feet their pitch: they stand flat in both). Only SMPL-X has a
+chest where ours is, which tells how far its T-pose raises the shoulders.
 """
 
 from collections.abc import Mapping
@@ -16,6 +17,7 @@ from capture_app.exports.take import Y_UP
 from capture_app.exports.target import Target
 from omomo_core.body.kinematics import full_kinematics
 from omomo_core.body.model import BodyModel
+from omomo_core.body.rest_turns import COLLARS, rest_offsets, rest_turns
 from omomo_core.body.skinning import skin
 from omomo_core.geometry.shortest_turn import shortest_turn
 from omomo_core.skeleton import ALL_JOINTS, ALL_PARENTS, joint
@@ -58,7 +60,8 @@ def proportions(target: Target, body: BodyModel) -> Proportions:
     theirs = {n: Y_UP @ target.skeleton.positions[k] for n, k in target.joints.items()}
     ours = body.rest_joints.double().numpy()
     driven = _driven(theirs)
-    turns = _turns(theirs, ours, driven)
+    collars = {} if target.smplx is None else _shoulders_down(body, target.smplx)
+    turns = _turns(theirs, ours, driven, collars)
     leg = _length(theirs, "hip", "knee", "ankle") / _own_length(ours, "hip", "knee", "ankle")
     rest = np.zeros((52, 3))
     rest[0] = theirs["pelvis"]
@@ -96,12 +99,13 @@ def _turns(
     theirs: Mapping[str, Float[np.ndarray, "3"]],
     ours: Float[np.ndarray, "52 3"],
     driven: Int[np.ndarray, "52"],
+    collars: Mapping[int, Float[np.ndarray, "3 3"]],
 ) -> Float[np.ndarray, "52 3 3"]:
     turns = np.tile(np.eye(3), (52, 1, 1))
     for j, name in enumerate(ALL_JOINTS):
         above = turns[ALL_PARENTS[j]] if j and not name.endswith(_TRUNK) else np.eye(3)
         end = _LIMBS.get(name) or _FEET.get(name)
-        turns[j] = turns[driven[j]] if driven[j] != j else above
+        turns[j] = turns[driven[j]] if driven[j] != j else collars.get(j, above)
         if end is None or name not in theirs or end not in theirs:
             continue
         have, want = above @ (theirs[end] - theirs[name]), ours[joint(end)] - ours[j]
@@ -109,6 +113,12 @@ def _turns(
             have, want = have * [1.0, 0.0, 1.0], want * [1.0, 0.0, 1.0]
         turns[j] = shortest_turn(have, want) @ above
     return turns
+
+
+def _shoulders_down(body: BodyModel, smplx: BodyModel) -> dict[int, Float[np.ndarray, "3 3"]]:
+    """What brings its shoulders to where ours are, of each collar."""
+    turns = rest_turns(body, rest_offsets(smplx))
+    return {collar: turns[collar].T for collar in COLLARS}
 
 
 def _placed(

@@ -25,6 +25,7 @@ from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 from omomo_core.skeleton import joint
+from tests.capture_app.exports.smplx_files import posed, raise_shoulders, write_smplx
 
 UPRIGHT = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
 FRAMES = 20
@@ -218,51 +219,28 @@ def test_smplx_poses_are_those_of_the_model(
     skeleton, human = character(shipped, 0.97, Bones.smplx)
     order = [human[name] for name in BONE_NAMES[Bones.smplx].of]
     rest = skeleton.positions[order] @ UPRIGHT + [0.01, -0.4, 0.02]
+    raise_shoulders(rest)
     path = tmp_path / "SMPLX_FAKE.npz"
-    _write_smplx(path, rest)
+    write_smplx(path, rest)
     options = ExportOptions(Kind.amass, skeleton=path)
     export(tmp_path / "a.npz", holding.human, holding.object_motion, shipped, options)
     with np.load(tmp_path / "a.npz") as file:
         data = dict(file)
     assert bool(data["exact"])
     pose = np.concatenate([data["poses"][:, :66], data["poses"][:, 75:]], axis=1)
-    joints = _posed(pose.reshape(-1, 52, 3), data["trans"], rest)
+    joints = posed(pose.reshape(-1, 52, 3), data["trans"], rest)
     np.testing.assert_allclose(joints, data["joints"], atol=1e-5)
     np.testing.assert_allclose(joints[:, [25, 40]], holding.human.joints[:, 22:], atol=1e-3)
+    ours = holding.human.joints
+    for shoulder in (joint("left_shoulder"), joint("right_shoulder")):
+        seen, as_ours = (at[:, shoulder] - at[:, joint("spine3")] for at in (joints, ours))
+        raised = rest[shoulder] - rest[joint("spine3")]
+        assert _cosine(seen, as_ours).min() > np.cos(np.radians(3))
+        assert _cosine(raised, as_ours[0] @ UPRIGHT) < np.cos(np.radians(10))
 
 
-def _write_smplx(path: Path, rest: np.ndarray) -> None:
-    kept = [*range(22), *range(25, 55)]
-    joints = np.zeros((55, 3))
-    joints[kept] = rest
-    regressor = np.zeros((55, 56))
-    regressor[:, :55] = np.eye(55)
-    weights = np.zeros((56, 55))
-    weights[:55] = np.eye(55)
-    weights[55, 0] = 1.0
-    low = np.array([[0.0, rest[:, 1].min() - 0.03, 0.0]])
-    np.savez(
-        path,
-        v_template=np.concatenate([joints, low]),
-        f=np.array([[0, 1, 2]]),
-        J_regressor=regressor,
-        weights=weights,
-        kintree_table=np.zeros((2, 55), int),
-    )
-
-
-def _posed(pose: np.ndarray, trans: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    """SMPL-X's own forward kinematics: the template's pelvis is where trans is zero."""
-    from omomo_core.skeleton import ALL_PARENTS
-
-    R = Rotation.from_rotvec(pose.reshape(-1, 3)).as_matrix().reshape(*pose.shape, 3)
-    out = np.zeros(pose.shape)
-    out[:, 0] = rest[0] + trans
-    for j in range(1, 52):
-        p = ALL_PARENTS[j]
-        out[:, j] = out[:, p] + R[:, p] @ (rest[j] - rest[p])
-        R[:, j] = R[:, p] @ R[:, j]
-    return out
+def _cosine(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return (a * b).sum(-1) / np.linalg.norm(a, axis=-1) / np.linalg.norm(b, axis=-1)
 
 
 def test_a_skeleton_of_nobody_is_refused(tmp_path: Path) -> None:
