@@ -22,6 +22,8 @@ STRIDE = 4
 """Frames between those that are compared."""
 KIND, ALIKE = 5, 0.25
 """Guesses that are much of a kind, unless their palms are farther apart than so many metres."""
+HAND = 0.5
+"""Metres apart that guesses count as for each hand that holds in one of them only."""
 A_WHILE = 15.0
 """Frames (standard deviation) over which guesses are compared to tell their kind."""
 Guesses = Float[Tensor, "guesses frames 8"]
@@ -52,10 +54,11 @@ def amid_others(features: Samples) -> Samples:
     A guess errs in what all of its kind agree on and in what nobody can tell; the mean of its kind hardly in
     the latter. Who is of a kind is seen anew all along the take.
     """
-    palms = _palms(features)
+    palms, holds = _palms(features), (features[..., 3 * LAYOUT.vectors :] > 0).double().numpy()
     x: list[Tensor] = []
-    for one in palms:
+    for one, held in zip(palms, holds, strict=True):
         apart = np.linalg.norm(palms - one, axis=-1).mean(axis=-1)
+        apart += HAND * np.abs(holds - held).sum(axis=-1)
         apart = np.asarray(gaussian_filter1d(apart, A_WHILE, axis=-1, mode="nearest"))
         kind = np.sort(apart, axis=0)[: min(KIND, len(apart))][-1].clip(1e-6, ALIKE)
         weight = np.exp(-((apart / kind) ** 2))

@@ -19,6 +19,7 @@ from omomo_core.contact.segment import Segment
 from omomo_core.generation.calm import calmed
 from omomo_core.generation.decided import Decided
 from omomo_core.generation.fit import Fit
+from omomo_core.generation.pelvis import tilted
 from omomo_core.generation.person import Person
 from omomo_core.generation.scene import Scene, Thing
 from omomo_core.generation.solve import Solved, solve_bodies
@@ -51,7 +52,8 @@ class Sampled:
         calm = [calmed(smooth[k], ROOT_AND_JOINTS) for k in range(len(smooth))]
         x = torch.from_numpy(np.stack(calm))
         root, _, six, foot_contact = body_stage.unpack(x, torch.zeros(*x.shape[:2], 2))
-        return Sampled(*fit.to_body(root, rotmat_from_6d(six)), foot_contact)
+        people = tilted(fit.trained, root, rotmat_from_6d(six))
+        return Sampled(*fit.to_body(*people), foot_contact)
 
 
 @torch.inference_mode()
