@@ -102,7 +102,7 @@ def _features(
     root: Float[Tensor, "3"], R: Float[Tensor, "22 3 3"], fit: Fit
 ) -> Float[Tensor, " channels"]:
     """Stage 2's of a pose, with the root in the networks' world."""
-    root, R = fit.to_trained(root, R)
-    joints = forward_kinematics(fit.trained, root, R)
-    vectors = torch.cat([root[None], joints[1:] - root, rotmat_to_6d(R).flatten(0, 1)])
+    moved, turned = fit.to_trained(root, R)
+    joints = forward_kinematics(fit.trained, moved, turned)
+    vectors = torch.cat([moved[None], joints[1:] - moved, rotmat_to_6d(turned).flatten(0, 1)])
     return torch.cat([vectors.flatten(), torch.zeros(body_stage.LAYOUT.scalars)])
