@@ -30,6 +30,11 @@ class BodyModel:
         y = self.vertices[:, 1]
         return float(y.max() - y.min())
 
+    @property
+    def hips(self) -> Float[Tensor, "3"]:
+        """Middle of the hip joints from the pelvis joint, at rest."""
+        return self.rest_joints[[1, 2]].mean(dim=0) - self.rest_joints[0]
+
 
 def with_height(body: BodyModel, height: float) -> BodyModel:
     """The same body scaled to a stature, metres."""

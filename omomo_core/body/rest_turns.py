@@ -11,7 +11,7 @@ from jaxtyping import Float
 from omomo_core.body.kinematics import MODEL_REST
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.shortest_turn import shortest_turn
-from omomo_core.skeleton import MODEL_PARENTS
+from omomo_core.skeleton import MODEL_ABOVE
 
 LIMBS = {1: 4, 2: 5, 4: 7, 5: 8, 7: 10, 8: 11, 16: 18, 17: 19, 18: 20, 19: 21, 20: 22, 21: 23}
 """Joints that drive one straight bone, and the end of that bone."""
@@ -25,7 +25,7 @@ Offsets = Float[np.ndarray, "24 3"]
 def rest_offsets(body: BodyModel) -> Offsets:
     """Of one of our bodies, in our rest axes."""
     rest = body.rest_joints.double().numpy()[list(MODEL_REST)]
-    return rest - rest[[max(parent, 0) for parent in MODEL_PARENTS]]
+    return rest - rest[list(MODEL_ABOVE)]
 
 
 def rest_turns(body: BodyModel, theirs: Offsets) -> Float[np.ndarray, "22 3 3"]:

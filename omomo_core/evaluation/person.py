@@ -14,12 +14,10 @@ from jaxtyping import Float
 from omomo_core.body.kinematics import MODEL_REST
 from omomo_core.body.model import BodyModel, with_height
 from omomo_core.body.rest_turns import Offsets, rest_turns
-from omomo_core.skeleton import MODEL_PARENTS, PALM_JOINTS, joint
+from omomo_core.skeleton import MODEL_ABOVE, MODEL_PARENTS, PALM_JOINTS, joint
 
 AXES = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 """R_clip_ours at rest: our left, up and forward are the clip's y, z and x."""
-
-_ABOVE = [max(parent, 0) for parent in MODEL_PARENTS]
 
 
 def bone_offsets(
@@ -47,7 +45,7 @@ def our_rotations(
 def body_of(offsets: Offsets, body: BodyModel) -> BodyModel:
     """Our body with the bones of a clip's person; its surface follows the joints."""
     theirs = offsets @ AXES
-    bones = np.einsum("jyx,jy->jx", rest_turns(body, theirs)[_ABOVE], theirs)
+    bones = np.einsum("jyx,jy->jx", rest_turns(body, theirs)[list(MODEL_ABOVE)], theirs)
     rest = np.zeros((24, 3))
     for j in range(1, 24):
         rest[j] = rest[MODEL_PARENTS[j]] + bones[j]

@@ -56,8 +56,8 @@ class Fit:
         size: Float[Tensor, "3"],
     ) -> tuple[Float[Tensor, "*b 3"], Float[Tensor, "*b 22 3 3"]]:
         pelvis = rotations[..., 0, :, :]
-        hips = (root + pelvis @ _hips(old).to(root)) * size
-        moved = hips - pelvis @ _hips(new).to(root)
+        hips = (root + pelvis @ old.hips.to(root)) * size
+        moved = hips - pelvis @ new.hips.to(root)
         if self._legs_alike:
             return moved, rotations
         feet = forward_kinematics(old, root, rotations)
@@ -73,8 +73,3 @@ class Fit:
     def _size(self) -> Float[Tensor, "3"]:
         heights = [float(b.rest_joints[[1, 2], 1].mean()) for b in (self.trained, self.body)]
         return torch.tensor([self.scale, self.scale, heights[0] / heights[1]])
-
-
-def _hips(body: BodyModel) -> Float[Tensor, "3"]:
-    """Middle of the hips from the pelvis joint, at rest."""
-    return body.rest_joints[[1, 2]].mean(dim=0) - body.rest_joints[0]

@@ -28,13 +28,11 @@ def tilted(
         rotations: global R_world_joint.
     """
     pelvis = rotations[..., 0, :, :]
-    rest = body.rest_joints.to(root)
-    to_hips = rest[[1, 2]].mean(dim=0) - rest[0]
     change = SHARE * pitch(rotations, _CHEST) - pitch(rotations, 0)
     turned = roma.rotvec_to_rotmat(pelvis[..., 0] * change[..., None]) @ pelvis
     out = rotations.clone()
     out[..., 0, :, :] = turned
-    return root + (pelvis - turned) @ to_hips, out
+    return root + (pelvis - turned) @ body.hips.to(root), out
 
 
 def pitch(rotations: Float[Tensor, "*b 22 3 3"], of: int) -> Float[Tensor, "*b"]:

@@ -101,3 +101,11 @@ def test_a_kind_may_change_in_the_midst_of_a_take():
 def test_one_unlike_all_others_stays_as_it_is(distance: float):
     x = _guesses(np.array([[0.0, 0, 0], [distance, 0, 0], [2 * distance, 0, 0]]))
     torch.testing.assert_close(amid_others(x), x, atol=1e-4, rtol=0)
+
+
+def test_who_holds_with_the_left_hand_is_not_of_a_kind_with_who_holds_with_the_right():
+    x = _guesses(np.random.default_rng(0).normal(0, 0.05, (20, 3)))
+    x[:10, :, 6], x[10:, :, 7] = -1, -1
+    amid = amid_others(x)
+    assert ((amid[..., 6:] > 0) == (x[..., 6:] > 0)).all()
+    assert amid[..., 6:].abs().min() > 0.9

@@ -14,7 +14,7 @@ from omomo_core.skeleton import joint
 from tests.core.standing_people import FACING_X
 
 BODY = load_body()
-CHEST, HIPS = joint("spine3"), [joint("left_hip"), joint("right_hip")]
+CHEST = joint("spine3")
 
 
 def stooping(degrees: float, yaw: float, side: float = 0.0) -> torch.Tensor:

@@ -11,7 +11,7 @@ from torch import Tensor
 from omomo_core.body.kinematics import MODEL_REST
 from omomo_core.body.model import BodyModel
 from omomo_core.body.polish.flesh import SKIN, Ball
-from omomo_core.skeleton import BODY_JOINTS, MODEL_PARENTS, joint
+from omomo_core.skeleton import BODY_JOINTS, MODEL_ABOVE, MODEL_PARENTS, joint
 
 _SIDES = ("left", "right")
 BONES = ("pelvis", "spine3", *(f"{s}_{n}" for n in ("collar", "shoulder", "elbow", "wrist", "hip",
@@ -113,7 +113,7 @@ def anatomy(body: BodyModel, *, clearance: float | None = None) -> Anatomy:
     flesh = _COARSE if clearance is None else SKIN
     size = body.height / _STATURE
     rest = body.rest_joints[list(MODEL_REST)].float()
-    above = [max(p, 0) for p in MODEL_PARENTS]
+    above = list(MODEL_ABOVE)
     beside = torch.tensor([ball.beside for ball in flesh]) * size
     beside[[ball.start == ball.end == "head" for ball in flesh]] += _to_skull(body)
     offsets = torch.cat([rest - rest[above], beside])

@@ -10,11 +10,11 @@ from scipy.spatial.transform import Rotation
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
 from omomo_core.body.rest_turns import COLLARS, LIMBS, rest_offsets, rest_turns
-from omomo_core.skeleton import MODEL_PARENTS
+from omomo_core.skeleton import MODEL_ABOVE, MODEL_PARENTS
 
 BODY = load_body()
 OURS = rest_offsets(BODY)
-ABOVE = [max(p, 0) for p in MODEL_PARENTS]
+ABOVE = list(MODEL_ABOVE)
 SHRUG = {13: 0.0, 14: 0.0, 16: 0.9, 17: -0.9}
 """Radians about the forward axis by which SMPL's shoulders are higher at rest, about."""
 
