@@ -88,7 +88,7 @@ def polish(
     seen = np.unique(np.append(np.arange(0, frames, _STRIDE), frames - 1))
     values = torch.zeros(*clips, spline.count, VALUES)
     near, bending = _closeness(), spline.bending() * len(seen)
-    stiffness = _SMOOTH**2 * near.diagonal()
+    stiffness = _SMOOTH**2 * near
     part, watched = guess.at(seen), _goals(flesh, root, targets, seen)
     for step_number in range(1, steps + 1):
         at, turned = part.corrected(flesh, values)

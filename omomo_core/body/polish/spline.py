@@ -60,7 +60,7 @@ def solve(
     hessian: Float[Tensor, "times n n"],
     gradient: Float[Tensor, "times n"],
     bending: Float[Tensor, "coefficients coefficients"],
-    stiffness: Float[Tensor, " n"],
+    stiffness: Float[Tensor, "n n"],
     now: Float[Tensor, "coefficients n"],
 ) -> Float[Tensor, "coefficients n"]:
     """One Gauss-Newton step of the coefficients.
@@ -70,15 +70,15 @@ def solve(
         hessian: of the cost of each frame in the value of the spline there.
         gradient: likewise.
         bending: quadratic form of the spline's second derivative.
-        stiffness: its weight for each of the n values.
+        stiffness: its weight, a quadratic form of the n values.
         now: the present coefficients.
     """
     count, n = now.shape
     bands = _pairs(basis).mT.reshape(-1, len(basis)) @ hessian.flatten(1)
     bands = bands.view(_ORDER, count, n, n)
     stiff = torch.stack([_filled(bending.diagonal(k), count) for k in range(_ORDER)])
-    bands.diagonal(0, 2, 3).add_(stiff[..., None] * stiffness)
-    slope = basis.T @ gradient + (bending @ now) * stiffness
+    bands.add_(stiff[..., None, None] * stiffness)
+    slope = basis.T @ gradient + (bending @ now) @ stiffness
     with one_blas_thread():
         step = solveh_banded(
             _lower(bands), -slope.flatten().double().numpy(), lower=True, check_finite=False,

@@ -110,6 +110,26 @@ def test_far_palms_are_reached_and_feet_stay(body: BodyModel) -> None:
     assert np.abs(sole_points(body, root, rotations) - wanted.soles).max() < 2e-3
 
 
+@pytest.mark.parametrize("turn", [0.0, 40.0, 70.0])
+def test_arms_hang_as_they_did_until_shortly_before_they_hold(body: BodyModel, turn: float) -> None:
+    root, rotations = standing(body)
+    places = np.array([[0.45, 0.25, 1.0], [0.45, -0.25, 1.0]])
+    wanted = goals(body, (root, rotations), places, FAR, 0.0)
+    wanted.pull[:] = np.linspace(-2.5, 2.5, FRAMES).clip(0.0, 1.0)[:, None]
+    arms = torch.as_tensor(rotations)
+    for side, arm in enumerate(("left_arm", "right_arm")):
+        about = Rotation.from_euler("x", turn * (1 - 2 * side), degrees=True).as_matrix()
+        wanted.R_world_wrist[:, side] = about @ wanted.R_world_wrist[:, side]
+        pull = torch.as_tensor(wanted.pull[:, side]).contiguous()
+        goal = torch.as_tensor(wanted.palms[:, side])
+        arms, _ = reach(body, torch.as_tensor(root), arms, arm, goal, weight=pull)
+    palms = joints_of(body, *polish(body, root, arms.numpy(), wanted))[:, 22:]
+    held, free = slice(FRAMES * 3 // 4, None), slice(FRAMES // 3)
+    assert np.linalg.norm(palms[held] - places, axis=-1).max() < 0.005
+    before = joints_of(body, root, rotations)[free, 22:]
+    assert np.linalg.norm(palms[free] - before, axis=-1).max() < 0.06
+
+
 def test_clips_side_by_side_are_each_alone(body: BodyModel) -> None:
     base = standing(body)
     part = block((0.1, -0.18, 0.8), (0.6, 0.18, 1.1))
@@ -201,13 +221,14 @@ def test_banded_step_is_the_dense_least_squares(frames: int, spacing: float, see
     J = torch.as_tensor(rng.normal(size=(frames, 5, n)), dtype=torch.float32)
     gradient = torch.as_tensor(rng.normal(size=(frames, n)), dtype=torch.float32)
     now = torch.as_tensor(rng.normal(size=(spline.count, n)), dtype=torch.float32)
-    hessian, stiffness = J.mT @ J + torch.eye(n), torch.tensor([1.0, 2.0, 3.0])
+    hessian, half = J.mT @ J + torch.eye(n), torch.tensor(rng.normal(size=(n, n))).float()
+    stiffness = torch.eye(n) + half @ half.T
     bending = spline.bending() + 1e-2 * torch.eye(spline.count)
     bending = torch.triu(torch.tril(bending, 3), -3)
     step = solve(basis, hessian, gradient, bending, stiffness, now)
     dense = torch.einsum("fi,fj,fab->iajb", basis, basis, hessian).double()
-    dense += torch.einsum("ij,ab->iajb", bending, torch.diag(stiffness))
-    slope = (basis.T @ gradient + (bending @ now) * stiffness).double()
+    dense += torch.einsum("ij,ab->iajb", bending, stiffness)
+    slope = (basis.T @ gradient + bending @ now @ stiffness).double()
     size = spline.count * n
     expected = torch.linalg.solve(dense.reshape(size, size), -slope.reshape(size))
     np.testing.assert_allclose(step.flatten(), expected, atol=2e-3 * float(expected.abs().max()))
