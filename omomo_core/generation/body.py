@@ -10,6 +10,7 @@ from torch import Tensor
 
 from omomo_core.body_stage import capture as body_stage
 from omomo_core.capture import BASIS_POINTS, shape_code
+from omomo_core.even import evenly
 from omomo_core.generation.decided import Decided, Pin
 from omomo_core.generation.overlap import Told, sample_take
 from omomo_core.generation.result import GenerationOptions, Progress
@@ -18,9 +19,6 @@ from omomo_core.generation.take import object_windows, window_frames
 from omomo_core.geometry.rotations import yaw_matrix
 from omomo_core.motion import HandMotion
 from omomo_core.stage import Stage
-
-BEYOND = 0.25
-"""How far samples go beyond the straightest and the deepest of the synthesis: people do, too."""
 
 
 def sample_body(
@@ -72,13 +70,14 @@ def sample_body(
 
 
 def habits(samples: int, seed: int) -> Float[Tensor, " samples"]:
-    """How upright each sample stays, from deep squats (0) to straight legs (1) and beyond: evenly, in any
-    order.
+    """How upright each sample stays, from deep squats (0) to straight legs (1).
 
-    The same in all stretches of a take: whoever squats once squats again. One sample is as most people.
+    Evenly over all of them, and over any few neighbours, who hold the object from the same side. The same in
+    all stretches of a take: whoever squats once squats again. One sample is as most people.
     """
-    order = torch.randperm(samples, generator=torch.Generator().manual_seed(seed))
-    return (1 + 2 * BEYOND) * (order + 0.5) / samples - BEYOND
+    first = torch.randint(1000, (1,), generator=torch.Generator().manual_seed(seed))
+    rank = evenly(first + torch.arange(samples)).argsort().argsort()
+    return (rank + 0.5) / samples
 
 
 def _from_reference(pin: Pin, reference: Float[Tensor, "samples frames 2"]) -> Pin:

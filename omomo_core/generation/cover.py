@@ -67,6 +67,14 @@ def amid_others(features: Samples) -> Samples:
     return torch.stack(x)
 
 
+def around(features: Samples) -> Samples:
+    """The same samples in the order of the side from which they hold the object: neighbours are alike."""
+    held = (features[..., 3 * LAYOUT.vectors :] > 0).any(dim=-1, keepdim=True)
+    middle = features[..., : 3 * LAYOUT.vectors].unflatten(-1, (2, 3)).mean(dim=-2)
+    side = (middle * held).sum(dim=-2)
+    return features[torch.atan2(side[:, 1], side[:, 0]).argsort(stable=True)]
+
+
 def guesses(samples: int) -> int:
     """How many to draw where so many are kept."""
     return max(samples, min(DRAWN * samples, MOST))

@@ -15,7 +15,7 @@ from omomo_core.contact.decode import OPEN, Given, decode
 from omomo_core.contact.segment import Segment, Span, follow
 from omomo_core.generation.beginning import Start, like_start
 from omomo_core.generation.calm import calmed
-from omomo_core.generation.cover import guesses, of_many
+from omomo_core.generation.cover import around, guesses, of_many
 from omomo_core.generation.decided import Decided, Pin, fade
 from omomo_core.generation.overlap import Told, sample_take
 from omomo_core.generation.result import GenerationOptions, Progress
@@ -42,7 +42,7 @@ def sample_hands(
     """Features of each sample: palms from the object's centre in the networks' world, contacts.
 
     Where nothing goes on, more are drawn than are kept, each looking at the object from a heading of its own,
-    and `of_many` or `like_start` makes the samples of them.
+    and `of_many` or `like_start` makes the samples of them; neighbours hold from the same side.
 
     Args:
         scene: the object.
@@ -71,8 +71,8 @@ def sample_hands(
         return draw(samples)
     many = draw(guesses(samples))
     if start is None:
-        return of_many(many, scene, samples)
-    return like_start(many, start, scene, samples)
+        return around(of_many(many, scene, samples))
+    return around(like_start(many, start, scene, samples))
 
 
 def _told(scene: Scene, samples: int, *, canonical: bool) -> Told:

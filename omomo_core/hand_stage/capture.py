@@ -9,6 +9,7 @@ from jaxtyping import Float
 from torch import Tensor
 
 from omomo_core.capture import stage_config
+from omomo_core.even import evenly
 from omomo_core.geometry.canonical import Layout, heading_of_travel, rotate, turn
 from omomo_core.geometry.rotations import rotmat_to_6d, yaw_matrix
 from omomo_core.windows import ObjectWindows
@@ -48,14 +49,9 @@ def guessing_yaw(windows: ObjectWindows, guesses: int) -> Float[Tensor, " b"]:
     yaw, travels = heading_of_travel(windows.centre, windows.valid)
     turn = torch.arange(guesses).repeat_interleave(len(yaw) // guesses)
     keep = travels & (turn % ELSEWHERE < ELSEWHERE - 1)
-    near = DISTURBED * torch.special.ndtri(_even(turn))
-    around = 2 * torch.pi * _even(torch.where(travels, turn // ELSEWHERE, turn))
+    near = DISTURBED * torch.special.ndtri(evenly(turn))
+    around = 2 * torch.pi * evenly(torch.where(travels, turn // ELSEWHERE, turn))
     return torch.where(keep, yaw + near, around)
-
-
-def _even(number: Tensor) -> Tensor:
-    """Places between 0 and 1 of the first numbers, however many: multiples of the golden section."""
-    return ((5**0.5 - 1) / 2 * (number + 0.5)) % 1.0
 
 
 def object_axes(windows: ObjectWindows, yaw: Float[Tensor, " b"]) -> Float[Tensor, "b frames 3 3"]:

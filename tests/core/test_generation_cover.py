@@ -5,10 +5,10 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.generation.cover import ALIKE, amid_others, cover, guesses
+from omomo_core.generation.cover import ALIKE, amid_others, around, cover, guesses
 
 
-def around(centres: np.ndarray, each: int, rng: np.random.Generator) -> np.ndarray:
+def clustered(centres: np.ndarray, each: int, rng: np.random.Generator) -> np.ndarray:
     """Guesses of 9 frames in clusters."""
     palms = np.repeat(centres, each, axis=0)[:, None, None]
     return palms + rng.normal(0, 0.01, (len(palms), 9, 2, 3))
@@ -24,7 +24,7 @@ def mean_distance(palms: np.ndarray, kept: np.ndarray) -> float:
 def test_every_cluster_is_met_before_any_is_met_twice(seed: int, clusters: int, each: int):
     rng = np.random.default_rng(seed)
     centres = 5.0 * np.arange(clusters)[:, None] + rng.uniform(0, 1, (clusters, 3))
-    palms = around(centres, each, rng)[rng.permutation(clusters * each)]
+    palms = clustered(centres, each, rng)[rng.permutation(clusters * each)]
     kept = cover(palms, clusters)
     nearest = np.linalg.norm(palms[kept].mean(axis=(1, 2))[:, None] - centres, axis=-1)
     assert sorted(nearest.argmin(axis=1)) == list(range(clusters))
@@ -109,3 +109,17 @@ def test_who_holds_with_the_left_hand_is_not_of_a_kind_with_who_holds_with_the_r
     amid = amid_others(x)
     assert ((amid[..., 6:] > 0) == (x[..., 6:] > 0)).all()
     assert amid[..., 6:].abs().min() > 0.9
+
+
+@given(sides=st.permutations(range(8)))
+def test_who_holds_from_the_same_side_is_a_neighbour(sides: list[int]):
+    """Where hands are that hold nothing does not count."""
+    angle = torch.tensor(sides) * (2 * np.pi / 8) - 3.0
+    features = torch.full((8, 6, 8), -1.0)
+    features[:, :3, :6] = 9.0 * torch.randn(8, 3, 6)
+    features[:, 3:, 6:] = 1.0
+    for hand in (0, 1):
+        features[:, 3:, 3 * hand] = angle.cos()[:, None]
+        features[:, 3:, 3 * hand + 1] = angle.sin()[:, None]
+    ordered = around(features)
+    assert torch.equal(ordered, features[torch.tensor(sides).argsort()])

@@ -6,7 +6,7 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omomo_core.generation.body import BEYOND, habits
+from omomo_core.generation.body import habits
 from omomo_core.training.uprightness import Uprightness
 
 
@@ -46,5 +46,14 @@ def test_samples_differ_evenly_in_their_habits(samples: int):
     assert found.mean() == pytest.approx(0.5)
     assert found.min() + found.max() == pytest.approx(1.0)
     steps = found.sort().values.diff()
-    np.testing.assert_allclose(steps, (1 + 2 * BEYOND) / samples, rtol=1e-4)
+    np.testing.assert_allclose(steps, 1 / samples, rtol=1e-4)
     assert torch.equal(found, habits(samples, 5))
+
+
+@given(seed=st.integers(0, 999), first=st.integers(0, 15))
+def test_neighbours_differ_in_their_habits_as_all_do(seed: int, first: int):
+    """Some five of twenty hold from the same side: among them are some who squat and some who stoop."""
+    found = habits(20, seed)[first : first + 5].sort().values
+    assert found[0] < 0.3
+    assert found[-1] > 0.7
+    assert found.diff().max() < 0.6

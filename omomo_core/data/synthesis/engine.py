@@ -21,7 +21,7 @@ from omomo_core.data.synthesis.walker.library import index
 from omomo_core.errors import InputError
 from omomo_core.workers import worker_pool
 
-RECIPE = 13
+RECIPE = 14
 """Raised whenever the same seed makes other clips: data of two recipes must not be mixed unnoticed."""
 EVERYTHING = Roster()
 _TRIES = 60
