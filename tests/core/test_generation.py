@@ -92,7 +92,7 @@ def test_where_the_walk_takes_place_changes_nothing():
     a, b = run(here).motions[0].joints, run(there).motions[0].joints
     # An untrained person leaps about; where one does it just so fast, a rounding decides what is calmed.
     off = np.abs(a - b + [60.0, 0, 0])
-    assert np.quantile(off, 0.9) < 2e-3
+    assert np.median(off) < 5e-4
 
 
 def test_a_taller_person_is_the_scene_scaled():
