@@ -55,7 +55,7 @@ def test_a_resumed_run_is_the_same(inputs, weights: Path, killed_in: str) -> Non
         assert (again / name).read_bytes() == (inputs.output / name).read_bytes()
     # On a busy machine libx264 now and then makes other bytes of the same pictures.
     one, other = (read_frames(of / VIDEO, range(60)) for of in (again, inputs.output))
-    assert np.abs(np.subtract(one, other, dtype=float)).mean() < 1.0
+    assert np.abs(np.subtract(one, other, dtype=float)).mean() < 3.0
     ours, theirs = load_result(again).manifest, load_result(inputs.output).manifest
     assert (ours.scores, ours.notes, ours.faults, ours.files) == (
         theirs.scores,
