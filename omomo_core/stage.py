@@ -56,7 +56,7 @@ class Stage(nn.Module):
         self,
         x: Float[Tensor, "b frames channels"],
         condition: Float[Tensor, "b frames condition"],
-        shape: Float[Tensor, "b #tokens shape"] | None,
+        shape: Float[Tensor, " b #tokens shape"] | None,
         level: Tensor,
         valid: Bool[Tensor, "b frames"],
     ) -> Float[Tensor, "b frames channels"]:

@@ -8,6 +8,7 @@ import typer
 from capture_app.cli import options as given
 from capture_app.cli.console import output as console
 from capture_app.cli.console import say
+from capture_app.place import read_place
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

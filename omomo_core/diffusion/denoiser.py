@@ -39,7 +39,7 @@ class Denoiser(nn.Module):
         self,
         x: Float[Tensor, "b frames channels"],
         condition: Float[Tensor, "b frames condition"],
-        shape: Float[Tensor, "b #tokens shape"] | None,
+        shape: Float[Tensor, " b #tokens shape"] | None,
         level: Int[Tensor, " b"],
         valid: Bool[Tensor, "b frames"],
     ) -> Float[Tensor, "b frames channels"]:

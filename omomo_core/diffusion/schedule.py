@@ -18,8 +18,8 @@ class Schedule:
     alpha_bar: Float[Tensor, " levels"]
 
     def add_noise(
-        self, x0: Float[Tensor, "b *rest"], n: Tensor, noise: Float[Tensor, "b *rest"]
-    ) -> Float[Tensor, "b *rest"]:
+        self, x0: Float[Tensor, " b *rest"], n: Tensor, noise: Float[Tensor, " b *rest"]
+    ) -> Float[Tensor, " b *rest"]:
         """x_n for each sample's own level n, shape (b,)."""
         shape = (-1, *[1] * (x0.ndim - 1))
         signal = self.alpha_bar[n].to(x0.dtype).view(shape)

@@ -35,7 +35,7 @@ def turn(
 
 
 def rotate(
-    x: Float[Tensor, "b frames channels"], R: Float[Tensor, "b #frames 3 3"], layout: Layout
+    x: Float[Tensor, "b frames channels"], R: Float[Tensor, " b #frames 3 3"], layout: Layout
 ) -> Float[Tensor, "b frames channels"]:
     """Turn the vectors of each row by a rotation of its window, or of its frame; scalars stay."""
     split = 3 * layout.vectors

@@ -27,14 +27,16 @@ def inverse(T_a_b: Float[np.ndarray, "*batch 4 4"]) -> Float[np.ndarray, "*batch
     return T_b_a
 
 
-def velocity(x: Float[np.ndarray, "frames *rest"], fps: float) -> Float[np.ndarray, "frames *rest"]:
+def velocity(
+    x: Float[np.ndarray, " frames *rest"], fps: float
+) -> Float[np.ndarray, " frames *rest"]:
     """Central differences, one-sided at the ends, in units per second; zero for a single frame."""
     return np.gradient(x, axis=0) * fps if len(x) > 1 else np.zeros_like(x)
 
 
 def turning_speed(
     R_a_b: Float[np.ndarray, "frames *joints 3 3"], fps: float
-) -> Float[np.ndarray, "frames *joints"]:
+) -> Float[np.ndarray, " frames *joints"]:
     """How fast rotations turn from each frame to the next, rad/s; 0 in the last frame."""
     turns = np.swapaxes(R_a_b[:-1], -1, -2) @ R_a_b[1:]
     cosine = (np.trace(turns, axis1=-2, axis2=-1) - 1) / 2

@@ -23,6 +23,7 @@ from ingest.mount.hand_eye.streams import PoseStream
 from ingest.mount.hand_eye.timing import Offset, find_offsets
 from ingest.mount.observable import TILT_IT, OpenDirection, open_directions
 from ingest.mount.uncertainty import moved
+from omomo_core.errors import InputError
 
 _BELONG = 0.4
 """Least correlation of two clocks' turning speeds."""

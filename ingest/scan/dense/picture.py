@@ -98,7 +98,7 @@ def at_pixels(
     u: Float32[np.ndarray, " points"],
     v: Float32[np.ndarray, " points"],
     interpolation: int,
-) -> Shaped[np.ndarray, "points *channels"]:
+) -> Shaped[np.ndarray, " points *channels"]:
     """Values of an image at many places, 0 beyond it; `interpolation` is one of OpenCV's."""
     # OpenCV takes no maps of more than 32,767 rows, so the places make a picture of their own.
     rows = -(-len(u) // _ROW)
