@@ -125,7 +125,6 @@ def _options(request: TakeRequest) -> dict[str, Option]:
         **asdict(request.reading),
         "force": request.force,
         "mesh_scale": request.mesh_scale,
-        "segment": request.segment,
         "video_size": _size(request.video_size),
     }
 

@@ -47,6 +47,15 @@ class Inspection:
         return "good" if self.report.severity == "ok" else "usable with limits"
 
     @property
+    def reason(self) -> str:
+        """Why the verdict is not better, in one line; "" of a good take."""
+        bad = self.report.of("bad")
+        if self.problem is not None and not bad:
+            return self.problem.what
+        worst = bad or self.report.of("warn")
+        return f"{worst[0].name}: {worst[0].message}" if worst else ""
+
+    @property
     def advice(self) -> str:
         """The first thing to do about it, "" when there is nothing to do."""
         bad = self.report.of("bad")
@@ -79,7 +88,7 @@ def inspect_take(
     """
     fixed = load_mount(mount) if mount else identity_mount()
     moved = load_mesh(mesh, scale=mesh_scale * fixed.object_scale) if mesh else None
-    return look_over(read_session(session), moved, fixed, reading, images=images)
+    return look_over(read_session(session, reading.format), moved, fixed, reading, images=images)
 
 
 def look_over(
@@ -94,11 +103,12 @@ def look_over(
     first = inspect_clock(session)
     if not first.complete:
         return Inspection(session, first, None, None, mesh, mount)
-    take, problem, moved = None, None, mesh or _phone()
-    try:
-        take = to_object_motion(session, moved, mount, reading)
-    except InputError as found:
-        problem = found
+    take, problem = None, None
+    if mesh is not None or _is_upright(session, reading):
+        try:
+            take = to_object_motion(session, mesh or _phone(), mount, reading)
+        except InputError as found:
+            problem = found
     report = inspect_session(session, mesh=mesh, mount=mount, take=take, images=images)
     return Inspection(session, report, take, problem, mesh, mount)
 
@@ -149,6 +159,11 @@ def _where(seen: Inspection, bad: list[Check]) -> str:
         if check.frames is not None
     ]
     return "; ".join([str(seen.session.source), *places])
+
+
+def _is_upright(session: CaptureSession, reading: Reading) -> bool:
+    """Whether up is known without an object that rests."""
+    return session.gravity_aligned or session.imu is not None or reading.up is not None
 
 
 def _phone() -> ObjectMesh:

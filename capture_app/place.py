@@ -1,8 +1,9 @@
-"""Where somebody stood, as a user writes it."""
+"""Places and directions, as a user writes them."""
 
 import math
-from typing import Literal
+from typing import Literal, get_args
 
+from ingest.trajectory.reading import Top
 from omomo_core.errors import InputError
 
 Place = tuple[float, float]
@@ -31,3 +32,27 @@ def read_place(text: str | None, where: str) -> Stood | None:
         where=where,
         fix="Write two numbers with a comma between them, e.g. 0.8,-1.2, or the word phone.",
     )
+
+
+def read_up(text: str | None, where: str) -> tuple[float, float, float] | Top | None:
+    """The three numbers of "0,1,0", or the axis of the mesh that "object:z" names.
+
+    Raises:
+        InputError: "direction-invalid": it is written otherwise.
+    """
+    if text is None:
+        return None
+    for axis in get_args(Top):
+        if text.strip().lower() == axis:
+            return axis
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(
+            "direction-invalid",
+            f"{text!r} is no direction.",
+            where=where,
+            fix="Write three numbers with commas between them, e.g. 0,1,0, or an axis of the mesh, e.g. "
+            "object:z.",
+        ) from None
+    return x, y, z

@@ -18,7 +18,7 @@ from ingest.mount.file import load_mount
 from ingest.mount.mount import Mount, identity_mount
 from ingest.trajectory.object_motion import ObjectTake
 from ingest.trajectory.reading import Reading
-from ingest.trajectory.segments import cut
+from ingest.trajectory.segments import choose, cut
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel, with_height
 from omomo_core.contact.file import read_contacts
@@ -59,7 +59,7 @@ def prepare_take(request: TakeRequest) -> PreparedTake:
     _check_contact_rule(request)
     mount = load_mount(request.mount) if request.mount else _no_mount(request)
     take, verdict = (_animated(request), None) if request.animated else _recorded(request, mount)
-    segment = _choose(take, request.segment, request.session)
+    segment = _choose(take, request.reading.segment, request.session)
     motion = cut(take.motion, segment.start, segment.stop)
     body = load_body(request.body)
     return PreparedTake(
@@ -93,18 +93,19 @@ def _recorded(request: TakeRequest, mount: Mount) -> tuple[ObjectTake, Verdict]:
             fix="Leave out --node.",
         )
     mesh = load_mesh(request.mesh, scale=request.mesh_scale * mount.object_scale)
-    seen = look_over(read_session(request.session), mesh, mount, request.reading)
+    session = read_session(request.session, request.reading.format)
+    seen = look_over(session, mesh, mount, request.reading)
     return usable_take(seen, force=request.force), seen.verdict
 
 
 def _animated(request: TakeRequest) -> AnimatedTake:
     """The object's own motion."""
     floor = request.reading.floor
-    if request.reading != Reading(floor):
+    if request.reading != Reading(floor, segment=request.reading.segment):
         raise InputError(
             "tracking-unused",
             "An object's own motion was tracked by no phone.",
-            where="--up, --stitch, --closure",
+            where="--up, --stitch, --closure, --format",
             fix="Leave them out; the file says which way is up.",
         )
     animation = read_animation(request.session, request.node)
@@ -134,18 +135,9 @@ def _contacts(request: TakeRequest, motion: ObjectMotion) -> tuple[Span, ...] | 
 
 def _choose(take: ObjectTake | AnimatedTake, wanted: int | None, session: Path) -> Segment:
     """The wanted segment, or the longest."""
-    count = len(take.segments)
-    if wanted is not None and not 1 <= wanted <= count:
-        raise InputError(
-            "segment-missing",
-            f"There is no segment {wanted}: the take has {count}.",
-            where=str(session),
-            fix=f"Give --segment a number from 1 to {count}, or leave it out for the longest.",
-        )
-    lengths = [stop - start for start, stop in take.segments]
-    index = int(np.argmax(lengths)) + 1 if wanted is None else wanted
-    start, stop = take.segments[index - 1]
-    return Segment(index=index, count=count, start=start, stop=stop)
+    chosen = choose(take.segments, wanted, str(session))
+    start, stop = take.segments[chosen]
+    return Segment(index=chosen + 1, count=len(take.segments), start=start, stop=stop)
 
 
 def _stages(request: TakeRequest) -> Stages:

@@ -41,8 +41,6 @@ class TakeRequest:
     reading: Reading = AS_LOGGED
     """What the user says about the take."""
     mesh_scale: float = 1.0
-    segment: int | None = None
-    """Which stretch between tracking failures, counted from 1; None for the longest."""
     video_size: tuple[int, int] | None = (960, 540)
     """Width and height in pixels; None makes no video."""
     replace: bool = False

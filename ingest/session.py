@@ -63,9 +63,16 @@ class CaptureSession:
     imu: ImuLog | None = None
     gravity_aligned: bool = True
     """False where y is not up because the app's world is the first frame's (Record3D)."""
+    world_axes: bool = False
+    """Without gravity: y or z is up all the same, only which of them is not said (TUM)."""
+    camera_open: bool = False
+    """Nothing says whether the camera has the axes that it is read with, or OpenCV's for ARKit's and the
+    other way round (TUM)."""
     images: tuple[Path, ...] | None = None
     """Single images where the app writes no video, one for each of `video_times`."""
     image_turns: int = 0
     """Quarter turns counter-clockwise that bring stored images (video, images, depth) into the landscape that
     `intrinsics` and the phone's frame are in."""
     depth: DepthLog | None = None
+    notes: tuple[str, ...] = ()
+    """What was left out or taken for granted in reading, in sentences for its user."""

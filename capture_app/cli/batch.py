@@ -8,7 +8,7 @@ import typer
 from capture_app.cli import options as given
 from capture_app.cli.console import output as console
 from capture_app.cli.console import say
-from capture_app.place import read_place
+from capture_app.place import read_place, read_up
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -71,6 +71,7 @@ def batch(
     stitch: given.Stitch = False,
     closure: given.Closure = False,
     mesh_scale: given.MeshScale = 1.0,
+    format_: given.Format = None,
     video: given.Video = True,
     video_size: given.Size = "960x540",
     replace: given.Replace = False,
@@ -96,7 +97,8 @@ def batch(
         "stood": read_place(stood, "--stood"),
         "body": body,
         "floor": floor,
-        "up": given.direction(up, "--up"),
+        "up": read_up(up, "--up"),
+        "format": format_,
         "stitch": stitch,
         "closure": closure,
         "mesh_scale": mesh_scale,

@@ -10,6 +10,8 @@ from rich.text import Text
 
 from capture_app.cli import options as given
 from capture_app.cli.console import output, report, say
+from capture_app.place import read_up
+from ingest.report.check import folded
 from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -44,6 +46,8 @@ def inspect(
     stitch: given.Stitch = False,
     closure: given.Closure = False,
     mesh_scale: given.MeshScale = 1.0,
+    segment: given.Segment = None,
+    format_: given.Format = None,
     images: Images = False,
     html: HtmlFile = None,
     as_json: given.AsJson = False,
@@ -61,7 +65,7 @@ def inspect(
         session,
         mesh,
         place,
-        reading=Reading(floor, given.direction(up, "--up"), stitch, closure),
+        reading=Reading(floor, read_up(up, "--up"), stitch, closure, segment, format_),
         mesh_scale=mesh_scale,
         images=images,
     )
@@ -97,6 +101,7 @@ def _as_data(seen: "Inspection", refusal: InputError | None) -> dict[str, Any]:
         "app": seen.session.app,
         "source": str(seen.session.source),
         "verdict": seen.verdict,
+        "reason": seen.reason,
         "advice": seen.advice,
         "usable": refusal is None,
         "problem": str(refusal) if refusal else None,
@@ -111,25 +116,27 @@ def _as_data(seen: "Inspection", refusal: InputError | None) -> dict[str, Any]:
 def _show(seen: "Inspection") -> None:
     output.print(f"{seen.session.source} ({seen.session.app})", markup=False, soft_wrap=True)
     table = Table("", "check", "found", "poses", box=None, pad_edge=False, header_style="dim")
-    for check in seen.report.checks:
-        colour = _COLOUR[check.severity]
-        found = Text(check.message)
-        if check.fix:
-            found.append(f"\nfix: {check.fix}", style="dim")
-        poses = f"{check.frames[0]}-{check.frames[1] - 1}" if check.frames else ""
-        table.add_row(Text(check.severity, style=colour), check.name, found, poses)
+    for checks in folded(seen.report.checks):
+        first = checks[0]
+        found = Text("; ".join(dict.fromkeys(check.message for check in checks)))
+        if first.fix:
+            found.append(f"\nfix: {first.fix}", style="dim")
+        names = ", ".join(dict.fromkeys(check.name for check in checks))
+        places = [f"{c.frames[0]}-{c.frames[1] - 1}" for c in checks if c.frames]
+        severity = Text(first.severity, style=_COLOUR[first.severity])
+        table.add_row(severity, names, found, ", ".join(places))
     output.print(table)
     _show_stretches(seen)
-    say("Verdict", seen.verdict, f"bold {_VERDICT_COLOUR[seen.verdict]}")
+    reason = f": {seen.reason}" if seen.reason else ""
+    say("Verdict", f"{seen.verdict}{reason}", f"bold {_VERDICT_COLOUR[seen.verdict]}")
 
 
 def _show_stretches(seen: "Inspection") -> None:
     if seen.take is None:
         return
-    longest = max(stop - start for start, stop in seen.take.segments)
-    for k, (start, stop) in enumerate(seen.take.segments, 1):
-        used = stop - start == longest and len(seen.take.segments) > 1
-        note = " (the longest: used unless --segment says otherwise)" if used else ""
-        say(f"Segment {k}", f"{start / 30:.1f} to {stop / 30:.1f} s can be used{note}", "bold")
+    for k, (start, stop) in enumerate(seen.take.segments):
+        used = k == seen.take.chosen and len(seen.take.segments) > 1
+        note = " (used; --segment chooses another)" if used else ""
+        say(f"Segment {k + 1}", f"{start / 30:.1f} to {stop / 30:.1f} s can be used{note}", "bold")
     if seen.mesh is not None:
         say("Floor", seen.take.floor.message, "bold")

@@ -130,7 +130,10 @@ Floor = Annotated[
 ]
 Up = Annotated[
     str | None,
-    _option(text="Which way is up in the phone's world, e.g. 0,1,0. Found if not given."),
+    _option(
+        text="Which way is up, where the log does not say: a direction in the phone's world, e.g. 0,1,0; or "
+        "the axis of the mesh that points up where the object rests, e.g. object:z or object:-y."
+    ),
 ]
 Stood = Annotated[
     str | None,
@@ -163,6 +166,13 @@ Segment = Annotated[
     _option(
         text="Which stretch of a take that tracking failures split, from 1; the longest if not "
         "given.",
+    ),
+]
+Format = Annotated[
+    str | None,
+    _option(
+        "--format",
+        text="Read the log as that of this app (a name that `omocap formats` lists), whatever it looks like.",
     ),
 ]
 Video = Annotated[bool, typer.Option(help="Draw a video.")]
@@ -218,33 +228,11 @@ def mount_file(mount: str | None) -> Path | None:
             "object is as the phone sees it: a rotation and an offset in metres, which stay the "
             "same while the phone stays clamped.",
             where="--mount",
-            fix="Find it once per clamping and pass --mount FILE.json, a file with "
-            '{"T_phone_object": four rows of four numbers} that maps points of the mesh into the '
-            "axes of the phone's camera (in the landscape picture x right, y up, z towards you). "
-            "If the mesh is made in those axes already, pass --mount identity. A file of the object's "
-            "own motion needs none: docs/blender.md lists the kinds that are read.",
+            fix="Find it once per clamping with `omocap calibrate`, which asks what you have and writes the "
+            "file for --mount FILE. Only if the mesh was made in the axes of the phone's camera, pass "
+            "--mount identity. A file of the object's own motion needs none: see docs/blender.md.",
         )
     return None if mount == IDENTITY else Path(mount)
-
-
-def direction(text: str | None, option: str) -> tuple[float, float, float] | None:
-    """The three numbers of "0,1,0".
-
-    Raises:
-        InputError: it is written otherwise.
-    """
-    if text is None:
-        return None
-    try:
-        x, y, z = (float(part) for part in text.split(","))
-    except ValueError:
-        raise InputError(
-            "direction-invalid",
-            f"{text!r} is no direction.",
-            where=option,
-            fix="Write three numbers with commas between them, e.g. 0,1,0.",
-        ) from None
-    return x, y, z
 
 
 def sheet_size(text: str, option: str) -> tuple[int, int]:

@@ -3,7 +3,7 @@
 from capture_app.cli import options as given
 from capture_app.cli.console import progress_bars
 from capture_app.cli.summary import summarise
-from capture_app.place import read_place
+from capture_app.place import read_place, read_up
 
 HELP = """Make the motion of the person who moved the object.
 
@@ -39,6 +39,7 @@ def run(
     closure: given.Closure = False,
     mesh_scale: given.MeshScale = 1.0,
     segment: given.Segment = None,
+    format_: given.Format = None,
     video: given.Video = True,
     video_size: given.Size = "960x540",
     replace: given.Replace = False,
@@ -67,9 +68,8 @@ def run(
         body=body,
         height=height,
         stood=read_place(stood, "--stood"),
-        reading=Reading(floor, given.direction(up, "--up"), stitch, closure),
+        reading=Reading(floor, read_up(up, "--up"), stitch, closure, segment, format_),
         mesh_scale=mesh_scale,
-        segment=segment,
         video_size=size,
         replace=replace,
         force=force,

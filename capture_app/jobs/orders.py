@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from capture_app.calibration.ways.requests import AnyWay
+from ingest.trajectory.reading import Top
 
 _Size = tuple[Annotated[int, Field(ge=64, le=7680)], Annotated[int, Field(ge=64, le=4320)]]
 """Width and height in pixels."""
@@ -62,7 +63,8 @@ class RunOrder(Order):
     height: Annotated[float, Field(ge=0.8, le=2.6)] | None = None
     stood: tuple[FiniteFloat, FiniteFloat] | Literal["phone"] | None = None
     floor: float | None = None
-    up: tuple[float, float, float] | None = None
+    up: tuple[float, float, float] | Top | None = None
+    format: str | None = None
     stitch: bool = False
     closure: bool = False
     mesh_scale: Annotated[float, Field(ge=1e-6)] = 1.0

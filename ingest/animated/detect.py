@@ -5,6 +5,7 @@ from typing import Protocol, TypeVar, runtime_checkable
 
 from ingest.animated import csv_keys, gltf, json_keys, npz_poses, tum, usd
 from ingest.animated.animation import Animation
+from ingest.formats import pose_table
 from omomo_core.errors import InputError
 
 
@@ -43,7 +44,7 @@ TRACKS: tuple[Track, ...] = (npz_poses, json_keys, csv_keys, tum)
 def is_animation(path: Path, *, mounted: bool) -> bool:
     """Whether a recording is the object's own motion, rather than a phone's.
 
-    TUM text may be either: it is a phone's log where a mount is given.
+    Text of poses may be either: it is a phone's log where a mount is given.
 
     Args:
         path: what the user gave.
@@ -53,7 +54,9 @@ def is_animation(path: Path, *, mounted: bool) -> bool:
         InputError: "mount-unused" when a mount is given for what can only be the object's motion.
     """
     kind = _first(SCENES, path) or _first(TRACKS, path)
-    if kind is None or (mounted and kind is tum):
+    if kind is None or (
+        mounted and (kind is tum or (kind is csv_keys and pose_table.detect(path)))
+    ):
         return False
     if mounted:
         raise InputError(

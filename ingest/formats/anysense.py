@@ -8,14 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
 from ingest.formats.pick import first_row, floats, logs, only_log
-from ingest.formats.poses import Place, check_poses, poses_from_quaternions
+from ingest.formats.poses import check_poses, poses_from_quaternions
 from ingest.formats.table import numbers, read_rows
 from ingest.session import CaptureSession
-from omomo_core.errors import InputError
 
 NAME = "AnySense"
 FILES = "AR_Pose_<date>.txt, or a folder with one"
@@ -29,18 +27,12 @@ def detect(path: Path) -> bool:
 
 
 def read(path: Path) -> CaptureSession:
-    """Read a pose file, or a folder that holds exactly one.
-
-    Raises:
-        InputError: "time-repeats" where two lines carry one stamp: which pose is of which time
-            cannot be told; besides what every log is checked for.
-    """
+    """Read a pose file, or a folder that holds exactly one."""
     text = read_rows(only_log(path, logs(path, ("*.txt",), _is_log)), ",")
     bare = tuple((row[0].strip('"<>'), *row[1:]) for row in text.rows)
     table = numbers(replace(text, rows=bare), _WIDTH, range(_WIDTH))
     times = table.values[:, 0] * 1e-3
     T = poses_from_quaternions(table.values[:, 5:8], table.values[:, 1:5], table.place)
-    _refuse_repeats(times, table.place)
     check_poses(times, T, table.path, table.place)
     return CaptureSession(app=NAME, source=path, times=times, T_world_phone=T)
 
@@ -67,16 +59,3 @@ def _is_log(file: Path) -> bool:
         and stamp[2:-2].isdigit()
         and len(floats(pose)) == _WIDTH - 1
     )
-
-
-def _refuse_repeats(times: Float64[np.ndarray, " frames"], place: Place) -> None:
-    repeats = np.flatnonzero(np.diff(times) == 0) + 1
-    if len(repeats):
-        lines = ", ".join(place(int(row)).rsplit(":", 1)[1] for row in repeats[:8])
-        raise InputError(
-            "time-repeats",
-            f"{len(repeats)} lines carry the stamp of the line before them: {lines}"
-            f"{'...' if len(repeats) > 8 else ''}.",
-            where=place(int(repeats[0])),
-            fix="Delete these lines: their poses are left out and the others stay as they are.",
-        )

@@ -4,24 +4,34 @@ from dataclasses import replace
 from pathlib import Path
 
 from ingest.archive import is_archive, unpack
-from ingest.formats.registry import FORMATS, Format
+from ingest.formats.nearest import nearest
+from ingest.formats.registry import FORMATS, Format, format_named
+from ingest.formats.repeats import without_repeats
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
+
+Formats = tuple[Format, ...]
 
 _MAX_FOLDERS = 1000
 """Looked into; more than that is a disk, not a share of a session."""
 
 
-def read_session(path: Path) -> CaptureSession:
+def read_session(path: Path, app: str | None = None) -> CaptureSession:
     """Read a session: its folder, its pose file, an archive, or a folder around its folder.
 
     An archive is a .zip, .r3d, .tar or .tar.gz of any of these, told by its content. A session may
-    lie one or two folders down, if it is the only one there. Hidden folders are not looked into.
+    lie one or two folders down, if it is the only one there (four in Xcode's .xcappdata). Hidden folders
+    are not looked into.
+
+    Args:
+        path: of any of these.
+        app: name of the format to read it as, whatever it looks like; None finds it out.
 
     Raises:
-        InputError: "session-missing", "session-unknown", "session-ambiguous", "session-unreadable";
-            "archive-..." for an archive that is not unpacked; or a defect in the log.
+        InputError: "session-missing", "session-unknown", "session-ambiguous", "session-unreadable",
+            "format-unknown"; "archive-..." for an archive that is not unpacked; or a defect in the log.
     """
+    formats = FORMATS if app is None else (format_named(app),)
     try:
         if not path.exists():
             raise InputError(
@@ -31,8 +41,8 @@ def read_session(path: Path) -> CaptureSession:
                 fix="Check the path.",
             )
         if path.is_file() and is_archive(path):
-            return _read_archive(path)
-        return replace(_read(path), source=path)
+            return _read_archive(path, formats)
+        return replace(_read(path, formats), source=path)
     except OSError as error:
         raise InputError(
             "session-unreadable",
@@ -42,20 +52,20 @@ def read_session(path: Path) -> CaptureSession:
         ) from error
 
 
-def _read_archive(path: Path) -> CaptureSession:
+def _read_archive(path: Path, formats: Formats) -> CaptureSession:
     folder = unpack(path)
     try:
-        return replace(_read(folder), source=path)
+        return replace(_read(folder, formats), source=path)
     except InputError as error:
         # The user knows the archive, not the folder that it was unpacked into.
         where = error.where.replace(str(folder), str(path))
         raise InputError(error.code, error.what, where=where, fix=error.fix) from error
 
 
-def _read(path: Path) -> CaptureSession:
-    if (format_ := _format_of(path)) is not None:
+def _read(path: Path, formats: Formats) -> CaptureSession:
+    if (format_ := _format_of(path, formats)) is not None:
         return _read_as(format_, path)
-    found = _sessions_in(path)
+    found = _sessions_in(path, formats)
     if len(found) > 1:
         names = _names([str(folder.relative_to(path)) for folder, _ in found])
         raise InputError(
@@ -66,12 +76,14 @@ def _read(path: Path) -> CaptureSession:
         )
     for folder, format_ in found:
         return _read_as(format_, folder)
-    raise _not_a_session(path)
+    if len(formats) == 1 and path.is_file():
+        return _read_as(formats[0], path)  # whoever names the format is told what is amiss
+    raise _not_a_session(path, formats)
 
 
 def _read_as(format_: Format, path: Path) -> CaptureSession:
-    """The session, checked for what no format may say."""
-    session = format_.read(path)
+    """The session, checked for what no format may say; of poses with one stamp the first counts."""
+    session = without_repeats(format_.read(path))
     if session.image_size is not None and min(session.image_size) <= 0:
         width, height = session.image_size
         raise InputError(
@@ -83,12 +95,15 @@ def _read_as(format_: Format, path: Path) -> CaptureSession:
     return session
 
 
-def _sessions_in(path: Path) -> list[tuple[Path, Format]]:
-    """The session folders one down, and two down in folders that are none themselves."""
+def _sessions_in(path: Path, formats: Formats) -> list[tuple[Path, Format]]:
+    """The session folders one down, and two down in folders that are none themselves.
+
+    Xcode's copy of an app's container has the app's documents two folders further down.
+    """
     found: list[tuple[Path, Format]] = []
     looked = 0
     level = _subfolders(path)
-    for _ in range(2):
+    for _ in range(4 if path.suffix == ".xcappdata" else 2):
         looked += len(level)
         if looked > _MAX_FOLDERS:
             raise InputError(
@@ -97,38 +112,54 @@ def _sessions_in(path: Path) -> list[tuple[Path, Format]]:
                 where=str(path),
                 fix="Give the folder of the session.",
             )
-        claims = [(folder, _format_of(folder)) for folder in level]
+        claims = [(folder, _format_of(folder, formats)) for folder in level]
         found += [(folder, format_) for folder, format_ in claims if format_ is not None]
         level = [deep for folder, claim in claims if claim is None for deep in _subfolders(folder)]
     return found
 
 
-def _format_of(path: Path) -> Format | None:
+def _format_of(path: Path, formats: Formats) -> Format | None:
     if not (path.is_dir() or path.is_file()):
         return None
-    matches = [format_ for format_ in FORMATS if format_.detect(path)]
+    matches = [format_ for format_ in formats if format_.detect(path)]
     if len(matches) > 1:
+        names = " and ".join(m.NAME for m in matches)
+        what, fix = (
+            f"The folder holds logs of several apps: {names}.",
+            "Keep one session per folder",
+        )
+        if path.is_file():
+            what = (
+                f"{path.name} can be read as {names}: nothing in it says which numbers mean what."
+            )
+            fix = "Add a header line that names the columns"
         raise InputError(
             "session-ambiguous",
-            f"The folder holds logs of several apps: {', '.join(m.NAME for m in matches)}.",
+            what,
             where=str(path),
-            fix="Keep one session per folder, or pass the pose file itself.",
+            fix=f"{fix}, pass the pose file itself, or say which it is: "
+            + " or ".join(f'--format "{m.NAME}"' for m in matches)
+            + ".",
         )
     return matches[0] if matches else None
 
 
-def _not_a_session(path: Path) -> InputError:
+def _not_a_session(path: Path, formats: Formats) -> InputError:
     if path.is_dir():
         entries = sorted(entry.name for entry in path.iterdir())
         found = f"it holds {_names(entries)}" if entries else "it is empty"
     else:
+        entries = [path.name]
         found = f"{path.name} has {path.stat().st_size} bytes and none of their layouts"
-    known = "; ".join(f"{format_.NAME} ({format_.FILES})" for format_ in FORMATS)
+    named = f"no {formats[0].NAME} session" if len(formats) == 1 else "not a phone session"
+    near = nearest(entries, formats)
+    fix = f"The nearest is {near.NAME}, which is {near.FILES}. " if near else ""
     return InputError(
         "session-unknown",
-        f"This is not a phone session: {found}.",
+        f"This is {named}: {found}.",
         where=str(path),
-        fix=f"Give a session of {known}; or a .zip, .tar or .tar.gz of one.",
+        fix=f"{fix}Give the folder that the app wrote, or a .zip, .tar or .tar.gz of it; `omocap formats` "
+        "lists all that are read.",
     )
 
 

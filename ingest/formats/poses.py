@@ -20,6 +20,9 @@ MAX_METRES = 1e5
 _UNIT_TOLERANCE = 1e-3
 _WILD = 9.0
 """No element of a rotation is near this size; squares of still larger ones might overflow."""
+_FINER = {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
+_PERIODS = 1 / 300, 1 / 8
+"""Seconds between the poses of any app."""
 _FIX_LOG = "Give the log as the app wrote it; if it is untouched, record the take again."
 
 Place = Callable[[int], str]
@@ -103,14 +106,13 @@ def _check_far(T_world_phone: Float64[np.ndarray, "frames 4 4"], place: Place) -
 
 
 def check_clock(times: Float64[np.ndarray, " rows"], place: Place) -> None:
-    """Refuse time (seconds) that does not advance from row to row."""
-    stops = times[1:] <= times[:-1]
+    """Refuse time (seconds) that runs backwards; stamps may repeat, as rounded ones do."""
+    stops = times[1:] < times[:-1]
     if stops.any():
         row = int(np.argmax(stops))
         raise InputError(
             "time-backwards",
-            "The clock does not advance: it goes from "
-            f"{times[row]:.6f} s to {times[row + 1]:.6f} s.",
+            f"The clock runs backwards: it goes from {times[row]:.6f} s to {times[row + 1]:.6f} s.",
             where=place(row + 1),
             fix="Do not join or re-order logs: give one take as the app wrote it.",
         )
@@ -122,18 +124,29 @@ def check_length(times: Float64[np.ndarray, " frames"], log: Path, place: Place)
     if len(times) >= 2 and MIN_SECONDS <= seconds <= MAX_SECONDS:
         return
     if seconds > MAX_SECONDS:
-        raise InputError(
-            "log-long",
-            f"{log.name} goes on for {seconds / 3600:.3g} hours; a take has minutes.",
-            where=place(int(np.argmax(np.diff(times))) + 1),
-            fix="Times are read in the unit of the app. Give one take, as the app wrote it.",
-        )
+        raise _too_long(times, log, place)
     raise InputError(
         "log-short",
         f"{log.name} holds {len(times)} poses over {seconds:.2f} s; "
         f"a take needs at least {MIN_SECONDS:g} s.",
         where=place(len(times) - 1) if len(times) else str(log),
         fix="Record a longer take, or copy the session again if it was longer than this.",
+    )
+
+
+def _too_long(times: Float64[np.ndarray, " frames"], log: Path, place: Place) -> InputError:
+    """Names the unit that makes an ordinary rate of poses of the stamps, where one does."""
+    step = float(np.median(np.diff(times)))
+    told, fix = "a take has minutes", "Give one take, as the app wrote it."
+    for unit, second in _FINER.items():
+        if _PERIODS[0] < step * second < _PERIODS[1]:
+            told = f"stamps {step:.3g} apart look like {unit}"
+            fix = f"Give the stamps in seconds: multiply them by {second:g}."
+    return InputError(
+        "log-long",
+        f"{log.name} goes on for {np.ptp(times) / 3600:.3g} hours if its stamps are seconds; {told}.",
+        where=place(int(np.argmax(np.diff(times))) + 1),
+        fix=fix,
     )
 
 

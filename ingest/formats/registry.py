@@ -13,6 +13,7 @@ from ingest.formats import (
     nerfcapture,
     nerfstudio,
     polycam,
+    pose_table,
     record3d,
     scan_capture,
     scanner_3d,
@@ -73,6 +74,7 @@ FORMATS: tuple[Format, ...] = (
     arkitscenes,
     scannetpp,
     nerfstudio,
+    pose_table,
     tum,
 )
 """Those that suit best first."""

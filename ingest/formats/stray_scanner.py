@@ -38,7 +38,9 @@ def detect(path: Path) -> bool:
     if not log.is_file():
         return False
     names = {name.strip() for name in first_row(log).lower().split(",")}
-    return path.is_dir() or {"timestamp", "qx", "qw"} <= names
+    if {"timestamp", "qx", "qw"} <= names:
+        return "frame" in names  # without frame numbers it is somebody's table of poses
+    return path.is_dir()
 
 
 def read(path: Path) -> CaptureSession:

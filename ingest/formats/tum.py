@@ -1,33 +1,35 @@
 """TUM trajectories: lines `t tx ty tz qx qy qz qw` in seconds and metres, # comments, poses only.
 
 Any program may write them and none says which way its axes point. Read here as camera poses with
-OpenCV's axes (x right, y down, z forward in the landscape image) in a world that is z up; since
-nothing vouches for that, such a session is not gravity aligned. Comment lines `# axes: arkit` (or
-opencv) and `# up: y` (or z) state it, and then it is. Ours are written with them.
+OpenCV's axes (x right, y down, z forward in the landscape image) in a world whose y or z is up; since
+nothing vouches for either, both stay open until the object is known. Comment lines `# axes: arkit` (or
+opencv) and `# up: y` (or z) state them. Ours are written with them.
 """
 
-import re
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ingest.formats.axes import T_ARKIT_ZUP, T_OPENCV_ARKIT_CAMERA, opencv_poses
-from ingest.formats.pick import first_row, floats, head_lines, logs, only_log
+from ingest.formats.axes import (
+    CAMERAS,
+    T_OPENCV_ARKIT_CAMERA,
+    WORLDS,
+    opencv_poses,
+    stated_axes,
+)
+from ingest.formats.columns import named_columns
+from ingest.formats.pick import first_row, floats, logs, only_log
 from ingest.formats.poses import check_poses, poses_from_quaternions
 from ingest.formats.table import numbers, read_rows
 from ingest.session import CaptureSession
-from omomo_core.errors import InputError
 
 NAME = "TUM"
 FILES = "a trajectory of `t tx ty tz qx qy qz qw`, or a folder with one"
-LACKS = "no tracking state, intrinsics or IMU; which way is up only if a comment says so"
+LACKS = "no tracking state, intrinsics or IMU; axes and up only if comments say so"
 
 _WIDTH = 8
 _PATTERNS = ("*.txt", "*.tum")
-_T_CAMERA_ARKIT = {"arkit": np.eye(4), "opencv": T_OPENCV_ARKIT_CAMERA}
-_T_ARKIT_WORLD = {"y": np.eye(4), "z": T_ARKIT_ZUP}
-_STATED = re.compile(r"\s*#\s*(axes|up)\s*:\s*(.*?)\s*$")
 
 
 def detect(path: Path) -> bool:
@@ -49,19 +51,27 @@ def read(path: Path) -> CaptureSession:
     table = numbers(read_rows(log, None), _WIDTH, range(_WIDTH))
     times = table.values[:, 0]
     T_world_camera = poses_from_quaternions(table.values[:, 1:4], table.values[:, 4:], table.place)
-    stated = _stated(log)
-    T_arkit_world = _T_ARKIT_WORLD[stated.get("up", "z")]
-    T = T_arkit_world @ T_world_camera @ _T_CAMERA_ARKIT[stated.get("axes", "opencv")]
+    stated = stated_axes(log)
+    # Where up is not stated the world stays the file's: whoever gives --up knows no other.
+    T_arkit_world = WORLDS[stated.get("up", "y")]
+    T = T_arkit_world @ T_world_camera @ CAMERAS[stated.get("axes", "opencv")]
     check_poses(times, T, log, table.place)
     return CaptureSession(
-        app=NAME, source=path, times=times, T_world_phone=T, gravity_aligned="up" in stated
+        app=NAME,
+        source=path,
+        times=times,
+        T_world_phone=T,
+        gravity_aligned="up" in stated,
+        world_axes=True,
+        camera_open="axes" not in stated,
     )
 
 
 def write(session: CaptureSession, folder: Path) -> Path:
-    """Write trajectory.txt with OpenCV axes, z up, and say so; returns the folder."""
+    """Write trajectory.txt with OpenCV axes and, if it is known, z up, and say so; returns the folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    T = opencv_poses(session.T_world_phone)
+    aligned = opencv_poses(session.T_world_phone)
+    T = aligned if session.gravity_aligned else session.T_world_phone @ T_OPENCV_ARKIT_CAMERA
     quaternions = Rotation.from_matrix(T[:, :3, :3]).as_quat(canonical=True)
     rows = np.concatenate([session.times[:, None], T[:, :3, 3], quaternions], axis=1)
     comments = ["# timestamp tx ty tz qx qy qz qw", "# axes: opencv"]
@@ -74,23 +84,7 @@ def write(session: CaptureSession, folder: Path) -> Path:
 
 def _is_log(file: Path) -> bool:
     row = floats(first_row(file).split())
-    return len(row) == _WIDTH and not abs(np.linalg.norm(np.clip(row[4:], -9, 9)) - 1) > 0.1
-
-
-def _stated(log: Path) -> dict[str, str]:
-    """What the comments at the top say about `axes` and `up`."""
-    known = {"axes": tuple(_T_CAMERA_ARKIT), "up": tuple(_T_ARKIT_WORLD)}
-    stated: dict[str, str] = {}
-    for number, line in enumerate(head_lines(log), start=1):
-        if (match := _STATED.match(line)) is None:
-            continue
-        key, value = match[1], match[2].lower()
-        if value not in known[key]:
-            raise InputError(
-                "axes-unknown",
-                f"The comment states {key}: {value[:30]}; known are {' and '.join(known[key])}.",
-                where=f"{log}:{number}",
-                fix="Turn the trajectory into these axes, and state them.",
-            )
-        stated[key] = value
-    return stated
+    if len(row) != _WIDTH or abs(np.linalg.norm(np.clip(row[4:], -9, 9)) - 1) > 0.1:
+        return False
+    named = named_columns(file)
+    return named is None or named.places == tuple(range(_WIDTH))

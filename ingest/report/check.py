@@ -40,6 +40,23 @@ class TakeReport:
         return [check for check in self.checks if check.severity == severity]
 
 
+def folded(checks: Sequence[Check]) -> list[list[Check]]:
+    """Neighbouring checks that say the same, or are of one kind and are mended alike, together."""
+    groups: list[list[Check]] = []
+    for check in checks:
+        last = groups[-1][-1] if groups else None
+        if last is not None and _one_line(last, check):
+            groups[-1].append(check)
+        else:
+            groups.append([check])
+    return groups
+
+
+def _one_line(one: Check, other: Check) -> bool:
+    same = (one.severity, one.fix) == (other.severity, other.fix)
+    return same and (one.name == other.name or one.message == other.message)
+
+
 def worst(severities: Sequence[Severity]) -> Severity:
     """The worst of some severities, ok when there is none."""
     for severity in _WORST_FIRST:

@@ -10,10 +10,10 @@ from ingest.report.check import Check, grade, graded, worst
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMesh
 
-_FAR, _TOO_FAR = 0.3, 2.0
+_FAR, _TOO_FAR = 0.3, 0.75
 """Metres between the phone's camera and the surface: a clamp's arm, and no clamp."""
-_DEEP = 0.05
-"""Metres that the camera may be inside a rough mesh."""
+_DEEP, _TOO_DEEP = 0.03, 0.06
+"""Metres that the camera may seem to be inside a rough mesh, and where no phone can be."""
 _LIMITS = {"mm": (35.0, 100.0), "m": (0.035, 0.1), "deg": (3.0, 15.0)}
 """Residuals to warn of, and not to believe; good calibrations leave 5 to 30 mm, 0.4 to 2 deg."""
 _WIDE_MM, _WIDE_DEG = 30.0, 5.0
@@ -42,7 +42,7 @@ def _place(mesh: ObjectMesh, mount: Mount) -> Check:
     turns = np.asarray(igl.fast_winding_number(vertices, faces, phone)).item()
     if abs(turns) > 0.5 and distance > _DEEP:
         message = f"the phone's camera would be {distance:.2f} m inside the object"
-        return Check("phone on the object", "warn", message, fix=_FIX)
+        return graded("phone on the object", grade(distance, _DEEP, _TOO_DEEP), message, _FIX)
     severity = grade(distance, _FAR, _TOO_FAR)
     message = f"the phone's camera is {distance:.2f} m from the object's surface"
     return graded("phone on the object", severity, message, _FIX)
@@ -75,7 +75,7 @@ def _object(mesh: ObjectMesh, mount: Mount) -> list[Check]:
         "Give the mesh it was found for, or calibrate with this one: a mesh in another frame, or of "
         "another size, needs a mount of its own."
     )
-    return [Check("mount's object", "warn", message, fix=fix)]
+    return [Check("mount's object", "bad", message, fix=fix)]
 
 
 def _sureness(mount: Mount) -> list[Check]:

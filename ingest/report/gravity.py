@@ -22,7 +22,7 @@ def gravity(look: Look) -> Check:
     """Whether up is up, as far as the log tells."""
     session = look.session
     if session.imu is None:
-        return _unchecked(session)
+        return _unchecked(look)
     times, angles = gravity_angles(session, look.up)
     if len(times) == 0:
         fix = "Give the accelerometer's log of this take."
@@ -33,19 +33,23 @@ def gravity(look: Look) -> Check:
     )
 
 
-def _unchecked(session: CaptureSession) -> Check:
-    if not session.gravity_aligned:
-        fix = "Give up in the session's world (--up), or log the accelerometer too."
-        message = f"{session.app} does not log which way is up, and there is no accelerometer"
+def _unchecked(look: Look) -> Check:
+    """Most apps log no accelerometer: that is said, and is no fault of a take."""
+    session, take = look.session, look.take
+    if session.gravity_aligned:
+        message = (
+            "no accelerometer in the log: the poses' own up, handedness and metres are believed, and "
+            "checked only by how the object rests"
+        )
+        return Check("gravity", "ok", message)
+    message = f"{session.app} does not log which way is up, and there is no accelerometer"
+    if take is None:
+        fix = (
+            "Give the object and its mount, whose rests tell, or up in the session's world (--up)."
+        )
         return Check("gravity", "warn", message, fix=fix)
-    return Check(
-        "gravity",
-        "warn",
-        "no accelerometer in the log: that up is up, left is left and a metre is a metre is "
-        "believed, not checked",
-        fix="Log the accelerometer and gyroscope too, if the app can; otherwise look at the motion "
-        "before you use it.",
-    )
+    known = "up is as given" if take.up.source == "given" else take.up.note.rstrip(".")
+    return Check("gravity", "ok", f"{message}; {known[0].lower()}{known[1:]}")
 
 
 def _direction(
@@ -54,7 +58,7 @@ def _direction(
     angles: Float64[np.ndarray, " windows"],
     size: float,
 ) -> Check:
-    start, stop = look.longest
+    start, stop = look.chosen
     used = angles[(times > start / FPS) & (times < stop / FPS)]
     off, most = float(np.median(used if len(used) else angles)), int(np.argmax(angles))
     if not 0.8 < size / GRAVITY < 1.2:
@@ -67,7 +71,7 @@ def _direction(
     first, last = np.searchsorted(logged, edges)
     message = (
         f"the accelerometer agrees with the poses' down within {off:.1f} deg (median of "
-        f"the longest stretch; at most {angles[most]:.1f} deg anywhere)"
+        f"the stretch that is used; at most {angles[most]:.1f} deg anywhere)"
     )
     place = (int(first), int(last)) if off <= NOTED else (0, len(logged))
     return graded("gravity", severity, message, _FIX_AXES, place)

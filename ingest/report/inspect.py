@@ -60,6 +60,7 @@ def _checks(look: Look) -> Iterator[Check]:
     yield from agreement_checks(look)
     yield stance.rests(look)
     yield stance.floor(look)
+    yield from stance.lifted(look)
     yield stance.closure(look)
     if look.mesh is not None:
         yield from solid.mesh_checks(look.mesh)

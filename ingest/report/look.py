@@ -64,19 +64,21 @@ class Look:
         return [(a, b) for a, b in runs(self.poses[1]) if b - a >= MIN_SECONDS * FPS]
 
     @property
-    def longest(self) -> tuple[int, int]:
-        """The segment that a run uses if it is not told another; (0, 0) without one."""
+    def chosen(self) -> tuple[int, int]:
+        """The segment that a run uses; (0, 0) without one."""
+        if self.take is not None:
+            return self.take.segments[self.take.chosen]
         return max(self.segments, key=lambda span: span[1] - span[0], default=(0, 0))
 
     @property
     def has_usable(self) -> bool:
         """Whether that is long enough to show something of a person."""
-        return self.longest[1] - self.longest[0] >= USEFUL_SECONDS * FPS
+        return self.chosen[1] - self.chosen[0] >= USEFUL_SECONDS * FPS
 
     @property
     def used(self) -> Bool[np.ndarray, " steps"]:
-        """The logged steps within the longest segment, but for jumps that were stitched."""
-        start, stop = self.session.times[0] + np.array(self.longest) / FPS
+        """The logged steps within that segment, but for jumps that were stitched."""
+        start, stop = self.session.times[0] + np.array(self.chosen) / FPS
         inside = (self.session.times[:-1] >= start) & (self.session.times[1:] <= stop)
         return inside & ~self.breaks.any
 

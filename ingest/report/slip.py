@@ -44,6 +44,8 @@ class GroundRest:
     """Of the object's lowest point over the floor, metres."""
     on_floor: bool
     """Whether that is next to nothing."""
+    steady: bool
+    """Whether it is too still to be held."""
     path: float
     """Metres that the object had gone by then."""
 

@@ -4,12 +4,12 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
-from ingest.report.check import Check, graded
+from ingest.report.check import Check, Severity, grade, graded, worst
 from ingest.report.look import Look
 from ingest.report.slip import GroundRest, slip
-from ingest.report.stable import standing_sides, tilt_from_standing
 from ingest.trajectory.object_motion import ObjectTake
-from ingest.trajectory.rests import find_rests, is_steady
+from ingest.trajectory.rests import find_rests, frame_noise, is_steady
+from ingest.trajectory.stable import standing_sides, tilt_from_standing
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.motion import FPS
 
@@ -18,8 +18,13 @@ _ON_FLOOR = 0.06
 _NEAR_FLOOR = 0.4
 """The same under a mount that slipped: half a metre of arm and a steep turn."""
 _BELOW_FLOOR = -0.1
-_TILT = 8.0
-"""Degrees that an object may lean from standing: a rough mesh, a soft carpet, a bent clamp."""
+_TILT, _WRONG_TILT = 8.0, 20.0
+"""Degrees that an object may lean from standing (a rough mesh, a soft carpet, a bent clamp), and from
+which the mount, the mesh or the log's axes are wrong."""
+_LIFTED, _TOO_HIGH = 1.8, 2.3
+"""Metres of the lowest point over the floor that few reach, and nobody without a ladder."""
+_SHELF = 1.8
+"""Metres over the floor at which hardly anything stands that a person puts things on."""
 _ON_MARK, _MARK_TURN = 0.3, 20.0
 """Metres and degrees within which an object was meant to be back where it started."""
 _DRIFT = 0.05
@@ -30,6 +35,11 @@ _FIX_REST = (
 _FIX_MOUNT = (
     "Look at the clamp, then calibrate the mount again; if the object did lean against something, "
     "all is well."
+)
+_FIX_AXES = (
+    "Check that mount and mesh belong together (--mount maps points of the mesh into the phone's axes, "
+    "not the other way round), and which way is up in the log (--up). If the object did lean against "
+    "something, add --force."
 )
 
 
@@ -53,8 +63,31 @@ def floor(look: Look) -> Check:
     if lowest < _BELOW_FLOOR:
         message = f"the object goes {-lowest:.2f} m below the floor"
         return Check("floor", "warn", message, fix="Correct --floor, or the mount.")
-    severity = "ok" if take.floor.certain else "warn"
+    severity = "ok" if take.floor.certain else "bad"
     return graded("floor", severity, take.floor.message, _FIX_REST)
+
+
+def lifted(look: Look) -> list[Check]:
+    """Whether a person can lift the object as high as it goes; none without the object."""
+    take = look.object_take
+    if take is None:
+        return []
+    T, (start, stop) = take.motion.T_world_object, look.chosen
+    heights = bottom(take)
+    at = start + int(heights[start:stop].argmax())
+    message = f"the object's lowest point goes up to {heights[at]:.2f} m above the floor"
+    severity = grade(float(heights[at]), _LIFTED, _TOO_HIGH)
+    noise = frame_noise(T, take.motion.valid)
+    for a, b in find_rests(T[start:stop], take.motion.valid[start:stop]):
+        level = float(np.median(heights[start + a : start + b]))
+        if level > _SHELF and is_steady(T[start + a : start + b], noise):
+            message = f"it stands still {level:.2f} m above the floor, with nobody holding it"
+            severity, at = "bad", start + a
+    fix = (
+        "Check which way is up in the log (--up), that positions and mesh are in metres, and the floor "
+        "(--floor)."
+    )
+    return [graded("height", severity, message, fix, look.logged(at, at + 1))]
 
 
 def _floor_of_phone(look: Look) -> Check:
@@ -97,30 +130,41 @@ def object_checks(look: Look) -> list[Check]:
     if not grounded:
         message = "not checked: the object does not rest on the floor"
         return [Check(name, "ok", message) for name in ("standing", "mount slip")]
-    tilts = [tilt_from_standing(rest.T_world_object[:3, :3], sides)[0] for rest in grounded]
-    return [_standing(look, grounded, tilts), slip(look, standing)]
+    return [_standing(look, grounded, sides), slip(look, standing)]
 
 
 def _standing_rests(take: ObjectTake) -> list[GroundRest]:
     """The rests at the floor, and others near it that no hand holds so still."""
     T, heights = take.motion.T_world_object, bottom(take)
     gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1))])
+    noise = frame_noise(T, take.motion.valid)
     found: list[GroundRest] = []
     for start, stop in find_rests(T, take.motion.valid):
         height = float(np.median(heights[start:stop]))
-        on_floor = abs(height) < _ON_FLOOR
-        if on_floor or (abs(height) < _NEAR_FLOOR and is_steady(T[start:stop])):
+        on_floor, steady = abs(height) < _ON_FLOOR, is_steady(T[start:stop], noise)
+        if on_floor or (abs(height) < _NEAR_FLOOR and steady):
             pose = _mean_pose(T[start:stop])
-            found.append(GroundRest(start, stop, pose, height, on_floor, float(gone[start])))
+            path = float(gone[start])
+            found.append(GroundRest(start, stop, pose, height, on_floor, steady, path))
     return found
 
 
-def _standing(look: Look, grounded: list[GroundRest], tilts: list[float]) -> Check:
-    most = int(np.argmax(tilts))
+def _standing(
+    look: Look, grounded: list[GroundRest], sides: Float64[np.ndarray, "sides 3"]
+) -> Check:
+    """Red where the object rests unheld as it cannot stand; a hand may hold a mop upright."""
+    tilts = [tilt_from_standing(rest.T_world_object[:3, :3], sides)[0] for rest in grounded]
+    severities: list[Severity] = [
+        grade(tilt, _TILT, _WRONG_TILT if rest.steady else 180.0)
+        for tilt, rest in zip(tilts, grounded, strict=True)
+    ]
+    severity = worst(severities)
+    most = max((k for k, one in enumerate(severities) if one == severity), key=lambda k: tilts[k])
     message = f"it rests {tilts[most]:.1f} deg from standing by itself"
-    severity = "warn" if tilts[most] > _TILT else "ok"
     place = look.logged(grounded[most].start, grounded[most].stop)
-    return graded("standing", severity, message, _FIX_MOUNT, place)
+    if severity != "bad":
+        return graded("standing", severity, message, _FIX_MOUNT, place)
+    return Check("standing", "bad", message, place, _FIX_AXES)
 
 
 def bottom(take: ObjectTake) -> Float64[np.ndarray, " frames"]:

@@ -3,15 +3,22 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float64
 
 from ingest.session import CaptureSession
 from ingest.trajectory.frozen import find_frozen
-from ingest.trajectory.jumps import find_jumps
+from ingest.trajectory.jumps import find_jumps, velocity_changes
 from omomo_core.errors import InputError
+from omomo_core.motion import FPS
 
 MAX_GAP = 0.1
-"""Seconds between two poses that interpolation may span."""
+"""Seconds between two poses that interpolation may span, whatever moves."""
+MAX_HOLE = 0.155
+"""The same where the motion goes on smoothly: 0.15 s, and the jitter of stamps."""
+_BENT, _BENT_TURN = 0.01, np.radians(2.0)
+"""Metres and rad by which a smooth motion may leave the straight way between the edges of a hole."""
+_PAUSE = 1.0
+"""Seconds without a pose after which the app may have started tracking anew."""
 _MAX_PERIOD = 0.095
 """Seconds between poses as a rule; closer to MAX_GAP, its jitter makes a gap of every other step."""
 
@@ -24,6 +31,8 @@ class Breaks:
     jumps: Bool[np.ndarray, " steps"]
     frozen: Bool[np.ndarray, " steps"]
     untracked: Bool[np.ndarray, " steps"]
+    holes: Bool[np.ndarray, " steps"]
+    """Long steps that are bridged, for the motion is smooth there: no faults."""
 
     @property
     def any(self) -> Bool[np.ndarray, " steps"]:
@@ -46,12 +55,45 @@ def find_breaks(session: CaptureSession) -> Breaks:
     A jump is one step; the step out of a gap or a freeze is not counted as a jump again.
     """
     times, T = session.times, session.T_world_phone
-    gaps = np.diff(times) > MAX_GAP
+    long = np.diff(times) > MAX_GAP
     frozen = find_frozen(times, T)
     ok = session.tracking_ok
-    untracked = np.zeros(len(gaps), bool) if ok is None else ~(ok[1:] & ok[:-1])
-    jumps = find_jumps(times, T) & ~gaps & ~frozen & ~untracked
-    return Breaks(gaps=gaps, jumps=jumps, frozen=frozen, untracked=untracked)
+    untracked = np.zeros(len(long), bool) if ok is None else ~(ok[1:] & ok[:-1])
+    jumps = find_jumps(times, T)
+    holes = long & ~jumps & ~frozen & ~untracked & _is_smooth(times, T)
+    gaps = long & ~holes
+    jumps &= ~gaps & ~frozen & ~untracked
+    return Breaks(gaps=gaps, jumps=jumps, frozen=frozen, untracked=untracked, holes=holes)
+
+
+def _is_smooth(
+    times: Float64[np.ndarray, " frames"], T: Float64[np.ndarray, "frames 4 4"]
+) -> Bool[np.ndarray, " steps"]:
+    """Whether a straight way over each step is near the true one: short, or hardly bent.
+
+    What changes its velocity by v within t seconds is v t / 8 off the straight way in the middle.
+    """
+    dt = np.diff(times)
+    bent, turned = (change * dt / 8 for change in velocity_changes(times, T))
+    return (dt < MAX_HOLE) & (bent < _BENT) & (turned < _BENT_TURN)
+
+
+def same_world(
+    times: Float64[np.ndarray, " frames"], breaks: Breaks, stretch: tuple[int, int], count: int
+) -> Bool[np.ndarray, " grid"]:
+    """Which frames at 30 fps have the world of a stretch: no jump or loss of tracking lies between.
+
+    Args:
+        times: of the logged poses, seconds.
+        breaks: between them.
+        stretch: (start, stop), frames at 30 fps.
+        count: of all frames.
+    """
+    moved = breaks.jumps | breaks.frozen | breaks.untracked | (np.diff(times) > _PAUSE)
+    world = np.concatenate([[0], np.cumsum(moved)])
+    grid = times[0] + np.arange(count) / FPS
+    of_frame = world[(np.searchsorted(times, grid + 1e-6, side="right") - 1).clip(0)]
+    return of_frame == of_frame[(stretch[0] + stretch[1]) // 2]
 
 
 def check_rate(session: CaptureSession) -> None:

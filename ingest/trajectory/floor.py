@@ -32,12 +32,12 @@ class Floor:
 
     height: float
     """Metres along the up axis of the session's world (ARKit's y)."""
-    source: Literal["given", "rest", "depth", "lowest", "assumed"]
+    source: Literal["given", "rest", "depth", "elsewhere", "lowest", "assumed"]
     message: str
 
     @property
     def certain(self) -> bool:
-        """Whether it was given or measured."""
+        """Whether it was given or measured; a run refuses what is not, unless it is forced."""
         return self.source in ("given", "rest", "depth")
 
 
@@ -47,15 +47,25 @@ def find_floor(
     mesh: ObjectMesh,
     given: float | None = None,
     points: Float64[np.ndarray, "points 3"] | None = None,
+    elsewhere: Bool[np.ndarray, " frames"] | None = None,
 ) -> Floor:
-    """The floor of a take, from the object's poses in the session's world turned z up, at 30 fps.
+    """The floor of a stretch, from the object's poses in the session's world turned z up, at 30 fps.
 
     The object's lowest vertex while it stands still at its lowest level is on the floor. A given
     height (metres, session's world) wins. If the object goes well below where it stood still, or
     the points of depth maps (same world) show a floor well below, it stood on something else. That
     plane of points is used then, or its own lowest point without them. If it never stands still
-    and there is no plane, its centre is assumed to be carried at 1 m. All that is said in the
-    message.
+    and there is no plane, the floor is where it rests elsewhere, in a part of the take whose
+    world may be another; without that its centre is assumed to be carried at 1 m. All that is said
+    in the message.
+
+    Args:
+        T_zup_object: the whole take.
+        valid: the tracked frames whose world is that of the stretch.
+        mesh: the object.
+        given: the floor's height, metres.
+        points: of depth maps of the same frames.
+        elsewhere: other tracked frames, where the tracker has moved its world.
     """
     if given is not None:
         return Floor(given, "given", f"The floor is at {given:.3f} m, as given.")
@@ -63,7 +73,8 @@ def find_floor(
     seen = _plane_below(points, T_zup_object[valid, :2, 3], float(bottom[valid].min()))
     rests = find_rests(T_zup_object, valid)
     if not rests:
-        return _shown(seen) or _assumed(T_zup_object[valid], bottom[valid], mesh)
+        found = _shown(seen) or _of_another_world(T_zup_object, bottom, elsewhere)
+        return found or _assumed(T_zup_object[valid], bottom[valid], mesh)
     height, start, stop = _lowest_rest(bottom, rests)
     deepest = float(np.percentile(bottom[valid], 1))
     size = float(np.ptp(mesh.vertices, axis=0).max())
@@ -99,6 +110,25 @@ def _shown(seen: float | None) -> Floor | None:
     if seen is None:
         return None
     return Floor(seen, "depth", "The floor is the plane that the depth maps show below the object.")
+
+
+def _of_another_world(
+    T: Float64[np.ndarray, "frames 4 4"],
+    bottom: Float64[np.ndarray, " frames"],
+    elsewhere: Bool[np.ndarray, " frames"] | None,
+) -> Floor | None:
+    """Where the object rests before or after the tracker moved its world."""
+    rests = [] if elsewhere is None else find_rests(T, elsewhere)
+    if not rests:
+        return None
+    height, start, stop = _lowest_rest(bottom, rests)
+    return Floor(
+        height,
+        "elsewhere",
+        f"The object rests only in another part of the take ({start / FPS:.1f} to {stop / FPS:.1f} s), "
+        "and tracking was lost in between: the floor may be off by as much as it jumped. Use that part "
+        "(--segment), or give the height (--floor).",
+    )
 
 
 def _lowest(deepest: float, rest: float) -> Floor:

@@ -11,10 +11,12 @@ from ingest.trajectory.accelerometer import measured_up
 from ingest.trajectory.axes import T_ZUP_ARKIT
 from ingest.trajectory.depth_points import depth_points
 from ingest.trajectory.plane import fit_plane
+from ingest.trajectory.reading import Top
+from ingest.trajectory.resting_up import axis_of, find_resting_up
 from ingest.trajectory.rests import find_rests
 from omomo_core.errors import InputError
 from omomo_core.geometry.shortest_turn import shortest_turn
-from omomo_core.motion import FPS
+from omomo_core.motion import FPS, ObjectMesh
 
 NOTED, REFUSED = 5.0, 15.0
 """Degrees between the accelerometer and the log's up: told from the first, refused from the second."""
@@ -40,42 +42,51 @@ def find_up(
     session: CaptureSession,
     T_session_object: Float64[np.ndarray, "frames 4 4"],
     usable: Bool[np.ndarray, " frames"],
-    given: tuple[float, float, float] | None = None,
+    mesh: ObjectMesh,
+    given: tuple[float, float, float] | Top | None = None,
 ) -> Up:
     """Up in the session's world: as given, as the log has it, or as found.
 
-    A log that is not gravity aligned is righted by the accelerometer, else by the object, whose
-    own z axis points up where it rests, else by the floor that its depth maps show.
+    A log that is not gravity aligned is righted by the accelerometer, else by the ways in which the
+    object can stand where it rests, as far as they leave one answer.
 
     Args:
         session: what the phone logged.
         T_session_object: the object at 30 fps.
         usable: which of these frames are tracked.
-        given: up in the session's world, any length.
+        mesh: the object.
+        given: up in the session's world, any length, or the axis of the mesh that is up at rest.
 
     Raises:
         InputError: "up-invalid", "gravity-wrong" when the accelerometer contradicts the poses,
-            "gravity-ambiguous" when the object rests in several attitudes, "gravity-unknown".
+            "gravity-ambiguous" when the object may rest on several sides or on none, or in other
+            attitudes than the given one, "gravity-unknown" when nothing tells.
     """
+    if isinstance(given, str):
+        return _by_top(session, T_session_object, usable, given)
     if given is not None:
         return _as_given(given)
+    known = known_up(session)
+    if known is not None:
+        return known
+    rests = find_rests(T_session_object, usable)
+    if not rests:
+        raise _unknown(session)
+    points = depth_points(session, usable)
+    direction, note = find_resting_up(session, T_session_object, rests, mesh, points)
+    return Up(direction, "rest", note)
+
+
+def known_up(session: CaptureSession) -> Up | None:
+    """Up as the log or the accelerometer has it, whatever the phone is clamped to; None without either.
+
+    Raises:
+        InputError: "gravity-wrong" when the accelerometer contradicts the poses.
+    """
     measured = measured_up(session)
     if session.gravity_aligned:
         return _checked(session, measured)
-    if len(measured):
-        return _from_accelerometer(session, measured)
-    found = _from_rests(session, T_session_object, usable)
-    found = found or _from_depth(session, T_session_object, usable)
-    if found is None:
-        raise InputError(
-            "gravity-unknown",
-            f"{session.app} does not log which way is up, and nothing in the take tells: there is "
-            "no accelerometer, the object never stands still, and no depth map shows the floor.",
-            where=str(session.source),
-            fix="Rest the object upright for a second at the start of the take, or give up in the "
-            "session's world (--up).",
-        )
-    return found
+    return _from_accelerometer(session, measured) if len(measured) else None
 
 
 def upright(up: Up) -> Float64[np.ndarray, "4 4"]:
@@ -129,47 +140,60 @@ def _wrong(session: CaptureSession, what: str) -> InputError:
     )
 
 
-def _from_rests(
+def _by_top(
     session: CaptureSession,
     T: Float64[np.ndarray, "frames 4 4"],
     usable: Bool[np.ndarray, " frames"],
-) -> Up | None:
-    """The object's own z axis where it rests."""
+    top: Top,
+) -> Up:
+    """Where an axis of the mesh points while the object rests; without a rest, the floor near it."""
+    axis = axis_of(top)
     rests = find_rests(T, usable)
     if not rests:
-        return None
-    axes = np.stack([T[start:stop, :3, 2].mean(axis=0) for start, stop in rests])
+        return _from_depth(session, T, usable, axis)
+    axes = np.stack([T[start:stop, :3, :3].mean(axis=0) @ axis for start, stop in rests])
     direction = np.average(axes, axis=0, weights=[stop - start for start, stop in rests])
     direction = direction / (np.linalg.norm(direction) or 1.0)
-    when = ", ".join(f"{start / FPS:.1f} to {stop / FPS:.1f} s" for start, stop in rests)
     off = float(_angles(axes, direction).max())
     if off > MAX_REST_SPREAD:
+        when = ", ".join(f"{start / FPS:.1f} to {stop / FPS:.1f} s" for start, stop in rests)
         raise InputError(
             "gravity-ambiguous",
-            f"{session.app} does not log which way is up, and the object rests in attitudes up to "
-            f"{off:.0f} deg from their mean.",
+            f"The object rests in attitudes up to {off:.0f} deg from their mean, so no axis of it is up "
+            "in all of them.",
             where=f"{session.source}, {when}",
-            fix="Rest the object only upright, or give up in the session's world (--up).",
+            fix="Give up in the session's world (--up x,y,z), or rest the object on one side only.",
         )
-    note = f"Up is taken from the object, which is taken to stand upright where it rests ({when})."
-    return Up(direction, "rest", note)
+    return Up(direction, "given")
 
 
 def _from_depth(
     session: CaptureSession,
     T: Float64[np.ndarray, "frames 4 4"],
     usable: Bool[np.ndarray, " frames"],
-) -> Up | None:
-    """The normal of the largest plane that is roughly square to the object's mean z axis."""
+    axis: Float64[np.ndarray, "3"],
+) -> Up:
+    """The normal of the largest plane that is roughly square to an axis of the object."""
     points = depth_points(session, usable)
-    mean = T[usable, :3, 2].mean(axis=0)
+    mean = T[usable, :3, :3].mean(axis=0) @ axis
     size = float(np.linalg.norm(mean))
-    if points is None or size < 0.1:
-        return None
-    plane = fit_plane(points, mean / size, _MAX_FLOOR_TILT)
+    plane = None
+    if points is not None and size > 0.1:
+        plane = fit_plane(points, mean / size, _MAX_FLOOR_TILT)
     if plane is None:
-        return None
+        raise _unknown(session)
     return Up(plane.normal, "depth", "Up is taken from the floor that the depth maps show.")
+
+
+def _unknown(session: CaptureSession) -> InputError:
+    return InputError(
+        "gravity-unknown",
+        f"{session.app} does not log which way is up, and nothing in the take tells: there is no "
+        "accelerometer, and the object never stands still.",
+        where=str(session.source),
+        fix="Rest the object for two seconds at the start of the take, or give up in the session's "
+        "world (--up x,y,z).",
+    )
 
 
 def _angles(

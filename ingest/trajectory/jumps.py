@@ -34,6 +34,22 @@ def find_jumps(
     return too_fast | shifted | turned
 
 
+def velocity_changes(
+    times: Float64[np.ndarray, " frames"], T: Float64[np.ndarray, "frames 4 4"]
+) -> tuple[Float64[np.ndarray, " steps"], Float64[np.ndarray, " steps"]]:
+    """How much linear (m/s) and angular (rad/s) velocity differ before and after each step.
+
+    Both are medians of up to five steps, so that noise does not count.
+    """
+    linear, angular = velocities(T, np.diff(times)[:, None])
+    return _change(linear), _change(angular)
+
+
+def _change(velocity: Float64[np.ndarray, "steps 3"]) -> Float64[np.ndarray, " steps"]:
+    after = _median_before(velocity[::-1])[::-1]
+    return np.linalg.norm(after - _median_before(velocity), axis=1)
+
+
 def velocities(
     T: Float64[np.ndarray, "frames 4 4"], dt: Float64[np.ndarray, "steps 1"]
 ) -> tuple[Float64[np.ndarray, "steps 3"], Float64[np.ndarray, "steps 3"]]:

@@ -23,9 +23,21 @@ def break_notes(times: Float64[np.ndarray, " frames"], breaks: Breaks) -> list[s
             notes.append(f"{name.capitalize()} at {when}: the take is split there.")
         if len(found) > _TOLD:
             notes.append(f"{name.capitalize()}: {len(found) - _TOLD} more.")
+    notes += _bridged(seconds, breaks)
     if breaks.jumps.any():
         notes.append("After a jump the object's height and place may be off by the jump.")
     return notes
+
+
+def _bridged(seconds: Float64[np.ndarray, " frames"], breaks: Breaks) -> list[str]:
+    steps = np.flatnonzero(breaks.holes)
+    if len(steps) == 0:
+        return []
+    longest = int(steps[np.argmax(np.diff(seconds)[steps])])
+    return [
+        f"{len(steps)} hole(s) of up to {np.diff(seconds)[longest]:.2f} s in the log are bridged, for the "
+        f"motion is smooth there (the longest at {seconds[longest]:.2f} s)."
+    ]
 
 
 def stitch_notes(times: Float64[np.ndarray, " frames"], stitches: list[Stitch]) -> list[str]:

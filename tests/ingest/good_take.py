@@ -94,6 +94,15 @@ def placed(s: CaptureSession, change) -> CaptureSession:
     return posed(s, T)
 
 
+def noisy(s: CaptureSession, metres: float, degrees: float) -> CaptureSession:
+    """With white noise on each axis of each pose."""
+    rng, T = np.random.default_rng(0), s.T_world_phone.copy()
+    T[:, :3, 3] += rng.normal(scale=metres, size=(len(T), 3))
+    turns = rng.normal(scale=np.radians(degrees), size=(len(T), 3))
+    T[:, :3, :3] = T[:, :3, :3] @ Rotation.from_rotvec(turns).as_matrix()
+    return posed(without_imu(s), T)
+
+
 def turned_world(s: CaptureSession, axes: str, degrees) -> CaptureSession:
     """The same poses in a world that is turned."""
     T = np.eye(4)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from ingest.formats import ios_logger, pose_table
 from ingest.formats.detect import read_session
 from ingest.formats.registry import FORMATS, Format
 from omomo_core.errors import InputError
@@ -37,7 +38,10 @@ def test_a_single_file_is_claimed_by_no_other_format(wander, tmp_path: Path, for
         assert _claims(file) in ([], [format_.NAME]), file
         renamed = tmp_path / f"{i}.log"
         renamed.write_bytes(file.read_bytes())
-        assert _claims(renamed) in ([], [format_.NAME]), file
+        # Eight numbers without a name over them are anybody's: that is asked about.
+        anybodys = [pose_table.NAME] if format_ is ios_logger and file.name == "ARposes.txt" else []
+        claims = [name for name in _claims(renamed) if name not in anybodys]
+        assert claims in ([], [format_.NAME]), file
 
 
 def test_what_describes_the_formats():

@@ -1,5 +1,6 @@
 """Up is given, logged, or found with the accelerometer, the resting object or the floor's depth."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from ingest.trajectory.depth_points import back_projected
 from ingest.trajectory.gravity import find_up, upright
 from ingest.trajectory.object_motion import to_object_motion
 from ingest.trajectory.reading import Reading
+from ingest.trajectory.resting_up import axis_of
 from omomo_core.errors import InputError
 from omomo_core.geometry.easing import min_jerk
 
@@ -88,15 +90,71 @@ def _check_upright(take, T_zup_object: np.ndarray, degrees: float) -> None:
 
 @settings(max_examples=10, deadline=None)
 @given(seed=st.integers(0, 10**6))
-def test_the_resting_object_rights_the_world(box, seed: int):
+def test_the_named_axis_of_the_resting_object_rights_the_world(box, seed: int):
     T = _carried(seed)
-    take = to_object_motion(_first_frame_session(T), box, MOUNT)
-    assert take.up.source == "rest"
+    take = to_object_motion(_first_frame_session(T), box, MOUNT, Reading(up="object:z"))
+    assert take.up.source == "given"
     assert _angle(take.up.direction, _true_up(T)) < 0.2
     _check_upright(take, T, 0.3)
     assert take.floor.source == "rest"
     assert take.motion.T_world_object[5, 2, 3] == pytest.approx(0, abs=0.004)
-    assert "upright where it rests (0.0 to" in take.notes[0]
+
+
+@pytest.mark.parametrize(("top", "axis"), [("object:-y", [0, -1, 0]), ("object:x", [1, 0, 0])])
+def test_every_axis_can_be_named(top, axis):
+    np.testing.assert_array_equal(axis_of(top), axis)
+
+
+def test_a_box_may_rest_on_each_of_its_sides_so_its_user_is_asked(box):
+    with pytest.raises(InputError) as caught:
+        to_object_motion(_first_frame_session(_carried(1)), box, MOUNT)
+    assert caught.value.code == "gravity-ambiguous"
+    assert "on 6 of its sides" in caught.value.what
+    assert "-x of the mesh up (--up" in caught.value.what
+    assert "--up object:z" in caught.value.fix
+
+
+def test_each_answer_that_is_offered_can_be_given(box):
+    T = _carried(1)
+    session = _first_frame_session(T)
+    with pytest.raises(InputError) as caught:
+        to_object_motion(session, box, MOUNT)
+    offered = re.findall(r"(-?[xyz]) of the mesh up \(--up ([^)]*)\)", caught.value.what)
+    ups = {axis: [float(x) for x in numbers.split(",")] for axis, numbers in offered}
+    assert set(ups) == {"x", "-x", "y", "-y", "z", "-z"}
+    assert _angle(np.array(ups["z"]) / np.linalg.norm(ups["z"]), _true_up(T)) < 1.0
+    for up in ups.values():
+        to_object_motion(session, box, MOUNT, Reading(up=tuple(up)))
+
+
+def _in_a_world(T_zup_object: np.ndarray, up: str) -> CaptureSession:
+    """What a tracker logs whose world is z up or y up, and which does not say so."""
+    session = _first_frame_session(T_zup_object)
+    T = T_zup_object @ np.linalg.inv(T_PHONE_OBJECT)
+    if up == "y":
+        turn = np.eye(4)
+        turn[:3, :3] = Rotation.from_euler("x", -90, degrees=True).as_matrix()
+        T = turn @ T
+    return replace(session, T_world_phone=T, world_axes=True)
+
+
+@pytest.mark.parametrize("up", ["y", "z"])
+def test_of_a_world_s_axes_the_one_is_taken_on_which_the_object_stands(box, up: str):
+    T = _carried(2)
+    T[:, :3, :3] = Rotation.from_euler("z", 30, degrees=True).as_matrix() @ T[:, :3, :3]
+    take = to_object_motion(_in_a_world(T, up), box, MOUNT)
+    assert take.up.source == "rest"
+    _check_upright(take, T, 0.3)
+    assert take.notes[0].startswith(f"{up} is taken to be up")
+
+
+def test_an_object_that_stands_along_neither_axis_is_asked_about(box):
+    T = _carried(2)
+    lean = np.eye(4)
+    lean[:3, :3] = Rotation.from_euler("xy", [30, 40], degrees=True).as_matrix()
+    with pytest.raises(InputError) as caught:
+        to_object_motion(_in_a_world(lean @ T, "z"), box, MOUNT)
+    assert caught.value.code == "gravity-ambiguous"
 
 
 @settings(max_examples=10, deadline=None)
@@ -127,9 +185,9 @@ def test_a_given_up_wins(box, seed: int, vector: tuple[float, float, float]):
     np.testing.assert_allclose(np.linalg.det(take.T_world_arkit), 1, atol=1e-9)
 
 
-def test_y_up_is_turned_as_ever():
+def test_y_up_is_turned_as_ever(box):
     session = _first_frame_session(_carried(0))
-    up = find_up(session, session.T_world_phone, np.ones(480, bool), (0.0, 3.0, 0.0))
+    up = find_up(session, session.T_world_phone, np.ones(480, bool), box, (0.0, 3.0, 0.0))
     np.testing.assert_allclose(upright(up)[:3, :3], [[1, 0, 0], [0, 0, -1], [0, 1, 0]], atol=1e-12)
 
 
@@ -143,18 +201,25 @@ def test_no_direction(box, vector):
 def test_rests_that_disagree_are_named(box):
     session = _first_frame_session(_carried(1, lean=1.2))
     with pytest.raises(InputError) as caught:
-        to_object_motion(session, box, MOUNT)
+        to_object_motion(session, box, MOUNT, Reading(up="object:z"))
     assert caught.value.code == "gravity-ambiguous"
     assert "0.0 to" in caught.value.where
     assert "to 8.0 s" in caught.value.where
     assert "--up" in caught.value.fix
 
 
+def test_an_object_that_leans_where_it_rests_tells_nothing(box):
+    with pytest.raises(InputError) as caught:
+        to_object_motion(_first_frame_session(_carried(1, lean=0.6)), box, MOUNT)
+    assert caught.value.code == "gravity-ambiguous"
+    assert "cannot stand by itself" in caught.value.what
+
+
 def test_without_any_hint_it_is_refused(box):
     with pytest.raises(InputError) as caught:
         to_object_motion(_first_frame_session(_carried(2, rest=0.0)), box, MOUNT)
     assert caught.value.code == "gravity-unknown"
-    assert "Rest the object upright" in caught.value.fix
+    assert "Rest the object" in caught.value.fix
     assert "Record3D" in caught.value.what
 
 
@@ -232,13 +297,23 @@ def _with_depth(session: CaptureSession, T_zup_object: np.ndarray, turns: int) -
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_the_floor_in_depth_maps_rights_the_world(box, seed: int, turns: int):
     T = _carried(seed, rest=0.0)
-    take = to_object_motion(_with_depth(_first_frame_session(T), T, turns), box, MOUNT)
+    session = _with_depth(_first_frame_session(T), T, turns)
+    take = to_object_motion(session, box, MOUNT, Reading(up="object:z"))
     assert take.up.source == "depth"
     assert _angle(take.up.direction, _true_up(T)) < 0.5
     _check_upright(take, T, 0.6)
     assert take.floor.source == "depth"
     height = take.motion.T_world_object[10, 2, 3] - (T[20, 2, 3] - FLOOR)
     assert height == pytest.approx(0, abs=0.02)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_the_floor_under_the_resting_object_says_which_side_it_stands_on(box, seed: int):
+    T = _carried(seed)
+    take = to_object_motion(_with_depth(_first_frame_session(T), T, 0), box, MOUNT)
+    assert take.up.source == "rest"
+    assert "depth maps" in take.up.note
+    assert _angle(take.up.direction, _true_up(T)) < 0.5
 
 
 def test_maps_while_tracking_is_lost_do_not_count(box):
@@ -254,7 +329,7 @@ def test_maps_while_tracking_is_lost_do_not_count(box):
         return session.depth.load(path)  # type: ignore[union-attr]
 
     watched = replace(session, tracking_ok=lost, depth=replace(session.depth, load=load))
-    to_object_motion(watched, box, MOUNT)
+    to_object_motion(watched, box, MOUNT, Reading(up="object:z"))
     assert min(int(path.name) for path in loaded) >= 60
 
 

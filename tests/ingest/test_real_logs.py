@@ -56,9 +56,7 @@ def test_they_are_whole_takes(captures: Path, box, name, count, seconds, metres)
     assert take.floor.source in ("assumed", "lowest")
     assert take.notes == (take.floor.message,)
     report = inspect_session(session)
-    # Without an accelerometer nothing proves which way is up.
-    unproven = set[str]() if session.imu else {"gravity"}
-    assert {c.name for c in report.checks if c.severity != "ok"} == {"floor"} | unproven
+    assert {c.name for c in report.checks if c.severity != "ok"} == {"floor"}
 
 
 def test_gravity_of_core_motion(captures: Path, ios: CaptureSession):

@@ -14,8 +14,8 @@ from ingest.mount.mount import Mount
 from ingest.report.check import Check
 from ingest.report.clamp import mount_checks
 from ingest.report.inspect import inspect_session
-from ingest.report.stable import standing_sides, tilt_from_standing
 from ingest.session import GRAVITY, R_CAMERA_DEVICE, CaptureSession, ImuLog
+from ingest.trajectory.stable import standing_sides, tilt_from_standing
 from omomo_core.motion import ObjectMesh
 
 
@@ -201,9 +201,9 @@ def test_how_sure_a_mount_is_and_of_what_it_is_told(box):
     assert "calibrate floor" in free.fix
     assert told(free=("the turn about the vertical",))["mount's error"].severity == "warn"
     assert told(object_id=object_id(box))["mount's object"].severity == "ok"
-    assert told(object_id=object_id(box), object_scale=2.0)["mount's object"].severity == "warn"
+    assert told(object_id=object_id(box), object_scale=2.0)["mount's object"].severity == "bad"
     other = told(object_id="stool, 40 x 40 x 45 cm from 0 0 0")["mount's object"]
-    assert other.severity == "warn"
+    assert other.severity == "bad"
     assert "stool" in other.message
     assert "box, 40 x 30 x 50 cm" in other.message
 

@@ -3,7 +3,7 @@
 What no log can tell, and is therefore not here: a phone that slipped sideways or about the vertical
 by less than a few centimetres; a mount that is wrong by exactly the turn from one side of a box to
 another; without an IMU, a mirrored world, another scale or another pace. For the last, every log
-without an IMU carries an amber note. Permuted quaternion columns keep the speed of rotation, so that
+without an IMU says that they are believed. Permuted quaternion columns keep the speed of rotation, so that
 only gravity and the gyroscope tell them.
 """
 
@@ -155,7 +155,7 @@ FAULTS = [
     refused("twice as slow as its IMU", lambda s: _paced(s, 2.0), "turning"),
     warns("two seconds long", lambda s: go.kept(s, slice(60, 180)), "duration"),
     warns("never moves", lambda s: go.kept(s, slice(0, 90)), "path"),
-    warns("never rests", lambda s: go.kept(s, slice(120, 540)), "floor"),
+    refused("never rests", lambda s: go.kept(s, slice(120, 540)), "floor"),
     warns("drifts by 15 cm", lambda s: go.back_to_its_mark(s, 0.15), "closure"),
     warns("swung at 5 m/s", lambda s: go.shaken(s, 0.8, 1.0), "speed"),
     refused("shaken at 40 m/s^2", lambda s: go.shaken(s, 0.05, 4.5), "acceleration"),
@@ -179,8 +179,7 @@ FAULTS = [
     refused("quaternion conjugated",
             lambda s: go.order_of_quaternions(s, [0, 1, 2, 3], (-1, -1, -1, 1)), "gravity"),
     refused("rotations transposed, with IMU", _transposed, "gravity"),
-    Fault("rotations transposed, no IMU", _transposed, "standing", False,
-          format_=arkit_data_logger),
+    refused("rotations transposed, no IMU", _transposed, "standing", format_=arkit_data_logger),
     refused("mirrored in x", lambda s: go.mirrored(s, 0), "turning"),
     refused("mirrored in y", lambda s: go.mirrored(s, 1), "turning"),
     refused("mirrored in z", lambda s: go.mirrored(s, 2), "turning"),
@@ -192,10 +191,11 @@ FAULTS = [
     refused("positions in mm", lambda s: go.placed(s, lambda p: p * 1000), "units"),
     refused("positions at a third", lambda s: go.placed(s, lambda p: p / 3), "scale"),
     warns("positions at 1.5", lambda s: go.placed(s, lambda p: p * 1.5), "scale"),
-    warns("up not logged", lambda s: replace(s, imu=None, gravity_aligned=False), "gravity", tum),
-    warns("no IMU", go.without_imu, "gravity"),
-    warns("mirrored, no IMU", lambda s: go.mirrored(go.without_imu(s), 0), "gravity"),
-    warns("y and z swapped, no IMU", lambda s: _swapped(go.without_imu(s), [0, 2, 1]), "gravity"),
+    refused("y and z swapped, no IMU", lambda s: _swapped(go.without_imu(s), [0, 2, 1]), "height"),
+    refused("upside down, no IMU",
+            lambda s: go.turned_world(go.without_imu(s), "z", 180), "floor"),
+    refused("noise of 3 mm on a carry without rests",
+            lambda s: go.noisy(go.kept(s, slice(120, 540)), 0.003, 0.3), "floor"),
     refused("accelerometer without gravity", _no_gravity, "gravity"),
     refused("accelerometer upside down", lambda s: _accel(s, lambda a: -a), "gravity"),
     refused("accelerometer's axes swapped", lambda s: _accel(s, lambda a: a[:, ::-1]), "moving"),
@@ -204,7 +204,7 @@ FAULTS = [
     warns("IMU an hour apart", lambda s: _clock(s, 3600.0), "clocks"),
     refused("IMU of another take", _of_another_take, "turning"),
     warns("mount slipped by 10 deg", lambda s: go.slipped(s, 10, 0), "mount slip"),
-    warns("mount slipped by 25 deg and 3 cm", lambda s: go.slipped(s, 25, 0.03), "standing"),
+    refused("mount slipped by 25 deg and 3 cm", lambda s: go.slipped(s, 25, 0.03), "standing"),
 ]  # fmt: skip
 
 
@@ -250,6 +250,31 @@ def test_a_fault_is_named_placed_and_told_how_to_mend(take: Take, fault: Fault):
         assert seen.take is not None
         when = (seen.session.times[fault.at - 1] - seen.session.times[0]) * 30 + 0.5
         assert not any(start <= when < stop - 1 for start, stop in seen.take.segments)
+
+
+@pytest.mark.parametrize("format_", [arkit_data_logger, tum], ids=lambda f: f.NAME)
+def test_a_log_without_an_accelerometer_is_good_and_says_what_it_believes(take: Take, format_):
+    take.write(go.without_imu(take.good), format_)
+    seen = take.inspect()
+    assert seen.verdict == "good", seen.report.of("warn") + seen.report.of("bad")
+    assert seen.reason == ""
+    told = {check.name: check.message for check in seen.report.checks}["gravity"]
+    assert "no accelerometer" in told
+    assert "believed" in told
+
+
+@pytest.mark.parametrize("rate", [30, 60])
+@pytest.mark.parametrize(("metres", "degrees"), [(0.001, 0.1), (0.002, 0.2), (0.003, 0.3)])
+def test_rests_are_found_under_noise(take: Take, rate: int, metres: float, degrees: float):
+    take.write(go.noisy(go.at_rate(take.good, rate), metres, degrees))
+    seen = take.inspect()
+    assert seen.take is not None
+    assert seen.take.floor.source == "rest"
+    take.write(take.good)
+    quiet = take.inspect().take
+    assert quiet is not None
+    assert seen.take.floor.height == pytest.approx(quiet.floor.height, abs=0.004)
+    assert seen.verdict != "not usable"
 
 
 @pytest.mark.parametrize("format_", [stray_scanner, ios_logger], ids=lambda f: f.NAME)

@@ -1,6 +1,7 @@
 """Phone poses become object poses; jumps, gaps and freezes split a take, and nothing is smoothed."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from ingest.mount.mount import Mount, identity_mount
+from ingest.session import CaptureSession
 from ingest.trajectory.breaks import find_breaks
 from ingest.trajectory.object_motion import to_object_motion
 from ingest.trajectory.reading import Reading
@@ -186,10 +188,91 @@ def test_poses_at_the_origin_amid_a_take_are_no_motion(
     if not keep_rotation or poses > 4:
         T[150 : 150 + poses, :3, :3] = np.eye(3)
     take = to_object_motion(replace(session, T_world_phone=T), box, identity_mount())
-    clean = to_object_motion(session, box, identity_mount())
     assert take.segments == ((0, 75), ((150 + poses) // 2 + (poses > 0), 181))
-    # Nor do they count for the floor.
-    assert take.floor.height == pytest.approx(clean.floor.height, abs=0.05)
+    # Nor do they count for the floor, which is a guess here.
+    used = take.motion.T_world_object[slice(*take.segments[take.chosen])]
+    bottom = (used[:, 2, :3] @ box.vertices.T).min(axis=1) + used[:, 2, 3]
+    middle = np.median(used[:, 2, :3] @ box.vertices.mean(axis=0) + used[:, 2, 3])
+    assert middle == pytest.approx(1.0) or bottom.min() == pytest.approx(0.0, abs=1e-9)
+
+
+def _rested(wander, jump: float, gap: float = 0.0):
+    """Lifted from the floor and put down within six seconds; amid it the tracker's world rises."""
+    session = wander(3, seconds=6.0)
+    T, times = np.tile(session.T_world_phone[0], (361, 1, 1)), session.times.copy()
+    lift = np.sin(np.pi * np.clip((np.arange(361) - 80) / 200, 0, 1)) ** 2
+    T[:, :3, 3] += np.outer(lift, [0.2, 0.5, 0.1])
+    T[:, :3, 3] += np.random.default_rng(0).normal(scale=2e-4, size=(len(T), 3))
+    T[180:, 1, 3] += jump
+    times[180:] += gap
+    return replace(session, T_world_phone=T, times=times, video_times=times, imu=None)
+
+
+@pytest.mark.parametrize("segment", [1, 2])
+def test_each_segment_has_the_floor_under_it(wander, box, segment: int):
+    jumped = to_object_motion(_rested(wander, 0.2), box, identity_mount(), Reading(segment=segment))
+    assert len(jumped.segments) == 2
+    assert jumped.chosen == segment - 1
+    assert jumped.floor.source == "rest"
+    start, stop = jumped.segments[jumped.chosen]
+    T = jumped.motion.T_world_object[start:stop]
+    bottom = (T[:, 2, :3] @ box.vertices.T).min(axis=1) + T[:, 2, 3]
+    resting = bottom[5:30] if segment == 1 else bottom[-30:-5]
+    np.testing.assert_allclose(resting, 0, atol=0.005)
+
+
+def test_a_segment_without_a_rest_has_no_certain_floor(wander, box):
+    session = _rested(wander, 0.2)
+    T = session.T_world_phone.copy()
+    T[270:, 1, 3] += 0.3 * np.sin(np.arange(91) / 12) ** 2
+    second = to_object_motion(
+        replace(session, T_world_phone=T), box, identity_mount(), Reading(segment=2)
+    )
+    assert second.floor.source == "elsewhere"
+    assert not second.floor.certain
+    assert "--segment" in second.floor.message
+
+
+def test_behind_a_gap_the_world_is_the_same_and_so_is_its_floor(wander, box):
+    session = _rested(wander, 0.0, gap=0.4)
+    T = session.T_world_phone.copy()
+    T[270:, 1, 3] += 0.3 * np.sin(np.arange(91) / 12) ** 2
+    held = replace(session, T_world_phone=T)
+    assert to_object_motion(held, box, identity_mount(), Reading(segment=2)).floor.source == "rest"
+    longer = session.times + np.where(np.arange(361) >= 180, 2.0, 0.0)
+    paused = replace(held, times=longer, video_times=longer)
+    assert (
+        to_object_motion(paused, box, identity_mount(), Reading(segment=2)).floor.source != "rest"
+    )
+
+
+def test_the_wanted_segment_must_be_there(wander, box):
+    with pytest.raises(InputError) as caught:
+        to_object_motion(wander(0), box, identity_mount(), Reading(segment=2))
+    assert caught.value.code == "segment-missing"
+
+
+@pytest.mark.parametrize(("missing", "bridged"), [(8, True), (9, False)])
+def test_a_hole_in_a_smooth_motion_is_bridged(box, missing: int, bridged: bool):
+    """0.15 s at 60 Hz are nine steps; ten are too long."""
+    times = np.arange(241) / 60
+    T = np.tile(np.eye(4), (241, 1, 1))
+    T[:, :3, 3] = np.outer(times, [0.3, 0.05, 0.1]) + 0.02 * np.sin(times)[:, None]
+    keep = np.r_[:100, 100 + missing : 241]
+    session = CaptureSession("test", Path("x"), times[keep], T[keep])
+    take = to_object_motion(session, box, identity_mount(), Reading(floor=-1.0))
+    assert (len(take.segments) == 1) == bridged
+    assert any("bridged" in note for note in take.notes) == bridged
+
+
+def test_a_hole_in_which_the_motion_bends_splits(box):
+    times = np.arange(241) / 60
+    T = np.tile(np.eye(4), (241, 1, 1))
+    T[:, 0, 3] = np.abs(times - times[104]) * 0.8
+    keep = np.r_[:100, 108:241]
+    session = CaptureSession("test", Path("x"), times[keep], T[keep])
+    take = to_object_motion(session, box, identity_mount(), Reading(floor=-1.0))
+    assert len(take.segments) == 2
 
 
 def test_segments_of_a_second_and_cut(wander, box):

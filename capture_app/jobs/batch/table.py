@@ -7,7 +7,7 @@ from typing import Any
 
 from capture_app.jobs.batch.sessions import unused
 from capture_app.jobs.orders import RunOrder
-from capture_app.place import read_place
+from capture_app.place import read_place, read_up
 from omomo_core.errors import InputError
 
 _PATHS = ("session", "object", "mount", "contacts", "body", "weights")
@@ -69,9 +69,10 @@ def _row(
             said[name] = file.parent / said[name]
     if "stood" in said:
         said["stood"] = read_place(said["stood"], f"{file}, line {number}")
-    for name, separator in (("up", ","), ("video_size", "x")):
-        if name in said:
-            said[name] = said[name].split(separator)
+    if "up" in said:
+        said["up"] = read_up(said["up"], f"{file}, line {number}")
+    if "video_size" in said:
+        said["video_size"] = said["video_size"].split("x")
     name = unused(_word(said.get("name") or said["session"].stem), names)
     names[name] = said["session"]
     return {**said, "name": name}

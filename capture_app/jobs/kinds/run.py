@@ -70,9 +70,10 @@ def request_of(order: RunOrder) -> "TakeRequest":
         body=order.body,
         height=order.height,
         stood=order.stood,
-        reading=Reading(order.floor, order.up, order.stitch, order.closure),
+        reading=Reading(
+            order.floor, order.up, order.stitch, order.closure, order.segment, order.format
+        ),
         mesh_scale=order.mesh_scale,
-        segment=order.segment,
         video_size=order.video_size,
         replace=order.replace,
         force=order.force,

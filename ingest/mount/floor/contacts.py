@@ -7,9 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from ingest.session import CaptureSession
-from ingest.trajectory.accelerometer import measured_up
 from ingest.trajectory.breaks import check_rate, find_breaks
-from ingest.trajectory.gravity import find_up, upright
+from ingest.trajectory.gravity import known_up, upright
 from ingest.trajectory.resample import resample
 from ingest.trajectory.rests import find_rests, is_steady
 from ingest.trajectory.smooth import smooth
@@ -72,7 +71,8 @@ def track(session: CaptureSession) -> Track:
         InputError: "rate-too-low", "floor-gravity", "gravity-wrong".
     """
     check_rate(session)
-    if not session.gravity_aligned and len(measured_up(session)) == 0:
+    up = known_up(session)
+    if up is None:
         raise InputError(
             "floor-gravity",
             f"{session.app} does not log which way is up, and there is no accelerometer: the floor "
@@ -83,7 +83,7 @@ def track(session: CaptureSession) -> Track:
     broken = find_breaks(session).any
     calm = smooth(session, broken)
     T, valid = resample(calm.times, calm.T_world_phone, broken)
-    T_zup_session = upright(find_up(session, T, valid))
+    T_zup_session = upright(up)
     return Track(T_zup_session @ T, valid, T_zup_session)
 
 

@@ -7,7 +7,7 @@ from jaxtyping import Float64
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 
-from ingest.report.stable import standing_sides
+from ingest.trajectory.stable import standing_sides
 from omomo_core.motion import ObjectMesh
 
 _ONE_SIDE = np.radians(4.0)

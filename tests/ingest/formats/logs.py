@@ -21,6 +21,7 @@ from ingest.formats import (
     nerfcapture,
     nerfstudio,
     polycam,
+    pose_table,
     record3d,
     scan_capture,
     scanner_3d,
@@ -37,7 +38,16 @@ from omomo_core.errors import InputError
 
 MakeTake = Callable[[int], CaptureSession]
 
-TEXT = (stray_scanner, ios_logger, arkit_data_logger, scan_capture, anysense, tum, arkitscenes)
+TEXT = (
+    stray_scanner,
+    ios_logger,
+    arkit_data_logger,
+    scan_capture,
+    anysense,
+    pose_table,
+    tum,
+    arkitscenes,
+)
 """A line for each pose."""
 PICTURES = (record3d, polycam, scanner_3d, nerfcapture, nerfstudio)
 """Single images beside the log."""
@@ -66,6 +76,7 @@ LAYOUT = {
     arkit_data_logger.NAME: Layout("ARKit_camera_pose.txt", f":{ROW + 2}"),
     scan_capture.NAME: Layout("poses.txt", f":{ROW + 2}"),
     anysense.NAME: Layout("AR_Pose_omocap.txt", f":{ROW + 1}"),
+    pose_table.NAME: Layout("poses.csv", f":{ROW + 4}"),
     tum.NAME: Layout("trajectory.txt", f":{ROW + 4}"),
     arkitscenes.NAME: Layout("lowres_wide.traj", f":{ROW + 1}"),
     record3d.NAME: Layout("metadata", f", frame {ROW}"),

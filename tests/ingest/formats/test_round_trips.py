@@ -20,6 +20,7 @@ from ingest.formats import (
     nerfcapture,
     nerfstudio,
     polycam,
+    pose_table,
     record3d,
     scan_capture,
     scanner_3d,
@@ -55,6 +56,7 @@ KEPT = {
     arkit_data_logger.NAME: Kept(1e-9, 2e-6, None),
     scan_capture.NAME: Kept(1e-6, 1e-8, 1e-11),
     anysense.NAME: Kept(MILLISECONDS, 1e-8, None),
+    pose_table.NAME: Kept(1e-8, 1e-8, None),
     tum.NAME: Kept(1e-8, 1e-8, None),
     # Its camera files are named to the millisecond.
     arkitscenes.NAME: Kept(1e-8, 1e-8, 1e-9, rate=10.0),

@@ -47,7 +47,9 @@ def test_comments_say_how_the_axes_point(tmp_path: Path):
 def test_without_a_word_about_up_it_is_not_gravity_aligned(tmp_path: Path):
     session = _read(tmp_path, "# timestamp tx ty tz qx qy qz qw")
     assert not session.gravity_aligned
-    assert session.T_world_phone[0, :3, 3].tolist() == [1, 3, -2]
+    assert session.T_world_phone[0, :3, 3].tolist() == [1, 2, 3]
+    assert session.camera_open
+    assert session.world_axes
 
 
 @pytest.mark.parametrize("comment", ["# up: x", "# axes: nerf"])

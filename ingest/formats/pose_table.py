@@ -1,0 +1,83 @@
+"""Tables of poses in CSV whose header names their columns, whoever wrote them.
+
+A table says neither which way its camera points nor which way is up, unless comment lines
+`# axes: arkit` (or opencv) and `# up: y` (or z) do. It is read with ARKit's camera; both stay open
+until the object is known. Eight numbers without a header may be another app's too.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ingest.formats.axes import CAMERAS, WORLDS, stated_axes
+from ingest.formats.columns import Columns, named_columns
+from ingest.formats.pick import first_row, floats, logs, only_log
+from ingest.formats.poses import check_poses, poses_from_quaternions
+from ingest.formats.table import numbers, read_rows
+from ingest.session import CaptureSession
+
+NAME = "CSV poses"
+FILES = "a CSV table whose header names a time, x, y, z, qx, qy, qz and qw, or a folder with one"
+LACKS = "no tracking state, intrinsics or IMU; axes and up only if comments say so"
+
+_PATTERNS = ("*.csv",)
+_OF_APPS = ({"timestamp", "frame", "qw"}, {"timestamp", "status"})
+"""Columns of Stray Scanner and ScanCapture."""
+_HEADERLESS = Columns(tuple(range(8)), 8, 1.0, ",", commented=True)
+
+
+def detect(path: Path) -> bool:
+    """Whether the file, or one of the folder, names such columns; or has eight numbers by commas."""
+    if path.is_dir():
+        return bool(logs(path, _PATTERNS, _is_table))
+    return _is_table(path) or _is_headerless(path)
+
+
+def read(path: Path) -> CaptureSession:
+    """Read a table, or a folder that holds exactly one; without a header t, x, y, z, qx, qy, qz, qw."""
+    log = only_log(path, logs(path, _PATTERNS, _is_table))
+    columns = named_columns(log) or _HEADERLESS
+    text = read_rows(log, columns.separator)
+    rows = text if columns.commented else text.without_header()
+    table = numbers(rows, columns.width, columns.places)
+    times = table.values[:, 0] * columns.second
+    T_world_camera = poses_from_quaternions(table.values[:, 1:4], table.values[:, 4:], table.place)
+    stated = stated_axes(log)
+    T = WORLDS[stated.get("up", "y")] @ T_world_camera @ CAMERAS[stated.get("axes", "arkit")]
+    check_poses(times, T, log, table.place)
+    return CaptureSession(
+        app=NAME,
+        source=path,
+        times=times,
+        T_world_phone=T,
+        gravity_aligned="up" in stated,
+        world_axes=True,
+        camera_open="axes" not in stated,
+    )
+
+
+def write(session: CaptureSession, folder: Path) -> Path:
+    """Write poses.csv with ARKit's axes, and say so; returns the folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    T = session.T_world_phone
+    quaternions = Rotation.from_matrix(T[:, :3, :3]).as_quat(canonical=True)
+    rows = np.concatenate([session.times[:, None], T[:, :3, 3], quaternions], axis=1)
+    comments = ["# axes: arkit", *(["# up: y"] if session.gravity_aligned else [])]
+    lines = [",".join(f"{x:.9f}" for x in row) for row in rows]
+    text = "\n".join([*comments, "timestamp,x,y,z,qx,qy,qz,qw", *lines, ""])
+    (folder / "poses.csv").write_text(text, encoding="utf-8")
+    return folder
+
+
+def _is_table(file: Path) -> bool:
+    """Whether a header names a pose's columns, and no app's of which more is known."""
+    columns = named_columns(file)
+    if columns is None or (columns.separator is None and columns.places == tuple(range(8))):
+        return False
+    return not any(names <= columns.names for names in _OF_APPS)
+
+
+def _is_headerless(file: Path) -> bool:
+    row = floats(first_row(file).split(","))
+    return len(row) == _HEADERLESS.width and file.name != "ARposes.txt"
