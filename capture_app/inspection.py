@@ -148,7 +148,7 @@ def usable_take(seen: Inspection, *, force: bool = False) -> ObjectTake:
 
 
 def _told(check: Check) -> str:
-    return f"{check.name.capitalize()}: {check.message}."
+    return f"{check.name.capitalize()}: {check.message.rstrip('.')}."
 
 
 def _where(seen: Inspection, bad: list[Check]) -> str:

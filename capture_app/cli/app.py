@@ -35,6 +35,7 @@ from capture_app.cli import (
 )
 from capture_app.cli.calibrate import app as calibrate
 from capture_app.cli.console import errors, report
+from capture_app.cli.start import INTERRUPTED, TERMINATED
 from omomo_core.errors import OmocapError
 
 app = typer.Typer(
@@ -44,25 +45,25 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("run", help=run.HELP)(run.run)
-app.command("inspect")(inspect.inspect)
-app.command("scan")(scan.scan)
+app.command("run", help=run.HELP, no_args_is_help=True)(run.run)
+app.command("inspect", no_args_is_help=True)(inspect.inspect)
+app.command("scan", no_args_is_help=True)(scan.scan)
 app.command("serve")(serve.serve)
-app.command("replay")(replay.replay)
-app.command("render")(render.render)
-app.command("overlay")(overlay.overlay)
-app.command("compare")(compare.compare)
-app.command("export")(export.export)
-app.command("batch")(batch.batch)
+app.command("replay", no_args_is_help=True)(replay.replay)
+app.command("render", no_args_is_help=True)(render.render)
+app.command("overlay", no_args_is_help=True)(overlay.overlay)
+app.command("compare", no_args_is_help=True)(compare.compare)
+app.command("export", no_args_is_help=True)(export.export)
+app.command("batch", no_args_is_help=True)(batch.batch)
 app.command("worker")(worker.worker)
-app.command("rerun")(rerun.rerun)
-app.command("resolve")(resolve.resolve)
+app.command("rerun", no_args_is_help=True)(rerun.rerun)
+app.command("resolve", no_args_is_help=True)(resolve.resolve)
 app.command("doctor")(doctor.doctor)
 app.command("formats")(formats.formats)
 app.command("demo")(demo.demo)
 app.command("simulate")(simulate.simulate)
-app.command("train")(train.train)
-app.command("evaluate")(evaluate.evaluate)
+app.command("train", no_args_is_help=True)(train.train)
+app.command("evaluate", no_args_is_help=True)(evaluate.evaluate)
 app.command("tables")(tables.tables)
 app.add_typer(calibrate.app, name="calibrate")
 app.add_typer(study.app, name="study")
@@ -95,19 +96,19 @@ def omocap(
     """
 
 
-def main() -> None:
-    """Entry point of the `omocap` command."""
+def run_command() -> int:
+    """Run the command line of this process; returns its exit code, see `invoke`."""
     handler = RichHandler(console=errors, show_time=False, show_path=False)
     logging.basicConfig(level=logging.WARNING, format="%(message)s", handlers=[handler])
-    raise SystemExit(invoke(sys.argv[1:]))
+    return invoke(sys.argv[1:])
 
 
 def invoke(arguments: Sequence[str]) -> int:
     """Run one command line.
 
     Returns:
-        0 when it worked, 2 when the input cannot give a correct result, 130 when interrupted, and 1
-        for a defect of the program.
+        0 when it worked, 2 when the input cannot give a correct result, 130 when interrupted, 143 when
+        terminated, and 1 for a defect of the program.
     """
     # Accepted anywhere, because it is added to the end of a command that has just failed.
     debug = "--debug" in arguments
@@ -133,7 +134,7 @@ def _exit_code(arguments: list[str]) -> int:
         app(arguments)
     except SystemExit as done:
         code = done.code if isinstance(done.code, int) else 1
-        if code == 130:
+        if code in (INTERRUPTED, TERMINATED):
             errors.print("Interrupted; no half file was left behind.")
         return code
     return 0

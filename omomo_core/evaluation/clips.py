@@ -20,6 +20,7 @@ from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.evaluation.person import body_of, bone_offsets, our_rotations
 from omomo_core.motion import ObjectMesh, ObjectMotion
+from omomo_core.skeleton import MODEL_PARENTS
 
 NAMES = (
     *("Pelvis", "L_Hip", "R_Hip", "Torso", "L_Knee", "R_Knee", "Spine", "L_Ankle", "R_Ankle"),
@@ -96,7 +97,7 @@ def read_clip(path: Path, body: BodyModel) -> RealClip:
     _check_metres(motion, joints, path)
     offsets, stray = bone_offsets(joints, rotations)
     if stray > RIGID:
-        raise _bad("clip-bones", f"Bones stretch by up to {100 * stray:.0f} cm.", path, "skeleton")
+        raise _bad("clip-bones", _why_bones_stray(joints, rotations, offsets), path, "skeleton")
     return RealClip(
         name=path.stem,
         text=str(data["text"]) if "text" in data else "",
@@ -105,6 +106,28 @@ def read_clip(path: Path, body: BodyModel) -> RealClip:
         rotations=our_rotations(rotations, offsets, body),
         joints=joints,
         body=body_of(offsets, body),
+    )
+
+
+def _why_bones_stray(
+    joints: Float[np.ndarray, "frames 24 3"],
+    rotations: Float[np.ndarray, "frames 22 3 3"],
+    offsets: Float[np.ndarray, "24 3"],
+) -> str:
+    """Where joints and rotations disagree most, and whether a length or a rotation is to blame."""
+    parents = np.array(MODEL_PARENTS[1:])
+    bones = joints[:, 1:] - joints[:, parents]
+    turned = np.einsum("fjxy,jy->fjx", rotations[:, parents], offsets[1:])
+    off = np.linalg.norm(bones - turned, axis=-1)
+    frame, bone = np.unravel_index(int(off.argmax()), off.shape)
+    length = abs(np.linalg.norm(bones[frame, bone]) - np.linalg.norm(offsets[1 + bone]))
+    named = (*NAMES, "the left palm", "the right palm")
+    joint, parent = named[1 + bone], named[parents[bone]]
+    if length > RIGID:
+        return f"The bone to {joint} is {100 * length:.0f} cm longer or shorter in frame {frame}."
+    return (
+        f"Joints and rotations disagree: in frame {frame} {joint} is {100 * off.max():.0f} cm from where "
+        f"the rotation of {parent} puts it, though the bone keeps its length."
     )
 
 

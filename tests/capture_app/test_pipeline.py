@@ -117,11 +117,12 @@ def test_a_split_take_uses_the_longest_segment_and_says_so(inputs: Inputs, weigh
     assert made.object_motion.start_time == pytest.approx(segment.start / 30)
     assert any("--segment" in note for note in made.manifest.notes)
 
-    first = replace(forced, output=inputs.folder / "first", segment=1)
+    first = replace(forced, output=inputs.folder / "first", reading=Reading(segment=1))
     made = run_take(first, silent)
     assert (made.manifest.segment.start, made.object_motion.start_time) == (0, 0.0)
+    third = replace(first, output=inputs.folder / "third", reading=Reading(segment=3))
     with pytest.raises(OmocapError) as caught:
-        run_take(replace(first, output=inputs.folder / "third", segment=3), silent)
+        run_take(third, silent)
     assert caught.value.code == "segment-missing"
 
 

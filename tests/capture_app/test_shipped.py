@@ -11,12 +11,15 @@ from capture_app.request import TakeRequest
 from capture_app.result import Result
 from capture_app.simulator.carried_box import box_mesh, carried_box
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from omomo_core.errors import InputError
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS
 
 
-def run(session: Path, mesh: Path, mount: Path | None, output: Path) -> Result:
+def run(
+    session: Path, mesh: Path, mount: Path | None, output: Path, *, force: bool = False
+) -> Result:
     request = TakeRequest(
         session=session,
         mesh=mesh,
@@ -24,6 +27,7 @@ def run(session: Path, mesh: Path, mount: Path | None, output: Path) -> Result:
         output=output,
         options=GenerationOptions(samples=2),
         video_size=None,
+        force=force,
     )
     return run_take(request, lambda stage, done: None)
 
@@ -79,8 +83,12 @@ def test_in_the_demo_a_person_carries_the_box(demo: Result):
 )
 def test_real_phone_logs(shared: Path, tmp_path: Path, log: str, seconds: float):
     mesh = tmp_path / "box.ply"
-    trimesh.creation.box((0.4, 0.4, 0.4)).export(mesh)
-    result = run(shared / "data" / "capture" / log, mesh, None, tmp_path / "out")
+    box = trimesh.creation.box((0.4, 0.4, 0.4))
+    box.apply_translation((0.0, -0.2, 0.0)).export(mesh)
+    session = shared / "data" / "capture" / log
+    with pytest.raises(InputError, match=r"so the floor is a guess|taken as the floor"):
+        run(session, mesh, None, tmp_path / "refused")
+    result = run(session, mesh, None, tmp_path / "out", force=True)
     human = result.motions[result.manifest.chosen]
     assert abs(len(human.root) / FPS - seconds) < 0.2
     assert np.isfinite(human.joints).all()

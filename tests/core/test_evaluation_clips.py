@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
@@ -94,6 +95,35 @@ def test_bad_clips_are_named(tmp_path: Path, write_clip, code: str):
     assert caught.value.code == code
     assert caught.value.where
     assert caught.value.fix
+
+
+def test_a_stretched_bone_and_a_rotation_that_is_off_are_told_apart(tmp_path: Path, write_clip):
+    write_clip(NAME)
+    path = tmp_path / f"{NAME}.npz"
+    whole = arrays(path)
+
+    def told(change: Callable[[dict[str, np.ndarray]], object]) -> str:
+        np.savez(path, **whole)
+        spoil(change)(path)
+        with pytest.raises(InputError) as caught:
+            read_clip(path, BODY)
+        return caught.value.what
+
+    longer = told(stretch)
+    assert "The bone to L_" in longer
+    assert "longer or shorter in frame 5" in longer
+
+    def turn(data: dict[str, np.ndarray]) -> None:
+        quaternions = data["joint_rot_global_xyzw"].copy()
+        knee = NAMES.index("L_Knee")
+        turned = Rotation.from_quat(quaternions[7, knee]) * Rotation.from_rotvec([0, 0.3, 0])
+        quaternions[7, knee] = turned.as_quat()
+        data["joint_rot_global_xyzw"] = quaternions
+
+    off = told(turn)
+    assert "in frame 7 L_Ankle is" in off
+    assert "the rotation of L_Knee" in off
+    assert "keeps its length" in off
 
 
 def test_a_mesh_in_other_units_or_with_missing_vertices_is_named(tmp_path: Path, write_clip):

@@ -70,7 +70,7 @@ def test_a_table_says_what_is_particular_to_each_session(tmp_path: Path) -> None
         "object": tmp_path / "chair.obj",
         "mount": "identity",
         "height": "1.8",
-        "up": ["0", "1", "0"],
+        "up": (0.0, 1.0, 0.0),
         "name": "one",
         "stood": (0.5, -1.0),
     }
@@ -162,7 +162,7 @@ def test_one_table_tells_of_all(tmp_path: Path) -> None:
 
 
 def command(*arguments: str) -> list[str]:
-    script = "from capture_app.cli.app import main; main()"
+    script = "from capture_app.cli.start import main; main()"
     return [sys.executable, "-c", script, *arguments]
 
 

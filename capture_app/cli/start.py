@@ -1,0 +1,26 @@
+"""Entry point of the `omocap` command: Ctrl-C and SIGTERM are heeded before anything large is loaded."""
+
+import signal
+import sys
+from types import FrameType
+
+INTERRUPTED, TERMINATED = 130, 143
+"""Exit codes after SIGINT and SIGTERM, as shells have them."""
+
+
+def main() -> None:
+    """Run the command line; whatever ends it, what was half written is removed first."""
+    signal.signal(signal.SIGTERM, _terminate)
+    try:
+        from capture_app.cli.app import run_command
+
+        code = run_command()
+    except KeyboardInterrupt:
+        sys.stderr.write("Interrupted; no half file was left behind.\n")
+        code = INTERRUPTED
+    raise SystemExit(code)
+
+
+def _terminate(number: int, frame: FrameType | None) -> None:
+    """Unwind as an error does, so that every block that tidies up is run."""
+    raise SystemExit(TERMINATED)

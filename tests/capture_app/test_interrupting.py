@@ -1,0 +1,55 @@
+"""Ctrl-C and SIGTERM end a command quietly and leave nothing half written."""
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+
+_START = "import capture_app.cli.start as s; print('ready', flush=True); s.main()"
+
+
+def _command(*arguments: str) -> "subprocess.Popen[str]":
+    process = subprocess.Popen(
+        [sys.executable, "-c", _START, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    return process
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.2, 0.6])
+def test_an_interrupt_while_it_loads_is_no_traceback(seconds: float):
+    process = _command("run", "nowhere", "--object", "x.obj", "--mount", "identity", "-o", "out")
+    time.sleep(seconds)
+    process.send_signal(signal.SIGINT)
+    _, told = process.communicate(timeout=60)
+    assert "Traceback" not in told
+    # Where it was quicker than the signal it has said what is wrong.
+    assert process.returncode in (130, 2), told
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_a_run_that_is_stopped_leaves_no_folder(tmp_path: Path, number: int, code: int):
+    given = [str(DEMO / name) for name in (SESSION, MESH, MOUNT)]
+    process = _command(
+        "run", given[0], "--object", given[1], "--mount", given[2], "-o", str(tmp_path / "out")
+    )
+    deadline = time.monotonic() + 60
+    while not list(tmp_path.glob(".out.*.part")):
+        assert time.monotonic() < deadline
+        assert process.poll() is None
+        time.sleep(0.02)
+    process.send_signal(number)
+    _, told = process.communicate(timeout=60)
+    assert process.returncode == code, told
+    assert "no half file was left behind" in told
+    assert "Traceback" not in told
+    assert list(tmp_path.iterdir()) == []
