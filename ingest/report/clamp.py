@@ -10,7 +10,7 @@ from ingest.report.check import Check, grade, graded, worst
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMesh
 
-_FAR, _TOO_FAR = 0.3, 0.75
+_FAR, _TOO_FAR = 0.3, 0.5
 """Metres between the phone's camera and the surface: a clamp's arm, and no clamp."""
 _DEEP, _TOO_DEEP = 0.03, 0.06
 """Metres that the camera may seem to be inside a rough mesh, and where no phone can be."""
