@@ -201,7 +201,7 @@ FAULTS = [
     Fault("mount inverse", _inverse_mount, "standing", "bad"),
     Fault("mount turned", mount(_turned_mount), "standing", "bad"),
     Fault("mount twenty times too far", mount(offset(20)), "phone on the object", "bad"),
-    Fault("mount four times too far", mount(offset(4)), "phone on the object", "warn"),
+    Fault("mount four times too far", mount(offset(4)), "phone on the object", "bad"),
     Fault("mount inside the object", mount(offset(0.2)), "phone on the object", "bad"),
     Fault("mount badly calibrated", mount(lambda T: T, residuals={"rms_mm": 140.0}), "mount", "bad"),
     Fault("mount so-so", mount(lambda T: T, residuals={"rms_deg": 5.0}), "mount", "warn"),
