@@ -1,5 +1,7 @@
 """USD files opened safely, and their meshes as triangles. Needs usd-core."""
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -26,16 +28,17 @@ def pxr(module: str) -> Any:
         ) from None
 
 
-def open_stage(path: Path) -> Any:
-    """The stage of one file that takes nothing from others.
+@contextmanager
+def reading_usd(path: Path) -> Generator[None]:
+    """Turn whatever USD raises on a damaged file into one error.
 
     Raises:
-        InputError: "usd-missing", "usd-unreadable" or "usd-external".
+        InputError: "usd-unreadable", or what the block raises itself.
     """
-    usd = pxr("Usd")
     try:
-        stage = usd.Stage.Open(str(path))
-        layers = [str(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath]
+        yield
+    except InputError:
+        raise
     except Exception as problem:  # USD raises its own errors, of no common base
         raise InputError(
             "usd-unreadable",
@@ -43,6 +46,33 @@ def open_stage(path: Path) -> Any:
             where=str(path),
             fix="Open it in a 3D program and export it again.",
         ) from None
+
+
+def _check_conventions(stage: Any, path: Path) -> None:
+    """Up is y or z, and a unit is so many metres; a hand-written stage may state anything."""
+    up = str(stage.GetMetadata("upAxis") or "Y")
+    unit = float(pxr("UsdGeom").GetStageMetersPerUnit(stage))
+    if up not in ("Y", "Z") or not 0 < unit < float("inf"):
+        raise InputError(
+            "usd-convention",
+            f"The stage says that {up} is up and that a unit is {unit:g} m.",
+            where=str(path),
+            fix="Set upAxis to Y or Z and metersPerUnit to a positive number, e.g. 0.01.",
+        )
+
+
+def open_stage(path: Path) -> Any:
+    """The stage of one file that takes nothing from others.
+
+    Raises:
+        InputError: "usd-missing", "usd-unreadable", "usd-external", or "usd-convention" for an up axis
+            or a unit that there is none of.
+    """
+    usd = pxr("Usd")
+    with reading_usd(path):
+        stage = usd.Stage.Open(str(path))
+        layers = [str(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath]
+        _check_conventions(stage, path)
     whole = str(path.resolve())
     others = [layer for layer in layers if not layer.startswith(whole)]
     if others:

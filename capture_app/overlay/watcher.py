@@ -1,6 +1,5 @@
 """Watcher: a camera that filmed, what its pixels mean, and how it moved in a frame that rests."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from ingest.mount.board.camera import WitnessCamera
 from ingest.mount.hand_eye.streams import PoseStream
 from ingest.session import CaptureSession
+from omomo_core import strict_json
 from omomo_core.errors import InputError
 
 _RIGID = 1e-3
@@ -85,10 +85,10 @@ def pose_in(path: Path) -> Float64[np.ndarray, "4 4"] | None:
         InputError: "camera-pose" when it is no rigid transform.
     """
     try:
-        table = json.loads(path.read_text(encoding="utf-8"))
+        table = strict_json.parse(path.read_bytes())
     except ValueError:
         return None  # YAML of a calibrator, which knows no poses
-    if "T_world_camera" not in table:
+    if not isinstance(table, dict) or "T_world_camera" not in table:
         return None
     try:
         T = np.array(table["T_world_camera"], float).reshape(4, 4)

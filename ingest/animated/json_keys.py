@@ -16,6 +16,7 @@ from ingest.animated.animation import MAX_FPS, Animation, Up
 from ingest.animated.curves import Mode
 from ingest.animated.keyframes import Keyframes, animate
 from ingest.formats.json_file import mentions
+from omomo_core import strict_json
 from omomo_core.errors import InputError
 
 NAME = "JSON"
@@ -75,8 +76,8 @@ def read(path: Path) -> Animation:
             besides those of `animate`.
     """
     try:
-        file = _File.model_validate_json(path.read_bytes())
-    except ValidationError as problem:
+        file = _File.model_validate(strict_json.parse(path.read_bytes()))
+    except ValueError as problem:
         raise _damaged(path, problem) from None
     frames = [key.frame for key in file.keyframes if key.time is None]
     counted = 0 < len(frames) == len(file.keyframes)
@@ -133,12 +134,14 @@ def _handles(keys: tuple[_Key, ...], path: Path) -> Float64[np.ndarray, "keys 7 
     return points.reshape(len(keys), 2, 7, 2).swapaxes(1, 2).copy()
 
 
-def _damaged(path: Path, problem: ValidationError) -> InputError:
-    error = problem.errors(include_url=False, include_input=False)[0]
-    place = ".".join(str(part) for part in error["loc"])
+def _damaged(path: Path, problem: ValueError) -> InputError:
+    place, what = "", str(problem)
+    if isinstance(problem, ValidationError):
+        error = problem.errors(include_url=False, include_input=False)[0]
+        place, what = ".".join(str(part) for part in error["loc"]), error["msg"]
     return InputError(
         "keyframes-damaged",
-        f"{path.name} is not what it should be: {place + ': ' if place else ''}{error['msg']}.",
+        f"{path.name} is not what it should be: {place + ': ' if place else ''}{what}.",
         where=f"{path}, {place}" if place else str(path),
         fix='Write {"fps": 24, "up": "z", "interpolation": "bezier", "keyframes": [{"frame": 1, '
         '"position": [x, y, z], "quaternion": [x, y, z, w]}, ...]}.',

@@ -20,7 +20,7 @@ from ingest.animated.recorded import sampled
 from ingest.animated.rows import not_finite
 from ingest.animated.stretch import split_stretch
 from ingest.animated.surface import Part, joined
-from ingest.usd import open_stage, pxr, triangles_of
+from ingest.usd import open_stage, pxr, reading_usd, triangles_of
 from omomo_core.errors import InputError
 
 NAME = "USD"
@@ -60,7 +60,8 @@ def read(path: Path, node: str | None = None) -> Animation:
         InputError: "usd-missing" without usd-core; "usd-unreadable", "usd-external", "usd-clock";
             no prim or several fit; its animation is not that of a rigid thing.
     """
-    return _Stage(path).animation(node)
+    with reading_usd(path):
+        return _Stage(path).animation(node)
 
 
 class _Stage:

@@ -3,6 +3,8 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from ingest.archive import is_archive, unpack
 from ingest.formats.nearest import nearest
 from ingest.formats.registry import FORMATS, Format, format_named
@@ -12,6 +14,8 @@ from omomo_core.errors import InputError
 
 Formats = tuple[Format, ...]
 
+_MOST_READ = 1e4
+"""m/s^2 or rad/s."""
 _MAX_FOLDERS = 1000
 """Looked into; more than that is a disk, not a share of a session."""
 
@@ -84,6 +88,7 @@ def _read(path: Path, formats: Formats) -> CaptureSession:
 def _read_as(format_: Format, path: Path) -> CaptureSession:
     """The session, checked for what no format may say; of poses with one stamp the first counts."""
     session = without_repeats(format_.read(path))
+    _check_imu(session, path)
     if session.image_size is not None and min(session.image_size) <= 0:
         width, height = session.image_size
         raise InputError(
@@ -93,6 +98,25 @@ def _read_as(format_: Format, path: Path) -> CaptureSession:
             fix="Copy the session from the phone again; do not edit the log.",
         )
     return session
+
+
+def _check_imu(session: CaptureSession, path: Path) -> None:
+    """Refuse readings that no sensor gives: a phone's end at 16 g and 35 rad/s."""
+    imu = session.imu
+    if imu is None:
+        return
+    for name, unit, values in (
+        ("accelerometer", "m/s^2", imu.accel),
+        ("gyroscope", "rad/s", imu.gyro),
+    ):
+        most = float(np.abs(values).max(initial=0.0))
+        if not most < _MOST_READ:
+            raise InputError(
+                "imu-absurd",
+                f"The {name} reads {most:.3g} {unit}.",
+                where=str(path),
+                fix="Copy the session from the phone again, or take the log of the IMU out of it.",
+            )
 
 
 def _sessions_in(path: Path, formats: Formats) -> list[tuple[Path, Format]]:

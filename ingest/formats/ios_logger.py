@@ -15,6 +15,7 @@ from ingest.formats.pick import first_row, floats
 from ingest.formats.poses import check_clock, check_poses, poses_from_quaternions
 from ingest.formats.table import Table, numbers, read_rows
 from ingest.session import GRAVITY, CaptureSession, ImuLog
+from omomo_core.errors import InputError
 
 NAME = "ios_logger"
 FILES = "a folder with ARposes.txt"
@@ -97,10 +98,17 @@ def _read_imu(folder: Path) -> ImuLog | None:
     if min(len(accel), len(gyro)) < 2:
         return None
     accel = accel[(accel[:, 0] >= gyro[0, 0]) & (accel[:, 0] <= gyro[-1, 0])]
+    if len(accel) < 2:
+        raise InputError(
+            "imu-apart",
+            "The accelerometer's and the gyroscope's logs have no time in common.",
+            where=f"{files[0]}, {files[1].name}",
+            fix="Give both logs of this very take, or leave both out.",
+        )
     times = accel[:, 0]
-    return ImuLog(
-        times=times, accel=accel[:, 1:] * GRAVITY, gyro=_at(times, gyro[:, 0], gyro[:, 1:])
-    )
+    with np.errstate(over="ignore"):  # absurd readings are refused later
+        felt = accel[:, 1:] * GRAVITY
+    return ImuLog(times=times, accel=felt, gyro=_at(times, gyro[:, 0], gyro[:, 1:]))
 
 
 def _by_time(table: Table) -> Float64[np.ndarray, "rows columns"]:

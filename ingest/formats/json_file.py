@@ -10,6 +10,7 @@ from typing import NoReturn, cast
 import numpy as np
 from jaxtyping import Float64
 
+from omomo_core import strict_json
 from omomo_core.errors import InputError
 
 MAX_BYTES = 64 * 2**20
@@ -60,16 +61,13 @@ def load_object(path: Path) -> JsonObject:
         raise _not_finite(name, str(path))
 
     try:
-        text = path.read_bytes().decode("utf-8-sig")
-        value = json.loads(text, parse_constant=refuse_constant)
+        value = strict_json.parse(path.read_bytes(), constant=refuse_constant)
     except json.JSONDecodeError as error:
         raise _no_json(error, path) from None
     except UnicodeDecodeError:
         raise _damaged(f"{path.name} is no UTF-8 text.", str(path)) from None
-    except RecursionError:
-        raise _damaged(f"{path.name} is nested too deeply.", str(path)) from None
-    except ValueError:
-        raise _damaged(f"{path.name} has a number of thousands of digits.", str(path)) from None
+    except ValueError as problem:
+        raise _damaged(f"{path.name} is damaged: {problem}.", str(path)) from None
     return object_at(value, path, "")
 
 

@@ -1,12 +1,12 @@
 """Records of JSON logs of many frames: members of one object, or one object a line."""
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
 from ingest.formats.json_file import inside, load_object, member, object_at
 from ingest.formats.records import Record, Records
 from ingest.formats.table import MAX_BYTES
+from omomo_core import strict_json
 from omomo_core.errors import InputError
 
 
@@ -54,8 +54,15 @@ def _part(row: Record, key: str) -> Record:
 
 def _line_record(line: bytes, log: Path, where: str) -> Record:
     try:
-        value = json.loads(line.decode("utf-8-sig"))
-    except (ValueError, RecursionError):
+        value = strict_json.parse(line)
+    except strict_json.DoubledKeyError as problem:
+        raise InputError(
+            "log-damaged",
+            f"{where.capitalize()} of {log.name} is damaged: {problem}.",
+            where=f"{log}, {where}",
+            fix="Copy the session from the phone again; do not edit the log.",
+        ) from None
+    except ValueError:
         cut = not line.endswith(b"\n")
         raise InputError(
             "log-truncated" if cut else "log-damaged",

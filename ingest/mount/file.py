@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field, ValidationError
 
 from ingest.mount.mount import Mount
 from ingest.mount.uncertainty import bounds_95
+from omomo_core import strict_json
 from omomo_core.errors import InputError
 from omomo_core.whole_file import write_whole
 
@@ -56,11 +57,12 @@ def load_mount(path: Path) -> Mount:
             '{"T_phone_object": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]], "method": "measured"}.',
         )
     try:
-        file = _MountFile.model_validate_json(path.read_bytes())
-    except ValidationError as problem:
+        file = _MountFile.model_validate(strict_json.parse(path.read_bytes()))
+    except ValueError as problem:
+        what = _first_problem(problem) if isinstance(problem, ValidationError) else str(problem)
         raise InputError(
             "mount-unreadable",
-            f"The mount file is not what it should be: {_first_problem(problem)}.",
+            f"The mount file is not what it should be: {what}.",
             where=str(path),
             fix='It needs "T_phone_object" as four rows of four numbers, and "method".',
         ) from None

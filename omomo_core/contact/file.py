@@ -24,6 +24,7 @@ from reprlib import repr as short
 import numpy as np
 from jaxtyping import Float
 
+from omomo_core import strict_json
 from omomo_core.contact.segment import Segment, Span
 from omomo_core.errors import InputError
 from omomo_core.geometry.surface import Surface
@@ -106,8 +107,8 @@ def _load(path: Path) -> dict[str, object]:
     if path.stat().st_size > _MOST_BYTES:
         raise _unreadable(path, f"it has more than {_MOST_BYTES / 1e6:g} MB")
     try:
-        data = json.loads(path.read_bytes())
-    except (ValueError, RecursionError) as problem:
+        data = strict_json.parse(path.read_bytes())
+    except ValueError as problem:
         raise _unreadable(path, f"{problem}") from None
     if not isinstance(data, dict):
         raise _unreadable(path, "it is not an object in braces")

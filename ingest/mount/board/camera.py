@@ -5,10 +5,12 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 from jaxtyping import Float64
 
+from omomo_core import strict_json
 from omomo_core.errors import InputError
 
 _ORDER = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
@@ -123,7 +125,7 @@ def save_camera(camera: WitnessCamera, path: Path) -> None:
 
 
 def _from_json(text: str, path: Path) -> WitnessCamera:
-    table = json.loads(text)
+    table = cast(Mapping[str, Any], strict_json.parse(text))
     given = table.get("distortion")
     named = [float(table.get(name, 0.0)) for name in _ORDER]
     if given is None:

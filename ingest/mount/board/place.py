@@ -12,6 +12,7 @@ from pydantic import BaseModel, Field, ValidationError
 from ingest.mount.board.spec import Board
 from ingest.mount.points.fit import PICKING, rigid_from_points
 from ingest.mount.pose_file import load_pose
+from omomo_core import strict_json
 from omomo_core.errors import InputError
 
 _TURN = np.radians(1.0)
@@ -91,7 +92,7 @@ def load_place(path: Path, board: Board) -> BoardPlace:
         return BoardPlace(load_pose(path), np.diag([_TURN**2] * 3 + [PICKING**2] * 3), 0.0)
     try:
         json_file = text.startswith("{")
-        file = _PlaceFile.model_validate_json(text) if json_file else _from_csv(text)
+        file = _PlaceFile.model_validate(strict_json.parse(text)) if json_file else _from_csv(text)
         return _from_points(file, board)
     except (ValueError, KeyError) as problem:
         what = _first_problem(problem) if isinstance(problem, ValidationError) else str(problem)

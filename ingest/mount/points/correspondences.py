@@ -24,6 +24,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from ingest.mount.points.fit import PICKING
+from omomo_core import strict_json
 from omomo_core.errors import InputError
 
 _MAX_BYTES = 2**20
@@ -102,8 +103,8 @@ _ITEMS = TypeAdapter(dict[str, list[_Item]])
 
 def _from_json(text: str, path: Path, sigma: float) -> list[Pair]:
     try:
-        items = _ITEMS.validate_json(text)["pairs"]
-    except (ValidationError, KeyError) as problem:
+        items = _ITEMS.validate_python(strict_json.parse(text))["pairs"]
+    except (ValueError, KeyError) as problem:
         what = str(problem)
         if isinstance(problem, ValidationError):
             error = problem.errors(include_url=False, include_input=False)[0]

@@ -3,7 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import cv2
 import numpy as np
@@ -13,6 +13,7 @@ from ingest.mount.board.pattern import board_image
 from ingest.mount.board.spec import Board
 from ingest.mount.phone.body import Phone, phone_body
 from ingest.mount.uncertainty import of_product, rotation
+from omomo_core import strict_json
 from omomo_core.errors import InputError
 
 _COLUMNS, _ROWS = 5, 9
@@ -122,7 +123,7 @@ def load_screen_pose(path: Path) -> ScreenPose:
         InputError: "phone-file".
     """
     try:
-        table = json.loads(path.read_bytes()[:_MAX_BYTES])
+        table = cast(dict[str, Any], strict_json.parse(path.read_bytes()[:_MAX_BYTES]))
         T = np.array(table["T_phone_screen"], float).reshape(4, 4)
         covariance = np.array(table["covariance"], float).reshape(6, 6)
     except (OSError, ValueError, KeyError, TypeError) as problem:

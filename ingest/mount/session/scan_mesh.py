@@ -1,12 +1,12 @@
 """load_scan: the mesh that an app made of what a session saw, in that session's world."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64
 
+from ingest.formats.json_file import load_object
 from ingest.mesh import load_mesh
 from ingest.trajectory.axes import T_ZUP_ARKIT
 from omomo_core.errors import InputError
@@ -38,7 +38,7 @@ def _alignment(path: Path) -> Float64[np.ndarray, "4 4"]:
     if not path.is_file():
         return np.eye(4)
     try:
-        numbers = np.array(json.loads(path.read_bytes())["alignmentTransform"], np.float64)
+        numbers = np.array(load_object(path)["alignmentTransform"], np.float64)
         T = numbers.reshape(4, 4).T
         if not np.allclose(T[:3, :3] @ T[:3, :3].T, np.eye(3), atol=1e-3):
             raise ValueError("alignmentTransform is no rotation with an offset")

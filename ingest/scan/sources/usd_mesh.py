@@ -7,7 +7,7 @@ import numpy as np
 import trimesh
 
 from ingest.trajectory.axes import T_ZUP_ARKIT
-from ingest.usd import open_stage, pxr, triangles_of
+from ingest.usd import open_stage, pxr, reading_usd, triangles_of
 
 SUFFIXES = (".usdz", ".usd", ".usdc", ".usda")
 
@@ -23,6 +23,11 @@ def usd_parts(path: Path) -> tuple[dict[str, trimesh.Trimesh], float]:
     Raises:
         InputError: of `open_stage`.
     """
+    with reading_usd(path):
+        return _parts(path)
+
+
+def _parts(path: Path) -> tuple[dict[str, trimesh.Trimesh], float]:
     geom, stage = pxr("UsdGeom"), open_stage(path)
     up_y = geom.GetStageUpAxis(stage) == geom.Tokens.y
     R = T_ZUP_ARKIT[:3, :3] if up_y else np.eye(3)

@@ -11,7 +11,7 @@ from ingest.mesh import load_mesh
 
 def test_a_take_with_the_mesh_of_a_scan_becomes_a_motion(scanned, inputs, weights):
     T_phone_object = np.eye(4)
-    T_phone_object[:3, :3] = Rotation.from_euler("x", 90, degrees=True).as_matrix()
+    T_phone_object[:3, :3] = Rotation.from_euler("x", -90, degrees=True).as_matrix()
     T_phone_object[:3, 3] = [0.0, -0.3, -0.2]
     inputs.write_mount(T_phone_object)
     mesh = scanned.scan.request.output
