@@ -3,12 +3,14 @@
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import torch
 import trimesh
 from scipy.spatial.transform import Rotation
+from typer.core import TyperCommand
 
 REPO = Path(__file__).resolve().parent.parent
 
@@ -20,6 +22,36 @@ def shared() -> Path:
     if not (folder / "data").is_dir():
         pytest.skip("third-party data folder is not there (set OMOCAP_SHARED)")
     return folder
+
+
+@pytest.fixture(scope="session", autouse=True)
+def commands_that_ended():
+    """The functions behind all commands that have ended well in this process."""
+    from tests.commands import callback_of
+
+    ended: set[object] = set()
+    invoke = TyperCommand.invoke
+
+    def watched(self: TyperCommand, ctx: Any) -> Any:
+        result = invoke(self, ctx)
+        ended.add(callback_of(self))
+        return result
+
+    TyperCommand.invoke = watched
+    yield ended
+    TyperCommand.invoke = invoke
+
+
+@pytest.fixture(autouse=True)
+def runs_its_commands(request: pytest.FixtureRequest, commands_that_ended: set[object]):
+    """A test that is marked with a command fails when that command has not ended well."""
+    yield
+    for mark in request.node.iter_markers("runs"):
+        if not mark.kwargs.get("elsewhere"):
+            from tests.commands import callback_of, commands
+
+            callback = callback_of(commands()[mark.args[0]])
+            assert callback in commands_that_ended, f"{mark.args[0]} has not ended well"
 
 
 WriteClip = Callable[[str], tuple[np.ndarray, np.ndarray]]

@@ -38,9 +38,9 @@ def worker(database: Database, jobs: Jobs = 1, log: Log = None) -> None:
 
     queue = open_queue(database)
     fleet = Fleet(queue.database_url, jobs, log=log)
-    say("Working for", queue.shown, "bold")
-    queue.close()
     with until_stopped() as wait:
+        say("Working for", queue.shown, "bold")
+        queue.close()
         fleet.start()
         wait()
         fleet.stop()

@@ -170,6 +170,7 @@ def test_a_missing_mount_is_explained(
     assert "T_phone_object" not in told
 
 
+@pytest.mark.runs("run")
 def test_run_says_where_the_result_is_and_what_to_know(
     capsys: pytest.CaptureFixture[str], inputs: Inputs, weights: Path
 ) -> None:
@@ -183,6 +184,8 @@ def test_run_says_where_the_result_is_and_what_to_know(
     assert json.loads((inputs.output / "manifest.json").read_text())["options"]["seed"] == 4
 
 
+@pytest.mark.runs("run")
+@pytest.mark.runs("render")
 def test_render_draws_a_result_again(
     capsys: pytest.CaptureFixture[str], inputs: Inputs, weights: Path
 ) -> None:
@@ -208,6 +211,7 @@ def test_render_draws_a_result_again(
     assert_refused(capsys, inputs.folder, ["render", str(inputs.session)], "result-missing")
 
 
+@pytest.mark.runs("rerun")
 def test_rerun_makes_the_same_motion(inputs: Inputs, weights: Path) -> None:
     assert invoke(arguments(inputs, weights)) == 0
     again = inputs.folder / "again"
@@ -216,6 +220,7 @@ def test_rerun_makes_the_same_motion(inputs: Inputs, weights: Path) -> None:
     assert (again / "motion.npz").read_bytes() == first
 
 
+@pytest.mark.runs("inspect")
 def test_inspect_reports_a_good_take(capsys: pytest.CaptureFixture[str], inputs: Inputs) -> None:
     words = ["inspect", str(inputs.session), "--object", str(inputs.mesh)]
     assert_refused(capsys, inputs.folder, words, "mount-needed")
@@ -243,6 +248,7 @@ def test_inspect_of_an_unusable_take(capsys: pytest.CaptureFixture[str], inputs:
     assert "tracking-broken" in report["problem"]
 
 
+@pytest.mark.runs("doctor")
 def test_doctor_names_every_part(capsys: pytest.CaptureFixture[str]) -> None:
     assert invoke(["doctor"]) in (0, 2)
     told = capsys.readouterr().out

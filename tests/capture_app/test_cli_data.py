@@ -69,6 +69,7 @@ def stubbed(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("stubbed")
+@pytest.mark.runs("data synthesise")
 def test_a_data_set_is_made_gone_on_with_and_told_about(
     recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
@@ -184,6 +185,7 @@ def test_ctrl_c_leaves_whole_files_and_says_how_to_go_on(shared: Path, tmp_path:
     assert not list(out.glob(".*"))
 
 
+@pytest.mark.runs("data inspect")
 def test_inspect_draws_and_measures_what_it_is_asked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):

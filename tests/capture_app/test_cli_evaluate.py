@@ -28,6 +28,7 @@ def words(clips: Path, weights: Path, *more: str) -> list[str]:
     return ["evaluate", "--clips", str(clips), *samples, *more]
 
 
+@pytest.mark.runs("evaluate")
 def test_every_protocol_is_measured_and_bad_clips_are_skipped_with_their_names(
     tmp_path: Path, weights: Path, write_clip, capsys: pytest.CaptureFixture[str]
 ):

@@ -8,6 +8,7 @@ from capture_app.cli.app import invoke
 from ingest.formats.registry import FORMATS
 
 
+@pytest.mark.runs("formats")
 def test_every_format_is_shown(capsys: pytest.CaptureFixture[str]):
     assert invoke(["formats"]) == 0
     shown = capsys.readouterr().out

@@ -36,6 +36,7 @@ def words(folder: Path, tracks: Path, *more: str) -> list[str]:
     return ["data", "markers", *paths, "-o", str(folder / "box_motion.npz"), *more]
 
 
+@pytest.mark.runs("data markers")
 def test_a_vicon_recording_becomes_a_take(
     tmp_path: Path, made: Capture, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -47,6 +47,7 @@ def clips(tmp_path: Path) -> Path:
     return tmp_path / "clips.npz"
 
 
+@pytest.mark.runs("train")
 def test_train_writes_weights_and_goes_on_where_it_stopped(clips: Path, tmp_path: Path):
     out = tmp_path / "run"
     words = ["train", "capture", str(clips), "-o", str(out), "--batch", "2"]
@@ -186,6 +187,7 @@ def test_two_processes_train_one_network(clips: Path, tmp_path: Path):
     assert not (tmp_path / "odd").exists()
 
 
+@pytest.mark.runs("simulate")
 def test_simulate_records_a_session_that_can_be_read(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):

@@ -141,6 +141,7 @@ def test_a_palm_goes_where_its_anchor_is_put(
     assert json.loads((made.folder / "contacts.json").read_text()) == contacts
 
 
+@pytest.mark.runs("resolve")
 def test_a_corrected_result_says_where_it_comes_from(
     capsys: pytest.CaptureFixture[str], demo: Result, contacts: Contacts, tmp_path: Path
 ) -> None:

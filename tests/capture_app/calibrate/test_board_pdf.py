@@ -25,6 +25,7 @@ def run(*arguments: str | Path) -> Result:
     return result
 
 
+@pytest.mark.runs("calibrate board-pdf")
 def test_it_prints_the_papers_own_board(tmp_path: Path):
     result = run("-o", tmp_path / "board.pdf", "--paper", "letter")
     assert result.exit_code == 0

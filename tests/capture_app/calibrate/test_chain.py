@@ -54,6 +54,7 @@ def _object_off(take: Path, mount: Path) -> tuple[float, float]:
     )
 
 
+@pytest.mark.runs("calibrate tracker")
 def test_calibrated_by_a_tracker_another_take_is_right(tmp_path: Path):
     mount = tmp_path / "mount.json"
     log, poses = _phone(tmp_path / "wiggle"), _tracker(tmp_path / "box.csv")

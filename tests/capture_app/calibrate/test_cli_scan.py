@@ -63,6 +63,7 @@ def _check(desk: Desk, mount_file: Path, method: str) -> None:
     assert np.linalg.norm(step[3:]) < 0.02
 
 
+@pytest.mark.runs("calibrate scan")
 def test_scan(desk: Desk, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     output = tmp_path / "mount.json"
     common = [desk.model.sparse, "--images", desk.model.images, "--object"]
@@ -81,6 +82,7 @@ def test_scan(desk: Desk, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
 
 
 @pytest.mark.parametrize("way", [["--scan", "scan.obj"], ["--object-pose", "pose.txt"]])
+@pytest.mark.runs("calibrate session")
 def test_session(desk: Desk, tmp_path: Path, way: list[str]):
     output = tmp_path / "mount.json"
     words = ["session", desk.folder / "take", "--object", desk.folder / "chair.obj", "-o", output]

@@ -33,6 +33,7 @@ from tests.capture_app.calibrate.guided import (
 )
 
 
+@pytest.mark.runs("calibrate drawing")
 def test_a_drawing_by_answers(converse, tmp_path: Path):
     told = converse(*DRAWING, "")
     assert told.code == 0, told.err
@@ -139,6 +140,8 @@ def point_answers(known: dict[str, str]) -> list[str]:
     return [known.get(name, "") for name in POINTS]
 
 
+@pytest.mark.runs("calibrate guide")
+@pytest.mark.runs("calibrate points")
 def test_points_by_answers(converse, tmp_path: Path):
     answers = point_answers(corners())
     told = converse(
@@ -167,6 +170,7 @@ def test_a_point_that_is_off_is_named_and_mended_in_the_file(converse, tmp_path:
     assert not (tmp_path / "points-2.json").exists()
 
 
+@pytest.mark.runs("calibrate floor")
 def test_the_floor_refines_a_drawing(converse, tmp_path: Path):
     record_demo(tmp_path / "demo", video=False)
     told = converse(*DRAWING, "nothing", "demo/session", "y", "high", "")

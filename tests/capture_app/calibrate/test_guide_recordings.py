@@ -57,6 +57,7 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_film(path, [picture(pose, BOARD, witness.camera) for pose in T], stamps)
 
 
+@pytest.mark.runs("calibrate board")
 def test_a_board_by_answers(converse, tmp_path: Path, film: Path):
     write_wiggle(tmp_path / "still", "tiny")
     write_wiggle(tmp_path / "take", "all axes")
@@ -147,6 +148,7 @@ def test_one_recording_and_its_scan(converse, tmp_path: Path, scanned: tuple[Pat
     assert "rests on the floor 2 times" in told.out
 
 
+@pytest.mark.runs("calibrate combine")
 def test_what_disagrees_is_done_again(converse, tmp_path: Path, scanned: tuple[Path, ScanScene]):
     folder, scene = scanned
     model, point, xyz, axes, precision = drawn(scene.mount)
@@ -191,6 +193,7 @@ def test_a_tracker_of_a_pushed_box_and_what_stays_open(converse, tmp_path: Path)
     assert "omocap calibrate combine mount.json OTHER.json" in told.out
 
 
+@pytest.mark.runs("calibrate screen")
 def test_the_screen_and_the_files_that_are_written_for_it(converse, tmp_path: Path):
     (tmp_path / "screen.png").write_bytes(b"mine")
     told = converse(

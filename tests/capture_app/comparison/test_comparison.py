@@ -230,6 +230,7 @@ def run(command: typer.Typer, *words: str) -> None:
     assert done.exit_code == 0, done.output
 
 
+@pytest.mark.runs("compare")
 def test_the_command_writes_what_its_ending_says(
     write_result: WriteResult, command: typer.Typer, tmp_path: Path
 ) -> None:

@@ -161,6 +161,7 @@ def test_the_wipe_shows_the_film_on_its_left(
     assert len(set(white)) == len(white)
 
 
+@pytest.mark.runs("overlay")
 def test_the_command_writes_a_video_of_the_overlap(
     filmed: Path, result: Result, tmp_path: Path
 ) -> None:

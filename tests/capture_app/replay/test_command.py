@@ -86,6 +86,7 @@ def test_what_cannot_be_shown_leaves_no_file(result: Path, tmp_path: Path) -> No
     assert not list(tmp_path.glob("*x.*"))
 
 
+@pytest.mark.runs("replay")
 def test_command_line_takes_it(result: Path, tmp_path: Path) -> None:
     app = typer.Typer()
     app.command("replay")(replay)

@@ -26,6 +26,7 @@ def _carton(path, scale=1.0, drop=0):
     return path
 
 
+@pytest.mark.runs("scan")
 def test_a_mesh_in_centimetres_becomes_metres_on_its_base(tmp_path, capsys):
     run(_carton(tmp_path / "carton.obj", 100.0), "-o", tmp_path / "thing.glb")
     mesh = load_mesh(tmp_path / "thing.glb")

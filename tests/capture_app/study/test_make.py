@@ -172,6 +172,7 @@ def test_a_failure_half_way_leaves_nothing(methods: list[Path], tmp_path: Path) 
     assert sorted(tmp_path.iterdir()) == [bad]
 
 
+@pytest.mark.runs("study analyse")
 def test_from_votes_to_findings(study: Path, commands: typer.Typer, tmp_path: Path) -> None:
     """Everybody prefers the first method, but for one who sleeps."""
     key, votes = read_key(study), tmp_path / "votes"

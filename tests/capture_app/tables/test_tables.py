@@ -252,6 +252,7 @@ def test_files_say_the_same_and_how_they_were_made(everything):
         assert document["made"]["networks"]["omomo"][0]["digest"] in told
 
 
+@pytest.mark.runs("tables")
 def test_the_command_prints_the_tables(make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     from capture_app.tables import run
 

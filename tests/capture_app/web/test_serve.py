@@ -15,6 +15,7 @@ from tests.capture_app.web.serving import Server
 from tests.capture_app.web.talk import announce
 
 
+@pytest.mark.runs("serve", elsewhere=True)
 def test_beyond_this_machine_it_asks_for_the_token_that_it_said_once(tmp_path: Path):
     server = Server(tmp_path / "library", "--host", "0.0.0.0", "--port", "8961")
     try:
