@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from omomo_core.contact.support import must_be_held
+from omomo_core.contact.support import REACHING, must_be_held, touched
 from omomo_core.generation.take import prepare
 from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
 
@@ -116,3 +116,32 @@ def test_a_frame_is_judged_by_the_twenty_around_it(seed: int, cut: int):
     whole = held(mesh, path)
     np.testing.assert_array_equal(held(mesh, path[:cut])[:-20], whole[: cut - 20])
     np.testing.assert_array_equal(held(mesh, path[cut:])[20:], whole[cut + 20 :])
+
+
+def touch(
+    x: np.ndarray | float, height: float = 0.2, turn: Rotation | None = None
+) -> tuple[int, int]:
+    """`touched` of a box at such places along x."""
+    path = at(x, 0, height)
+    T = np.tile(np.eye(4), (len(path), 1, 1))
+    T[:, :3, 3] = path
+    if turn is not None:
+        T[:, :3, :3] = turn.as_matrix()
+    take = prepare(ObjectMotion(box(0.4, 0.4, 0.4), T, np.ones(len(T), bool)))
+    return touched(take, must_be_held(take))
+
+
+@pytest.mark.parametrize("speed", [0.04, 0.5])
+def test_hands_are_on_what_rests_a_second_before_it_moves_and_a_second_after(speed: float):
+    moves = np.interp(np.arange(FRAMES), [35, 53], [0.0, 0.6 * speed])
+    turns = Rotation.from_euler("z", 6 * moves[:, None])
+    for first, stop in (touch(moves), touch(0.0, turn=turns)):
+        assert abs(first - (35 - REACHING)) <= 3
+        assert abs(stop - (53 + REACHING)) <= 3
+
+
+def test_what_moves_at_the_ends_is_touched_there_and_what_rests_throughout_is_not():
+    assert touch(0.3 * T_) == (0, FRAMES)
+    assert touch(0.0) == (FRAMES, 0)
+    noise = np.where(np.arange(FRAMES) == 40, 0.01, 0.0)
+    assert touch(noise) == (FRAMES, 0)
