@@ -63,7 +63,7 @@ def test_flickers_vanish(first: int, length: int, hand: int):
 @settings(max_examples=60, deadline=None)
 def test_begin_and_end_are_found_in_noise(seed: int, start: int, stop: int):
     T = carried(seed)
-    noise = 0.15 * np.random.default_rng(seed).normal(size=(FRAMES, 2))
+    noise = 0.1 * np.random.default_rng(seed).normal(size=(FRAMES, 2))
     truth = switched(FRAMES, (0, start, stop))
     contact = (0.2 + 0.6 * truth + noise).clip(0, 1)
     ((hand, begin, end),) = times(decode(hands(T, contact), SURFACE, T, NEVER))
