@@ -100,6 +100,11 @@ def test_a_glide_of_eight_frames_is_one(frames: int, steps: bool):
     assert (feet != ankles).any() == steps
 
 
+def test_a_short_glide_is_two_steps():
+    feet, _ = stepping(gliding(0.7, 16))
+    assert [len(swings(feet, side)) for side in range(2)] == [1, 1]
+
+
 @pytest.mark.parametrize(("pause", "one"), [(10, True), (11, False)])
 def test_a_short_pause_does_not_end_a_walk(pause: int, one: bool):
     steps = np.concatenate([np.ones(60), np.zeros(pause), np.ones(60)]) / FPS
@@ -122,7 +127,7 @@ def test_a_short_pause_does_not_end_a_walk(pause: int, one: bool):
 def test_a_foot_in_the_air_goes_first_or_else_the_one_that_lags(
     ahead: float, stood: tuple[bool, bool], first: int
 ):
-    ankles = gliding(0.8)
+    ankles = gliding(0.8) + np.array([0.0, -30.0, 0.0])  # away from the origin
     ankles[:, 0, 1] += ahead
     feet, _ = stepping(ankles, np.array([stood]))
     begin = [swings(feet, side)[0][0] for side in range(2)]
@@ -136,3 +141,14 @@ def test_what_is_decided_stays():
     np.testing.assert_array_equal(feet[:40], ankles[:40])
     np.testing.assert_array_equal(standing[:39], stood[:39])
     assert (feet[41:60] != ankles[41:60]).any()
+
+
+def test_a_walk_whose_feet_take_turns_is_left():
+    ankles = np.tile(WIDE, (120, 1, 1))
+    going = (np.arange(120) // 15) % 2
+    for side in range(2):
+        ankles[:, side, 1] = np.cumsum((going == side) * 1.2 / FPS)
+    feet, standing = add_steps(ankles, np.ones((120, 2), bool), NONE)
+    np.testing.assert_array_equal(feet, ankles)
+    assert standing[5:10, 1].all()
+    assert not standing[5:10, 0].any()

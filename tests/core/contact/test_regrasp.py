@@ -70,6 +70,7 @@ def test_frames_astray_do_not_move_a_place():
     palm = steps((0.0, STAYS), (0.13, 2 * STAYS))
     palm[STAYS + 4 :: 3] = AT
     assert len(parts(palm)) == 2
+    assert len(parts(palm[::-1])) == 2
 
 
 def change_of(palm: np.ndarray) -> int:
