@@ -5,11 +5,14 @@ import pytest
 
 from omomo_core.contact.segment import Segment
 from omomo_core.generation.person import Person
-from omomo_core.generation.scores import FEET, score
+from omomo_core.generation.scores import score
 from omomo_core.motion import FPS, HumanMotion
+from omomo_core.skeleton import joint
 
 FRAMES = 40
-TOES = FEET[2:]
+TOES = (joint("left_foot"), joint("right_foot"))
+FEET = (joint("left_ankle"), joint("right_ankle"), *TOES)
+"""In the order of a motion's foot contacts."""
 
 
 def person(**changes: np.ndarray) -> Person:
@@ -75,6 +78,11 @@ def test_five_centimetres_a_second_of_a_planted_foot_cost_one():
     found = judged(joints=sliding)
     assert found["skate_cm_s"] == pytest.approx(5.0)
     assert found["total"] == pytest.approx(1.0)
+    for foot in range(4):
+        one = person().human.joints
+        one[:, FEET[foot], 1] += 0.2 / FPS * np.arange(FRAMES)
+        planted = np.eye(4)[foot].repeat(FRAMES).reshape(4, FRAMES).T
+        assert judged(joints=one, foot_contact=planted)["skate_cm_s"] == pytest.approx(20.0)
     lifted = np.ones((FRAMES, 4))
     lifted[:, 0] = 0.5
     assert judged(joints=sliding, foot_contact=lifted)["total"] == pytest.approx(0.0, abs=1e-9)
