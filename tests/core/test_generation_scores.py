@@ -120,19 +120,17 @@ def test_fifty_metres_a_cubic_second_of_jerk_cost_one():
     # 6 x 200 m/s3 of one of 24 joints.
     assert found["jerk_m_s3"] == pytest.approx(50.0)
     assert found["total"] - found["leaping"] == pytest.approx(1.0)
-    few = {
-        "joints": hurried[:3],
-        "hand_contact": np.zeros((3, 2)),
-        "foot_contact": np.zeros((3, 4)),
-    }
-    human = HumanMotion(
-        root=hurried[:3, 0],
-        rotations=np.tile(np.eye(3), (3, 22, 1, 1)),
-        fingers=np.tile(np.eye(3), (3, 30, 1, 1)),
-        **few,
-    )
-    short = Person(human, (), np.zeros((3, 2)), np.zeros(3))
-    assert score(short, np.zeros(3, bool))["jerk_m_s3"] == 0.0
+
+
+@pytest.mark.parametrize(("frames", "jerk"), [(3, 0.0), (4, 50.0)])
+def test_four_frames_have_a_jerk(frames: int, jerk: float):
+    t = np.arange(frames) / FPS
+    joints = person().human.joints[:frames]
+    joints[:, 22, 0] += 200.0 * t**3
+    parts = {name: value[:frames] for name, value in vars(person().human).items()}
+    human = HumanMotion(**{**parts, "joints": joints})
+    short = Person(human, (), np.zeros((frames, 2)), np.zeros(frames))
+    assert score(short, np.zeros(frames, bool))["jerk_m_s3"] == pytest.approx(jerk)
 
 
 def test_a_frame_at_twice_a_limit_costs_one():

@@ -78,3 +78,34 @@ def test_without_a_hand_there_is_no_effort():
 @pytest.mark.parametrize(("tilt", "frames"), [(0.0, FRAMES), (0.3, 10)])
 def test_what_stands_flat_or_tips_for_a_moment_tells_nothing(tilt: float, frames: int):
     assert _tipped(tilt, frames=frames) is None
+
+
+@pytest.mark.parametrize(("frames", "tells"), [(14, False), (15, True)])
+def test_what_is_tipped_for_half_a_second_tells(frames: int, tells: bool):
+    assert (_tipped(0.3, frames=frames) is not None) == tells
+    found = _tipped(0.3)
+    assert found is not None
+    palms = np.zeros((1, FRAMES, 2, 3))
+    held = np.broadcast_to((np.arange(FRAMES) < frames)[None, :, None], (1, FRAMES, 2))
+    assert np.isfinite(found.effort(palms, held)[0]) == tells
+
+
+def test_a_lever_is_two_centimetres_long_at_least():
+    found = _tipped(0.3)
+    assert found is not None
+    below = found.falls.edge[0] - 0.5
+    place = below * found.falls.way[0] + found.falls.floor[0] * found.falls.up[0]
+    palms = np.broadcast_to(place, (1, FRAMES, 2, 3))
+    effort = found.effort(palms, np.ones((1, FRAMES, 2), bool))[0]
+    assert effort == pytest.approx(found.falls.metres[0] / 0.02, rel=1e-6)
+
+
+def test_the_hand_with_the_longer_lever_counts():
+    found = _tipped(0.3)
+    assert found is not None
+    far, near = (np.array([x, 0.0, -HIGH / 2]) for x in (0.5, 0.0))
+    palms = np.broadcast_to(np.stack([near, far]), (1, FRAMES, 2, 3))
+    both = found.effort(palms, np.ones((1, FRAMES, 2), bool))[0]
+    one = np.broadcast_to([True, False], (1, FRAMES, 2))
+    assert both == pytest.approx(_effort(found, 0.5, -HIGH / 2))
+    assert found.effort(palms, one)[0] == pytest.approx(_effort(found, 0.0, -HIGH / 2))
