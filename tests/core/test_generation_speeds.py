@@ -109,6 +109,35 @@ def test_a_limb_that_swings_beyond_its_limit_leaps_and_not_before(quantity: str,
     assert found(swinging(a, b, fast), only(quantity)) == [(part.name, 20, 22, round(fast, 3))]
 
 
+@pytest.mark.parametrize(
+    ("quantity", "people", "nobody"),
+    [
+        ("pelvis", 2.1, 2.3),
+        ("head", 2.3, 2.5),
+        ("palm", 4.9, 5.1),
+        ("ankle", 4.8, 5.0),
+        ("toe", 5.7, 5.9),
+        ("thigh", 540, 560),
+        ("shin", 520, 540),
+        ("upper_arm", 410, 430),
+        ("forearm", 580, 600),
+        ("turn", 330, 350),
+    ],
+)
+def test_recorded_people_reach_so_much_and_no_more(quantity: str, people: float, nobody: float):
+    """The 99.9th percentile of people who do not run, jump or play; `docs/generation.md` has the table."""
+
+    def moved(speed: float) -> HumanMotion:
+        if quantity == "turn":
+            return turning(TURNING[0], speed)
+        if quantity in BONES:
+            return swinging(*(joint(f"left_{end}") for end in BONES[quantity]), speed)
+        return going(POINTS[quantity][0], speed)
+
+    assert leaps(moved(people), only(quantity)) == ()
+    assert len(leaps(moved(nobody), only(quantity))) == 1
+
+
 @pytest.mark.parametrize("column", [0, 1])
 def test_a_turn_of_the_trunk_about_the_vertical_is_measured_over_three_frames(column: int):
     name, at, limit = PARTS["turn"][column].name, TURNING[column], PEOPLE.turn
