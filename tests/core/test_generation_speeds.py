@@ -187,6 +187,9 @@ def test_a_few_frames_are_measured_too():
         speeds = measured(still(frames).joints, still(frames).rotations[:, TURNING])
         assert all(values.shape[0] == frames - 1 for values in speeds.values())
         assert leaps(still(frames)) == ()
+    four = still(TURN + 1)
+    four.rotations[-1, 0] = Rotation.from_euler("z", 90, degrees=True).as_matrix()
+    assert [(x.start, x.stop, round(x.speed)) for x in leaps(four)] == [(0, TURN, 900)]
 
 
 def test_who_leaps_is_not_shown_while_somebody_does_not():
