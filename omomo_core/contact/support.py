@@ -12,13 +12,16 @@ MOVES, TURNS = 0.10, 0.5
 STILL, LEVEL = 0.02, 0.1
 """m/s and rad/s below which it may rest on something: a held object trembles."""
 RESTS = 15
-"""Frames that it has to be still to count as resting."""
+"""Frames that it has to be still to count as resting, and not to be, slowly, to count as moved."""
 REACH = 0.03
 """Metres from the floor to its lowest point within which the floor carries it."""
 OVERHANG = 0.03
 """Metres that its centre may be beside what touches the floor."""
 SHORTEST = 6
 """Frames: what lasts less is noise of the tracker."""
+REACHING = 30
+"""Frames that hands may be on an object before it is first moved, and after it was last: people take hold at
+most a second before."""
 
 
 def must_be_held(take: Take) -> Bool[np.ndarray, " frames"]:
@@ -34,6 +37,22 @@ def must_be_held(take: Take) -> Bool[np.ndarray, " frames"]:
     unsure = np.flatnonzero(low & ~held)
     held[unsure] = overhang(take, unsure).metres > OVERHANG
     return _lasting(held, SHORTEST)
+
+
+def touched(take: Take, must_hold: Bool[np.ndarray, " frames"]) -> tuple[int, int]:
+    """First frame, and the one after the last, in which hands may be on an object that rests at both ends.
+
+    Args:
+        take: the object and its motion.
+        must_hold: frames in which somebody must hold it.
+
+    Returns:
+        A second before it is first moved and a second after it was last; (frames, 0) where it never is.
+    """
+    moved = np.flatnonzero(must_hold | _lasting(~_still(take), RESTS))
+    if not len(moved):
+        return take.frames, 0
+    return max(int(moved[0]) - REACHING, 0), min(int(moved[-1]) + 1 + REACHING, take.frames)
 
 
 def _still(take: Take) -> Bool[np.ndarray, " frames"]:

@@ -6,14 +6,14 @@ from functools import partial
 
 import numpy as np
 import torch
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from torch import Tensor
 
 from omomo_core.capture import BASIS_POINTS
 from omomo_core.contact.anchor import anchored
 from omomo_core.contact.decode import OPEN, Given, decode
 from omomo_core.contact.segment import Segment, Span, follow
-from omomo_core.generation.beginning import Start, like_start
+from omomo_core.generation.beginning import Posed, Start, like_start
 from omomo_core.generation.calm import calmed
 from omomo_core.generation.cover import around, guesses, of_many
 from omomo_core.generation.decided import Decided, Pin, fade
@@ -38,6 +38,8 @@ def sample_hands(
     progress: Progress,
     pin: Pin | None,
     start: Start | None,
+    *,
+    last: bool = True,
 ) -> Samples:
     """Features of each sample: palms from the object's centre in the networks' world, contacts.
 
@@ -52,10 +54,11 @@ def sample_hands(
         progress: told how far it is.
         pin: what goes on.
         start: what else is known of the first frame.
+        last: the take ends with the scene.
     """
 
     def draw(samples: int) -> Samples:
-        return sample_take(
+        drawn = sample_take(
             stage,
             torch.randn(samples, scene.trained.frames, LAYOUT.channels, generator=generator),
             _told(scene, samples, canonical=pin is not None),
@@ -65,6 +68,7 @@ def sample_hands(
             pin=pin,
             on_step=lambda done: progress("hands", done),
         )
+        return left_alone(drawn, scene, _begun(pin, start), last=last)
 
     samples = options.samples
     if pin is not None or (start is None and options.sampler == "ddpm"):
@@ -73,6 +77,36 @@ def sample_hands(
     if start is None:
         return around(of_many(many, scene, samples))
     return around(like_start(many, start, scene, samples))
+
+
+def left_alone(
+    features: Samples, scene: Scene, begun: Bool[Tensor, "#samples"], *, last: bool
+) -> Samples:
+    """Samples of which nobody holds what rests long before it is first moved, or long after it was last.
+
+    The networks may say so of what is pushed: people who push stood at it in most of what they have seen.
+
+    Args:
+        features: as the network says them.
+        scene: the object.
+        begun: which samples are known to hold it at the beginning.
+        last: the take ends with the scene; else nobody knows yet when the object is moved again.
+    """
+    first, stop = scene.touched
+    frames = torch.arange(features.shape[1])
+    alone = (frames < first) & ~begun[:, None]
+    if last:
+        alone = alone | (frames >= stop)
+    contacts = torch.arange(LAYOUT.channels) >= 3 * LAYOUT.vectors
+    return torch.where(alone[..., None] & contacts & (features > 0), -1.0, features)
+
+
+def _begun(pin: Pin | None, start: Start | None) -> Bool[Tensor, " samples"]:
+    """Which samples hold the object in the frames that are known."""
+    if pin is not None:
+        return (pin.values[..., 3 * LAYOUT.vectors :] > 0).flatten(1).any(dim=1)
+    posed = isinstance(start, Posed) and bool((start.first[3 * LAYOUT.vectors :] > 0).any())
+    return torch.tensor([posed])
 
 
 def _told(scene: Scene, samples: int, *, canonical: bool) -> Told:

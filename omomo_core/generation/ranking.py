@@ -27,11 +27,13 @@ def ranked(people: Sequence[Person], must_hold: Bool[np.ndarray, " frames"]) -> 
 def choose(motions: Sequence[HumanMotion], scores: Sequence[Mapping[str, float]]) -> int:
     """Index of the sample to show: one amid the others and with few faults, by the sum of both ranks.
 
-    The least faulty alone is often an outlier; the one amid the others alone may skate.
+    The least faulty alone is often an outlier; the one amid the others alone may skate. Who leaps is shown
+    only where all do.
     """
     amid = rankdata(spread(np.stack([human.joints for human in motions])).round(6))
     faults = rankdata([s["total"] for s in scores])
-    return int(np.argmin(amid + faults))
+    leaps = np.array([s["leaping"] > 0 for s in scores])
+    return int(np.argmin(np.where(leaps & ~leaps.all(), np.inf, amid + faults)))
 
 
 def spread(points: Float[np.ndarray, "samples frames joints 3"]) -> Float[np.ndarray, " samples"]:

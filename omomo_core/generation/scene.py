@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 
 from omomo_core.body.polish.barrier import Scanned
 from omomo_core.contact.lever import Lever, lever
-from omomo_core.contact.support import must_be_held
+from omomo_core.contact.support import must_be_held, touched
 from omomo_core.generation.take import Take, prepare
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.geometry.surface import Surface, sample_surface
@@ -27,6 +27,11 @@ class Scene:
     scale: float
     must_hold: Bool[np.ndarray, " frames"]
     """Frames in which somebody must hold the object."""
+
+    @cached_property
+    def touched(self) -> tuple[int, int]:
+        """First frame, and the one after the last, in which hands may be on what rests at both ends."""
+        return touched(self.take, self.must_hold)
 
     @cached_property
     def lever(self) -> Lever | None:

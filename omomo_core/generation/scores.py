@@ -4,6 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from omomo_core.generation.person import Person
+from omomo_core.generation.speeds import leaping
 from omomo_core.motion import FPS, HumanMotion
 
 FEET = (7, 8, 10, 11)
@@ -15,6 +16,7 @@ _WEIGHTS = {
     "inside_cm": 1.0,
     "floating": 10.0,
     "jerk_m_s3": 0.02,
+    "leaping": 1.0,
 }
 
 
@@ -33,6 +35,7 @@ def score(person: Person, must_hold: Bool[np.ndarray, " frames"]) -> dict[str, f
         "inside_cm": 100 * float(person.depth.mean()),
         "floating": float((_lowest_foot(human) > 0.06).mean()),
         "jerk_m_s3": _jerk(human.joints),
+        "leaping": leaping(human),
     }
     return {**faults, "total": sum(_WEIGHTS[k] * v for k, v in faults.items())}
 

@@ -196,6 +196,7 @@ class _Maker:
             self.progress,
             pin=None if decided is None or begins else decided.hands,
             start=start_of(known, decided, scene) if begins else None,
+            last=chapter.last,
         )
         contacts = None if known.contacts is None else shifted(known.contacts, start, stop)
         return x, *in_contact(x, scene, self.options, decided, contacts)

@@ -1,6 +1,7 @@
 """Which guesses of the palms hold an object as somebody would."""
 
 import numpy as np
+import pytest
 import torch
 import trimesh
 from hypothesis import given, settings
@@ -63,3 +64,51 @@ def test_who_changes_sides_while_holding_is_left_out_unless_all_do(switch: int):
     kept = of_many(torch.cat([changing.repeat(6, 1, 1), steady.repeat(2, 1, 1)]), scene, 2)
     torch.testing.assert_close(kept, steady.repeat(2, 1, 1))
     assert len(of_many(changing.repeat(4, 1, 1), scene, 2)) == 2
+
+
+@pytest.mark.parametrize(("off", "likely"), [(0.14, True), (0.165, False)])
+def test_palms_within_fifteen_centimetres_of_the_surface_hold_it(off: float, likely: bool):
+    scene = _scene(0.4)
+    found = Holding.of(_held(scene, SIDE / 2 + off, np.zeros(FRAMES)), scene)
+    assert found.likely.all() == likely
+    near = Holding.of(_held(scene, SIDE / 2, np.zeros(FRAMES)), scene)
+    assert found.as_good_as(near).all() == likely
+
+
+@pytest.mark.parametrize(("degrees", "likely"), [(58, True), (62, False)])
+def test_the_line_between_two_palms_turns_by_sixty_degrees_at_most(degrees: float, likely: bool):
+    """A cylinder: all around it the surface is as near. Half of the turn lies on each side of the mean."""
+    solid = trimesh.creation.cylinder(SIDE / 2, 0.3, sections=64)
+    T = np.tile(np.eye(4), (FRAMES, 1, 1))
+    T[:, 2, 3] = 1.0
+    mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "drum")
+    scene = Thing(mesh, 1.0).scene(T)
+    about = np.where(np.arange(FRAMES) < FRAMES / 2, -1.0, 1.0) * np.radians(degrees)
+    assert Holding.of(_held(scene, SIDE / 2, about), scene).likely.all() == likely
+
+
+@pytest.mark.parametrize(("frames", "likely"), [(6, True), (7, False)])
+def test_palms_are_astray_for_a_moment_only(frames: int, likely: bool):
+    """Half a turn for so many of nine frames is sixty degrees and more in their mean."""
+    solid = trimesh.creation.cylinder(SIDE / 2, 0.3, sections=64)
+    T = np.tile(np.eye(4), (FRAMES, 1, 1))
+    T[:, 2, 3] = 1.0
+    mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "drum")
+    scene = Thing(mesh, 1.0).scene(T)
+    about = np.zeros(FRAMES)
+    about[20 : 20 + frames] = np.radians(90)
+    mean = np.degrees(np.arctan2(frames, FRAMES - frames))
+    found = (frames * (90 - mean) + (9 - frames) * mean) / 9
+    assert (found < 60) == likely
+    assert Holding.of(_held(scene, SIDE / 2, about), scene).likely.all() == likely
+
+
+def test_one_hand_alone_has_no_line_and_free_hands_are_nowhere():
+    scene = _scene(0.5)
+    about = np.where(np.arange(FRAMES) < 30, 0.0, np.pi)
+    one = _held(scene, SIDE / 2, about)
+    one[..., 7] = -1.0
+    assert Holding.of(one, scene).likely.all()
+    free = _held(scene, 3.0, about)
+    free[..., 6:] = -1.0
+    assert (Holding.of(free, scene).from_surface == 0).all()

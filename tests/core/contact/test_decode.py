@@ -4,6 +4,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -63,7 +64,7 @@ def test_flickers_vanish(first: int, length: int, hand: int):
 @settings(max_examples=60, deadline=None)
 def test_begin_and_end_are_found_in_noise(seed: int, start: int, stop: int):
     T = carried(seed)
-    noise = 0.15 * np.random.default_rng(seed).normal(size=(FRAMES, 2))
+    noise = 0.1 * np.random.default_rng(seed).normal(size=(FRAMES, 2))
     truth = switched(FRAMES, (0, start, stop))
     contact = (0.2 + 0.6 * truth + noise).clip(0, 1)
     ((hand, begin, end),) = times(decode(hands(T, contact), SURFACE, T, NEVER))
@@ -191,3 +192,24 @@ def test_a_hand_that_still_holds_keeps_its_anchor():
         (segment,) = decode(hands(T, contact), SURFACE, T, NEVER, decided)
         assert times((segment,)) == [(0, -5, 60)]
         np.testing.assert_array_equal(segment.anchor, anchor)
+
+
+@pytest.mark.parametrize(("frames", "held_for"), [(5, 0), (7, 7)])
+def test_a_certain_contact_of_seven_frames_is_one(frames: int, held_for: int):
+    T = carried(9)
+    contact = switched(FRAMES, (0, 40, 40 + frames))
+    assert held(decode(hands(T, contact), SURFACE, T, NEVER)).sum() == held_for
+
+
+@pytest.mark.parametrize(
+    ("left", "farther", "hand"),
+    [(0.06, 0.22, 0), (0.06, 0.28, 1), (0.04, 0.02, 1), (0.055, 0.02, 0)],
+)
+def test_a_metre_weighs_as_one_in_log_odds_and_nothing_is_surer_than_one_in_twenty(
+    left: float, farther: float, hand: int
+):
+    """Log odds of 0.06 are 2.75, those of 0.055 2.84; those of 0.04 and 0.001 count as 3."""
+    T = carried(10)
+    contact = np.tile([left, 0.001], (FRAMES, 1))
+    predicted = hands(T, contact, LEFT - [farther, 0.0, 0.0], RIGHT)
+    assert times(decode(predicted, SURFACE, T, ALWAYS)) == [(hand, 0, FRAMES)]

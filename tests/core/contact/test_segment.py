@@ -67,3 +67,21 @@ def test_a_hand_that_soon_holds_again_goes_there_directly():
     way = (local - LEFT) @ (RIGHT - LEFT) / np.linalg.norm(RIGHT - LEFT) ** 2
     assert (np.diff(way) > 0).all()
     np.testing.assert_allclose(local, LEFT + way[:, None] * (RIGHT - LEFT), atol=1e-9)
+
+
+def test_a_palm_comes_to_its_place_within_eight_frames_and_is_half_there_after_four():
+    T = carried(2)
+    weight = follow([Segment(0, 30, 50, LEFT)], hands(T, switched(FRAMES)), T).contact[:, 0]
+    np.testing.assert_array_equal(weight[[22, 57]], 0.0)
+    assert 0.0 < weight[23] < 0.02
+    np.testing.assert_allclose(weight[[26, 53]], 0.5)
+    np.testing.assert_array_equal(weight[30:50], 1.0)
+
+
+def test_between_two_contacts_no_more_than_sixteen_frames_apart_a_palm_takes_no_detour():
+    T = carried(1)
+    far = HandMotion(np.full((FRAMES, 2, 3), 9.0), switched(FRAMES))
+    for pause, direct in ((15, True), (16, False)):
+        segments = [Segment(0, 10, 30, LEFT), Segment(0, 30 + pause, 80, RIGHT)]
+        local = to_local(T, follow(segments, far, T).palms)[30 : 30 + pause, 0]
+        assert (np.linalg.norm(local, axis=1).max() < 0.3) == direct

@@ -7,8 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from omomo_core.contact.support import must_be_held
-from omomo_core.generation.take import prepare
+from omomo_core.contact.overhang import overhang
+from omomo_core.contact.support import REACHING, must_be_held, touched
+from omomo_core.generation.take import Take, prepare
 from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
 
 FRAMES = 90
@@ -116,3 +117,104 @@ def test_a_frame_is_judged_by_the_twenty_around_it(seed: int, cut: int):
     whole = held(mesh, path)
     np.testing.assert_array_equal(held(mesh, path[:cut])[:-20], whole[: cut - 20])
     np.testing.assert_array_equal(held(mesh, path[cut:])[20:], whole[cut + 20 :])
+
+
+def touch(
+    x: np.ndarray | float, height: float = 0.2, turn: Rotation | None = None
+) -> tuple[int, int]:
+    """`touched` of a box at such places along x."""
+    path = at(x, 0, height)
+    T = np.tile(np.eye(4), (len(path), 1, 1))
+    T[:, :3, 3] = path
+    if turn is not None:
+        T[:, :3, :3] = turn.as_matrix()
+    take = prepare(ObjectMotion(box(0.4, 0.4, 0.4), T, np.ones(len(T), bool)))
+    return touched(take, must_be_held(take))
+
+
+@pytest.mark.parametrize("speed", [0.04, 0.5])
+def test_hands_are_on_what_rests_a_second_before_it_moves_and_a_second_after(speed: float):
+    moves = np.interp(np.arange(FRAMES), [35, 53], [0.0, 0.6 * speed])
+    turns = Rotation.from_euler("z", 6 * moves[:, None])
+    for first, stop in (touch(moves), touch(0.0, turn=turns)):
+        assert abs(first - (35 - REACHING)) <= 3
+        assert abs(stop - (53 + REACHING)) <= 3
+
+
+def test_what_moves_at_the_ends_is_touched_there_and_what_rests_throughout_is_not():
+    assert touch(0.3 * T_) == (0, FRAMES)
+    assert touch(0.0) == (FRAMES, 0)
+    noise = np.where(np.arange(FRAMES) == 40, 0.01, 0.0)
+    assert touch(noise) == (FRAMES, 0)
+
+
+@pytest.mark.parametrize(("speed", "is_held"), [(0.095, False), (0.105, True)])
+def test_ten_centimetres_a_second_are_not_made_alone(speed: float, is_held: bool):
+    assert (held(box(0.4, 0.4, 0.4), at(speed * T_, 0, 0.2)) == is_held).all()
+
+
+@pytest.mark.parametrize(("spin", "is_held"), [(0.48, False), (0.52, True)])
+def test_half_a_radian_a_second_is_not_turned_alone(spin: float, is_held: bool):
+    turns = Rotation.from_euler("z", spin * T_[:, None])
+    assert (held(box(0.4, 0.4, 0.4), at(0, 0, 0.2), turns) == is_held).all()
+
+
+@pytest.mark.parametrize(
+    ("speed", "spin", "is_held"),
+    [(0.018, 0.0, False), (0.022, 0.0, True), (0.0, 0.09, False), (0.0, 0.11, True)],
+)
+def test_what_moves_or_turns_a_little_in_the_air_rests_on_nothing(
+    speed: float, spin: float, is_held: bool
+):
+    turns = Rotation.from_euler("z", spin * T_[:, None])
+    assert (held(box(0.4, 0.4, 0.4), at(speed * T_, 0, 0.9), turns) == is_held).all()
+    assert not held(box(0.4, 0.4, 0.4), at(speed * T_, 0, 0.2), turns).any()
+
+
+@pytest.mark.parametrize(("height", "is_held"), [(0.028, False), (0.032, True)])
+def test_the_floor_carries_what_is_within_three_centimetres_of_it(height: float, is_held: bool):
+    assert (held(box(0.4, 0.4, 0.4), at(0.05 * T_, 0, 0.2 + height)) == is_held).all()
+
+
+@pytest.mark.parametrize(("frames", "rests"), [(15, 0), (16, 15)])
+def test_what_pauses_in_the_air_rests_if_it_is_still_for_half_a_second(frames: int, rests: int):
+    steps = np.concatenate([np.ones(39), np.zeros(frames), np.ones(39)]) * 0.05 / FPS
+    x = np.concatenate([[0.0], np.cumsum(steps)])
+    T = np.tile(np.eye(4), (len(x), 1, 1))
+    T[:, 0, 3], T[:, 2, 3] = x, 1.1
+    take = prepare(ObjectMotion(box(0.4, 0.4, 0.4), T, np.ones(len(x), bool)))
+    assert (~must_be_held(take)).sum() == rests
+
+
+@pytest.mark.parametrize(("steps", "frames", "hands"), [(4, 0, (FRAMES, 0)), (5, 6, (10, 76))])
+def test_what_moves_for_six_frames_is_held_and_touched_a_second_more(
+    steps: int, frames: int, hands: tuple[int, int]
+):
+    x = np.interp(np.arange(FRAMES), [40, 40 + steps], [0.0, 0.5 * steps / FPS])
+    assert held(box(0.4, 0.4, 0.4), at(x, 0, 0.2)).sum() == frames
+    assert touch(x) == hands
+
+
+@pytest.mark.parametrize(("frames", "is_moved"), [(11, False), (12, True)])
+def test_what_creeps_for_half_a_second_is_moved(frames: int, is_moved: bool):
+    """Its speed is a mean over five frames, and so is seen for three more."""
+    x = np.interp(np.arange(FRAMES), [40, 40 + frames], [0.0, 0.08 * frames / FPS])
+    assert (touch(x) != (FRAMES, 0)) == is_moved
+
+
+@pytest.mark.parametrize(("beside", "is_held"), [(0.028, False), (0.032, True)])
+def test_what_leans_is_held_once_its_centre_is_three_centimetres_beside_its_edge(
+    beside: float, is_held: bool
+):
+    tall = box(0.1, 0.1, 1.0)
+
+    def leaning(radians: float) -> Take:
+        T = np.tile(np.eye(4), (FRAMES, 1, 1))
+        T[:, :3, :3] = Rotation.from_rotvec([radians, 0.0, 0.0]).as_matrix()
+        T[:, 2, 3] = -(tall.vertices @ T[0, 2, :3]).min()
+        return prepare(ObjectMotion(tall, T, np.ones(FRAMES, bool)))
+
+    tilts = np.linspace(0.1, 0.4, 301)
+    far = [overhang(leaning(tilt), np.arange(1)).metres[0] for tilt in tilts]
+    tilt = float(np.interp(beside, far, tilts))
+    assert (must_be_held(leaning(tilt)) == is_held).all()

@@ -12,6 +12,7 @@ const SCORES = [
   ["miss_cm", "Palms off their places", (x) => `${x.toFixed(1)} cm`],
   ["inside_cm", "Body inside the object", (x) => `${x.toFixed(1)} cm`],
   ["skate_cm_s", "Feet sliding", (x) => `${x.toFixed(1)} cm/s`],
+  ["leaping", "Leaps faster than people", (x) => (x > 0 ? "yes" : "no")],
   ["total", "Score, less is better", (x) => x.toFixed(2)],
 ];
 

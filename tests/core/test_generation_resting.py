@@ -1,0 +1,126 @@
+"""Nobody holds what rests long before it is first moved, or long after it was last, unless that is known."""
+
+import numpy as np
+import pytest
+import torch
+from torch import nn
+
+from omomo_core.body.load import load_body
+from omomo_core.contact.segment import Segment
+from omomo_core.contact.support import REACHING
+from omomo_core.generation.beginning import Placed, Posed, Start
+from omomo_core.generation.chapters import RECORDED, Chapters
+from omomo_core.generation.decided import Pin
+from omomo_core.generation.hands import left_alone, sample_hands
+from omomo_core.generation.known import NOTHING, Known
+from omomo_core.generation.person import joined
+from omomo_core.generation.result import GenerationOptions, Stages
+from omomo_core.generation.scene import Scene, Thing
+from omomo_core.generation.stream import stream
+from omomo_core.motion import ObjectMotion
+from tests.core.test_generation import carried, untrained
+
+BODY = load_body()
+OPTIONS = GenerationOptions(samples=2, steps=2)
+MOVES = 80
+
+
+def rested(before: int, after: int) -> ObjectMotion:
+    """The box rests, is carried for MOVES frames, and rests again."""
+    motion = carried(MOVES)
+    T = motion.T_world_object
+    T = np.concatenate([T[:1].repeat(before, axis=0), T, T[-1:].repeat(after, axis=0)])
+    return ObjectMotion(motion.mesh, T, np.ones(len(T), bool))
+
+
+def always_holding() -> Stages:
+    """Networks that say that both hands hold all the time."""
+    stages = untrained()
+    out = stages.hands.denoiser.out
+    nn.init.zeros_(out.weight)
+    nn.init.zeros_(out.bias)
+    with torch.no_grad():
+        out.bias.unflatten(0, (-1, 8))[:, 6:] = 1.0
+    return stages
+
+
+def spans(
+    before: int, after: int, known: Known = NOTHING, how: Chapters = RECORDED
+) -> list[tuple[int, int]]:
+    """First and last frame of all that the hands of everybody hold."""
+    motion = rested(before, after)
+    made = stream(
+        motion.mesh, motion.T_world_object, BODY, always_holding(), OPTIONS,
+        lambda name, done: None, known, chapters=how,
+    )  # fmt: skip
+    blocks = list(made)
+    people = [joined([block.people[k] for block in blocks]) for k in range(2)]
+    return [(s.start, s.stop) for person in people for s in person.segments]
+
+
+@pytest.mark.parametrize(("before", "after"), [(60, 70), (90, 0), (0, 90)])
+def test_hands_come_a_second_before_it_moves_and_go_a_second_after(before: int, after: int):
+    found = spans(before, after)
+    assert len(found) == 4
+    # Speeds are means over five frames.
+    for start, stop in found:
+        assert abs(start - max(before - REACHING, 0)) <= 2
+        assert abs(stop - min(before + MOVES + REACHING, before + MOVES + after)) <= 2
+
+
+@pytest.mark.parametrize(("before", "after"), [(0, 0), (REACHING - 2, REACHING - 2)])
+def test_what_moves_at_once_or_soon_is_held_from_the_first_frame(before: int, after: int):
+    assert spans(before, after) == [(0, before + MOVES + after)] * 4
+
+
+def test_contacts_that_are_given_are_kept():
+    given = [Segment(0, 0, 160, np.array([0.2, 0.0, 0.0]))]
+    assert spans(60, 60, Known(contacts=given)) == [(0, 160)] * 2
+
+
+def test_a_rest_that_lasts_into_later_chapters_is_one():
+    how = Chapters(length=100, context=20, margin=REACHING, spare=0)
+    found = spans(190, 190, how=how)
+    assert abs(min(start for start, _ in found) - (190 - REACHING)) <= 3
+    # Only the last chapter knows that the object rests to the end.
+    assert 190 + MOVES + REACHING - 3 <= max(stop for _, stop in found) < 190 + MOVES + 190
+
+
+def scene(before: int, after: int) -> Scene:
+    motion = rested(before, after)
+    return Thing(motion.mesh, 1.0).scene(motion.T_world_object)
+
+
+def first_held(pin: Pin | None, start: Start | None) -> int:
+    """First frame with a contact, of any sample."""
+    x = sample_hands(
+        scene(60, 60), always_holding().hands, OPTIONS, torch.Generator().manual_seed(0),
+        lambda name, done: None, pin, start,
+    )  # fmt: skip
+    return int((x[..., 6:] > 0).any(dim=-1).any(dim=0).int().argmax())
+
+
+def test_who_is_known_to_hold_at_first_does():
+    free, touching = -torch.ones(8), torch.ones(8)
+    assert first_held(None, Posed(free)) > 25
+    assert first_held(None, Posed(touching)) == 0
+    assert first_held(None, Placed(torch.tensor([0.3, 0.3]))) > 25
+    assert first_held(Pin.all(free.expand(2, 5, 8).clone()), None) > 25
+    assert first_held(Pin.all(touching.expand(2, 5, 8).clone()), None) == 0
+
+
+def test_only_contacts_of_who_does_not_hold_at_first_are_taken_away():
+    rests = scene(60, 60)
+    x = torch.full((2, 200, 8), 0.5)
+    x[:, :, 7] = -0.3
+    begun = torch.tensor([True, False])
+    found = left_alone(x, rests, begun, last=True)
+    first, stop = rests.touched
+    changed = found != x
+    assert not changed[..., [0, 1, 2, 3, 4, 5, 7]].any()
+    assert not changed[0, :stop].any()
+    assert changed[1, :first, 6].all()
+    assert not changed[1, first:stop].any()
+    assert changed[:, stop:, 6].all()
+    # Where the take goes on, nobody knows when the object is moved again.
+    assert not (left_alone(x, rests, begun, last=False) != x)[:, first:].any()
