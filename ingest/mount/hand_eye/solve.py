@@ -15,6 +15,7 @@ from ingest.mount.hand_eye.doubt import (
     rms,
     short,
 )
+from ingest.mount.hand_eye.drift import Drift, drift_of, undrifted
 from ingest.mount.hand_eye.guess import first_guess, motions
 from ingest.mount.hand_eye.model import Fit, world
 from ingest.mount.hand_eye.refine import mount_covariance, refine
@@ -47,7 +48,14 @@ class HandEye:
     """Of the turning speeds at that offset; 1 for poses that belong together one by one."""
     rms_mm: float
     rms_deg: float
-    """Over the samples kept, in the phone's world."""
+    """Over the samples kept, in the phone's world, the drift taken out."""
+    rest_mm: float
+    rest_deg: float
+    """The same with the phone's world held still."""
+    drift: Drift
+    """What was taken out."""
+    scale: float
+    """Part by which the phone's distances are shorter than the target's tracker's."""
     kept: Bool[np.ndarray, " n"]
     """False where a sample was wild."""
     times: Float64[np.ndarray, " n"]
@@ -66,7 +74,8 @@ def solve(phone: PoseStream, target: PoseStream, *, one_by_one: bool = False) ->
         InputError: "calibration-short", "calibration-turns" (hardly any rotation),
             "calibration-clocks" (never the same motion), "calibration-stream" (a file read the
             wrong way round, said which), "calibration-apart" (they do not move as one thing),
-            "calibration-far", or "calibration-poor" (more than one direction is open).
+            "calibration-lost" (one drifted more than any tracker that works), "calibration-far", or
+            "calibration-poor" (more than one direction is open).
     """
     check_turns(phone)
     found = _best(phone, target, one_by_one=one_by_one)
@@ -118,7 +127,10 @@ def _attempt(
         return None
     rng = np.random.default_rng(0)
     start = first_guess(motions(samples, rng), rng)
-    return _Attempt(refine(samples, start, None if one_by_one else again), samples, offset, gather)
+    if one_by_one:
+        return _Attempt(refine(samples, start), samples, offset, gather)
+    fit = refine(samples, start, again)
+    return _Attempt(fit, again(fit.offset), offset, gather)
 
 
 def _told(attempt: _Attempt) -> HandEye:
@@ -133,6 +145,7 @@ def _told(attempt: _Attempt) -> HandEye:
             "not parallel (tilt it forward, tilt it sideways, turn it round).",
         )
     mm, deg = rms(fit)
+    rest_turn, rest_shift = undrifted(fit, samples)
     return HandEye(
         T_phone_target=_without(found, fit.T_phone_target),
         covariance=covariance,
@@ -142,6 +155,10 @@ def _told(attempt: _Attempt) -> HandEye:
         correlation=attempt.offset.correlation,
         rms_mm=mm,
         rms_deg=deg,
+        rest_mm=1e3 * float(rest_shift),
+        rest_deg=float(np.degrees(rest_turn)),
+        drift=drift_of(fit, samples),
+        scale=fit.scale,
         kept=fit.kept,
         times=samples.times,
     )
