@@ -16,8 +16,8 @@ _WINDOW, _LEAST = 2.0, 6
 _NEARLY_ALL = 0.8
 _SMOOTH = 0.5
 """Part of its distance by which lost tracking goes on from sample to sample; outliers jump farther."""
-_MOST, _MOST_PER_METRE = 0.15, 0.05
-"""Drift that is believed, metres and per metre walked: phones do 0.5 to 2 %, bad odometry 5 %."""
+_MOST, _MOST_PER_METRE = 0.15, 0.03
+"""Drift that is believed, metres and per metre walked: odometry that works does 0.5 to 2 %."""
 
 
 @dataclass(frozen=True)

@@ -78,7 +78,8 @@ def mount_covariance(fit: Fit, samples: Samples) -> Float64[np.ndarray, "6 6"]:
     scale = np.array([LEVER] * 3 + [1.0] * 3)
     values, vectors = np.linalg.eigh(shown / np.outer(scale, scale))
     shown = (vectors * values.clip(0)) @ vectors.T * np.outer(scale, scale)
-    return np.linalg.inv(shown + np.diag(PRIOR_SD**-2.0)) * scatter(fit, samples)
+    wider = np.sqrt(np.repeat(scatter(fit, samples), 3))
+    return np.linalg.inv(shown + np.diag(PRIOR_SD**-2.0)) * np.outer(wider, wider)
 
 
 def _shown_by_jitter(fit: Fit, samples: Samples) -> Float64[np.ndarray, "3 3"]:

@@ -14,6 +14,7 @@ from scipy.stats import chi2, f
 from ingest.mount.hand_eye.model import Fit, jacobians, weights
 from ingest.mount.hand_eye.normal import PRIOR_SD
 from ingest.mount.hand_eye.samples import Samples
+from ingest.mount.posterior import whitener
 
 _STRETCHES = (4, 8, 16)
 """Long ones show slow errors, many show quick ones more surely: the worst counts."""
@@ -21,8 +22,8 @@ _LEAST = 1.2
 """Noise and drift are themselves known from one recording only."""
 
 
-def scatter(fit: Fit, samples: Samples) -> float:
-    """The factor on the mount's covariance; at least 1.2.
+def scatter(fit: Fit, samples: Samples) -> Float64[np.ndarray, "2"]:
+    """The factors on the mount's variance, of its turn and of its shift; at least 1.2.
 
     Args:
         fit: of the samples, settled.
@@ -34,17 +35,23 @@ def scatter(fit: Fit, samples: Samples) -> float:
     others = flat[:, 6:]
     own = flat[:, :6] - others @ np.linalg.lstsq(others, flat[:, :6])[0]
     left = left - flat @ np.linalg.lstsq(flat, left)[0]
-    values, vectors = np.linalg.eigh(own.T @ own + np.diag(PRIOR_SD**-2.0))
-    pull = (own * left[:, None]).reshape(n, 6, 6).sum(axis=1) @ (vectors / np.sqrt(values))
-    return max([_LEAST, *(_beyond(pull, many) for many in _STRETCHES if many <= n // 2)])
+    covariance = np.linalg.inv(own.T @ own + np.diag(PRIOR_SD**-2.0))
+    pull = (own * left[:, None]).reshape(n, 6, 6).sum(axis=1) @ covariance
+    return np.array(
+        [
+            max([_LEAST, *(_beyond(pull[:, part] @ W.T, k) for k in _STRETCHES if k <= n // 2)])
+            for part in (slice(0, 3), slice(3, 6))
+            for W in (whitener(covariance[part, part]),)
+        ]
+    )
 
 
-def _beyond(pull: Float64[np.ndarray, "n 6"], many: int) -> float:
+def _beyond(pull: Float64[np.ndarray, "n 3"], many: int) -> float:
     """Mean square of the stretches' pulls, and what is needed since it is known from so few."""
     sums = np.stack([part.sum(axis=0) for part in np.array_split(pull, many)])
-    free = 6 * (many - 1)
-    few = 6 * float(f.ppf(0.95, 6, free)) / float(chi2.ppf(0.95, 6))
-    return few * float((sums**2).sum()) / 6 * many / (many - 1)
+    free = 3 * (many - 1)
+    few = 3 * float(f.ppf(0.95, 3, free)) / float(chi2.ppf(0.95, 3))
+    return few * float((sums**2).sum()) / free * many
 
 
 def _innovations(

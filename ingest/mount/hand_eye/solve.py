@@ -28,6 +28,11 @@ from omomo_core.errors import InputError
 
 _BELONG = 0.4
 """Least correlation of two clocks' turning speeds."""
+_SHOWN = 3.0
+"""Standard deviations from which on a direction that counts as open shows something all the same."""
+_ALIKE = np.array([np.radians(0.1)] * 3 + [0.001] * 3)
+"""Errors that a tracker makes alike through a recording, so that it cannot show them: its lens, its
+frame, the place of its markers; rad and m on each axis, for a tracker that does not tell."""
 _UPRIGHT = np.cos(np.radians(8.0))
 
 
@@ -80,7 +85,7 @@ def solve(phone: PoseStream, target: PoseStream, *, one_by_one: bool = False) ->
     check_turns(phone)
     found = _best(phone, target, one_by_one=one_by_one)
     check_fit(found.fit, found.samples, (phone, target), found.gather)
-    return _told(found)
+    return _told(found, told=target.covariance is not None)
 
 
 @dataclass(frozen=True)
@@ -133,9 +138,12 @@ def _attempt(
     return _Attempt(fit, again(fit.offset), offset, gather)
 
 
-def _told(attempt: _Attempt) -> HandEye:
+def _told(attempt: _Attempt, *, told: bool) -> HandEye:
+    """What is said of an attempt; `told` is whether the target's tracker says how it errs."""
     fit, samples = attempt.fit, attempt.samples
     covariance = mount_covariance(fit, samples)
+    if not told:
+        covariance = covariance + np.diag(_ALIKE**2)
     found = open_directions(covariance, _vertical(samples))
     if len(found) > 1:
         raise InputError(
@@ -144,11 +152,12 @@ def _told(attempt: _Attempt) -> HandEye:
             fix="Record again: turn the object by 30 to 60 degrees about two directions that are "
             "not parallel (tilt it forward, tilt it sideways, turn it round).",
         )
+    nearer = _nearer(found, fit.T_phone_target)
     mm, deg = rms(fit)
     rest_turn, rest_shift = undrifted(fit, samples)
     return HandEye(
-        T_phone_target=_without(found, fit.T_phone_target),
-        covariance=covariance,
+        T_phone_target=moved(fit.T_phone_target, nearer),
+        covariance=covariance + np.outer(nearer, nearer),
         open=found,
         T_world_camera=world(fit),
         offset=attempt.offset.seconds + fit.offset,
@@ -164,15 +173,20 @@ def _told(attempt: _Attempt) -> HandEye:
     )
 
 
-def _without(
+def _nearer(
     found: tuple[OpenDirection, ...], X: Float64[np.ndarray, "4 4"]
-) -> Float64[np.ndarray, "4 4"]:
-    """The mount with the target no farther along its open directions than the phone itself."""
+) -> Float64[np.ndarray, "6"]:
+    """The step that brings the target, along its open directions, no farther than the phone itself.
+
+    Where the motion shows, however poorly, that it is not there, it stays.
+    """
     step = np.zeros(6)
     for each in found:
         shift = each.step[3:]
-        step -= each.step * (shift @ X[:3, 3]) / max(float(shift @ shift), 1e-9)
-    return moved(X, step)
+        far = float(shift @ X[:3, 3]) / max(float(shift @ shift), 1e-9)
+        if abs(far) < _SHOWN * each.sd:
+            step -= each.step * far
+    return step
 
 
 def _vertical(samples: Samples) -> Float64[np.ndarray, "3"] | None:
