@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float64
+from scipy.ndimage import median_filter
 from scipy.spatial.distance import pdist
 
 from ingest.mount.hand_eye.model import Fit, errors, world
@@ -16,6 +17,8 @@ _WINDOW, _LEAST = 2.0, 6
 _NEARLY_ALL = 0.8
 _SMOOTH = 0.5
 """Part of its distance by which lost tracking goes on from sample to sample; outliers jump farther."""
+_OUTLIERS = 5
+"""Samples over which the median of lost tracking is taken."""
 _MOST, _MOST_PER_METRE = 0.15, 0.03
 """Drift that is believed, metres and per metre walked: odometry that works does 0.5 to 2 %."""
 
@@ -45,6 +48,8 @@ def drift_of(fit: Fit, samples: Samples) -> Drift:
     # Where nothing fits, the fit has no drift: what lies between both trackers is it.
     off[~fit.kept] = errors(rest, samples)[~fit.kept, 3:]
     lost = _lost(off, fit.kept, samples.times)
+    if lost.any():  # single poses that are wild stay wild in it
+        off[lost] = median_filter(off[lost], (_OUTLIERS, 1), mode="nearest")
     known = off[fit.kept | lost]
     phone = samples.T_world_phone[:, :3, 3]
     other = (seen @ inverse(fit.T_phone_target))[:, :3, 3]
