@@ -19,8 +19,8 @@ _SMOOTH = 0.5
 """Part of its distance by which lost tracking goes on from sample to sample; outliers jump farther."""
 _OUTLIERS = 5
 """Samples over which the median of lost tracking is taken."""
-_MOST, _MOST_PER_METRE = 0.15, 0.03
-"""Drift that is believed, metres and per metre walked: odometry that works does 0.5 to 2 %."""
+_MOST, _MOST_PER_METRE = 0.1, 0.04
+"""Drift that is believed, metres and per metre walked: odometry that works does 0.5 to 2 %, seldom 4."""
 
 
 @dataclass(frozen=True)

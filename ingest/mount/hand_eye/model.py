@@ -53,7 +53,7 @@ def errors(fit: Fit, samples: Samples) -> Float64[np.ndarray, "n 6"]:
     """What is left between the target as the phone has it and as the camera has it."""
     seen = world(fit) @ samples.T_camera_target
     carried = samples.T_world_phone @ fit.T_phone_target
-    carried[:, :3, 3] += fit.scale * (samples.T_world_phone[:, :3, 3] - fit.centre)
+    carried[:, :3, 3] += fit.scale * _undrifted_place(fit, samples)
     return between(seen, carried)
 
 
@@ -67,11 +67,19 @@ def jacobians(
     own, drift = np.zeros((n, 6, 8)), np.zeros((n, 6, 6))
     own[:, :3, 0:3] = own[:, 3:, 3:6] = R_P
     own[:, :, 6] = target_velocity(fit, samples)
-    away = samples.T_world_phone[:, :3, 3] - fit.centre
-    own[:, 3:, 7] = away
+    own[:, 3:, 7] = _undrifted_place(fit, samples)
     drift[:, range(6), range(6)] = -1.0
-    drift[:, 3:, :3] = skew((1 + fit.scale) * away + arm)
+    drift[:, 3:, :3] = skew(samples.T_world_phone[:, :3, 3] - fit.centre + arm)
     return own, drift
+
+
+def _undrifted_place(fit: Fit, samples: Samples) -> Float64[np.ndarray, "n 3"]:
+    """The phone's places from `centre` without the drift.
+
+    As they are logged, their drift would look like a scale: the phone seems to go too far.
+    """
+    away = samples.T_world_phone[:, :3, 3] - fit.centre - fit.drift[:, 3:]
+    return np.einsum("nji,nj->ni", rotation(fit.drift[:, :3]), away)
 
 
 def target_velocity(fit: Fit, samples: Samples) -> Float64[np.ndarray, "n 6"]:

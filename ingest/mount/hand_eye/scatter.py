@@ -66,9 +66,11 @@ def _innovations(
     n, since = len(own), samples.times[fit.kept] - samples.times[fit.kept][0]
     shared = np.minimum(since[:, None], since)
     walk = np.repeat(fit.walk, 3) ** 2
-    covariance = np.einsum("iac,ij,jbc->iajb", drift * walk, shared, drift, optimize=True)
-    covariance[range(n), :, range(n), :] += np.linalg.inv(weights(fit, samples)[fit.kept])
-    root = np.linalg.cholesky(covariance.reshape(6 * n, 6 * n))
+    covariance = (drift * walk).reshape(6 * n, 6) @ drift.reshape(6 * n, 6).T
+    covariance *= np.repeat(np.repeat(shared, 6, axis=0), 6, axis=1)
+    blocks = covariance.reshape(n, 6, n, 6)
+    blocks[range(n), :, range(n), :] += np.linalg.inv(weights(fit, samples)[fit.kept])
+    root = np.linalg.cholesky(covariance)
     both = np.concatenate([own, drift, undrifted[:, :, None]], axis=2).reshape(6 * n, 15)
     white = solve_triangular(root, both, lower=True).reshape(n, 6, 15)
     return white[:, :, :14], white[:, :, 14]
