@@ -49,7 +49,7 @@ def drift_of(fit: Fit, samples: Samples) -> Drift:
     off[~fit.kept] = errors(rest, samples)[~fit.kept, 3:]
     lost = _lost(off, fit.kept, samples.times)
     if lost.any():  # single poses that are wild stay wild in it
-        off[lost] = median_filter(off[lost], (_OUTLIERS, 1), mode="nearest")
+        off[lost] = median_filter(off[lost], (_OUTLIERS, 1), mode="mirror")
     known = off[fit.kept | lost]
     phone = samples.T_world_phone[:, :3, 3]
     other = (seen @ inverse(fit.T_phone_target))[:, :3, 3]

@@ -59,8 +59,8 @@ def two_trackers(
 
     Args:
         seed: of everything.
-        kind: "all" (turns about all axes), "yaw" (pushed over the floor), "shift" (never turned) or
-            "tiny" (a few degrees).
+        kind: "all" (turns about all axes), "yaw" (pushed over the floor), "shift" (never turned),
+            "tiny" (a few degrees) or "slow" (some degrees about one axis).
         noise: times 0.23 deg and 0.5 mm (3 mm in depth) of the target's poses.
         drift: of the phone, as a part of its path.
         wild: part of the target's poses that are anything.
@@ -133,7 +133,13 @@ def _path(kind: str, seconds: float, rng: np.random.Generator):
     knots = np.arange(0, seconds + 1)
     place = np.cumsum(rng.normal(size=(len(knots), 3)) * [0.15, 0.02, 0.15], axis=0)
     turns = rng.normal(size=(len(knots), 3)) * np.radians(
-        {"all": [25, 40, 25], "yaw": [0, 55, 0], "shift": [0, 0, 0], "tiny": [1, 1, 1]}[kind]
+        {
+            "all": [25, 40, 25],
+            "yaw": [0, 55, 0],
+            "shift": [0, 0, 0],
+            "tiny": [1, 1, 1],
+            "slow": [0, 8, 0],
+        }[kind]
     )
     if kind == "yaw":
         place[:, 1] = 0.0
