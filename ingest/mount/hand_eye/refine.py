@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 from scipy.stats import chi2
 
 from ingest.mount.average import LEVER
@@ -150,7 +150,9 @@ def _jitter(fit: Fit, samples: Samples) -> float:
     def excess(jitter: float) -> float:
         return float(np.median(late**2 / (1 / np.maximum(shown, 1e-12) + jitter**2))) - _HALF_1
 
-    return float(brentq(excess, 0.0, 1.0, xtol=1e-5)) if excess(0.0) > 0 > excess(1.0) else 0.0
+    if not excess(0.0) > 0 > excess(1.0):
+        return 0.0
+    return float(root_scalar(excess, bracket=(0.0, 1.0), xtol=1e-5).root)
 
 
 def _without_wild(fit: Fit, samples: Samples) -> Fit:
