@@ -21,6 +21,8 @@ _OUTLIERS = 5
 """Samples over which the median of lost tracking is taken."""
 _MOST, _MOST_PER_METRE = 0.1, 0.04
 """Drift that is believed, metres and per metre walked: odometry that works does 0.5 to 2 %, seldom 4."""
+_MOST_OF_BROKEN = 0.02
+"""The same per metre where nothing fits for seconds: that is less like drift."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,8 @@ def undrifted(fit: Fit, samples: Samples) -> Float64[np.ndarray, "2"]:
 
 def check_drift(drift: Drift, fit: Fit, samples: Samples) -> None:
     """Refuse odometry that drifted more than any that works: "calibration-lost"."""
-    most = max(_MOST, _MOST_PER_METRE * drift.walked)
+    part = _MOST_OF_BROKEN if drift.lost.any() else _MOST_PER_METRE
+    most = max(_MOST, part * drift.walked)
     if drift.metres <= most:
         return
     times = samples.times - samples.times[0]
