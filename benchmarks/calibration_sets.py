@@ -41,7 +41,8 @@ def eth(folder: Path) -> None:
     """Residuals as the tracker measures: the target's place, with the world at rest and as it drifts."""
     print("\nETH sets: rms over all samples, no outlier left out")
     print(
-        "                                         world at rest      drift taken out    95 % bounds"
+        "                                         world at rest      drift taken out    95 % bounds    drift"
+        "                      scale"
     )
     for name, (part, first, second, tag) in _SETS.items():
         place = next((folder / "ethz_hand_eye" / part).iterdir())
@@ -53,10 +54,14 @@ def eth(folder: Path) -> None:
         mm, deg = bounds_95(found.covariance)
         at = a.at(found.times + found.offset)
         seen = b.at(found.times)
+        scaled = at.copy()
+        scaled[:, :3, 3] += found.scale * (at[:, :3, 3] - np.median(at[:, :3, 3], axis=0))
         X = found.T_phone_target
         print(
-            f"{name:24} {'ours':11} {_rms(_at_rest(at, X, seen), at, X, seen)}   "
-            f"{_rms(found.T_world_camera, at, X, seen)}   {mm:5.1f} mm {deg:.2f} deg"
+            f"{name:24} {'ours':11} {_rms(_at_rest(scaled, X, seen), scaled, X, seen)}   "
+            f"{_rms(found.T_world_camera, scaled, X, seen)}   {mm:5.1f} mm {deg:.2f} deg   "
+            f"{found.drift.metres:.3f} m, {1e3 * found.drift.per_metre:.1f} mm per metre   "
+            f"{100 * found.scale:+.1f} %"
         )
         _with_cv2(at, inverse(seen), lambda T: print(_rms(_at_rest(at, T, seen), at, T, seen)), 36)  # noqa: B023
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ingest.mount.hand_eye.drift import check_drift, drift_of, undrifted
 from ingest.mount.hand_eye.guess import first_guess, motions
 from ingest.mount.hand_eye.model import Fit
 from ingest.mount.hand_eye.readings import READINGS, OtherReading
-from ingest.mount.hand_eye.refine import undrifted
 from ingest.mount.hand_eye.samples import Samples
 from ingest.mount.hand_eye.streams import PoseStream
 from ingest.mount.hand_eye.timing import Offset
@@ -92,6 +92,7 @@ def check_fit(
             raise InputError("calibration-stream", f"{whose} {reading.fault}.", fix=reading.fix)
     if not one:
         raise _apart(fit)
+    check_drift(drift_of(fit, samples), fit, samples)
     far = float(np.linalg.norm(fit.T_phone_target[:3, 3]))
     if far > _FAR:
         raise InputError(

@@ -25,14 +25,18 @@ class Fit:
     centre: Float64[np.ndarray, "3"]
     offset: float
     """Seconds to add to the target's times, beyond those of the samples."""
+    scale: float
+    """Part by which the phone's distances, measured from `centre`, are shorter than the target's."""
     noise: Float64[np.ndarray, "2"]
     """Factors on the expected noise of turns and of shifts."""
+    jitter: float
+    """Seconds by which the stamps of single samples err."""
     walk: Float64[np.ndarray, "2"]
     """How far the drift walks in the square root of a second: rad, m."""
     kept: Bool[np.ndarray, " n"]
     """False where a sample is wild."""
-    information: Float64[np.ndarray, "7 7"]
-    """Of mount and offset, whatever the drift."""
+    information: Float64[np.ndarray, "8 8"]
+    """Of mount, offset and scale, whatever the drift."""
     errors: Float64[np.ndarray, "n 6"]
     """P X against Z O: rad and m in the phone's world."""
 
@@ -48,23 +52,41 @@ def world(fit: Fit) -> Float64[np.ndarray, "n 4 4"]:
 def errors(fit: Fit, samples: Samples) -> Float64[np.ndarray, "n 6"]:
     """What is left between the target as the phone has it and as the camera has it."""
     seen = world(fit) @ samples.T_camera_target
-    return between(seen, samples.T_world_phone @ fit.T_phone_target)
+    carried = samples.T_world_phone @ fit.T_phone_target
+    carried[:, :3, 3] += fit.scale * _undrifted_place(fit, samples)
+    return between(seen, carried)
 
 
 def jacobians(
     fit: Fit, samples: Samples
-) -> tuple[Float64[np.ndarray, "n 6 7"], Float64[np.ndarray, "n 6 6"]]:
-    """Of the errors, by mount and offset, and by the drift at each sample."""
+) -> tuple[Float64[np.ndarray, "n 6 8"], Float64[np.ndarray, "n 6 6"]]:
+    """Of the errors, by mount, offset and scale, and by the drift at each sample."""
     n = len(samples.times)
     R_P = samples.T_world_phone[:, :3, :3]
     arm = R_P @ fit.T_phone_target[:3, 3]
-    own, drift = np.zeros((n, 6, 7)), np.zeros((n, 6, 6))
+    own, drift = np.zeros((n, 6, 8)), np.zeros((n, 6, 6))
     own[:, :3, 0:3] = own[:, 3:, 3:6] = R_P
-    own[:, :3, 6] = samples.velocity[:, :3]
-    own[:, 3:, 6] = samples.velocity[:, 3:] + np.cross(samples.velocity[:, :3], arm)
+    own[:, :, 6] = target_velocity(fit, samples)
+    own[:, 3:, 7] = _undrifted_place(fit, samples)
     drift[:, range(6), range(6)] = -1.0
-    drift[:, 3:, :3] = skew(samples.T_world_phone[:, :3, 3] + arm - fit.centre)
+    drift[:, 3:, :3] = skew(samples.T_world_phone[:, :3, 3] - fit.centre + arm)
     return own, drift
+
+
+def _undrifted_place(fit: Fit, samples: Samples) -> Float64[np.ndarray, "n 3"]:
+    """The phone's places from `centre` without the drift.
+
+    As they are logged, their drift would look like a scale: the phone seems to go too far.
+    """
+    away = samples.T_world_phone[:, :3, 3] - fit.centre - fit.drift[:, 3:]
+    return np.einsum("nji,nj->ni", rotation(fit.drift[:, :3]), away)
+
+
+def target_velocity(fit: Fit, samples: Samples) -> Float64[np.ndarray, "n 6"]:
+    """Of the target in the phone's world: rad/s, m/s; what an error of a stamp moves it along."""
+    turning, moving = samples.velocity[:, :3], samples.velocity[:, 3:]
+    arm = samples.T_world_phone[:, :3, :3] @ fit.T_phone_target[:3, 3]
+    return np.concatenate([turning, moving + np.cross(turning, arm)], axis=1)
 
 
 def weights(fit: Fit, samples: Samples) -> Float64[np.ndarray, "n 6 6"]:
@@ -77,7 +99,8 @@ def weights(fit: Fit, samples: Samples) -> Float64[np.ndarray, "n 6 6"]:
     lever[:, 3:, :3] = -skew(samples.T_world_phone[:, :3, :3] @ fit.T_phone_target[:3, 3])
     covariance = covariance + lever @ np.diag(PHONE_SD**2) @ lever.swapaxes(-1, -2)
     size = np.repeat(fit.noise, 3)
-    return np.linalg.inv(covariance * np.outer(size, size))
+    late = fit.jitter * target_velocity(fit, samples)
+    return np.linalg.inv(covariance * np.outer(size, size) + late[:, :, None] * late[:, None, :])
 
 
 def whitened(fit: Fit, samples: Samples) -> Float64[np.ndarray, "n 6"]:

@@ -1,7 +1,7 @@
 """One step of Gauss-Newton in which every sample has a drift of its own.
 
 The drift is tied from each sample to the next, so that its part of the normal matrix is a band; it is
-eliminated, and what is left are the seven numbers of mount and clock offset.
+eliminated, and what is left are the eight numbers of mount, clock offset and scale.
 """
 
 from typing import NamedTuple
@@ -17,15 +17,17 @@ PRIOR_SD = np.array([3.0] * 3 + [0.5] * 3)
 """What is believed of a mount that nothing shows: any turn, half a metre."""
 _OFFSET_SD = 0.1
 _KNOWN_OFFSET_SD = 1e-6
+_SCALE_SD = 0.02
+"""Odometry, a board's squares and a lens disagree about lengths: by 2.5 % between two phones measured."""
 
 
 class Step(NamedTuple):
     """What to change, and how well it is known."""
 
-    own: Float64[np.ndarray, "7"]
-    """Mount (rad, m) and offset (s)."""
+    own: Float64[np.ndarray, "8"]
+    """Mount (rad, m), offset (s) and scale."""
     drift: Float64[np.ndarray, "n 6"]
-    information: Float64[np.ndarray, "7 7"]
+    information: Float64[np.ndarray, "8 8"]
     """Of `own`, whatever the drift."""
 
 
@@ -42,18 +44,18 @@ def gauss_newton(fit: Fit, samples: Samples, *, timed: bool) -> Step:
     pull = np.einsum("nij,nj->ni", weight, fit.errors)
     H_own = np.einsum("nki,nkl,nlj->ij", own, weight, own)
     g_own = np.einsum("nki,nk->i", own, pull)
-    sd = np.append(PRIOR_SD, _OFFSET_SD if timed else _KNOWN_OFFSET_SD)
+    sd = np.append(PRIOR_SD, [_OFFSET_SD if timed else _KNOWN_OFFSET_SD, _SCALE_SD])
     H_own += np.diag(sd**-2)
     g_own[3:6] += fit.T_phone_target[:3, 3] / sd[3:6] ** 2
-    g_own[6] += fit.offset / sd[6] ** 2
+    g_own[6:] += np.array([fit.offset, fit.scale]) / sd[6:] ** 2
     drift_t = drift.swapaxes(-1, -2)
-    across = (drift_t @ weight @ own).reshape(-1, 7)
+    across = (drift_t @ weight @ own).reshape(-1, 8)
     band, g_walk = _band(drift_t @ weight @ drift, fit, samples)
     g_drift = np.einsum("nij,nj->ni", drift_t, pull).reshape(-1) + g_walk
     solved = solveh_banded(band, np.column_stack([across, g_drift]), lower=True)
-    information = H_own - across.T @ solved[:, :7]
-    step = -np.linalg.solve(information, g_own - across.T @ solved[:, 7])
-    walked = -(solved[:, 7] + solved[:, :7] @ step)
+    information = H_own - across.T @ solved[:, :8]
+    step = -np.linalg.solve(information, g_own - across.T @ solved[:, 8])
+    walked = -(solved[:, 8] + solved[:, :8] @ step)
     return Step(step, walked.reshape(-1, 6), (information + information.T) / 2)
 
 

@@ -44,17 +44,26 @@ class Samples:
 
 
 def paired(phone: PoseStream, target: PoseStream, offset: float) -> Samples:
-    """Samples evenly over the time in which both streams are known; at most a few hundred."""
-    both = np.flatnonzero(phone.known(target.times + offset))
+    """Samples evenly over the time in which both streams are known; at most a few hundred.
+
+    They are taken where the stream that has fewer poses has one: between those it is a guess.
+    """
+    if np.median(np.diff(phone.times)) > np.median(np.diff(target.times)):
+        times = phone.times - offset
+        both = np.flatnonzero(target.known(times))
+    else:
+        times = target.times
+        both = np.flatnonzero(phone.known(times + offset))
     if len(both) > _MOST:
         both = both[np.linspace(0, len(both) - 1, _MOST).round().astype(int)]
-    at = target.times[both] + offset
+    times = times[both]
+    nearest = np.abs(target.times[:, None] - times).argmin(axis=0)
     return Samples(
-        target.times[both],
-        phone.at(at),
-        target.T[both],
-        _covariances(target)[both],
-        phone.velocity(at),
+        times,
+        phone.at(times + offset),
+        target.at(times),
+        _covariances(target)[nearest],
+        phone.velocity(times + offset),
     )
 
 

@@ -15,6 +15,7 @@ from ingest.mount.hand_eye.doubt import (
     rms,
     short,
 )
+from ingest.mount.hand_eye.drift import Drift, drift_of, undrifted
 from ingest.mount.hand_eye.guess import first_guess, motions
 from ingest.mount.hand_eye.model import Fit, world
 from ingest.mount.hand_eye.refine import mount_covariance, refine
@@ -27,6 +28,11 @@ from omomo_core.errors import InputError
 
 _BELONG = 0.4
 """Least correlation of two clocks' turning speeds."""
+_SHOWN = 3.0
+"""Standard deviations from which on a direction that counts as open shows something all the same."""
+_ALIKE = np.array([np.radians(0.1)] * 3 + [0.001] * 3)
+"""Errors that a tracker makes alike through a recording, so that it cannot show them: its lens, its
+frame, the place of its markers; rad and m on each axis, for a tracker that does not tell."""
 _UPRIGHT = np.cos(np.radians(8.0))
 
 
@@ -47,7 +53,14 @@ class HandEye:
     """Of the turning speeds at that offset; 1 for poses that belong together one by one."""
     rms_mm: float
     rms_deg: float
-    """Over the samples kept, in the phone's world."""
+    """Over the samples kept, in the phone's world, the drift taken out."""
+    rest_mm: float
+    rest_deg: float
+    """The same with the phone's world held still."""
+    drift: Drift
+    """What was taken out."""
+    scale: float
+    """Part by which the phone's distances are shorter than the target's tracker's."""
     kept: Bool[np.ndarray, " n"]
     """False where a sample was wild."""
     times: Float64[np.ndarray, " n"]
@@ -66,12 +79,13 @@ def solve(phone: PoseStream, target: PoseStream, *, one_by_one: bool = False) ->
         InputError: "calibration-short", "calibration-turns" (hardly any rotation),
             "calibration-clocks" (never the same motion), "calibration-stream" (a file read the
             wrong way round, said which), "calibration-apart" (they do not move as one thing),
-            "calibration-far", or "calibration-poor" (more than one direction is open).
+            "calibration-lost" (one drifted more than any tracker that works), "calibration-far", or
+            "calibration-poor" (more than one direction is open).
     """
     check_turns(phone)
     found = _best(phone, target, one_by_one=one_by_one)
     check_fit(found.fit, found.samples, (phone, target), found.gather)
-    return _told(found)
+    return _told(found, told=target.covariance is not None)
 
 
 @dataclass(frozen=True)
@@ -118,12 +132,18 @@ def _attempt(
         return None
     rng = np.random.default_rng(0)
     start = first_guess(motions(samples, rng), rng)
-    return _Attempt(refine(samples, start, None if one_by_one else again), samples, offset, gather)
+    if one_by_one:
+        return _Attempt(refine(samples, start), samples, offset, gather)
+    fit = refine(samples, start, again)
+    return _Attempt(fit, again(fit.offset), offset, gather)
 
 
-def _told(attempt: _Attempt) -> HandEye:
+def _told(attempt: _Attempt, *, told: bool) -> HandEye:
+    """What is said of an attempt; `told` is whether the target's tracker says how it errs."""
     fit, samples = attempt.fit, attempt.samples
     covariance = mount_covariance(fit, samples)
+    if not told:
+        covariance = covariance + np.diag(_ALIKE**2)
     found = open_directions(covariance, _vertical(samples))
     if len(found) > 1:
         raise InputError(
@@ -132,30 +152,41 @@ def _told(attempt: _Attempt) -> HandEye:
             fix="Record again: turn the object by 30 to 60 degrees about two directions that are "
             "not parallel (tilt it forward, tilt it sideways, turn it round).",
         )
+    nearer = _nearer(found, fit.T_phone_target)
     mm, deg = rms(fit)
+    rest_turn, rest_shift = undrifted(fit, samples)
     return HandEye(
-        T_phone_target=_without(found, fit.T_phone_target),
-        covariance=covariance,
+        T_phone_target=moved(fit.T_phone_target, nearer),
+        covariance=covariance + np.outer(nearer, nearer),
         open=found,
         T_world_camera=world(fit),
         offset=attempt.offset.seconds + fit.offset,
         correlation=attempt.offset.correlation,
         rms_mm=mm,
         rms_deg=deg,
+        rest_mm=1e3 * float(rest_shift),
+        rest_deg=float(np.degrees(rest_turn)),
+        drift=drift_of(fit, samples),
+        scale=fit.scale,
         kept=fit.kept,
         times=samples.times,
     )
 
 
-def _without(
+def _nearer(
     found: tuple[OpenDirection, ...], X: Float64[np.ndarray, "4 4"]
-) -> Float64[np.ndarray, "4 4"]:
-    """The mount with the target no farther along its open directions than the phone itself."""
+) -> Float64[np.ndarray, "6"]:
+    """The step that brings the target, along its open directions, no farther than the phone itself.
+
+    Where the motion shows, however poorly, that it is not there, it stays.
+    """
     step = np.zeros(6)
     for each in found:
         shift = each.step[3:]
-        step -= each.step * (shift @ X[:3, 3]) / max(float(shift @ shift), 1e-9)
-    return moved(X, step)
+        far = float(shift @ X[:3, 3]) / max(float(shift @ shift), 1e-9)
+        if abs(far) < _SHOWN * each.sd:
+            step -= each.step * far
+    return step
 
 
 def _vertical(samples: Samples) -> Float64[np.ndarray, "3"] | None:

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float64
-from scipy.spatial.transform import Rotation, Slerp
 
-from ingest.mount.uncertainty import rotation_vector
+from ingest.mount.uncertainty import rotation, rotation_vector
 
 MAX_GAP = 0.25
 """Seconds between two poses over which nothing is made up."""
@@ -27,12 +26,14 @@ class PoseStream:
     def at(self, times: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, "n 4 4"]:
         """Poses between those of the stream: turned evenly, moved evenly; held at its ends."""
         inside = np.clip(times, self.times[0], self.times[-1])
+        after = np.searchsorted(self.times, inside).clip(1, len(self.times) - 1)
+        start, end = self.times[after - 1], self.times[after]
+        part = ((inside - start) / (end - start))[:, None]
+        before, behind = self.T[after - 1], self.T[after]
+        turn = rotation_vector(before[:, :3, :3].swapaxes(-1, -2) @ behind[:, :3, :3])
         T = np.tile(np.eye(4), (len(times), 1, 1))
-        T[:, :3, :3] = Slerp(self.times, Rotation.from_matrix(self.T[:, :3, :3]))(
-            inside
-        ).as_matrix()
-        for axis in range(3):
-            T[:, axis, 3] = np.interp(inside, self.times, self.T[:, axis, 3])
+        T[:, :3, :3] = before[:, :3, :3] @ rotation(part * turn)
+        T[:, :3, 3] = (1 - part) * before[:, :3, 3] + part * behind[:, :3, 3]
         return T
 
     def velocity(self, times: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, "n 6"]:

@@ -46,6 +46,11 @@ def calibrate_by_motion(
         residuals={
             "rms_mm": round(found.rms_mm, 3),
             "rms_deg": round(found.rms_deg, 4),
+            "world held still_mm": round(found.rest_mm, 3),
+            "world held still_deg": round(found.rest_deg, 4),
+            "drift taken out_m": round(found.drift.metres, 4),
+            "drift per metre walked_mm": round(1e3 * found.drift.per_metre, 2),
+            "phone's lengths too short by_%": round(100 * found.scale, 2),
             "clock offset_s": round(found.offset, 4),
             "moments used_%": round(100 * float(found.kept.mean()), 1),
         },

@@ -61,10 +61,12 @@ function onObject(item, signal) {
 
 /** {"rms_mm": 1.2} -> [["Left over (rms)", "1.2 mm"]]; nothing for what tells only programs. */
 function residual(key, value) {
-  const [, what, unit] = /^(.*)_(mm|deg|px|%|s)$/.exec(key) ?? [null, key, ""];
+  const [, what, unit] = /^(.*)_(mm|m|deg|px|%|s)$/.exec(key) ?? [null, key, ""];
   // The clocks of two devices differ by anything.
   if (unit === "s") return [];
   const words = what.replaceAll("_", " ");
-  if (unit === "%") return [[capital(words), `${value.toFixed(0)} %`]];
-  return [[`Left over (${words})`, `${value.toFixed(2)} ${unit === "deg" ? "°" : unit}`.trim()]];
+  if (unit === "%") return [[capital(words), `${value.toFixed(Math.abs(value) < 10 ? 1 : 0)} %`]];
+  const size = `${value.toFixed(2)} ${unit === "deg" ? "°" : unit}`.trim();
+  // What was taken out is not left over.
+  return [[words.startsWith("drift") ? capital(words) : `Left over (${words})`, size]];
 }

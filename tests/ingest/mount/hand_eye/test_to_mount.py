@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
+from ingest.mount.hand_eye.solve import solve
 from ingest.mount.hand_eye.streams import PoseStream
 from ingest.mount.hand_eye.to_mount import calibrate_by_motion
 from ingest.mount.uncertainty import between
@@ -31,6 +32,18 @@ def test_the_mount_is_that_of_the_object_not_of_the_body_on_it():
     assert np.linalg.norm(step[3:]) < 0.005
     assert mount.method == "tracker"
     assert mount.residuals["clock offset_s"] == pytest.approx(take.offset, abs=0.005)
+
+
+def test_the_mount_says_the_drift_and_what_is_left_with_the_world_held_still():
+    take = two_trackers(1, drift=0.01)
+    told = calibrate_by_motion(take.phone, take.target, _body(), NONE, "tracker").residuals
+    found = solve(take.phone, take.target)
+    assert told["drift taken out_m"] == pytest.approx(found.drift.metres, abs=1e-4)
+    assert told["drift per metre walked_mm"] == pytest.approx(1e3 * found.drift.per_metre, abs=0.01)
+    assert told["rms_mm"] < told["world held still_mm"] == pytest.approx(found.rest_mm, abs=1e-3)
+    assert (
+        told["rms_deg"] <= told["world held still_deg"] == pytest.approx(found.rest_deg, abs=1e-4)
+    )
 
 
 def test_how_sure_the_bodys_place_is_counts():
