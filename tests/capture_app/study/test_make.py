@@ -64,6 +64,7 @@ def data_of(page: str) -> dict:
     return json.loads(found[1])
 
 
+@pytest.mark.runs("study make")
 def test_pages_tell_nothing_and_the_key_tells_all(study: Path, tmp_path: Path) -> None:
     key = read_key(study)
     assert sorted(p.name for p in study.iterdir()) == ["key.json", "pages"]
