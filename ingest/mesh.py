@@ -8,6 +8,7 @@ import numpy as np
 import trimesh
 from jaxtyping import Float64
 
+from ingest.mesh_text import check_whole
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
 
@@ -33,13 +34,14 @@ def load_mesh(path: Path, *, scale: float = 1.0) -> ObjectMesh:
 
     Raises:
         InputError: "mesh-missing", "mesh-format", "mesh-too-large", "mesh-unreadable",
-            "mesh-empty", "mesh-not-finite", "mesh-scale" or "mesh-units".
+            "mesh-empty", "mesh-not-finite", "mesh-truncated", "mesh-scale" or "mesh-units".
     """
     _check_file(path)
     if not 0 < scale < float("inf"):
         raise InputError("mesh-scale", f"A mesh cannot be scaled by {scale:g}.", where=str(path))
     mesh = _decode(path)
     _check_surface(mesh, path)
+    check_whole(path, mesh)
     mesh.apply_scale(scale)
     _check_size(mesh.extents, path, scale)
     mesh.merge_vertices(merge_tex=True, merge_norm=True)

@@ -122,3 +122,23 @@ def test_real_furniture(shared: Path):
     extents = np.ptp(chair.vertices, axis=0)
     assert extents[2] > 1.2 * extents[:2].max()
     assert chair.vertices[:, 2].min() == pytest.approx(0, abs=0.02)
+
+
+@pytest.mark.parametrize("share", [0.75, 0.9, 0.99])
+@pytest.mark.parametrize(("suffix", "options"), [("obj", {}), ("ply", {"encoding": "ascii"})])
+def test_text_that_is_cut_short_is_no_smaller_mesh(
+    tmp_path: Path, suffix: str, options: dict[str, str], share: float
+):
+    path = tmp_path / f"chair.{suffix}"
+    _chair_like().subdivide().subdivide().export(path, **options)
+    whole = path.read_bytes()
+    assert len(load_mesh(path).faces) == 192
+    path.write_bytes(whole[: int(len(whole) * share)])
+    assert _error(path).code in ("mesh-truncated", "mesh-unreadable")
+
+
+def test_a_closed_mesh_may_lack_the_last_line_end(tmp_path: Path):
+    path = tmp_path / "chair.obj"
+    _chair_like().export(path)
+    path.write_bytes(path.read_bytes().rstrip())
+    assert len(load_mesh(path).faces) == 12
