@@ -40,7 +40,8 @@ def load_mesh(path: Path, *, scale: float = 1.0) -> ObjectMesh:
     if not 0 < scale < float("inf"):
         raise InputError("mesh-scale", f"A mesh cannot be scaled by {scale:g}.", where=str(path))
     mesh = _decode(path)
-    _check_surface(mesh, path)
+    with decoding(path):
+        _check_surface(mesh, path)
     check_whole(path, mesh)
     mesh.apply_scale(scale)
     _check_size(mesh.extents, path, scale)

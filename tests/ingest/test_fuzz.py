@@ -180,7 +180,7 @@ def test_a_damaged_log_is_refused_or_valid(wander, format_: Format, data: st.Dat
 @pytest.mark.slow
 @pytest.mark.timeout(3600)
 @every_format
-@settings(some, max_examples=10_000)
+@settings(some, max_examples=1_000)
 @given(data=st.data())
 def test_many_damaged_logs(wander, format_: Format, data: st.DataObject):
     _fuzz(wander, format_, data)

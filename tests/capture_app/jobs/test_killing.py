@@ -57,13 +57,13 @@ def test_a_few_kills(
 
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
-def test_two_hundred_kills(queue: JobQueue, tmp_path: Path, start: Start) -> None:
-    many = orders(tmp_path / "out", 300, seconds=0.15)
+def test_sixty_kills(queue: JobQueue, tmp_path: Path, start: Start) -> None:
+    many = orders(tmp_path / "out", 100, seconds=0.15)
     queue.submit_all(many)
     ids = [id for id, _ in many]
     fleet = start(queue, 4)
     until(lambda: any(record.fraction > 0 for record in queue.get_all(ids)))
-    kill_at_random(fleet, 200, random.Random(1), 0.8)
+    kill_at_random(fleet, 60, random.Random(1), 0.8)
     check_all(queue, ids, tmp_path / "out", 900.0)
     attempts = sum(record.attempts for record in queue.get_all(ids))
-    assert attempts > 320  # the shots did hit workers at work
+    assert attempts > 106  # the shots did hit workers at work

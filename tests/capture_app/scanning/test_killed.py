@@ -39,6 +39,21 @@ def _made(work: Path) -> dict[str, int]:
     return {str(file): file.stat().st_mtime_ns for file in files}
 
 
+def test_a_scan_by_depth_that_is_killed_goes_on(tmp_path: Path) -> None:
+    film = film_small(tmp_path / "film")
+    mesh, work = tmp_path / "box.glb", tmp_path / "box.scan"
+    words = ["scan", str(film.path), "-o", str(mesh), "--method", "depth"]
+    _shot(words, lambda: len(list(work.glob("images/*.jpg"))) > 4)
+    _shot(words, lambda: (work / "database.db-wal").exists() or (work / "colmap").exists())
+    assert not mesh.exists()
+    before = _made(work)
+    assert len(before) >= 24
+    subprocess.run([_OMOCAP, *words], check=True, stdout=subprocess.DEVNULL)
+    after = _made(work)
+    assert {file: after[file] for file in before} == before
+    assert len(load_mesh(mesh).faces) > 500
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(3600)
 def test_a_scan_that_is_killed_goes_on(tmp_path: Path) -> None:
