@@ -18,6 +18,19 @@ def stamps_of(path: Path) -> list[int]:
         return sorted(pts for pts, _ in _packets(container))
 
 
+def size_of(container: InputContainer) -> tuple[int, int]:
+    """Width and height of the pictures of a video, as its header says.
+
+    Raises:
+        IndexError: it has no video, or one whose coding is not known.
+    """
+    stream = container.streams.video[0]
+    # A stream of an unknown coding has no pictures, and so no size.
+    if getattr(stream, "codec_context", None) is None:
+        raise IndexError("its coding is not known")
+    return stream.width, stream.height
+
+
 def frames_of(path: Path, wanted: Sequence[int]) -> Iterator[tuple[int, av.VideoFrame]]:
     """Frames by their place in the order of showing, in rising order.
 

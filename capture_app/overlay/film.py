@@ -10,7 +10,7 @@ import numpy as np
 from av.error import FFmpegError
 from jaxtyping import Float64, UInt8
 
-from ingest.film import frames_of, stamps_of
+from ingest.film import frames_of, size_of, stamps_of
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 
@@ -85,9 +85,8 @@ def _stamps(path: Path) -> tuple[Float64[np.ndarray, " pictures"], tuple[int, in
     try:
         stamps = stamps_of(path)
         with av.open(str(path)) as container:
-            stream = container.streams.video[0]
-            size = (stream.width, stream.height)
-            tick = float(stream.time_base or 0)
+            size = size_of(container)
+            tick = float(container.streams.video[0].time_base or 0)
     except (FFmpegError, IndexError, OSError) as problem:
         raise _unreadable(path, problem) from None
     if not stamps:

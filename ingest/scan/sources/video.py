@@ -8,7 +8,7 @@ import av
 import av.error
 import numpy as np
 
-from ingest.film import frames_of, stamps_of
+from ingest.film import frames_of, size_of, stamps_of
 from ingest.scan.sources.stills import MAX_PIXELS
 from ingest.scan.types import Colours, Grey, ScanSource
 from omomo_core.errors import InputError
@@ -86,8 +86,8 @@ def video_source(path: Path) -> ScanSource:
 def _stamps(path: Path) -> list[int]:
     try:
         with av.open(str(path)) as container:
-            stream = container.streams.video[0]
-            pixels = stream.width * stream.height
+            width, height = size_of(container)
+            pixels = width * height
         stamps = stamps_of(path)
     except (av.error.FFmpegError, IndexError, OSError) as problem:
         raise unreadable(path, problem) from None
