@@ -7,7 +7,7 @@ import pytest
 
 from tests.fuzz_files import KINDS, run_case
 
-FORMER = {"film to overlay": (25, 34, 57), "OBJ": (62,)}
+FORMER = {"film to overlay": (25, 34, 57), "OBJ": (62,), "camera": (71,)}
 """Cases of seed 1 that broke something once."""
 
 

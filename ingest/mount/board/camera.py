@@ -99,10 +99,10 @@ def load_camera(path: Path) -> WitnessCamera:
             '"p1": 0, "p2": 0, "k3": 0, "width": 1920, "height": 1080}; or leave it out to '
             "calibrate the camera from the video of the board.",
         )
-    text = path.read_bytes()[:_MAX_BYTES].decode("utf-8", "replace")
+    text = path.read_bytes()[:_MAX_BYTES].decode("utf-8", "replace").removeprefix("\ufeff")
     try:
         camera = _from_json(text, path) if text.lstrip().startswith("{") else _from_yaml(text, path)
-    except (ValueError, KeyError, TypeError) as problem:
+    except (ValueError, KeyError, TypeError, OverflowError) as problem:
         raise InputError(
             "camera-unreadable",
             f"The camera file cannot be read: {problem}.",
