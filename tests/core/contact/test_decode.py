@@ -213,3 +213,11 @@ def test_a_metre_weighs_as_one_in_log_odds_and_nothing_is_surer_than_one_in_twen
     contact = np.tile([left, 0.001], (FRAMES, 1))
     predicted = hands(T, contact, LEFT - [farther, 0.0, 0.0], RIGHT)
     assert times(decode(predicted, SURFACE, T, ALWAYS)) == [(hand, 0, FRAMES)]
+
+
+def test_what_is_decided_holds_against_what_is_predicted_now():
+    """A hold that began before the first frame goes on to its end, though nothing is predicted there."""
+    T = carried(8)
+    decided = Given(30, (Segment(0, -5, 25, LEFT),))
+    segments = decode(hands(T, np.zeros((FRAMES, 2))), SURFACE, T, NEVER, decided)
+    assert times(segments) == [(0, -5, 25)]

@@ -111,3 +111,15 @@ def test_the_hand_with_the_longer_lever_counts():
     one = np.broadcast_to([True, False], (1, FRAMES, 2))
     assert both == pytest.approx(_effort(found, 0.5, -HIGH / 2))
     assert found.effort(palms, one)[0] == pytest.approx(_effort(found, 0.0, -HIGH / 2))
+
+
+def test_frames_without_a_hand_count_for_nothing():
+    """The mean is over the frames in which somebody holds."""
+    found = _tipped(0.3)
+    assert found is not None
+    place = np.array([[LONG / 2, 0.2, -HIGH / 2], [LONG / 2, -0.2, -HIGH / 2]])
+    palms = np.broadcast_to(place, (1, len(found.frames), 2, 3))
+    held = np.full(palms.shape[:3], True)
+    always = found.effort(palms, held)[0]
+    held[:, : FRAMES // 2] = False
+    assert found.effort(palms, held)[0] == pytest.approx(always, rel=1e-6)
