@@ -164,3 +164,16 @@ def test_a_plane_above_the_object_is_no_floor(box):
 def test_a_given_height_wins_over_depth(box):
     T = _path((0, 0), (2, 0))
     assert find_floor(T, _valid(T), box, -0.77, _room(-1.2)).height == -0.77
+
+
+def test_a_long_rest_counts_more_than_a_short_one(box):
+    """Both are on the same floor; tracking drifted by 2 cm between them."""
+    T = _path((0, -1.30), (1, -1.30), (2, -0.6), (3, -1.28), (7, -1.28), jitter=1e-5)
+    floor = find_floor(T, _valid(T), box)
+    assert floor.source == "rest"
+    assert floor.height == pytest.approx((1 * -1.30 + 4 * -1.28) / 5, abs=0.0008)
+
+
+def test_of_rests_far_apart_in_height_the_lowest_alone_counts(box):
+    T = _path((0, -1.30), (1, -1.30), (2, -0.6), (3, -1.26), (7, -1.26), jitter=1e-5)
+    assert find_floor(T, _valid(T), box).height == pytest.approx(-1.30, abs=0.001)
