@@ -8,6 +8,7 @@ import typer
 
 from capture_app.cli import options as given
 from capture_app.cli.console import say
+from capture_app.place import read_up
 from omomo_core.whole_file import check_target, write_whole
 
 Seen = Annotated[
@@ -47,6 +48,8 @@ def replay(
     file: Page = None,
     browser: Browser = True,
     film: Film = True,
+    up: given.Up = None,
+    format_: given.Format = None,
 ) -> None:
     """Show a result or a recorded session in 3D: scrub, follow, compare, correct contacts.
 
@@ -57,6 +60,7 @@ def replay(
     """
     from capture_app.replay.open import is_result, open_scene
     from capture_app.replay.share import share_page
+    from ingest.trajectory.reading import Reading
 
     name = path.resolve().name
     own = path / "replay.html" if is_result(path) else Path(f"{name}_replay.html")
@@ -64,7 +68,8 @@ def replay(
     check_target(target, (".html",))
     place = given.mount_file(mount) if mesh else None
     paths = [path] if second is None else [path, second]
-    packs = [open_scene(p, mesh, place, mesh_scale, film=film) for p in paths]
+    reading = Reading(up=read_up(up, "--up"), format=format_)
+    packs = [open_scene(p, mesh, place, mesh_scale, film=film, reading=reading) for p in paths]
     page = share_page(packs, title=name)
     write_whole(target, page)
     say("Done", f"{target} ({len(page) / 1e6:.1f} MB)", "green")

@@ -53,6 +53,6 @@ def session_of(result: Result) -> CaptureSession:
             where=str(result.folder),
             fix="Give the video of a camera that watched, with --camera or --board.",
         )
-    return read_session(
-        unchanged(next(item for item in result.manifest.inputs if item.role == "session"))
-    )
+    log = unchanged(next(item for item in result.manifest.inputs if item.role == "session"))
+    format_ = result.manifest.options.get("format")
+    return read_session(log, str(format_) if format_ else None)

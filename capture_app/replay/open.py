@@ -6,6 +6,7 @@ from capture_app.inspection import inspect_take
 from capture_app.manifest import MOTION
 from capture_app.replay.pack import pack_result, pack_session
 from capture_app.result import load_result
+from ingest.trajectory.reading import AS_LOGGED, Reading
 from omomo_core.errors import InputError
 
 
@@ -15,7 +16,13 @@ def is_result(path: Path) -> bool:
 
 
 def open_scene(
-    path: Path, mesh: Path | None, mount: Path | None, mesh_scale: float, *, film: bool
+    path: Path,
+    mesh: Path | None,
+    mount: Path | None,
+    mesh_scale: float,
+    *,
+    film: bool,
+    reading: Reading = AS_LOGGED,
 ) -> bytes:
     """The scene pack of a result folder or a session.
 
@@ -23,12 +30,14 @@ def open_scene(
         path: a result folder, or what a phone's logger wrote.
         mesh, mount, mesh_scale: the object of a session; a result has its own.
         film: show what the phone filmed, too.
+        reading: what is said about a session that its log does not say.
 
     Raises:
         InputError: it is neither, or "object-unused".
     """
     if not is_result(path):
-        return pack_session(inspect_take(path, mesh, mount, mesh_scale=mesh_scale), film=film)
+        seen = inspect_take(path, mesh, mount, reading=reading, mesh_scale=mesh_scale)
+        return pack_session(seen, film=film)
     if mesh is not None:
         raise InputError(
             "object-unused",

@@ -29,7 +29,7 @@ def by_board(way: BoardWay, progress: Progress) -> Mount:
     _check_object(way)
     board = parse_board(way.board)
     place = load_place(way.place, board)
-    stream = phone_stream(read_session(way.session))
+    stream = phone_stream(read_session(way.session, way.format))
     return calibrate_by_board(stream, _track(way, board, progress), place)
 
 
@@ -52,7 +52,7 @@ def by_tracker(way: TrackerWay) -> Mount:
     _check_object(way)
     T_object_body = load_pose(way.body) if way.body else np.eye(4)
     return calibrate_by_motion(
-        phone_stream(read_session(way.session)),
+        phone_stream(read_session(way.session, way.format)),
         read_pose_log(way.poses),
         inverse(T_object_body),
         np.zeros((6, 6)),

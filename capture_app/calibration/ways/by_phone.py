@@ -37,7 +37,7 @@ def by_session(way: SessionWay, progress: Progress) -> Mount:
         InputError: "session-ways", those of what is read, and of `session_mount`.
     """
     _check_one_way(way)
-    log, solid = read_session(way.session), Solid(way.object, way.mesh_scale).load()
+    log, solid = read_session(way.session, way.format), Solid(way.object, way.mesh_scale).load()
     stills, note = chosen_stills(log, way.stills, way.clamped_at, CARRIED)
     placed = _placed(way, log, solid, stills[0].start, progress)
     return replace(session_mount(log, solid, placed, stills), note=note)
@@ -109,7 +109,7 @@ def _places(way: ScanWay) -> tuple[list[Views], str]:
     if way.photos is not None:
         return [views_in(way.photos, _intrinsics(way))], ""
     assert way.session is not None
-    log = read_session(way.session)
+    log = read_session(way.session, way.format)
     stills, note = chosen_stills(log, way.stills, way.clamped_at, 0.0)
     return [views_of(log, one) for one in stills], note
 
@@ -134,5 +134,5 @@ def by_floor(way: FloorWay) -> Mount:
     """
     first = load_mount(way.mount)
     metric = Solid(way.object, way.mesh_scale).load(first.object_scale)
-    session = read_session(way.session)
+    session = read_session(way.session, way.format)
     return refine(first, session, metric, phone_height=way.phone_height, floor=way.floor)

@@ -26,6 +26,8 @@ class Way(BaseModel):
     """Brings it to metres."""
     phone: str = ""
     """Its model, e.g. "iPhone 15"."""
+    format: str | None = None
+    """Name of the format to read the phone's log as; None tells it by what it holds."""
 
     @property
     def solid(self) -> Solid | None:

@@ -52,6 +52,7 @@ def board(
     camera: Camera = None,
     mesh: given.MaybeObject = None,
     phone: given.Phone = "",
+    format_: shared.Format = None,
 ) -> None:
     """Film a board on the object from a tripod while the clamped phone logs and you turn the object.
 
@@ -62,6 +63,7 @@ def board(
     from capture_app.cli.calibrate.finish import carry_out
 
     way = BoardWay(
+        format=format_,
         object=mesh,
         phone=phone,
         session=session,

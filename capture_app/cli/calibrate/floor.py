@@ -37,6 +37,7 @@ def floor(
     mount_file: given.MountFile,
     phone_height: PhoneHeight = None,
     floor: FloorHeight = None,
+    format_: shared.Format = None,
 ) -> None:
     """Refine a mount by a take in which the object stands on the floor, or is pushed over it.
 
@@ -47,6 +48,11 @@ def floor(
     from capture_app.cli.calibrate.finish import carry_out
 
     way = FloorWay(
-        object=mesh, mount=mount, session=session, phone_height=phone_height, floor=floor
+        format=format_,
+        object=mesh,
+        mount=mount,
+        session=session,
+        phone_height=phone_height,
+        floor=floor,
     )
     carry_out(way, mount_file)

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from capture_app.cli import options as shared
 from capture_app.cli.calibrate import options as given
 from capture_app.cli.calibrate.stills import ClampedAt, Spans
 
@@ -72,6 +73,7 @@ def scan(
     clamped_at: ClampedAt = 0.0,
     scale_sd: ScaleSd = 0.5,
     phone: given.Phone = "",
+    format_: shared.Format = None,
 ) -> None:
     """Find the clamped phone in the scan of the object and its surroundings.
 
@@ -84,6 +86,7 @@ def scan(
     from capture_app.cli.calibrate.stills import spans_of
 
     way = ScanWay(
+        format=format_,
         object=mesh,
         phone=phone,
         model=model,

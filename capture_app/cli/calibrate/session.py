@@ -54,6 +54,7 @@ def session(
     still: Spans = None,
     clamped_at: ClampedAt = 0.0,
     phone: given.Phone = "",
+    format_: shared.Format = None,
 ) -> None:
     """Scan the object, then clamp the phone to it without stopping the log or moving the object.
 
@@ -65,6 +66,7 @@ def session(
     from capture_app.cli.calibrate.stills import spans_of
 
     way = SessionWay(
+        format=format_,
         object=mesh,
         phone=phone,
         session=session,

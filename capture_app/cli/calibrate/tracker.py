@@ -31,6 +31,7 @@ def tracker(
     ] = None,
     mesh: given.MaybeObject = None,
     phone: given.Phone = "",
+    format_: shared.Format = None,
 ) -> None:
     """Calibrate from a recording in which phone and another tracker followed the same motion.
 
@@ -40,5 +41,7 @@ def tracker(
     from capture_app.calibration.ways.requests import TrackerWay
     from capture_app.cli.calibrate.finish import carry_out
 
-    way = TrackerWay(object=mesh, phone=phone, session=session, poses=poses, body=body)
+    way = TrackerWay(
+        object=mesh, phone=phone, format=format_, session=session, poses=poses, body=body
+    )
     carry_out(way, mount_file)
