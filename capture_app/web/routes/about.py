@@ -15,6 +15,7 @@ from capture_app.web.limits import Limits
 from capture_app.web.problems import Refused
 from capture_app.web.routes.orders import RunOptions
 from capture_app.web.site import Here
+from ingest.formats.registry import FORMATS as LOGS
 from ingest.mount.phone.models import MODELS
 
 _FPS = (24, 25, 30, 60)
@@ -71,6 +72,7 @@ def choices() -> dict[str, Any]:
         "fps": _FPS,
         "views": _VIEWS,
         "contact": ("segments", "paper"),
+        "formats": [format_.NAME for format_ in LOGS],
         "run": RunOptions().model_dump(),
     }
 
