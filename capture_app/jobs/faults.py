@@ -5,7 +5,8 @@ import errno
 from capture_app.jobs.record import JobError
 from omomo_core.errors import OmocapError
 
-_FULL = (errno.ENOSPC, errno.EDQUOT)
+FULL = (errno.ENOSPC, errno.EDQUOT)
+"""Numbers of an OSError where the disk has no room."""
 _MEMORY = ("MemoryError", "OutOfMemoryError", "ArrayMemoryError")
 """Of Python, of torch on a GPU, of numpy."""
 
@@ -21,7 +22,7 @@ def told(error: Exception) -> JobError:
             fix="Order fewer samples or a smaller video, cut the take into shorter ones, or close "
             "other programs.",
         )
-    if isinstance(error, OSError) and error.errno in _FULL:
+    if isinstance(error, OSError) and error.errno in FULL:
         return JobError(
             code="disk-full",
             what="There is no room left on the disk.",

@@ -66,6 +66,12 @@ class JobQueue:
                 sa.select(sa.func.count()).select_from(WORKERS).where(alive)
             ).scalar_one()
 
+    def counts(self) -> dict[State, int]:
+        """How many jobs are in each state; a state that none is in is left out."""
+        asked = sa.select(JOBS.c.state, sa.func.count()).group_by(JOBS.c.state)
+        with self._database.begin() as c:
+            return {state: count for state, count in c.execute(asked)}
+
     def submit(self, order: Order, *, id: str | None = None) -> JobRecord:
         """Put one job into the queue; the same id again changes nothing.
 

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from importlib.metadata import version
 from typing import Annotated, Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 from fastapi.responses import Response
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -77,7 +77,7 @@ def choices() -> dict[str, Any]:
     }
 
 
-def login(site: Here, given: Login) -> Response:
+def login(request: Request, site: Here, given: Login) -> Response:
     """Let a browser in that knows the token."""
     answer = Response(status_code=204)
     if site.token is None:
@@ -89,7 +89,7 @@ def login(site: Here, given: Login) -> Response:
             "This is not the token.",
             fix="Copy it from where the server was started.",
         )
-    return site.token.remember(answer)
+    return site.token.remember(request, answer)
 
 
 def _told(limits: Limits) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from capture_app.web.guards.headers import REPORT
 from capture_app.web.library.ids import Id
 from capture_app.web.limited import work
 from capture_app.web.limited.report import unreadable
-from capture_app.web.problems import Problem, Refused
+from capture_app.web.problems import Problem, Refused, is_of_the_disk
 from capture_app.web.site import Here, Site
 from capture_app.web.sources import ReadAs, seen_with, solid_of
 from omomo_core.errors import InputError
@@ -77,6 +77,8 @@ async def report(site: Here, id: Id, said: Asked) -> Report:
     try:
         data, _ = await _inspected(site, id, seen)
     except InputError as problem:
+        if is_of_the_disk(problem):
+            raise
         return _shown(site, unreadable(problem))
     return _shown(site, json.loads(data.read_bytes()))
 

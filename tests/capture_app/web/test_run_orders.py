@@ -10,6 +10,7 @@ from capture_app.jobs.kinds.run import request_of
 from capture_app.jobs.orders import RunOrder
 from capture_app.web.site import Site
 from ingest.trajectory.reading import AS_LOGGED, Reading
+from omomo_core.errors import InputError
 from tests.capture_app.web.talk import problem, upload
 
 SAID = {"floor": -0.7, "segment": 1, "format": "Stray Scanner", "stitch": True, "closure": True}
@@ -128,3 +129,15 @@ def test_what_is_said_wrongly_is_refused(
 ):
     answer = client.get(f"/api/sessions/{example['session']}/report", params=said)
     assert problem(answer, 422)["fix"]
+
+
+@pytest.mark.parametrize(("code", "status"), [("disk-full", 507), ("output-not-writable", 422)])
+def test_a_report_that_cannot_be_written_is_no_fault_of_the_recording(
+    client: httpx.Client, site: Site, example: dict[str, str], monkeypatch, code: str, status: int
+):
+    async def run(*_: object):
+        raise InputError(code, "It cannot be written.", fix="Make room.")
+
+    monkeypatch.setattr(type(site.heavy), "run", run)
+    at = f"/api/sessions/{example['session']}/report?floor=-0.123"
+    assert problem(client.get(at), status)["code"] == code
