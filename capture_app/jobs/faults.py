@@ -11,6 +11,13 @@ _MEMORY = ("MemoryError", "OutOfMemoryError", "ArrayMemoryError")
 """Of Python, of torch on a GPU, of numpy."""
 
 
+def no_room(error: BaseException) -> bool:
+    """Whether there was no room on a disk, of whatever room of the program or of the database."""
+    if isinstance(error, OmocapError):
+        return error.code == "disk-full"
+    return (isinstance(error, OSError) and error.errno in FULL) or "disk is full" in str(error)
+
+
 def told(error: Exception) -> JobError:
     """What to say of an exception; of a defect that it is one, and no more."""
     if isinstance(error, OmocapError):
@@ -22,11 +29,11 @@ def told(error: Exception) -> JobError:
             fix="Order fewer samples or a smaller video, cut the take into shorter ones, or close "
             "other programs.",
         )
-    if isinstance(error, OSError) and error.errno in FULL:
+    if no_room(error):
         return JobError(
             code="disk-full",
             what="There is no room left on the disk.",
-            where=str(error.filename or ""),
+            where=str(getattr(error, "filename", None) or ""),
             fix="Make room, and order the job again.",
         )
     return JobError(

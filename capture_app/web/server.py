@@ -72,7 +72,11 @@ def serve(wish: Wish, started: Callable[[str], None], warn: Callable[[str], None
         address = _address(wish.host, listening.getsockname()[1])
         note.write_text(address, encoding="utf-8")
         queue = open_jobs(library, warn)
-        workers = Fleet(queue.database_url, wish.workers) if wish.workers else None
+        workers = (
+            Fleet(queue.database_url, wish.workers, died=queue.worker_died)
+            if wish.workers
+            else None
+        )
         site = Site(library, queue, Heavy(library.scratch), token=token)
         app = create_app(
             site, Door(wish.host, wish.allowed), lambda: workers is not None and workers.alive
