@@ -40,7 +40,7 @@ def describe(
             Input.model_validate({"role": role, "path": str(path), "sha256": sha256(path)})
             for role, path in inputs_of(request).items()
         ),
-        options=_options(request),
+        options=options_of(request),
         segment=prepared.segment,
         floor=FloorRecord(height=floor.height, source=floor.source),
         mount_method=prepared.mount.method,
@@ -113,7 +113,8 @@ def inputs_of(request: TakeRequest) -> dict[str, Path]:
     return {role: path for role, path in given.items() if path is not None}
 
 
-def _options(request: TakeRequest) -> dict[str, Option]:
+def options_of(request: TakeRequest) -> dict[str, Option]:
+    """Every option of a run, as its manifest has them."""
     return {
         **asdict(request.options),
         "animated": request.animated,

@@ -47,12 +47,14 @@ def read_up(text: str | None, where: str) -> tuple[float, float, float] | Top | 
             return axis
     try:
         x, y, z = (float(part) for part in text.split(","))
+        if math.isfinite(x + y + z):
+            return x, y, z
     except ValueError:
-        raise InputError(
-            "direction-invalid",
-            f"{text!r} is no direction.",
-            where=where,
-            fix="Write three numbers with commas between them, e.g. 0,1,0, or an axis of the mesh, e.g. "
-            "object:z.",
-        ) from None
-    return x, y, z
+        pass
+    raise InputError(
+        "direction-invalid",
+        f"{text!r} is no direction.",
+        where=where,
+        fix="Write three numbers with commas between them, e.g. 0,1,0, or an axis of the mesh, e.g. "
+        "object:z.",
+    )

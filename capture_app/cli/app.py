@@ -35,7 +35,7 @@ from capture_app.cli import (
 )
 from capture_app.cli.calibrate import app as calibrate
 from capture_app.cli.console import errors, report
-from capture_app.cli.start import INTERRUPTED, TERMINATED
+from capture_app.cli.start import INTERRUPTED, STOPPED, TERMINATED
 from omomo_core.errors import OmocapError
 
 app = typer.Typer(
@@ -135,6 +135,6 @@ def _exit_code(arguments: list[str]) -> int:
     except SystemExit as done:
         code = done.code if isinstance(done.code, int) else 1
         if code in (INTERRUPTED, TERMINATED):
-            errors.print("Interrupted; no half file was left behind.")
+            errors.print(STOPPED)
         return code
     return 0

@@ -1,5 +1,6 @@
 """`omocap batch`: many sessions become motions."""
 
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,10 +10,12 @@ from capture_app.cli import options as given
 from capture_app.cli.console import output as console
 from capture_app.cli.console import say
 from capture_app.place import read_place, read_up
+from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from capture_app.jobs.fleet import Fleet
     from capture_app.jobs.queue import JobQueue
     from capture_app.jobs.record import JobRecord
 
@@ -114,7 +117,6 @@ def _run(
 ) -> None:
     """Order it all, have it done, and tell what came out."""
     from capture_app.jobs.batch.order import order_of, submit_batch
-    from capture_app.jobs.batch.results import write_results
     from capture_app.jobs.fleet import Fleet
     from capture_app.jobs.queue import open_queue
 
@@ -123,19 +125,34 @@ def _run(
     _make_folder(result)
     queue = open_queue(database or str(result / "jobs.sqlite"))
     count = (0 if database else 1) if workers is None else workers
-    ids = submit_batch(queue, orders)
-    fleet = Fleet(queue.database_url, count, log=result / "workers.log")
+    ids, notes = submit_batch(queue, orders)
+    for note in notes:
+        say("Note", note, "yellow")
+    log = result / "workers.log"
+    fleet = Fleet(queue.database_url, count, log=log, died=queue.worker_died)
     fleet.start()
     try:
         if not count and not queue.workers():
             say("Note", "no worker is there yet: `omocap worker` makes a machine one.", "yellow")
-        _watch(queue, ids)
-    finally:
-        fleet.stop()
-        jobs = queue.get_all(ids)
-        write_results(result, jobs)
-        queue.close()
-    _tell(result, jobs)
+        _watch(queue, ids, fleet)
+    except BaseException:
+        with suppress(InputError):  # there may be no room for the table either
+            _end(queue, ids, fleet, result)
+        raise
+    _tell(result, _end(queue, ids, fleet, result))
+
+
+def _end(
+    queue: "JobQueue", ids: "Sequence[str]", fleet: "Fleet", result: Path
+) -> "list[JobRecord]":
+    """Stop the workers and write the tables; returns what became of the jobs."""
+    from capture_app.jobs.batch.results import write_results
+
+    fleet.stop()
+    jobs = queue.get_all(ids)
+    queue.close()
+    write_results(result, jobs)
+    return jobs
 
 
 def _rows(sessions: Path) -> "list[dict[str, Any]]":
@@ -149,8 +166,6 @@ def _rows(sessions: Path) -> "list[dict[str, Any]]":
 
 
 def _make_folder(result: Path) -> None:
-    from omomo_core.errors import InputError
-
     try:
         result.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -162,12 +177,12 @@ def _make_folder(result: Path) -> None:
         ) from error
 
 
-def _watch(queue: "JobQueue", ids: "Sequence[str]") -> None:
+def _watch(queue: "JobQueue", ids: "Sequence[str]", fleet: "Fleet") -> None:
     from capture_app.cli.batch_bars import batch_bars
     from capture_app.jobs.batch.watch import watch
 
     with batch_bars(len(ids)) as show:
-        watch(queue, ids, show)
+        watch(queue, ids, show, full=lambda: fleet.full)
 
 
 def _tell(result: Path, jobs: "Sequence[JobRecord]") -> None:

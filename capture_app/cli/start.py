@@ -6,6 +6,7 @@ from types import FrameType
 
 INTERRUPTED, TERMINATED = 130, 143
 """Exit codes after SIGINT and SIGTERM, as shells have them."""
+STOPPED = "Interrupted; nothing unfinished was left under its name."
 
 
 def main() -> None:
@@ -16,7 +17,7 @@ def main() -> None:
 
         code = run_command()
     except KeyboardInterrupt:
-        sys.stderr.write("Interrupted; no half file was left behind.\n")
+        sys.stderr.write(f"{STOPPED}\n")
         code = INTERRUPTED
     raise SystemExit(code)
 

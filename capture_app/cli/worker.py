@@ -37,10 +37,10 @@ def worker(database: Database, jobs: Jobs = 1, log: Log = None) -> None:
     from capture_app.jobs.queue import open_queue
 
     queue = open_queue(database)
-    fleet = Fleet(queue.database_url, jobs, log=log)
+    fleet = Fleet(queue.database_url, jobs, log=log, died=queue.worker_died)
     with until_stopped() as wait:
         say("Working for", queue.shown, "bold")
-        queue.close()
         fleet.start()
         wait()
         fleet.stop()
+        queue.close()

@@ -10,13 +10,16 @@ import signal
 import sys
 import threading
 
-from capture_app.jobs.fleet import DATABASE, FOLLOW, LOG
+from capture_app.jobs.faults import no_room
+from capture_app.jobs.fleet import DATABASE, FOLLOW, LOG, NO_ROOM
 from capture_app.jobs.worker import work
 from omomo_core.errors import InputError
 
 
 def main() -> int:
-    """Returns 2 when the database cannot be used."""
+    """Returns 2 when the database cannot be used, and `NO_ROOM` when its disk is full."""
+    # The log may be on the disk that is full: that is told by the exit code.
+    logging.raiseExceptions = False
     log = os.environ.get(LOG)
     logging.basicConfig(
         level=logging.INFO,
@@ -29,7 +32,7 @@ def main() -> int:
         work(os.environ[DATABASE])
     except InputError as error:
         print(f"Error: {error}", file=sys.stderr)
-        return 2
+        return NO_ROOM if no_room(error) else 2
     return 0
 
 

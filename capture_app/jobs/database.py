@@ -123,6 +123,13 @@ class Database:
                 fix="Close that program. Keep the file on a disk of this machine: network disks "
                 "lock badly.",
             )
+        if "disk is full" in why:
+            return InputError(
+                "disk-full",
+                "The disk is full that the database of the jobs is on.",
+                where=str(self.file),
+                fix="Make room on it, and begin again: what is done stays.",
+            )
         if any(word in why for word in ("malformed", "not a database", "disk I/O", "corrupt")):
             return self._damaged(first)
         return InputError(
@@ -139,7 +146,7 @@ class Database:
             f"The database of the jobs is damaged: {why}.",
             where=str(self.file),
             fix="Move the file away and start again: an empty one is made. Finished results are "
-            "whole; only the list of jobs is lost.",
+            "whole; only the list of jobs is lost, and `omocap batch` finds again what it has done.",
         )
 
 

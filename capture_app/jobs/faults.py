@@ -5,9 +5,17 @@ import errno
 from capture_app.jobs.record import JobError
 from omomo_core.errors import OmocapError
 
-_FULL = (errno.ENOSPC, errno.EDQUOT)
+FULL = (errno.ENOSPC, errno.EDQUOT)
+"""Numbers of an OSError where the disk has no room."""
 _MEMORY = ("MemoryError", "OutOfMemoryError", "ArrayMemoryError")
 """Of Python, of torch on a GPU, of numpy."""
+
+
+def no_room(error: BaseException) -> bool:
+    """Whether there was no room on a disk, of whatever room of the program or of the database."""
+    if isinstance(error, OmocapError):
+        return error.code == "disk-full"
+    return (isinstance(error, OSError) and error.errno in FULL) or "disk is full" in str(error)
 
 
 def told(error: Exception) -> JobError:
@@ -21,11 +29,11 @@ def told(error: Exception) -> JobError:
             fix="Order fewer samples or a smaller video, cut the take into shorter ones, or close "
             "other programs.",
         )
-    if isinstance(error, OSError) and error.errno in _FULL:
+    if no_room(error):
         return JobError(
             code="disk-full",
             what="There is no room left on the disk.",
-            where=str(error.filename or ""),
+            where=str(getattr(error, "filename", None) or ""),
             fix="Make room, and order the job again.",
         )
     return JobError(

@@ -1,17 +1,24 @@
 """Workers of this machine: started, watched, started again when one dies, stopped together."""
 
+import logging
 import os
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 DATABASE, LOG, FOLLOW = "OMOCAP_DATABASE", "OMOCAP_WORKER_LOG", "OMOCAP_WORKER_FOLLOWS"
 """Environment variables that tell a worker process its database, where to write its log, and to end
 with its standard input."""
 
+_log = logging.getLogger(__name__)
+
+NO_ROOM, LOST = 28, 70
+"""Exit codes of a worker: the disk is full; it cannot go on for another reason than its job."""
+_MEANT = (0, 1, 2, NO_ROOM, LOST)
+"""Exit codes of a worker that ended by itself, for no fault of its job."""
 _COMMAND = (sys.executable, "-m", "capture_app.jobs")
 _SOON = 10.0
 """Seconds; a worker that ends sooner may do so again, and is started again later each time."""
@@ -28,6 +35,7 @@ class Fleet:
         log: Path | None = None,
         command: Sequence[str] = _COMMAND,
         longest_wait: float = 30.0,
+        died: Callable[[int], object] = lambda pid: None,
     ) -> None:
         """Nothing is started yet.
 
@@ -37,8 +45,11 @@ class Fleet:
             log: file that they append to; their standard error if not given.
             command: of one process.
             longest_wait: seconds before one that dies again and again is started again.
+            died: told the process id of one that was killed or crashed while this process lives, as
+                `JobQueue.worker_died` wants to know.
         """
-        self._command, self._longest_wait = list(command), longest_wait
+        self._command, self._longest_wait, self._died = list(command), longest_wait, died
+        self._codes: dict[int, int] = {}
         self._environment = _environment(database_url, count, log)
         self._stop = threading.Event()
         self._lock = threading.Lock()
@@ -76,6 +87,12 @@ class Fleet:
             return any(process.poll() is None for process in self._processes.values())
 
     @property
+    def full(self) -> bool:
+        """A worker that ended last had found the disk full."""
+        with self._lock:
+            return any(code == NO_ROOM for code in self._codes.values())
+
+    @property
     def pids(self) -> list[int]:
         """Of the workers that run now."""
         with self._lock:
@@ -92,8 +109,18 @@ class Fleet:
             code = process.wait()
             if process.stdin is not None:
                 process.stdin.close()
+            with self._lock:
+                self._codes[number] = code
+            if code not in _MEANT and not self._stop.is_set():
+                self._tell_death(process.pid)
             soon = code != 0 and time.monotonic() - begin < _SOON
             wait = min(2 * wait + 0.5, self._longest_wait) if soon else 0.0
+
+    def _tell_death(self, pid: int) -> None:
+        try:
+            self._died(pid)
+        except Exception:  # it is missed later, like one of another machine
+            _log.exception("The death of worker process %d could not be noted.", pid)
 
     def _begin(self, number: int) -> subprocess.Popen[bytes] | None:
         with self._lock:

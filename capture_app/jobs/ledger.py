@@ -12,7 +12,8 @@ from capture_app.jobs.rows import rows
 from capture_app.jobs.tables import JOBS, WORKERS
 
 DEADLIEST = 3
-"""A job that so many workers died of is not given to another."""
+"""A job that so many workers died of is not given to another. Those count whose starter lived on and
+saw it: what ends a whole machine, or all of its processes, is no fault of a job."""
 
 _DEADLY = JobError(
     code="job-kills-worker",
@@ -21,6 +22,28 @@ _DEADLY = JobError(
     fix="Order fewer samples or a smaller video, cut the take into shorter ones, run fewer workers "
     "on the machine, or use one with more memory.",
 )
+
+
+_FREED = {
+    "worker": None,
+    "state": sa.case((JOBS.c.state == "running", "queued"), else_=JOBS.c.state),
+}
+
+
+def worker_name(pid: int, tail: str = "") -> str:
+    """What a worker process of this machine is called; without a tail, what its name begins with."""
+    return f"{socket.gethostname()}-{pid}-{tail}"
+
+
+def count_death(database: Database, pid: int) -> None:
+    """Free the job that a worker process of this machine died of, or give it up as deadly."""
+    begins = worker_name(pid)
+    deaths = JOBS.c.deaths + 1
+    error = sa.case((deaths >= DEADLIEST, _json(_DEADLY)), else_=JOBS.c.error)
+    with database.begin() as c:
+        c.execute(sa.delete(WORKERS).where(WORKERS.c.id.startswith(begins, autoescape=True)))
+        its = JOBS.c.worker.startswith(begins, autoescape=True)
+        c.execute(sa.update(JOBS).where(its).values({**_FREED, "deaths": deaths, "error": error}))
 
 
 class Ledger:
@@ -50,8 +73,7 @@ class Ledger:
     def leave(self) -> None:
         """Hand back what this worker is at; whoever takes it goes on where this one stopped."""
         with self.database.begin() as c:
-            state = sa.case((JOBS.c.state == "running", "queued"), else_=JOBS.c.state)
-            c.execute(sa.update(JOBS).where(self._ours).values(worker=None, state=state))
+            c.execute(sa.update(JOBS).where(self._ours).values(_FREED))
             c.execute(sa.delete(WORKERS).where(WORKERS.c.id == self.worker))
 
     def bury(self, silence: float) -> set[str]:
@@ -61,18 +83,10 @@ class Ledger:
             The workers that live.
         """
         living = sa.select(WORKERS.c.id)
-        deaths = JOBS.c.deaths + 1
-        deadly = deaths >= DEADLIEST
-        freed = {
-            "worker": None,
-            "deaths": deaths,
-            "state": sa.case((JOBS.c.state == "running", "queued"), else_=JOBS.c.state),
-            "error": sa.case((deadly, _json(_DEADLY)), else_=JOBS.c.error),
-        }
         with self.database.begin() as c:
             c.execute(sa.delete(WORKERS).where(WORKERS.c.beat < self.database.now - silence))
             orphaned = sa.and_(JOBS.c.worker.is_not(None), JOBS.c.worker.not_in(living))
-            c.execute(sa.update(JOBS).where(orphaned).values(freed))
+            c.execute(sa.update(JOBS).where(orphaned).values(_FREED))
             return set(c.execute(living).scalars())
 
     def claim(self, job_id: str, workflow: str) -> dict[str, Any] | None:

@@ -2,8 +2,9 @@
 
 import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from hashlib import sha256
+from typing import Any
 from uuid import uuid4
 
 import sqlalchemy as sa
@@ -11,6 +12,7 @@ from dbos import EnqueueOptions
 
 from capture_app.jobs.database import Database
 from capture_app.jobs.engine import QUEUE, WORKFLOW, client_of
+from capture_app.jobs.ledger import count_death
 from capture_app.jobs.orders import Order
 from capture_app.jobs.record import OVER, JobRecord, State
 from capture_app.jobs.rows import new_workflow, record_of, row_of, rows
@@ -66,6 +68,16 @@ class JobQueue:
                 sa.select(sa.func.count()).select_from(WORKERS).where(alive)
             ).scalar_one()
 
+    def worker_died(self, pid: int) -> None:
+        """A worker process of this machine was killed, or crashed: its job is freed, and remembers it."""
+        count_death(self._database, pid)
+
+    def counts(self) -> dict[State, int]:
+        """How many jobs are in each state; a state that none is in is left out."""
+        asked = sa.select(JOBS.c.state, sa.func.count()).group_by(JOBS.c.state)
+        with self._database.begin() as c:
+            return {state: count for state, count in c.execute(asked)}
+
     def submit(self, order: Order, *, id: str | None = None) -> JobRecord:
         """Put one job into the queue; the same id again changes nothing.
 
@@ -97,6 +109,20 @@ class JobQueue:
             for row in new:
                 self._enqueue(c, row["id"], row["workflow"])
         return len(new)
+
+    def adopt(self, id: str, order: Order, *, timings: Mapping[str, float], summary: Any) -> None:
+        """Note a job that was done before this queue knew of it; nothing where it does.
+
+        Args:
+            id: as of `submit`.
+            order: what was done.
+            timings, summary: as of a `JobRecord`.
+        """
+        done = {"state": "done", "fraction": 1.0, "timings": dict(timings), "summary": summary}
+        with self._database.begin() as c:
+            if not self._known(c, [id]):
+                row = {**row_of(_checked(id), order), **done, "ended": self._database.now}
+                c.execute(sa.insert(JOBS).values(row))
 
     def get(self, id: str) -> JobRecord | None:
         """One job; None if there is no such job."""

@@ -9,7 +9,6 @@ state; SIGTERM is the same with notice, so that nobody has to wait until it is m
 import logging
 import os
 import signal
-import socket
 import threading
 import time
 from collections.abc import Mapping
@@ -19,8 +18,10 @@ from uuid import uuid4
 
 from capture_app.jobs import engine
 from capture_app.jobs.database import Database
+from capture_app.jobs.faults import no_room
+from capture_app.jobs.fleet import LOST, NO_ROOM
 from capture_app.jobs.kinds import KINDS
-from capture_app.jobs.ledger import Ledger
+from capture_app.jobs.ledger import Ledger, worker_name
 from capture_app.jobs.task import Task
 from capture_app.jobs.work import Kind
 
@@ -59,7 +60,7 @@ class Worker:
 
     def __init__(self, database: Database, tempo: Tempo, kinds: Mapping[str, Kind]) -> None:
         """Nothing is done yet."""
-        name = f"{socket.gethostname()}-{os.getpid()}-{uuid4().hex[:6]}"
+        name = worker_name(os.getpid(), uuid4().hex[:6])
         self._ledger = Ledger(database, name)
         self._tempo, self._kinds = tempo, kinds
         self._task: Task | None = None
@@ -71,7 +72,10 @@ class Worker:
             signal.signal(number, lambda *_: self._stop.set())
         self._ledger.join()
         threading.Thread(target=self._pulse, daemon=True, name="pulse").start()
-        engine.launch(self._ledger.database, self._ledger.worker, self._perform)
+        try:
+            engine.launch(self._ledger.database, self._ledger.worker, self._perform)
+        except Exception as error:
+            self._perish("the queue cannot be worked for", error)
         _log.info("%s is ready.", self._ledger.worker)
         while True:
             self._sweep()
@@ -105,7 +109,7 @@ class Worker:
             except Exception as error:
                 _log.warning("The database did not answer: %s", error)
                 if time.monotonic() - last > tempo.silence:
-                    self._perish("the database does not answer")
+                    self._perish("the database does not answer", error)
             time.sleep(tempo.report)
 
     def _perform(self, job_id: str, workflow: str) -> None:
@@ -116,21 +120,24 @@ class Worker:
                 return
             self._task = Task(self._ledger, row, self._kinds)
             self._task.run()
-        except BaseException:
-            _log.exception("Job %s: its state is not known.", job_id)
-            self._perish("it cannot trust its own state")
+        except BaseException as error:
+            _log.error("Job %s: its state is not known.", job_id)
+            self._perish("it cannot trust its own state", error)
         finally:
             self._task = None
 
     def _leave(self) -> NoReturn:
         """Hand back what this worker is at, for another one or the next one."""
-        self._ledger.leave()
+        try:
+            self._ledger.leave()
+        except Exception as error:
+            self._perish("it cannot hand back its job", error)
         _log.info("%s has stopped.", self._ledger.worker)
         self._exit(0)
 
-    def _perish(self, why: str) -> NoReturn:
-        _log.error("%s ends: %s.", self._ledger.worker, why)
-        self._exit(70)
+    def _perish(self, why: str, error: BaseException | None = None) -> NoReturn:
+        _log.error("%s ends: %s.", self._ledger.worker, why, exc_info=error)
+        self._exit(NO_ROOM if error is not None and no_room(error) else LOST)
 
     @staticmethod
     def _exit(code: int) -> NoReturn:

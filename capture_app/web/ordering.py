@@ -28,7 +28,7 @@ from capture_app.web.routes.orders import (
     Scan,
 )
 from capture_app.web.site import Site
-from capture_app.web.sources import solid_of
+from capture_app.web.sources import IDENTITY, mount_of, solid_of
 from omomo_core.whole_file import write_whole
 
 _VIDEO = (960, 540)
@@ -64,18 +64,12 @@ async def to_order(site: Site, id_: str, given: Ordered) -> Order:
 async def _run(site: Site, id_: str, given: Run) -> RunOrder:
     library, shelves = site.library, site.library.shelves
     session = shelves["session"].content(given.session)
-    mount = None if given.mount is None else shelves["mount"].content(given.mount)
+    mount = mount_of(library, given.mount)
     contacts = None if given.contacts is None else shelves["contacts"].content(given.contacts)
     solid = None if given.object is None else solid_of(library, given.object)
-    kind = await site.heavy.run(work.check_animated, session, mount is not None)
-    if solid is None and not kind["animated"]:
-        raise Refused(
-            422,
-            "object-needed",
-            "The object is not given; a phone's log has none.",
-            where="object",
-            fix="Bring the mesh of what the phone was clamped to.",
-        )
+    kind = await site.heavy.run(work.check_animated, session, given.mount is not None)
+    if not kind["animated"]:
+        _check_whole(given)
     name = given.name or shelves["session"].get(given.session).name
     facts = {"session": given.session, "object": given.object, "mount": given.mount, "parent": None}
     library.results.announce(id_, Info(name=name, facts=facts))
@@ -92,6 +86,31 @@ async def _run(site: Site, id_: str, given: Run) -> RunOrder:
         video_size=_VIDEO if given.options.video else None,
         **options,
     )
+
+
+def _check_whole(given: Run) -> None:
+    """Refuse to make a motion of a phone's log alone.
+
+    Raises:
+        Refused: 422, "object-needed" or "mount-needed".
+    """
+    if given.object is None:
+        raise Refused(
+            422,
+            "object-needed",
+            "The object is not given; a phone's log has none.",
+            where="object",
+            fix="Bring the mesh of what the phone was clamped to.",
+        )
+    if given.mount is None:
+        raise Refused(
+            422,
+            "mount-needed",
+            "The mount is not given: nothing says where the phone sat on the object.",
+            where="mount",
+            fix="Choose or find the mount. Only if the mesh was made in the axes of the phone's camera, "
+            f'say that the mesh is in the phone\'s own frame: "mount": "{IDENTITY}".',
+        )
 
 
 def _resolve(results: Results, id_: str, given: Resolve) -> ResolveOrder:

@@ -88,6 +88,11 @@ def status_of(error: OmocapError) -> int:
     return 507 if error.code in _FULL_CODES else 422
 
 
+def is_of_the_disk(error: OmocapError) -> bool:
+    """Whether something could not be written, which is no fault of what was read."""
+    return error.code in (*_FULL_CODES, "output-not-writable")
+
+
 def add_error_replies(app: FastAPI) -> None:
     """Give every failure of a route its answer; the unknown ones are met in `guards.calm`."""
 

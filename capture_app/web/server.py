@@ -3,6 +3,7 @@
 import asyncio
 import errno
 import logging
+import signal
 import socket
 import threading
 import time
@@ -33,6 +34,7 @@ _PORTS = 50
 """Tried one after the other, when the first is taken."""
 _WAITING = 1024
 """Connections that may wait to be taken."""
+_STOPPING = (signal.SIGINT, signal.SIGTERM)
 _LEAVE = 3
 """Seconds that requests get to end when the server stops."""
 
@@ -70,7 +72,11 @@ def serve(wish: Wish, started: Callable[[str], None], warn: Callable[[str], None
         address = _address(wish.host, listening.getsockname()[1])
         note.write_text(address, encoding="utf-8")
         queue = open_jobs(library, warn)
-        workers = Fleet(queue.database_url, wish.workers) if wish.workers else None
+        workers = (
+            Fleet(queue.database_url, wish.workers, died=queue.worker_died)
+            if wish.workers
+            else None
+        )
         site = Site(library, queue, Heavy(library.scratch), token=token)
         app = create_app(
             site, Door(wish.host, wish.allowed), lambda: workers is not None and workers.alive
@@ -180,12 +186,13 @@ def _config(app: FastAPI) -> uvicorn.Config:
 
 def _run(config: uvicorn.Config, listening: socket.socket) -> None:
     logging.getLogger("uvicorn.error").setLevel(logging.WARNING)
-    server = uvicorn.Server(config)
+    # When it has stopped in order it raises the signal once more, which then means nothing.
+    before = {number: signal.signal(number, lambda *_: None) for number in _STOPPING}
     try:
-        server.run(sockets=[listening])
-    except KeyboardInterrupt:
-        # The server has stopped in order; this is only how it passes the signal on.
-        return
+        uvicorn.Server(config).run(sockets=[listening])
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 class Greeted(H11Protocol):

@@ -1,13 +1,48 @@
 """What a report, a scene or a job reads: ids of the library turned into paths."""
 
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Literal
 
+from pydantic import BaseModel, Field
+
+from capture_app.place import read_up
 from capture_app.scanning.folder import MODEL
 from capture_app.solid import Solid
 from capture_app.things import FILES
+from capture_app.web.library.ids import Id
 from capture_app.web.library.library import Library
+from capture_app.web.limited.work import Seen
 from capture_app.web.problems import Refused
+from ingest.trajectory.reading import Reading
+
+IDENTITY = "identity"
+"""In place of a mount's id: the mesh is in the phone's own frame."""
+MountChoice = Id | Literal["identity"]
+
+
+class ReadAs(BaseModel):
+    """In the query of a report or a scene: what its reader would tell a run."""
+
+    object: Id | None = None
+    mount: MountChoice | None = None
+    floor: Annotated[float, Field(allow_inf_nan=False)] | None = None
+    """Height above the session's origin along up, metres; negative below where it started."""
+    up: Annotated[str, Field(max_length=100)] | None = None
+    """A direction in the phone's world, "0,1,0", or the axis of the mesh that is up, "object:z"."""
+    segment: Annotated[int, Field(ge=1, lt=2**31)] | None = None
+    format: Annotated[str, Field(max_length=100)] | None = None
+    stitch: bool = False
+    closure: bool = False
+
+    @property
+    def reading(self) -> Reading:
+        """The same, as the readers take it.
+
+        Raises:
+            InputError: "direction-invalid".
+        """
+        up = read_up(self.up, "up")
+        return Reading(self.floor, up, self.stitch, self.closure, self.segment, self.format)
 
 
 def solid_of(library: Library, id_: str) -> Solid:
@@ -21,28 +56,33 @@ def solid_of(library: Library, id_: str) -> Solid:
     return Solid(shelf.folder / id_ / FILES / facts["mesh"], float(facts["scale"]))
 
 
-@dataclass(frozen=True)
-class Seen:
-    """A session, with the object and the mount that it is looked at with."""
-
-    session: Path
-    mesh: Path | None
-    mount: Path | None
-    scale: float
-
-
-def seen_with(library: Library, session: str, object_: str | None, mount: str | None) -> Seen:
-    """The files of a session and, where they are given, of an object and a mount.
+def mount_of(library: Library, chosen: MountChoice | None) -> Path | None:
+    """The file of a mount; None where there is none: the phone's frame is the object's.
 
     Raises:
-        Refused: 404 when one of them is not there.
+        Refused: 404 when it is not there.
     """
-    solid = None if object_ is None else solid_of(library, object_)
+    if chosen is None or chosen == IDENTITY:
+        return None
+    return library.shelves["mount"].content(chosen)
+
+
+def seen_with(library: Library, session: str, said: ReadAs) -> Seen:
+    """A session with what is said of it, ids of the library turned into paths.
+
+    Raises:
+        Refused: 404 when one of the things is not there.
+        InputError: "direction-invalid".
+    """
+    solid = None if said.object is None else solid_of(library, said.object)
+    mount = mount_of(library, said.mount)
     return Seen(
         session=library.shelves["session"].content(session),
         mesh=solid.path if solid else None,
-        mount=None if mount is None or solid is None else library.shelves["mount"].content(mount),
+        mount=mount if solid else None,
+        mounted=said.mount is not None,
         scale=solid.scale if solid else 1.0,
+        reading=said.reading,
     )
 
 

@@ -14,6 +14,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from capture_app.cli.app import invoke
+from capture_app.cli.start import STOPPED
 
 # `inputs` writes the files of a good take: see conftest.py.
 Inputs = Any
@@ -290,7 +291,7 @@ def test_an_interrupt_is_quiet(
 
     monkeypatch.setattr("capture_app.inspection.read_session", interrupted)
     assert invoke(["inspect", "take"]) == 130
-    assert capsys.readouterr().err == "Interrupted; no half file was left behind.\n"
+    assert capsys.readouterr().err == f"{STOPPED}\n"
 
 
 def test_help_loads_nothing_heavy() -> None:

@@ -6,6 +6,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from capture_app.jobs.batch.finished import is_whole, made_by, put_aside
+from capture_app.jobs.kinds.folder import summary_of
 from capture_app.jobs.orders import RunOrder
 from capture_app.jobs.queue import JobQueue, order_id
 from ingest.animated.detect import is_animation
@@ -49,22 +51,34 @@ def order_of(said: dict[str, Any], output: Path) -> RunOrder:
     return order.model_copy(update={role: path.absolute() for role, path in order.inputs.items()})
 
 
-def submit_batch(queue: JobQueue, orders: Sequence[RunOrder]) -> list[str]:
+def submit_batch(queue: JobQueue, orders: Sequence[RunOrder]) -> tuple[list[str], list[str]]:
     """Put into the queue what is not done: what is there already is not doubled.
 
-    What failed or was cancelled before, or is done but has lost its result, is tried again.
+    What failed or was cancelled before is tried again, and so is what is done but has lost its result.
+    A damaged result is put aside and made again. A result that a queue knows nothing of, because
+    its database was lost, counts as done where the same order made it.
 
     Returns:
-        Ids of all jobs, in the order of the orders.
+        Ids of all jobs, in the order of the orders, and what is to be told, in sentences.
     """
-    wanted = [(order_id(order), order) for order in orders]
-    ids = [id for id, _ in wanted]
-    queue.submit_all(wanted)
-    for job in queue.get_all(ids):
-        lost = job.state == "done" and not Path(job.output or "").exists()
-        if job.state in ("failed", "cancelled") or lost:
+    wanted = {order_id(order): order for order in orders}
+    known = {job.id for job in queue.get_all(list(wanted))}
+    for id, order in wanted.items():
+        if id not in known and (manifest := made_by(order)) is not None:
+            queue.adopt(id, order, timings=manifest.timings, summary=summary_of(manifest))
+    queue.submit_all(wanted.items())
+    notes: list[str] = []
+    for job in queue.get_all(list(wanted)):
+        output = wanted[job.id].output
+        if job.state in ("failed", "cancelled") or (job.state == "done" and not output.exists()):
             queue.again(job.id)
-    return ids
+        elif job.state == "done" and not is_whole(output):
+            aside = put_aside(output)
+            notes.append(
+                f"The result {output.name} was damaged; it is now {aside.name}, and made again."
+            )
+            queue.again(job.id)
+    return [order_id(order) for order in orders], notes
 
 
 def _animated(session: Path, *, mounted: bool) -> bool:

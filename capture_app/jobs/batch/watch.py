@@ -5,12 +5,20 @@ from collections.abc import Callable, Sequence
 
 from capture_app.jobs.queue import JobQueue
 from capture_app.jobs.record import OVER, JobRecord
+from omomo_core.errors import InputError
 
 Shown = Callable[[Sequence[JobRecord], Sequence[JobRecord]], None]
 """Given the jobs that have ended since the last time, and those that run."""
 
 
-def watch(queue: JobQueue, ids: Sequence[str], show: Shown, *, pause: float = 1.0) -> None:
+def watch(
+    queue: JobQueue,
+    ids: Sequence[str],
+    show: Shown,
+    *,
+    pause: float = 1.0,
+    full: Callable[[], bool] = lambda: False,
+) -> None:
     """Return when all jobs are over; they are over whoever does them.
 
     Args:
@@ -18,6 +26,10 @@ def watch(queue: JobQueue, ids: Sequence[str], show: Shown, *, pause: float = 1.
         ids: of the jobs.
         show: told what is new.
         pause: seconds between looks.
+        full: whether the workers cannot even tell what became of their jobs, because the disk is full.
+
+    Raises:
+        InputError: "disk-full": no job that is left can be done, and what failed for it may be done later.
     """
     left = list(ids)
     while True:
@@ -25,6 +37,16 @@ def watch(queue: JobQueue, ids: Sequence[str], show: Shown, *, pause: float = 1.
         ended = [job for job in now if job.state in OVER]
         left = [job.id for job in now if job.state not in OVER]
         show(ended, [job for job in now if job.state in ("running", "cancelling")])
+        if full() or any(job.error and job.error.code == "disk-full" for job in ended):
+            raise _full(len(left) + sum(job.state != "done" for job in ended))
         if not left:
             return
         time.sleep(pause)
+
+
+def _full(left: int) -> InputError:
+    return InputError(
+        "disk-full",
+        f"The disk is full; {left} sessions are not done.",
+        fix="Make room on it and give the same command again: what is done stays, and the rest goes on.",
+    )

@@ -1,14 +1,13 @@
 """Jobs that make a result folder, stage by stage."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from capture_app.jobs.work import Attempt
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from capture_app.making import ResultInMaking
+    from capture_app.manifest import Manifest
 
 
 class FolderWork:
@@ -53,5 +52,10 @@ class FolderWork:
         manifest = read_manifest(self.making.staging.target / MANIFEST)
         for sentence in (*manifest.notes, *manifest.faults):
             self._attempt.say(sentence)
-        chosen = manifest.chosen
-        self._attempt.tell({"sample": chosen + 1, "scores": manifest.scores[chosen]})
+        self._attempt.tell(summary_of(manifest))
+
+
+def summary_of(manifest: "Manifest") -> dict[str, Any]:
+    """What a job tells of the result that it made."""
+    chosen = manifest.chosen
+    return {"sample": chosen + 1, "scores": manifest.scores[chosen]}

@@ -1,5 +1,7 @@
 """The token that a server beyond this machine asks for: in a link once, then in a cookie or a header."""
 
+import hashlib
+import hmac
 import secrets
 from dataclasses import dataclass
 
@@ -9,7 +11,6 @@ from starlette.responses import RedirectResponse, Response
 from capture_app.web.problems import refusal
 from omomo_core.errors import InputError
 
-COOKIE = "omocap"
 SHORTEST = 16
 _OPEN = ("/api/login",)
 _MONTH = 30 * 24 * 3600
@@ -40,7 +41,7 @@ class Token:
         path = request.url.path
         if path == "/" and self.fits(request.query_params.get("token", "")):
             # The address bar and the history shall not keep it.
-            return self.remember(RedirectResponse("/", 303))
+            return self.remember(request, RedirectResponse("/", 303))
         if not path.startswith("/api") or path in _OPEN or self._is_known(request):
             return None
         return refusal(
@@ -54,13 +55,26 @@ class Token:
         """Whether it is the one; takes as long for any that is not."""
         return secrets.compare_digest(given.encode(), self.value.encode())
 
-    def remember(self, answer: Response) -> Response:
-        """Let the browser send it from now on, to this server's own pages alone."""
-        answer.set_cookie(COOKIE, self.value, max_age=_MONTH, httponly=True, samesite="strict")
+    def remember(self, request: Request, answer: Response) -> Response:
+        """Let the browser come in from now on. Its cookie says no more than that it was let in."""
+        answer.set_cookie(
+            _cookie(request), self._pass, max_age=_MONTH, httponly=True, samesite="strict"
+        )
         return answer
+
+    @property
+    def _pass(self) -> str:
+        """What the cookie holds: browsers send it to every port of a host, so it is not the token."""
+        return hmac.new(self.value.encode(), b"omocap cookie", hashlib.sha256).hexdigest()
 
     def _is_known(self, request: Request) -> bool:
         scheme, _, bearer = request.headers.get("authorization", "").partition(" ")
         if scheme.lower() == "bearer" and self.fits(bearer.strip()):
             return True
-        return self.fits(request.cookies.get(COOKIE, ""))
+        shown = request.cookies.get(_cookie(request), "")
+        return secrets.compare_digest(shown.encode(), self._pass.encode())
+
+
+def _cookie(request: Request) -> str:
+    """The cookie's name: one for each port, so that servers of one host do not log each other out."""
+    return f"omocap-{(request.scope.get('server') or ('', 0))[1]}"

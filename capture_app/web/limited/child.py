@@ -13,6 +13,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from capture_app.jobs.faults import FULL
 from capture_app.web.limited.bounds import Bounds, set_bounds
 from omomo_core.errors import InputError, OmocapError
 
@@ -91,7 +92,9 @@ def _found(work: Work, given: Any) -> dict[str, Any]:
         return {"error": _told(error)}
     except MemoryError:
         return {"error": _told(_died())}
-    except Exception:
+    except Exception as error:
+        if isinstance(error, OSError) and error.errno in FULL:
+            return {"error": _told(_full())}
         log.exception("%s%r", work.__name__, given)
         return {"error": _told(_defect())}
 
@@ -114,6 +117,10 @@ def _died() -> InputError:
         "Reading it needs more memory than is given to one file, or broke the reader.",
         fix="Bring less at once, or open it in the program that made it and save it again.",
     )
+
+
+def _full() -> InputError:
+    return InputError("disk-full", "The disk is full.", fix="Make room on it, and try again.")
 
 
 def _defect() -> InputError:

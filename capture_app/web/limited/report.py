@@ -20,6 +20,7 @@ def report_data(seen: Inspection) -> dict[str, Any]:
     longest = max((b - a for a, b in spans), default=None)
     return {
         "verdict": seen.verdict,
+        "reason": seen.reason,
         "advice": seen.advice,
         "app": seen.session.app,
         "seconds": seconds,
@@ -40,19 +41,30 @@ def report_data(seen: Inspection) -> dict[str, Any]:
 
 def unreadable(problem: OmocapError) -> dict[str, Any]:
     """The same of a session that cannot be read at all."""
-    return {
-        "verdict": "not usable",
-        "advice": problem.fix,
-        "app": "",
-        "seconds": 0.0,
-        "poses": 0,
-        "rate": None,
-        "checks": [],
-        "segments": [],
-        "floor": "",
-        "problem": problem_data(problem),
-        "facts": {"seconds": None, "rate": None, "stretches": None, "longest": None},
-    }
+    told = {"verdict": "not usable", "reason": problem.what, "advice": problem.fix}
+    return {**_NOTHING, **told, "problem": problem_data(problem)}
+
+
+def own_motion() -> dict[str, Any]:
+    """The same of an object's own motion, which no phone tracked and nobody judges."""
+    return {**_NOTHING, "verdict": "not judged", "animated": True}
+
+
+_NOTHING: dict[str, Any] = {
+    "verdict": "",
+    "reason": "",
+    "advice": "",
+    "app": "",
+    "animated": False,
+    "seconds": 0.0,
+    "poses": 0,
+    "rate": None,
+    "checks": [],
+    "segments": [],
+    "floor": "",
+    "problem": None,
+    "facts": {"seconds": None, "rate": None, "stretches": None, "longest": None},
+}
 
 
 def problem_data(problem: OmocapError) -> dict[str, str]:

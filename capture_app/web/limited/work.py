@@ -5,29 +5,64 @@ what is small as JSON.
 """
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from capture_app.inspection import inspect_take
+from capture_app.inspection import Inspection, inspect_take
 from capture_app.report_page.page import report_page
-from capture_app.web.limited.report import report_data
+from capture_app.web.limited.report import own_motion, report_data
 from ingest.animated.detect import is_animation
 from ingest.mesh import load_mesh
 from ingest.mount.file import load_mount
+from ingest.trajectory.reading import Reading
+from omomo_core.errors import InputError
 from omomo_core.whole_file import whole_file, write_whole
 
 
-def inspect(
-    session: Path, mesh: Path | None, mount: Path | None, scale: float, data: Path, page: Path
-) -> dict[str, Any]:
-    """Write the report on a session as JSON and as a page; returns its headline.
+@dataclass(frozen=True)
+class Seen:
+    """A session, with all that a run of it would be given to read it by."""
+
+    session: Path
+    mesh: Path | None
+    mount: Path | None
+    mounted: bool
+    """A mount was chosen, if only the identity, which is no file."""
+    scale: float
+    reading: Reading
+
+    def inspect(self) -> Inspection:
+        """Look it over.
+
+        Raises:
+            InputError: an input cannot be read at all.
+        """
+        scale = self.scale
+        return inspect_take(
+            self.session, self.mesh, self.mount, reading=self.reading, mesh_scale=scale
+        )
+
+
+def inspect(seen: Seen, data: Path, page: Path) -> dict[str, Any]:
+    """Write the report on a session as JSON and, where a phone recorded it, as a page.
+
+    Returns:
+        Its headline.
 
     Raises:
         InputError: an input cannot be read at all.
     """
-    seen = inspect_take(session, mesh, mount, mesh_scale=scale)
-    found = report_data(seen)
-    write_whole(page, report_page(seen))
+    animated = is_animation(seen.session, mounted=seen.mounted)
+    try:
+        looked = seen.inspect()
+    except InputError:
+        if not animated:
+            raise
+        found = own_motion()
+    else:
+        found = {**report_data(looked), "animated": animated}
+        write_whole(page, report_page(looked))
     write_whole(data, json.dumps(found, allow_nan=False))
     return {key: found[key] for key in ("app", "seconds", "verdict")}
 
@@ -41,9 +76,7 @@ def check_animated(session: Path, mounted: bool) -> dict[str, Any]:
     return {"animated": is_animation(session, mounted=mounted)}
 
 
-def pack_session_scene(
-    session: Path, mesh: Path | None, mount: Path | None, scale: float, scene: Path
-) -> dict[str, Any]:
+def pack_session_scene(seen: Seen, scene: Path) -> dict[str, Any]:
     """Write the scene of a session.
 
     Raises:
@@ -51,7 +84,7 @@ def pack_session_scene(
     """
     from capture_app.replay.pack import pack_session
 
-    return _written(scene, pack_session(inspect_take(session, mesh, mount, mesh_scale=scale)))
+    return _written(scene, pack_session(seen.inspect()))
 
 
 def pack_object_scene(mesh: Path, scale: float, scene: Path) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from importlib.metadata import version
 from typing import Annotated, Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 from fastapi.responses import Response
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -15,6 +15,7 @@ from capture_app.web.limits import Limits
 from capture_app.web.problems import Refused
 from capture_app.web.routes.orders import RunOptions
 from capture_app.web.site import Here
+from ingest.formats.registry import FORMATS as LOGS
 from ingest.mount.phone.models import MODELS
 
 _FPS = (24, 25, 30, 60)
@@ -71,11 +72,12 @@ def choices() -> dict[str, Any]:
         "fps": _FPS,
         "views": _VIEWS,
         "contact": ("segments", "paper"),
+        "formats": [format_.NAME for format_ in LOGS],
         "run": RunOptions().model_dump(),
     }
 
 
-def login(site: Here, given: Login) -> Response:
+def login(request: Request, site: Here, given: Login) -> Response:
     """Let a browser in that knows the token."""
     answer = Response(status_code=204)
     if site.token is None:
@@ -87,7 +89,7 @@ def login(site: Here, given: Login) -> Response:
             "This is not the token.",
             fix="Copy it from where the server was started.",
         )
-    return site.token.remember(answer)
+    return site.token.remember(request, answer)
 
 
 def _told(limits: Limits) -> dict[str, Any]:

@@ -27,6 +27,8 @@ class Job(JobRecord):
 
     result: str | None
     """Id of the result that it makes, or that its file belongs to."""
+    waits: str | None
+    """Why it has not begun, in a sentence; null unless it waits."""
     made: str | None
     """Where the page shows what it made once it is done, such as "mounts/ID"; null for a file."""
     files: list[Made]
@@ -104,11 +106,24 @@ def _job(site: Site, record: JobRecord) -> Job:
     links = {
         "output": site.library.shown(record.output or "") or None,
         "result": _result(site, record),
+        "waits": _waits(site) if record.state == "queued" else None,
         "made": site.library.item_of(Path(record.output)) if record.output else None,
         "files": made,
         "download": made[0].href if made else None,
     }
     return Job.model_validate({**told, **links})
+
+
+def _waits(site: Site) -> str:
+    """What a job that has not begun waits for."""
+    if not site.queue.workers():
+        return (
+            "No worker is there yet. If none comes within half a minute, start `omocap serve` without "
+            "--workers 0, or `omocap worker` for this library."
+        )
+    counts = site.queue.counts()
+    busy = counts.get("running", 0) + counts.get("cancelling", 0)
+    return f"The workers are busy: {busy} running, {counts.get('queued', 0)} waiting with this one."
 
 
 def _result(site: Site, record: JobRecord) -> str | None:

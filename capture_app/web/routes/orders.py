@@ -19,6 +19,8 @@ from capture_app.web.routes.calibrations import (
     Words,
     like,
 )
+from capture_app.web.sources import MountChoice
+from ingest.trajectory.reading import Top
 
 _EXAMPLE_ID = "0123456789abcdef"
 _Number = Annotated[float, Field(allow_inf_nan=False)]
@@ -28,7 +30,7 @@ _Size = tuple[Annotated[int, Field(ge=64, le=3840)], Annotated[int, Field(ge=64,
 class RunOptions(BaseModel):
     """How to make a motion; see `omocap run --help`."""
 
-    model_config = like(samples=4, seed=0, height=1.72)
+    model_config = like(samples=4, seed=0, height=1.72, up="object:z", floor=-0.8)
 
     samples: Annotated[int, Field(ge=1, le=64)] = 4
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
@@ -38,7 +40,10 @@ class RunOptions(BaseModel):
     contact: Literal["segments", "paper"] = "segments"
     segment: Annotated[int, Field(ge=1, lt=2**31)] | None = None
     floor: _Number | None = None
-    up: tuple[_Number, _Number, _Number] | None = None
+    up: tuple[_Number, _Number, _Number] | Top | None = None
+    """A direction in the phone's world, or the axis of the mesh that is up where the object rests."""
+    format: Annotated[str, Field(max_length=100)] | None = None
+    """Name of the app to read the log as that of; see `omocap formats`."""
     stitch: bool = False
     closure: bool = False
     force: bool = False
@@ -56,8 +61,9 @@ class Run(BaseModel):
     name: Name | None = None
     session: Id
     object: Id | None = None
-    mount: Id | None = None
-    """None where the phone's frame is the object's."""
+    mount: MountChoice | None = None
+    """"identity" where the mesh is in the phone's own frame. A phone's log needs one or the other;
+    an object's own motion has none."""
     contacts: Id | None = None
     options: RunOptions = RunOptions()
 

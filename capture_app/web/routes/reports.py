@@ -2,9 +2,9 @@
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Query
 from fastapi.responses import FileResponse, HTMLResponse, Response
 from pydantic import BaseModel, ConfigDict
 
@@ -13,15 +13,16 @@ from capture_app.web.guards.headers import REPORT
 from capture_app.web.library.ids import Id
 from capture_app.web.limited import work
 from capture_app.web.limited.report import unreadable
-from capture_app.web.problems import Problem
+from capture_app.web.problems import Problem, Refused, is_of_the_disk
 from capture_app.web.site import Here, Site
-from capture_app.web.sources import seen_with, solid_of
+from capture_app.web.sources import ReadAs, seen_with, solid_of
 from omomo_core.errors import InputError
 
 router = APIRouter(prefix="/api", tags=["reports"])
 
 SCENE = "application/octet-stream"
 SCENE_REPLY: dict[int | str, dict[str, Any]] = {200: {"content": {SCENE: {}}}}
+Asked = Annotated[ReadAs, Query()]
 _PAGE_REPLY: dict[int | str, dict[str, Any]] = {200: {"content": {"text/html": {}}}}
 
 
@@ -51,8 +52,14 @@ class Report(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     verdict: str
+    """Of a run with the same object, mount and options: "good", "usable with limits" or "not usable";
+    "not judged" of an object's own motion."""
+    reason: str
+    """Why it is not better, in one line."""
     advice: str
     app: str
+    animated: bool
+    """A run would take it for the object's own motion, which needs no mount."""
     seconds: float
     poses: int
     rate: float | None
@@ -64,39 +71,42 @@ class Report(BaseModel):
 
 
 @router.get("/sessions/{id}/report")
-async def report(site: Here, id: Id, object: Id | None = None, mount: Id | None = None) -> Report:
+async def report(site: Here, id: Id, said: Asked) -> Report:
     """The report on a session, with what to fix; one that cannot be read says why."""
+    seen = seen_with(site.library, id, said)
     try:
-        data, _ = await _inspected(site, id, object, mount)
+        data, _ = await _inspected(site, id, seen)
     except InputError as problem:
-        if hasattr(problem, "status"):
+        if is_of_the_disk(problem):
             raise
         return _shown(site, unreadable(problem))
     return _shown(site, json.loads(data.read_bytes()))
 
 
 @router.get("/sessions/{id}/report.html", response_class=HTMLResponse, responses=_PAGE_REPLY)
-async def report_page(
-    site: Here, id: Id, object: Id | None = None, mount: Id | None = None
-) -> Response:
+async def report_page(site: Here, id: Id, said: Asked) -> Response:
     """The report as a page with plots."""
-    _, page = await _inspected(site, id, object, mount)
+    _, page = await _inspected(site, id, seen_with(site.library, id, said))
+    if not page.is_file():
+        raise Refused(
+            404,
+            "report-none",
+            "This is the motion of an object; there are no checks of it.",
+            where=id,
+            fix="Make the motion.",
+        )
     text = site.library.shown(page.read_text(encoding="utf-8"))
     return HTMLResponse(text, headers={"content-security-policy": REPORT})
 
 
 @router.get("/sessions/{id}/scene", response_class=FileResponse, responses=SCENE_REPLY)
-async def session_scene(
-    site: Here, id: Id, object: Id | None = None, mount: Id | None = None
-) -> FileResponse:
+async def session_scene(site: Here, id: Id, said: Asked) -> FileResponse:
     """The session as the viewer plays it."""
-    seen = seen_with(site.library, id, object, mount)
+    seen = seen_with(site.library, id, said)
     made = key("scene", seen)
     scene = site.library.shelves["session"].cache(id) / f"scene-{made}.bin"
     if not scene.is_file():
-        await site.heavy.run(
-            work.pack_session_scene, seen.session, seen.mesh, seen.mount, seen.scale, scene
-        )
+        await site.heavy.run(work.pack_session_scene, seen, scene)
     return FileResponse(scene, media_type=SCENE)
 
 
@@ -110,18 +120,13 @@ async def object_scene(site: Here, id: Id) -> FileResponse:
     return FileResponse(scene, media_type=SCENE)
 
 
-async def _inspected(
-    site: Site, id_: str, object_: str | None, mount: str | None
-) -> tuple[Path, Path]:
+async def _inspected(site: Site, id_: str, seen: work.Seen) -> tuple[Path, Path]:
     """The files of a report, which are written when it is asked for the first time."""
-    seen = seen_with(site.library, id_, object_, mount)
     made = key("report", seen)
     folder = site.library.shelves["session"].cache(id_)
     data, page = folder / f"report-{made}.json", folder / f"report-{made}.html"
     if not data.is_file():
-        found = await site.heavy.run(
-            work.inspect, seen.session, seen.mesh, seen.mount, seen.scale, data, page
-        )
+        found = await site.heavy.run(work.inspect, seen, data, page)
         shelf = site.library.shelves["session"]
         shelf.change(id_, lambda info: info.model_copy(update={"facts": {**info.facts, **found}}))
     return data, page
@@ -131,4 +136,6 @@ def _shown(site: Site, found: dict[str, Any]) -> Report:
     """With the names that people gave in place of paths."""
     if found["problem"] is not None:
         found["problem"] = {k: site.library.shown(v) for k, v in found["problem"].items()}
-    return Report.model_validate({**found, "advice": site.library.shown(found["advice"])})
+    return Report.model_validate(
+        {**found, **{k: site.library.shown(found[k]) for k in ("reason", "advice")}}
+    )

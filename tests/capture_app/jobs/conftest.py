@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -88,13 +89,14 @@ def start(tmp_path: Path) -> Generator[Start]:
     """Starts workers that know the stand-in; they are stopped in the end."""
     fleets: list[Fleet] = []
 
-    def begin(queue: JobQueue, count: int = 1) -> Fleet:
+    def begin(queue: JobQueue, count: int = 1, **more: Any) -> Fleet:
         fleet = Fleet(
             queue.database_url,
             count,
             log=tmp_path / "workers.log",
             command=[sys.executable, str(HERE / "worker_process.py")],
             longest_wait=0.2,
+            **{"died": queue.worker_died, **more},
         )
         fleets.append(fleet)
         fleet.start()

@@ -1,5 +1,6 @@
 """A short kind of job that tells afterwards whether it was done once, and whole."""
 
+import errno
 import os
 import signal
 import time
@@ -23,7 +24,7 @@ class StandInOrder(Order):
     seconds: float = 0.02
     """Of each stage."""
     fault: str = ""
-    """What the second stage does: "input", "defect", "memory", "kill" its worker, or "deaf"."""
+    """What the second stage does: "input", "defect", "memory", "full" disk, "kill" its worker, or "deaf"."""
 
 
 class StandIn:
@@ -63,6 +64,8 @@ class StandIn:
             raise KeyError("secret")
         if self._order.fault == "memory":
             raise MemoryError
+        if self._order.fault == "full":
+            raise OSError(errno.ENOSPC, "No space left on device")
         if self._order.fault == "deaf":
             time.sleep(60.0)
         if self._order.fault == "kill":

@@ -17,7 +17,10 @@ from capture_app.jobs.batch.order import order_of, submit_batch
 from capture_app.jobs.batch.results import write_results
 from capture_app.jobs.batch.sessions import find_sessions
 from capture_app.jobs.batch.table import read_table
+from capture_app.jobs.kinds.run import request_of
+from capture_app.jobs.orders import RunOrder
 from capture_app.jobs.queue import open_queue
+from capture_app.pipeline import run_take
 from omomo_core.errors import InputError
 
 
@@ -132,18 +135,69 @@ def test_the_same_batch_again_doubles_nothing_and_tries_again_what_failed(tmp_pa
         {"session": tmp_path / name, "mount": "identity", "name": name} for name in ("a", "b", "c")
     ]
     orders = [order_of(row, tmp_path / "out") for row in rows]
-    ids = submit_batch(queue, orders)
+    ids, _ = submit_batch(queue, orders)
     queue.cancel(ids[1])
-    assert submit_batch(queue, orders) == ids
+    assert submit_batch(queue, orders) == (ids, [])
     assert [job.state for job in queue.get_all(ids)] == ["queued"] * 3
     assert len(queue.list()) == 3
+    queue.close()
+
+
+@pytest.fixture
+def made(inputs, weights: Path, tmp_path: Path) -> RunOrder:
+    """An order whose result stands where it wants it, though no queue knows of it."""
+    said = {
+        "session": inputs.session, "object": inputs.mesh, "mount": inputs.mount, "name": "take",
+        "samples": 1, "steps": 1, "weights": weights, "video_size": None, "stood": (0.5, -1.0),
+    }  # fmt: skip
+    order = order_of(said, tmp_path / "out")
+    run_take(request_of(order), lambda stage, done: None)
+    return order
+
+
+def test_what_was_done_stays_done_when_the_database_is_lost(made: RunOrder, tmp_path: Path) -> None:
+    queue = open_queue(str(tmp_path / "new.sqlite"))
+    other = made.model_copy(update={"seed": 1})
+    ids, notes = submit_batch(queue, [made, other])
+    done, fails = queue.get_all(ids)
+    assert (done.state, fails.state, notes) == ("done", "queued", [])
+    assert done.summary["sample"] == 1
+    assert done.timings["solve"] > 0
+    assert submit_batch(queue, [made]) == ([done.id], [])
+    assert queue.get_all([done.id]) == [done]
+    (made.session / "changed.txt").write_text("more")
+    again = open_queue(str(tmp_path / "third.sqlite"))
+    ids, _ = submit_batch(again, [made])
+    assert again.get_all(ids)[0].state == "queued"
+    queue.close()
+    again.close()
+
+
+def test_a_damaged_result_is_put_aside_and_made_again(made: RunOrder, tmp_path: Path) -> None:
+    queue = open_queue(str(tmp_path / "jobs.sqlite"))
+    (id_,), _ = submit_batch(queue, [made])
+    assert submit_batch(queue, [made]) == ([id_], [])
+    file = made.output / "motion.npz"
+    damaged = bytearray(file.read_bytes())
+    damaged[len(damaged) // 2] ^= 1
+    file.write_bytes(damaged)
+    for number in ("", "_2"):
+        queue.adopt(id_, made, timings={}, summary={})
+        ids, notes = submit_batch(queue, [made])
+        assert ids == [id_]
+        assert f"take.damaged{number}," in notes[0]
+        assert queue.get_all(ids)[0].state == "queued"
+        assert not made.output.exists()
+        queue.cancel(id_)
+        queue.delete(id_)
+        shutil.copytree(made.output.with_name("take.damaged"), made.output)
     queue.close()
 
 
 def test_one_table_tells_of_all(tmp_path: Path) -> None:
     queue = open_queue(str(tmp_path / "jobs.sqlite"))
     row = {"session": tmp_path / "a", "mount": "identity", "name": "=a"}
-    ids = submit_batch(queue, [order_of(row, tmp_path / "out")])
+    ids, _ = submit_batch(queue, [order_of(row, tmp_path / "out")])
     job = queue.get_all(ids)[0]
     done = job.model_copy(
         update={

@@ -11,7 +11,11 @@ from conftest import Start
 from stand_in import StandInOrder
 from waiting import check_done, check_nothing_left, finished, orders, state, until
 
-from capture_app.jobs.queue import JobQueue
+from capture_app.jobs.batch.watch import watch
+from capture_app.jobs.fleet import Fleet
+from capture_app.jobs.ledger import DEADLIEST
+from capture_app.jobs.queue import JobQueue, open_queue
+from omomo_core.errors import InputError
 
 
 def test_jobs_are_done_whole_by_several_workers(
@@ -126,6 +130,56 @@ def test_a_job_that_waits_half_done_is_cancelled_and_leaves_nothing(
     start(queue)
     assert finished(queue, [made.id])[0].state == "cancelled"
     assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_a_job_is_not_blamed_when_everything_on_its_machine_is_killed(
+    queue: JobQueue, start: Start, tmp_path: Path
+) -> None:
+    """Starter and worker alike, as by a power cut: nobody is left who could note the death."""
+    made = queue.submit(StandInOrder(output=tmp_path / "out" / "a", seconds=0.4))
+    for attempt in range(1, DEADLIEST + 2):
+        fleet = start(queue, died=lambda pid: None)
+        until(lambda: (queue.get(made.id) or made).attempts == attempt)  # noqa: B023
+        pid = fleet.pids[0]
+        fleet._stop.set()  # it starts no other
+        os.kill(pid, signal.SIGKILL)
+    start(queue)
+    record = finished(queue, [made.id])[0]
+    check_done(record)
+    assert record.attempts > DEADLIEST
+
+
+def test_a_full_disk_ends_a_batch_and_leaves_the_rest_for_later(
+    queue: JobQueue, start: Start, tmp_path: Path
+) -> None:
+    full = queue.submit(StandInOrder(output=tmp_path / "out" / "a", fault="full"))
+    rest = queue.submit(StandInOrder(output=tmp_path / "out" / "b", seconds=60.0))
+    start(queue)
+    ids = [full.id, rest.id]
+    with pytest.raises(InputError, match="2 sessions are not done") as caught:
+        watch(queue, ids, lambda ended, running: None, pause=0.05)
+    assert caught.value.code == "disk-full"
+    assert "same command" in caught.value.fix
+    told = queue.get(full.id)
+    assert told is not None
+    assert told.error is not None
+    assert told.error.code == "disk-full"
+
+
+def test_a_batch_ends_when_its_workers_cannot_write_what_became_of_their_jobs(
+    tmp_path: Path,
+) -> None:
+    code = "from capture_app.jobs.fleet import NO_ROOM; raise SystemExit(NO_ROOM)"
+    fleet = Fleet("", 1, command=[sys.executable, "-c", code], died=pytest.fail)
+    empty = open_queue(str(tmp_path / "jobs.sqlite"))
+    made = empty.submit(StandInOrder(output=tmp_path / "a"))
+    assert not fleet.full
+    fleet.start()
+    with pytest.raises(InputError, match="1 sessions are not done") as caught:
+        watch(empty, [made.id], lambda ended, running: None, pause=0.05, full=lambda: fleet.full)
+    assert caught.value.code == "disk-full"
+    fleet.stop()
+    empty.close()
 
 
 def test_a_job_that_kills_its_workers_fails_the_third_time(

@@ -2,6 +2,7 @@
 
 import json
 import re
+from urllib.parse import quote
 
 from playwright.sync_api import expect
 
@@ -42,16 +43,58 @@ def test_report_says_what_to_do_and_shows_where(tabs, server, shaken):
 
 def test_a_job_that_fails_tells_why_and_leads_back(tabs, server, example):
     chosen = f"?object={example['object']}&mount={example['mount']}"
-    page = tabs.open(server.at(f"/sessions/{example['session']}{chosen}"))
-    page.get_by_text("More options").click()
-    page.get_by_label("Stretch to use").fill("9")
-    page.get_by_role("button", name="Make the motion").click()
-    page.wait_for_url(re.compile("#/jobs/"))
+    order = {"kind": "run", **example, "options": {"segment": 9}}
+    back = quote(f"#/sessions/{example['session']}{chosen}", safe="")
+    page = tabs.open(server.at(f"/jobs/{server.ask('jobs', order)['id']}?from={back}"))
     alert = page.get_by_role("alert")
     expect(alert).to_contain_text("What to do:", timeout=60_000)
     assert "Traceback" not in page.content()
     page.get_by_role("link", name="Back to the recording").click()
     page.wait_for_url(f"**/sessions/{example['session']}{chosen}")
+
+
+def test_a_motion_is_ordered_of_a_usable_recording_and_a_mount_that_was_chosen(
+    tabs, server, example
+):
+    page = tabs.open(server.at(f"/sessions/{example['session']}?object={example['object']}"))
+    make = page.get_by_role("button", name="Make the motion")
+    expect(page.get_by_text("Choose the mount first")).to_be_visible(timeout=30_000)
+    expect(make).to_be_disabled()
+    own = page.get_by_role("radio", name=re.compile("in the phone's own frame"))
+    expect(own).not_to_be_checked()
+    own.check()
+    page.wait_for_url("**mount=identity")
+    page.get_by_role("radio", name=re.compile("Example: mount")).check()
+    expect(make).to_be_enabled(timeout=30_000)
+    more = page.locator("details", has_text="More options")
+    more.evaluate("(one) => (one.open = true)")
+    page.get_by_label("Stretch to use").fill("9")
+    page.get_by_label("Stretch to use").blur()
+    expect(page.get_by_text("This recording is not usable: ")).to_be_visible(timeout=30_000)
+    expect(make).to_be_disabled()
+    page.get_by_label("Stretch to use").fill("1")
+    page.get_by_label("Which way is up").select_option("direction")
+    page.get_by_label("Direction of up").fill("0,1,0")
+    page.get_by_label("Direction of up").blur()
+    expect(make).to_be_enabled(timeout=30_000)
+    page.get_by_label("Steps of the sampler").fill("1000")
+    make.click()
+    page.wait_for_url(re.compile(r"#/jobs/[0-9a-f]{16}"))
+    options = server.ask(f"jobs/{page.url.partition('#/jobs/')[2][:16]}")["options"]
+    assert (options["segment"], options["up"], options["format"]) == (1, [0, 1, 0], None)
+
+
+def test_an_unusable_recording_is_used_by_force_alone(tabs, server, example):
+    chosen = f"?object={example['object']}&mount={example['mount']}"
+    page = tabs.open(server.at(f"/sessions/{example['session']}{chosen}"))
+    page.get_by_text("More options").click()
+    page.get_by_label("Which way is up").select_option("object:-z")
+    told = page.get_by_text("This recording is not usable: gravity")
+    expect(told).to_be_visible(timeout=30_000)
+    make = page.get_by_role("button", name="Make the motion")
+    expect(make).to_be_disabled()
+    page.get_by_label("Use a recording that is not usable").check()
+    expect(make).to_be_enabled()
 
 
 def test_where_the_phone_saw_them_is_asked_only_with_a_mount(tabs, server, example):

@@ -1,5 +1,6 @@
 """What children are told to do in tests."""
 
+import errno
 import os
 import time
 from pathlib import Path
@@ -20,6 +21,10 @@ def refuses() -> dict[str, Any]:
 
 def breaks() -> dict[str, Any]:
     raise ZeroDivisionError("/secret/path")
+
+
+def fills_the_disk() -> dict[str, Any]:
+    raise OSError(errno.ENOSPC, "No space left on device", "/secret/path")
 
 
 def dies() -> dict[str, Any]:

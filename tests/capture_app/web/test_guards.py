@@ -94,12 +94,14 @@ def guarded(open_site, serve) -> Live:
         ("/api/health", {}),
         ("/api/health", {"Authorization": "Bearer wrong-token-wrong"}),
         ("/api/health", {"Authorization": f"Basic {TOKEN}"}),
-        ("/api/health", {"Cookie": "omocap=wrong"}),
+        ("/api/health", {"Cookie": "omocap-{port}=wrong"}),
+        ("/api/health", {"Cookie": f"omocap-{{port}}={TOKEN}"}),
         (f"/api/health?token={TOKEN}", {}),
-        ("/api/openapi.json", {"Cookie": "omocap="}),
+        ("/api/openapi.json", {"Cookie": "omocap-{port}="}),
     ],
 )
 def test_who_does_not_know_the_token_gets_nothing(guarded: Live, target: str, headers):
+    headers = {name: value.format(port=guarded.port) for name, value in headers.items()}
     assert ask(guarded, target, **headers) == 401
     assert ask(guarded, "/api/jobs", "POST", **headers) == 401
 
@@ -111,6 +113,9 @@ def test_the_link_is_needed_once_and_does_not_stay_in_the_address(guarded: Live)
         cookie = opened.headers["set-cookie"].lower()
         assert "httponly" in cookie
         assert "samesite=strict" in cookie
+        # Browsers send it to every port of the host: it is not the token, and each port has its own.
+        assert cookie.startswith(f"omocap-{guarded.port}=")
+        assert TOKEN.lower() not in cookie
         assert browser.get("/api/health").status_code == 200
 
 

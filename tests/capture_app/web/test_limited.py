@@ -45,7 +45,12 @@ def test_an_error_comes_as_it_is(tmp_path: Path):
 
 @pytest.mark.parametrize(
     ("work", "code"),
-    [(chores.breaks, "not-read"), (chores.dies, "too-much"), (chores.devours, "too-much")],
+    [
+        (chores.breaks, "not-read"),
+        (chores.fills_the_disk, "disk-full"),
+        (chores.dies, "too-much"),
+        (chores.devours, "too-much"),
+    ],
 )
 def test_a_child_may_break_or_die(tmp_path: Path, work, code: str):
     with pytest.raises(InputError) as caught:

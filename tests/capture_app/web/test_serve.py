@@ -27,7 +27,7 @@ def test_beyond_this_machine_it_asks_for_the_token_that_it_said_once(tmp_path: P
         answer = httpx.get(at, headers={"Authorization": f"Bearer {token}"})
         assert answer.json()["worker"] is False
     finally:
-        status = server.stop()
+        status = server.stop(signal.SIGTERM)
     assert status == 0
     assert server.said.count(token) == 1
     assert "Traceback" not in server.said

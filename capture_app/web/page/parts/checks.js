@@ -6,18 +6,18 @@ const VERDICTS = {
   good: ["ok", "This recording is good"],
   "usable with limits": ["warn", "This recording is usable with limits"],
   "not usable": ["bad", "This recording is not usable"],
+  "not judged": ["ok", "This is an object's own motion"],
 };
 const BADGES = { ok: "✓ good", warn: "! look", bad: "✕ bad" };
 
 /** The verdict box. */
 export function verdict(report) {
   const [kind, words] = VERDICTS[report.verdict] ?? ["warn", capital(report.verdict)];
-  const problem = report.problem?.what ?? "";
   return h(
     "div",
     { class: `verdict ${kind}` },
     h("p", { class: "verdict-words" }, words),
-    problem && h("p", {}, problem),
+    report.reason && h("p", {}, capital(report.reason)),
     kind === "ok"
       ? h("p", {}, "Nothing is to be done: go on.")
       : report.advice && h("p", {}, h("b", {}, "To do first: "), report.advice),

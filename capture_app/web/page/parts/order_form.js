@@ -1,49 +1,50 @@
 // The few options of a motion, and the button that makes it.
 import { api } from "../core/api.js";
-import { h, say } from "../core/dom.js";
+import { freshId, h, say } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { attempt, choice, number, tick } from "./fields.js";
+import { readingFields, readingQuery } from "./reading_fields.js";
 
-const FOLDED = [
-  "stood",
-  "steps",
-  "seed",
-  "contact",
-  "segment",
-  "floor",
-  "stitch",
-  "closure",
-  "video",
-  "force",
-];
+const NOT_USABLE = "not usable";
+const FORCE = "Use a recording that is not usable";
 
-/** A form for POST /api/jobs of kind run: {node, update({object, mount})}.
- *  session: the item; defaults: of the options. */
-export function orderForm(session, defaults) {
-  const fields = optionFields(defaults);
+const FOLDED = ["stood", "steps", "seed", "contact", "video", "force"];
+
+/** A form for POST /api/jobs of kind run: {node, update({object, mount}), judge(report), reading()}.
+ *  session: the item; choices: of the server; changed(): what is said of the recording is another. */
+export function orderForm(session, choices, changed) {
+  const reading = readingFields(choices.formats);
+  const fields = { ...optionFields(choices.run), ...reading };
   const problem = h("div");
-  const lacking = h("p", { class: "note" });
+  const why = h("p", { class: "note", id: freshId("why"), role: "status" });
   const button = h("button", { type: "submit", class: "main large" }, "Make the motion");
+  button.setAttribute("aria-describedby", why.id);
+  const known = h("div", { class: "grid" }, nodes(Object.values(reading)));
+  const more = h(
+    "details",
+    {},
+    h("summary", {}, "More options"),
+    h("div", { class: "grid" }, nodes(FOLDED.map((key) => fields[key]))),
+    h("h3", {}, "What the recording does not say"),
+    known,
+  );
   const node = h(
     "form",
     { class: "stack" },
-    h("div", { class: "grid" }, fields.samples.node, fields.height.node),
-    h(
-      "details",
-      {},
-      h("summary", {}, "More options"),
-      h(
-        "div",
-        { class: "grid" },
-        FOLDED.map((key) => fields[key].node),
-      ),
-    ),
-    lacking,
+    h("div", { class: "grid" }, nodes([fields.samples, fields.height])),
+    more,
+    why,
     h("div", { class: "row" }, button),
     problem,
   );
   const key = freshKey();
   let chosen = { object: null, mount: null };
+  let report = null;
+  const weigh = () => {
+    say(why, obstacle(chosen, report, fields.force.read()));
+    why.hidden = !why.textContent;
+    button.disabled = !why.hidden;
+  };
   node.addEventListener("submit", (event) => {
     event.preventDefault();
     attempt(button, problem, async () => {
@@ -55,20 +56,38 @@ export function orderForm(session, defaults) {
       go(address(`/jobs/${job.id}`, { from: location.hash }));
     });
   });
+  known.addEventListener("change", changed);
+  fields.force.input.addEventListener("change", weigh);
   const update = ({ object, mount }) => {
     chosen = { object, mount };
-    say(lacking, missing(object, mount));
-    lacking.hidden = !lacking.textContent;
     // An animation has no mount, and no phone before which anybody could stand.
     fields.stood.node.hidden = !mount;
+    weigh();
   };
-  return { node, update };
+  const judge = (found) => {
+    report = found;
+    if (found?.verdict === NOT_USABLE) more.open = true;
+    weigh();
+  };
+  return { node, update, judge, reading: () => readingQuery(reading) };
 }
 
-function missing(object, mount) {
-  if (object && mount) return "";
-  const what = [object ? "" : "the object", mount ? "" : "the mount"].filter(Boolean).join(" and ");
-  return `Choose ${what} first. Only an animation that brings its own object needs neither.`;
+function nodes(fields) {
+  return fields.map((one) => one.node);
+}
+
+/** Why no motion can be made as it is, in a sentence; "" when it can. report: null while it is made. */
+function obstacle({ object, mount }, report, forced) {
+  if (!report) return "The recording is being looked at.";
+  if (report.animated) return "";
+  if (!object || !mount) {
+    const what = [object ? "" : "the object", mount ? "" : "the mount"].filter(Boolean);
+    return `Choose ${what.join(" and ")} first. Only an animation that brings its own object needs neither.`;
+  }
+  const able = report.segments?.length > 0;
+  if (report.verdict !== NOT_USABLE || (able && forced)) return "";
+  const force = able ? ` To use it all the same, tick “${FORCE}” above.` : "";
+  return `This recording is not usable: ${report.reason}${force}`;
 }
 
 function optionFields(defaults) {
@@ -114,23 +133,8 @@ function optionFields(defaults) {
       ["segments", "while it needs them"],
       ["paper", "from first touch to the end"],
     ]),
-    segment: number("Stretch to use", {
-      min: 1,
-      step: 1,
-      hint: "Where tracking failures split the recording. Empty: the longest.",
-    }),
-    floor: number("Height of the floor", {
-      unit: "m",
-      hint: "In the phone's world. Empty: where the object rests.",
-    }),
-    stitch: tick("Put tracking jumps back together", {
-      hint: "Instead of splitting the recording there.",
-    }),
-    closure: tick("The object ends on the mark where it began", {
-      hint: "Takes the drift in between out.",
-    }),
     video: tick("Draw a video", { checked: defaults.video ?? true }),
-    force: tick("Use a recording that is not usable", {
+    force: tick(FORCE, {
       hint: "The motion will be wrong where the checks are red.",
     }),
   };

@@ -8,6 +8,12 @@ import { order } from "../upload/gather.js";
 import { boundWords, mountWords } from "./cards.js";
 import { pickList } from "./pick_list.js";
 
+// In place of a mount's id, as the API has it.
+const OWN_FRAME = {
+  id: "identity",
+  name: "The mesh is in the phone's own frame",
+  line: "No mount: the origin of the mesh is the phone's camera, x to the right, y up, z towards you",
+};
 const FAR = { mm: 20, deg: 3 };
 
 /** The choice; those made for the object come first. `here`: where to come back to. */
@@ -26,7 +32,7 @@ export function pickMount(mounts, current, { object, here, chosen }) {
   return h(
     "div",
     { class: "stack" },
-    items.length > 0 && pickList("Mount", items, current, chosen),
+    pickList("Mount", [...items, OWN_FRAME], current, chosen),
     mountWarning(mounts.find(({ id }) => id === current)),
     h(
       "div",

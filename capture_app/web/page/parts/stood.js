@@ -16,6 +16,7 @@ const REPEATED = [
   "segment",
   "floor",
   "up",
+  "format",
   "stitch",
   "closure",
   "force",
@@ -147,7 +148,8 @@ class Stood {
         name: `${item.name}, from elsewhere`,
         session: item.session,
         object: item.object,
-        mount: item.mount,
+        // A motion of a phone that names no mount was made in the phone's own frame.
+        mount: item.mount ?? (manifest.options.animated ? null : "identity"),
         options: { ...options, stood: this.place, video: Boolean(item.video) },
       };
       const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": this.key } });

@@ -157,6 +157,7 @@ class JobPage {
 }
 
 function timeWords(record) {
+  if (record.waits) return record.waits;
   if (!record.started) return "";
   const until = record.ended ? Date.parse(record.ended) : Date.now();
   const seconds = Math.max(0, (until - Date.parse(record.started)) / 1000);

@@ -31,7 +31,7 @@ class Take {
     this.checks = h("div");
     this.object = h("div");
     this.mount = h("div");
-    this.order = orderForm(item, choices.run);
+    this.order = orderForm(item, choices, () => this.look());
     this.node = h(
       "div",
       { class: "stack wide" },
@@ -90,16 +90,24 @@ class Take {
       ),
     );
     this.node.setAttribute("aria-busy", "true");
-    const query = new URLSearchParams(Object.entries(this.chosen).filter(([, id]) => id));
+    this.order.judge(null);
+    const ids = Object.entries(this.chosen).filter(([, id]) => id);
+    const query = new URLSearchParams([...ids, ...this.order.reading()]);
     const base = `/api/sessions/${this.item.id}`;
+    // What could not be judged is left to the run, which looks for itself.
+    let report = {};
     try {
-      const report = await api(`${base}/report?${query}`, { signal });
+      report = await api(`${base}/report?${query}`, { signal });
+      this.order.judge(report);
       this.show(report, `${base}/report.html?${query}`);
       await this.stage.open(
         report.checks.length ? [{ url: `${base}/scene?${query}`, name: this.item.name }] : [],
       );
     } catch (error) {
-      if (!signal.aborted) put(this.told, trouble(inWords(error)));
+      if (!signal.aborted) {
+        put(this.told, trouble(inWords(error)));
+        this.order.judge(report);
+      }
     }
     if (!signal.aborted) this.node.removeAttribute("aria-busy");
   }
