@@ -1,0 +1,134 @@
+"""What the commands of each page are given: files under the names that the page uses."""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from capture_app.simulator.carried_box import box_mesh
+from capture_app.simulator.record import DEMO
+from omomo_core.data.clips import save_clips
+from tests.capture_app.test_cli_data import clip as still_clip
+from tests.core.marker_files import capture, moving, write_places, write_vicon
+from tests.docs.running import PYTHON, Stage, copy
+from tests.ingest.animated.conftest import GlbWriter
+
+
+@dataclass(frozen=True)
+class Given:
+    """Where a page's commands are typed, and what may be put there."""
+
+    place: Path
+    motion: Path
+    """A finished result folder."""
+    write_clip: Callable[[str, Path], None]
+    """Writes a recorded clip of a name, and its mesh, into a folder."""
+    shared: Callable[[], Path]
+    """Third-party data; the page is skipped where that is not there."""
+
+
+def a_take(place: Path, name: str = "take") -> None:
+    """A session, the object and the mount of the take that comes with the program."""
+    copy(DEMO / "session", place / name)
+    copy(DEMO / "box.obj", place / "chair.obj")
+    copy(DEMO / "mount.json", place / "mount.json")
+
+
+def a_motion(given: Given) -> Stage:
+    copy(given.motion, given.place / "chair_motion")
+    return Stage()
+
+
+def batch(given: Given) -> Stage:
+    a_take(given.place, "takes/monday")
+    (given.place / "mount.json").rename(given.place / "chair_mount.json")
+    return Stage()
+
+
+def blender(given: Given) -> Stage:
+    """What Blender would export: a box that is lifted, carried and put down again."""
+    glb = GlbWriter()
+    chair = glb.node("Chair", mesh=0)
+    times = np.linspace(0.0, 5.0, 51)
+    s = np.clip((times - 1) / 3, 0, 1)
+    way = s * s * (3 - 2 * s)
+    up = 0.3 + 0.4 * np.sin(np.pi * way) ** 2
+    glb.move(chair, "translation", times, np.stack([0.8 * way, up, 0 * way], axis=1))
+    glb.write(given.place / "chair.glb")
+    return Stage()
+
+
+def recording(given: Given) -> Stage:
+    a_take(given.place, "SESSION")
+    return Stage()
+
+
+def replay(given: Given) -> Stage:
+    a_take(given.place)
+    for name in ("chair_motion", "mop_motion"):
+        copy(given.motion, given.place / name)
+    return Stage()
+
+
+def comparing(given: Given) -> Stage:
+    """Two motions of a take, a recorded clip, two methods' motions, and people who answer."""
+    for name in ("chair_motion", "other_motion", "ours/lift", "baseline/lift", "recorded/lift"):
+        copy(given.motion, given.place / name)
+    given.write_clip("sub2_woodchair_008", given.place / "clips")
+    box = box_mesh()
+    moved = {"vertices": box.vertices, "faces": box.faces}
+    np.savez(given.place / "clips" / "meshes" / "box.npz", **moved)
+    return Stage(before={2: f"{PYTHON} -m tests.docs.votes study votes"})
+
+
+def evaluation(given: Given) -> Stage:
+    given.write_clip("sub16_box_001", given.place / "DIR")
+    copy(given.place / "DIR", given.place / "CLIPS")
+    return Stage()
+
+
+def _mocap(given: Given) -> None:
+    """A few recordings of people who walk and stand, from the third-party data."""
+    copy(given.shared() / "data" / "mocap" / "cmu_bvh" / "02", given.place / "MOCAP" / "02")
+
+
+def data(given: Given) -> Stage:
+    """Recorded people, clips to look at, and an object that was captured with markers."""
+    _mocap(given)
+    (given.place / "data").mkdir()
+    save_clips(given.place / "data" / "clips_00000.npz", [still_clip(0)])
+    box = trimesh.creation.box((40.0, 30.0, 50.0))
+    box.export(given.place / "MESH.obj")
+    drawn, corners = capture(np.random.default_rng(0), seconds=2.0), np.asarray(box.vertices)
+    T = moving(drawn.times, drawn.turn)
+    T[:, 2, 3] += 0.5
+    seen = corners[[0, 1, 2, 4, 7]]
+    points = seen * 0.0123 @ T[:, :3, :3].swapaxes(1, 2) + T[:, None, :3, 3]
+    write_vicon(given.place / "TRACKS.csv", replace(drawn, points=points, places=seen, T=T))
+    write_places(given.place / "PLACES.csv", seen)
+    return Stage()
+
+
+def training(given: Given) -> Stage:
+    _mocap(given)
+    a_take(given.place, "SESSION")
+    return Stage()
+
+
+def corrected(given: Given) -> Stage:
+    """A motion, in whose contacts a hand was made to hold a little later."""
+    a_motion(given)
+    file = given.place / "chair_motion" / "contacts.json"
+    contacts = json.loads(file.read_text())
+    contacts["segments"][0]["start"] += 6
+    file.write_text(json.dumps(contacts))
+    return Stage()
+
+
+def unreal(given: Given) -> Stage:
+    """A character with Manny's bones: the person that the page has just exported."""
+    a_motion(given)
+    return Stage(before={1: "cp chair.glb SKM_Manny.glb"})
