@@ -195,12 +195,10 @@ def _headline(made: "Scan") -> None:
         limits = "; usable with limits" if made.report.severity == "warn" else ""
         say("Done", f"in {took}: {output}{limits}", "green" if not limits else "yellow")
         return
-    names = ", ".join(check.name for check in made.report.of("bad"))
-    say(
-        "Not usable as it is",
-        f"{names}. {output}, made in {took}, is there to be looked at.",
-        "red",
-    )
+    why = ", ".join(check.name for check in made.report.of("bad"))
+    if made.report.cut_off:
+        why = "the film does not show the whole object"
+    say("Not usable as it is", f"{why}; {output}, made in {took}, is for looking at.", "red")
 
 
 def _next(request: "ScanRequest", made: "Scan") -> str:

@@ -61,8 +61,8 @@ def _with_a_way_out(error: InputError) -> InputError:
     """What a scan can do without, and a take cannot."""
     if error.code not in _PHOTOS_ALONE:
         return error
-    fix = "Use its pictures alone (--no-poses) and give the object's height (--height 0.95), a length "
-    fix += "(--length) or a board (--board A4)."
+    fix = f"{error.fix} Or use the pictures alone (--no-poses) and give the object's height (--height "
+    fix += "0.95), a length (--length) or a board (--board A4)."
     return InputError(error.code, error.what, where=error.where, fix=fix)
 
 
