@@ -33,7 +33,6 @@ def hurried(words: list[str]) -> list[str]:
     for count in (2, 1):
         name = " ".join(words[:count])
         if name in LESS:
-            # A motion that is generated from a file of contacts is still one of few steps.
             return [*words, *LESS[name]]
     return words
 
@@ -41,12 +40,14 @@ def hurried(words: list[str]) -> list[str]:
 def write_shim(path: Path) -> None:
     """Write the command into a folder that goes first on the PATH."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    lines = [
+    imports = [
         "import sys",
         f"sys.path.insert(0, {str(REPO)!r})",
         "from tests.docs.hurry import main",
     ]
-    path.write_text("\n".join([f"#!{sys.executable}", *lines, "main()", ""]))
+    # Processes that a command starts import this file, and must not begin anew.
+    guarded = ['if __name__ == "__main__":', "    main()", ""]
+    path.write_text("\n".join([f"#!{sys.executable}", *imports, *guarded]))
     path.chmod(0o755)
 
 

@@ -1,15 +1,22 @@
 """What the commands of each page are given: files under the names that the page uses."""
 
 import json
+import shutil
+import socket
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import trimesh
+from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.carried_box import box_mesh
+from capture_app.simulator.carried_box import box_mesh, clamped_phone
+from capture_app.simulator.noise import PhoneNoise
+from capture_app.simulator.phone import simulate
 from capture_app.simulator.record import DEMO
+from capture_app.simulator.recording import write_recording
+from capture_app.simulator.wiggle import wiggle_motion
 from omomo_core.data.clips import save_clips
 from tests.capture_app.test_cli_data import clip as still_clip
 from tests.core.marker_files import capture, moving, write_places, write_vicon
@@ -126,6 +133,36 @@ def corrected(given: Given) -> Stage:
     contacts["segments"][0]["start"] += 6
     file.write_text(json.dumps(contacts))
     return Stage()
+
+
+def turned(place: Path) -> None:
+    """A phone that is turned about with its box, and a tracker's log of the box."""
+    motion = wiggle_motion("all axes", seed=1)
+    log = simulate(motion, clamped_phone(), seed=1, noise=replace(PhoneNoise(), drift=0.0))
+    write_recording(log, place / "TURNED")
+    T = motion.T_world_object
+    quaternions = Rotation.from_matrix(T[:, :3, :3]).as_quat()
+    rows = np.column_stack([np.arange(len(T)) / 30, T[:, :3, 3], quaternions])
+    np.savetxt(place / "poses.txt", rows, fmt="%.6f")
+
+
+def serve(given: Given) -> Stage:
+    """A server on a free port, and what is brought to it."""
+    place = given.place
+    turned(place)
+    shutil.make_archive(str(place / "turned"), "zip", place / "TURNED")
+    copy(DEMO / "box.obj", place / "chair.obj")
+    shutil.make_archive(str(place / "chair_film"), "zip", DEMO / "session")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    start = f"{PYTHON} -c 'from capture_app.cli.start import main; main()' serve --no-browser"
+    begin = (
+        f"{start} --library served --port {port} > served.txt & SERVER=$!",
+        "trap 'kill $SERVER; wait $SERVER || true' EXIT",
+        f"until curl -sf http://127.0.0.1:{port}/api/health; do sleep 0.3; done",
+    )
+    return Stage({2: "\n".join(begin)}, {"http://127.0.0.1:8765": f"http://127.0.0.1:{port}"})
 
 
 def unreal(given: Given) -> Stage:

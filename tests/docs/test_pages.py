@@ -17,6 +17,7 @@ PREPARED: dict[str, Callable[[inputs.Given], Stage]] = {
     "docs/format.md": inputs.corrected,
     "docs/recording.md": inputs.recording,
     "docs/replay.md": inputs.replay,
+    "docs/serve.md": inputs.serve,
     "docs/training.md": inputs.training,
     "docs/unity.md": inputs.a_motion,
     "docs/unreal.md": inputs.unreal,
