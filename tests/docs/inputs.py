@@ -16,12 +16,21 @@ from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.record import DEMO
 from capture_app.simulator.recording import write_recording
+from capture_app.simulator.scan_log import scan_log, with_pictures
+from capture_app.simulator.scan_model import drawn_model
+from capture_app.simulator.scan_scene import orbit_poses, scan_scene
 from capture_app.simulator.wiggle import wiggle_motion
+from capture_app.simulator.witness import board_on_box, tripod
+from ingest.formats import scanner_3d
+from ingest.mount.board.spec import PRESETS
 from omomo_core.data.clips import save_clips
+from omomo_core.motion import ObjectMotion
 from tests.capture_app.test_cli_data import clip as still_clip
 from tests.core.marker_files import capture, moving, write_places, write_vicon
+from tests.docs.pages import blocks
 from tests.docs.running import PYTHON, Stage, copy
 from tests.ingest.animated.conftest import GlbWriter
+from tests.ingest.mount.board.filmed import picture, write_film
 
 
 @dataclass(frozen=True)
@@ -135,15 +144,48 @@ def corrected(given: Given) -> Stage:
     return Stage()
 
 
-def turned(place: Path) -> None:
+def turned(place: Path) -> ObjectMotion:
     """A phone that is turned about with its box, and a tracker's log of the box."""
-    motion = wiggle_motion("all axes", seed=1)
+    motion = wiggle_motion("all axes", seconds=12.0, seed=3)
     log = simulate(motion, clamped_phone(), seed=1, noise=replace(PhoneNoise(), drift=0.0))
     write_recording(log, place / "TURNED")
     T = motion.T_world_object
     quaternions = Rotation.from_matrix(T[:, :3, :3]).as_quat()
     rows = np.column_stack([np.arange(len(T)) / 30, T[:, :3, 3], quaternions])
     np.savetxt(place / "poses.txt", rows, fmt="%.6f")
+    return motion
+
+
+def calibration(given: Given) -> Stage:
+    """A box that is turned before a second camera, and a chair that was filmed, then clamped to."""
+    place = given.place
+    motion, board = turned(place), PRESETS["A4"]
+    (told,) = [block for block in blocks("docs/calibration.md") if block.language == "json"]
+    (place / "place.json").write_text(told.text)
+    witness = tripod(distance=0.8, size=(640, 480), rate=4.0)
+    seen = witness.board_poses(motion, board_on_box(board))
+    stamps = [round(1000 * time) for time in witness.times(motion)]
+    pictures = [picture(pose, board, witness.camera) for pose in seen]
+    write_film(place / "film.mp4", pictures, stamps)
+    _filmed_and_clamped(place)
+    return Stage()
+
+
+def _filmed_and_clamped(place: Path) -> None:
+    """One recording of a chair, its scan, and a COLMAP model of the same room."""
+    scene = scan_scene(4)
+    model = drawn_model(scene, orbit_poses(scene, 8), place / "drawn", seed=4)
+    model.sparse.rename(place / "drawn" / "0")
+    copy(place / "drawn" / "0", place / "sparse" / "0")
+    copy(model.images, place / "pictures")
+    log, T_arkit_world = scan_log(scene, seed=4)
+    filmed = with_pictures(log, scene, place / "drawn" / "film", (16.0, 17.0, 22.5, 23.5))
+    scanner_3d.write(filmed, place / "FILMED")
+    solid = trimesh.Trimesh(scene.mesh.vertices, scene.mesh.faces, process=False)
+    solid.export(place / "chair.obj")
+    solid.apply_transform(T_arkit_world @ scene.T_world_object)
+    solid.export(place / "scan.obj")
+    np.savetxt(place / "model_to_chair.txt", model.T_object_model)
 
 
 def serve(given: Given) -> Stage:

@@ -11,6 +11,7 @@ from tests.docs.running import Stage, run_page
 PREPARED: dict[str, Callable[[inputs.Given], Stage]] = {
     "docs/batch.md": inputs.batch,
     "docs/blender.md": inputs.blender,
+    "docs/calibration.md": inputs.calibration,
     "docs/comparing.md": inputs.comparing,
     "docs/data.md": inputs.data,
     "docs/evaluation.md": inputs.evaluation,
