@@ -22,7 +22,7 @@ LESS: dict[str, tuple[str, ...]] = {
     "data synthesise": ("--count", "1"),
     "data inspect": ("--clips", "1", "--videos", "0"),
     "study make": ("--raters", "1", "--pairs", "1", "--checks", "0", "--size", "96x72"),
-    "scan": ("--frames", "24", "--vertices", "1000"),
+    "scan": ("--frames", "24", "--vertices", "1000", "--method", "depth"),
 }
 """What is added to a command, by its words. The last of two options counts."""
 _START = "from capture_app.cli.start import main; main()"

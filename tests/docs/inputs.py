@@ -11,11 +11,13 @@ import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.carried_box import box_mesh, clamped_phone
+from capture_app.simulator.carried_box import box_mesh, carried_box, clamped_phone
 from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.record import DEMO
 from capture_app.simulator.recording import write_recording
+from capture_app.simulator.scan_camera import FilmErrors
+from capture_app.simulator.scan_film import film_session
 from capture_app.simulator.scan_log import scan_log, with_pictures
 from capture_app.simulator.scan_model import drawn_model
 from capture_app.simulator.scan_scene import orbit_poses, scan_scene
@@ -31,6 +33,7 @@ from tests.docs.pages import blocks
 from tests.docs.running import PYTHON, Stage, copy
 from tests.ingest.animated.conftest import GlbWriter
 from tests.ingest.mount.board.filmed import picture, write_film
+from tests.ingest.scan.test_scan_ready_mesh import write_usdz
 
 
 @dataclass(frozen=True)
@@ -186,6 +189,26 @@ def _filmed_and_clamped(place: Path) -> None:
     solid.apply_transform(T_arkit_world @ scene.T_world_object)
     solid.export(place / "scan.obj")
     np.savetxt(place / "model_to_chair.txt", model.T_object_model)
+
+
+def scan(given: Given) -> Stage:
+    """A thing filmed all around, the phone clamped to it, and a take; and a mesh of another app."""
+    place, scene = given.place, scan_scene(21, "box")
+    errors = FilmErrors(jolts=0.0)
+    film_session(
+        scene, place / "chair_film", count=24, width=480, seed=3, errors=errors, depth=True
+    )
+    log, _ = scan_log(scene, seed=4)
+    seconds = (16.0, 17.0, 22.5, 23.5)
+    scanner_3d.write(with_pictures(log, scene, place / "drawn", seconds), place / "clamped")
+    carried = carried_box()
+    T = carried.T_world_object.copy()
+    T[:, :3, 3] -= T[:, :3, 2] * T[0, 2, 3]
+    write_recording(
+        simulate(replace(carried, T_world_object=T), scene.mount, seed=2), place / "take"
+    )
+    write_usdz(place, {"chair": (0.0, 0.0, 0.0)}, metres=0.01).rename(place / "chair.usdz")
+    return Stage()
 
 
 def serve(given: Given) -> Stage:

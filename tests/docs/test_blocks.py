@@ -13,6 +13,7 @@ _ALLOWED = (
     "hours of training",
     "questions",
     "third-party data",
+    "./run test --slow",
 )
 
 PAGE = """Text

@@ -18,6 +18,7 @@ PREPARED: dict[str, Callable[[inputs.Given], Stage]] = {
     "docs/format.md": inputs.corrected,
     "docs/recording.md": inputs.recording,
     "docs/replay.md": inputs.replay,
+    "docs/scan.md": inputs.scan,
     "docs/serve.md": inputs.serve,
     "docs/training.md": inputs.training,
     "docs/unity.md": inputs.a_motion,
