@@ -14,6 +14,7 @@ _QUICK = ("--samples", "1", "--steps", "2", "--no-video")
 LESS: dict[str, tuple[str, ...]] = {
     "run": _QUICK,
     "batch": _QUICK,
+    "resolve": ("--no-video",),
     "replay": ("--no-browser",),
     "compare": ("--size", "160x120"),
     "tables": ("--samples", "1", "--steps", "1", "--limit", "1"),

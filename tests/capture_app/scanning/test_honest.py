@@ -87,3 +87,16 @@ def test_what_cuts_an_object_off(name: str, cut: bool):
     assert not cut_off([Check(name, "warn", "")])
     assert not ScanReport((Check(name, "bad", ""),), None).usable
     assert ScanReport((Check(name, "warn", ""),), None).usable
+
+
+@pytest.mark.slow
+def test_a_real_film_of_one_side(shared: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """A chair that somebody filmed from 138 degrees of the circle."""
+    film = shared / "data" / "scan" / "chair_3d_scanner_app"
+    words = ["scan", str(film), "-o", str(tmp_path / "chair.glb"), "--method", "depth"]
+    assert invoke(words) == 2
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.startswith("Not usable as it is: the film does not show the whole object;")
+    assert "from 222 degrees of the circle" in said
+    for comfort in ("Done", "Next", "sure to"):
+        assert comfort not in said
