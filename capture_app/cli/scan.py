@@ -164,25 +164,41 @@ def scan(
     with progress_bars() as progress:
         made = scan_object(request, progress)
     _show(made)
+    if not made.report.usable:
+        raise typer.Exit(2)
 
 
 def _show(made: "Scan") -> None:
     """Where everything is, and what the user should know about it."""
     from capture_app.scanning.folder import REPORT_PAGE
 
-    request, solid = made.request, made.cleaned.mesh
+    request, report, solid = made.request, made.report, made.cleaned.mesh
     sides = " x ".join(
         f"{side:.2f}" for side in solid.vertices.max(axis=0) - solid.vertices.min(axis=0)
     )
-    say("Done", f"in {sum(made.seconds.values()):.0f} s: {request.output}", "green")
+    _headline(made)
     tight = "closed" if made.cleaned.watertight else "open"
+    tight += " by what is made up" if made.cleaned.watertight and report.cut_off else ""
     console.print(f"{sides} m, {len(solid.vertices):,} vertices, {tight}", highlight=False)
-    for check in (*made.report.of("bad"), *made.report.of("warn")):
+    for check in (*report.of("bad"), *report.of("warn")):
         colour = "red" if check.severity == "bad" else "yellow"
         say(check.name.capitalize(), f"{check.message} {check.fix}".strip(), colour)
     say("Report", str(request.work / REPORT_PAGE), "bold")
-    if made.found is not None:
+    if made.found is not None and report.usable:
         say("Next", _next(request, made), "bold")
+
+
+def _headline(made: "Scan") -> None:
+    """The worst that was found, first."""
+    took, output = f"{sum(made.seconds.values()):.0f} s", made.request.output
+    if made.report.usable:
+        limits = "; usable with limits" if made.report.severity == "warn" else ""
+        say("Done", f"in {took}: {output}{limits}", "green" if not limits else "yellow")
+        return
+    why = ", ".join(check.name for check in made.report.of("bad"))
+    if made.report.cut_off:
+        why = "the film does not show the whole object"
+    say("Not usable as it is", f"{why}; {output}, made in {took}, is for looking at.", "red")
 
 
 def _next(request: "ScanRequest", made: "Scan") -> str:

@@ -24,6 +24,7 @@ def report_data(
         "source": str(request.source),
         "mesh": request.output.name,
         "severity": report.severity,
+        "usable": report.usable,
         "checks": [asdict(check) for check in report.checks],
         "object": {
             "extents": _numbers(np.ptp(mesh.vertices, axis=0)),
@@ -50,7 +51,11 @@ def _of_film(found: Found, report: ScanReport) -> dict[str, Any]:
             "left_out": {one.name: one.reason for one in registered.left_out},
         },
         "reprojection": round(registered.reprojection, 3),
-        "scale": {**asdict(registered.scale), "up": registered.up},
+        "scale": {
+            **asdict(registered.scale),
+            **({"sigma": None} if report.cut_off else {}),
+            "up": registered.up,
+        },
         "box": {"low": _numbers(low), "high": _numbers(high)},
         "T_world_object": [_numbers(row, 6) for row in found.cleaned.T_world_object],
         "coverage": None

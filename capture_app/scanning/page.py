@@ -20,7 +20,7 @@ from ingest.scan.quality.report import ScanReport
 _WORDS: dict[Severity, str] = {
     "ok": "This scan is good",
     "warn": "This scan is usable with limits",
-    "bad": "This scan is not to be relied on",
+    "bad": "This scan is not usable as it is",
 }
 _STYLE = """
 figure img { display:block; width:100%; height:auto; border-radius:8px; }
@@ -51,7 +51,7 @@ def scan_page(
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>{name}: scan report</title><style>{STYLE}{_STYLE}</style></head><body><main>"
         f"<header><p>Scan report</p><h1>{name}</h1></header>"
-        f"{_verdict(report)}{_facts(cleaned, found)}"
+        f"{_verdict(report)}{_facts(cleaned, found, report)}"
         f"<h2>Pictures</h2>{shown}{_around(report)}"
         f"<h2>Checks</h2>{listed(report.checks)}"
         f"<footer>{escape(str(request.source))}</footer></main></body></html>\n"
@@ -69,7 +69,7 @@ def _verdict(report: ScanReport) -> str:
     )
 
 
-def _facts(cleaned: CleanMesh, found: Found | None) -> str:
+def _facts(cleaned: CleanMesh, found: Found | None, report: ScanReport) -> str:
     sides = np.ptp(cleaned.mesh.vertices, axis=0)
     facts = [
         ("Size, metres", " × ".join(f"{side:.2f}" for side in sides)),
@@ -79,7 +79,8 @@ def _facts(cleaned: CleanMesh, found: Found | None) -> str:
     if found is not None:
         views, absent = len(found.registered.views), len(found.registered.left_out)
         facts.append(("Pictures placed", f"{views} of {views + absent}"))
-        facts.append(("Size is sure to", f"{found.registered.scale.sigma:.1%}"))
+        sure = "nothing" if report.cut_off else f"{found.registered.scale.sigma:.1%}"
+        facts.append(("Size is sure to", sure))
         facts.append(
             ("Measured by", {"both": "pictures and depth"}.get(found.method, found.method))
         )

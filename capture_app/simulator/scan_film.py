@@ -47,7 +47,7 @@ class ScanFilm:
 
 
 def around(
-    scene: ScanScene, count: int, *, seed: int = 0, turns: int = 0
+    scene: ScanScene, count: int, *, seed: int = 0, turns: int = 0, arc: float = 360.0
 ) -> Float64[np.ndarray, "count 4 4"]:
     """T_world_phone of a walk around the thing at two heights, in hands that are not quite still.
 
@@ -56,9 +56,10 @@ def around(
         count: of poses.
         seed: of the hands.
         turns: quarter turns counter-clockwise by which the phone is held: 1 is upright.
+        arc: see `orbit_poses`.
     """
     tall = float(np.ptp(scene.mesh.vertices[:, 2]))
-    T = orbit_poses(scene, count, height=tall / 2, distance=max(1.1, 1.4 * tall))
+    T = orbit_poses(scene, count, height=tall / 2, distance=max(1.1, 1.4 * tall), arc=arc)
     rng = np.random.default_rng(seed)
     sway = gaussian_filter1d(rng.normal(size=(count, 6)), 2.0, axis=0)
     T[:, :3, 3] += 0.04 * sway[:, :3]
@@ -77,6 +78,7 @@ def film_session(
     errors: FilmErrors | None = None,
     depth: bool = False,
     turns: int = 0,
+    arc: float = 360.0,
     format_: Format = scanner_3d,
 ) -> ScanFilm:
     """Film a thing with an app that logs poses with single pictures; writes its session.
@@ -89,12 +91,12 @@ def film_session(
         seed: of all errors.
         errors: of pictures, poses and depth.
         depth: also LiDAR's depth maps, with confidence as 3D Scanner App writes it.
-        turns: see `around`.
+        turns, arc: see `around`.
         format_: the app's layout; one with single pictures.
     """
     errors = errors or FilmErrors()
     rng = np.random.default_rng(seed)
-    T_world_phone = around(scene, count, seed=seed, turns=turns)
+    T_world_phone = around(scene, count, seed=seed, turns=turns, arc=arc)
     T_arkit_world = arkit_from_world(T_world_phone[0])
     times = BOOT_SECONDS + np.arange(count) / RATE
     with tempfile.TemporaryDirectory() as temporary:

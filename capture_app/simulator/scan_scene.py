@@ -78,7 +78,7 @@ def scan_scene(seed: int, thing: str = "chair", *, contrast: float = 1.0) -> Sca
 
 
 def orbit_poses(
-    scene: ScanScene, count: int, *, height: float = 0.5, distance: float = 1.4
+    scene: ScanScene, count: int, *, height: float = 0.5, distance: float = 1.4, arc: float = 360.0
 ) -> Float64[np.ndarray, "count 4 4"]:
     """T_world_phone of a camera that looks at the thing from `count` places around it.
 
@@ -89,13 +89,14 @@ def orbit_poses(
         count: of poses.
         height: of the point that the camera looks at, over the floor, metres.
         distance: of the camera from that point.
+        arc: degrees of the circle that a round goes; less than 360 leaves sides unfilmed.
     """
     target = scene.T_world_object[:3, 3] + [0.0, 0.0, height]
     turns = np.linspace(0.0, 2.0, count, endpoint=False)
     lift = 0.15 + 0.45 * np.clip((turns - 0.9) / 0.2, 0.0, 1.0)
     return np.stack(
         [
-            orbit(target, distance, 2 * np.pi * turn, up)
+            orbit(target, distance, np.radians(arc) * (turn % 1.0 if arc < 360 else turn), up)
             for turn, up in zip(turns, lift, strict=True)
         ]
     )

@@ -64,7 +64,7 @@ def body_mount(
         R_object_body: turns the body's axes (x right, y to the top edge, z out of the screen) into
             the object's.
         at: where `point` is in the object's frame, metres.
-        point: of the phone, as in `ingest.mount.phones.body_point`.
+        point: of the phone, as in `ingest.mount.phone.body.body_point`.
         precision: of the body's pose; what is known of the camera in the body comes on top.
 
     Raises:

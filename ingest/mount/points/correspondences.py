@@ -1,6 +1,6 @@
 """Pairs of a point on the phone and the same point in the object's frame: typed, or from a file.
 
-A point on the phone is a name (`ingest.mount.phones.body_point`) or three numbers in metres in the
+A point on the phone is a name (`ingest.mount.phone.body.body_point`) or three numbers in metres in the
 axes of the phone's camera (as ARKit's: phone held sideways with the charging port to the right, x
 right, y up, z to you). A point on the object is three numbers in metres in the frame of its mesh.
 

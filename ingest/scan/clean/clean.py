@@ -22,6 +22,8 @@ _WALL = 0.01
 """Metres from a side of the region where a surface is cut by it."""
 _CUT = 0.01
 """Part of the vertices that may lie there."""
+UNSEEN = "unseen"
+"""The check of how much of the surface is made up; bad where that is most of it."""
 _UNSEEN_WARN, _UNSEEN_BAD = 0.3, 0.5
 """Part of the surface that no picture shows: half of that is usual, undersides and insides."""
 _BASE = 0.012
@@ -161,7 +163,7 @@ def _shown(
     unseen = 1 - float((area * seen[faces].mean(axis=1)).sum() / max(area.sum(), 1e-12))
     severity = "bad" if unseen > _UNSEEN_BAD else "warn" if unseen > _UNSEEN_WARN else "ok"
     return graded(
-        "unseen",
+        UNSEEN,
         severity,
         f"{unseen:.0%} of the surface, what it stands on left out, are shown clearly by no two "
         "pictures; there it is only closed.",

@@ -10,6 +10,8 @@ from ingest.scan.found import Found
 from ingest.scan.types import View
 from omomo_core.geometry.transforms import inverse
 
+AROUND = "all around"
+"""The check of the circle; bad where one side of the object was filmed and the rest was not."""
 _GAP_WARN, _GAP_BAD = 60.0, 150.0
 """Degrees of the circle around the object from which no picture is taken."""
 _HIGH, _LOW = 25.0, 25.0
@@ -77,7 +79,7 @@ def coverage_checks(coverage: Coverage) -> tuple[Check, ...]:
         f"Film again from {start:.0f} to {start + width:.0f} degrees to the right of where the film "
         "begins, facing the object (90 is a quarter of the way around)."
     )
-    return (graded("all around", severity, message, fix), _heights(coverage))
+    return (graded(AROUND, severity, message, fix), _heights(coverage))
 
 
 def _heights(coverage: Coverage) -> Check:

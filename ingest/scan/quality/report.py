@@ -1,18 +1,20 @@
 """ScanReport: the verdicts on a scan."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ingest.mesh import MAX_EXTENT, MIN_EXTENT
 from ingest.report.check import Check, Severity, grade, graded, worst
-from ingest.scan.clean.clean import CleanMesh
+from ingest.scan.clean.clean import UNSEEN, CleanMesh
 from ingest.scan.found import Found
-from ingest.scan.quality.coverage import Coverage, coverage_checks, coverage_of
+from ingest.scan.quality.coverage import AROUND, Coverage, coverage_checks, coverage_of
 from ingest.scan.quality.texture import texture_check
 
-_ALL, _MOST = 0.9, 0.6
-"""Part of the pictures that are registered: below it is looked at, and bad."""
+_ALL = 0.9
+"""Part of the pictures that are registered: below it is looked at. What is missing for it is not bad by
+itself: where it leaves the object unseen, the checks of what was seen say so."""
 _OFF_WARN, _OFF_BAD = 1.5, 4.0
 """Pixels between features and points, in a picture 960 pixels wide."""
 _SCALE_WARN, _SCALE_BAD = 0.01, 0.05
@@ -35,21 +37,38 @@ class ScanReport:
         """The worst of the checks."""
         return worst([check.severity for check in self.checks])
 
+    @property
+    def usable(self) -> bool:
+        """Whether the mesh may be used, if within limits: nothing is wrong with it that is bad."""
+        return self.severity != "bad"
+
+    @property
+    def cut_off(self) -> bool:
+        """Whether most of the object was not filmed, so that its size is not that of the mesh."""
+        return cut_off(self.checks)
+
     def of(self, severity: Severity) -> list[Check]:
         """The checks of one severity."""
         return [check for check in self.checks if check.severity == severity]
 
 
+def cut_off(checks: Sequence[Check]) -> bool:
+    """Whether some checks say that one side alone was filmed, or that most of the surface is made up."""
+    return any(check.severity == "bad" and check.name in (AROUND, UNSEEN) for check in checks)
+
+
 def inspect_scan(found: Found) -> ScanReport:
     """Look a scan over."""
     coverage = coverage_of(found)
+    around = coverage_checks(coverage)
+    cut = cut_off((*around, *found.cleaned.mesh.notes))
     checks = (
         *found.frames.notes,
         _pictures(found),
         *(note for note in found.registered.notes if note.name != "registered"),
         _reprojection(found),
-        _scale(found),
-        *coverage_checks(coverage),
+        *around,
+        _scale(found, cut),
         texture_check(found),
         *found.region.notes,
         _pieces(found),
@@ -67,7 +86,7 @@ def inspect_ready(cleaned: CleanMesh) -> ScanReport:
 def _pictures(found: Found) -> Check:
     there, absent = len(found.registered.views), len(found.registered.left_out)
     share = there / (there + absent)
-    severity = "bad" if share < _MOST else "warn" if share < _ALL else "ok"
+    severity = "warn" if share < _ALL else "ok"
     message = f"{there} of {there + absent} pictures were placed."
     if absent:
         first = found.registered.left_out[0]
@@ -85,8 +104,10 @@ def _reprojection(found: Found) -> Check:
     return graded("reprojection", grade(off * 960 / width, _OFF_WARN, _OFF_BAD), message, fix)
 
 
-def _scale(found: Found) -> Check:
+def _scale(found: Found, cut: bool) -> Check:
     scale = found.registered.scale
+    if cut:
+        return _scale_of_a_part(found)
     largest = float(np.ptp(found.cleaned.mesh.vertices, axis=0).max())
     message = (
         f"The size comes from {scale.said}, sure to {scale.sigma:.1%}: {1e3 * scale.sigma * largest:.0f}"
@@ -94,6 +115,21 @@ def _scale(found: Found) -> Check:
     )
     fix = "Measure the object's height and give it (--height), or lay a board beside it (--board)."
     return graded("scale", grade(scale.sigma, _SCALE_WARN, _SCALE_BAD), message, fix)
+
+
+def _scale_of_a_part(found: Found) -> Check:
+    """Nothing is sure about the size of what was filmed in part, however well the metre is known."""
+    scale = found.registered.scale
+    if scale.by == "height":
+        tall = float(np.ptp(found.cleaned.mesh.vertices[:, 2]))
+        message = (
+            f"The height of {tall:.2f} m was given to what was filmed, which is not the object: "
+        )
+        return Check("scale", "bad", message + "nothing is known about the object's size.")
+    message = (
+        f"The metre comes from {scale.said}, but the size is that of what was filmed: how large "
+    )
+    return Check("scale", "bad", message + "the object is, is not known.")
 
 
 def _pieces(found: Found) -> Check:

@@ -14,19 +14,24 @@ from ingest.scan.sources.video import video_source
 from ingest.scan.types import ScanSource
 from omomo_core.errors import InputError
 
+_PHOTOS_ALONE = ("session-no-metres", "log-no-times")
+"""What is wrong with logs that lie beside good pictures: `transforms.json` as COLMAP's users have it."""
+
 
 def is_mesh(path: Path) -> bool:
     """Whether it is a ready mesh, for `read_scan_mesh`, by its name."""
     return path.suffix.lower() in MESHES
 
 
-def read_source(path: Path, *, images: Path | None = None) -> ScanSource:
+def read_source(path: Path, *, images: Path | None = None, poses: bool = True) -> ScanSource:
     """Read what the object was filmed with.
 
     Args:
         path: session (folder or archive), folder or archive of photos, video, or COLMAP model (its
             folder, or the one around it).
         images: folder of the pictures of a COLMAP model, where they are not beside it.
+        poses: whether logged poses are wanted; without, a log whose poses or times say nothing in
+            metres or seconds is a folder of photos.
 
     Raises:
         InputError: "scan-missing"; "scan-unknown" for none of these; those of what it is.
@@ -46,10 +51,19 @@ def read_source(path: Path, *, images: Path | None = None) -> ScanSource:
     try:
         session = read_session(path)
     except InputError as error:
-        if error.code != "session-unknown":
-            raise
-        return _photos(folder, path)
+        if error.code == "session-unknown" or (error.code in _PHOTOS_ALONE and not poses):
+            return _photos(folder, path)
+        raise _with_a_way_out(error) from error
     return session_source(session)
+
+
+def _with_a_way_out(error: InputError) -> InputError:
+    """What a scan can do without, and a take cannot."""
+    if error.code not in _PHOTOS_ALONE:
+        return error
+    fix = f"{error.fix} Or use the pictures alone (--no-poses) and give the object's height (--height "
+    fix += "0.95), a length (--length) or a board (--board A4)."
+    return InputError(error.code, error.what, where=error.where, fix=fix)
 
 
 def _photos(folder: Path, path: Path) -> ScanSource:

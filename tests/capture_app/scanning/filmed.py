@@ -19,8 +19,10 @@ class Scanned:
     """Stages, and how far they were."""
 
 
-def film_small(folder: Path) -> ScanFilm:
-    """A session of a box with depth, few small pictures all around."""
+def film_small(folder: Path, *, arc: float = 360.0) -> ScanFilm:
+    """A session of a box with depth, few small pictures all around, or from `arc` degrees of the circle."""
     scene = scan_scene(21, "box")
     errors = FilmErrors(jolts=0.0)
-    return film_session(scene, folder, count=24, width=400, seed=3, errors=errors, depth=True)
+    return film_session(
+        scene, folder, count=24, width=400, seed=3, errors=errors, depth=True, arc=arc
+    )

@@ -104,7 +104,7 @@ def test_pieces_of_one_object_are_joined(tmp_path: Path):
 
 def test_usdz_with_its_unit_and_up_axis(tmp_path: Path):
     pytest.importorskip("pxr")
-    path = _usdz(tmp_path, {"chair": (0.0, 0.0, 0.0)}, metres=0.01)
+    path = write_usdz(tmp_path, {"chair": (0.0, 0.0, 0.0)}, metres=0.01)
     mesh = read_scan_mesh(path)
     np.testing.assert_allclose(np.ptp(mesh.vertices, axis=0), [0.4, 0.5, 0.9], atol=1e-6)
     assert mesh.vertices[:, 2].min() == pytest.approx(0.0, abs=1e-6)
@@ -113,13 +113,13 @@ def test_usdz_with_its_unit_and_up_axis(tmp_path: Path):
 
 def test_usdz_with_two_objects(tmp_path: Path):
     pytest.importorskip("pxr")
-    path = _usdz(tmp_path, {"chair": (0, 0, 0), "box": (300, 0, 0)}, metres=0.01)
+    path = write_usdz(tmp_path, {"chair": (0, 0, 0), "box": (300, 0, 0)}, metres=0.01)
     assert _code(path) == "mesh-objects"
     mesh = read_scan_mesh(path, name="box")
     assert mesh.vertices[:, 0].min() == pytest.approx(2.8)
 
 
-def _usdz(folder: Path, things: dict[str, tuple[float, float, float]], metres: float) -> Path:
+def write_usdz(folder: Path, things: dict[str, tuple[float, float, float]], metres: float) -> Path:
     """Boxes of 0.4 x 0.5 x 0.9 m standing on the floor of a stage that is y up."""
     from pxr import Gf, Usd, UsdGeom, UsdUtils
 

@@ -1,5 +1,6 @@
 """What is given for a scan: told by its content, read lazily, refused with a way out."""
 
+import json
 import shutil
 from pathlib import Path
 
@@ -67,6 +68,40 @@ def test_an_archive_of_photos_in_a_folder(tmp_path: Path):
     cv2.imwrite(str(inside / "a.png"), _picture(0))
     archive = shutil.make_archive(str(tmp_path / "photos"), "zip", tmp_path / "made")
     assert list(read_source(Path(archive)).pictures.names) == ["a"]
+
+
+def _transforms(folder: Path, **more: object) -> Path:
+    """A transforms.json with its pictures; `more` stands in each of its frames."""
+    (folder / "images").mkdir(parents=True)
+    frames = []
+    for k in range(3):
+        cv2.imwrite(str(folder / "images" / f"{k}.png"), _picture(k))
+        T = np.eye(4)
+        T[0, 3] = 0.1 * k
+        frame = {"file_path": f"images/{k}.png", "transform_matrix": T.tolist()}
+        frames.append({**frame, "timestamp": float(k), **more})
+    camera = {"fl_x": 50, "fl_y": 50, "cx": 32, "cy": 24, "w": 64, "h": 48}
+    (folder / "transforms.json").write_text(json.dumps({**camera, "frames": frames}))
+    return folder
+
+
+def test_poses_without_metres_are_left_out_on_demand(tmp_path: Path):
+    folder = _transforms(tmp_path / "colmap", colmap_im_id=1)
+    with pytest.raises(InputError) as caught:
+        read_source(folder)
+    assert caught.value.code == "session-no-metres"
+    assert "--no-poses" in caught.value.fix
+    assert "--height" in caught.value.fix
+    source = read_source(folder, poses=False)
+    assert source.kind == "photos"
+    assert list(source.pictures.names) == ["0", "1", "2"]
+
+
+def test_xcodes_copy_of_an_app_is_looked_into(tmp_path: Path):
+    _transforms(tmp_path / "phone.xcappdata" / "AppData" / "Documents" / "film")
+    source = read_source(tmp_path / "phone.xcappdata")
+    assert source.kind == "session"
+    assert source.T_world_camera is not None
 
 
 def test_nothing_that_a_scan_can_be_made_of(tmp_path: Path):

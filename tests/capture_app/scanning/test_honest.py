@@ -1,0 +1,102 @@
+"""A scan says the worst first: what was filmed from one side is no object, and has no size."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from capture_app.cli.app import invoke
+from capture_app.cli.scan import _show
+from capture_app.scanning.page import scan_page
+from ingest.report.check import Check
+from ingest.scan.found import to_height
+from ingest.scan.quality.coverage import coverage_of
+from ingest.scan.quality.report import ScanReport, cut_off, inspect_scan
+from ingest.scan.types import Scale
+from tests.capture_app.scanning.filmed import film_small
+
+
+def _one_side(found, degrees: float = 170):
+    around = coverage_of(found).azimuth
+    views = found.registered.views
+    half = tuple(v for v, a in zip(views, around, strict=True) if a < degrees)
+    return replace(found, registered=replace(found.registered, views=half))
+
+
+def _scale(found) -> Check:
+    return next(check for check in inspect_scan(found).checks if check.name == "scale")
+
+
+def test_a_film_of_one_side_is_not_usable(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """The command itself: what it closed with a guess is no object, and nothing says it were."""
+    film = film_small(tmp_path / "film", arc=100.0)
+    words = ["scan", str(film.path), "-o", str(tmp_path / "box.glb"), "--vertices", "1000"]
+    assert invoke([*words, "--method", "depth"]) == 2
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.startswith("Not usable as it is: the film does not show the whole object;")
+    for comfort in ("Done", "Next", "sure to"):
+        assert comfort not in said
+    report = json.loads((tmp_path / "box.scan" / "report.json").read_text())
+    assert (report["usable"], report["scale"]["sigma"]) == (False, None)
+    assert (tmp_path / "box.glb").is_file()
+    page = (tmp_path / "box.scan" / "report.html").read_text()
+    assert "This scan is not usable as it is" in page
+    assert "<dt>Size is sure to</dt><dd>nothing</dd>" in page
+
+
+def test_a_film_from_all_around_is_done(scanned, capsys: pytest.CaptureFixture[str]):
+    assert scanned.scan.report.usable
+    _show(scanned.scan)
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Done: in" in said
+    assert "Next: omocap calibrate scan" in said
+    assert "Not usable" not in said
+    assert "sure to" in _scale(scanned.scan.found).message
+    report = json.loads((scanned.scan.request.work / "report.json").read_text())
+    assert report["usable"] is True
+    assert report["scale"]["sigma"] == pytest.approx(scanned.scan.found.registered.scale.sigma)
+
+
+def test_a_height_given_to_a_part_is_the_parts(scanned):
+    """What is not known is said, whichever way the metre came."""
+    found = scanned.scan.found
+    scale = Scale(0.5, "height", "the object's height")
+    guessed = replace(found, registered=replace(found.registered, scale=scale))
+    whole, part = _scale(to_height(guessed, 0.9)), _scale(_one_side(to_height(guessed, 0.9)))
+    assert "sure to" in whole.message
+    assert part.severity == "bad"
+    assert "The height of 0.90 m was given to what was filmed" in part.message
+    assert "sure to" not in _scale(_one_side(found)).message
+
+
+@pytest.mark.parametrize(("degrees", "usable"), [(200, False), (240, True)])
+def test_how_much_of_the_circle_is_needed(scanned, degrees: float, usable: bool):
+    """A gap of up to 150 degrees has limits, a wider one is a side that was not filmed."""
+    report = inspect_scan(_one_side(scanned.scan.found, degrees))
+    assert report.usable is usable
+    assert report.cut_off is not usable
+    words = "usable with limits" if usable else "not usable as it is"
+    page = scan_page(scanned.scan.request, scanned.scan.cleaned, report, scanned.scan.found, {})
+    assert f"This scan is {words}" in page
+
+
+@pytest.mark.parametrize(("name", "cut"), [("unseen", True), ("all around", True), ("size", False)])
+def test_what_cuts_an_object_off(name: str, cut: bool):
+    assert cut_off([Check(name, "bad", "")]) is cut
+    assert not cut_off([Check(name, "warn", "")])
+    assert not ScanReport((Check(name, "bad", ""),), None).usable
+    assert ScanReport((Check(name, "warn", ""),), None).usable
+
+
+@pytest.mark.slow
+def test_a_real_film_of_one_side(shared: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """A chair that somebody filmed from 138 degrees of the circle."""
+    film = shared / "data" / "scan" / "chair_3d_scanner_app"
+    words = ["scan", str(film), "-o", str(tmp_path / "chair.glb"), "--method", "depth"]
+    assert invoke(words) == 2
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.startswith("Not usable as it is: the film does not show the whole object;")
+    assert "from 222 degrees of the circle" in said
+    for comfort in ("Done", "Next", "sure to"):
+        assert comfort not in said

@@ -1,0 +1,76 @@
+"""The `omocap` that a page's blocks call under test: the command as typed, with less to do.
+
+Nothing is changed but how much is computed (samples, steps, sizes, counts), that no browser opens,
+and that a server takes a free port and is stopped once it has said where it is.
+"""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.conftest import REPO
+
+_QUICK = ("--samples", "1", "--steps", "2", "--no-video")
+LESS: dict[str, tuple[str, ...]] = {
+    "run": _QUICK,
+    "batch": _QUICK,
+    "resolve": ("--no-video",),
+    "replay": ("--no-browser",),
+    "compare": ("--size", "160x120"),
+    "tables": ("--samples", "1", "--steps", "1", "--limit", "1"),
+    "evaluate": ("--samples", "1", "--steps", "1"),
+    "train": ("--steps", "1", "--batch", "2", "--synthetic", "2"),
+    "data synthesise": ("--count", "1"),
+    "data inspect": ("--clips", "1", "--videos", "0"),
+    "study make": ("--raters", "1", "--pairs", "1", "--checks", "0", "--size", "96x72"),
+    "scan": ("--frames", "24", "--vertices", "1000", "--method", "depth"),
+}
+"""What is added to a command, by its words. The last of two options counts."""
+_START = "from capture_app.cli.start import main; main()"
+
+
+def hurried(words: list[str]) -> list[str]:
+    """The words of a command, and what makes it quick."""
+    for count in (2, 1):
+        name = " ".join(words[:count])
+        if name in LESS:
+            return [*words, *LESS[name]]
+    return words
+
+
+def write_shim(path: Path) -> None:
+    """Write the command into a folder that goes first on the PATH."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    imports = [
+        "import sys",
+        f"sys.path.insert(0, {str(REPO)!r})",
+        "from tests.docs.hurry import main",
+    ]
+    # Processes that a command starts import this file, and must not begin anew.
+    guarded = ['if __name__ == "__main__":', "    main()", ""]
+    path.write_text("\n".join([f"#!{sys.executable}", *imports, *guarded]))
+    path.chmod(0o755)
+
+
+def main() -> None:
+    """What the shim does."""
+    words = sys.argv[1:]
+    if words[:1] == ["serve"]:
+        raise SystemExit(_served([*words, "--no-browser", "--port", "8980"]))
+    sys.argv = ["omocap", *hurried(words)]
+    from capture_app.cli.start import main as start
+
+    start()
+
+
+def _served(words: list[str]) -> int:
+    """Start a server, wait until it says where it is, stop it as Ctrl-C does; its exit code."""
+    import signal
+
+    command = [sys.executable, "-u", "-c", _START, *words]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
+        assert server.stdout is not None
+        said = server.stdout.readline()
+        print(said, end="", flush=True)
+        server.send_signal(signal.SIGINT if said.startswith("Open") else signal.SIGKILL)
+        return server.wait(60)
