@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from ingest.trajectory.floor import find_floor
 from ingest.trajectory.plane import fit_plane
-from ingest.trajectory.rests import find_rests
+from ingest.trajectory.rests import find_rests, is_steady
 from omomo_core.motion import ObjectMesh
 
 
@@ -177,3 +177,27 @@ def test_a_long_rest_counts_more_than_a_short_one(box):
 def test_of_rests_far_apart_in_height_the_lowest_alone_counts(box):
     T = _path((0, -1.30), (1, -1.30), (2, -0.6), (3, -1.26), (7, -1.26), jitter=1e-5)
     assert find_floor(T, _valid(T), box).height == pytest.approx(-1.30, abs=0.001)
+
+
+def test_where_the_room_lies_does_not_matter(box):
+    T = _path((0, -0.2), (1, -0.2), (2, 0.3), (3, -0.2), (4, -0.2))
+    here = find_floor(T, _valid(T), box, None, _room(-0.95))
+    away = np.array([7.0, 9.0, 0.0])
+    T[:, :3, 3] += away
+    there = find_floor(T, _valid(T), box, None, _room(-0.95) + away)
+    assert there.source == "depth"
+    assert there.height == pytest.approx(here.height, abs=0.003)
+
+
+@pytest.mark.parametrize(("metres", "degrees"), [(0.0012, 0.0), (0.0, 0.3)])
+def test_what_trembles_more_than_a_thing_on_the_floor_is_held(metres: float, degrees: float):
+    """Unless the log itself is as noisy."""
+    rng = np.random.default_rng(0)
+    T = np.tile(np.eye(4), (90, 1, 1))
+    assert is_steady(T)
+    T[:, :3, 3] += rng.normal(scale=metres, size=(90, 3))
+    turns = rng.normal(scale=np.radians(degrees), size=(90, 3))
+    T[:, :3, :3] = Rotation.from_rotvec(turns).as_matrix()
+    assert not is_steady(T)
+    assert is_steady(T, (metres, np.radians(degrees)))
+    assert not is_steady(T, (metres / 3, np.radians(degrees) / 3))

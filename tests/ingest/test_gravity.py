@@ -343,3 +343,12 @@ def test_back_projection_is_the_pinhole_camera():
     assert points[:, 1].max() == pytest.approx((719.5 - 14.5) / 1460 * 2)
     np.testing.assert_array_equal(points[0, :2] < 0, [True, False])
     assert len(back_projected(depth * 0, INTRINSICS, IMAGE_SIZE)) == 0
+
+
+def test_one_rest_is_enough_to_ask(box):
+    """The take ends in the air."""
+    T = _carried(1)[:300]
+    with pytest.raises(InputError) as caught:
+        to_object_motion(_first_frame_session(T), box, MOUNT)
+    assert caught.value.code == "gravity-ambiguous"
+    assert "z of the mesh up" in caught.value.what

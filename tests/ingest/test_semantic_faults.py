@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from capture_app.inspection import Inspection, refuse_bad, usable_take
 from ingest.formats import arkit_data_logger, ios_logger, scan_capture, stray_scanner, tum
 from ingest.session import GRAVITY, R_CAMERA_DEVICE, CaptureSession
+from ingest.trajectory.rests import find_rests
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from tests.ingest import good_take as go
@@ -274,6 +275,8 @@ def test_rests_are_found_under_noise(take: Take, rate: int, metres: float, degre
     quiet = take.inspect().take
     assert quiet is not None
     assert seen.take.floor.height == pytest.approx(quiet.floor.height, abs=0.004)
+    found = find_rests(seen.take.motion.T_world_object, seen.take.motion.valid)
+    assert sum(stop - start for start, stop in found) > 90  # of the 102 frames at rest
     assert seen.verdict != "not usable"
 
 

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ingest.mount.mount import Mount, identity_mount
 from ingest.session import CaptureSession
-from ingest.trajectory.breaks import find_breaks
+from ingest.trajectory.breaks import find_breaks, same_world
 from ingest.trajectory.object_motion import to_object_motion
 from ingest.trajectory.reading import Reading
 from ingest.trajectory.resample import resample
@@ -306,3 +306,12 @@ def test_resampling_goes_by_time(wander, seed: int, rate: float):
     )
     np.testing.assert_allclose(frames[valid, :3, 3], expected[valid], atol=0.008)
     np.testing.assert_allclose(np.linalg.det(frames[:, :3, :3]), 1, atol=1e-9)
+
+
+def test_the_world_changes_with_the_pose_after_a_jump(wander):
+    session = replace(wander(0, seconds=6.0), imu=None)
+    T = session.T_world_phone.copy()
+    T[182:, 1, 3] += 0.5  # the step from pose 181 to 182; frame 91 is pose 182
+    jumped = replace(session, T_world_phone=T)
+    after = same_world(session.times, find_breaks(jumped), (100, 180), 181)
+    np.testing.assert_array_equal(np.flatnonzero(after), np.arange(91, 181))
