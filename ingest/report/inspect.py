@@ -49,8 +49,16 @@ def inspect_clock(session: CaptureSession) -> TakeReport:
     return TakeReport((first, *others), first.severity != "bad")
 
 
+def _assumptions(look: Look) -> Iterator[Check]:
+    """What reading the log left out or took for granted; nothing where that is nothing."""
+    told = look.session.notes if look.take is None else look.take.assumptions
+    if told:
+        yield Check("log", "ok", " ".join(told))
+
+
 def _checks(look: Look) -> Iterator[Check]:
     session = look.session
+    yield from _assumptions(look)
     yield tracking.share(look)
     yield from tracking.faults(look)
     yield tracking.repeats(session)

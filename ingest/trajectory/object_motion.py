@@ -41,8 +41,10 @@ class ObjectTake:
     up: Up
     closure: Closure | None
     """Between the object's rests at the start and at the end; None when it does not rest at both."""
+    assumptions: tuple[str, ...]
+    """What was left out, or taken for granted, in reading the log."""
     notes: tuple[str, ...]
-    """What the user should know about this take."""
+    """What the user should know about this take, those among it."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +108,7 @@ def to_object_motion(
         floor=ground,
         up=upward,
         closure=drift,
+        assumptions=session.notes,
         notes=_notes(tracked, upward, drift if reading.closure else None, ground),
     )
 
