@@ -42,7 +42,9 @@ def open_video(path: Path) -> Film:
 
 
 def open_film(session: CaptureSession) -> Film:
-    """What a phone filmed while it logged, in landscape, on the clock of its poses.
+    """What a phone filmed while it logged, or the single pictures that it took, on the clock of its poses.
+
+    They are turned into landscape.
 
     Raises:
         InputError: "no-video" when it filmed nothing, or it cannot be decoded; "video-bounds".
@@ -121,7 +123,7 @@ def _image(path: Path) -> RGB:
     return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), np.uint8)
 
 
-def _turned(picture: RGB, turns: int) -> RGB:
+def _turned(picture: RGB, turns: int) -> UInt8[np.ndarray, "height width 3"]:
     return np.ascontiguousarray(np.rot90(picture, turns))
 
 

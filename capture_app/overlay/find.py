@@ -20,7 +20,9 @@ from capture_app.overlay.placing import (
 from capture_app.overlay.watcher import Watcher, by_phone, on_tripod, pose_in
 from capture_app.progress import Progress
 from capture_app.result import Result
+from ingest.archive import is_archive
 from ingest.formats.detect import read_session
+from ingest.formats.registry import FORMATS
 from ingest.mount.board.camera import load_camera
 from ingest.mount.board.place import load_place
 from ingest.mount.board.spec import Board, parse_board
@@ -66,9 +68,16 @@ def find(result: Result, said: Said, progress: Progress) -> Aligned:
     """
     if said.video is None:
         return own_film(result, said.offset or 0.0)
-    if said.video.is_dir():
+    if _is_session(said.video):
         return _second_phone(result, said, read_session(said.video), progress)
     return _tripod(result, said, said.video, progress)
+
+
+def _is_session(path: Path) -> bool:
+    """Whether it is what a phone logged, be it a folder, an archive or a file of poses."""
+    return path.is_dir() or (
+        path.is_file() and (is_archive(path) or any(app.detect(path) for app in FORMATS))
+    )
 
 
 def _tripod(result: Result, said: Said, video: Path, progress: Progress) -> Aligned:

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from waiting import until
 
+from capture_app.cli.app import invoke
 from capture_app.jobs.batch.order import order_of, submit_batch
 from capture_app.jobs.batch.results import write_results
 from capture_app.jobs.batch.sessions import find_sessions
@@ -192,6 +193,30 @@ def test_a_damaged_result_is_put_aside_and_made_again(made: RunOrder, tmp_path: 
         queue.delete(id_)
         shutil.copytree(made.output.with_name("take.damaged"), made.output)
     queue.close()
+
+
+@pytest.mark.parametrize("room", [True, False])
+def test_a_batch_that_a_full_disk_ends_says_so_and_what_became_of_each(
+    takes: Path, tmp_path: Path, monkeypatch, capsys, room: bool
+) -> None:
+    full = InputError("disk-full", "The disk is full; 6 sessions are not done.", fix="Make room.")
+
+    def watch(*_: object, **__: object) -> None:
+        raise full
+
+    def no_room(*_: object) -> None:
+        raise InputError("disk-full", "The table cannot be written.")
+
+    monkeypatch.setattr("capture_app.jobs.batch.watch.watch", watch)
+    if not room:
+        monkeypatch.setattr("capture_app.jobs.batch.results.write_results", no_room)
+    out = tmp_path / "out"
+    code = invoke(["batch", str(takes), "--mount", "identity", "-o", str(out), "--workers", "0"])
+    assert code == 2
+    told = capsys.readouterr().err
+    assert "6 sessions are not done" in told
+    assert "Traceback" not in told
+    assert (out / "results.csv").exists() == room
 
 
 def test_one_table_tells_of_all(tmp_path: Path) -> None:

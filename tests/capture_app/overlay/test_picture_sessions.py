@@ -1,0 +1,104 @@
+"""Single pictures with poses are a film, of the clamped phone and of a second one."""
+
+import shutil
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import ModuleType
+
+import cv2
+import numpy as np
+import pytest
+
+from capture_app.overlay.find import Said, find
+from capture_app.overlay.write import OverlayRequest, overlay_result
+from capture_app.result import Result
+from capture_app.simulator.noise import PhoneNoise
+from capture_app.simulator.phone import simulate
+from ingest.formats import arkit_recorder, nerfcapture, nerfstudio, polycam, record3d, scanner_3d
+from ingest.mount.file import save_mount
+from ingest.session import CaptureSession
+from omomo_core.errors import InputError
+from render.video import read_frames
+from tests.capture_app.overlay.taken import PHONE, Watched, standing, write_result
+
+EVERY, FRAMES = 12, 62
+"""Poses from one picture to the next, at 60 a second; frames of the motion."""
+
+
+@dataclass(frozen=True)
+class Taken:
+    """What the phone logged, its pictures grey, and the motion that it was."""
+
+    session: CaptureSession
+    watched: Watched
+
+    def result(self, folder: Path, source: Path) -> Result:
+        save_mount(PHONE, folder / "mount.json")
+        inputs = {"session": source, "mount": folder / "mount.json"}
+        return write_result(folder / "result", self.watched, animated=False, **inputs)
+
+
+@pytest.fixture(scope="module")
+def taken(watched: Watched, tmp_path_factory: pytest.TempPathFactory) -> Taken:
+    folder = tmp_path_factory.mktemp("pictures")
+    T, valid = watched.motion.T_world_object[:FRAMES], watched.motion.valid[:FRAMES]
+    motion = replace(watched.motion, T_world_object=T, valid=valid)
+    session = simulate(motion, PHONE, seed=0, noise=PhoneNoise(drift=0.0))
+    at = np.arange(0, len(session.times), EVERY)
+    files = tuple(folder / f"{k:05d}.jpg" for k in at)
+    for file in files:
+        cv2.imwrite(str(file), np.full((90, 120, 3), 128, np.uint8))
+    pictured = replace(session, video=None, images=files, video_times=session.times[at])
+    return Taken(pictured, replace(watched, motion=motion, human=standing(FRAMES, -0.5)))
+
+
+@pytest.mark.parametrize(
+    "app", [arkit_recorder, nerfcapture, nerfstudio, polycam, record3d, scanner_3d]
+)
+def test_they_are_the_film_of_the_clamped_phone(taken: Taken, tmp_path: Path, app: ModuleType):
+    source = app.write(taken.session, tmp_path / "take")
+    aligned = find(taken.result(tmp_path, source), Said(), lambda stage, done: None)
+    expected = taken.session.video_times
+    assert expected is not None
+    np.testing.assert_allclose(aligned.seconds, expected - expected[0], atol=0.02)
+    assert aligned.fps == pytest.approx(60 / EVERY, rel=0.02)
+    pictures = list(aligned.film.read(0, 3))
+    assert [picture.shape for picture in pictures] == [(90, 120, 3)] * 3
+    assert all(abs(int(picture.mean()) - 128) < 3 for picture in pictures)
+
+
+def test_the_person_is_drawn_into_them(taken: Taken, tmp_path: Path):
+    source = polycam.write(taken.session, tmp_path / "take")
+    result = taken.result(tmp_path, source)
+    film = tmp_path / "film.mp4"
+    overlay_result(OverlayRequest(result.folder, film), lambda stage, done: None)
+    times = taken.session.video_times
+    assert times is not None
+    drawn = read_frames(film, range(len(times)))
+    with pytest.raises(InputError):
+        read_frames(film, [len(times)])
+    assert any(np.abs(picture.astype(int) - 128).max() > 40 for picture in drawn)
+
+
+@pytest.mark.parametrize("given", ["folder", "archive", "file of poses"])
+def test_a_second_phones_are_found_however_they_are_given(taken: Taken, tmp_path: Path, given: str):
+    source = nerfstudio.write(taken.session, tmp_path / "take")
+    paths = {"folder": source, "file of poses": tmp_path / "take" / "transforms.json"}
+    if given == "archive":
+        paths[given] = Path(shutil.make_archive(str(tmp_path / "take"), "zip", source))
+    result = taken.result(tmp_path, source)
+    said = Said(paths[given], shared_world=True, offset=-float(taken.session.times[0]))
+    aligned = find(result, said, lambda stage, done: None)
+    times = taken.session.video_times
+    assert times is not None
+    assert len(aligned.seconds) == len(times)
+
+
+def test_a_video_and_what_is_neither_are_no_sessions(taken: Taken, tmp_path: Path):
+    result = taken.result(tmp_path, nerfstudio.write(taken.session, tmp_path / "take"))
+    other = tmp_path / "notes.mp4"
+    other.write_bytes(bytes(range(256)) * 20)
+    for path in (other, tmp_path / "nowhere.mp4"):
+        with pytest.raises(InputError) as caught:
+            find(result, Said(path), lambda stage, done: None)
+        assert caught.value.code == "camera-needed"
