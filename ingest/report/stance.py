@@ -17,7 +17,8 @@ _ON_FLOOR = 0.06
 """Metres of the lowest point above the floor of an object that stands on it."""
 _NEAR_FLOOR = 0.4
 """The same under a mount that slipped: half a metre of arm and a steep turn."""
-_BELOW_FLOOR = -0.1
+_BELOW_FLOOR, _FAR_BELOW = -0.1, -0.3
+"""Metres by which a thing may seem to go into the floor, and by which none does."""
 _TILT, _WRONG_TILT = 8.0, 20.0
 """Degrees that an object may lean from standing (a rough mesh, a soft carpet, a bent clamp), and from
 which the mount, the mesh or the log's axes are wrong."""
@@ -62,7 +63,8 @@ def floor(look: Look) -> Check:
     lowest = float(np.percentile(bottom(take)[take.motion.valid], 1))
     if lowest < _BELOW_FLOOR:
         message = f"the object goes {-lowest:.2f} m below the floor"
-        return Check("floor", "warn", message, fix="Correct --floor, or the mount.")
+        severity = "bad" if lowest < _FAR_BELOW else "warn"
+        return Check("floor", severity, message, fix="Correct --floor, or the mount.")
     severity = "ok" if take.floor.certain else "bad"
     return graded("floor", severity, take.floor.message, _FIX_REST)
 

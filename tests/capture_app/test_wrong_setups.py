@@ -228,6 +228,7 @@ ARGUMENTS: dict[str, Callable[[list[str], Take], list[str]]] = {
     "no object": lambda a, t: [*a[:2], *a[4:]],
     "identity instead of the mount": lambda a, t: [*a[:5], "identity", *a[6:]],
     "object and session swapped": lambda a, t: [a[0], str(t.mesh), "--object", a[1], *a[4:]],
+    "a floor above the object": lambda a, t: [*a, "--floor", "0.4"],
     "a floor three metres off": lambda a, t: [*a, "--floor", "-3.5"],
     "up sideways": lambda a, t: [*a, "--up", "1,0,0"],
     "up down": lambda a, t: [*a, "--up", "0,-1,0"],
