@@ -15,7 +15,7 @@ from urllib.request import urlopen
 
 from tests.conftest import REPO
 
-_QUICK = ("--samples", "2", "--steps", "2", "--no-video")
+_QUICK = ("--samples", "1", "--steps", "2", "--no-video")
 LESS: dict[str, tuple[str, ...]] = {
     "run": _QUICK,
     "batch": _QUICK,
