@@ -4,9 +4,14 @@ Nothing is changed but how much is computed (samples, steps, sizes, counts), tha
 and that a server takes a free port and is stopped once it has said where it is.
 """
 
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
+from urllib.error import HTTPError
+from urllib.parse import urlsplit
+from urllib.request import urlopen
 
 from tests.conftest import REPO
 
@@ -64,13 +69,28 @@ def main() -> None:
 
 
 def _served(words: list[str]) -> int:
-    """Start a server, wait until it says where it is, stop it as Ctrl-C does; its exit code."""
-    import signal
-
+    """Start a server, wait until it answers where it says it is, stop it as Ctrl-C does; exit code."""
     command = [sys.executable, "-u", "-c", _START, *words]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
         assert server.stdout is not None
         said = server.stdout.readline()
         print(said, end="", flush=True)
-        server.send_signal(signal.SIGINT if said.startswith("Open") else signal.SIGKILL)
+        if not said.startswith("Open: "):
+            return server.wait(60) or 1
+        _await(urlsplit(said.removeprefix("Open: ").strip()).port or 0)
+        server.send_signal(signal.SIGINT)
         return server.wait(60)
+
+
+def _await(port: int) -> None:
+    """Until a server on this machine answers, in whatever words."""
+    end = time.monotonic() + 60
+    while time.monotonic() < end:
+        try:
+            urlopen(f"http://127.0.0.1:{port}/api/health", timeout=5).close()
+        except HTTPError:
+            return  # It asks for its token.
+        except OSError:
+            time.sleep(0.2)
+        else:
+            return

@@ -11,7 +11,7 @@ import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.carried_box import box_mesh, carried_box, clamped_phone
+from capture_app.simulator.carried_box import carried_box, clamped_phone
 from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.record import DEMO
@@ -27,6 +27,7 @@ from ingest.formats import scanner_3d
 from ingest.mount.board.spec import PRESETS
 from omomo_core.data.clips import save_clips
 from omomo_core.motion import ObjectMotion
+from tests.capture_app.comparison.conftest import carrying, put_result
 from tests.capture_app.test_cli_data import clip as still_clip
 from tests.core.marker_files import capture, moving, write_places, write_vicon
 from tests.docs.pages import blocks
@@ -93,13 +94,14 @@ def replay(given: Given) -> Stage:
 
 
 def comparing(given: Given) -> Stage:
-    """Two motions of a take, a recorded clip, two methods' motions, and people who answer."""
-    for name in ("chair_motion", "other_motion", "ours/lift", "baseline/lift", "recorded/lift"):
-        copy(given.motion, given.place / name)
+    """Motions of a take, short ones; the recorded person; two methods; and people who answer."""
+    one, other = (carrying(size=0.55, aside=aside, frames=34) for aside in (0.0, 0.05))
+    put_result(given.place / "chair_motion", one, other)
+    for name in ("other_motion", "baseline/lift"):
+        put_result(given.place / name, other)
+    for name in ("ours/lift", "recorded/lift"):
+        put_result(given.place / name, one)
     given.write_clip("sub2_woodchair_008", given.place / "clips")
-    box = box_mesh()
-    moved = {"vertices": box.vertices, "faces": box.faces}
-    np.savez(given.place / "clips" / "meshes" / "box.npz", **moved)
     return Stage(before={2: f"{PYTHON} -m tests.docs.votes study votes"})
 
 
