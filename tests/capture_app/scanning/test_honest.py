@@ -8,6 +8,7 @@ import pytest
 
 from capture_app.cli.app import invoke
 from capture_app.cli.scan import _show
+from capture_app.scanning.data import report_data
 from capture_app.scanning.page import scan_page
 from ingest.report.check import Check
 from ingest.scan.found import to_height
@@ -53,9 +54,10 @@ def test_a_film_from_all_around_is_done(scanned, capsys: pytest.CaptureFixture[s
     assert "Next: omocap calibrate scan" in said
     assert "Not usable" not in said
     assert "sure to" in _scale(scanned.scan.found).message
-    report = json.loads((scanned.scan.request.work / "report.json").read_text())
+    scan, found = scanned.scan, scanned.scan.found
+    report = report_data(scan.request, found.cleaned, scan.report, found, {})
     assert report["usable"] is True
-    assert report["scale"]["sigma"] == pytest.approx(scanned.scan.found.registered.scale.sigma)
+    assert report["scale"]["sigma"] == pytest.approx(found.registered.scale.sigma)
 
 
 def test_a_height_given_to_a_part_is_the_parts(scanned):

@@ -117,7 +117,7 @@ function scanned(item, path) {
 const SCANS = {
   ok: "This scan is good",
   warn: "This scan is usable with limits",
-  bad: "This scan is not to be relied on",
+  bad: "This scan is not usable as it is",
 };
 
 function unit(item, path, show) {
