@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import torch
 import trimesh
-from safetensors.torch import load_file
 
 from capture_app.cli.app import invoke
 from capture_app.tables.caption import Made, caption
@@ -176,7 +175,8 @@ def test_two_processes_train_one_network(clips: Path, tmp_path: Path):
     assert done.stdout.count("1 clips of test") == 1
     file = "hands.safetensors"
     assert read_header(shared / file).notes["processes"] == "2"
-    ours, theirs = load_file(alone / file), load_file(shared / file)
+    # Compared as they are used: a file holds whole steps, which differ where a row is next to nothing.
+    ours, theirs = (load_stage(folder / file).state_dict() for folder in (alone, shared))
     assert max(float((ours[k].float() - theirs[k].float()).abs().max()) for k in ours) < 2e-3
     bad = subprocess.run(
         [*torchrun, "--no-python", omocap, *words[:-1], "7", "-o", str(tmp_path / "odd")],
