@@ -35,7 +35,7 @@ from capture_app.cli import (
 )
 from capture_app.cli.calibrate import app as calibrate
 from capture_app.cli.console import errors, report
-from capture_app.cli.start import INTERRUPTED, STOPPED, TERMINATED
+from capture_app.cli.start import INTERRUPTED, STOPPED, TERMINATED, was_interrupted
 from omomo_core.errors import OmocapError
 
 app = typer.Typer(
@@ -120,6 +120,8 @@ def invoke(arguments: Sequence[str]) -> int:
         report(error)
         return 2
     except Exception as error:
+        if was_interrupted():
+            raise KeyboardInterrupt from None
         if debug:
             raise
         errors.print(

@@ -12,6 +12,7 @@ STOPPED = "Interrupted; nothing unfinished was left under its name."
 def main() -> None:
     """Run the command line; whatever ends it, what was half written is removed first."""
     signal.signal(signal.SIGTERM, _terminate)
+    signal.signal(signal.SIGINT, _interrupt)
     try:
         from capture_app.cli.app import run_command
 
@@ -20,6 +21,19 @@ def main() -> None:
         sys.stderr.write(f"{STOPPED}\n")
         code = INTERRUPTED
     raise SystemExit(code)
+
+
+def was_interrupted() -> bool:
+    """Whether Ctrl-C was pressed: a library that is being loaded may make another error of it."""
+    return bool(_interrupts)
+
+
+_interrupts: list[int] = []
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    _interrupts.append(number)
+    raise KeyboardInterrupt
 
 
 def _terminate(number: int, frame: FrameType | None) -> None:
