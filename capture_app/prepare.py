@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from capture_app.coordinates import Place
 from capture_app.inspection import Verdict, look_over, usable_take
 from capture_app.manifest import Segment
-from capture_app.place import Place
 from capture_app.request import TakeRequest
 from capture_app.stood import where_stood
 from ingest.animated.detect import read_animation

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from capture_app.place import Stood
+from capture_app.coordinates import Stood
 from ingest.trajectory.reading import AS_LOGGED, Reading
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.stage import Configuration

@@ -7,8 +7,8 @@ import numpy as np
 import torch
 from jaxtyping import Bool, Float
 
+from capture_app.coordinates import Place
 from capture_app.manifest import Segment
-from capture_app.place import Place
 from capture_app.request import TakeRequest
 from ingest.mount.mount import Mount
 from omomo_core.errors import InputError

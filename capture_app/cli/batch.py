@@ -9,7 +9,7 @@ import typer
 from capture_app.cli import options as given
 from capture_app.cli.console import output as console
 from capture_app.cli.console import say
-from capture_app.place import read_place, read_up
+from capture_app.coordinates import read_place, read_up
 from omomo_core.errors import InputError
 
 if TYPE_CHECKING:

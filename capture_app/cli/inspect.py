@@ -10,7 +10,7 @@ from rich.text import Text
 
 from capture_app.cli import options as given
 from capture_app.cli.console import output, report, say
-from capture_app.place import read_up
+from capture_app.coordinates import read_up
 from ingest.report.check import folded
 from omomo_core.errors import InputError
 

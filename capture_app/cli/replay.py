@@ -8,7 +8,7 @@ import typer
 
 from capture_app.cli import options as given
 from capture_app.cli.console import say
-from capture_app.place import read_up
+from capture_app.coordinates import read_up
 from omomo_core.whole_file import check_target, write_whole
 
 Seen = Annotated[

@@ -3,7 +3,7 @@
 from capture_app.cli import options as given
 from capture_app.cli.console import progress_bars
 from capture_app.cli.summary import summarise
-from capture_app.place import read_place, read_up
+from capture_app.coordinates import read_place, read_up
 
 HELP = """Make the motion of the person who moved the object.
 

@@ -5,13 +5,13 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field
 
-from capture_app.place import read_up
+from capture_app.coordinates import read_up
 from capture_app.scanning.folder import MODEL
 from capture_app.solid import Solid
 from capture_app.things import FILES
 from capture_app.web.library.ids import Id
 from capture_app.web.library.library import Library
-from capture_app.web.limited.work import Seen
+from capture_app.web.limited.work import SessionInputs
 from capture_app.web.problems import Refused
 from ingest.trajectory.reading import Reading
 
@@ -67,7 +67,7 @@ def mount_of(library: Library, chosen: MountChoice | None) -> Path | None:
     return library.shelves["mount"].content(chosen)
 
 
-def seen_with(library: Library, session: str, said: ReadAs) -> Seen:
+def seen_with(library: Library, session: str, said: ReadAs) -> SessionInputs:
     """A session with what is said of it, ids of the library turned into paths.
 
     Raises:
@@ -76,7 +76,7 @@ def seen_with(library: Library, session: str, said: ReadAs) -> Seen:
     """
     solid = None if said.object is None else solid_of(library, said.object)
     mount = mount_of(library, said.mount)
-    return Seen(
+    return SessionInputs(
         session=library.shelves["session"].content(session),
         mesh=solid.path if solid else None,
         mount=mount if solid else None,

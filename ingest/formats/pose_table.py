@@ -10,10 +10,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ingest.formats.axes import CAMERAS, WORLDS, stated_axes
+from ingest.formats.axes import session_of_poses
 from ingest.formats.columns import Columns, named_columns
 from ingest.formats.pick import first_row, floats, logs, only_log
-from ingest.formats.poses import check_poses, poses_from_quaternions
 from ingest.formats.table import numbers, read_rows
 from ingest.session import CaptureSession
 
@@ -42,19 +41,7 @@ def read(path: Path) -> CaptureSession:
     rows = text if columns.commented else text.without_header()
     table = numbers(rows, columns.width, columns.places)
     times = table.values[:, 0] * columns.second
-    T_world_camera = poses_from_quaternions(table.values[:, 1:4], table.values[:, 4:], table.place)
-    stated = stated_axes(log)
-    T = WORLDS[stated.get("up", "y")] @ T_world_camera @ CAMERAS[stated.get("axes", "arkit")]
-    check_poses(times, T, log, table.place)
-    return CaptureSession(
-        app=NAME,
-        source=path,
-        times=times,
-        T_world_phone=T,
-        gravity_aligned="up" in stated,
-        world_axes=True,
-        camera_open="axes" not in stated,
-    )
+    return session_of_poses(NAME, path, table, times, "arkit")
 
 
 def write(session: CaptureSession, folder: Path) -> Path:

@@ -21,7 +21,7 @@ _UNIT_TOLERANCE = 1e-3
 _WILD = 9.0
 """No element of a rotation is near this size; squares of still larger ones might overflow."""
 _FINER = {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
-_PERIODS = 1 / 300, 1 / 8
+PERIODS = 1 / 300, 1 / 8
 """Seconds between the poses of any app."""
 _FIX_LOG = "Give the log as the app wrote it; if it is untouched, record the take again."
 
@@ -139,7 +139,7 @@ def _too_long(times: Float64[np.ndarray, " frames"], log: Path, place: Place) ->
     step = float(np.median(np.diff(times)))
     told, fix = "a take has minutes", "Give one take, as the app wrote it."
     for unit, second in _FINER.items():
-        if _PERIODS[0] < step * second < _PERIODS[1]:
+        if PERIODS[0] < step * second < PERIODS[1]:
             told = f"stamps {step:.3g} apart look like {unit}"
             fix = f"Give the stamps in seconds: multiply them by {second:g}."
     return InputError(

@@ -11,16 +11,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ingest.formats.axes import (
-    CAMERAS,
-    T_OPENCV_ARKIT_CAMERA,
-    WORLDS,
-    opencv_poses,
-    stated_axes,
-)
+from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA, opencv_poses, session_of_poses
 from ingest.formats.columns import named_columns
 from ingest.formats.pick import first_row, floats, logs, only_log
-from ingest.formats.poses import check_poses, poses_from_quaternions
 from ingest.formats.table import numbers, read_rows
 from ingest.session import CaptureSession
 
@@ -49,22 +42,7 @@ def read(path: Path) -> CaptureSession:
     """
     log = only_log(path, logs(path, _PATTERNS, _is_log))
     table = numbers(read_rows(log, None), _WIDTH, range(_WIDTH))
-    times = table.values[:, 0]
-    T_world_camera = poses_from_quaternions(table.values[:, 1:4], table.values[:, 4:], table.place)
-    stated = stated_axes(log)
-    # Where up is not stated the world stays the file's: whoever gives --up knows no other.
-    T_arkit_world = WORLDS[stated.get("up", "y")]
-    T = T_arkit_world @ T_world_camera @ CAMERAS[stated.get("axes", "opencv")]
-    check_poses(times, T, log, table.place)
-    return CaptureSession(
-        app=NAME,
-        source=path,
-        times=times,
-        T_world_phone=T,
-        gravity_aligned="up" in stated,
-        world_axes=True,
-        camera_open="axes" not in stated,
-    )
+    return session_of_poses(NAME, path, table, table.values[:, 0], "opencv")
 
 
 def write(session: CaptureSession, folder: Path) -> Path:

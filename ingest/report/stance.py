@@ -9,7 +9,7 @@ from ingest.report.look import Look
 from ingest.report.slip import GroundRest, slip
 from ingest.trajectory.object_motion import ObjectTake
 from ingest.trajectory.rests import find_rests, frame_noise, is_steady
-from ingest.trajectory.stable import standing_sides, tilt_from_standing
+from ingest.trajectory.stable import STANDS, standing_sides, tilt_from_standing
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.motion import FPS
 
@@ -19,9 +19,8 @@ _NEAR_FLOOR = 0.4
 """The same under a mount that slipped: half a metre of arm and a steep turn."""
 _BELOW_FLOOR, _FAR_BELOW = -0.1, -0.3
 """Metres by which a thing may seem to go into the floor, and by which none does."""
-_TILT, _WRONG_TILT = 8.0, 20.0
-"""Degrees that an object may lean from standing (a rough mesh, a soft carpet, a bent clamp), and from
-which the mount, the mesh or the log's axes are wrong."""
+_WRONG_TILT = 20.0
+"""Degrees from standing by itself from which on the mount, the mesh or the log's axes are wrong."""
 _LIFTED, _TOO_HIGH = 1.8, 2.3
 """Metres of the lowest point over the floor that few reach, and nobody without a ladder."""
 _SHELF = 1.8
@@ -157,7 +156,7 @@ def _standing(
     """Red where the object rests unheld as it cannot stand; a hand may hold a mop upright."""
     tilts = [tilt_from_standing(rest.T_world_object[:3, :3], sides)[0] for rest in grounded]
     severities: list[Severity] = [
-        grade(tilt, _TILT, _WRONG_TILT if rest.steady else 180.0)
+        grade(tilt, STANDS, _WRONG_TILT if rest.steady else 180.0)
         for tilt, rest in zip(tilts, grounded, strict=True)
     ]
     severity = worst(severities)

@@ -2,13 +2,12 @@
 
 import numpy as np
 
+from ingest.formats.poses import PERIODS
 from ingest.report.check import Check
 from ingest.session import CaptureSession
 
 _MILLISECOND = 1e-3
 _LENGTH_UNITS = (("centimetres", 1e-2), ("millimetres", 1e-3))
-_PERIODS = 1 / 300, 1 / 8
-"""Seconds between the poses of any app."""
 _TOO_FAST, _FAST = 3.0, (0.1, 2.0)
 """m/s: nobody's in the fastest tenth of a take, and what is somebody's."""
 
@@ -18,7 +17,7 @@ def units(session: CaptureSession) -> Check:
     steps = np.diff(session.times)
     period = float(np.median(steps))
     # Finer units make hours of a take, which the readers refuse.
-    if period > 1 and _PERIODS[0] < period * _MILLISECOND < _PERIODS[1]:
+    if period > 1 and PERIODS[0] < period * _MILLISECOND < PERIODS[1]:
         message = f"stamps {period:.3g} s apart look like milliseconds"
         return _wrong(message, "Give the stamps in seconds", _MILLISECOND)
     if (steps == 1).all():

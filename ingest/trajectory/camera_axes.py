@@ -7,18 +7,18 @@ from jaxtyping import Float64
 
 from ingest.mount.mount import Mount
 from ingest.session import CaptureSession
+from ingest.trajectory.axes import T_OPENCV_ARKIT_CAMERA
 from ingest.trajectory.breaks import find_breaks
 from ingest.trajectory.reading import Top
 from ingest.trajectory.resample import resample
 from ingest.trajectory.resting_up import axis_of, standing_ups
 from ingest.trajectory.rests import find_rests
+from ingest.trajectory.stable import STANDS
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
 
-_AGREES = np.cos(np.radians(8.0))
+_AGREES = np.cos(np.radians(STANDS))
 """Cosine between up and the direction in which the object stands."""
-_TURNED = np.diag([1.0, -1.0, -1.0, 1.0])
-"""ARKit's camera axes (y up, z back) and OpenCV's (y down, z forward) turn into each other."""
 
 Up = tuple[float, float, float] | Top
 
@@ -39,7 +39,7 @@ def settle_camera(
     """
     if not session.camera_open:
         return session
-    turned = replace(session, T_world_phone=session.T_world_phone @ _TURNED)
+    turned = replace(session, T_world_phone=session.T_world_phone @ T_OPENCV_ARKIT_CAMERA)
     standing = [each for each in (session, turned) if _stands(each, mesh, mount, up)]
     if len(standing) != 1:
         how = "with both" if standing else "with neither (or never stands still)"

@@ -9,13 +9,11 @@ from scipy.sparse.csgraph import connected_components
 from ingest.session import CaptureSession
 from ingest.trajectory.plane import fit_plane
 from ingest.trajectory.reading import Top
-from ingest.trajectory.stable import standing_sides, tilt_from_standing
+from ingest.trajectory.stable import STANDS, standing_sides, tilt_from_standing
 from omomo_core.errors import InputError
 from omomo_core.geometry.shortest_turn import shortest_turn
 from omomo_core.motion import FPS, ObjectMesh
 
-_STANDS = 8.0
-"""Degrees that an object may lean from standing, as in the report on a take."""
 _ONE_ANSWER = np.cos(np.radians(15.0))
 """Cosine between two directions that are one answer: sides of a rough mesh lie side by side."""
 _TOUCHES = 0.06
@@ -111,7 +109,7 @@ def _stands_in_all(
     up: Direction, poses: Sequence[Pose], sides: Float64[np.ndarray, "sides 3"]
 ) -> bool:
     upright = shortest_turn(up, np.array([0.0, 0.0, 1.0]))
-    return all(tilt_from_standing(upright @ T[:3, :3], sides)[0] < _STANDS for T in poses)
+    return all(tilt_from_standing(upright @ T[:3, :3], sides)[0] < STANDS for T in poses)
 
 
 def _floor_normal(
@@ -123,7 +121,7 @@ def _floor_normal(
     """The normal of the plane that the object would stand on; None where the depth maps show none."""
     if points is None:
         return None
-    plane = fit_plane(points, up, np.radians(_STANDS))
+    plane = fit_plane(points, up, np.radians(STANDS))
     if plane is None:
         return None
     corners = mesh.vertices.astype(np.float64)

@@ -6,6 +6,8 @@ from scipy.spatial import ConvexHull, QhullError
 
 from omomo_core.motion import ObjectMesh
 
+STANDS = 8.0
+"""Degrees that a standing object may seem to lean: a rough mesh, a soft carpet, a bent clamp."""
 _FLATNESS = 0.01
 """Part of the object's size by which feet may differ in height and still all stand."""
 

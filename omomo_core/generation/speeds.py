@@ -47,7 +47,7 @@ PEOPLE = SpeedLimits()
 
 
 @dataclass(frozen=True)
-class Part:
+class BodyPart:
     """What of a person is measured."""
 
     name: str
@@ -60,7 +60,7 @@ class Part:
 class Leap:
     """A stretch in which a limb is faster than people are."""
 
-    part: Part
+    part: BodyPart
     quantity: str
     """Field of `SpeedLimits`."""
     start: int
@@ -76,13 +76,13 @@ class Leap:
         return self.quantity not in _POINTS
 
 
-def _sides(name: str, limb: str) -> tuple[Part, ...]:
-    return tuple(Part(f"{side} {name}", f"{side} {limb}") for side in ("left", "right"))
+def _sides(name: str, limb: str) -> tuple[BodyPart, ...]:
+    return tuple(BodyPart(f"{side} {name}", f"{side} {limb}") for side in ("left", "right"))
 
 
-PARTS: Mapping[str, tuple[Part, ...]] = {
-    "pelvis": (Part("pelvis", "trunk"),),
-    "head": (Part("head", "trunk"),),
+PARTS: Mapping[str, tuple[BodyPart, ...]] = {
+    "pelvis": (BodyPart("pelvis", "trunk"),),
+    "head": (BodyPart("head", "trunk"),),
     "palm": _sides("hand", "arm"),
     "ankle": _sides("foot", "leg"),
     "toe": _sides("foot", "leg"),
@@ -90,7 +90,7 @@ PARTS: Mapping[str, tuple[Part, ...]] = {
     "shin": _sides("shin", "leg"),
     "upper_arm": _sides("upper arm", "arm"),
     "forearm": _sides("forearm", "arm"),
-    "turn": (Part("pelvis", "heading"), Part("chest", "heading")),
+    "turn": (BodyPart("pelvis", "heading"), BodyPart("chest", "heading")),
 }
 """Parts of each quantity of `SpeedLimits`, in the order of the columns of `measured`."""
 _PALMS = (22, 23)

@@ -10,9 +10,9 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from capture_app.coordinates import read_place
 from capture_app.manifest import Segment
 from capture_app.pipeline import run_take
-from capture_app.place import read_place
 from capture_app.request import TakeRequest
 from capture_app.rerun import request_of
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from capture_app.coordinates import read_place, read_up
 from capture_app.jobs.batch.sessions import unused
 from capture_app.jobs.orders import RunOrder
-from capture_app.place import read_place, read_up
 from omomo_core.errors import InputError
 
 _PATHS = ("session", "object", "mount", "contacts", "body", "weights")

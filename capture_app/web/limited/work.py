@@ -21,7 +21,7 @@ from omomo_core.whole_file import whole_file, write_whole
 
 
 @dataclass(frozen=True)
-class Seen:
+class SessionInputs:
     """A session, with all that a run of it would be given to read it by."""
 
     session: Path
@@ -44,7 +44,7 @@ class Seen:
         )
 
 
-def inspect(seen: Seen, data: Path, page: Path) -> dict[str, Any]:
+def inspect(seen: SessionInputs, data: Path, page: Path) -> dict[str, Any]:
     """Write the report on a session as JSON and, where a phone recorded it, as a page.
 
     Returns:
@@ -76,7 +76,7 @@ def check_animated(session: Path, mounted: bool) -> dict[str, Any]:
     return {"animated": is_animation(session, mounted=mounted)}
 
 
-def pack_session_scene(seen: Seen, scene: Path) -> dict[str, Any]:
+def pack_session_scene(seen: SessionInputs, scene: Path) -> dict[str, Any]:
     """Write the scene of a session.
 
     Raises:

@@ -120,7 +120,7 @@ async def object_scene(site: Here, id: Id) -> FileResponse:
     return FileResponse(scene, media_type=SCENE)
 
 
-async def _inspected(site: Site, id_: str, seen: work.Seen) -> tuple[Path, Path]:
+async def _inspected(site: Site, id_: str, seen: work.SessionInputs) -> tuple[Path, Path]:
     """The files of a report, which are written when it is asked for the first time."""
     made = key("report", seen)
     folder = site.library.shelves["session"].cache(id_)
