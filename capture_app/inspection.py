@@ -1,6 +1,6 @@
 """What `omocap inspect` finds: the report on a session, and what a run would use of it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -105,8 +105,10 @@ def look_over(
         return Inspection(session, first, None, None, mesh, mount)
     take, problem = None, None
     if mesh is not None or _is_upright(session, reading):
+        # How a phone by itself stands says nothing about the axes of its camera.
+        read = session if mesh is not None else replace(session, camera_open=False)
         try:
-            take = to_object_motion(session, mesh or _phone(), mount, reading)
+            take = to_object_motion(read, mesh or _phone(), mount, reading)
         except InputError as found:
             problem = found
     report = inspect_session(session, mesh=mesh, mount=mount, take=take, images=images)

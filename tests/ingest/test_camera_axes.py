@@ -94,3 +94,14 @@ def test_a_given_up_is_heeded(tmp_path: Path, good):
         refuse_bad(seen)
     wrong = inspect_take(take.session, take.mesh, take.mount, reading=Reading(up=(1.0, 1.0, 0.0)))
     assert wrong.verdict == "not usable"
+
+
+@pytest.mark.parametrize("drop", ["# axes", "# "])
+@pytest.mark.parametrize("format_", [pose_table, tum], ids=lambda f: f.NAME)
+def test_without_the_object_the_phone_is_looked_at_as_it_is_read(
+    tmp_path: Path, good, format_, drop: str
+):
+    take = _written(tmp_path, good, format_, askew=True, drop=drop)
+    seen = inspect_take(take.session)
+    refuse_bad(seen)
+    assert seen.verdict != "not usable"
