@@ -1,4 +1,4 @@
-"""Whether a mesh in text is all there: OBJ and ASCII PLY that were cut are read as smaller meshes."""
+"""Check that an OBJ or ASCII PLY file is complete: a truncated one would be read as a smaller mesh."""
 
 from pathlib import Path
 
@@ -8,17 +8,18 @@ import trimesh
 from omomo_core.errors import InputError
 
 _HEAD = 65536
+"""Bytes within which the header of a PLY file ends."""
 
 
 def check_whole(path: Path, mesh: trimesh.Trimesh) -> None:
-    """Refuse a text file that ends before the mesh does.
+    """Refuse a truncated file.
 
-    ASCII PLY says how many lines follow its header. OBJ does not; every program ends it with a line end,
-    so a file without one is believed only where the surface is closed and uses all vertices.
+    The header of ASCII PLY says how many lines follow. OBJ has no such count, but every program writes a
+    line end at its end: a file without one is accepted only if the surface is closed and uses all vertices.
 
     Args:
         path: the mesh file.
-        mesh: what was read of it.
+        mesh: what was read from it.
 
     Raises:
         InputError: "mesh-truncated".

@@ -64,10 +64,9 @@ class CaptureSession:
     gravity_aligned: bool = True
     """False where y is not up because the app's world is the first frame's (Record3D)."""
     world_axes: bool = False
-    """Without gravity: y or z is up all the same, only which of them is not said (TUM)."""
+    """If not gravity aligned: y or z is up nevertheless, but the log does not say which (TUM)."""
     camera_open: bool = False
-    """Nothing says whether the camera has the axes that it is read with, or OpenCV's for ARKit's and the
-    other way round (TUM)."""
+    """The log does not state its camera's axes: ARKit's or OpenCV's, still to be decided (TUM)."""
     images: tuple[Path, ...] | None = None
     """Single images where the app writes no video, one for each of `video_times`."""
     image_turns: int = 0
@@ -75,4 +74,4 @@ class CaptureSession:
     `intrinsics` and the phone's frame are in."""
     depth: DepthLog | None = None
     notes: tuple[str, ...] = ()
-    """What was left out or taken for granted in reading, in sentences for its user."""
+    """Sentences for the user about what was left out or assumed when the log was read."""

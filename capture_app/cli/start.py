@@ -1,4 +1,4 @@
-"""Entry point of the `omocap` command: Ctrl-C and SIGTERM are heeded before anything large is loaded."""
+"""Entry point of the `omocap` command: it handles Ctrl-C and SIGTERM before large modules are imported."""
 
 import signal
 import sys
@@ -24,7 +24,7 @@ def main() -> None:
 
 
 def was_interrupted() -> bool:
-    """Whether Ctrl-C was pressed: a library that is being loaded may make another error of it."""
+    """Whether Ctrl-C was pressed; a library that is just being imported may turn it into another error."""
     return bool(_interrupts)
 
 

@@ -1,6 +1,6 @@
-"""The columns of a table of poses, by the names that a header or a comment gives them.
+"""Find the columns of a pose table by the names in its header, or in the comment above its first row.
 
-Known are the ways of pandas (`timestamp,x,y,z,qx,qy,qz,qw`), evo (`tx`, `ty`), EuRoC and ETHZ
+Known are the spellings of pandas (`timestamp,x,y,z,qx,qy,qz,qw`), evo (`tx`, `ty`), EuRoC and ETHZ
 (`#timestamp [ns], p_RS_R_x [m], q_RS_w []`) and of ROS tables (`pose.position.x`).
 """
 
@@ -28,7 +28,7 @@ _OTHER = re.compile(
 
 @dataclass(frozen=True)
 class Columns:
-    """Where a table of poses has what."""
+    """Which column of a pose table holds what."""
 
     places: tuple[int, ...]
     """Columns of the time, x, y, z, qx, qy, qz and qw."""
@@ -45,7 +45,7 @@ class Columns:
 
 
 def named_columns(file: Path) -> Columns | None:
-    """The columns by the header or by the last comment above the first row; None where neither is one."""
+    """Return the columns that the header or a comment above the first row names, or None."""
     lines = [line.strip() for line in head_lines(file) if line.strip()]
     first = next((k for k, line in enumerate(lines) if not line.startswith("#")), len(lines))
     candidates = [(line.lstrip("#"), True) for line in reversed(lines[:first])]

@@ -1,4 +1,4 @@
-"""Which format a folder that is none comes nearest to, by the names of files that it asks for."""
+"""Suggest the format that an unknown folder resembles most, by the names of its files."""
 
 import re
 from collections.abc import Sequence
@@ -7,14 +7,15 @@ from difflib import SequenceMatcher
 from ingest.formats.registry import Format
 
 _ALIKE = 0.75
+"""Least similarity (0 to 1) of two names that is worth a suggestion."""
 
 
 def nearest(names: Sequence[str], formats: Sequence[Format]) -> Format | None:
-    """The format one of whose file names is most like one of these; None where none is.
+    """Return the format whose expected file name is most similar to one of these names, or None.
 
     Args:
-        names: of the entries of a folder.
-        formats: those to look among.
+        names: names of the entries of the folder.
+        formats: the formats to choose from.
     """
     best: tuple[float, Format | None] = (_ALIKE, None)
     for format_ in formats:

@@ -1,8 +1,8 @@
-"""Tables of poses in CSV whose header names their columns, whoever wrote them.
+"""CSV tables of poses whose header names the columns.
 
-A table says neither which way its camera points nor which way is up, unless comment lines
-`# axes: arkit` (or opencv) and `# up: y` (or z) do. It is read with ARKit's camera; both stay open
-until the object is known. Eight numbers without a header may be another app's too.
+Comment lines `# axes: arkit` (or opencv) and `# up: y` (or z) state the camera's axes and the up axis of the
+world. Without them a table is read with ARKit's camera axes, and both are decided once the object is known.
+A table of eight columns without a header is ambiguous: ios_logger writes the quaternion w first.
 """
 
 from pathlib import Path
@@ -27,7 +27,7 @@ _HEADERLESS = Columns(tuple(range(8)), 8, 1.0, ",", commented=True)
 
 
 def detect(path: Path) -> bool:
-    """Whether the file, or one of the folder, names such columns; or has eight numbers by commas."""
+    """Whether the file (or one in the folder) names such columns, or holds eight comma-separated numbers."""
     if path.is_dir():
         return bool(logs(path, _PATTERNS, _is_table))
     return _is_table(path) or _is_headerless(path)

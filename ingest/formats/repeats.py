@@ -1,4 +1,4 @@
-"""Poses with one stamp: loggers double a line now and then, and rounded stamps meet."""
+"""Poses that share a time stamp: loggers sometimes write a line twice, and rounding makes stamps equal."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ from ingest.session import CaptureSession
 
 
 def without_repeats(session: CaptureSession) -> CaptureSession:
-    """The session with the first pose of each stamp, and a note on how many others there were."""
+    """Return the session with the first pose of each time stamp, and a note that counts the others."""
     new = np.concatenate([[True], np.diff(session.times) > 0])
     left_out = int((~new).sum())
     if left_out == 0:

@@ -41,7 +41,7 @@ class TakeReport:
 
 
 def folded(checks: Sequence[Check]) -> list[list[Check]]:
-    """Neighbouring checks that say the same, or are of one kind and are mended alike, together."""
+    """Group neighbouring checks with the same severity and fix that share their name or their message."""
     groups: list[list[Check]] = []
     for check in checks:
         last = groups[-1][-1] if groups else None

@@ -50,7 +50,7 @@ def inspect_clock(session: CaptureSession) -> TakeReport:
 
 
 def _assumptions(look: Look) -> Iterator[Check]:
-    """What reading the log left out or took for granted; nothing where that is nothing."""
+    """What was left out or assumed when the log was read; no check if there is nothing to say."""
     told = look.session.notes if look.take is None else look.take.assumptions
     if told:
         yield Check("log", "ok", " ".join(told))

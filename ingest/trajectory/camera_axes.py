@@ -1,4 +1,4 @@
-"""Which way the camera of a log points that does not say it: as read, or turned to OpenCV's axes."""
+"""Decide between ARKit's and OpenCV's camera axes for a log that does not state them."""
 
 from dataclasses import replace
 
@@ -26,10 +26,10 @@ Up = tuple[float, float, float] | Top
 def settle_camera(
     session: CaptureSession, mesh: ObjectMesh, mount: Mount, up: Up | None
 ) -> CaptureSession:
-    """The session with the camera's axes with which the object stands where it rests.
+    """Return the session with those camera axes with which the object stands on a stable side at rest.
 
     Args:
-        session: comes back as it is where its camera is known.
+        session: returned unchanged if its camera axes are known.
         mesh: the object.
         mount: where it is in the phone's frame.
         up: in the session's world, or the axis of the mesh that is up at rest, if it is given.

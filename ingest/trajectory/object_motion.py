@@ -42,7 +42,7 @@ class ObjectTake:
     closure: Closure | None
     """Between the object's rests at the start and at the end; None when it does not rest at both."""
     assumptions: tuple[str, ...]
-    """What was left out, or taken for granted, in reading the log."""
+    """What was left out or assumed when the log was read."""
     notes: tuple[str, ...]
     """What the user should know about this take, those among it."""
 

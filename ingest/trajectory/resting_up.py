@@ -1,4 +1,4 @@
-"""Up in a world that no sensor righted, from the sides on which the resting object can stand."""
+"""Find up in a world without measured gravity from the stable poses in which the object can rest."""
 
 from collections.abc import Sequence
 
@@ -15,11 +15,11 @@ from omomo_core.geometry.shortest_turn import shortest_turn
 from omomo_core.motion import FPS, ObjectMesh
 
 _ONE_ANSWER = np.cos(np.radians(15.0))
-"""Cosine between two directions that are one answer: sides of a rough mesh lie side by side."""
+"""Cosine above which two directions count as one: a rough mesh has many neighbouring stable sides."""
 _TOUCHES = 0.06
 """Metres between a plane of depth points and the lowest point of an object that stands on it."""
 _SHOWN = 6
-"""Answers that are named in a question."""
+"""Directions that an error message lists."""
 
 Direction = Float64[np.ndarray, "3"]
 Pose = Float64[np.ndarray, "4 4"]
@@ -39,11 +39,11 @@ def find_resting_up(
     mesh: ObjectMesh,
     points: Float64[np.ndarray, "points 3"] | None,
 ) -> tuple[Direction, str]:
-    """Up in the session's world (unit), and how it is known in a sentence.
+    """Return up in the session's world (unit vector) and a sentence that says how it was found.
 
-    In every rest the object stands on one of its stable sides. That leaves a few directions. The one
-    whose floor the depth maps show under the object is taken; else the one along an axis of the
-    world, where the format's worlds have an axis that is up; else the only one there is.
+    The object is taken to stand on one of its stable sides in every rest, which leaves a few candidate
+    directions. Of these the one is returned whose floor the depth maps show under the object; else the
+    one along the y or z axis of the world, if the format says that one of them is up; else the only one.
 
     Args:
         session: what the phone logged, without gravity.
@@ -133,14 +133,14 @@ def _floor_normal(
 
 
 def _world_axes(session: CaptureSession) -> list[Direction]:
-    """The axes of the world one of which is up: y or z by everyone's convention, or none."""
+    """The axes of the world of which one is up: y and z, or none if the format does not say so."""
     return [np.eye(3)[1], np.eye(3)[2]] if session.world_axes else []
 
 
 def _question(
     session: CaptureSession, found: Sequence[Direction], first: Pose, when: str
 ) -> InputError:
-    """What is left open, and how to say it."""
+    """The error that lists the candidate directions and says how to choose one."""
     fix = (
         "Say which axis of the mesh is up where the object rests, e.g. --up object:z (or x, y, -x, -y, "
         "-z), or give up in the session's world, e.g. --up 0,1,0."

@@ -1,4 +1,4 @@
-"""How fast a person's parts move and turn, and where that is faster than people are.
+"""Speeds of a person's joints and limbs, and where they exceed what recorded people reach.
 
 A sample of the networks, or what the solver makes of it, sometimes leaps: somebody straddles the object,
 turns around within three frames, or throws a foot across the room.
@@ -48,12 +48,12 @@ PEOPLE = SpeedLimits()
 
 @dataclass(frozen=True)
 class BodyPart:
-    """What of a person is measured."""
+    """A joint, bone or segment whose speed is measured."""
 
     name: str
     """Such as "left foot"."""
     limb: str
-    """Whose leap is told once at a time, for one of its parts."""
+    """The limb that it belongs to; of each limb only the worst part is reported at a time."""
 
 
 @dataclass(frozen=True)

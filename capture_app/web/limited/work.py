@@ -22,7 +22,7 @@ from omomo_core.whole_file import whole_file, write_whole
 
 @dataclass(frozen=True)
 class SessionInputs:
-    """A session, with all that a run of it would be given to read it by."""
+    """A session with the object, the mount and the reading that a run of it would use."""
 
     session: Path
     mesh: Path | None
