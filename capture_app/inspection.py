@@ -88,7 +88,8 @@ def inspect_take(
     """
     fixed = load_mount(mount) if mount else identity_mount()
     moved = load_mesh(mesh, scale=mesh_scale * fixed.object_scale) if mesh else None
-    return look_over(read_session(session, reading.format), moved, fixed, reading, images=images)
+    read = read_session(session, reading.format)
+    return look_over(read, moved, fixed, reading, mesh_file=mesh, images=images)
 
 
 def look_over(
@@ -97,9 +98,15 @@ def look_over(
     mount: Mount,
     reading: Reading = AS_LOGGED,
     *,
+    mesh_file: Path | None = None,
     images: bool = False,
 ) -> Inspection:
-    """Check a session that is read already; arguments as for `inspect_take`."""
+    """Check a session that is read already.
+
+    Args:
+        session, mesh, mount, reading, images: as for `inspect_take`, but read.
+        mesh_file: where the mesh was read from; the report of its scan is looked for beside it.
+    """
     first = inspect_clock(session)
     if not first.complete:
         return Inspection(session, first, None, None, mesh, mount)
@@ -111,7 +118,9 @@ def look_over(
             take = to_object_motion(read, mesh or _phone(), mount, reading)
         except InputError as found:
             problem = found
-    report = inspect_session(session, mesh=mesh, mount=mount, take=take, images=images)
+    report = inspect_session(
+        session, mesh=mesh, mesh_file=mesh_file, mount=mount, take=take, images=images
+    )
     return Inspection(session, report, take, problem, mesh, mount)
 
 

@@ -94,7 +94,7 @@ def _recorded(request: TakeRequest, mount: Mount) -> tuple[ObjectTake, Verdict]:
         )
     mesh = load_mesh(request.mesh, scale=request.mesh_scale * mount.object_scale)
     session = read_session(request.session, request.reading.format)
-    seen = look_over(session, mesh, mount, request.reading)
+    seen = look_over(session, mesh, mount, request.reading, mesh_file=request.mesh)
     return usable_take(seen, force=request.force), seen.verdict
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from capture_app.cli import options as given
 from capture_app.cli.console import output as console
 from capture_app.cli.console import say
 
@@ -118,6 +119,7 @@ def scan(
     camera_axes: Axes = "logged",
     metric: Metric = False,
     images: Images = None,
+    format_: given.Format = None,
     frames: Pictures = 80,
     box: BoxText = None,
     method: Method = By.auto,
@@ -144,6 +146,7 @@ def scan(
         source=source,
         output=mesh,
         images=images,
+        format=format_,
         frames=frames,
         cameras=CameraOptions(
             poses=not no_poses,
@@ -170,7 +173,7 @@ def scan(
 
 def _show(made: "Scan") -> None:
     """Where everything is, and what the user should know about it."""
-    from capture_app.scanning.folder import REPORT_PAGE
+    from ingest.report.scanned import REPORT_PAGE
 
     request, report, solid = made.request, made.report, made.cleaned.mesh
     sides = " x ".join(

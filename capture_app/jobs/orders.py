@@ -209,6 +209,7 @@ class ScanOrder(ThingOrder):
 
     source: Path
     images: Path | None = None
+    format: str | None = None
     frames: Annotated[int, Field(ge=12, le=400)] = 80
     height: Annotated[float, Field(gt=0)] | None = None
     board: str | None = None

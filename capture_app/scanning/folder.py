@@ -3,13 +3,14 @@
 import shutil
 
 from capture_app.scanning.request import ScanRequest
+from ingest.report.scanned import REPORT_DATA, REPORT_PAGE
 from ingest.scan.clean.save import FORMATS
 from omomo_core.errors import InputError
 from omomo_core.whole_file import check_target, write_whole
 
 MARK = "scan.txt"
 MODEL, IMAGES = "model", "images"
-REPORT_PAGE, REPORT_DATA, VIEWS, OUTLINE = "report.html", "report.json", "views.png", "outline.png"
+VIEWS, OUTLINE = "views.png", "outline.png"
 _KEPT = frozenset((MARK, MODEL, IMAGES, REPORT_PAGE, REPORT_DATA, VIEWS, OUTLINE))
 _ABOUT = """What omocap scan made beside {name}.
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ingest.report.scanned import work_folder
 from ingest.scan.cameras.options import CameraOptions
 from ingest.scan.clean.clean import VERTICES
 from ingest.scan.dense.depths import Method
@@ -34,6 +35,8 @@ class ScanRequest:
     """Of a ready mesh."""
     object_name: str | None = None
     """Of the object in a ready mesh that holds several."""
+    format: str | None = None
+    """Name of the app whose session it is, as `omocap formats` lists it; found out if None."""
     keep: bool = True
     """Keep what is slow to make, so that the same scan with other options takes seconds."""
     replace: bool = False
@@ -42,4 +45,4 @@ class ScanRequest:
     @property
     def work(self) -> Path:
         """The folder beside the mesh: report, pictures, COLMAP model, and kept stages."""
-        return self.output.with_suffix(".scan")
+        return work_folder(self.output)

@@ -72,7 +72,9 @@ def scan_object(request: ScanRequest, progress: Progress) -> Scan:
 def find_object(request: ScanRequest, clock: Progress) -> Found:
     """The stages from pictures to the mesh, in metres; each keeps what it made in the folder."""
     work = request.work
-    source = read_source(request.source, images=request.images, poses=request.cameras.poses)
+    source = read_source(
+        request.source, images=request.images, poses=request.cameras.poses, app=request.format
+    )
     picked = pick_frames(source, work, count=request.frames, progress=clock)
     registered = register(source, picked, work, options=request.cameras, progress=clock)
     clock("cameras", 1.0)

@@ -13,6 +13,7 @@ from capture_app.web.library.ids import Id
 from capture_app.web.library.library import Library
 from capture_app.web.limited.work import SessionInputs
 from capture_app.web.problems import Refused
+from ingest.report.scanned import work_folder
 from ingest.trajectory.reading import Reading
 
 IDENTITY = "identity"
@@ -93,7 +94,7 @@ def scan_of(library: Library, id_: str) -> Path:
         Refused: 404 when there is no such object, or none that was scanned here.
     """
     mesh = solid_of(library, id_).path
-    folder = mesh.with_suffix(".scan")
+    folder = work_folder(mesh)
     if not (folder / MODEL).is_dir():
         raise Refused(
             404,

@@ -1,6 +1,7 @@
 """inspect_session: every check on a take."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
 from ingest.mount.mount import Mount
 from ingest.report import clamp, pace, sensors, sight, solid, stance, timing, tracking
@@ -8,6 +9,7 @@ from ingest.report.agreement import agreement_checks
 from ingest.report.check import Check, TakeReport
 from ingest.report.gravity import gravity
 from ingest.report.look import Look
+from ingest.report.scanned import scan_checks
 from ingest.report.units import units
 from ingest.session import CaptureSession
 from ingest.trajectory.object_motion import ObjectTake
@@ -18,6 +20,7 @@ def inspect_session(
     session: CaptureSession,
     *,
     mesh: ObjectMesh | None = None,
+    mesh_file: Path | None = None,
     mount: Mount | None = None,
     take: ObjectTake | None = None,
     images: bool = False,
@@ -27,6 +30,7 @@ def inspect_session(
     Args:
         session: what the phone logged.
         mesh: the object, if it is known; its checks are left out otherwise.
+        mesh_file: where that was read from; the report of its scan is looked for beside it.
         mount: where the object is in the phone's frame; None is the identity, and not checked.
         take: what `to_object_motion` makes of these, None when it refuses the session.
         images: also decode a few images and test the poses' axes on them: a second or two.
@@ -35,8 +39,9 @@ def inspect_session(
     if not first.complete:
         return first
     look = Look(session, mesh, mount, take)
+    scanned = () if mesh_file is None else scan_checks(mesh_file)
     seen = [sight.sight(look)] if images else []
-    return TakeReport((*first.checks, *_checks(look), *seen))
+    return TakeReport((*first.checks, *_checks(look), *scanned, *seen))
 
 
 def inspect_clock(session: CaptureSession) -> TakeReport:

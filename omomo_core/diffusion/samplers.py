@@ -70,6 +70,7 @@ def _ddpm(
     for n in reversed(range(levels)):
         x0 = predict(x, n)
         if n == 0:
+            on_step(1.0)
             return x0
         beta, now, before = schedule.beta[n], schedule.alpha_bar[n], schedule.alpha_bar[n - 1]
         mean = (before.sqrt() * beta * x0 + (1 - beta).sqrt() * (1 - before) * x) / (1 - now)

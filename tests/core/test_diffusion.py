@@ -11,7 +11,7 @@ from omomo_core.body_stage import paper as body_paper
 from omomo_core.diffusion.blocks import DenoiserConfig
 from omomo_core.diffusion.denoiser import Denoiser
 from omomo_core.diffusion.samplers import sample
-from omomo_core.diffusion.schedule import cosine_schedule
+from omomo_core.diffusion.schedule import cosine_schedule, shifted
 from omomo_core.hand_stage import paper as hand_paper
 from omomo_core.stage import Stage
 
@@ -97,3 +97,68 @@ def test_padding_leaks_into_valid_frames_only_where_the_paper_lets_it(mask_keys:
     x = torch.where(valid[..., None], x, torch.randn_like(x) * 10)
     b = network(x, condition, None, level, valid)[:, :5]
     assert torch.allclose(a, b, atol=1e-6) == mask_keys
+
+
+def _filled(**sizes: object) -> Denoiser:
+    """A small denoiser whose every weight follows from its place alone."""
+    config = DenoiserConfig(3, 2, shape=2, shape_hidden=4, shape_width=4, width=8, **sizes)  # type: ignore[arg-type]
+    net = Denoiser(config).eval()
+    with torch.no_grad():
+        for k, parameter in enumerate(net.parameters()):
+            angle = torch.arange(parameter.numel(), dtype=torch.float32) + 10 * k
+            parameter.copy_(0.5 * torch.sin(angle).reshape(parameter.shape))
+    return net
+
+
+@pytest.mark.parametrize(
+    ("sizes", "expected"),
+    [
+        ({"patch": 1}, [-1.19817, 0.16713, 0.63054, -1.17234, 0.16793, 0.60447]),
+        (
+            {"patch": 2, "mask_keys": True, "modulated": True},
+            [-1.14175, -0.2009, 1.09145, -0.99191, -0.34212, 0.9827],
+        ),
+    ],
+)
+def test_a_denoiser_computes_what_its_weights_were_trained_for(
+    sizes: dict[str, object], expected: list[float]
+):
+    """Any change of the architecture breaks shipped weights; the numbers are this one's own."""
+    small = {"layers": 2, "heads": 2, "head_width": 4, "feedforward": 6, "dropout": 0.5}
+    net = _filled(**small, **sizes)
+    x, condition = (
+        torch.arange(36.0).sin().reshape(2, 6, 3),
+        torch.arange(24.0).cos().reshape(2, 6, 2),
+    )
+    shape = torch.tensor([[[0.5, -1.0]], [[1.5, 0.25]]])
+    valid = torch.ones(2, 6, dtype=torch.bool)
+    valid[1, 4:] = False
+    found = net(x, condition, shape, torch.tensor([3, 700]), valid)
+    assert found[:, 1].flatten().tolist() == pytest.approx(expected, abs=1e-5)
+
+
+@given(u=st.floats(0, 1), shift=st.floats(0.2, 8))
+def test_the_shift_towards_noise_is_undone_by_its_inverse(u: float, shift: float):
+    there = shifted(torch.tensor(u, dtype=torch.float64), shift)
+    assert -1e-12 <= there <= 1 + 1e-12
+    assert (there >= u) == (shift >= 1) or there.item() == pytest.approx(u)
+    assert shifted(there, 1 / shift).item() == pytest.approx(u, abs=1e-9)
+
+
+@pytest.mark.parametrize("sampler", ["ddpm", "ddim", "dpm++"])
+def test_a_sampler_says_how_far_it_is(sampler: str):
+    told: list[float] = []
+    g = torch.Generator().manual_seed(0)
+    schedule = cosine_schedule(10)
+    sample(
+        lambda x, n: x,
+        torch.zeros(3),
+        schedule,
+        g,
+        sampler=sampler,
+        steps=5,
+        on_step=told.append,  # type: ignore[arg-type]
+    )
+    assert told == sorted(told)
+    assert told[-1] == 1
+    assert 0 < told[0] <= 0.2

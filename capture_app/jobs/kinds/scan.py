@@ -32,9 +32,9 @@ _SHARES = {
 def _start(order: ScanOrder, attempt: Attempt) -> ThingWork:
     from capture_app.facts import mesh_facts
     from capture_app.posters import object_poster
-    from capture_app.scanning.folder import REPORT_DATA
     from capture_app.scanning.scan import scan_object
     from ingest.mesh import load_mesh
+    from ingest.report.scanned import REPORT_DATA
 
     def make(folder: Path, progress: Progress) -> dict[str, Any]:
         request = _request(order, folder / FILES / MESH)
@@ -63,6 +63,7 @@ def _request(order: ScanOrder, output: Path) -> "ScanRequest":
         source=order.source,
         output=output,
         images=order.images,
+        format=order.format,
         frames=order.frames,
         cameras=CameraOptions(
             poses=order.poses,

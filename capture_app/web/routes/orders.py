@@ -168,6 +168,8 @@ class Scan(BaseModel):
     """Of the object, metres; where nothing else says how large it is."""
     board: Words | None = None
     """A printed board that lies beside it."""
+    format: Annotated[str, Field(max_length=100)] | None = None
+    """Name of the app to read a recording as that of; see `omocap formats`."""
     frames: Annotated[int, Field(ge=12, le=400)] = 80
     poses: bool = True
     """Use the poses that the phone logged."""

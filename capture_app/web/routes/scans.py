@@ -3,13 +3,14 @@
 from fastapi import APIRouter
 from fastapi.responses import FileResponse, HTMLResponse, Response
 
-from capture_app.scanning.folder import OUTLINE, REPORT_PAGE, VIEWS
+from capture_app.scanning.folder import OUTLINE, VIEWS
 from capture_app.web.guards.headers import REPORT
 from capture_app.web.library.ids import Id
 from capture_app.web.routes.results import FILE
 from capture_app.web.served import one_of, served
 from capture_app.web.site import Here
 from capture_app.web.sources import scan_of
+from ingest.report.scanned import REPORT_PAGE
 
 router = APIRouter(prefix="/api/objects", tags=["objects"])
 

@@ -23,7 +23,9 @@ def is_mesh(path: Path) -> bool:
     return path.suffix.lower() in MESHES
 
 
-def read_source(path: Path, *, images: Path | None = None, poses: bool = True) -> ScanSource:
+def read_source(
+    path: Path, *, images: Path | None = None, poses: bool = True, app: str | None = None
+) -> ScanSource:
     """Read what the object was filmed with.
 
     Args:
@@ -32,6 +34,8 @@ def read_source(path: Path, *, images: Path | None = None, poses: bool = True) -
         images: folder of the pictures of a COLMAP model, where they are not beside it.
         poses: whether logged poses are wanted; without, a log whose poses or times say nothing in
             metres or seconds is a folder of photos.
+        app: name of a format: read it as a session of that app, whatever it looks like; None finds
+            out what it is.
 
     Raises:
         InputError: "scan-missing"; "scan-unknown" for none of these; those of what it is.
@@ -43,15 +47,16 @@ def read_source(path: Path, *, images: Path | None = None, poses: bool = True) -
             where=str(path),
             fix="Check the path.",
         )
-    if path.is_file() and path.suffix.lower() in VIDEOS:
+    if app is None and path.is_file() and path.suffix.lower() in VIDEOS:
         return video_source(path)
     folder = unpack(path) if path.is_file() and is_archive(path) else path
-    if folder.is_dir() and (model := model_in(folder)) is not None:
+    if app is None and folder.is_dir() and (model := model_in(folder)) is not None:
         return model_source(model, images)
     try:
-        session = read_session(path)
+        session = read_session(path, app)
     except InputError as error:
-        if error.code == "session-unknown" or (error.code in _PHOTOS_ALONE and not poses):
+        unknown = app is None and error.code == "session-unknown"
+        if unknown or (error.code in _PHOTOS_ALONE and not poses):
             return _photos(folder, path)
         raise _with_a_way_out(error) from error
     return session_source(session)

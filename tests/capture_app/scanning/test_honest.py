@@ -1,6 +1,7 @@
 """A scan says the worst first: what was filmed from one side is no object, and has no size."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,13 +9,16 @@ import pytest
 
 from capture_app.cli.app import invoke
 from capture_app.cli.scan import _show
+from capture_app.inspection import Inspection, inspect_take, usable_take
 from capture_app.scanning.data import report_data
 from capture_app.scanning.page import scan_page
+from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 from ingest.report.check import Check
 from ingest.scan.found import to_height
 from ingest.scan.quality.coverage import coverage_of
 from ingest.scan.quality.report import ScanReport, cut_off, inspect_scan
 from ingest.scan.types import Scale
+from omomo_core.errors import InputError
 from tests.capture_app.scanning.filmed import film_small
 
 
@@ -89,6 +93,38 @@ def test_what_cuts_an_object_off(name: str, cut: bool):
     assert not cut_off([Check(name, "warn", "")])
     assert not ScanReport((Check(name, "bad", ""),), None).usable
     assert ScanReport((Check(name, "warn", ""),), None).usable
+
+
+def test_a_run_refuses_the_mesh_of_a_scan_that_is_not_usable(tmp_path: Path):
+    """The verdict goes with the mesh; without its report the mesh is judged by itself."""
+    shutil.copytree(DEMO, tmp_path / "take")
+    mesh, report = tmp_path / "take" / MESH, tmp_path / "take" / Path(MESH).stem
+    checks = [{"name": "unseen", "severity": "bad"}, {"name": "colour", "severity": "warn"}]
+    verdict = {"mesh": Path(MESH).name, "usable": False, "checks": checks}
+    folder = report.with_suffix(".scan")
+    folder.mkdir()
+
+    def seen(**said: object) -> Inspection:
+        (folder / "report.json").write_text(json.dumps(verdict | said))
+        return inspect_take(tmp_path / "take" / SESSION, mesh, tmp_path / "take" / MOUNT)
+
+    found = seen()
+    assert found.verdict == "not usable"
+    assert found.reason == f"scan: omocap scan found its mesh {mesh.name} not usable: unseen"
+    with pytest.raises(InputError, match=r"report\.html"):
+        usable_take(found)
+    assert usable_take(found, force=True) is found.take
+    words = [
+        str(tmp_path / "take" / SESSION),
+        "--object",
+        str(mesh),
+        "-o",
+        str(tmp_path / "motion"),
+    ]
+    assert invoke(["run", *words, "--mount", str(tmp_path / "take" / MOUNT)]) == 2
+    assert not (tmp_path / "motion").exists()
+    for other in ({"usable": True}, {"mesh": "other.obj"}, {"checks": None}):
+        assert seen(**other).verdict != "not usable"
 
 
 @pytest.mark.slow

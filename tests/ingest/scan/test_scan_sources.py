@@ -131,3 +131,14 @@ def test_confidence_beside_depth_in_each_layout(tmp_path: Path):
         kept = sure(np.ones((2, 3), np.float32), found)
         np.testing.assert_array_equal(kept, levels > 0)
     assert confidence_of(tmp_path / "a" / "other.png") is None
+
+
+def test_a_session_is_read_as_that_of_the_app_that_is_named(tmp_path: Path):
+    film = _transforms(tmp_path / "film")
+    found = read_source(film)
+    named = read_source(film, app="nerfstudio")
+    assert (named.kind, named.pictures.names) == ("session", found.pictures.names)
+    for app, code in (("TUM", "session-unknown"), ("no app", "format-unknown")):
+        with pytest.raises(InputError) as caught:
+            read_source(film, app=app)
+        assert caught.value.code == code

@@ -6,10 +6,15 @@ const DIRECTION = "direction";
 const NUMBER = String.raw`\s*[\-+]?(\d+\.?\d*|\.\d+)\s*`;
 const AXES = ["x", "y", "z", "-x", "-y", "-z"];
 
-/** Fields by the names of the options of a run: {node, read()}. formats: names of apps. */
-export function readingFields(formats) {
+/** Which app recorded it, found out unless chosen: {node, read()}. formats: names of apps. */
+export function formatField(formats) {
   const known = formats.map((name) => [name, name]);
   const app = choice("Recorded with", [["", "found by what it holds"], ...known]);
+  return { ...app, read: () => app.read() || null };
+}
+
+/** Fields by the names of the options of a run: {node, read()}. formats: names of apps. */
+export function readingFields(formats) {
   return {
     floor: number("Height of the floor", {
       unit: "m",
@@ -21,7 +26,7 @@ export function readingFields(formats) {
       step: 1,
       hint: "Where tracking failures split the recording. Empty: the longest.",
     }),
-    format: { ...app, read: () => app.read() || null },
+    format: formatField(formats),
     stitch: tick("Put tracking jumps back together", {
       hint: "Instead of splitting the recording there.",
     }),

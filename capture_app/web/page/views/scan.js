@@ -7,6 +7,7 @@ import { brought } from "../parts/brought.js";
 import { attempt, choice, number, tick } from "../parts/fields.js";
 import { numbered } from "../parts/numbered.js";
 import { freshKey } from "../parts/order_form.js";
+import { formatField } from "../parts/reading_fields.js";
 
 const HOW = [
   "Leave the object where it stands, alone. Nobody moves it, or anything near it, while you film.",
@@ -23,12 +24,12 @@ const WITH = {
 
 /** `#/scan?source=ID&back=...` */
 export async function scan({ query, signal }) {
-  const [sessions, videos, materials, guide] = await Promise.all(
-    ["sessions", "videos", "materials", "calibration"].map((what) =>
+  const [sessions, videos, materials, guide, choices] = await Promise.all(
+    ["sessions", "videos", "materials", "calibration", "choices"].map((what) =>
       api(`/api/${what}`, { signal }),
     ),
   );
-  const page = new ScanPage({ sessions, videos, materials, guide, signal }, query);
+  const page = new ScanPage({ sessions, videos, materials, guide, choices, signal }, query);
   return { title: "An object from a film", node: page.node };
 }
 
@@ -42,7 +43,7 @@ class ScanPage {
     this.kind.input.addEventListener("change", () => this.show());
     this.place = h("div");
     this.fields = sizeFields(context.guide.boards);
-    this.more = moreFields();
+    this.more = moreFields(context.choices.formats);
     this.name = h("input", { maxlength: 120, required: true, value: "" });
     this.problem = h("div");
     this.button = h("button", { type: "submit", class: "main large" }, "Make the object");
@@ -57,7 +58,9 @@ class ScanPage {
 
   show() {
     put(this.place, this.source.node);
-    this.fields.hint(this.kind.read() === "session");
+    const logged = this.kind.read() === "session";
+    this.fields.hint(logged);
+    this.more.format.node.hidden = !logged;
   }
 
   /** Called as its film is, unless somebody has said otherwise. */
@@ -141,6 +144,7 @@ class ScanPage {
       ...this.fields.read(),
       ...Object.fromEntries(more),
     };
+    if (this.more.format.node.hidden) json.format = null;
     const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": this.key } });
     go(address(`/jobs/${job.id}`, { from: location.hash, back: this.back }));
   }
@@ -201,8 +205,9 @@ function sizeFields(boards) {
   };
 }
 
-function moreFields() {
+function moreFields(formats) {
   return {
+    format: formatField(formats),
     method: choice("Measure the surface by", [
       ["auto", "all there is"],
       ["stereo", "pictures alone"],
