@@ -22,9 +22,9 @@ from scipy.stats import chi2
 from benchmarks.calibration_chain import chain
 from benchmarks.calibration_sets import eth, moveit
 from benchmarks.calibration_takes import board_take
-from ingest.mount.hand_eye.solve import solve
-from ingest.mount.hand_eye.streams import PoseStream
-from ingest.mount.uncertainty import between, bounds_95
+from ingest.calibration.hand_eye.solve import solve
+from ingest.calibration.hand_eye.streams import PoseStream
+from ingest.uncertainty import between, bounds_95
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 

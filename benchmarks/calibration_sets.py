@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ingest.mount.hand_eye.pose_log import read_pose_log
-from ingest.mount.hand_eye.solve import solve
-from ingest.mount.hand_eye.streams import PoseStream
-from ingest.mount.uncertainty import bounds_95, of_inverse
+from ingest.calibration.hand_eye.pose_log import read_pose_log
+from ingest.calibration.hand_eye.solve import solve
+from ingest.calibration.hand_eye.streams import PoseStream
+from ingest.uncertainty import bounds_95, of_inverse
 from omomo_core.geometry.transforms import inverse
 
 _SETS = {

@@ -9,10 +9,10 @@ from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.phone import BOOT_SECONDS, simulate
 from capture_app.simulator.wiggle import Wiggle, wiggle_motion
 from capture_app.simulator.witness import board_on_box, corner_observations, tripod
-from ingest.mount.board.poses import board_poses
-from ingest.mount.board.sheet import preset_for
-from ingest.mount.hand_eye.streams import PoseStream
-from ingest.mount.mount import Mount
+from ingest.calibration.board.poses import board_poses
+from ingest.calibration.board.sheet import preset_for
+from ingest.calibration.hand_eye.streams import PoseStream
+from ingest.mount import Mount
 
 BOARD = preset_for("A4")
 

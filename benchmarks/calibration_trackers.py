@@ -18,10 +18,10 @@ import numpy as np
 from rich.progress import track
 from scipy.stats import chi2
 
-from ingest.mount.hand_eye.solve import solve
-from ingest.mount.uncertainty import between, bounds_95
+from ingest.calibration.hand_eye.solve import solve
+from ingest.uncertainty import between, bounds_95
 from omomo_core.errors import InputError
-from tests.ingest.mount.hand_eye.two_trackers import Coloured, TwoTrackers, two_trackers
+from tests.ingest.calibration.hand_eye.two_trackers import Coloured, TwoTrackers, two_trackers
 
 _INSIDE = float(chi2.ppf(0.95, 6))
 

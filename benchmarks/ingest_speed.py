@@ -60,7 +60,7 @@ def measure(folder: Path) -> dict[str, float]:
     import trimesh
 
     from ingest.formats.detect import read_session
-    from ingest.mount.mount import identity_mount
+    from ingest.mount import identity_mount
     from ingest.report.inspect import inspect_session
     from ingest.trajectory.object_motion import to_object_motion
     from omomo_core.motion import ObjectMesh

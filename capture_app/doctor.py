@@ -88,7 +88,7 @@ def _weights() -> Check:
 
 
 def _opengl() -> Check:
-    from render.renderer import open_renderer
+    from render.backends import open_renderer
 
     try:
         with open_renderer(64, 64, "pyrender"):

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from ingest.mesh import load_mesh
-from ingest.mount.file import load_mount
-from ingest.mount.uncertainty import bounds_95
+from ingest.mount_file import load_mount
 from ingest.report.solid import mesh_checks
+from ingest.uncertainty import bounds_95
 
 
 def mesh_facts(path: Path, scale: float) -> dict[str, Any]:

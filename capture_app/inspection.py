@@ -9,8 +9,8 @@ import trimesh
 
 from ingest.formats.detect import read_session
 from ingest.mesh import load_mesh
-from ingest.mount.file import load_mount
-from ingest.mount.mount import Mount, identity_mount
+from ingest.mount import Mount, identity_mount
+from ingest.mount_file import load_mount
 from ingest.report.check import Check, TakeReport
 from ingest.report.inspect import inspect_clock, inspect_session
 from ingest.session import CaptureSession

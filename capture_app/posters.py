@@ -8,15 +8,15 @@ from PIL import Image
 
 from capture_app.calibration.picture import mount_views
 from capture_app.result import Result, body_of
-from ingest.mount.mount import Mount
+from ingest.mount import Mount
 from omomo_core.body.model import BodyModel
 from omomo_core.generation.person import Person
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.whole_file import whole_file
+from render.backends import open_renderer
 from render.cameras import orbit, pinhole
 from render.normals import split_creases
 from render.props import OBJECT_COLOR
-from render.renderer import open_renderer
 from render.scene import Drawable, Scene
 from render.third_person import frames
 from render.views import shot

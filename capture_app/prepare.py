@@ -14,8 +14,8 @@ from ingest.animated.detect import read_animation
 from ingest.animated.take import AnimatedTake, to_animated_take
 from ingest.formats.detect import read_session
 from ingest.mesh import load_mesh
-from ingest.mount.file import load_mount
-from ingest.mount.mount import Mount, identity_mount
+from ingest.mount import Mount, identity_mount
+from ingest.mount_file import load_mount
 from ingest.trajectory.object_motion import ObjectTake
 from ingest.trajectory.reading import Reading
 from ingest.trajectory.segments import choose, cut

@@ -11,8 +11,8 @@ from capture_app.progress import Progress
 from capture_app.result import body_of, load_result, sample_index
 from omomo_core.errors import InputError
 from omomo_core.whole_file import check_target
+from render.backends import Backend
 from render.contact_points import held_places
-from render.renderer import Backend
 from render.stills import contact_sheet
 from render.third_person import frames
 from render.views import shot

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 from capture_app.coordinates import Place
 from capture_app.manifest import Segment
 from capture_app.request import TakeRequest
-from ingest.mount.mount import Mount
+from ingest.mount import Mount
 from omomo_core.errors import InputError
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.geometry.surface import sample_surface

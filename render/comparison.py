@@ -11,12 +11,15 @@ from omomo_core.errors import InputError
 from omomo_core.motion import FPS, HumanMotion, ObjectMotion
 from render import captions
 from render.actors import Actor
+from render.backends import Backend, open_renderer
 from render.cameras import Camera
 from render.follow import follow
 from render.heat import HEAT_BODY, heat_scale, tinted
 from render.lettering import write
 from render.props import BODY_COLOR, floor
-from render.renderer import Backend, Renderer, open_renderer
+from render.renderer import (
+    Renderer,
+)
 from render.scene import Color, Light, Scene
 from render.strips import Held, Picture
 from render.third_person import facing, object_corners, stage, subject

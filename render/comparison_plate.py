@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import UInt8
 
+from render.backends import Backend
 from render.comparison import Contender, clock, difference_scale, views
 from render.heat import heat_legend
 from render.lettering import DARK, FAINT, Ink, fitted, text_width, write
-from render.renderer import Backend
 from render.stills import contact_sheet
 from render.strips import HOLDS, PAPER, TRUE, Picture, Strip, contact_strip
 

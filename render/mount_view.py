@@ -6,11 +6,11 @@ from jaxtyping import Float, UInt8
 
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMesh
+from render.backends import Backend, open_renderer
 from render.cameras import orbit, pinhole
 from render.captions import caption
 from render.normals import split_creases
 from render.props import OBJECT_COLOR
-from render.renderer import Backend, open_renderer
 from render.scene import Drawable, Scene
 from render.stills import contact_sheet
 

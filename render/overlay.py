@@ -10,12 +10,16 @@ import numpy as np
 from jaxtyping import UInt8
 
 from render.actors import Actor
+from render.backends import Backend, open_renderer
 from render.cameras import Camera
 from render.lens import Distort, Lens
 from render.outline import draw_outline
 from render.pace import ahead
 from render.props import OBJECT_COLOR
-from render.renderer import Backend, Layer, Renderer, open_renderer
+from render.renderer import (
+    Layer,
+    Renderer,
+)
 from render.scene import Drawable, Light, Scene
 
 RGB = UInt8[np.ndarray, "h w 3"]

@@ -1,19 +1,15 @@
-"""Renderer: draws a Scene from a camera. Opened by `open_renderer`, which picks a backend."""
+"""Renderer: draws a Scene from a camera. Opened by `backends.open_renderer`."""
 
-import logging
 from abc import ABC, abstractmethod
 from types import TracebackType
-from typing import Literal
 
 import cv2
 import numpy as np
 from jaxtyping import Float, Float32, UInt8
 
-from omomo_core.errors import InputError
 from render.cameras import Camera
 from render.scene import Scene
 
-Backend = Literal["auto", "pyrender", "raycast"]
 Picture = tuple[UInt8[np.ndarray, "h w 3"], Float32[np.ndarray, "h w"]]
 """Colours (RGB), and depth along the viewing axis in metres (0 where nothing is)."""
 
@@ -22,8 +18,6 @@ Layer = UInt8[np.ndarray, "h w 4"]
 
 NEAR, FAR = 0.05, 100.0
 """Nothing nearer or farther than this many metres of depth is drawn."""
-
-_log = logging.getLogger(__name__)
 
 
 class Renderer(ABC):
@@ -82,40 +76,3 @@ class Renderer(ABC):
         trace: TracebackType | None,
     ) -> None:
         self.close()
-
-
-def open_renderer(
-    width: int, height: int, backend: Backend = "auto", *, samples: int = 4
-) -> Renderer:
-    """A renderer for pictures of `width` x `height` pixels.
-
-    Args:
-        width, height: size of the pictures in pixels.
-        backend: "pyrender" draws with OpenGL through EGL, no display needed; "raycast" needs no
-            OpenGL at all but has jagged edges and hard shadows; "auto" takes the first that works.
-        samples: multisampling of "pyrender": 4 smooths edges and takes half as long again; 0 is
-            none. "raycast" shoots one ray a pixel.
-
-    Raises:
-        InputError: "pyrender" was asked for and OpenGL cannot be opened.
-    """
-    if backend != "raycast":
-        try:
-            from render.pyrender_backend import PyrenderRenderer
-
-            return PyrenderRenderer(width, height, samples)
-        except Exception as error:  # missing libraries and drivers fail in a dozen different ways
-            if backend == "pyrender":
-                raise InputError(
-                    "no-opengl",
-                    f"OpenGL could not be opened through EGL: {error}.",
-                    fix="Install the apt packages libegl1 and libgl1, or choose backend raycast.",
-                ) from error
-            _log.warning(
-                "OpenGL is not available (%s); drawing with the slower ray caster. "
-                "The apt packages libegl1 and libgl1 bring OpenGL.",
-                error,
-            )
-    from render.raycast_backend import RaycastRenderer
-
-    return RaycastRenderer(width, height)

@@ -13,11 +13,11 @@ from omomo_core.errors import InputError
 from omomo_core.motion import FPS, HumanMotion, ObjectMotion
 from omomo_core.skeleton import joint
 from render.actors import Actor, play
+from render.backends import Backend, open_renderer
 from render.cameras import Camera
 from render.captions import caption
 from render.follow import FollowStyle, follow
 from render.props import BODY_COLOR, contact_marker, floor, rigid_object, trail
-from render.renderer import Backend, open_renderer
 from render.scene import Color, Drawable, Light, Scene
 
 _CHUNK = 32

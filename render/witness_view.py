@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from render.actors import Actor, play
+from render.backends import Backend, open_renderer
 from render.lens import Distort, Lens
-from render.renderer import Backend, open_renderer
 from render.room import ROOM_LIGHT, room
 from render.scene import Scene
 

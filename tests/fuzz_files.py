@@ -31,14 +31,14 @@ from capture_app.simulator.carried_box import box_mesh, carried_box, clamped_pho
 from capture_app.simulator.phone import simulate
 from ingest.animated.detect import is_animation, read_animation
 from ingest.animated.take import to_animated_take
+from ingest.calibration.board.camera import load_camera
+from ingest.calibration.board.spec import parse_board
+from ingest.calibration.board.track import track_video
 from ingest.formats import nerfcapture, stray_scanner
 from ingest.formats.depth_png import load_millimetres, save_millimetres
 from ingest.formats.registry import FORMATS
 from ingest.mesh import load_mesh
-from ingest.mount.board.camera import load_camera
-from ingest.mount.board.spec import parse_board
-from ingest.mount.board.track import track_video
-from ingest.mount.file import load_mount, save_mount
+from ingest.mount_file import load_mount, save_mount
 from ingest.scan.sources.mesh import read_scan_mesh
 from ingest.scan.sources.read import read_source
 from ingest.scan.sources.stills import load_picture

@@ -38,7 +38,7 @@ ROOMS = {
         "tests/ingest/test_closure.py tests/ingest/test_stitch.py tests/ingest/test_smooth.py "
         "tests/ingest/test_camera_axes.py tests/ingest/test_semantic_faults.py",
     ),
-    "hand_eye": ("ingest/mount/hand_eye", "tests/ingest/mount/hand_eye"),
+    "hand_eye": ("ingest/calibration/hand_eye", "tests/ingest/calibration/hand_eye"),
 }
 """Package, and the tests that guard it."""
 _CHANGED = (

@@ -6,7 +6,7 @@ from capture_app.calibration.ways.find import find_mount
 from capture_app.calibration.ways.requests import AnyWay
 from capture_app.calibration.written import write_mount
 from capture_app.progress import Progress
-from ingest.mount.mount import Mount
+from ingest.mount import Mount
 
 
 def calibrate(way: AnyWay, path: Path, progress: Progress, *, picture: Path | None) -> Mount:

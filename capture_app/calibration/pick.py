@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from capture_app.calibration.picking import ENOUGH, POINTS, Picking
-from ingest.mount.points.correspondences import Pair
+from ingest.calibration.points.correspondences import Pair
 from omomo_core.motion import ObjectMesh
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ import numpy as np
 import trimesh
 from jaxtyping import Float64
 
-from ingest.mount.points.correspondences import Pair
-from ingest.mount.points.fit import PICKING
+from ingest.calibration.points.correspondences import Pair
+from ingest.calibration.points.fit import PICKING
 from omomo_core.motion import ObjectMesh
 
 ENOUGH = 3

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import UInt8
 
-from ingest.mount.mount import Mount
-from ingest.mount.phone.body import Phone, phone_body, phone_named
-from ingest.mount.uncertainty import bounds_95
+from ingest.calibration.phone.body import Phone, phone_body, phone_named
+from ingest.mount import Mount
+from ingest.uncertainty import bounds_95
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
 from render.mount_view import mount_picture

@@ -5,9 +5,8 @@ from datetime import date
 from pathlib import Path
 
 from capture_app.solid import Solid
-from ingest.mount.file import save_mount
-from ingest.mount.identity import object_id
-from ingest.mount.mount import Mount
+from ingest.mount import Mount, object_id
+from ingest.mount_file import save_mount
 
 
 def write_mount(

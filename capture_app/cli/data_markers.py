@@ -75,8 +75,8 @@ def markers(
 
 def _off_surface(mesh: Path, places: "Places", scale: float) -> "list[float]":
     """How far each place is from the scan, metres; the scan is read at its right size."""
+    from ingest.axes import T_ZUP_ARKIT
     from ingest.mesh import load_mesh
-    from ingest.trajectory.axes import T_ZUP_ARKIT
     from omomo_core.geometry.surface import sample_surface
 
     solid = load_mesh(mesh, scale=scale)

@@ -139,7 +139,7 @@ def scan(
     from capture_app.scanning.request import ScanRequest
     from capture_app.scanning.scan import scan_object
     from capture_app.scanning.words import given_box, picked_length
-    from ingest.mount.board.spec import parse_board
+    from ingest.calibration.board.spec import parse_board
     from ingest.scan.cameras.options import CameraOptions
 
     request = ScanRequest(

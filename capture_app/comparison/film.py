@@ -12,9 +12,9 @@ from capture_app.pictures import MOVING, frame_at, save_pictures, stride, told
 from capture_app.progress import Progress
 from omomo_core.errors import InputError
 from omomo_core.whole_file import check_target
+from render.backends import Backend
 from render.comparison import clock
 from render.comparison_plate import PlateStyle, comparison_frames, comparison_sheet
-from render.renderer import Backend
 
 MOST = 25
 """Motions that still fit on a screen."""

@@ -11,15 +11,15 @@ from capture_app.overlay.film import RGB, Film, open_film
 from capture_app.overlay.placing import Place, riding
 from capture_app.overlay.watcher import Watcher, intrinsics_of
 from capture_app.result import Result, body_of
+from ingest.calibration.board.lens import distorted
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
-from ingest.mount.board.lens import distorted
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
+from render.backends import Backend
 from render.cameras import Camera, quarter_turns
 from render.lens import Distort
 from render.overlay import OverlayStyle, overlay
 from render.props import rigid_object
-from render.renderer import Backend
 from render.retimed import retimed
 from render.third_person import skinned_body
 from render.views import share_shown
@@ -128,7 +128,7 @@ def draw(
         sample: index of the person.
         aligned: the film.
         style: its `turns` are found here.
-        backend, samples: see `render.renderer.open_renderer`.
+        backend, samples: see `render.backends.open_renderer`.
 
     Raises:
         InputError: "object-no-faces", or the film is damaged further on.

@@ -5,8 +5,8 @@ import numpy as np
 from capture_app.rerun import unchanged
 from capture_app.result import Result
 from ingest.formats.detect import read_session
-from ingest.mount.file import load_mount
-from ingest.mount.mount import Mount, identity_mount
+from ingest.mount import Mount, identity_mount
+from ingest.mount_file import load_mount
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse

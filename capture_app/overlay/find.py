@@ -21,14 +21,14 @@ from capture_app.overlay.watcher import Watcher, by_phone, on_tripod, pose_in
 from capture_app.progress import Progress
 from capture_app.result import Result
 from ingest.archive import is_archive
+from ingest.calibration.board.camera import load_camera
+from ingest.calibration.board.place import load_place
+from ingest.calibration.board.spec import Board, parse_board
+from ingest.calibration.board.track import BoardTrack, track_session, track_video
+from ingest.calibration.hand_eye.board import stream_of
+from ingest.calibration.pose_file import load_pose
 from ingest.formats.detect import read_session
 from ingest.formats.registry import FORMATS
-from ingest.mount.board.camera import load_camera
-from ingest.mount.board.place import load_place
-from ingest.mount.board.spec import Board, parse_board
-from ingest.mount.board.track import BoardTrack, track_session, track_video
-from ingest.mount.hand_eye.board import stream_of
-from ingest.mount.pose_file import load_pose
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 

@@ -10,10 +10,10 @@ from jaxtyping import Float64
 from capture_app.overlay.placing import agreed
 from capture_app.overlay.watcher import Watcher
 from capture_app.progress import Progress
+from ingest.calibration.pose_file import load_similarity
+from ingest.calibration.scan.landmarks import read_landmarks
+from ingest.calibration.scan.localise import View, localise
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
-from ingest.mount.pose_file import load_similarity
-from ingest.mount.scan.landmarks import read_landmarks
-from ingest.mount.scan.localise import View, localise
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS, ObjectMotion

@@ -6,17 +6,17 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.optimize import minimize_scalar
 
+from ingest.calibration.average import average
+from ingest.calibration.board.track import BoardTrack
+from ingest.calibration.hand_eye.board import stream_of
+from ingest.calibration.hand_eye.samples import PHONE_SD
+from ingest.calibration.hand_eye.solve import solve
+from ingest.calibration.hand_eye.streams import PoseStream
+from ingest.calibration.hand_eye.timing import find_offsets
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
-from ingest.mount.average import average
-from ingest.mount.board.track import BoardTrack
-from ingest.mount.hand_eye.board import stream_of
-from ingest.mount.hand_eye.samples import PHONE_SD
-from ingest.mount.hand_eye.solve import solve
-from ingest.mount.hand_eye.streams import PoseStream
-from ingest.mount.hand_eye.timing import find_offsets
-from ingest.mount.mount import Mount
-from ingest.mount.uncertainty import between
+from ingest.mount import Mount
 from ingest.session import CaptureSession
+from ingest.uncertainty import between
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS, ObjectMotion
@@ -61,7 +61,7 @@ def by_board_on_object(
         offset: of the clocks; without it the motion has to show it too.
 
     Raises:
-        InputError: those of `ingest.mount.hand_eye.solve.solve`, or "overlay-no-overlap".
+        InputError: those of `ingest.calibration.hand_eye.solve.solve`, or "overlay-no-overlap".
     """
     motion, board = motion_stream(moved), stream_of(track)
     if T_object_board is None:

@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float64
 
 from capture_app.overlay.film import Film, open_film, open_video
+from ingest.calibration.board.camera import WitnessCamera
+from ingest.calibration.hand_eye.streams import PoseStream
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
-from ingest.mount.board.camera import WitnessCamera
-from ingest.mount.hand_eye.streams import PoseStream
 from ingest.session import CaptureSession
 from omomo_core import strict_json
 from omomo_core.errors import InputError

@@ -8,8 +8,8 @@ from capture_app.overlay.find import Said, find
 from capture_app.progress import Progress
 from capture_app.result import load_result, sample_index
 from omomo_core.whole_file import check_target
+from render.backends import Backend
 from render.overlay import OverlayStyle
-from render.renderer import Backend
 from render.video import write_moving
 
 FORMATS = (".mp4", ".webp", ".gif")

@@ -17,7 +17,7 @@ from capture_app.replay.layout import pack_bytes
 from capture_app.replay.recording import Recording, recording
 from capture_app.replay.surfaces import Arrays, body_arrays, object_surface
 from capture_app.result import Result, body_of
-from ingest.mount.mount import Mount
+from ingest.mount import Mount
 from ingest.report.look import Look
 from ingest.trajectory.reading import Reading
 from omomo_core.body.kinematics import full_kinematics

@@ -8,11 +8,11 @@ from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from ingest.scan.clean.clean import CleanMesh
 from ingest.scan.found import Found
 from ingest.scan.types import View
+from render.backends import open_renderer
 from render.cameras import Camera, orbit, pinhole
 from render.captions import caption
 from render.normals import split_creases
 from render.outline import draw_outline
-from render.renderer import open_renderer
 from render.scene import Drawable, Scene
 from render.stills import contact_sheet
 

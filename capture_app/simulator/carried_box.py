@@ -5,7 +5,7 @@ import trimesh
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from ingest.mount.mount import Mount
+from ingest.mount import Mount
 from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
 
 WIDTH, DEPTH, HEIGHT = 0.34, 0.44, 0.30

@@ -7,9 +7,9 @@ from jaxtyping import Float64
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline
 
-from ingest.mount.mount import Mount
+from ingest.axes import T_ZUP_ARKIT
+from ingest.mount import Mount
 from ingest.session import GRAVITY, R_CAMERA_DEVICE
-from ingest.trajectory.axes import T_ZUP_ARKIT
 from omomo_core.motion import FPS, ObjectMotion
 
 

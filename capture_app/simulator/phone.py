@@ -7,7 +7,7 @@ import numpy as np
 from capture_app.simulator.noise import PhoneNoise, disturb, kept_frames, wobbling_intrinsics
 from capture_app.simulator.path import PhonePath, phone_path
 from ingest.formats import stray_scanner
-from ingest.mount.mount import Mount
+from ingest.mount import Mount
 from ingest.session import CaptureSession, ImuLog
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMotion

@@ -14,7 +14,7 @@ from capture_app.simulator.phone import simulate
 from capture_app.simulator.recording import write_recording
 from ingest.formats import stray_scanner
 from ingest.formats.registry import Format
-from ingest.mount.file import save_mount
+from ingest.mount_file import save_mount
 from ingest.session import CaptureSession
 from omomo_core.motion import FPS, ObjectMotion
 from render import phone_view

@@ -10,9 +10,9 @@ from jaxtyping import Float32, Float64, UInt8
 from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.scan_scene import ScanScene, film, intrinsics
+from ingest.calibration.scan.features import find_features
 from ingest.colmap import pycolmap
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
-from ingest.mount.scan.features import find_features
 from omomo_core.geometry.transforms import inverse
 
 _CELL = 0.008

@@ -10,11 +10,14 @@ from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.scan_objects import OBJECTS
 from capture_app.simulator.scan_shapes import joined
-from ingest.mount.mount import Mount
+from ingest.mount import Mount
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMesh
+from render.backends import open_renderer
 from render.cameras import Camera, orbit
-from render.renderer import Picture, open_renderer
+from render.renderer import (
+    Picture,
+)
 from render.room import ROOM_LIGHT, busy_texture, room
 from render.scene import Drawable, Scene
 

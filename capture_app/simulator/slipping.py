@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from ingest.mount.mount import Mount
+from ingest.mount import Mount
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS, ObjectMotion
 

@@ -10,11 +10,11 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline
 
 from capture_app.simulator.carried_box import WIDTH
+from ingest.calibration.board.camera import WitnessCamera, save_camera
+from ingest.calibration.board.lens import distorted
+from ingest.calibration.board.pattern import board_image
+from ingest.calibration.board.spec import Board
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
-from ingest.mount.board.camera import WitnessCamera, save_camera
-from ingest.mount.board.lens import distorted
-from ingest.mount.board.pattern import board_image
-from ingest.mount.board.spec import Board
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS, ObjectMotion
 from render.actors import Actor

@@ -15,8 +15,8 @@ from capture_app.study.design import Page
 from capture_app.study.methods import Method
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS, HumanMotion
+from render.backends import Backend
 from render.comparison import Contender, views
-from render.renderer import Backend
 from render.strips import Picture
 from render.video import write_video
 

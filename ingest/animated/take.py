@@ -8,8 +8,8 @@ from jaxtyping import Float64
 
 from ingest.animated.animation import Animation, Up
 from ingest.animated.checks import check_motion, check_size
+from ingest.axes import T_ZUP_ARKIT
 from ingest.mesh import load_mesh
-from ingest.trajectory.axes import T_ZUP_ARKIT
 from ingest.trajectory.floor import Floor
 from ingest.trajectory.segments import segments
 from omomo_core.errors import InputError

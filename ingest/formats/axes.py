@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
+from ingest.axes import T_OPENCV_ARKIT_CAMERA, T_ZUP_ARKIT
 from ingest.formats.pick import head_lines
 from ingest.formats.poses import check_poses, poses_from_quaternions
 from ingest.formats.table import Table
 from ingest.session import CaptureSession
-from ingest.trajectory.axes import T_OPENCV_ARKIT_CAMERA, T_ZUP_ARKIT
 from omomo_core.errors import InputError
 
 T_ARKIT_ZUP = T_ZUP_ARKIT.T

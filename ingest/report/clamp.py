@@ -3,10 +3,9 @@
 import igl
 import numpy as np
 
-from ingest.mount.identity import object_id
-from ingest.mount.mount import Mount
-from ingest.mount.uncertainty import bounds_95
+from ingest.mount import Mount, object_id
 from ingest.report.check import Check, grade, graded, worst
+from ingest.uncertainty import bounds_95
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMesh
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from ingest.mount.mount import Mount
+from ingest.mount import Mount
 from ingest.report import clamp, pace, sensors, sight, solid, stance, timing, tracking
 from ingest.report.agreement import agreement_checks
 from ingest.report.check import Check, TakeReport

@@ -6,9 +6,9 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from ingest.mount.mount import Mount
+from ingest.axes import T_ZUP_ARKIT
+from ingest.mount import Mount
 from ingest.session import CaptureSession
-from ingest.trajectory.axes import T_ZUP_ARKIT
 from ingest.trajectory.breaks import Breaks, find_breaks
 from ingest.trajectory.object_motion import ObjectTake
 from ingest.trajectory.resample import resample

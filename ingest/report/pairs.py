@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from ingest.report.frames import image_times
 from ingest.report.look import Look
+from ingest.session_images import image_times
 from omomo_core.geometry.transforms import inverse
 
 _PAIRS = 8

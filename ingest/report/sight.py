@@ -8,10 +8,10 @@ from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
 from ingest.report.check import Check
-from ingest.report.frames import image_times, pictures
 from ingest.report.look import Look
 from ingest.report.matches import Features, explained, find_features, match
 from ingest.report.pairs import pick_pairs
+from ingest.session_images import image_times, pictures
 from omomo_core.geometry.transforms import inverse
 
 _MIN_MATCHES = 60

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.mount.scan.colmap_files import read_model
+from ingest.colmap_files import read_model
 from ingest.scan.cameras.metric import Similarity
 from ingest.scan.cameras.reconstruction import laid
 from omomo_core.geometry.transforms import inverse

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.mount.mount import Mount
+from ingest.axes import T_OPENCV_ARKIT_CAMERA
+from ingest.mount import Mount
 from ingest.session import CaptureSession
-from ingest.trajectory.axes import T_OPENCV_ARKIT_CAMERA
 from ingest.trajectory.breaks import find_breaks
 from ingest.trajectory.reading import Top
 from ingest.trajectory.resample import resample

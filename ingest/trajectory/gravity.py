@@ -6,9 +6,9 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float64
 
+from ingest.axes import T_ZUP_ARKIT
 from ingest.session import CaptureSession
 from ingest.trajectory.accelerometer import measured_up
-from ingest.trajectory.axes import T_ZUP_ARKIT
 from ingest.trajectory.depth_points import depth_points
 from ingest.trajectory.plane import fit_plane
 from ingest.trajectory.reading import Top

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from ingest.mount.mount import Mount
+from ingest.mount import Mount
 from ingest.session import CaptureSession
 from ingest.trajectory.breaks import Breaks, check_rate, find_breaks, same_world
 from ingest.trajectory.camera_axes import settle_camera

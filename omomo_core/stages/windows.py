@@ -49,7 +49,7 @@ class HumanWindows:
     hand_contact: Float[Tensor, "b frames 2"]
     foot_contact: Float[Tensor, "b frames 4"]
     reference: Float[Tensor, "b frames 2"]
-    """Floor point that the body is measured from: `body_stage.capture.reference_path`."""
+    """Floor point that the body is measured from: `stages.body.capture.reference_path`."""
     upright: Float[Tensor, " b"]
     """From 0, squatting as deep as anybody whose hands go as low, to 1, standing as straight."""
 

@@ -15,7 +15,7 @@ from capture_app.cli.app import invoke
 from capture_app.tables.caption import Made, caption
 from capture_app.tables.methods import Network
 from ingest.formats.detect import read_session
-from ingest.mount.file import load_mount
+from ingest.mount_file import load_mount
 from omomo_core.learning.recordings.clips import Clip, load_clips, save_clips
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.stages.network_file import read_header

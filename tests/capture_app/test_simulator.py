@@ -14,7 +14,7 @@ from capture_app.simulator.noise import NO_NOISE, PhoneNoise
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.recording import write_recording
 from ingest.formats.detect import read_session
-from ingest.mount.mount import Mount
+from ingest.mount import Mount
 from ingest.report.inspect import inspect_session
 from ingest.session import R_CAMERA_DEVICE
 from ingest.trajectory.object_motion import to_object_motion

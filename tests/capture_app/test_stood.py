@@ -17,7 +17,7 @@ from capture_app.request import TakeRequest
 from capture_app.rerun import request_of
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 from capture_app.stood import where_stood
-from ingest.mount.mount import Mount
+from ingest.mount import Mount
 from omomo_core.errors import InputError
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.motion import ObjectMesh, ObjectMotion

@@ -19,8 +19,8 @@ from capture_app.cli.app import invoke
 from ingest.formats import arkit_data_logger, ios_logger, stray_scanner, tum
 from ingest.formats.registry import Format
 from ingest.mesh import load_mesh
-from ingest.mount.file import load_mount, save_mount
-from ingest.mount.identity import object_id
+from ingest.mount import object_id
+from ingest.mount_file import load_mount, save_mount
 from ingest.session import CaptureSession
 from omomo_core.geometry.transforms import inverse
 from tests.ingest import good_take as go

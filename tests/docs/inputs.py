@@ -23,8 +23,8 @@ from capture_app.simulator.scan_model import drawn_model
 from capture_app.simulator.scan_scene import orbit_poses, scan_scene
 from capture_app.simulator.wiggle import wiggle_motion
 from capture_app.simulator.witness import board_on_box, tripod
+from ingest.calibration.board.spec import PRESETS
 from ingest.formats import scanner_3d
-from ingest.mount.board.spec import PRESETS
 from omomo_core.learning.recordings.clips import save_clips
 from omomo_core.motion import ObjectMotion
 from tests.capture_app.comparison.conftest import carrying, put_result
@@ -33,7 +33,7 @@ from tests.core.marker_files import capture, moving, write_places, write_vicon
 from tests.docs.pages import blocks
 from tests.docs.running import PYTHON, Stage, copy
 from tests.ingest.animated.conftest import GlbWriter
-from tests.ingest.mount.board.filmed import picture, write_film
+from tests.ingest.calibration.board.filmed import picture, write_film
 from tests.ingest.scan.test_scan_ready_mesh import write_usdz
 
 

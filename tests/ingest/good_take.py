@@ -11,7 +11,7 @@ from capture_app.inspection import Inspection, inspect_take
 from capture_app.simulator.carried_box import box_mesh, carried_box, clamped_phone
 from capture_app.simulator.phone import simulate
 from ingest.formats import stray_scanner
-from ingest.mount.file import save_mount
+from ingest.mount_file import save_mount
 from ingest.session import CaptureSession
 from ingest.trajectory.reading import Reading
 

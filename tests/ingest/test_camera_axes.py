@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from capture_app.inspection import inspect_take, refuse_bad
 from capture_app.simulator.carried_box import clamped_phone
 from ingest.formats import pose_table, tum
-from ingest.mount.file import save_mount
+from ingest.mount_file import save_mount
 from ingest.session import CaptureSession
 from ingest.trajectory.reading import Reading
 from omomo_core.errors import InputError

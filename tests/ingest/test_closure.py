@@ -8,9 +8,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from ingest.mount.mount import identity_mount
+from ingest.axes import T_ZUP_ARKIT
+from ingest.mount import identity_mount
 from ingest.session import CaptureSession
-from ingest.trajectory.axes import T_ZUP_ARKIT
 from ingest.trajectory.closure import find_closure, spread
 from ingest.trajectory.object_motion import to_object_motion
 from ingest.trajectory.reading import Reading

@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
-from ingest.mount.mount import Mount
+from ingest.mount import Mount
 from ingest.session import GRAVITY, R_CAMERA_DEVICE, CaptureSession, DepthLog, ImuLog
 from ingest.trajectory.depth_points import back_projected
 from ingest.trajectory.gravity import find_up, upright

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from ingest.formats import ios_logger
 from ingest.formats.detect import read_session
 from ingest.formats.registry import FORMATS
-from ingest.mount.mount import identity_mount
+from ingest.mount import identity_mount
 from ingest.report.gravity import gravity_angles
 from ingest.report.inspect import inspect_session
 from ingest.session import GRAVITY, R_CAMERA_DEVICE, CaptureSession

@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from ingest.mount.identity import object_id
-from ingest.mount.mount import Mount
+from ingest.mount import Mount, object_id
 from ingest.report.check import Check
 from ingest.report.clamp import mount_checks
 from ingest.report.inspect import inspect_session

@@ -23,12 +23,12 @@ from ingest.formats import (
 from ingest.formats.detect import read_session
 from ingest.formats.registry import Format
 from ingest.report.check import Check
-from ingest.report.frames import pictures
 from ingest.report.inspect import inspect_session
 from ingest.report.look import Look
 from ingest.report.matches import explained
 from ingest.report.sight import sight
 from ingest.session import CaptureSession
+from ingest.session_images import pictures
 from omomo_core.geometry.transforms import inverse
 from tests.ingest.formats.logs import PICTURES, each
 from tests.ingest.good_take import kept, posed, turned_camera, turned_world

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from ingest.mount.mount import identity_mount
+from ingest.mount import identity_mount
 from ingest.trajectory.breaks import find_breaks
 from ingest.trajectory.object_motion import to_object_motion
 from ingest.trajectory.reading import Reading

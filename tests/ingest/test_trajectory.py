@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from ingest.mount.mount import Mount, identity_mount
+from ingest.mount import Mount, identity_mount
 from ingest.session import CaptureSession
 from ingest.trajectory.breaks import find_breaks, same_world
 from ingest.trajectory.object_motion import to_object_motion

@@ -11,8 +11,8 @@ from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 from render import phone_view, third_person
+from render.backends import open_renderer
 from render.cameras import look_at
-from render.renderer import open_renderer
 from render.scene import Scene
 
 FRAMES = 40

@@ -7,17 +7,17 @@ from capture_app.calibration.guide.finding import Finding
 from capture_app.calibration.guide.step import Known
 from capture_app.calibration.guide.talk import Talk
 from capture_app.calibration.guide.walk import command_line
+from ingest.calibration.drawing.directions import numbers
+from ingest.calibration.floor.contacts import find_contacts, track
+from ingest.calibration.floor.sides import flat_sides
+from ingest.calibration.floor.standing import standings
+from ingest.calibration.observable import TILT_IT
 from ingest.formats.detect import read_session
 from ingest.mesh import load_mesh
-from ingest.mount.drawing.directions import numbers
-from ingest.mount.file import load_mount
-from ingest.mount.floor.contacts import find_contacts, track
-from ingest.mount.floor.sides import flat_sides
-from ingest.mount.floor.standing import standings
-from ingest.mount.mount import Mount
-from ingest.mount.observable import TILT_IT
-from ingest.mount.uncertainty import bounds_95
+from ingest.mount import Mount
+from ingest.mount_file import load_mount
 from ingest.session import CaptureSession
+from ingest.uncertainty import bounds_95
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
 
@@ -78,8 +78,8 @@ def standing(session: CaptureSession, mesh: ObjectMesh, mount: Mount) -> Finding
     """How often the object stands on the floor in a recording.
 
     Raises:
-        InputError: of `ingest.mount.floor.contacts.track` and
-            `ingest.mount.floor.standing.standings`.
+        InputError: of `ingest.calibration.floor.contacts.track` and
+            `ingest.calibration.floor.standing.standings`.
     """
     found = standings(find_contacts(track(session)), flat_sides(mesh), mount, str(session.source))
     rests = sum(one.contact.kind == "rest" for one in found)

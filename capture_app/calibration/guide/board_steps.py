@@ -13,10 +13,10 @@ from capture_app.calibration.guide.sitting import astray
 from capture_app.calibration.guide.step import AgainError, Known, Step, Words
 from capture_app.calibration.guide.talk import Talk, as_path
 from capture_app.calibration.picking import ENOUGH
-from ingest.mount.board.place import BoardPlace, load_place, place_from_points
-from ingest.mount.board.sheet import PAPERS, preset_for
-from ingest.mount.board.spec import Board, parse_board
-from ingest.mount.drawing.directions import numbers
+from ingest.calibration.board.place import BoardPlace, load_place, place_from_points
+from ingest.calibration.board.sheet import PAPERS, preset_for
+from ingest.calibration.board.spec import Board, parse_board
+from ingest.calibration.drawing.directions import numbers
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
 

@@ -4,10 +4,10 @@ import numpy as np
 
 from capture_app.calibration.guide.step import Known, Step, Words
 from capture_app.calibration.guide.talk import Talk
+from ingest.calibration.pose_file import load_similarity
+from ingest.calibration.session.scan_mesh import load_scan
+from ingest.colmap_files import read_model
 from ingest.mesh import load_mesh
-from ingest.mount.pose_file import load_similarity
-from ingest.mount.scan.colmap_files import read_model
-from ingest.mount.session.scan_mesh import load_scan
 from omomo_core.errors import InputError
 
 

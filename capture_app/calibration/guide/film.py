@@ -6,13 +6,13 @@ from pathlib import Path
 
 from capture_app.calibration.guide.finding import Finding
 from capture_app.calibration.guide.recording import pictured_recording
+from ingest.calibration.board.detect import Corners, Detector, Grey
+from ingest.calibration.board.diagnose import fits, not_found
+from ingest.calibration.board.pictures import TIMES, Picture, of_folder, of_session, of_video
+from ingest.calibration.board.spec import MIN_CORNERS, Board
+from ingest.calibration.screen.views import photos
+from ingest.calibration.still import CARRIED, clamped_stills
 from ingest.formats.detect import read_session
-from ingest.mount.board.detect import Corners, Detector, Grey
-from ingest.mount.board.diagnose import fits, not_found
-from ingest.mount.board.pictures import TIMES, Picture, of_folder, of_session, of_video
-from ingest.mount.board.spec import MIN_CORNERS, Board
-from ingest.mount.screen.views import photos
-from ingest.mount.still import CARRIED, clamped_stills
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 
@@ -33,7 +33,7 @@ def filmed_board(path: Path, board: Board) -> Finding:
         board: as printed.
 
     Raises:
-        InputError: of what is read, or of `ingest.mount.board.diagnose.not_found`.
+        InputError: of what is read, or of `ingest.calibration.board.diagnose.not_found`.
     """
     return _seen(_pictures(path), board, str(path))
 

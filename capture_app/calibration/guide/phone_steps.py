@@ -10,11 +10,11 @@ from capture_app.calibration.guide.sitting import astray
 from capture_app.calibration.guide.step import AgainError, Known, Step, Words
 from capture_app.calibration.guide.talk import Talk, as_path
 from capture_app.calibration.picking import ENOUGH, POINTS
-from ingest.mount.drawing.directions import numbers, rotation_in_words
-from ingest.mount.drawing.drawing import MEASURED, PRINTED
-from ingest.mount.phone.body import body_point, phone_named
-from ingest.mount.points.correspondences import Pair, load_pairs, save_pairs
-from ingest.mount.points.picked import MAX_OFFSET, mount_from_pairs
+from ingest.calibration.drawing.directions import numbers, rotation_in_words
+from ingest.calibration.drawing.drawing import MEASURED, PRINTED
+from ingest.calibration.phone.body import body_point, phone_named
+from ingest.calibration.points.correspondences import Pair, load_pairs, save_pairs
+from ingest.calibration.points.picked import MAX_OFFSET, mount_from_pairs
 from omomo_core.errors import InputError
 
 AXES = (

@@ -10,10 +10,10 @@ from capture_app.calibration.guide.finding import Finding
 from capture_app.calibration.guide.recording import filmed_rest, rested_recording, turned_recording
 from capture_app.calibration.guide.step import AgainError, Known, Step, Words
 from capture_app.calibration.guide.talk import Talk
+from ingest.calibration.board.camera import load_camera
+from ingest.calibration.hand_eye.pose_log import read_pose_log
+from ingest.calibration.pose_file import load_pose
 from ingest.formats.detect import read_session
-from ingest.mount.board.camera import load_camera
-from ingest.mount.hand_eye.pose_log import read_pose_log
-from ingest.mount.pose_file import load_pose
 from ingest.session import CaptureSession
 
 

@@ -4,11 +4,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from capture_app.calibration.guide.finding import Finding, both
-from ingest.mount.hand_eye.doubt import check_turns
-from ingest.mount.hand_eye.phone import phone_stream
-from ingest.mount.hand_eye.streams import PoseStream
-from ingest.mount.scan.views import views_of
-from ingest.mount.still import CARRIED, clamped_stills
+from ingest.calibration.hand_eye.doubt import check_turns
+from ingest.calibration.hand_eye.phone import phone_stream
+from ingest.calibration.hand_eye.streams import PoseStream
+from ingest.calibration.scan.views import views_of
+from ingest.calibration.still import CARRIED, clamped_stills
 from ingest.session import CaptureSession
 from ingest.trajectory.breaks import check_rate, find_breaks
 from omomo_core.errors import InputError

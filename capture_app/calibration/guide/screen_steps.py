@@ -3,7 +3,7 @@
 from capture_app.calibration.guide.film import photographed_boards
 from capture_app.calibration.guide.step import AgainError, Known, Step, Words
 from capture_app.calibration.guide.talk import Talk
-from ingest.mount.screen.shown import TURNS, screen_board
+from ingest.calibration.screen.shown import TURNS, screen_board
 
 _SHOW = (
     "Send the picture to the phone without shrinking it (AirDrop, Files). Lock the rotation upright, "

@@ -8,8 +8,8 @@ from capture_app.calibration.guide.sitting import where_it_sits
 from capture_app.calibration.guide.step import AgainError, Known, Recipe, Step
 from capture_app.calibration.guide.talk import Talk
 from ingest.mesh import load_mesh
-from ingest.mount.file import load_mount
-from ingest.mount.mount import Mount
+from ingest.mount import Mount
+from ingest.mount_file import load_mount
 from ingest.report.clamp import mount_checks
 from omomo_core.errors import InputError
 

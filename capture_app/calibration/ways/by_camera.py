@@ -5,18 +5,18 @@ import numpy as np
 from capture_app.calibration.ways.requests import BoardWay, TrackerWay, Way
 from capture_app.progress import Progress
 from ingest.archive import is_archive
+from ingest.calibration.board.camera import load_camera
+from ingest.calibration.board.pictures import TIMES
+from ingest.calibration.board.place import load_place
+from ingest.calibration.board.spec import Board, parse_board
+from ingest.calibration.board.track import BoardTrack, track_session, track_video
+from ingest.calibration.hand_eye.board import calibrate_by_board
+from ingest.calibration.hand_eye.phone import phone_stream
+from ingest.calibration.hand_eye.pose_log import read_pose_log
+from ingest.calibration.hand_eye.to_mount import calibrate_by_motion
+from ingest.calibration.pose_file import load_pose
 from ingest.formats.detect import read_session
-from ingest.mount.board.camera import load_camera
-from ingest.mount.board.pictures import TIMES
-from ingest.mount.board.place import load_place
-from ingest.mount.board.spec import Board, parse_board
-from ingest.mount.board.track import BoardTrack, track_session, track_video
-from ingest.mount.hand_eye.board import calibrate_by_board
-from ingest.mount.hand_eye.phone import phone_stream
-from ingest.mount.hand_eye.pose_log import read_pose_log
-from ingest.mount.hand_eye.to_mount import calibrate_by_motion
-from ingest.mount.mount import Mount
-from ingest.mount.pose_file import load_pose
+from ingest.mount import Mount
 from omomo_core.geometry.transforms import inverse
 
 

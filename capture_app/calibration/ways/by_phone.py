@@ -9,21 +9,21 @@ from capture_app.calibration.ways.requests import FloorWay, ScanWay, SessionWay
 from capture_app.calibration.ways.stills import chosen_stills
 from capture_app.progress import Progress
 from capture_app.solid import Solid
+from ingest.calibration.board.place import load_place
+from ingest.calibration.board.spec import parse_board
+from ingest.calibration.board.track import track_session
+from ingest.calibration.floor.refine import refine
+from ingest.calibration.pose_file import load_pose, load_similarity
+from ingest.calibration.scan.landmarks import read_landmarks
+from ingest.calibration.scan.scan import scan_mount
+from ingest.calibration.scan.views import Views, views_in, views_of
+from ingest.calibration.session.by_board import placed_by_board
+from ingest.calibration.session.scan_mesh import load_scan
+from ingest.calibration.session.session import Placed, placed_by_hand, placed_by_scan, session_mount
+from ingest.calibration.still import CARRIED
 from ingest.formats.detect import read_session
-from ingest.mount.board.place import load_place
-from ingest.mount.board.spec import parse_board
-from ingest.mount.board.track import track_session
-from ingest.mount.file import load_mount
-from ingest.mount.floor.refine import refine
-from ingest.mount.mount import Mount
-from ingest.mount.pose_file import load_pose, load_similarity
-from ingest.mount.scan.landmarks import read_landmarks
-from ingest.mount.scan.scan import scan_mount
-from ingest.mount.scan.views import Views, views_in, views_of
-from ingest.mount.session.by_board import placed_by_board
-from ingest.mount.session.scan_mesh import load_scan
-from ingest.mount.session.session import Placed, placed_by_hand, placed_by_scan, session_mount
-from ingest.mount.still import CARRIED
+from ingest.mount import Mount
+from ingest.mount_file import load_mount
 from ingest.scan.sources.model import model_in
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError

@@ -6,15 +6,15 @@ from pathlib import Path
 from capture_app.calibration.phones import need, phone_of
 from capture_app.calibration.ways.requests import ScreenWay
 from ingest.archive import is_archive, unpack
-from ingest.mount.board.camera import load_camera
-from ingest.mount.board.place import load_place
-from ingest.mount.board.spec import Board, parse_board
-from ingest.mount.file import load_mount
-from ingest.mount.mount import Mount
-from ingest.mount.pose_file import load_similarity
-from ingest.mount.screen.screen import Views, learned_screen, mount_from_screen, screen_object
-from ingest.mount.screen.shown import ScreenPose, load_screen_pose, screen_pose, shown_board
-from ingest.mount.screen.views import Photo, photos, views_in_model, views_with_board
+from ingest.calibration.board.camera import load_camera
+from ingest.calibration.board.place import load_place
+from ingest.calibration.board.spec import Board, parse_board
+from ingest.calibration.pose_file import load_similarity
+from ingest.calibration.screen.screen import Views, learned_screen, mount_from_screen, screen_object
+from ingest.calibration.screen.shown import ScreenPose, load_screen_pose, screen_pose, shown_board
+from ingest.calibration.screen.views import Photo, photos, views_in_model, views_with_board
+from ingest.mount import Mount
+from ingest.mount_file import load_mount
 from omomo_core.errors import InputError
 
 

@@ -12,7 +12,7 @@ from capture_app.calibration.ways.requests import (
     SessionWay,
 )
 from capture_app.progress import Progress
-from ingest.mount.mount import Mount
+from ingest.mount import Mount
 
 
 def find_mount(way: AnyWay, progress: Progress) -> Mount:

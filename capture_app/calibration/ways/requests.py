@@ -61,7 +61,7 @@ class BoardWay(Way):
     board: str
     """As its sheet says, e.g. A4."""
     place: Path
-    """Where it is on the object; see `ingest.mount.board.place`."""
+    """Where it is on the object; see `ingest.calibration.board.place`."""
     camera: Path | None = None
     """Intrinsics of the second camera; None finds them from the film."""
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from ingest.mount.still import Still, clamped_stills, named_stills
+from ingest.calibration.still import Still, clamped_stills, named_stills
 from ingest.session import CaptureSession
 
 
@@ -21,7 +21,7 @@ def chosen_stills(
         carried: metres that the phone was carried before it was clamped, at least.
 
     Raises:
-        InputError: those of `ingest.mount.still`.
+        InputError: those of `ingest.calibration.still`.
     """
     if spans:
         return named_stills(session, spans), ""

@@ -33,10 +33,10 @@ def combine(
     refused; of three or more, the odd one is named.
     """
     from capture_app.cli.calibrate.finish import check_output, finish, solid_of
-    from ingest.mount.combine import Result
-    from ingest.mount.combine import combine as combined
-    from ingest.mount.file import load_mount
-    from ingest.mount.slip import refuse_slip
+    from ingest.calibration.combine import Result
+    from ingest.calibration.combine import combine as combined
+    from ingest.calibration.slip import refuse_slip
+    from ingest.mount_file import load_mount
     from omomo_core.errors import InputError
 
     check_output(mount_file)

@@ -87,8 +87,8 @@ def drawing(
 
     from capture_app.cli.calibrate.finish import check_output, finish, solid_of
     from capture_app.cli.calibrate.phone import maybe_phone, needed_phone
-    from ingest.mount.drawing.drawing import Precision, body_mount, camera_mount
-    from ingest.mount.drawing.drawn import Drawn
+    from ingest.calibration.drawing.drawing import Precision, body_mount, camera_mount
+    from ingest.calibration.drawing.drawn import Drawn
 
     check_output(mount_file)
     drawn = Drawn(xyz=xyz, axes=axes, euler=euler, quaternion=quaternion, matrix=matrix)

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from capture_app.calibration.ways.requests import AnyWay
 from capture_app.cli.console import output, say
 from capture_app.solid import Solid
-from ingest.mount.mount import Mount
-from ingest.mount.uncertainty import bounds_95
+from ingest.mount import Mount
+from ingest.uncertainty import bounds_95
 from omomo_core.errors import InputError
 
 

@@ -2,8 +2,8 @@
 
 from capture_app.calibration.phones import need, phone_of
 from capture_app.calibration.ways.requests import Ruler
-from ingest.mount.drawing.directions import numbers
-from ingest.mount.phone.body import Phone
+from ingest.calibration.drawing.directions import numbers
+from ingest.calibration.phone.body import Phone
 
 
 def ruler_of(text: str | None) -> Ruler | None:

@@ -55,9 +55,9 @@ def points(
     """
     from capture_app.cli.calibrate.finish import check_output, finish, solid_of
     from capture_app.cli.calibrate.phone import maybe_phone
+    from ingest.calibration.points.correspondences import Pair, load_pairs, save_pairs, typed_pair
+    from ingest.calibration.points.picked import mount_from_pairs
     from ingest.mesh import load_mesh
-    from ingest.mount.points.correspondences import Pair, load_pairs, save_pairs, typed_pair
-    from ingest.mount.points.picked import mount_from_pairs
     from omomo_core.errors import InputError
 
     check_output(mount_file)

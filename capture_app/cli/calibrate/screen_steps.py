@@ -4,7 +4,7 @@ from pathlib import Path
 
 from capture_app.calibration.ways.requests import ScreenWay
 from capture_app.cli.console import output
-from ingest.mount.phone.body import Phone
+from ingest.calibration.phone.body import Phone
 from omomo_core.errors import InputError
 
 
@@ -32,7 +32,7 @@ def write_picture(phone: Phone, path: Path) -> None:
     """
     import cv2
 
-    from ingest.mount.screen.shown import screen_picture
+    from ingest.calibration.screen.shown import screen_picture
 
     if path.suffix.lower() != ".png":
         raise InputError(
@@ -60,7 +60,7 @@ def learn_screen(way: ScreenWay, known: Path, file: Path) -> None:
     """
     from capture_app.calibration.phones import need, phone_of
     from capture_app.calibration.ways.by_screen import learned_pose
-    from ingest.mount.screen.shown import save_screen_pose
+    from ingest.calibration.screen.shown import save_screen_pose
 
     pose = learned_pose(way, known)
     save_screen_pose(pose, need(phone_of(way.phone, way.ruler)).name, file)

@@ -11,6 +11,6 @@ def show_mount(
 ) -> None:
     """Say what a mount file holds: where the object is, how sure that is, what was not seen."""
     from capture_app.cli.calibrate.finish import show
-    from ingest.mount.file import load_mount
+    from ingest.mount_file import load_mount
 
     show(load_mount(mount))

@@ -54,7 +54,7 @@ def _request(order: ScanOrder, output: Path) -> "ScanRequest":
     import numpy as np
 
     from capture_app.scanning.request import ScanRequest
-    from ingest.mount.board.spec import parse_board
+    from ingest.calibration.board.spec import parse_board
     from ingest.scan.cameras.options import CameraOptions
     from ingest.scan.region.region import GivenBox
 

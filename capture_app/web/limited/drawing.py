@@ -6,7 +6,7 @@ from typing import Any
 from capture_app.posters import mount_poster, object_poster, result_poster
 from capture_app.result import load_result
 from ingest.mesh import load_mesh
-from ingest.mount.file import load_mount
+from ingest.mount_file import load_mount
 
 
 def draw_object(mesh: Path, scale: float, poster: Path) -> dict[str, Any]:

@@ -7,13 +7,13 @@ from typing import Any
 from capture_app.calibration.phones import need
 from capture_app.calibration.written import write_mount
 from capture_app.solid import Solid
-from ingest.mount.drawing.drawing import Precision, body_mount, camera_mount
-from ingest.mount.drawing.drawn import Drawn
-from ingest.mount.file import save_mount
-from ingest.mount.mount import Mount, identity_mount
-from ingest.mount.phone.body import Phone
-from ingest.mount.points.correspondences import Pair
-from ingest.mount.points.picked import mount_from_pairs
+from ingest.calibration.drawing.drawing import Precision, body_mount, camera_mount
+from ingest.calibration.drawing.drawn import Drawn
+from ingest.calibration.phone.body import Phone
+from ingest.calibration.points.correspondences import Pair
+from ingest.calibration.points.picked import mount_from_pairs
+from ingest.mount import Mount, identity_mount
+from ingest.mount_file import save_mount
 
 
 def identity(target: Path) -> dict[str, Any]:

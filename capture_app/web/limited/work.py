@@ -14,7 +14,7 @@ from capture_app.report_page.page import report_page
 from capture_app.web.limited.report import own_motion, report_data
 from ingest.animated.detect import is_animation
 from ingest.mesh import load_mesh
-from ingest.mount.file import load_mount
+from ingest.mount_file import load_mount
 from ingest.trajectory.reading import Reading
 from omomo_core.errors import InputError
 from omomo_core.whole_file import whole_file, write_whole

@@ -15,8 +15,8 @@ from capture_app.web.limits import Limits
 from capture_app.web.problems import Refused
 from capture_app.web.routes.orders import RunOptions
 from capture_app.web.site import Here
+from ingest.calibration.phone.models import MODELS
 from ingest.formats.registry import FORMATS as LOGS
-from ingest.mount.phone.models import MODELS
 
 _FPS = (24, 25, 30, 60)
 _VIEWS = ("third", "orbit", "follow", "top", "object")

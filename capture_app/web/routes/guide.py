@@ -12,8 +12,8 @@ from capture_app.web.limited import looks, sheets
 from capture_app.web.routes.calibrations import Words
 from capture_app.web.served import served
 from capture_app.web.site import Here
-from ingest.mount.board.sheet import PAPERS
-from ingest.mount.board.spec import PRESETS
+from ingest.calibration.board.sheet import PAPERS
+from ingest.calibration.board.spec import PRESETS
 
 router = APIRouter(prefix="/api/calibration", tags=["calibration"])
 _PDF: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}

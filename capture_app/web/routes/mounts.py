@@ -17,9 +17,9 @@ from capture_app.web.limited import mounts
 from capture_app.web.routes.items import Item, item
 from capture_app.web.site import Here, Site
 from capture_app.web.sources import solid_of
-from ingest.mount.drawing.drawing import Precision
-from ingest.mount.drawing.drawn import Drawn
-from ingest.mount.points.correspondences import Pair
+from ingest.calibration.drawing.drawing import Precision
+from ingest.calibration.drawing.drawn import Drawn
+from ingest.calibration.points.correspondences import Pair
 
 router = APIRouter(prefix="/api/mounts", tags=["mounts"])
 

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.mount.board.detect import Detector
-from ingest.mount.board.spec import Board
+from ingest.calibration.board.detect import Detector
+from ingest.calibration.board.spec import Board
 from ingest.scan.cameras.metric import Similarity
 from ingest.scan.cameras.options import Length, Sight
 from ingest.scan.types import Scale, View

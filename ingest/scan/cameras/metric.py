@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.mount.uncertainty import rotation, rotation_vector, skew
+from ingest.uncertainty import rotation, rotation_vector, skew
 
 _JITTER, _WALK = 0.002, 0.003
 """Errors of a phone's positions: of each by itself (m), and what is added each metre walked (m)."""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ingest.mount.board.spec import Board
+from ingest.calibration.board.spec import Board
 from ingest.scan.cameras.agreement import AS_LOGGED
 from omomo_core.errors import InputError
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float32, Float64
 
+from ingest.calibration.scan.features import match, unit
 from ingest.colmap import pycolmap
-from ingest.mount.scan.features import match, unit
 from ingest.scan.cameras.quiet import THREADS, quiet
 from ingest.scan.types import Frame, Progress
 

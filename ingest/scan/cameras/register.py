@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ingest.colmap import pycolmap
-from ingest.mount.scan.colmap_files import read_model
+from ingest.colmap_files import read_model
 from ingest.scan.cameras.agreement import as_read, check_axes
 from ingest.scan.cameras.features import find_features
 from ingest.scan.cameras.options import CameraOptions, check_scale

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ingest.colmap import pycolmap
-from ingest.mount.scan.colmap_files import read_model
+from ingest.colmap_files import read_model
 from ingest.report.check import Check
 from ingest.scan.cameras.pinholes import views_of
 from ingest.scan.cameras.placing import Placed

@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Float64
 
 from ingest.colmap import pycolmap
-from ingest.mount.uncertainty import skew
 from ingest.report.check import Check
 from ingest.scan.types import View
+from ingest.uncertainty import skew
 from omomo_core.geometry.transforms import inverse
 
 _MOST_PAIRS = 200

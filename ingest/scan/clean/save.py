@@ -6,8 +6,8 @@ import numpy as np
 import trimesh
 from jaxtyping import Float64
 
+from ingest.axes import T_ZUP_ARKIT
 from ingest.scan.clean.clean import CleanMesh
-from ingest.trajectory.axes import T_ZUP_ARKIT
 from omomo_core.errors import InputError
 from omomo_core.whole_file import whole_file
 

@@ -10,13 +10,13 @@ from jaxtyping import Float64, UInt8
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from ingest.axes import T_ZUP_ARKIT
 from ingest.mesh import FORMATS, MAX_BYTES, MAX_FACES, decoding, too_large
 from ingest.report.check import Check
 from ingest.scan.sources.units import METRES, Unit, guess_unit
 from ingest.scan.sources.usd_mesh import SUFFIXES as USD
 from ingest.scan.sources.usd_mesh import usd_parts
 from ingest.scan.types import ScanMesh
-from ingest.trajectory.axes import T_ZUP_ARKIT
 from omomo_core.errors import InputError
 
 SUFFIXES = (*FORMATS, *USD)

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ingest.colmap_files import read_model
 from ingest.formats.pictures import file_inside
-from ingest.mount.scan.colmap_files import read_model
 from ingest.scan.sources.stills import Stills
 from ingest.scan.types import ScanSource
 from omomo_core.errors import InputError

@@ -7,12 +7,12 @@ import numpy as np
 from jaxtyping import Float32, Float64
 
 from ingest.formats.axes import opencv_poses
-from ingest.report.frames import image_times
 from ingest.scan.sources.confidence import confidence_of, sure
 from ingest.scan.sources.stills import Stills
 from ingest.scan.sources.video import film_of
 from ingest.scan.types import Pictures, ScanSource
 from ingest.session import CaptureSession
+from ingest.session_images import image_times
 from omomo_core.errors import InputError
 
 _SAME_TIME = 0.05

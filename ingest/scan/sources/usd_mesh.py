@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import trimesh
 
-from ingest.trajectory.axes import T_ZUP_ARKIT
+from ingest.axes import T_ZUP_ARKIT
 from ingest.usd import open_stage, pxr, reading_usd, triangles_of
 
 SUFFIXES = (".usdz", ".usd", ".usdc", ".usda")

@@ -10,11 +10,11 @@ import trimesh
 
 from capture_app.calibration.guide.recipes import RECIPES
 from capture_app.simulator.carried_box import box_mesh, clamped_phone
-from ingest.mount.board.spec import PRESETS
-from ingest.mount.drawing.drawing import body_of_camera
-from ingest.mount.mount import Mount
-from ingest.mount.phone.body import phone_body, phone_named
-from ingest.mount.uncertainty import between
+from ingest.calibration.board.spec import PRESETS
+from ingest.calibration.drawing.drawing import body_of_camera
+from ingest.calibration.phone.body import phone_body, phone_named
+from ingest.mount import Mount
+from ingest.uncertainty import between
 from omomo_core.geometry.transforms import inverse
 
 PHONE = phone_named("iPhone 15")

@@ -10,8 +10,8 @@ import typer
 from typer.testing import CliRunner, Result
 
 from capture_app.cli.calibrate.board_pdf import board_pdf
-from ingest.mount.board.detect import Detector
-from ingest.mount.board.spec import PRESETS, parse_board
+from ingest.calibration.board.detect import Detector
+from ingest.calibration.board.spec import PRESETS, parse_board
 from omomo_core.errors import InputError
 
 app = typer.Typer()

@@ -13,10 +13,10 @@ from typer.testing import CliRunner
 from capture_app.cli.calibrate.drawing import drawing
 from capture_app.cli.calibrate.points import points
 from capture_app.cli.calibrate.screen import screen
-from ingest.mount.file import load_mount
-from ingest.mount.mount import Mount
-from ingest.mount.phone.body import body_point, phone_body, phone_named
-from ingest.mount.points.correspondences import Pair
+from ingest.calibration.phone.body import body_point, phone_body, phone_named
+from ingest.calibration.points.correspondences import Pair
+from ingest.mount import Mount
+from ingest.mount_file import load_mount
 from omomo_core.errors import InputError
 
 PHONE = phone_named("iPhone 15")
@@ -138,8 +138,8 @@ def test_the_picture_for_the_screen(tmp_path: Path):
 
 
 def test_a_phone_is_learned_and_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    from ingest.mount.screen.screen import Views
-    from ingest.mount.screen.shown import screen_board, screen_of_board
+    from ingest.calibration.screen.screen import Views
+    from ingest.calibration.screen.shown import screen_board, screen_of_board
     from omomo_core.geometry.transforms import inverse
 
     T_camera_screen = np.eye(4)
@@ -153,7 +153,7 @@ def test_a_phone_is_learned_and_used(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr("capture_app.calibration.ways.by_screen.see", lambda *_: views)
     truth = np.eye(4)
     truth[:3, 3] = [0.04, -0.01, 0.006]
-    from ingest.mount.file import save_mount
+    from ingest.mount_file import save_mount
 
     save_mount(Mount(truth, "board", covariance=1e-6 * np.eye(6)), tmp_path / "board.json")
     words = (tmp_path, "--phone", "iPhone 15", "-o")

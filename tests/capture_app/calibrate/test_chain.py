@@ -16,7 +16,7 @@ from capture_app.simulator.phone import BOOT_SECONDS, simulate
 from capture_app.simulator.recording import write_recording
 from capture_app.simulator.wiggle import Wiggle, wiggle_motion
 from ingest.formats.detect import read_session
-from ingest.mount.file import load_mount
+from ingest.mount_file import load_mount
 from ingest.trajectory.object_motion import to_object_motion
 from omomo_core.geometry.transforms import inverse
 
@@ -101,7 +101,7 @@ def test_a_mount_is_never_overwritten(tmp_path: Path, capsys: pytest.CaptureFixt
 @pytest.mark.slow
 def test_calibrated_by_a_film_of_a_board_another_take_is_right(tmp_path: Path):
     from capture_app.simulator.witness import board_on_box, record_witness, tripod
-    from ingest.mount.board.sheet import preset_for
+    from ingest.calibration.board.sheet import preset_for
 
     board, mount = preset_for("A4"), tmp_path / "mount.json"
     on_box, log = board_on_box(board), _phone(tmp_path / "wiggle")

@@ -14,8 +14,8 @@ from capture_app.simulator.scan_log import STILLS, scan_log, with_pictures
 from capture_app.simulator.scan_model import SimulatedModel, drawn_model
 from capture_app.simulator.scan_scene import ScanScene, orbit_poses, scan_scene
 from ingest.formats import scanner_3d
-from ingest.mount.file import load_mount
-from ingest.mount.uncertainty import between
+from ingest.mount_file import load_mount
+from ingest.uncertainty import between
 from omomo_core.errors import InputError
 
 app = typer.Typer()

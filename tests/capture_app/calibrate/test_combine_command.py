@@ -8,9 +8,9 @@ import pytest
 
 from capture_app.cli.calibrate.combine import combine
 from capture_app.simulator.carried_box import clamped_phone
-from ingest.mount.file import load_mount, save_mount
-from ingest.mount.mount import Mount
-from ingest.mount.uncertainty import bounds_95, moved
+from ingest.mount import Mount
+from ingest.mount_file import load_mount, save_mount
+from ingest.uncertainty import bounds_95, moved
 from omomo_core.errors import InputError
 
 SURE = np.diag([np.radians(0.5) ** 2] * 3 + [0.004**2] * 3)

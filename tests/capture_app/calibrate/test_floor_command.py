@@ -12,10 +12,9 @@ from capture_app.cli.calibrate.floor import floor
 from capture_app.inspection import inspect_take
 from capture_app.simulator.carried_box import HEIGHT, box_mesh, clamped_phone
 from capture_app.simulator.record import MESH, MOUNT, SESSION, record_demo
-from ingest.mount.file import load_mount, save_mount
-from ingest.mount.identity import object_id
-from ingest.mount.mount import Mount
-from ingest.mount.uncertainty import moved
+from ingest.mount import Mount, object_id
+from ingest.mount_file import load_mount, save_mount
+from ingest.uncertainty import moved
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 

@@ -23,10 +23,10 @@ from capture_app.simulator.phone import simulate
 from capture_app.simulator.scan_log import scan_log
 from capture_app.simulator.scan_scene import scan_scene
 from capture_app.simulator.wiggle import Wiggle, wiggle_motion
-from ingest.mount.board.spec import PRESETS, Board
+from ingest.calibration.board.spec import PRESETS, Board
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
-from tests.ingest.mount.board.filmed import picture, sway, write_film
+from tests.ingest.calibration.board.filmed import picture, sway, write_film
 
 BOARD = PRESETS["A4"]
 

@@ -15,9 +15,9 @@ from capture_app.simulator.scan_log import scan_log
 from capture_app.simulator.scan_scene import ScanScene, scan_scene
 from capture_app.simulator.wiggle import Wiggle, wiggle_motion
 from capture_app.simulator.witness import board_on_box, tripod
-from ingest.mount.board.camera import save_camera
-from ingest.mount.file import load_mount
-from ingest.mount.uncertainty import between, bounds_95
+from ingest.calibration.board.camera import save_camera
+from ingest.mount_file import load_mount
+from ingest.uncertainty import between, bounds_95
 from tests.capture_app.calibrate.guided import (
     BOARD,
     BY_BOARD,
@@ -29,7 +29,7 @@ from tests.capture_app.calibrate.guided import (
     numbers,
     off,
 )
-from tests.ingest.mount.board.filmed import picture, write_film
+from tests.ingest.calibration.board.filmed import picture, write_film
 
 
 def write_wiggle(folder: Path, kind: Wiggle, seconds: float = 12.0) -> None:

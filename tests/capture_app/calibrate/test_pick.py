@@ -8,7 +8,7 @@ import trimesh
 
 from capture_app.calibration.pick import HOST, PickPage
 from capture_app.calibration.picking import POINTS, Picking
-from ingest.mount.phone.body import body_point, phone_named
+from ingest.calibration.phone.body import body_point, phone_named
 from omomo_core.motion import ObjectMesh
 
 BOX = trimesh.creation.box((0.4, 0.6, 0.8))

@@ -15,12 +15,12 @@ from capture_app.simulator.witness import (
     record_witness,
     tripod,
 )
-from ingest.mount.board.camera import load_camera
-from ingest.mount.board.detect import Detector
-from ingest.mount.board.poses import board_poses
-from ingest.mount.board.spec import PRESETS
-from ingest.mount.board.track import track_video
-from ingest.mount.uncertainty import between
+from ingest.calibration.board.camera import load_camera
+from ingest.calibration.board.detect import Detector
+from ingest.calibration.board.poses import board_poses
+from ingest.calibration.board.spec import PRESETS
+from ingest.calibration.board.track import track_video
+from ingest.uncertainty import between
 from omomo_core.motion import FPS
 
 BOARD = PRESETS["A4"]

@@ -22,11 +22,11 @@ from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.recording import write_recording
 from capture_app.simulator.witness import Witness, board_on_box, corner_observations
-from ingest.mount.board.poses import board_poses
-from ingest.mount.board.spec import PRESETS
-from ingest.mount.board.track import BoardTrack
-from ingest.mount.file import save_mount
-from ingest.mount.mount import Mount
+from ingest.calibration.board.poses import board_poses
+from ingest.calibration.board.spec import PRESETS
+from ingest.calibration.board.track import BoardTrack
+from ingest.mount import Mount
+from ingest.mount_file import save_mount
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
 from omomo_core.generation.person import Person

@@ -12,7 +12,7 @@ from capture_app.overlay.watcher import Watcher
 from capture_app.simulator.scan_model import drawn_model
 from capture_app.simulator.scan_scene import ScanScene, film, intrinsics, orbit_poses, scan_scene
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
-from ingest.mount.uncertainty import between
+from ingest.uncertainty import between
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMotion

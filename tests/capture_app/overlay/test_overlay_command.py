@@ -20,16 +20,16 @@ from capture_app.overlay.placing import Place
 from capture_app.overlay.watcher import on_tripod
 from capture_app.result import load_result
 from capture_app.simulator.witness import object_poses
+from ingest.calibration.board.lens import distorted
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
-from ingest.mount.board.lens import distorted
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
 from render.actors import play
+from render.backends import open_renderer
 from render.lens import Lens
 from render.outline import draw_outline, pixels_of
 from render.overlay import OverlayStyle
 from render.props import floor, rigid_object
-from render.renderer import open_renderer
 from render.retimed import retimed
 from render.scene import Scene
 from render.video import read_frames, write_video

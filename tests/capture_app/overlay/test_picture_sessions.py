@@ -15,7 +15,7 @@ from capture_app.result import Result
 from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.phone import simulate
 from ingest.formats import arkit_recorder, nerfcapture, nerfstudio, polycam, record3d, scanner_3d
-from ingest.mount.file import save_mount
+from ingest.mount_file import save_mount
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 from render.video import read_frames

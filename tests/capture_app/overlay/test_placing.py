@@ -19,10 +19,10 @@ from capture_app.overlay.placing import (
     by_board_on_object,
 )
 from capture_app.simulator.witness import board_on_box, corner_observations, record_witness
+from ingest.calibration.board.lens import distorted
+from ingest.calibration.board.poses import board_poses
+from ingest.calibration.board.spec import PRESETS
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
-from ingest.mount.board.lens import distorted
-from ingest.mount.board.poses import board_poses
-from ingest.mount.board.spec import PRESETS
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS

@@ -14,10 +14,10 @@ from capture_app.simulator.phone import simulate
 from capture_app.simulator.recording import write_recording
 from capture_app.simulator.wiggle import wiggle_motion
 from capture_app.simulator.witness import board_on_box, tripod
-from ingest.mount.board.spec import PRESETS
+from ingest.calibration.board.spec import PRESETS
 from omomo_core.motion import FPS
 from tests.capture_app.page.choosing import choose
-from tests.ingest.mount.board.filmed import picture, write_film
+from tests.ingest.calibration.board.filmed import picture, write_film
 
 BOARD = PRESETS["A4"]
 

@@ -11,9 +11,9 @@ import torch
 from capture_app.scanning.folder import tidy
 from capture_app.scanning.request import ScanRequest
 from capture_app.scanning.scan import scan_object
+from ingest.calibration.scan.landmarks import read_landmarks
 from ingest.colmap import pycolmap
 from ingest.mesh import load_mesh
-from ingest.mount.scan.landmarks import read_landmarks
 from ingest.scan.cameras.options import CameraOptions
 from ingest.scan.region.region import GivenBox
 from omomo_core.errors import InputError

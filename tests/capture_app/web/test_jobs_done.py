@@ -22,8 +22,8 @@ from capture_app.simulator.wiggle import Wiggle, wiggle_motion
 from capture_app.simulator.witness import tripod
 from capture_app.web.site import Site
 from ingest.formats import scanner_3d
-from ingest.mount.file import load_mount
-from ingest.mount.uncertainty import between
+from ingest.mount_file import load_mount
+from ingest.uncertainty import between
 from omomo_core.motion import FPS
 from render.video import write_video
 from tests.capture_app.overlay.taken import LENS, Watched, phone_take, standing

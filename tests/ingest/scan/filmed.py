@@ -10,8 +10,8 @@ from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.scan_camera import FilmErrors
 from capture_app.simulator.scan_film import ScanFilm, film_session
 from capture_app.simulator.scan_scene import ScanScene, scan_scene
-from ingest.mount.board.pattern import board_image
-from ingest.mount.board.spec import Board
+from ingest.calibration.board.pattern import board_image
+from ingest.calibration.board.spec import Board
 from ingest.scan.types import Registered
 from omomo_core.geometry.procrustes import procrustes
 from render.scene import Drawable

@@ -10,8 +10,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.scan_film import ScanFilm
+from ingest.calibration.scan.landmarks import read_landmarks
 from ingest.formats.depth_png import load_millimetres
-from ingest.mount.scan.landmarks import read_landmarks
 from ingest.scan.cameras.agreement import as_read, readings
 from ingest.scan.cameras.gravity import looked_at, upright
 from ingest.scan.cameras.metric import to_phone

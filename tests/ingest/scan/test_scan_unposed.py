@@ -10,14 +10,14 @@ import pytest
 
 from capture_app.simulator.scan_film import ScanFilm, around, film_photos
 from capture_app.simulator.scan_scene import scan_scene
-from ingest.mount.board.spec import PRESETS
-from ingest.mount.uncertainty import rotation
+from ingest.calibration.board.spec import PRESETS
 from ingest.scan.cameras.measured import by_length, crossing, project
 from ingest.scan.cameras.options import CameraOptions, Length, Sight
 from ingest.scan.cameras.register import register
 from ingest.scan.frames import pick_frames
 from ingest.scan.sources.read import read_source
 from ingest.scan.types import Registered, View
+from ingest.uncertainty import rotation
 from omomo_core.errors import InputError
 from render.cameras import look_at
 from tests.ingest.scan.filmed import STEADY, off, with_board

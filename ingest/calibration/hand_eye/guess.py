@@ -1,0 +1,109 @@
+"""A first mount in closed form from relative motions, whatever part of the poses is wrong.
+
+A X = X B for relative motions A of the phone and B of the target. Rotations by matching rotation
+vectors (Park and Martin 1994), found by consensus; then translations, linear.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float64
+from scipy.spatial.transform import Rotation
+
+from ingest.calibration.hand_eye.samples import Samples
+from ingest.uncertainty import rotation, rotation_vector
+from omomo_core.geometry.transforms import inverse
+
+_PAIRS_DRAWN, _PAIRS = 3000, 300
+_LONGEST = 12.0
+"""Seconds between the poses of a pair: over longer ones ARKit drifts."""
+_WIDEST = np.radians(160)
+"""Near half a turn, the axis of a rotation vector may point either way."""
+_TRIES = 150
+_TRUNCATE = 0.15
+"""Radians beyond which one rotation vector is as wrong as another."""
+_ONE_AXIS = np.radians(3.0)
+"""Mean turn across the main axis below which the matching about that axis is swept instead."""
+_RIDGE = 1e-4
+"""Holds a translation that no rotation shows near zero."""
+
+
+class Motions(NamedTuple):
+    """Relative motions of the phone and of the target over the same stretches of time."""
+
+    A: Float64[np.ndarray, "pairs 4 4"]
+    B: Float64[np.ndarray, "pairs 4 4"]
+
+
+def motions(samples: Samples, rng: np.random.Generator) -> Motions:
+    """The pairs of samples that turned most, of those whose two turns are about equally large."""
+    n = len(samples.times)
+    i, j = rng.integers(0, n, (2, _PAIRS_DRAWN))
+    near = (i != j) & (np.abs(samples.times[i] - samples.times[j]) < _LONGEST)
+    i, j = i[near], j[near]
+    A = inverse(samples.T_world_phone[i]) @ samples.T_world_phone[j]
+    B = inverse(samples.T_camera_target[i]) @ samples.T_camera_target[j]
+    turn_a, turn_b = (Rotation.from_matrix(M[:, :3, :3]).magnitude() for M in (A, B))
+    off = np.abs(turn_a - turn_b)
+    alike = off <= max(np.radians(1.5), 4 * float(np.quantile(off, 0.3)))
+    usable = np.flatnonzero(alike & (turn_a < _WIDEST) & (turn_b < _WIDEST))
+    usable = usable[np.argsort(-turn_a[usable])[:_PAIRS]]
+    return Motions(A[usable], B[usable])
+
+
+def first_guess(moved: Motions, rng: np.random.Generator) -> Float64[np.ndarray, "4 4"]:
+    """The mount that most of the motions agree with."""
+    a, b = (rotation_vector(M[:, :3, :3]) for M in moved)
+    R = _consensus(a, b, rng)
+    axis = np.linalg.svd(a, full_matrices=False)[2][0]
+    across = a - np.outer(a @ axis, axis)
+    turns = [R]
+    if np.sqrt((across**2).sum(axis=1).mean()) < _ONE_AXIS:
+        angles = np.arange(0, 2 * np.pi, np.pi / 18)
+        turns = list(rotation(np.outer(angles, axis)) @ R)
+    found = [(turn, *_translation(moved, turn)) for turn in turns]
+    best, t, _ = min(found, key=lambda guess: guess[2])
+    X = np.eye(4)
+    X[:3, :3], X[:3, 3] = best, t
+    return X
+
+
+def _consensus(
+    a: Float64[np.ndarray, "pairs 3"], b: Float64[np.ndarray, "pairs 3"], rng: np.random.Generator
+) -> Float64[np.ndarray, "3 3"]:
+    """The R with a = R b for most of the pairs."""
+    chosen = rng.integers(0, len(a), (_TRIES, 2))
+    candidates = _matching(a[chosen], b[chosen])
+    off = np.linalg.norm(a[None] - np.einsum("cij,pj->cpi", candidates, b), axis=-1)
+    best = int(np.argmin(np.minimum(off, _TRUNCATE).mean(axis=1)))
+    turn = candidates[best]
+    for _ in range(3):
+        off = np.linalg.norm(a - b @ turn.T, axis=1)
+        good = off <= max(3 * float(np.median(off)), 1e-9)
+        turn = _matching(a[None, good], b[None, good])[0]
+    return turn
+
+
+def _matching(
+    a: Float64[np.ndarray, "sets pairs 3"], b: Float64[np.ndarray, "sets pairs 3"]
+) -> Float64[np.ndarray, "sets 3 3"]:
+    """The R of least squares with a = R b (Kabsch), for each set."""
+    U, _, Vt = np.linalg.svd(np.einsum("spi,spj->sij", a, b))
+    U[:, :, 2] *= np.sign(np.linalg.det(U @ Vt))[:, None]
+    return U @ Vt
+
+
+def _translation(
+    moved: Motions, R: Float64[np.ndarray, "3 3"]
+) -> tuple[Float64[np.ndarray, "3"], float]:
+    """t of (R_A - 1) t = R t_B - t_A without the worst, and the median of what is left over."""
+    M = moved.A[:, :3, :3] - np.eye(3)
+    c = moved.B[:, :3, 3] @ R.T - moved.A[:, :3, 3]
+    good = np.ones(len(M), bool)
+    t, off = np.zeros(3), np.zeros(len(M))
+    for _ in range(5):
+        square = np.einsum("pki,pkj->ij", M[good], M[good]) + _RIDGE * good.sum() * np.eye(3)
+        t = np.linalg.solve(square, np.einsum("pki,pk->i", M[good], c[good]))
+        off = np.linalg.norm(M @ t - c, axis=1)
+        good = off <= 2 * np.median(off)
+    return t, float(np.median(off))

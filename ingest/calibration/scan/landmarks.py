@@ -1,0 +1,171 @@
+"""Landmarks: the points of a COLMAP model with what they look like, in the object's frame."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from jaxtyping import Float32, Float64, Int64
+from scipy.spatial import KDTree
+
+from ingest.calibration.scan.features import Features, find_features, unit
+from ingest.colmap import pycolmap
+from ingest.colmap_files import read_model
+from omomo_core.errors import InputError
+
+MAX_IMAGES = 40
+"""Pictures of a model whose features are looked at: those that together show its points."""
+_AT = 1.0
+"""Pixels between a feature found again and the place where the model has it."""
+_MIN_POINTS = 100
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """The points of the model that one of its pictures shows."""
+
+    name: str
+    points: Int64[np.ndarray, " seen"]
+    """Their places in `Landmarks.points`."""
+    descriptors: Float32[np.ndarray, "seen 128"]
+
+
+@dataclass(frozen=True)
+class Landmarks:
+    """Where the points are, and how each picture saw them."""
+
+    points: Float64[np.ndarray, "points 3"]
+    """In the object's frame, metres."""
+    sightings: tuple[Sighting, ...]
+
+
+def read_landmarks(
+    model: Path,
+    images: Path | None = None,
+    database: Path | None = None,
+    T_object_model: Float64[np.ndarray, "4 4"] | None = None,
+) -> Landmarks:
+    """Read a COLMAP model and find out again what its points look like.
+
+    Args:
+        model: folder of cameras, images and points3D, as .bin or .txt.
+        images: folder of its pictures; may be missing where there is a database.
+        database: COLMAP's database.db of the same pictures: nothing is looked for again.
+        T_object_model: similarity into the object's frame in metres; none, the model is in it.
+
+    Raises:
+        InputError: "model-unreadable", "model-points", "model-images", "model-features".
+    """
+    reconstruction = read_model(model)
+    numbers = np.array(sorted(reconstruction.points3D), np.int64)
+    if len(numbers) < _MIN_POINTS:
+        raise InputError(
+            "model-points",
+            f"The model has {len(numbers)} points; a phone cannot be found among them.",
+            where=str(model),
+            fix="Reconstruct the scan again with more pictures, which overlap by two thirds and "
+            "show the room around the object too; or give another of COLMAP's models (sparse/0, "
+            "sparse/1, ...).",
+        )
+    points = np.array([reconstruction.points3D[n].xyz for n in numbers.tolist()])
+    T = np.eye(4) if T_object_model is None else T_object_model
+    chosen = _cover({i: _seen(image, numbers) for i, image in reconstruction.images.items()})
+    pictures = [reconstruction.images[i] for i in chosen]
+    found = _stored(pictures, database) if database else _found_again(pictures, images, model)
+    sightings = tuple(_sightings(found, numbers))
+    if sum(len(s.points) for s in sightings) < _MIN_POINTS:
+        raise InputError(
+            "model-features",
+            "Of what the model's points look like, next to nothing is found in its pictures.",
+            where=str(database or images),
+            fix="Give the pictures that the model was made of, not cropped, turned or resized; or "
+            "COLMAP's own database.db.",
+        )
+    return Landmarks(points @ T[:3, :3].T + T[:3, 3], sightings)
+
+
+def _seen(image: pycolmap.Image, numbers: Int64[np.ndarray, " points"]) -> set[int]:
+    there = [p.point3D_id for p in image.points2D if p.has_point3D()]
+    return set(np.searchsorted(numbers, there).tolist())
+
+
+def _cover(seen: Mapping[int, set[int]]) -> list[int]:
+    """Pictures that show most of what those before them do not; all of them if they are few."""
+    left = dict(seen)
+    chosen: list[int] = []
+    missing: set[int] = set()
+    while left and len(chosen) < MAX_IMAGES:
+        missing = missing or set[int]().union(*left.values())
+        best = max(left, key=lambda i: len(left[i] & missing))
+        missing = missing - left.pop(best)
+        chosen.append(best)
+    return chosen
+
+
+def _found_again(
+    pictures: Sequence[pycolmap.Image], images: Path | None, model: Path
+) -> Iterator[tuple[pycolmap.Image, Features]]:
+    """The features of the pictures' files."""
+    missing = [p.name for p in pictures if images is None or not (images / p.name).is_file()]
+    if len(missing) > len(pictures) // 2 or images is None:
+        raise InputError(
+            "model-images",
+            f"{len(missing)} of the {len(pictures)} pictures looked for are not there, such as "
+            f"{missing[0]}.",
+            where=str(images or model),
+            fix="Give the folder that COLMAP was given (--images), or its database.db.",
+        )
+    for picture in pictures:
+        if picture.name in missing:
+            continue
+        # COLMAP reads the pixels as they are stored.
+        flags = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION
+        grey = cv2.imread(str(images / picture.name), flags)
+        if grey is None:
+            continue
+        found = find_features(np.asarray(grey, np.uint8))
+        camera = picture.camera
+        assert camera is not None
+        size = np.array([camera.width, camera.height]) / grey.shape[::-1]
+        yield picture, Features(found.pixels * size, found.descriptors)
+
+
+def _stored(
+    pictures: Sequence[pycolmap.Image], path: Path
+) -> Iterator[tuple[pycolmap.Image, Features]]:
+    """The features that COLMAP found."""
+    if not path.is_file():
+        raise InputError("model-database", "There is no such database.", where=str(path))
+    with pycolmap.Database.open(path) as database:
+        known = {image.name: image.image_id for image in database.read_all_images()}
+        for picture in pictures:
+            if picture.name not in known:
+                continue
+            descriptors = database.read_descriptors(known[picture.name])
+            if descriptors.type != pycolmap.FeatureExtractorType.SIFT:
+                raise InputError(
+                    "model-database",
+                    "The database holds features that are not SIFT.",
+                    where=str(path),
+                    fix="Leave it out and give the pictures.",
+                )
+            pixels = database.read_keypoints(known[picture.name])[:, :2].astype(np.float64)
+            yield picture, Features(pixels, unit(descriptors.data))
+
+
+def _sightings(
+    found: Iterator[tuple[pycolmap.Image, Features]], numbers: Int64[np.ndarray, " points"]
+) -> Iterator[Sighting]:
+    """Each picture's features that are where the model has a point."""
+    for picture, features in found:
+        tracked = [p for p in picture.points2D if p.has_point3D()]
+        if not tracked or not len(features.pixels):
+            continue
+        tree = KDTree(np.array([p.xy for p in tracked]))
+        distance, nearest = tree.query(features.pixels)
+        at = distance < _AT
+        points = np.searchsorted(
+            numbers, [tracked[int(k)].point3D_id for k in np.atleast_1d(nearest)[at]]
+        )
+        yield Sighting(picture.name, points, features.descriptors[at])

@@ -1,0 +1,170 @@
+"""register: where an object's mesh is in a scan that shows it, by the shape alone."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from jaxtyping import Float64
+from scipy.spatial.transform import Rotation
+
+from ingest.calibration.session.align import (
+    REACH,
+    Surface,
+    cost,
+    differ,
+    fit,
+    icp,
+    planes,
+    starts,
+    surface_of,
+)
+from ingest.uncertainty import between
+from omomo_core.errors import InputError
+from omomo_core.motion import ObjectMesh
+
+_SAME = 1e-4
+"""Metres between vertices of one mesh in two frames."""
+_POINTS, _FEW = 3000, 800
+"""Of the object that are compared, and those with which alignments begin."""
+_SPACING, _MOST, _THIN = 0.008, 60_000, 8_000
+"""Metres between the scan's points, how many there are at most, and at first."""
+_MIN_OVERLAP, _MAX_RMS = 0.6, 0.012
+_RIVAL = 0.03
+"""By how much the cost (0 to 1) of another alignment must be higher."""
+_PATCH = 0.18
+"""Side of the patches of a scan's surface that err by themselves, metres."""
+_SURFACE, _SURFACE_TURN = 0.002, np.radians(0.1)
+"""Standard deviation on each axis (m, rad) of the whole surface of a scan."""
+_LOOSE_TURN, _LOOSE_SHIFT = np.radians(1.5), 0.015
+"""rad and m; an alignment that is less sure in a direction slides there."""
+
+
+@dataclass(frozen=True)
+class Registration:
+    """Where the object is in the scan's frame."""
+
+    T_scan_object: Float64[np.ndarray, "4 4"]
+    covariance: Float64[np.ndarray, "6 6"]
+    """Of `ingest.uncertainty`, in the scan's axes."""
+    rms: float
+    """Metres between the object's surface and the scan's, where both are."""
+    overlap: float
+    """Part of the object's surface that the scan shows."""
+
+
+def register(mesh: ObjectMesh, scan: ObjectMesh, where: str) -> Registration:
+    """Align an object's mesh with a scan of it, both in metres.
+
+    The scan may show the floor and other things, and need not show all of the object. The same
+    vertices in another frame are aligned exactly.
+
+    Args:
+        mesh: the object, in its own frame.
+        scan: in a world with y up.
+        where: the scan's file, for messages.
+
+    Raises:
+        InputError: "scan-overlap" when the object is not in the scan, "scan-symmetric" when it fits
+            in more than one way, "scan-slides" when its shape leaves a direction open.
+    """
+    if (T := _same_vertices(mesh, scan)) is not None:
+        return Registration(T, _of_scan(), 0.0, 1.0)
+    area = float(trimesh.Trimesh(scan.vertices, scan.faces, process=False).area)
+    surface = surface_of(scan, min(_MOST, int(area / _SPACING**2) + 500))
+    points = surface_of(mesh, _POINTS).points
+    few = points[:_FEW]
+    thin = surface.thinned(_THIN)
+    found = [icp(T, few, thin, rounds=30) for T in starts(points, thin)]
+    costs = np.array([cost(T, points, surface) for T in found])
+    best = icp(found[int(costs.argmin())], points, surface, rounds=20)
+    overlap, rms = fit(best, points, surface)
+    if overlap < _MIN_OVERLAP or rms > _MAX_RMS:
+        raise InputError(
+            "scan-overlap",
+            f"The object is not in the scan: at its best place {overlap:.0%} of its surface is "
+            f"within {100 * REACH:g} cm of the scan's ({1e3 * rms:.0f} mm rms).",
+            where=where,
+            fix="Give the scan of this very object, whole and in metres; cut off what stands around "
+            "it. The object's mesh must be in metres too.",
+        )
+    covariance = _covariance(best, points, surface, max(rms, _SURFACE), mesh)
+    _check_firm(covariance, where)
+    _check_only(best, found, costs, where)
+    return Registration(best, covariance, rms, overlap)
+
+
+def _same_vertices(mesh: ObjectMesh, scan: ObjectMesh) -> Float64[np.ndarray, "4 4"] | None:
+    if len(mesh.vertices) != len(scan.vertices):
+        return None
+    ours, theirs = (np.asarray(m.vertices, np.float64) for m in (mesh, scan))
+    middle = ours.mean(axis=0), theirs.mean(axis=0)
+    T = np.eye(4)
+    U, _, Vt = np.linalg.svd((theirs - middle[1]).T @ (ours - middle[0]))
+    T[:3, :3] = U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt
+    T[:3, 3] = middle[1] - T[:3, :3] @ middle[0]
+    off = np.abs(ours @ T[:3, :3].T + T[:3, 3] - theirs).max()
+    return T if off < _SAME else None
+
+
+def _covariance(
+    T: Float64[np.ndarray, "4 4"],
+    points: Float64[np.ndarray, "points 3"],
+    surface: Surface,
+    error: float,
+    mesh: ObjectMesh,
+) -> Float64[np.ndarray, "6 6"]:
+    """Of an alignment with a scan whose patches are off by `error` metres, each by itself."""
+    area = float(trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).area)
+    J, _ = planes(T, points, surface, REACH)
+    patches = area * len(J) / len(points) / _PATCH**2
+    # A direction in which nothing holds gets metres, not infinity.
+    information = J.T @ J / len(J) * patches / error**2 + 1e-2 * np.eye(6)
+    return np.linalg.inv(information) + _of_scan()
+
+
+def _of_scan() -> Float64[np.ndarray, "6 6"]:
+    """What a scan errs by as a whole."""
+    return np.diag(np.repeat([_SURFACE_TURN**2, _SURFACE**2], 3))
+
+
+def _check_firm(covariance: Float64[np.ndarray, "6 6"], where: str) -> None:
+    turn, shift = (
+        np.sqrt(np.linalg.eigvalsh(block).max())
+        for block in (covariance[:3, :3], covariance[3:, 3:])
+    )
+    if turn < _LOOSE_TURN and shift < _LOOSE_SHIFT:
+        return
+    raise InputError(
+        "scan-slides",
+        "The object's shape does not say how it stands in the scan: it could turn or slide by "
+        f"{np.degrees(turn):.1f} deg or {1e3 * shift:.0f} mm and fit as well.",
+        where=where,
+        fix="For a round or flat object, use the scan itself as the object's mesh (--object), or "
+        "give its pose in the session's world (--object-pose).",
+    )
+
+
+def _check_only(
+    best: Float64[np.ndarray, "4 4"],
+    found: list[Float64[np.ndarray, "4 4"]],
+    costs: Float64[np.ndarray, " found"],
+    where: str,
+) -> None:
+    """Refuse an alignment that another one rivals."""
+    rivals = [T for T, c in zip(found, costs, strict=True) if c < costs.min() + _RIVAL]
+    others = [T for T in rivals if differ(T, best)]
+    if not others:
+        return
+    turns = {
+        f"{np.degrees(Rotation.from_matrix(T[:3, :3] @ best[:3, :3].T).magnitude()):.0f} deg"
+        for T in others
+    }
+    shift = max(float(np.linalg.norm(between(best, T)[3:])) for T in others)
+    raise InputError(
+        "scan-symmetric",
+        f"The object fits into the scan in {len(others) + 1} ways: also turned by "
+        f"{', '.join(sorted(turns))} (and its origin moved by up to {shift:.2f} m).",
+        where=where,
+        fix="Its shape does not tell which way round it stands. Use the scan itself as the object's "
+        "mesh (--object), or give its pose in the session's world (--object-pose).",
+    )
