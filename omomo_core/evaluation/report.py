@@ -11,7 +11,7 @@ from omomo_core.evaluation.average import Row, average
 from omomo_core.evaluation.clips import RealClip, read_clip
 from omomo_core.evaluation.protocols import BASELINE, BodyChoice, ask, own_values, unlearned
 from omomo_core.evaluation.truth import Answer, Truth
-from omomo_core.generation.result import GenerationOptions, Stages
+from omomo_core.generation.result import GenerationOptions, Progress, Stages, silent
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,8 @@ def evaluate(
     stages: Stages,
     body: BodyModel,
     options: GenerationOptions,
-    whose: BodyChoice,
-    on_progress: Callable[[str, float], None],
+    whose: BodyChoice = "person",
+    on_progress: Progress = silent,
 ) -> Evaluation:
     """Measure a generator on clips.
 
