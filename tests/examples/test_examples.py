@@ -40,7 +40,7 @@ def example(number: int) -> Path:
 
 
 def run_example(number: int, *words: object) -> None:
-    """Run a script as `python examples/NN_....py WORDS` does, in this process."""
+    """Run a script with these arguments, as Python runs a file, in this process."""
     path = str(example(number))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sys, "argv", [path, *map(str, words)])
