@@ -10,12 +10,12 @@ import argparse
 from pathlib import Path
 
 from omomo_core.body.load import load_body
-from omomo_core.evaluation.average import Row, average
-from omomo_core.evaluation.clips import read_clip
-from omomo_core.evaluation.metrics import contact_scores
-from omomo_core.evaluation.protocols import unlearned
-from omomo_core.evaluation.truth import Truth
 from omomo_core.generation.scene import Thing
+from omomo_core.learning.evaluation.average import Row, average
+from omomo_core.learning.evaluation.clips import read_clip
+from omomo_core.learning.evaluation.metrics import contact_scores
+from omomo_core.learning.evaluation.protocols import unlearned
+from omomo_core.learning.evaluation.truth import Truth
 
 
 def rows(path: Path) -> dict[str, Row]:

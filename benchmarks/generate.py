@@ -17,16 +17,16 @@ from dataclasses import replace
 import numpy as np
 
 from omomo_core.body.load import load_body
-from omomo_core.body_stage import paper as body_paper
-from omomo_core.data.synthesis.props import make_prop
 from omomo_core.generation.chapters import RECORDED
 from omomo_core.generation.generator import generate
 from omomo_core.generation.known import NOTHING
-from omomo_core.generation.result import GenerationOptions, Stages
+from omomo_core.generation.result import GenerationOptions
 from omomo_core.generation.stream import stream
-from omomo_core.hand_stage import paper as hand_paper
+from omomo_core.learning.synthesis.props import make_prop
 from omomo_core.motion import FPS, ObjectMotion
-from omomo_core.stage import Stage
+from omomo_core.stages.body import paper as body_paper
+from omomo_core.stages.hands import paper as hand_paper
+from omomo_core.stages.stage import Stage, Stages
 from omomo_core.weights.load import load_stages
 
 QUICK_STEPS = 20

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from omomo_core.data.clips import load_clips
 from omomo_core.generation.pelvis import pitch
+from omomo_core.learning.recordings.clips import load_clips
 from omomo_core.skeleton import joint
 
 BENT = np.radians([20.0, 100.0])

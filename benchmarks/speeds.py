@@ -18,11 +18,16 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.spatial.transform import Rotation
 
-from omomo_core.data.mocap import SourceMotion, checked_motion, read_bvh_motion, read_mocap_npz
-from omomo_core.data.recordings import motion_files
-from omomo_core.data.source_skeletons import SourceSkeleton
 from omomo_core.errors import InputError
 from omomo_core.generation.speeds import PEOPLE, TURNING, measured
+from omomo_core.learning.recordings.mocap import (
+    SourceMotion,
+    checked_motion,
+    read_bvh_motion,
+    read_mocap_npz,
+)
+from omomo_core.learning.recordings.recordings import motion_files
+from omomo_core.learning.recordings.source_skeletons import SourceSkeleton
 from omomo_core.skeleton import BODY_JOINTS, joint
 
 PERCENTILE = 99.9

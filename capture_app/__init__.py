@@ -30,12 +30,12 @@ if TYPE_CHECKING:
     from ingest.trajectory.object_motion import to_object_motion
     from ingest.trajectory.reading import Reading
     from omomo_core.body.load import load_body
-    from omomo_core.data.clips import Clip, save_clips
     from omomo_core.errors import InputError
-    from omomo_core.evaluation.report import evaluate
     from omomo_core.generation.generator import generate
     from omomo_core.generation.result import GenerationOptions
     from omomo_core.generation.stream import stream
+    from omomo_core.learning.evaluation.report import evaluate
+    from omomo_core.learning.recordings.clips import Clip, save_clips
     from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
     from omomo_core.weights.load import load_stages
 
@@ -103,12 +103,12 @@ _MODULES = {
     "ingest.trajectory.object_motion": ("to_object_motion",),
     "ingest.trajectory.reading": ("Reading",),
     "omomo_core.body.load": ("load_body",),
-    "omomo_core.data.clips": ("Clip", "save_clips"),
     "omomo_core.errors": ("InputError",),
-    "omomo_core.evaluation.report": ("evaluate",),
     "omomo_core.generation.generator": ("generate",),
     "omomo_core.generation.result": ("GenerationOptions",),
     "omomo_core.generation.stream": ("stream",),
+    "omomo_core.learning.evaluation.report": ("evaluate",),
+    "omomo_core.learning.recordings.clips": ("Clip", "save_clips"),
     "omomo_core.motion": ("HumanMotion", "ObjectMesh", "ObjectMotion"),
     "omomo_core.weights.load": ("load_stages",),
 }

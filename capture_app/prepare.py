@@ -24,9 +24,9 @@ from omomo_core.body.model import BodyModel, with_height
 from omomo_core.contact.file import read_contacts
 from omomo_core.contact.segment import Span
 from omomo_core.errors import InputError
-from omomo_core.generation.result import Stages
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.motion import ObjectMotion
+from omomo_core.stages.stage import Stages
 from omomo_core.weights.load import load_stages
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from capture_app.coordinates import Stood
 from ingest.trajectory.reading import AS_LOGGED, Reading
 from omomo_core.generation.result import GenerationOptions
-from omomo_core.stage import Configuration
+from omomo_core.stages.stage import Configuration
 
 
 @dataclass(frozen=True)

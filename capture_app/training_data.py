@@ -13,11 +13,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from omomo_core.body.model import BodyModel
-from omomo_core.data.build import Progress, build_mocap
-from omomo_core.data.clips import Clip, load_clips, read_index, save_clips
-from omomo_core.data.dataset import CARD
-from omomo_core.data.recordings import motion_files
 from omomo_core.errors import InputError
+from omomo_core.learning.recordings.build import Progress, build_mocap
+from omomo_core.learning.recordings.clips import Clip, load_clips, read_index, save_clips
+from omomo_core.learning.recordings.dataset import CARD
+from omomo_core.learning.recordings.recordings import motion_files
 from omomo_core.whole_file import write_whole
 
 RECORDED, REPORT, SYNTHETIC = "recorded.npz", "data.json", "synthetic"

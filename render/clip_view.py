@@ -9,7 +9,7 @@ from jaxtyping import UInt8
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
-from omomo_core.data.clips import Clip
+from omomo_core.learning.recordings.clips import Clip
 from omomo_core.motion import HumanMotion, ObjectMotion
 from render.renderer import Backend
 from render.stills import contact_sheet

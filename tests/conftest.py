@@ -66,8 +66,8 @@ def write_clip(tmp_path: Path) -> WriteClip:
     """
     from omomo_core.body.kinematics import forward_kinematics
     from omomo_core.body.load import load_body
-    from omomo_core.evaluation.clips import NAMES
-    from omomo_core.evaluation.person import AXES
+    from omomo_core.learning.evaluation.clips import NAMES
+    from omomo_core.learning.evaluation.person import AXES
 
     upright = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
 

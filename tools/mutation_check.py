@@ -27,7 +27,7 @@ ROOMS = {
         "omomo_core/contact",
         "tests/core/contact tests/core/test_generation_holding.py tests/core/test_generation_resting.py",
     ),
-    "generation": ("omomo_core/generation", "tests/core/test_generation_*.py"),
+    "generation": ("omomo_core/generation", "tests/core/test_generation*.py"),
     "diffusion": (
         "omomo_core/diffusion",
         "tests/core/test_diffusion.py tests/core/test_training.py",

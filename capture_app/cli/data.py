@@ -40,8 +40,8 @@ def build(
 
     from capture_app.cli.console import errors, output, say
     from omomo_core.body.load import load_body
-    from omomo_core.data.build import build_mocap
-    from omomo_core.data.clips import save_clips
+    from omomo_core.learning.recordings.build import build_mocap
+    from omomo_core.learning.recordings.clips import save_clips
     from omomo_core.whole_file import check_target
 
     check_target(out)

@@ -15,8 +15,8 @@ from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
     from omomo_core.body.model import BodyModel
-    from omomo_core.data.clips import Clip
-    from omomo_core.data.quality import Quality
+    from omomo_core.learning.recordings.clips import Clip
+    from omomo_core.learning.recordings.quality import Quality
 
 _ROWS = 5
 """Clips on a sheet."""
@@ -46,7 +46,7 @@ def inspect(
     bent as none can be. Clips out of bounds are flagged, and come first in the video.
     """
     from omomo_core.body.load import load_body
-    from omomo_core.data.quality import judge
+    from omomo_core.learning.recordings.quality import judge
 
     body, chosen = load_body(), _choose(data, clips, name or [], seed)
     out.mkdir(parents=True, exist_ok=True)
@@ -67,7 +67,7 @@ def _choose(data: Path, count: int, names: list[str], seed: int) -> "list[Clip]"
     """Random clips with objects, or those named, reading only the files they are in."""
     import numpy as np
 
-    from omomo_core.data.clips import clip_files, load_clips, read_index
+    from omomo_core.learning.recordings.clips import clip_files, load_clips, read_index
 
     places = [
         (file, k, row["name"])

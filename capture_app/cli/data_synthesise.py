@@ -13,8 +13,8 @@ from capture_app.cli.console import errors, output, say
 
 if TYPE_CHECKING:
     from omomo_core.body.model import BodyModel
-    from omomo_core.data.clips import Clip
-    from omomo_core.data.dataset import Summary
+    from omomo_core.learning.recordings.clips import Clip
+    from omomo_core.learning.recordings.dataset import Summary
 
 
 Mocap = Annotated[
@@ -57,11 +57,11 @@ def synthesise(
     --count adds clips. What could not be held, or went wrong otherwise, is counted by reason.
     """
     from omomo_core.body.load import load_body
-    from omomo_core.data import dataset
-    from omomo_core.data.synthesis.engine import RECIPE
-    from omomo_core.data.synthesis.engine import synthesise as make
-    from omomo_core.data.synthesis.props import Furniture
-    from omomo_core.data.synthesis.roster import Roster, classes_of, people_of
+    from omomo_core.learning.recordings import dataset
+    from omomo_core.learning.synthesis.engine import RECIPE
+    from omomo_core.learning.synthesis.engine import synthesise as make
+    from omomo_core.learning.synthesis.props import Furniture
+    from omomo_core.learning.synthesis.roster import Roster, classes_of, people_of
 
     # Before the recordings are read, which may take minutes.
     roster = Roster(people_of(people), classes_of(objects))
@@ -95,9 +95,9 @@ def synthesise(
 
 def _recorded(mocap: Path, body: "BodyModel", *, share_alike: bool) -> "list[Clip]":
     """Clips without objects, from a file, a data set or a folder of recordings."""
-    from omomo_core.data.build import build_mocap
-    from omomo_core.data.clips import load_clips
-    from omomo_core.data.dataset import RECORDED
+    from omomo_core.learning.recordings.build import build_mocap
+    from omomo_core.learning.recordings.clips import load_clips
+    from omomo_core.learning.recordings.dataset import RECORDED
 
     if mocap.is_dir() and not (mocap / RECORDED).is_file():
         dropped = Counter[str]()

@@ -11,7 +11,7 @@ from capture_app.cli import options
 from omomo_core.whole_file import check_target, write_whole
 
 if TYPE_CHECKING:
-    from omomo_core.evaluation.report import Evaluation
+    from omomo_core.learning.evaluation.report import Evaluation
 
 
 class Bones(StrEnum):
@@ -74,10 +74,10 @@ def evaluate(
     """
     from capture_app.cli.console import progress_bars, say
     from omomo_core.body.load import load_body
-    from omomo_core.evaluation.clips import clip_paths
-    from omomo_core.evaluation.protocols import PROTOCOLS
-    from omomo_core.evaluation.report import evaluate as run
     from omomo_core.generation.result import GenerationOptions
+    from omomo_core.learning.evaluation.clips import clip_paths
+    from omomo_core.learning.evaluation.protocols import PROTOCOLS
+    from omomo_core.learning.evaluation.report import evaluate as run
     from omomo_core.weights.load import load_stages
 
     _check(json_file, protocol or [])
@@ -105,7 +105,7 @@ def evaluate(
 def _check(json_file: Path | None, protocols: list[str]) -> None:
     """Refuse at once what would only fail after minutes of work."""
     from omomo_core.errors import InputError
-    from omomo_core.evaluation.protocols import PROTOCOLS
+    from omomo_core.learning.evaluation.protocols import PROTOCOLS
 
     unknown = [p for p in protocols if p not in PROTOCOLS]
     if unknown:
@@ -124,7 +124,7 @@ def _print(made: "Evaluation") -> None:
     from rich.table import Table
 
     from capture_app.cli.console import output
-    from omomo_core.evaluation.average import average
+    from omomo_core.learning.evaluation.average import average
 
     best = f"K{made.samples}"
     title = f"Mean of {len(made.clips)} clips, {len(made.skipped)} skipped"

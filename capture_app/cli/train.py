@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 import typer
 
 if TYPE_CHECKING:
-    from omomo_core.data.clips import Clip
-    from omomo_core.training.corpus import Corpus
-    from omomo_core.training.methods import Plan
-    from omomo_core.training.team import Team
-    from omomo_core.training.trainee import TrainOptions
+    from omomo_core.learning.methods import Plan
+    from omomo_core.learning.recordings.clips import Clip
+    from omomo_core.learning.training.corpus import Corpus
+    from omomo_core.learning.training.team import Team
+    from omomo_core.learning.training.trainee import TrainOptions
 
 Word = TypeVar("Word", bound=str)
 
@@ -102,9 +102,9 @@ def train(
     from capture_app.cli.train_data import shared_clips
     from capture_app.training_data import Reading
     from omomo_core.body.load import load_body
-    from omomo_core.training.corpus import Corpus
-    from omomo_core.training.team import joined
-    from omomo_core.training.trainee import TrainOptions
+    from omomo_core.learning.training.corpus import Corpus
+    from omomo_core.learning.training.team import joined
+    from omomo_core.learning.training.trainee import TrainOptions
 
     plans = _plans(method, size, stage)
     weights = _weights(start_from, plans)
@@ -145,7 +145,7 @@ def _notes(data: Sequence[Path], clips: "Sequence[Clip]", team: "Team") -> dict[
 
 def _weights(start_from: Path | None, plans: "dict[str, Plan]") -> Path | None:
     """The folder of the weights to go on from; they fit."""
-    from omomo_core.network_file import fill_network
+    from omomo_core.stages.network_file import fill_network
     from omomo_core.weights.load import SHIPPED
 
     if start_from is None:
@@ -184,9 +184,9 @@ def _train_network(
 ) -> None:
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from omomo_core.training.checkpoint import resume_run, save_run
-    from omomo_core.training.loop import TrainState, start
-    from omomo_core.training.loop import train as run
+    from omomo_core.learning.training.checkpoint import resume_run, save_run
+    from omomo_core.learning.training.loop import TrainState, start
+    from omomo_core.learning.training.loop import train as run
 
     state = resume_run(plan.make, out, options, team)
     state = state or start(plan.make, corpus, options, team, weights)
@@ -217,7 +217,7 @@ def _train_network(
 
 def _plans(method: str, size: str, stage: str) -> "dict[str, Plan]":
     """The networks that are asked for, by name."""
-    from omomo_core.training.methods import METHODS, SIZES, networks
+    from omomo_core.learning.methods import METHODS, SIZES, networks
 
     plans = dict(networks(_one_of(METHODS, method, "METHOD"), _one_of(SIZES, size, "--size")))
     if stage == "both":

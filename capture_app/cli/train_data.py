@@ -7,11 +7,11 @@ from pathlib import Path
 from capture_app.cli.console import errors, output, say
 from capture_app.training_data import RECORDED, SYNTHETIC, Reading, gather, split
 from omomo_core.body.load import load_body
-from omomo_core.data.build import Progress
-from omomo_core.data.clips import Clip, load_clips
-from omomo_core.data.dataset import shards
-from omomo_core.data.splits import by_side
-from omomo_core.training.team import Team
+from omomo_core.learning.recordings.build import Progress
+from omomo_core.learning.recordings.clips import Clip, load_clips
+from omomo_core.learning.recordings.dataset import shards
+from omomo_core.learning.recordings.splits import by_side
+from omomo_core.learning.training.team import Team
 
 DEFAULT_SYNTHETIC = 4200
 

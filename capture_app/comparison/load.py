@@ -14,11 +14,11 @@ from capture_app.manifest import MANIFEST
 from capture_app.result import Result, body_of, load_result
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.load import load_body
-from omomo_core.data.clips import Clip, load_clips
 from omomo_core.errors import InputError
-from omomo_core.evaluation.clips import read_clip
-from omomo_core.evaluation.touch import Touching
-from omomo_core.evaluation.truth import recorded_person
+from omomo_core.learning.evaluation.clips import read_clip
+from omomo_core.learning.evaluation.touch import Touching
+from omomo_core.learning.evaluation.truth import recorded_person
+from omomo_core.learning.recordings.clips import Clip, load_clips
 from omomo_core.motion import HumanMotion
 
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from capture_app.comparison.motion import Motion
-from omomo_core.evaluation.metrics import contact_scores, foot_measures, joint_errors
-from omomo_core.evaluation.touch import Touching
 from omomo_core.generation.scene import Thing
 from omomo_core.geometry.transforms import to_local
+from omomo_core.learning.evaluation.metrics import contact_scores, foot_measures, joint_errors
+from omomo_core.learning.evaluation.touch import Touching
 from omomo_core.motion import FPS
 from render.comparison import Number
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from capture_app.tables.answers import Task
 from omomo_core.errors import OmocapError
-from omomo_core.evaluation.clips import RealClip
-from omomo_core.evaluation.method import Method
-from omomo_core.evaluation.truth import Answer, Truth
+from omomo_core.learning.evaluation.clips import RealClip
+from omomo_core.learning.evaluation.method import Method
+from omomo_core.learning.evaluation.truth import Answer, Truth
 from omomo_core.workers import worker_pool
 
 Load = Callable[[Sequence[str]], Mapping[str, Method]]

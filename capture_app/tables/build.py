@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from capture_app.tables.answers import Answer
 from capture_app.tables.methods import METHODS
 from capture_app.tables.paper import ABLATION, CORRECTED, PAPER, PUBLISHED, Column
-from omomo_core.data.splits import UNSEEN, cast_of
-from omomo_core.evaluation.average import average
-from omomo_core.evaluation.windows import clip_of
+from omomo_core.learning.evaluation.average import average
+from omomo_core.learning.evaluation.windows import clip_of
+from omomo_core.learning.recordings.splits import UNSEEN, cast_of
 
 TITLES = {
     2: "People moving objects of the paper's training split",

@@ -5,10 +5,10 @@ from pathlib import Path
 
 from capture_app.tables.methods import folder_of
 from omomo_core.diffusion.samplers import Sampler
-from omomo_core.evaluation.method import Method
-from omomo_core.evaluation.methods.load import load_method
-from omomo_core.evaluation.recorded import RecordedPeople
 from omomo_core.generation.result import GenerationOptions
+from omomo_core.learning.evaluation.method import Method
+from omomo_core.learning.evaluation.methods.load import load_method
+from omomo_core.learning.evaluation.recorded import RecordedPeople
 
 
 def load_methods(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from capture_app.manifest import sha256
 from omomo_core.errors import AssetError, InputError
-from omomo_core.network_file import read_header
+from omomo_core.stages.network_file import read_header
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ class Column:
     """A figure in a table."""
 
     key: str
-    """Of a row of figures (`omomo_core.evaluation`)."""
+    """Of a row of figures (`omomo_core.learning.evaluation`)."""
     title: str
     latex: str
 

@@ -18,12 +18,12 @@ from capture_app.tables.methods import chosen_methods, digest_of, networks_of
 from capture_app.tables.verdict import with_verdicts
 from capture_app.tables.write import write_tables
 from omomo_core.body.load import load_body
-from omomo_core.data.splits import side_of
 from omomo_core.diffusion.samplers import Sampler
 from omomo_core.errors import InputError
-from omomo_core.evaluation.clips import RealClip
-from omomo_core.evaluation.sources import check_sources, read_recorded
-from omomo_core.evaluation.windows import windows_of
+from omomo_core.learning.evaluation.clips import RealClip
+from omomo_core.learning.evaluation.sources import check_sources, read_recorded
+from omomo_core.learning.evaluation.windows import windows_of
+from omomo_core.learning.recordings.splits import side_of
 
 MEASURES = 1
 """Raised whenever the same people would be measured otherwise."""

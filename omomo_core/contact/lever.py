@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float, Int
 
 from omomo_core.contact.overhang import Overhang, overhang
 from omomo_core.contact.support import OVERHANG, REACH
-from omomo_core.generation.take import Take
+from omomo_core.geometry.object_features import ObjectFeatures
 
 FRICTION = 0.4
 """Of wood, metal or plastic on a floor."""
@@ -50,7 +50,7 @@ class Lever:
         return np.where(count < SHORTEST, np.nan, total / count.clip(1))
 
 
-def lever(take: Take, must_hold: Bool[np.ndarray, " frames"]) -> Lever | None:
+def lever(take: ObjectFeatures, must_hold: Bool[np.ndarray, " frames"]) -> Lever | None:
     """Where an object is held up that stands on an edge; None if that is hardly anywhere.
 
     Args:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from omomo_core.generation.take import Take
+from omomo_core.geometry.object_features import ObjectFeatures
 
 SOLE = 0.02
 """Metres: what is no higher than this above its lowest point may touch the floor."""
@@ -36,7 +36,7 @@ class Overhang:
         return Overhang(*(x[frames] for x in kept))
 
 
-def overhang(take: Take, frames: Int[np.ndarray, " some"]) -> Overhang:
+def overhang(take: ObjectFeatures, frames: Int[np.ndarray, " some"]) -> Overhang:
     """Of an object in those frames, were its lowest point on the floor."""
     tilts, which = np.unique(
         np.round(take.motion.T_world_object[frames, 2, :3] / _TILT), axis=0, return_inverse=True

@@ -5,7 +5,7 @@ from jaxtyping import Bool
 from scipy.ndimage import binary_opening, uniform_filter1d
 
 from omomo_core.contact.overhang import overhang
-from omomo_core.generation.take import Take
+from omomo_core.geometry.object_features import ObjectFeatures
 
 MOVES, TURNS = 0.10, 0.5
 """m/s of the centre and rad/s above which an object does not move by itself."""
@@ -24,7 +24,7 @@ REACHING = 30
 most a second before."""
 
 
-def must_be_held(take: Take) -> Bool[np.ndarray, " frames"]:
+def must_be_held(take: ObjectFeatures) -> Bool[np.ndarray, " frames"]:
     """Frames in which somebody holds the object.
 
     Where it moves or turns; where it is off the floor and not still (still, it may stand on a table);
@@ -39,7 +39,7 @@ def must_be_held(take: Take) -> Bool[np.ndarray, " frames"]:
     return _lasting(held, SHORTEST)
 
 
-def touched(take: Take, must_hold: Bool[np.ndarray, " frames"]) -> tuple[int, int]:
+def touched(take: ObjectFeatures, must_hold: Bool[np.ndarray, " frames"]) -> tuple[int, int]:
     """First frame, and the one after the last, in which hands may be on an object that rests at both ends.
 
     Args:
@@ -55,7 +55,7 @@ def touched(take: Take, must_hold: Bool[np.ndarray, " frames"]) -> tuple[int, in
     return max(int(moved[0]) - REACHING, 0), min(int(moved[-1]) + 1 + REACHING, take.frames)
 
 
-def _still(take: Take) -> Bool[np.ndarray, " frames"]:
+def _still(take: ObjectFeatures) -> Bool[np.ndarray, " frames"]:
     """Frames in which the object may be resting."""
     speed, spin = (
         np.linalg.norm(uniform_filter1d(x, 5, axis=0, mode="nearest"), axis=1)

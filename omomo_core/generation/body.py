@@ -8,17 +8,17 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from omomo_core.body_stage import capture as body_stage
-from omomo_core.capture import BASIS_POINTS, shape_code
-from omomo_core.even import evenly
+from omomo_core.diffusion.low_discrepancy import evenly
 from omomo_core.generation.decided import Decided, Pin
 from omomo_core.generation.overlap import Told, sample_take
 from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.generation.scene import Scene
-from omomo_core.generation.take import object_windows, window_frames
 from omomo_core.geometry.rotations import yaw_matrix
 from omomo_core.motion import HandMotion
-from omomo_core.stage import Stage
+from omomo_core.stages.body import capture as body_stage
+from omomo_core.stages.capture import BASIS_POINTS, shape_code
+from omomo_core.stages.stage import Stage
+from omomo_core.stages.windows import object_windows, window_frames
 
 
 def sample_body(

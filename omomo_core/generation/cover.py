@@ -14,7 +14,7 @@ from torch import Tensor
 from omomo_core.generation.holding import Holding
 from omomo_core.generation.opposite import on_lighter_side, with_opposite
 from omomo_core.generation.scene import Scene
-from omomo_core.hand_stage.capture import LAYOUT
+from omomo_core.stages.hands.capture import LAYOUT
 
 DRAWN, MOST = 5, 100
 """Guesses for each that is kept, and at most."""

@@ -11,18 +11,18 @@ from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
-from omomo_core.body_stage import paper as body_stage
 from omomo_core.diffusion.samplers import sample
 from omomo_core.diffusion.schedule import cosine_schedule
 from omomo_core.generation.known import Pose
 from omomo_core.generation.result import GenerationOptions
-from omomo_core.generation.take import Take, object_windows, window_frames
 from omomo_core.geometry.bps import PAPER_POINTS
 from omomo_core.geometry.human_frame import human_frame
-from omomo_core.hand_stage import paper as hand_stage
+from omomo_core.geometry.object_features import ObjectFeatures
 from omomo_core.motion import HandMotion, HumanMotion
-from omomo_core.stage import Stage
-from omomo_core.windows import WINDOW, ObjectWindows
+from omomo_core.stages.body import paper as body_stage
+from omomo_core.stages.hands import paper as hand_stage
+from omomo_core.stages.stage import Stage
+from omomo_core.stages.windows import WINDOW, ObjectWindows, object_windows, window_frames
 
 STANDING_OFF = 0.35
 """Metres between the object's side and the person assumed to stand before it."""
@@ -35,13 +35,13 @@ OnStep = Callable[[float], None]
 class View:
     """One window, once per sample, each seen from a place of its own (`human_frame`)."""
 
-    take: Take
+    take: ObjectFeatures
     object: ObjectWindows
     origin: Float[Tensor, "b 3"]
     yaw: Float[Tensor, " b"]
 
 
-def around(take: Take, count: int) -> View:
+def around(take: ObjectFeatures, count: int) -> View:
     """People stand around the object in its first frame and face it (-y in their own frame)."""
     yaw = torch.arange(count) * (2 * math.pi / count)
     reach = float(np.linalg.norm(take.surface.points - take.surface.centre, axis=1).max())
@@ -50,7 +50,7 @@ def around(take: Take, count: int) -> View:
     return _view(take, centre + (reach + STANDING_OFF) * back, yaw)
 
 
-def beside(take: Take, pose: Pose, count: int) -> View:
+def beside(take: ObjectFeatures, pose: Pose, count: int) -> View:
     """Everybody stands where the pose of the first frame does."""
     root, R = torch.from_numpy(pose.root)[None], torch.from_numpy(pose.rotations)[None, 0]
     origin, yaw = human_frame(root.float(), R.float())
@@ -102,7 +102,7 @@ def draw_from_object(
     return _people(view, x, body, [np.zeros((view.take.frames, 2))] * len(x))
 
 
-def _view(take: Take, origin: Float[Tensor, "b 3"], yaw: Float[Tensor, " b"]) -> View:
+def _view(take: ObjectFeatures, origin: Float[Tensor, "b 3"], yaw: Float[Tensor, " b"]) -> View:
     windows = object_windows(take, window_frames(take.frames), len(yaw), PAPER_POINTS)
     return View(take, windows, origin, yaw)
 

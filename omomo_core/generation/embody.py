@@ -14,7 +14,6 @@ from omomo_core.body.kinematics import WRISTS, forward_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.body.polish.barrier import Scanned
 from omomo_core.body.polish.depth import depth_inside
-from omomo_core.body_stage import capture as body_stage
 from omomo_core.contact.segment import Segment
 from omomo_core.generation.calm import calmed
 from omomo_core.generation.decided import Decided
@@ -27,6 +26,7 @@ from omomo_core.generation.wish import Wish
 from omomo_core.generation.wrists import facing
 from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d
 from omomo_core.motion import HandMotion, HumanMotion
+from omomo_core.stages.body import capture as body_stage
 
 ROOT_AND_JOINTS = 24
 """Vectors that stage 2's features begin with."""

@@ -9,7 +9,6 @@ import torch
 from jaxtyping import Bool, Float
 from torch import Tensor
 
-from omomo_core.capture import BASIS_POINTS
 from omomo_core.contact.anchor import anchored
 from omomo_core.contact.decode import OPEN, Given, decode
 from omomo_core.contact.segment import Segment, Span, follow
@@ -20,12 +19,13 @@ from omomo_core.generation.decided import Decided, Pin, fade
 from omomo_core.generation.overlap import Told, sample_take
 from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.generation.scene import Scene
-from omomo_core.generation.take import object_windows, window_frames
-from omomo_core.hand_stage import capture as hand_stage
-from omomo_core.hand_stage.capture import LAYOUT
-from omomo_core.hand_stage.contact_rule import constrain
 from omomo_core.motion import HandMotion
-from omomo_core.stage import Stage
+from omomo_core.stages.capture import BASIS_POINTS
+from omomo_core.stages.hands import capture as hand_stage
+from omomo_core.stages.hands.capture import LAYOUT
+from omomo_core.stages.hands.contact_rule import constrain
+from omomo_core.stages.stage import Stage
+from omomo_core.stages.windows import object_windows, window_frames
 
 Samples = Float[Tensor, "samples frames 8"]
 

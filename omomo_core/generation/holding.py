@@ -10,7 +10,7 @@ from torch import Tensor
 
 from omomo_core.generation.scene import Scene
 from omomo_core.geometry.transforms import to_local
-from omomo_core.hand_stage import capture as hand_stage
+from omomo_core.stages.hands import capture as hand_stage
 
 Samples = Float[Tensor, "samples frames 8"]
 GRASP = 0.15

@@ -9,7 +9,6 @@ from jaxtyping import Float
 from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
-from omomo_core.body_stage import capture as body_stage
 from omomo_core.contact.segment import Span
 from omomo_core.generation.beginning import Placed, Posed, Start
 from omomo_core.generation.decided import Decided, Pin
@@ -18,6 +17,7 @@ from omomo_core.generation.scene import Scene
 from omomo_core.geometry.rotations import rotmat_to_6d
 from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import HandMotion
+from omomo_core.stages.body import capture as body_stage
 
 TOUCH = 0.05
 """Metres between palm joint and surface that count as holding in a given pose."""

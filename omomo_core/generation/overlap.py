@@ -15,10 +15,9 @@ from omomo_core.diffusion.samplers import sample
 from omomo_core.diffusion.schedule import cosine_schedule
 from omomo_core.generation.decided import Pin
 from omomo_core.generation.result import GenerationOptions
-from omomo_core.generation.take import window_frames
 from omomo_core.geometry.canonical import Layout, rotate
-from omomo_core.stage import Stage
-from omomo_core.windows import WINDOW
+from omomo_core.stages.stage import Stage
+from omomo_core.stages.windows import WINDOW, window_frames
 
 CHUNK = 64
 """Windows that go through the network at once: bounds memory on long takes."""

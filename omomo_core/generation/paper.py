@@ -16,11 +16,12 @@ from omomo_core.errors import InputError
 from omomo_core.generation.drawing import around, draw_from_palms, draw_palms
 from omomo_core.generation.person import Person
 from omomo_core.generation.ranking import ranked
-from omomo_core.generation.result import Generation, GenerationOptions, Progress, Stages
+from omomo_core.generation.result import Generation, GenerationOptions, Progress
 from omomo_core.generation.scene import Scene, Thing
-from omomo_core.hand_stage.contact_rule import constrain
 from omomo_core.motion import HandMotion, HumanMotion, ObjectMotion
-from omomo_core.windows import WINDOW
+from omomo_core.stages.hands.contact_rule import constrain
+from omomo_core.stages.stage import Stages
+from omomo_core.stages.windows import WINDOW
 
 
 def generate_as_published(

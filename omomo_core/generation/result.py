@@ -7,7 +7,6 @@ from typing import Literal
 from omomo_core.diffusion.samplers import Sampler
 from omomo_core.generation.person import Person
 from omomo_core.motion import HumanMotion
-from omomo_core.stage import Stage
 
 Progress = Callable[[str, float], None]
 """(name of the step, fraction done)."""
@@ -26,16 +25,6 @@ class GenerationOptions:
     contact: Literal["segments", "paper"] = "segments"
     sampler: Sampler = "dpm++"
     steps: int = 10
-
-
-@dataclass(frozen=True)
-class Stages:
-    """The two trained networks."""
-
-    hands: Stage
-    body: Stage
-    height: float
-    """Stature of the body they were trained on, metres."""
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from jaxtyping import Bool, Float
 from omomo_core.body.polish.barrier import Scanned
 from omomo_core.contact.lever import Lever, lever
 from omomo_core.contact.support import must_be_held, touched
-from omomo_core.generation.take import Take, prepare
 from omomo_core.geometry.distance_field import distance_field
+from omomo_core.geometry.object_features import ObjectFeatures, object_features
 from omomo_core.geometry.surface import Surface, sample_surface
 from omomo_core.motion import ObjectMesh, ObjectMotion
 
@@ -20,9 +20,9 @@ from omomo_core.motion import ObjectMesh, ObjectMotion
 class Scene:
     """Another person's height is the same scene scaled: scale in, sample, scale out."""
 
-    take: Take
+    take: ObjectFeatures
     """In metres."""
-    trained: Take
+    trained: ObjectFeatures
     """Every length times `scale`."""
     scale: float
     must_hold: Bool[np.ndarray, " frames"]
@@ -65,11 +65,11 @@ class Thing:
     def scene(self, T_world_object: Float[np.ndarray, "frames 4 4"]) -> Scene:
         """A stretch of its motion, world, metres."""
         known = np.ones(len(T_world_object), bool)
-        take = prepare(ObjectMotion(self.mesh, T_world_object, known), self.surface)
+        take = object_features(ObjectMotion(self.mesh, T_world_object, known), self.surface)
         if self.scale == 1.0:
             return Scene(take, take, 1.0, must_be_held(take))
         T = T_world_object.copy()
         T[:, :3, 3] *= self.scale
         mesh, surface = self._scaled
-        trained = prepare(ObjectMotion(mesh, T, known), surface)
+        trained = object_features(ObjectMotion(mesh, T, known), surface)
         return Scene(take, trained, self.scale, must_be_held(take))

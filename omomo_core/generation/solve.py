@@ -20,19 +20,13 @@ from omomo_core.body.model import BodyModel
 from omomo_core.body.polish.anatomy import anatomy, centre_of_mass
 from omomo_core.body.polish.solver import firmness, polish
 from omomo_core.body.polish.targets import Targets
-from omomo_core.data.grounding import sole_points
+from omomo_core.body.soles import sole_points
 from omomo_core.generation.aside import stand_aside
 from omomo_core.generation.aside_feet import step_aside
 from omomo_core.generation.aside_limbs import swing_limbs, turn_hands
 from omomo_core.generation.decided import Decided, fade
 from omomo_core.generation.feet import ANKLES, TOES, Feet, planted_feet
-from omomo_core.generation.reaching import (
-    LONGEST,
-    STRETCH,
-    ankles_of,
-    arms_that_hold,
-    within_reach,
-)
+from omomo_core.generation.reaching import LONGEST, STRETCH, ankles_of, arms_that_hold, within_reach
 from omomo_core.generation.side import FINE, Around
 from omomo_core.generation.wish import Wish
 

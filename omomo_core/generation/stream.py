@@ -24,12 +24,13 @@ from omomo_core.generation.fit import Fit
 from omomo_core.generation.hands import in_contact, sample_hands, starting_at
 from omomo_core.generation.known import NOTHING, Known, decided_by, start_of
 from omomo_core.generation.person import Person, shifted, stretch
-from omomo_core.generation.result import GenerationOptions, Progress, Stages, silent
+from omomo_core.generation.result import GenerationOptions, Progress, silent
 from omomo_core.generation.scene import Scene, Thing
 from omomo_core.generation.solve import Solved
 from omomo_core.generation.threads import threads_for
 from omomo_core.generation.wish import Wish
 from omomo_core.motion import HandMotion, ObjectMesh
+from omomo_core.stages.stage import Stages
 
 
 @dataclass(frozen=True)

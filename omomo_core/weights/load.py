@@ -5,11 +5,10 @@ from pathlib import Path
 import torch
 
 from omomo_core.body.load import load_body
-from omomo_core.body_stage import capture as body_stage
 from omomo_core.errors import AssetError
-from omomo_core.generation.result import Stages
-from omomo_core.hand_stage import capture as hand_stage
-from omomo_core.stage import Configuration, Stage, load_stage
+from omomo_core.stages.body import capture as body_stage
+from omomo_core.stages.hands import capture as hand_stage
+from omomo_core.stages.stage import Configuration, Stage, Stages, load_stage
 
 SHIPPED = Path(__file__).parent
 _TOLD = {"hands": hand_stage.CONDITION, "body": body_stage.CONDITION}

@@ -13,14 +13,14 @@ from scipy.spatial.transform import Rotation
 from capture_app.request import TakeRequest
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
-from omomo_core.body_stage import capture as body_stage
 from omomo_core.contact.segment import Segment
 from omomo_core.generation.person import Person
 from omomo_core.generation.result import GenerationOptions
-from omomo_core.hand_stage import capture as hand_stage
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 from omomo_core.skeleton import ALL_PARENTS
-from omomo_core.stage import Stage, save_stage
+from omomo_core.stages.body import capture as body_stage
+from omomo_core.stages.hands import capture as hand_stage
+from omomo_core.stages.stage import Stage, save_stage
 
 FRAMES = 40
 

@@ -14,10 +14,10 @@ import trimesh
 
 from capture_app.cli.app import invoke
 from omomo_core.body.load import load_body
-from omomo_core.data import dataset
-from omomo_core.data.build import build_mocap
-from omomo_core.data.clips import Clip, load_clips, save_clips
-from omomo_core.data.synthesis import engine
+from omomo_core.learning.recordings import dataset
+from omomo_core.learning.recordings.build import build_mocap
+from omomo_core.learning.recordings.clips import Clip, load_clips, save_clips
+from omomo_core.learning.synthesis import engine
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from render.video import read_frames
 
@@ -160,7 +160,7 @@ def test_ctrl_c_leaves_whole_files_and_says_how_to_go_on(shared: Path, tmp_path:
     save_clips(tmp_path / "mocap.npz", mocap)
     out = tmp_path / "set"
     script = (
-        "import sys; from omomo_core.data import dataset; dataset.SHARD = 1\n"
+        "import sys; from omomo_core.learning.recordings import dataset; dataset.SHARD = 1\n"
         "from capture_app.cli.app import invoke; raise SystemExit(invoke(sys.argv[1:]))"
     )
     words = ["data", "synthesise", str(tmp_path / "mocap.npz"), "-o", str(out), "--count", "500"]

@@ -8,9 +8,9 @@ import pytest
 import torch
 
 from capture_app.cli.app import invoke
-from omomo_core.body_stage import capture as body_stage
-from omomo_core.hand_stage import capture as hand_stage
-from omomo_core.stage import Stage, save_stage
+from omomo_core.stages.body import capture as body_stage
+from omomo_core.stages.hands import capture as hand_stage
+from omomo_core.stages.stage import Stage, save_stage
 
 
 @pytest.fixture

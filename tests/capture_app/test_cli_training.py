@@ -16,10 +16,10 @@ from capture_app.tables.caption import Made, caption
 from capture_app.tables.methods import Network
 from ingest.formats.detect import read_session
 from ingest.mount.file import load_mount
-from omomo_core.data.clips import Clip, load_clips, save_clips
+from omomo_core.learning.recordings.clips import Clip, load_clips, save_clips
 from omomo_core.motion import ObjectMesh, ObjectMotion
-from omomo_core.network_file import read_header
-from omomo_core.stage import load_stage
+from omomo_core.stages.network_file import read_header
+from omomo_core.stages.stage import load_stage
 from omomo_core.weights.load import SHIPPED
 from tests.core.rig_files import write_bvh
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import global_rotations
 from omomo_core.body.load import load_body
-from omomo_core.data.grounding import sole_points
+from omomo_core.body.soles import sole_points
 from omomo_core.skeleton import BODY_JOINTS, MODEL_PARENTS, joint
 
 BODY = load_body()

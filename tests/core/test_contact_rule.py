@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.geometry.transforms import to_local
-from omomo_core.hand_stage.contact_rule import TOUCH, constrain
+from omomo_core.stages.hands.contact_rule import TOUCH, constrain
 from tests.core.contact.box import FRAMES, MESH, carried
 
 

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from omomo_core.data import dataset
-from omomo_core.data.clips import Clip, load_clips, read_index, save_clips
-from omomo_core.data.dataset import (
+from omomo_core.errors import InputError
+from omomo_core.learning.recordings import dataset
+from omomo_core.learning.recordings.clips import Clip, load_clips, read_index, save_clips
+from omomo_core.learning.recordings.dataset import (
     Recipe,
     digest,
     missing_indices,
@@ -19,7 +20,6 @@ from omomo_core.data.dataset import (
     write_card,
     write_shards,
 )
-from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh, ObjectMotion
 
 RECIPE = Recipe(seed=0, version=1, mocap="abc", shard=3)

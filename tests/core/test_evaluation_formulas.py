@@ -11,9 +11,9 @@ from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import full_kinematics
-from omomo_core.evaluation.average import average
-from omomo_core.evaluation.clips import RealClip
-from omomo_core.evaluation.metrics import (
+from omomo_core.learning.evaluation.average import average
+from omomo_core.learning.evaluation.clips import RealClip
+from omomo_core.learning.evaluation.metrics import (
     clusters,
     floor_height,
     foot_measures,
@@ -21,8 +21,8 @@ from omomo_core.evaluation.metrics import (
     root_orientation_errors,
     vertex_error,
 )
-from omomo_core.evaluation.touch import Touching
-from omomo_core.evaluation.truth import Truth
+from omomo_core.learning.evaluation.touch import Touching
+from omomo_core.learning.evaluation.truth import Truth
 from omomo_core.motion import HumanMotion
 from tests.core.movers import mover, resembling
 

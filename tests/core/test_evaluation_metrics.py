@@ -7,9 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from omomo_core.baselines.opposed_palms import opposed_palms
 from omomo_core.body.load import load_body
-from omomo_core.evaluation.metrics import (
+from omomo_core.geometry.object_features import object_features
+from omomo_core.learning.baselines.opposed_palms import opposed_palms
+from omomo_core.learning.evaluation.metrics import (
     clusters,
     contact_scores,
     floor_height,
@@ -17,8 +18,7 @@ from omomo_core.evaluation.metrics import (
     joint_errors,
     root_orientation_errors,
 )
-from omomo_core.evaluation.touch import Touching
-from omomo_core.generation.take import prepare
+from omomo_core.learning.evaluation.touch import Touching
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 
 UPRIGHT = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
@@ -143,7 +143,7 @@ def test_a_sheet_has_no_inside():
 def test_guessed_palms_are_on_opposite_sides_and_let_go_at_rest():
     motion = box(60)
     motion.T_world_object[30:, 0, 3] = np.arange(30) / 30
-    guesses = opposed_palms(prepare(motion), 8, np.random.default_rng(0))
+    guesses = opposed_palms(object_features(motion), 8, np.random.default_rng(0))
     for guess in guesses:
         apart = np.linalg.norm(guess.palms[:, 0] - guess.palms[:, 1], axis=-1)
         assert (apart > 0.35).all()
@@ -151,5 +151,5 @@ def test_guessed_palms_are_on_opposite_sides_and_let_go_at_rest():
         assert guess.contact[35:].all()
     sides = {tuple(np.round(g.palms[0, 0], 1)) for g in guesses}
     assert len(sides) > 2
-    again = opposed_palms(prepare(motion), 8, np.random.default_rng(0))
+    again = opposed_palms(object_features(motion), 8, np.random.default_rng(0))
     np.testing.assert_array_equal(again[7].palms, guesses[7].palms)

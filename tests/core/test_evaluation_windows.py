@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from omomo_core.body.load import load_body
-from omomo_core.data.clips import Clip, save_clips
 from omomo_core.errors import InputError
-from omomo_core.evaluation.paired import paired_bootstrap
-from omomo_core.evaluation.recorded import RecordedPeople
-from omomo_core.evaluation.sources import read_recorded
-from omomo_core.evaluation.windows import clip_of, windows_of
+from omomo_core.learning.evaluation.paired import paired_bootstrap
+from omomo_core.learning.evaluation.recorded import RecordedPeople
+from omomo_core.learning.evaluation.sources import read_recorded
+from omomo_core.learning.evaluation.windows import clip_of, windows_of
+from omomo_core.learning.recordings.clips import Clip, save_clips
 from tests.core.movers import mover
 
 BODY = load_body()

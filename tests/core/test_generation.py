@@ -12,21 +12,21 @@ from omomo_core.body.load import load_body
 from omomo_core.body.model import with_height
 from omomo_core.body.polish.barrier import Scanned
 from omomo_core.body.polish.depth import depth_inside
-from omomo_core.body_stage import capture as body_stage
-from omomo_core.body_stage import paper as body_paper
 from omomo_core.errors import InputError
 from omomo_core.generation.calm import calmed
 from omomo_core.generation.generator import generate
 from omomo_core.generation.known import Known, Pose
 from omomo_core.generation.ranking import choose
-from omomo_core.generation.result import Generation, GenerationOptions, Stages
+from omomo_core.generation.result import Generation, GenerationOptions
 from omomo_core.generation.solve import Solved, solve_bodies
 from omomo_core.generation.wish import Wish
 from omomo_core.geometry.distance_field import distance_field
-from omomo_core.hand_stage import capture as hand_stage
-from omomo_core.hand_stage import paper as hand_paper
 from omomo_core.motion import HandMotion, ObjectMesh, ObjectMotion
-from omomo_core.stage import Stage
+from omomo_core.stages.body import capture as body_stage
+from omomo_core.stages.body import paper as body_paper
+from omomo_core.stages.hands import capture as hand_stage
+from omomo_core.stages.hands import paper as hand_paper
+from omomo_core.stages.stage import Stage, Stages
 
 BODY = load_body()
 UPRIGHT = torch.tensor([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])

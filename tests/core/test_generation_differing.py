@@ -6,17 +6,17 @@ import torch
 import trimesh
 
 from omomo_core.body.load import load_body
-from omomo_core.body_stage import capture as body_stage
 from omomo_core.generation import body as stage_2
 from omomo_core.generation import hands as stage_1
 from omomo_core.generation.generator import generate
 from omomo_core.generation.known import NOTHING, Known, Pose
 from omomo_core.generation.overlap import Told, sample_take
-from omomo_core.generation.result import GenerationOptions, Stages
-from omomo_core.hand_stage import capture as hand_stage
+from omomo_core.generation.result import GenerationOptions
 from omomo_core.motion import ObjectMesh, ObjectMotion
-from omomo_core.stage import Stage
-from omomo_core.windows import WINDOW
+from omomo_core.stages.body import capture as body_stage
+from omomo_core.stages.hands import capture as hand_stage
+from omomo_core.stages.stage import Stage, Stages
+from omomo_core.stages.windows import WINDOW
 
 BODY = load_body()
 FRAMES = 400

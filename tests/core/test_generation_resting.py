@@ -14,10 +14,11 @@ from omomo_core.generation.decided import Pin
 from omomo_core.generation.hands import left_alone, sample_hands
 from omomo_core.generation.known import NOTHING, Known
 from omomo_core.generation.person import joined
-from omomo_core.generation.result import GenerationOptions, Stages
+from omomo_core.generation.result import GenerationOptions
 from omomo_core.generation.scene import Scene, Thing
 from omomo_core.generation.stream import stream
 from omomo_core.motion import ObjectMotion
+from omomo_core.stages.stage import Stages
 from tests.core.test_generation import carried, untrained
 
 BODY = load_body()

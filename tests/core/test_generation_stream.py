@@ -12,8 +12,9 @@ from omomo_core.body.load import load_body
 from omomo_core.generation.chapters import LIVE, RECORDED, Chapters, cut
 from omomo_core.generation.generator import generate
 from omomo_core.generation.person import joined
-from omomo_core.generation.result import GenerationOptions, Stages
+from omomo_core.generation.result import GenerationOptions
 from omomo_core.generation.stream import Block, stream
+from omomo_core.stages.stage import Stages
 from omomo_core.weights.load import load_stages
 from tests.core.test_generation import carried, untrained
 

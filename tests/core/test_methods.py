@@ -9,23 +9,23 @@ import torch
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
-from omomo_core.baselines import single_stage
-from omomo_core.baselines.goal.features import Things, spread_out
-from omomo_core.baselines.goal.network import Goal, GoalConfig
 from omomo_core.body.kinematics import joints_of
-from omomo_core.body_stage import capture as body_capture
-from omomo_core.body_stage import paper as body_paper
 from omomo_core.errors import AssetError
-from omomo_core.evaluation.clips import RealClip
-from omomo_core.evaluation.method import Method
-from omomo_core.evaluation.methods.load import LOADERS, load_method
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.geometry.surface import sample_surface
-from omomo_core.hand_stage import capture as hand_capture
-from omomo_core.hand_stage import paper as hand_paper
+from omomo_core.learning.baselines import single_stage
+from omomo_core.learning.baselines.goal.features import Things, spread_out
+from omomo_core.learning.baselines.goal.network import Goal, GoalConfig
+from omomo_core.learning.evaluation.clips import RealClip
+from omomo_core.learning.evaluation.method import Method
+from omomo_core.learning.evaluation.methods.load import LOADERS, load_method
 from omomo_core.motion import HumanMotion
-from omomo_core.network_file import save_network
-from omomo_core.stage import Stage, StageConfig, save_stage
+from omomo_core.stages.body import capture as body_capture
+from omomo_core.stages.body import paper as body_paper
+from omomo_core.stages.hands import capture as hand_capture
+from omomo_core.stages.hands import paper as hand_paper
+from omomo_core.stages.network_file import save_network
+from omomo_core.stages.stage import Stage, StageConfig, save_stage
 from tests.core.movers import mover
 
 FRAMES = 40

@@ -8,7 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.load import load_body
-from omomo_core.data.mocap import (
+from omomo_core.errors import InputError
+from omomo_core.learning.recordings.mocap import (
     METRES_PER_BVH_UNIT,
     SourceMotion,
     is_share_alike,
@@ -16,9 +17,8 @@ from omomo_core.data.mocap import (
     read_bvh_motion,
     read_mocap_npz,
 )
-from omomo_core.data.recordings import motion_files, read_recordings
-from omomo_core.data.source_skeletons import CMU_JUMP
-from omomo_core.errors import InputError
+from omomo_core.learning.recordings.recordings import motion_files, read_recordings
+from omomo_core.learning.recordings.source_skeletons import CMU_JUMP
 from omomo_core.motion import FPS
 
 REST = {

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from safetensors.torch import save_file
 from torch import nn
 
-from omomo_core.network_file import fill_network, load_network, read_header, save_network
+from omomo_core.stages.network_file import fill_network, load_network, read_header, save_network
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.geometry.bps import basis, encode
 from omomo_core.geometry.surface import sample_surface
+from omomo_core.learning.training.shapes import ShapeGrids
 from omomo_core.motion import ObjectMesh
-from omomo_core.training.shapes import ShapeGrids
 
 
 def box(extents: tuple[float, float, float] = (0.4, 0.3, 0.6)) -> ObjectMesh:

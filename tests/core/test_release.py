@@ -17,11 +17,11 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.load import load_body
-from omomo_core.data.clips import Clip
-from omomo_core.data.joblib_file import read_joblib
-from omomo_core.data.release import release_clips
-from omomo_core.data.release_objects import thinned
 from omomo_core.errors import InputError
+from omomo_core.learning.recordings.clips import Clip
+from omomo_core.learning.recordings.joblib_file import read_joblib
+from omomo_core.learning.recordings.release import release_clips
+from omomo_core.learning.recordings.release_objects import thinned
 from omomo_core.motion import ObjectMesh
 from tests.core.release_files import SIZE, dump, make_up, sequence
 from tests.core.rig_files import stepping
@@ -55,7 +55,7 @@ def test_a_sequence_becomes_a_clip_of_our_size(release: Path) -> None:
 
 
 def _global(pose: np.ndarray) -> np.ndarray:
-    from omomo_core.data.smpl import world_rotations
+    from omomo_core.learning.recordings.smpl import world_rotations
 
     return world_rotations(pose)
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from omomo_core.body.load import load_body
-from omomo_core.data.build import build_mocap
-from omomo_core.data.smpl import is_smpl, read_smpl, world_rotations
 from omomo_core.errors import InputError
+from omomo_core.learning.recordings.build import build_mocap
+from omomo_core.learning.recordings.smpl import is_smpl, read_smpl, world_rotations
 from tests.core.rig_files import stepping
 
 PELVIS = np.array([0.002, -0.24, 0.028])

@@ -4,10 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omomo_core.data.splits import SEEN, UNSEEN, Cast, by_side, cast_of, side_of
-from omomo_core.data.synthesis.people import STATURES, our_scale
-from omomo_core.data.synthesis.props.catalogue import MAKERS
-from omomo_core.data.synthesis.roster import Roster, classes_of, people_of
+from omomo_core.learning.recordings.splits import SEEN, UNSEEN, Cast, by_side, cast_of, side_of
+from omomo_core.learning.synthesis.people import STATURES, our_scale
+from omomo_core.learning.synthesis.props.catalogue import MAKERS
+from omomo_core.learning.synthesis.roster import Roster, classes_of, people_of
 
 
 @pytest.mark.parametrize(

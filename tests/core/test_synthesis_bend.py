@@ -5,7 +5,7 @@ import pytest
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.load import load_body
-from omomo_core.data.synthesis.bend import Torso, bent, manner
+from omomo_core.learning.synthesis.bend import Torso, bent, manner
 
 BODY = load_body()
 STANDING = (

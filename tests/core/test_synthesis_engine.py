@@ -10,23 +10,24 @@ import pytest
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.load import load_body
-from omomo_core.data.build import build_mocap
-from omomo_core.data.clips import Clip
-from omomo_core.data.grounding import foot_skating, sole_points
-from omomo_core.data.quality import judge
-from omomo_core.data.splits import cast_of, side_of
-from omomo_core.data.synthesis.attempt import attempt, finished
-from omomo_core.data.synthesis.casting import Sources
-from omomo_core.data.synthesis.engine import synthesise
-from omomo_core.data.synthesis.footage import mirrored, reversed_in_time, survey
-from omomo_core.data.synthesis.roster import Roster, classes_of, people_of
-from omomo_core.data.synthesis.script import Action
-from omomo_core.data.synthesis.stage import rehearse
-from omomo_core.data.synthesis.walker.library import index
+from omomo_core.body.soles import sole_points
 from omomo_core.errors import InputError
 from omomo_core.geometry.runs import runs
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.geometry.transforms import to_local
+from omomo_core.learning.recordings.build import build_mocap
+from omomo_core.learning.recordings.clips import Clip
+from omomo_core.learning.recordings.grounding import foot_skating
+from omomo_core.learning.recordings.quality import judge
+from omomo_core.learning.recordings.splits import cast_of, side_of
+from omomo_core.learning.synthesis.attempt import attempt, finished
+from omomo_core.learning.synthesis.casting import Sources
+from omomo_core.learning.synthesis.engine import synthesise
+from omomo_core.learning.synthesis.footage import mirrored, reversed_in_time, survey
+from omomo_core.learning.synthesis.roster import Roster, classes_of, people_of
+from omomo_core.learning.synthesis.script import Action
+from omomo_core.learning.synthesis.stage import rehearse
+from omomo_core.learning.synthesis.walker.library import index
 from omomo_core.motion import FPS
 
 COUNT = 8

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.data.synthesis.actions.episodes import draw_grasp
-from omomo_core.data.synthesis.directions import about_z
-from omomo_core.data.synthesis.grammar import draw_action, write_script
-from omomo_core.data.synthesis.hands import PALM_THICKNESS, plan_hands
-from omomo_core.data.synthesis.holds import Handling, Hold
-from omomo_core.data.synthesis.props import Stock, make_prop
-from omomo_core.data.synthesis.roster import classes_of
-from omomo_core.data.synthesis.script import Action
+from omomo_core.learning.synthesis.actions.episodes import draw_grasp
+from omomo_core.learning.synthesis.directions import about_z
+from omomo_core.learning.synthesis.grammar import draw_action, write_script
+from omomo_core.learning.synthesis.hands import PALM_THICKNESS, plan_hands
+from omomo_core.learning.synthesis.holds import Handling, Hold
+from omomo_core.learning.synthesis.props import Stock, make_prop
+from omomo_core.learning.synthesis.roster import classes_of
+from omomo_core.learning.synthesis.script import Action
 
 HANDLED: list[Action] = ["carry", "relocate", "in_place", "raise", "one_hand", "swing", "flip", "push",
                          "pull", "drag", "shove", "turn", "tip", "reach_over", "pivot"]  # fmt: skip

@@ -8,8 +8,9 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.data.synthesis.grammar import write_script
-from omomo_core.data.synthesis.props import (
+from omomo_core.errors import InputError
+from omomo_core.learning.synthesis.grammar import write_script
+from omomo_core.learning.synthesis.props import (
     WIDEST_HOLD,
     Furniture,
     Stock,
@@ -18,10 +19,9 @@ from omomo_core.data.synthesis.props import (
     scaled,
     side_grasp,
 )
-from omomo_core.data.synthesis.props.catalogue import MAKERS, WEIGHTS, placed
-from omomo_core.data.synthesis.props.prop import Prop
-from omomo_core.data.synthesis.shapes import Part, beam, box, cylinder, joined, rod, shell
-from omomo_core.errors import InputError
+from omomo_core.learning.synthesis.props.catalogue import MAKERS, WEIGHTS, placed
+from omomo_core.learning.synthesis.props.prop import Prop
+from omomo_core.learning.synthesis.shapes import Part, beam, box, cylinder, joined, rod, shell
 
 USES: tuple[Use, ...] = ("lift", "push", "one_hand", "tool", "tip")
 SIZES = {

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from omomo_core.data.synthesis.directions import ahead_of, left_of
-from omomo_core.data.synthesis.grammar import write_script
-from omomo_core.data.synthesis.manners import tilt_for, way_of
-from omomo_core.data.synthesis.props import make_prop
-from omomo_core.data.synthesis.script import Action
-from omomo_core.data.synthesis.stage import Stage, goes_its_way
+from omomo_core.learning.synthesis.directions import ahead_of, left_of
+from omomo_core.learning.synthesis.grammar import write_script
+from omomo_core.learning.synthesis.manners import tilt_for, way_of
+from omomo_core.learning.synthesis.props import make_prop
+from omomo_core.learning.synthesis.script import Action
+from omomo_core.learning.synthesis.stage import Stage, goes_its_way
 
 FACING = 0.7
 

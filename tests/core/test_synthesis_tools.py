@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
-from omomo_core.data.synthesis.holds import Handling
-from omomo_core.data.synthesis.props.catalogue import MAKERS, placed
-from omomo_core.data.synthesis.stage import Stage
-from omomo_core.data.synthesis.tools.cart import direct_cart
-from omomo_core.data.synthesis.tools.grip import around
-from omomo_core.data.synthesis.tools.job import PROPS, ToolAction, ToolJob, sole, write_job
-from omomo_core.data.synthesis.tools.strokes import direct_strokes
-from omomo_core.data.synthesis.tools.trolley import direct_trolley
+from omomo_core.learning.synthesis.holds import Handling
+from omomo_core.learning.synthesis.props.catalogue import MAKERS, placed
+from omomo_core.learning.synthesis.stage import Stage
+from omomo_core.learning.synthesis.tools.cart import direct_cart
+from omomo_core.learning.synthesis.tools.grip import around
+from omomo_core.learning.synthesis.tools.job import PROPS, ToolAction, ToolJob, sole, write_job
+from omomo_core.learning.synthesis.tools.strokes import direct_strokes
+from omomo_core.learning.synthesis.tools.trolley import direct_trolley
 
 FRAMES = 150
 STROKES: list[ToolAction] = ["sweep", "mop", "vacuum"]

@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.body.load import load_body
-from omomo_core.data.synthesis.directions import ahead_of, left_of
-from omomo_core.data.synthesis.grammar import write_script
-from omomo_core.data.synthesis.holding import both_come, holds_of
-from omomo_core.data.synthesis.script import Script, Stance
-from omomo_core.data.synthesis.stage import Stage
-from omomo_core.data.synthesis.trajectory import direct
+from omomo_core.learning.synthesis.directions import ahead_of, left_of
+from omomo_core.learning.synthesis.grammar import write_script
+from omomo_core.learning.synthesis.holding import both_come, holds_of
+from omomo_core.learning.synthesis.script import Script, Stance
+from omomo_core.learning.synthesis.stage import Stage
+from omomo_core.learning.synthesis.trajectory import direct
 
 FACING = 0.7
 FRAMES = 120

@@ -11,16 +11,17 @@ from hypothesis import strategies as st
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.load import load_body
-from omomo_core.data.build import build_mocap
-from omomo_core.data.clips import Clip
-from omomo_core.data.grounding import foot_contacts, foot_skating, sole_points
-from omomo_core.data.synthesis.footage import Footage, heading, survey
-from omomo_core.data.synthesis.stage import Stage
-from omomo_core.data.synthesis.walker.follow import follow
-from omomo_core.data.synthesis.walker.improvise import improvise
-from omomo_core.data.synthesis.walker.library import Library, index
-from omomo_core.data.synthesis.walker.path import Move, MoveName, draw_move, lay
+from omomo_core.body.soles import sole_points
 from omomo_core.errors import InputError
+from omomo_core.learning.recordings.build import build_mocap
+from omomo_core.learning.recordings.clips import Clip
+from omomo_core.learning.recordings.grounding import foot_contacts, foot_skating
+from omomo_core.learning.synthesis.footage import Footage, heading, survey
+from omomo_core.learning.synthesis.stage import Stage
+from omomo_core.learning.synthesis.walker.follow import follow
+from omomo_core.learning.synthesis.walker.improvise import improvise
+from omomo_core.learning.synthesis.walker.library import Library, index
+from omomo_core.learning.synthesis.walker.path import Move, MoveName, draw_move, lay
 from omomo_core.motion import FPS
 
 FRAMES = 240

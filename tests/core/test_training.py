@@ -8,25 +8,25 @@ import numpy as np
 import pytest
 import torch
 
-from omomo_core.baselines import single_stage
-from omomo_core.baselines.goal.network import GoalConfig
-from omomo_core.baselines.goal.training import Following
-from omomo_core.body_stage import capture as body_capture
-from omomo_core.body_stage import paper as body_paper
-from omomo_core.data.clips import load_clips, save_clips
 from omomo_core.diffusion.blocks import DenoiserConfig
 from omomo_core.errors import AssetError, InputError
-from omomo_core.hand_stage import capture as hand_capture
-from omomo_core.hand_stage import paper as hand_paper
-from omomo_core.network_file import read_header
-from omomo_core.stage import Stage, StageConfig, StageName, load_stage, save_stage
-from omomo_core.training.checkpoint import resume_run, save_run
-from omomo_core.training.corpus import Corpus
-from omomo_core.training.denoising import Denoising
-from omomo_core.training.loop import TrainState, start, train
-from omomo_core.training.methods import METHODS, MethodName, networks
-from omomo_core.training.team import Team
-from omomo_core.training.trainee import Make, Trainee, TrainOptions, joined
+from omomo_core.learning.baselines import single_stage
+from omomo_core.learning.baselines.goal.network import GoalConfig
+from omomo_core.learning.baselines.goal.training import Following
+from omomo_core.learning.methods import METHODS, MethodName, networks
+from omomo_core.learning.recordings.clips import load_clips, save_clips
+from omomo_core.learning.training.checkpoint import resume_run, save_run
+from omomo_core.learning.training.corpus import Corpus
+from omomo_core.learning.training.denoising import Denoising
+from omomo_core.learning.training.loop import TrainState, start, train
+from omomo_core.learning.training.team import Team
+from omomo_core.learning.training.trainee import Make, Trainee, TrainOptions, joined
+from omomo_core.stages.body import capture as body_capture
+from omomo_core.stages.body import paper as body_paper
+from omomo_core.stages.hands import capture as hand_capture
+from omomo_core.stages.hands import paper as hand_paper
+from omomo_core.stages.network_file import read_header
+from omomo_core.stages.stage import Stage, StageConfig, StageName, load_stage, save_stage
 from omomo_core.weights.load import load_stages
 from tests.core.training_clips import BODY, CLIPS
 

@@ -9,17 +9,17 @@ import torch
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import forward_kinematics
-from omomo_core.body_stage import capture as body_capture
-from omomo_core.body_stage import paper as body_paper
-from omomo_core.generation.take import prepare
 from omomo_core.geometry.canonical import rotate, turn
+from omomo_core.geometry.object_features import object_features
 from omomo_core.geometry.rotations import rotmat_from_6d, yaw_matrix
-from omomo_core.hand_stage import capture as hand_capture
-from omomo_core.hand_stage import paper as hand_paper
+from omomo_core.learning.training.corpus import Corpus
+from omomo_core.learning.training.examples import make_example
 from omomo_core.motion import ObjectMotion
-from omomo_core.training.corpus import Corpus
-from omomo_core.training.examples import make_example
-from omomo_core.windows import WINDOW
+from omomo_core.stages.body import capture as body_capture
+from omomo_core.stages.body import paper as body_paper
+from omomo_core.stages.hands import capture as hand_capture
+from omomo_core.stages.hands import paper as hand_paper
+from omomo_core.stages.windows import WINDOW
 from tests.core.training_clips import BODY, CLIPS, clip
 
 
@@ -125,7 +125,7 @@ def test_training_sees_a_tilting_thing_as_generation_does():
     tilted = replace(like, object_motion=ObjectMotion(corner, T, np.ones(WINDOW, bool)))
     torch.manual_seed(5)
     seen = Corpus([tilted], BODY, synthesis_share=1.0).draw(12, 16).object
-    take = prepare(tilted.object_motion)
+    take = object_features(tilted.object_motion)
     mirrored = seen.R_world_object[:, 60, 0, 1] * take.motion.T_world_object[60, 0, 1] < 0
     assert 0 < mirrored.sum() < 12
     S = torch.tensor([-1.0, 1.0, 1.0])

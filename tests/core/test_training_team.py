@@ -12,10 +12,10 @@ from safetensors.torch import load_file, save_file
 
 from omomo_core.body.load import load_body
 from omomo_core.errors import InputError
-from omomo_core.training.corpus import Corpus
-from omomo_core.training.loop import start, train
-from omomo_core.training.team import Team, joined
-from omomo_core.training.trainee import TrainOptions
+from omomo_core.learning.training.corpus import Corpus
+from omomo_core.learning.training.loop import start, train
+from omomo_core.learning.training.team import Team, joined
+from omomo_core.learning.training.trainee import TrainOptions
 from tests.core.test_training import CLIPS, MAKES
 
 OPTIONS = TrainOptions(steps=6, batch=8, warmup=1)

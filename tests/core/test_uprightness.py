@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omomo_core.generation.body import habits
-from omomo_core.training.uprightness import Uprightness
+from omomo_core.learning.training.uprightness import Uprightness
 
 
 def _people(count: int, seed: int) -> tuple[torch.Tensor, torch.Tensor]:

@@ -25,7 +25,7 @@ from capture_app.simulator.wiggle import wiggle_motion
 from capture_app.simulator.witness import board_on_box, tripod
 from ingest.formats import scanner_3d
 from ingest.mount.board.spec import PRESETS
-from omomo_core.data.clips import save_clips
+from omomo_core.learning.recordings.clips import save_clips
 from omomo_core.motion import ObjectMotion
 from tests.capture_app.comparison.conftest import carrying, put_result
 from tests.capture_app.test_cli_data import clip as still_clip

@@ -7,11 +7,7 @@ import numpy as np
 
 from capture_app.calibration.guide.film import filmed_board, filmed_then_clamped
 from capture_app.calibration.guide.finding import Finding
-from capture_app.calibration.guide.recording import (
-    filmed_rest,
-    rested_recording,
-    turned_recording,
-)
+from capture_app.calibration.guide.recording import filmed_rest, rested_recording, turned_recording
 from capture_app.calibration.guide.step import AgainError, Known, Step, Words
 from capture_app.calibration.guide.talk import Talk
 from ingest.formats.detect import read_session

@@ -1,15 +1,6 @@
 """The kinds of jobs there are."""
 
-from capture_app.jobs.kinds import (
-    calibrate,
-    compare,
-    export,
-    overlay,
-    render,
-    resolve,
-    run,
-    scan,
-)
+from capture_app.jobs.kinds import calibrate, compare, export, overlay, render, resolve, run, scan
 from capture_app.jobs.work import Kind
 
 _ALL = (run, resolve, render, export, overlay, compare, calibrate, scan)

@@ -12,11 +12,7 @@ from capture_app.calibration.guide.film import (
     photographed_boards,
 )
 from capture_app.calibration.guide.finding import Finding
-from capture_app.calibration.guide.recording import (
-    filmed_rest,
-    rested_recording,
-    turned_recording,
-)
+from capture_app.calibration.guide.recording import filmed_rest, rested_recording, turned_recording
 from ingest.archive import is_archive, unpack
 from ingest.formats.detect import read_session
 from ingest.mount.board.spec import Board, parse_board

@@ -18,8 +18,8 @@ from capture_app.comparison.arrange import compared
 from capture_app.comparison.choice import choice
 from capture_app.comparison.load import load_motions
 from capture_app.comparison.motion import Motion, moved, stretch
-from omomo_core.data.clips import Clip, save_clips
 from omomo_core.errors import InputError
+from omomo_core.learning.recordings.clips import Clip, save_clips
 from render.video import read_frames
 
 from .conftest import FRAMES, WriteResult, carrying

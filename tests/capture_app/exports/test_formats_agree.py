@@ -16,7 +16,7 @@ from capture_app.exports.export import ExportOptions, export
 from capture_app.exports.formats import Kind
 from capture_app.exports.resample import Sampled, at_rate
 from omomo_core.body.model import BodyModel
-from omomo_core.data.bvh import read_bvh
+from omomo_core.learning.recordings.bvh import read_bvh
 from omomo_core.skeleton import ALL_JOINTS
 
 with warnings.catch_warnings():

@@ -9,11 +9,11 @@ import numpy as np
 from safetensors.numpy import save_file
 
 from capture_app.tables.methods import METHODS
-from omomo_core.data.clips import Clip, save_clips
 from omomo_core.errors import InputError
-from omomo_core.evaluation.clips import RealClip
-from omomo_core.evaluation.method import Method
-from omomo_core.evaluation.recorded import RecordedPeople
+from omomo_core.learning.evaluation.clips import RealClip
+from omomo_core.learning.evaluation.method import Method
+from omomo_core.learning.evaluation.recorded import RecordedPeople
+from omomo_core.learning.recordings.clips import Clip, save_clips
 from omomo_core.motion import HumanMotion
 from tests.core.movers import mover, resembling
 

@@ -20,10 +20,10 @@ from omomo_core.body.polish.solver import polish
 from omomo_core.body.polish.spline import Spline, solve
 from omomo_core.body.polish.targets import Targets
 from omomo_core.body.polish.terms import points_of
-from omomo_core.data.grounding import sole_points
-from omomo_core.data.synthesis.goals import targets_of
-from omomo_core.data.synthesis.hands import Hands
-from omomo_core.data.synthesis.shapes import Part, box
+from omomo_core.body.soles import sole_points
+from omomo_core.learning.synthesis.goals import targets_of
+from omomo_core.learning.synthesis.hands import Hands
+from omomo_core.learning.synthesis.shapes import Part, box
 from omomo_core.skeleton import joint
 
 FRAMES = 60

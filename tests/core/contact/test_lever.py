@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from omomo_core.contact.lever import Lever, lever
 from omomo_core.contact.support import must_be_held
-from omomo_core.generation.take import prepare
+from omomo_core.geometry.object_features import object_features
 from omomo_core.motion import ObjectMesh, ObjectMotion
 
 LONG, DEEP, HIGH = 1.2, 0.8, 0.3
@@ -25,7 +25,7 @@ def _tipped(tilt: float, yaw: float = 0.0, frames: int = FRAMES) -> Lever | None
     T[:, :3, :3] = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]]) @ raised
     T[:, 2, 3] = -(np.asarray(solid.vertices) @ T[0, 2, :3]).min()
     mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "box")
-    take = prepare(ObjectMotion(mesh, T, np.ones(frames, bool)))
+    take = object_features(ObjectMotion(mesh, T, np.ones(frames, bool)))
     return lever(take, must_be_held(take))
 
 

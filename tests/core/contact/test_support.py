@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.contact.overhang import overhang
 from omomo_core.contact.support import REACHING, must_be_held, touched
-from omomo_core.generation.take import Take, prepare
+from omomo_core.geometry.object_features import ObjectFeatures, object_features
 from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
 
 FRAMES = 90
@@ -46,8 +46,8 @@ def held(
         T[:, :3, :3] = turn.as_matrix()
     T[:, :3, 3] = place
     if grounded:
-        T[:, 2, 3] -= prepare(ObjectMotion(mesh, T, np.ones(len(T), bool))).lowest
-    return must_be_held(prepare(ObjectMotion(mesh, T, np.ones(len(T), bool))))
+        T[:, 2, 3] -= object_features(ObjectMotion(mesh, T, np.ones(len(T), bool))).lowest
+    return must_be_held(object_features(ObjectMotion(mesh, T, np.ones(len(T), bool))))
 
 
 def at(x: np.ndarray | float, y: np.ndarray | float, z: np.ndarray | float) -> np.ndarray:
@@ -128,7 +128,7 @@ def touch(
     T[:, :3, 3] = path
     if turn is not None:
         T[:, :3, :3] = turn.as_matrix()
-    take = prepare(ObjectMotion(box(0.4, 0.4, 0.4), T, np.ones(len(T), bool)))
+    take = object_features(ObjectMotion(box(0.4, 0.4, 0.4), T, np.ones(len(T), bool)))
     return touched(take, must_be_held(take))
 
 
@@ -182,7 +182,7 @@ def test_what_pauses_in_the_air_rests_if_it_is_still_for_half_a_second(frames: i
     x = np.concatenate([[0.0], np.cumsum(steps)])
     T = np.tile(np.eye(4), (len(x), 1, 1))
     T[:, 0, 3], T[:, 2, 3] = x, 1.1
-    take = prepare(ObjectMotion(box(0.4, 0.4, 0.4), T, np.ones(len(x), bool)))
+    take = object_features(ObjectMotion(box(0.4, 0.4, 0.4), T, np.ones(len(x), bool)))
     assert (~must_be_held(take)).sum() == rests
 
 
@@ -208,11 +208,11 @@ def test_what_leans_is_held_once_its_centre_is_three_centimetres_beside_its_edge
 ):
     tall = box(0.1, 0.1, 1.0)
 
-    def leaning(radians: float) -> Take:
+    def leaning(radians: float) -> ObjectFeatures:
         T = np.tile(np.eye(4), (FRAMES, 1, 1))
         T[:, :3, :3] = Rotation.from_rotvec([radians, 0.0, 0.0]).as_matrix()
         T[:, 2, 3] = -(tall.vertices @ T[0, 2, :3]).min()
-        return prepare(ObjectMotion(tall, T, np.ones(FRAMES, bool)))
+        return object_features(ObjectMotion(tall, T, np.ones(FRAMES, bool)))
 
     tilts = np.linspace(0.1, 0.4, 301)
     far = [overhang(leaning(tilt), np.arange(1)).metres[0] for tilt in tilts]

@@ -12,14 +12,7 @@ from ingest.formats import json_file, nerfcapture
 from ingest.formats.json_file import load_object, numbers_at
 from ingest.formats.registry import Format
 from omomo_core.errors import InputError
-from tests.ingest.formats.logs import (
-    OBJECTS,
-    PICTURES,
-    MakeTake,
-    each,
-    error_of,
-    write_log,
-)
+from tests.ingest.formats.logs import OBJECTS, PICTURES, MakeTake, each, error_of, write_log
 
 
 @each(*OBJECTS)

@@ -12,14 +12,7 @@ from ingest.formats import anysense, arkitscenes, ios_logger, polycam, scanner_3
 from ingest.formats.detect import read_session
 from ingest.formats.registry import FORMATS, Format
 from omomo_core.errors import InputError
-from tests.ingest.formats.logs import (
-    MakeTake,
-    each,
-    error_of,
-    every_format,
-    pose_file,
-    write_log,
-)
+from tests.ingest.formats.logs import MakeTake, each, error_of, every_format, pose_file, write_log
 
 
 def _claims(path: Path) -> list[str]:

@@ -3,15 +3,7 @@
 from pathlib import Path
 
 from ingest.formats import scan_capture
-from tests.ingest.formats.logs import (
-    MakeTake,
-    edit_line,
-    edit_row,
-    error_of,
-    place,
-    put,
-    write_log,
-)
+from tests.ingest.formats.logs import MakeTake, edit_line, edit_row, error_of, place, put, write_log
 
 
 def test_states_are_normal_or_not(take: MakeTake, tmp_path: Path):

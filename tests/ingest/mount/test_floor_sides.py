@@ -6,9 +6,7 @@ import trimesh
 
 from ingest.mount.floor.sides import flat_sides
 from omomo_core.motion import ObjectMesh
-from tests.ingest.mount.floor_takes import (
-    crate,
-)
+from tests.ingest.mount.floor_takes import crate
 
 
 def solid(mesh: trimesh.Trimesh) -> ObjectMesh:

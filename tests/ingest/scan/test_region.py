@@ -8,13 +8,7 @@ from ingest.scan.region.aim import find_aim
 from ingest.scan.region.region import GivenBox, aim_at, find_region
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
-from tests.ingest.scan.orbiting import (
-    box_points,
-    floor_points,
-    registered,
-    ring,
-    wall_points,
-)
+from tests.ingest.scan.orbiting import box_points, floor_points, registered, ring, wall_points
 
 LOW, HIGH = np.array([-0.25, -0.15, 0.0]), np.array([0.25, 0.15, 0.4])
 

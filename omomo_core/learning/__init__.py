@@ -1,0 +1,1 @@
+"""What only learning needs: recordings, synthesis, training, baselines, evaluation; no run imports it."""

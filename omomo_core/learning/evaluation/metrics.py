@@ -1,0 +1,120 @@
+"""The paper's measures (OMOMO section 5.1, and its published evaluation), in the units of their names.
+
+Beside a measure as published stands one without its oddities, under another name.
+"""
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from omomo_core.motion import FPS
+
+Joints = Float[np.ndarray, "frames 24 3"]
+Touch = Bool[np.ndarray, "frames 2"]
+ANKLES, TOES = (7, 8), (10, 11)
+STILL = 0.005
+"""Metres per frame: slower toes stand, for finding the floor."""
+ANKLE_LOW, TOE_LOW = 0.08, 0.04
+"""Metres above the floor under which ankles and toes should not slide."""
+
+
+def joint_errors(joints: Joints, true: Joints) -> dict[str, float]:
+    """HandJPE (and of each hand) and T_root in the world, MPJPE from each one's own pelvis; all 24
+    joints, cm.
+    """
+    return {
+        "mpjpe_cm": _cm(joints - joints[:, :1] - true + true[:, :1]),
+        "t_root_cm": _cm(joints[:, 0] - true[:, 0]),
+        "hand_jpe_cm": _cm(joints[:, 22:] - true[:, 22:]),
+        "left_hand_jpe_cm": _cm(joints[:, 22] - true[:, 22]),
+        "right_hand_jpe_cm": _cm(joints[:, 23] - true[:, 23]),
+    }
+
+
+def vertex_error(
+    vertices: Float[np.ndarray, "frames verts 3"],
+    joints: Joints,
+    true_vertices: Float[np.ndarray, "frames verts 3"],
+    true: Joints,
+) -> float:
+    """MPVPE: the surface's vertices from each one's own pelvis joint, cm."""
+    return _cm(vertices - true_vertices - (joints[:, :1] - true[:, :1]))
+
+
+def root_orientation_errors(
+    R: Float[np.ndarray, "frames 3 3"], true: Float[np.ndarray, "frames 3 3"]
+) -> dict[str, float]:
+    """O_root: mean Frobenius norm of I - R R_true^-1 of the pelvis' global rotation (no unit), and
+    the mean angle between the two, degrees.
+    """
+    norm = np.linalg.norm(np.eye(3) - R @ true.swapaxes(-1, -2), axis=(-2, -1))
+    angle = 2 * np.arcsin(np.clip(norm / np.sqrt(8), 0, 1))
+    return {"o_root": float(norm.mean()), "o_root_deg": float(np.degrees(angle).mean())}
+
+
+def contact_scores(found: Touch, true: Touch) -> dict[str, float]:
+    """Precision, recall and F1 over frames of "some hand touches", and of each hand.
+
+    Without a true or found contact a ratio is 0, as published. The counts of frames come with them,
+    so that such clips can be left out (`omomo_core.learning.evaluation.average`).
+    """
+    pairs = {
+        "": (found.any(axis=1), true.any(axis=1)),
+        "left_": (found[:, 0], true[:, 0]),
+        "right_": (found[:, 1], true[:, 1]),
+    }
+    scores: dict[str, float] = {}
+    for side, (f, t) in pairs.items():
+        hits = float((f & t).sum())
+        frames = {"hit": hits, "found": float(f.sum()), "true": float(t.sum())}
+        scores |= {f"{side}contact_{name}_frames": count for name, count in frames.items()}
+        scores[f"{side}contact_precision"] = hits / max(1, int(f.sum()))
+        scores[f"{side}contact_recall"] = hits / max(1, int(t.sum()))
+        scores[f"{side}contact_f1"] = 2 * hits / max(1, int(f.sum() + t.sum()))
+    return scores
+
+
+def foot_measures(joints: Joints) -> dict[str, float]:
+    """Foot sliding as published (cm per frame), and the speed of low toes (cm/s)."""
+    z = joints[..., 2] - floor_height(joints)
+    slid: list[float] = []
+    for feet, low in ((ANKLES, ANKLE_LOW), (TOES, TOE_LOW)):
+        for foot in feet:
+            height = z[:-1, foot]
+            way = np.linalg.norm(np.diff(joints[:, foot, :2], axis=0), axis=-1)
+            weight = np.where(height < low, 2 - 2 ** np.clip(height / low, None, 1), 0.0)
+            slid.append(float((way * weight).sum() / len(joints)))
+    return {"foot_sliding_cm": 100 * float(np.mean(slid)), "toe_skating_cm_s": _skating(joints)}
+
+
+def floor_height(joints: Joints) -> float:
+    """Height of standing toes, metres: lowest median of their clusters, 0 if they never stand."""
+    toes = joints[:, TOES]
+    speed = np.linalg.norm(np.diff(toes, axis=0), axis=-1)
+    still = np.concatenate([speed, speed[-1:]]) < STILL
+    heights = np.sort(toes[..., 2][still])
+    return min((float(np.median(c)) for c in clusters(heights)), default=0.0)
+
+
+def clusters(
+    values: Float[np.ndarray, " values"], near: float = 0.005, enough: int = 3
+) -> list[Float[np.ndarray, " members"]]:
+    """DBSCAN (Ester et al. 1996) of sorted numbers; what belongs to no cluster forms one more."""
+    count = np.searchsorted(values, values + near, "right") - np.searchsorted(values, values - near)
+    core = values[count >= enough]
+    breaks = np.flatnonzero(np.diff(core) > near) + 1
+    label = np.full(len(values), -1)
+    for k, part in enumerate(np.split(core, breaks) if len(core) else []):
+        label[(values >= part[0] - near) & (values <= part[-1] + near) & (label < 0)] = k
+    return [values[label == k] for k in np.unique(label)]
+
+
+def _skating(joints: Joints) -> float:
+    """Horizontal speed of toes within 3 cm of their lowest level, cm/s."""
+    toes = joints[:, TOES]
+    low = toes[1:, :, 2] < np.percentile(toes[..., 2], 5) + 0.03
+    speed = 100 * FPS * np.linalg.norm(np.diff(toes[..., :2], axis=0), axis=-1)
+    return float(speed[low].mean()) if low.any() else 0.0
+
+
+def _cm(difference: Float[np.ndarray, "*rest 3"]) -> float:
+    return 100 * float(np.sqrt(np.einsum("...i,...i", difference, difference)).mean())

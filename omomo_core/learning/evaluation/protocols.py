@@ -1,0 +1,94 @@
+"""The questions a generator is asked about a clip, and its answers measured.
+
+Palms given or guessed, each with and without the person's pose in the first frame; guessed, also with the
+place on which the person stood at first.
+"""
+
+from typing import Literal
+
+import numpy as np
+
+from omomo_core.body.model import BodyModel
+from omomo_core.generation.generator import generate
+from omomo_core.generation.known import Known, Pose
+from omomo_core.generation.result import GenerationOptions, Progress
+from omomo_core.geometry.object_features import object_features
+from omomo_core.learning.baselines.opposed_palms import opposed_palms
+from omomo_core.learning.evaluation.average import Row
+from omomo_core.learning.evaluation.metrics import contact_scores, foot_measures
+from omomo_core.learning.evaluation.truth import Answer, Truth, recorded_person
+from omomo_core.motion import FPS, HandMotion
+from omomo_core.stages.stage import Stages
+
+PROTOCOLS = (
+    "gt_palms",
+    "gt_palms_first_frame",
+    "predicted_palms",
+    "predicted_palms_first_frame",
+    "predicted_palms_stood",
+)
+BASELINE = "baseline_opposed_palms"
+BodyChoice = Literal["person", "shipped"]
+"""Whose bones generated people have: the recorded person's, as the paper gives the shape, or our
+body's at its own stature."""
+
+
+def ask(
+    truth: Truth,
+    protocol: str,
+    stages: Stages,
+    options: GenerationOptions,
+    body: BodyModel,
+    progress: Progress,
+) -> Answer:
+    """Generate people for a clip under a protocol and measure them.
+
+    Args:
+        truth: the object and the person who moved it.
+        protocol: one of PROTOCOLS.
+        stages: the networks.
+        options: samples (K) and seed.
+        body: whose bones the generated people get.
+        progress: told what is being done.
+    """
+    clip = truth.clip
+    known = Known(
+        hands=HandMotion(clip.joints[:, 22:], truth.held[0].astype(float))
+        if "gt_" in protocol
+        else None,
+        first_frame=Pose(clip.root[0], clip.rotations[0]) if "first_frame" in protocol else None,
+        stood=clip.root[0, :2] if "stood" in protocol else None,
+    )
+    people = generate(clip.motion, body, stages, options, progress, known)
+    return truth.answer(people.motions, people.chosen, body)
+
+
+def own_values(truth: Truth) -> Row:
+    """What the recorded person gives where nothing is compared."""
+    clip, held = truth.clip, truth.held[0]
+    return {
+        **foot_measures(clip.joints),
+        **truth.touching.penetration(recorded_person(clip, clip.body), clip.body),
+        **truth.touching.collisions(truth.vertices),
+        "contact_share": float(held.any(axis=1).mean()),
+        "left_contact_share": float(held[:, 0].mean()),
+        "right_contact_share": float(held[:, 1].mean()),
+        "seconds": len(held) / FPS,
+    }
+
+
+def unlearned(truth: Truth, samples: int, seed: int) -> tuple[Row, Row]:
+    """Opposed palms: figures of one random guess on average, and of the best of K by HandJPE."""
+    guesses = opposed_palms(
+        object_features(truth.clip.motion), samples, np.random.default_rng(seed)
+    )
+    true = truth.clip.joints[:, 22:]
+    rows = [
+        {
+            "hand_jpe_cm": 100 * float(np.linalg.norm(g.palms - true, axis=-1).mean()),
+            **contact_scores(g.contact > 0.5, truth.held[0]),
+        }
+        for g in guesses
+    ]
+    mean = {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
+    return mean, min(rows, key=lambda row: row["hand_jpe_cm"])

@@ -1,0 +1,115 @@
+"""Reading clips to evaluate on from whatever holds people and the objects they moved."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from omomo_core.body.kinematics import joints_of
+from omomo_core.body.model import BodyModel
+from omomo_core.errors import InputError
+from omomo_core.learning.evaluation.clips import RealClip, clip_paths, read_clip
+from omomo_core.learning.evaluation.release_truth import read_truth
+from omomo_core.learning.recordings.clips import Clip, clip_files, load_clips, read_index
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """Clips, and the files or sequences that could not be used with the reason."""
+
+    clips: list[RealClip] = field(default_factory=list)
+    skipped: dict[str, str] = field(default_factory=dict)
+
+
+def read_recorded(sources: Sequence[Path], body: BodyModel) -> Recorded:
+    """Read clips of every kind.
+
+    Args:
+        sources: folders of recorded clips or single ones (see `clips`), data sets or files of training clips
+            (their people stand on our body), files of the OMOMO release.
+        body: whose surface and rotations people get.
+
+    Raises:
+        InputError: ``no-clips`` when a source is missing or empty; ``no-usable-clips`` when not one
+            clip can be used; ``clip-named-twice``.
+    """
+    recorded = Recorded()
+    for source in sources:
+        for found in _read(source, body):
+            if isinstance(found, RealClip):
+                recorded.clips.append(found)
+            else:
+                recorded.skipped[found.where] = str(found)
+    if not recorded.clips:
+        reason = next(iter(recorded.skipped.values()), "None of them has an object.")
+        raise InputError(
+            "no-usable-clips",
+            f"Not one clip can be used. {reason}",
+            where=", ".join(str(source) for source in sources),
+            fix="See docs/evaluation.md for what can be read.",
+        )
+    _refuse_twins(recorded.clips)
+    return recorded
+
+
+def check_sources(sources: Sequence[Path]) -> None:
+    """Refuse at once what `read_recorded` could not read.
+
+    Raises:
+        InputError: ``no-clips`` when a source is not there.
+    """
+    for source in sources:
+        if not source.exists():
+            raise InputError(
+                "no-clips",
+                "There is no such folder or file of clips.",
+                where=str(source),
+                fix="Give clips as docs/evaluation.md describes them.",
+            )
+
+
+def of_our_body(clip: Clip, body: BodyModel) -> RealClip | None:
+    """A training clip as a recorded one; None when nothing is moved in it."""
+    if clip.object_motion is None:
+        return None
+    root, R = clip.root.astype(np.float64), clip.rotations.astype(np.float64)
+    joints = joints_of(body, root, R)
+    return RealClip(clip.name, "", clip.object_motion, root, R, joints, body)
+
+
+def _read(source: Path, body: BodyModel) -> Iterator[RealClip | InputError]:
+    if source.suffix == ".p" and source.is_file():
+        yield from read_truth(source, body)
+    elif _holds_training_clips(source):
+        for file in clip_files(source):
+            # The recordings that a data set was made from lie beside it: large, and without objects.
+            if any(row["object"] is not None for row in read_index(file)[0]):
+                found = (of_our_body(clip, body) for clip in load_clips(file))
+                yield from (clip for clip in found if clip is not None)
+    else:
+        for path in [source] if source.is_file() else clip_paths(source):
+            try:
+                yield read_clip(path, body)
+            except InputError as problem:
+                yield problem
+
+
+def _holds_training_clips(source: Path) -> bool:
+    files = [source] if source.is_file() else sorted(source.glob("[!.]*.npz"))[:1]
+    try:
+        return bool(files) and bool(read_index(files[0]))
+    except InputError:
+        return False
+
+
+def _refuse_twins(clips: Sequence[RealClip]) -> None:
+    """Answers are kept by the clips' names."""
+    names = [clip.name for clip in clips]
+    twins = sorted({name for name in names if names.count(name) > 1})
+    if twins:
+        raise InputError(
+            "clip-named-twice",
+            f"{len(twins)} clips are there twice, {twins[0]} among them.",
+            fix="Give each source once, and data sets of different people or seeds.",
+        )

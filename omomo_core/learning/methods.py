@@ -1,0 +1,64 @@
+"""What can be trained: each method's networks and its usual recipe."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Literal, get_args
+
+from omomo_core.learning.baselines import single_stage
+from omomo_core.learning.baselines.goal import network as goal
+from omomo_core.learning.baselines.goal.training import Following
+from omomo_core.learning.training.denoising import Denoising
+from omomo_core.learning.training.trainee import Make
+from omomo_core.stages.body import capture as body_capture
+from omomo_core.stages.body import paper as body_paper
+from omomo_core.stages.hands import capture as hand_capture
+from omomo_core.stages.hands import paper as hand_paper
+from omomo_core.stages.paper import Size
+
+MethodName = Literal["capture", "omomo", "single-stage", "goal"]
+METHODS: tuple[MethodName, ...] = get_args(MethodName)
+SIZES: tuple[Size, ...] = get_args(Size)
+SHIPPED_STEPS = {"hands": 20_000, "body": 11_000}
+"""Of the weights that ship; with more time, more is better."""
+PAPER_STEPS: dict[Size, int] = {"published": 400_000, "laptop": 8_000}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One network of a method."""
+
+    make: Make
+    steps: int
+    """If nobody says otherwise."""
+    rate: float
+    """Peak learning rate, likewise."""
+    objects: bool
+    """Whether it needs clips with objects."""
+
+
+def networks(method: MethodName, size: Size) -> Mapping[str, Plan]:
+    """The networks of a method by the names of their files, in the order they are trained.
+
+    `capture` has one size, which is a laptop's already.
+    """
+    if method == "capture":
+        hands, body = hand_capture.CONFIG, body_capture.CONFIG
+        return {
+            "hands": Plan(partial(Denoising, hands), SHIPPED_STEPS["hands"], 1e-3, objects=True),
+            "body": Plan(partial(Denoising, body), SHIPPED_STEPS["body"], 1e-3, objects=False),
+        }
+    # The paper's rate is for its width; the smaller trunk bears a larger one.
+    rate = 2e-4 if size == "published" else 1e-3
+    makes: dict[MethodName, dict[str, Make]] = {
+        "omomo": {
+            "hands": partial(Denoising, hand_paper.config(size)),
+            "body": partial(Denoising, body_paper.config(size)),
+        },
+        "single-stage": {"single": partial(Denoising, single_stage.config(size))},
+        "goal": {"goal": partial(Following, goal.config(size))},
+    }
+    return {
+        name: Plan(make, PAPER_STEPS[size], rate, objects=True)
+        for name, make in makes[method].items()
+    }

@@ -1,0 +1,66 @@
+"""Files of human motion of every kind we read, told apart by what is in them."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from omomo_core.body.model import BodyModel
+from omomo_core.errors import InputError
+from omomo_core.learning.recordings.clips import Clip
+from omomo_core.learning.recordings.mocap import SourceMotion, read_bvh_motion, read_mocap_npz
+from omomo_core.learning.recordings.release import release_clips
+from omomo_core.learning.recordings.smpl import Performance, is_smpl, read_smpl
+
+_RELEASE = (".p", ".pkl", ".joblib")
+_SUFFIXES = (".bvh", ".npz", *_RELEASE)
+_NO_MOTION = ("shape.npz", "_stagei.npz")
+"""How AMASS names files that hold a body's shape alone."""
+_TEST_SPLIT = "test_"
+
+
+def motion_files(source: Path) -> list[Path]:
+    """The motion files of a folder and the folders in it, by path; or the one file given.
+
+    The OMOMO release's test split is not taken from a folder: it must be given by name.
+
+    Raises:
+        InputError: ``mocap-folder`` when there is none.
+    """
+    if source.is_file():
+        files = [source]
+    else:
+        files = sorted(f for f in source.rglob("*") if f.suffix.lower() in _SUFFIXES)
+        files = [f for f in files if f.is_file() and not f.name.endswith(_NO_MOTION)]
+        files = [f for f in files if not (f.suffix in _RELEASE and f.name.startswith(_TEST_SPLIT))]
+    if not files:
+        raise InputError(
+            "mocap-folder",
+            "There are no motion files here.",
+            where=str(source),
+            fix="Give a folder of .bvh, .npz (joints, AMASS) or the OMOMO release's .p files.",
+        )
+    return files
+
+
+def read_recordings(
+    path: Path, body: BodyModel, metres_per_unit: float, *, object_split: bool = False
+) -> Iterator[SourceMotion | Performance | Clip | InputError]:
+    """What is in a motion file: recordings, or the errors of those that cannot be used.
+
+    Args:
+        path: BVH; npz of joints (`read_mocap_npz`) or AMASS; a file of the OMOMO release.
+        body: whose proportions motion without a skeleton of its own gets.
+        metres_per_unit: of BVH.
+        object_split: of the release, only the paper's ten objects of training.
+    """
+    suffix = path.suffix.lower()
+    try:
+        if suffix in _RELEASE:
+            yield from release_clips(path, body, object_split=object_split)
+        elif suffix == ".bvh":
+            yield read_bvh_motion(path, metres_per_unit)
+        elif suffix == ".npz":
+            yield read_smpl(path, body) if is_smpl(path) else read_mocap_npz(path)
+        else:
+            raise InputError("mocap-file", "This is no motion file.", where=str(path))
+    except InputError as problem:
+        yield problem

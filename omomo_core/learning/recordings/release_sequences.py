@@ -1,0 +1,230 @@
+"""Sequences of the OMOMO release's processed files, read without running them, checked and split.
+
+The layout is that of ``{train,test}_diffusion_manip_seq_joints24.p`` (github.com/lijiaman/omomo_release,
+manip/data/hand_foot_dataset.py): a dict of dicts with seq_name, trans, root_orient, pose_body,
+rest_offsets, trans2joint, obj_trans, obj_rot, obj_scale, and obj_bottom_* of mops and vacuums; 30 fps,
+z up, metres.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from jaxtyping import Float
+
+from omomo_core.errors import InputError
+from omomo_core.learning.recordings.joblib_file import read_joblib
+from omomo_core.learning.recordings.mocap import check_legs
+from omomo_core.learning.recordings.release_objects import ReleaseObjects
+from omomo_core.learning.recordings.smpl import world_rotations
+from omomo_core.learning.recordings.splits import Side, cast_of, side_of
+from omomo_core.motion import ObjectMesh, ObjectMotion
+from omomo_core.skeleton import MODEL_PARENTS, joint
+
+MESHES = "captured_objects"
+_SHAPES: dict[str, tuple[int, ...]] = {
+    "trans": (3,),
+    "root_orient": (3,),
+    "pose_body": (63,),
+    "obj_trans": (3,),
+    "obj_rot": (3, 3),
+    "obj_scale": (),
+}
+"""Of the channels of a sequence, after the frames."""
+_SHORTEST = 24
+_SKEWED = 1e-3
+"""What a rotation times its transpose may differ from the identity."""
+
+
+@dataclass(frozen=True)
+class ReleaseSequence:
+    """A person with their own bones who moves an object."""
+
+    name: str
+    where: str
+    """File and name, for errors."""
+    pelvis: Float[np.ndarray, "frames 3"]
+    """World, metres."""
+    rotations: Float[np.ndarray, "frames 22 3 3"]
+    """Global, the identity is SMPL-X's rest pose (x left, y up, z forward)."""
+    bones: Float[np.ndarray, "24 3"]
+    """From each joint's parent to it at rest; the root's own row means nothing."""
+    T_world_object: Float[np.ndarray, "frames 4 4"]
+    raw: Mapping[str, Any]
+    objects: ReleaseObjects
+
+    def joints(self) -> Float[np.ndarray, "frames 24 3"]:
+        """The 22 body joints and two palms, world, metres."""
+        joints = [self.pelvis]
+        for j in range(1, 24):
+            parent = MODEL_PARENTS[j]
+            joints.append(joints[parent] + self.rotations[:, parent] @ self.bones[j])
+        return np.stack(joints, axis=1)
+
+    def moved(self, scale: float = 1.0) -> ObjectMotion:
+        """The object in a world `scale` times as large.
+
+        Raises:
+            InputError: as `ReleaseObjects.mesh`.
+        """
+        T = self.T_world_object.copy()
+        T[:, :3, 3] *= scale
+        mesh: ObjectMesh = self.objects.mesh(self.raw, scale, self.where)
+        return ObjectMotion(mesh, T, np.ones(len(T), bool))
+
+
+def read_release(
+    path: Path, *, object_split: bool = False
+) -> Iterator[ReleaseSequence | InputError]:
+    """Every sequence of a release file, or what is wrong with it.
+
+    Args:
+        path: ``train_...p`` or ``test_...p``, which hold people 1-15 and 16-17, or a file of another
+            name, which may hold anybody; the folder ``captured_objects`` stands beside it or one
+            folder up.
+        object_split: only the ten objects of training, and of a test file only the other five.
+
+    Raises:
+        InputError: as `read_joblib`; ``release-format`` when the file holds no sequences;
+            ``release-meshes`` when the folder of objects is not there.
+    """
+    sequences = _named(read_joblib(path), path)
+    folder = next((p / MESHES for p in path.absolute().parents[:2] if (p / MESHES).is_dir()), None)
+    if folder is None:
+        raise InputError(
+            "release-meshes",
+            f"The release's folder {MESHES} is not beside the file.",
+            where=str(path),
+            fix="Keep the release's folders together.",
+        )
+    objects = ReleaseObjects(folder)
+    for name, sequence in sequences:
+        try:
+            _check_side(name, path, object_split=object_split)
+            yield _sequence(name, sequence, objects, f"{path}, {name}")
+        except InputError as problem:
+            yield problem
+
+
+def _named(content: object, path: Path) -> list[tuple[str, Mapping[str, Any]]]:
+    sequences = cast(dict[Any, Any], content if isinstance(content, dict) else {None: None})
+    named: list[tuple[str, Mapping[str, Any]]] = []
+    for key, sequence in sequences.items():
+        if not isinstance(sequence, dict) or "seq_name" not in sequence:
+            raise InputError(
+                "release-format",
+                "These are not the release's processed sequences: there must be a seq_name in each.",
+                where=f"{path}, entry {key}",
+                fix="Give train_diffusion_manip_seq_joints24.p.",
+            )
+        named.append((str(sequence["seq_name"]), cast(Mapping[str, Any], sequence)))
+    return named
+
+
+def _check_side(name: str, path: Path, *, object_split: bool) -> None:
+    """Refuse what the file, by its own name, must not hold, and what is not asked for.
+
+    Raises:
+        InputError: ``release-split``, ``object-split``.
+    """
+    test = path.name.startswith("test_")
+    if test or path.name.startswith("train_"):
+        expected: Side = "seen" if test else "train"
+        if side_of(name, object_split=False) != expected:
+            raise InputError(
+                "release-split",
+                f"{name} is of nobody that a {'test' if test else 'training'} file of the release "
+                "holds (training: sub1 to sub15, test: sub16 and sub17).",
+                where=f"{path}, {name}",
+                fix="Use the original file; one of your own must not begin with train_ or test_.",
+            )
+    if object_split and side_of(name) != ("unseen" if test else "train"):
+        found = cast_of(name)
+        raise InputError(
+            "object-split",
+            f"{found.object if found else name} is left out by the split of the objects.",
+            where=f"{path}, {name}",
+        )
+
+
+def _sequence(
+    name: str, raw: Mapping[str, Any], objects: ReleaseObjects, where: str
+) -> ReleaseSequence:
+    data = _channels(raw, where)
+    bones, origin = _rest(raw, where)
+    pose = np.concatenate([data["root_orient"], data["pose_body"]], axis=1)
+    T = np.tile(np.eye(4), (len(pose), 1, 1))
+    T[:, :3, :3], T[:, :3, 3] = data["obj_rot"], data["obj_trans"]
+    return ReleaseSequence(
+        name=name,
+        where=where,
+        pelvis=data["trans"] - origin,
+        rotations=world_rotations(pose.reshape(-1, 22, 3)),
+        bones=bones,
+        T_world_object=T,
+        raw=raw,
+        objects=objects,
+    )
+
+
+def _channels(raw: Mapping[str, Any], where: str) -> dict[str, np.ndarray]:
+    """The channels of a sequence, as many frames of each.
+
+    Raises:
+        InputError: ``release-format``, ``mocap-not-finite``, ``mocap-empty``.
+    """
+    data: dict[str, np.ndarray] = {}
+    for key, shape in _SHAPES.items():
+        try:
+            found = np.asarray(raw[key], float)
+            data[key] = found.reshape(len(found), *shape)
+        except (KeyError, TypeError, ValueError) as problem:
+            raise InputError("release-format", f"'{key}' is missing or odd.", where=where) from (
+                problem
+            )
+        if len(data[key]) != len(data["trans"]):
+            raise InputError("release-format", f"'{key}' has another length.", where=where)
+        bad = ~np.isfinite(data[key]).reshape(len(found), -1).all(axis=1)
+        if bad.any():
+            frame = int(bad.argmax())
+            raise InputError("mocap-not-finite", f"'{key}', frame {frame}, is NaN.", where=where)
+    if len(data["trans"]) < _SHORTEST:
+        raise InputError("mocap-empty", "The sequence is shorter than 0.8 s.", where=where)
+    _check_rigid(data["obj_rot"], data["obj_scale"], where)
+    return data
+
+
+def _check_rigid(
+    R: Float[np.ndarray, "frames 3 3"], scale: Float[np.ndarray, " frames"], where: str
+) -> None:
+    skew = np.abs(R @ R.swapaxes(1, 2) - np.eye(3)).max(axis=(1, 2))
+    bad = (skew > _SKEWED) | (np.linalg.det(R) < 0)
+    for key, odd in (("obj_rot", bad), ("obj_scale", scale <= 0)):
+        if odd.any():
+            what = "no rotation" if key == "obj_rot" else "not positive"
+            frame = int(odd.argmax())
+            raise InputError("release-format", f"'{key}', frame {frame}, is {what}.", where=where)
+
+
+def _rest(
+    raw: Mapping[str, Any], where: str
+) -> tuple[Float[np.ndarray, "24 3"], Float[np.ndarray, "3"]]:
+    """Offsets from the parents, and what the translation exceeds the pelvis by."""
+    try:
+        bones = np.asarray(raw["rest_offsets"], float).reshape(24, 3)
+        origin = np.asarray(raw["trans2joint"], float).reshape(3)
+    except (KeyError, TypeError, ValueError) as problem:
+        key = next((k for k in ("rest_offsets", "trans2joint") if k not in raw), "rest_offsets")
+        raise InputError("release-format", f"'{key}' is missing or odd.", where=where) from problem
+    if not (np.isfinite(bones[1:]).all() and np.isfinite(origin).all()):
+        raise InputError("mocap-not-finite", "The rest pose is NaN.", where=where)
+    check_legs(leg(bones), where)
+    return bones, origin
+
+
+def leg(bones: Float[np.ndarray, "24 3"]) -> float:
+    """Length of thigh and shin, mean of both sides."""
+    names = [f"{side}_{part}" for side in ("left", "right") for part in ("knee", "ankle")]
+    return float(np.linalg.norm(bones[[joint(n) for n in names]], axis=-1).sum()) / 2

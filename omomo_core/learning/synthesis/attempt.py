@@ -1,0 +1,161 @@
+"""One try at a clip: a stretch of mocap staged, directed, held and performed, or why it is no good."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from omomo_core.body.kinematics import joints_of
+from omomo_core.body.model import BodyModel
+from omomo_core.body.polish.solver import polish
+from omomo_core.body.soles import sole_points
+from omomo_core.learning.recordings.clips import Clip
+from omomo_core.learning.recordings.grounding import foot_contacts
+from omomo_core.learning.synthesis.actor import Performance, perform
+from omomo_core.learning.synthesis.casting import Plan, Sources, cast
+from omomo_core.learning.synthesis.directions import about_z
+from omomo_core.learning.synthesis.footage import heading
+from omomo_core.learning.synthesis.goals import targets_of
+from omomo_core.learning.synthesis.grammar import write_script
+from omomo_core.learning.synthesis.hands import Hands, along_forearms, plan_hands
+from omomo_core.learning.synthesis.holding import both_come
+from omomo_core.learning.synthesis.holds import Handling
+from omomo_core.learning.synthesis.props import Prop
+from omomo_core.learning.synthesis.review import fault, walked_through
+from omomo_core.learning.synthesis.script import Action
+from omomo_core.learning.synthesis.stage import Stage, goes_its_way
+from omomo_core.learning.synthesis.toolwork import TOOL_ACTIONS, work
+from omomo_core.learning.synthesis.trajectory import direct
+from omomo_core.motion import ObjectMesh, ObjectMotion
+
+_SHORTEST_HOLD = 45
+"""Frames in the hands: a clip in which hardly anything is moved teaches little."""
+
+
+@dataclass(frozen=True)
+class Take:
+    """All pieces of a clip that is good."""
+
+    licence: str
+    action: str
+    prop: Prop
+    handling: Handling
+    hands: Hands
+    performance: Performance
+
+
+def attempt(
+    rng: np.random.Generator, sources: Sources, body: BodyModel, action: Action, scale: float
+) -> Take | str:
+    """One try at a clip: all its pieces, or why it is no good.
+
+    Args:
+        rng: source of all randomness.
+        sources: what clips are made of.
+        body: whose proportions the clip has.
+        action: what happens.
+        scale: our stature over the actor's.
+    """
+    plan = (
+        work(rng, sources, action, body, scale)
+        if action in TOOL_ACTIONS
+        else _handled(rng, sources, body, action, scale)
+    )
+    if isinstance(plan, str):
+        return plan
+    stage, prop, handling = plan.stage, plan.prop, plan.handling
+    if walked_through(body, stage, prop, handling):
+        return "walked-through"
+    hands = plan_hands(handling, heading(stage.rotations))
+    performance = perform(body, stage, plan.posture, hands)
+    if any(hold.fingers is None for hold in handling.holds):
+        joints = joints_of(body, performance.root, performance.rotations)
+        hands = plan_hands(along_forearms(handling, joints))
+        performance = perform(body, stage, plan.posture, hands)
+    if not np.isfinite(performance.root).all():
+        return "broken"
+    performance = _polished(body, plan, hands, performance)
+    reason = fault(body, stage, prop, handling, hands, performance)
+    return reason or Take(plan.licence, action, prop, handling, hands, performance)
+
+
+def _handled(
+    rng: np.random.Generator, sources: Sources, body: BodyModel, action: Action, scale: float
+) -> Plan | str:
+    """Something handled as the grammar of actions says."""
+    script = write_script(rng, action, scale, sources.stock)
+    if script is None:
+        return "no-prop"
+
+    def suits(stage: Stage) -> bool:
+        spans = script.spans(stage.pauses)
+        long_enough = sum(last - first for first, last in spans) >= _SHORTEST_HOLD
+        long_enough &= all(map(both_come, script.episodes, spans))
+        return long_enough and goes_its_way(stage, spans, script.wanted.way)
+
+    found = cast(rng, sources, script.wanted, suits)
+    if found is None:
+        return "no-stage"
+    slides = all(episode.slides for episode in script.episodes)
+    handling = direct(rng, body, found[0], script)
+    return Plan(*found, script.prop, handling, script.posture, leant_on=slides)
+
+
+def _polished(body: BodyModel, plan: Plan, hands: Hands, performance: Performance) -> Performance:
+    """The same motion, optimised as a whole."""
+    stage = plan.stage
+    targets = targets_of(
+        body,
+        (stage.root, stage.rotations),
+        hands,
+        plan.handling.T_world_prop,
+        plan.prop.parts,
+        load=0.0 if plan.leant_on else plan.prop.mass,
+        leant_on=plan.leant_on,
+    )
+    root, rotations = polish(body, performance.root, performance.rotations, targets)
+    joints = joints_of(body, root, rotations)
+    residual = np.linalg.norm(joints[:, 22:] - hands.palms, axis=-1) * hands.contact
+    return Performance(root, rotations, residual)
+
+
+def finished(
+    rng: np.random.Generator, body: BodyModel, take: Take, person: int, number: str
+) -> Clip:
+    """The clip of a take that is good: object in a frame of its own, feet labelled, origin centred.
+
+    Args:
+        rng: source of all randomness.
+        body: whose proportions the clip has.
+        take: all its pieces.
+        person: who acts.
+        number: what tells the clip from others.
+    """
+    handling, performance = take.handling, take.performance
+    soles = sole_points(body, performance.root, performance.rotations)
+    mesh, T_object_prop = _mesh(rng, take.prop)
+    T_world_object = handling.T_world_prop @ np.linalg.inv(T_object_prop)
+    centre = np.array([*performance.root[0, :2], 0.0])
+    T_world_object[:, :3, 3] -= centre
+    return Clip(
+        name=f"sub{person}_{take.prop.name}_{number} {take.action}",
+        source="synthesis",
+        licence=take.licence,
+        root=performance.root - centre,
+        rotations=performance.rotations,
+        hand_contact=take.hands.contact,
+        foot_contact=foot_contacts(soles).astype(float),
+        object_motion=ObjectMotion(mesh, T_world_object, np.ones(len(T_world_object), bool)),
+    )
+
+
+def _mesh(rng: np.random.Generator, prop: Prop) -> tuple[ObjectMesh, Float[np.ndarray, "4 4"]]:
+    """The prop's surface in an object frame of its own: any origin near it, any yaw."""
+    scan = prop.mesh(rng)
+    yaw = rng.uniform(-np.pi, np.pi)
+    T = np.eye(4)
+    T[:3, :3] = about_z(np.array(yaw))
+    middle = (prop.low + prop.high) / 2
+    T[:3, 3] = -T[:3, :3] @ middle + rng.normal(0.0, 0.05, 3)
+    moved = scan.vertices @ T[:3, :3].T + T[:3, 3]
+    return ObjectMesh(moved, scan.faces, scan.name), T

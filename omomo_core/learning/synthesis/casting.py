@@ -1,0 +1,111 @@
+"""Who moves in a clip, and how they walk: base motions that suit what is wanted."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from omomo_core.learning.synthesis.footage import Footage, mirrored, reversed_in_time
+from omomo_core.learning.synthesis.holds import Handling
+from omomo_core.learning.synthesis.posture import Posture
+from omomo_core.learning.synthesis.props import ALL, Prop, Stock
+from omomo_core.learning.synthesis.stage import Stage, rehearse
+from omomo_core.learning.synthesis.walker.improvise import improvise
+from omomo_core.learning.synthesis.walker.library import Library
+from omomo_core.learning.synthesis.walker.path import CHANCES, Chances
+
+_TRIES = 20
+_IMPROVISED = 0.6
+"""Share of the base motions that are made to measure; the others are mocap as it was recorded."""
+
+
+@dataclass(frozen=True)
+class Sources:
+    """What clips are made of."""
+
+    footage: Footage
+    library: Library
+    stock: Stock = ALL
+    """What can be handled."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a base motion must be like."""
+
+    frames: int
+    pause_frames: list[int]
+    """How long the actor must stand still for each thing that happens standing."""
+    rate: tuple[float, float] = (0.7, 1.2)
+    """How fast recorded walks are played."""
+    walk: tuple[int, int] = (24, 10_000)
+    """Least and most frames between two stops."""
+    backward: float = 0.12
+    """Chance that a recorded walk is played backward."""
+    moves: Chances | None = None
+    """How the actor moves between stops, where that is made up."""
+    made_to_measure: bool = False
+    """Recorded walks do not suit."""
+    way: int = 0
+    """1 where the actor mostly walks ahead with the thing, -1 backward, 0 anyhow."""
+    comes: bool = True
+    """Before the first stop the hands are empty."""
+    goes: bool = True
+    """After the last stop they are."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What happens in a clip, before the body is solved for it."""
+
+    stage: Stage
+    licence: str
+    """Of the base motion."""
+    prop: Prop
+    handling: Handling
+    posture: Posture
+    leant_on: bool
+    """The prop stays on the floor, and the body may lean on it or hang back from it."""
+
+
+def cast(
+    rng: np.random.Generator,
+    sources: Sources,
+    wanted: Wanted,
+    suits: Callable[[Stage], bool] = lambda _: True,
+) -> tuple[Stage, str] | None:
+    """Find a base motion.
+
+    Args:
+        rng: source of all randomness.
+        sources: what there is.
+        wanted: what is asked for.
+        suits: a last word on a base motion that has all that.
+
+    Returns:
+        The base motion and its licence; None when none was found.
+    """
+    for _ in range(_TRIES):
+        if wanted.made_to_measure or rng.random() < _IMPROVISED:
+            stage = improvise(
+                rng, sources.library, wanted.frames, wanted.pause_frames, wanted.walk,
+                wanted.moves or CHANCES, comes=wanted.comes, goes=wanted.goes,
+            )  # fmt: skip
+            licence = sources.library.licence
+        else:
+            stage, licence = _recorded(rng, sources.footage, wanted)
+        if stage is not None and suits(stage):
+            return stage, licence
+    return None
+
+
+def _recorded(
+    rng: np.random.Generator, footage: Footage, wanted: Wanted
+) -> tuple[Stage | None, str]:
+    stretch = footage.stretches[rng.choice(len(footage.stretches), p=footage.chances)]
+    if rng.random() < 0.5:
+        stretch = mirrored(stretch)
+    if rng.random() < wanted.backward:
+        stretch = reversed_in_time(stretch)
+    stage = rehearse(rng, stretch, wanted.frames, wanted.pause_frames, wanted.rate, wanted.walk)
+    return stage, stretch.licence

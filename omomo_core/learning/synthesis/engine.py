@@ -1,0 +1,136 @@
+"""The synthesis engine: mocap in, clips of people carrying and pushing things out."""
+
+from collections import Counter
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from omomo_core.body.model import BodyModel
+from omomo_core.errors import InputError
+from omomo_core.learning.recordings.clips import Clip
+from omomo_core.learning.synthesis.attempt import attempt, finished
+from omomo_core.learning.synthesis.casting import Sources
+from omomo_core.learning.synthesis.footage import survey
+from omomo_core.learning.synthesis.grammar import draw_action
+from omomo_core.learning.synthesis.people import our_scale
+from omomo_core.learning.synthesis.props import Furniture, Stock
+from omomo_core.learning.synthesis.roster import Roster
+from omomo_core.learning.synthesis.walker.library import index
+from omomo_core.workers import worker_pool
+
+RECIPE = 14
+"""Raised whenever the same seed makes other clips: data of two recipes must not be mixed unnoticed."""
+EVERYTHING = Roster()
+_TRIES = 60
+"""Attempts at one action; then another is drawn."""
+_MOST_TRIES = 600
+
+
+def synthesise(
+    clips: Sequence[Clip],
+    body: BodyModel,
+    count: int,
+    seed: int,
+    progress: Callable[[int, int], None] | None = None,
+    *,
+    workers: int = 1,
+    rejected: Counter[str] | None = None,
+    indices: Sequence[int] | None = None,
+    furniture: Path | None = None,
+    roster: Roster = EVERYTHING,
+) -> Generator[Clip]:
+    """Make clips of people carrying, pushing, pulling, lifting and turning things.
+
+    Args:
+        clips: mocap on our skeleton, from `build_mocap`; clips with objects are left out.
+        body: whose proportions the clips have.
+        count: how many clips to make.
+        seed: together with a clip's index it fixes the clip, whatever the number of workers.
+        progress: called with clips done and clips in all.
+        workers: processes to use.
+        rejected: counts the attempts that were thrown away, by reason; up to date with every clip.
+        indices: of the clips to make; 0 to `count` - 1 if not given.
+        furniture: folder of meshes to handle besides the procedural things, as `Furniture` reads it.
+        roster: who acts and what is handled.
+
+    Returns:
+        Clips of 120 to 300 frames with objects, source ``synthesis``, under the licence of their
+        mocap, in the order of their indices; their names say who moves what (`splits.cast_of`).
+
+    Raises:
+        InputError: ``synthesis-footage`` when the mocap has no usable stretch; as `Furniture`.
+    """
+    wanted = range(count) if indices is None else indices
+    footage = survey([_recorded(c) for c in clips if c.object_motion is None], body)
+    if not footage.stretches:
+        raise InputError(
+            "synthesis-footage",
+            "The mocap has no stretch of calm walking or standing of 1.5 s.",
+            fix="Give more or longer clips.",
+        )
+    meshes = Furniture(furniture, roster.classes) if furniture is not None else None
+    sources = Sources(footage, index(footage, body), Stock(roster.classes, meshes))
+    make = partial(_clip, sources, roster.people, body, seed)
+    if workers == 1:
+        yield from _reported(map(make, wanted), len(wanted), progress, rejected)
+        return
+    with worker_pool(workers, _start_worker, make) as pool:
+        yield from _reported(pool.map(_work, wanted), len(wanted), progress, rejected)
+
+
+def _recorded(clip: Clip) -> Clip:
+    """Rounded to single precision, computed in double: a clip in memory and in a file are one."""
+    root, rotations = (x.astype(np.float32).astype(np.float64) for x in (clip.root, clip.rotations))
+    return replace(clip, root=root, rotations=rotations)
+
+
+def _reported(
+    results: Iterable[tuple[Clip, Counter[str]]],
+    count: int,
+    progress: Callable[[int, int], None] | None,
+    rejected: Counter[str] | None,
+) -> Iterator[Clip]:
+    for done, (clip, reasons) in enumerate(results, start=1):
+        if rejected is not None:
+            rejected.update(reasons)
+        if progress is not None:
+            progress(done, count)
+        yield clip
+
+
+_Maker = Callable[[int], tuple[Clip, Counter[str]]]
+_maker: list[_Maker] = []
+"""In a worker process: what makes a clip. The footage is sent once, not with every clip."""
+
+
+def _start_worker(make: _Maker) -> None:
+    _maker[:] = [make]
+
+
+def _work(index: int) -> tuple[Clip, Counter[str]]:
+    return _maker[0](index)
+
+
+def _clip(
+    sources: Sources, people: Sequence[int], body: BodyModel, seed: int, index: int
+) -> tuple[Clip, Counter[str]]:
+    """The clip of one index, and why earlier attempts at it failed."""
+    rng = np.random.default_rng([seed, index])
+    person = int(rng.choice(people))
+    reasons: Counter[str] = Counter()
+    while reasons.total() < _MOST_TRIES:
+        action = draw_action(rng, sources.stock)
+        for _ in range(_TRIES):
+            take = attempt(rng, sources, body, action, our_scale(person))
+            if not isinstance(take, str):
+                return finished(rng, body, take, person, f"{seed}_{index:05d}"), reasons
+            reasons[take] += 1
+    raise InputError(
+        "synthesis-footage",
+        f"No clip came out of {reasons.total()} attempts; the mocap does not suit.",
+        where=f"clip {index}",
+        fix="Give more mocap of walking, turning and standing.",
+    )

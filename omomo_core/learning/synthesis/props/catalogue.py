@@ -1,0 +1,126 @@
+"""All classes of props, and how often each is used in which way."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from omomo_core.learning.synthesis.props import (
+    containers,
+    household,
+    poles,
+    rolling,
+    seating,
+    tables,
+    tools,
+)
+from omomo_core.learning.synthesis.props.affordances import find_grasps
+from omomo_core.learning.synthesis.props.blueprint import Blueprint, turned
+from omomo_core.learning.synthesis.props.furniture import Furniture
+from omomo_core.learning.synthesis.props.prop import Prop, Use
+
+MAKERS: dict[str, Callable[[np.random.Generator], Blueprint]] = {
+    "largetable": tables.large_table,
+    "smalltable": tables.small_table,
+    "woodchair": seating.wood_chair,
+    "whitechair": seating.white_chair,
+    "officechair": seating.office_chair,
+    "stool": seating.stool,
+    "armchair": seating.armchair,
+    "smallbox": containers.small_box,
+    "largebox": containers.large_box,
+    "plasticbox": containers.plastic_box,
+    "trashcan": containers.trash_can,
+    "bucket": containers.bucket,
+    "basket": containers.basket,
+    "toolbox": containers.toolbox,
+    "suitcase": rolling.suitcase,
+    "pushcart": rolling.pushcart,
+    "handtruck": rolling.hand_truck,
+    "floorlamp": poles.floor_lamp,
+    "clothesstand": poles.clothes_stand,
+    "tripod": poles.tripod,
+    "mop": tools.mop,
+    "broom": tools.broom,
+    "vacuum": tools.vacuum,
+    "monitor": household.monitor,
+    "shelf": household.shelf,
+    "cabinet": household.cabinet,
+    "ladder": household.ladder,
+}
+WEIGHTS: dict[Use, dict[str, float]] = {
+    "lift": {
+        "smallbox": 3, "largebox": 4, "plasticbox": 3, "woodchair": 4, "whitechair": 3, "stool": 1.5,
+        "smalltable": 4, "largetable": 3, "suitcase": 2, "trashcan": 2.5, "monitor": 3, "floorlamp": 3,
+        "clothesstand": 2.5, "tripod": 2.5, "mop": 0.7, "broom": 0.4, "vacuum": 0.8, "bucket": 0.7,
+        "basket": 1, "toolbox": 0.7, "shelf": 1, "ladder": 0.8,
+    },
+    "push": {
+        "largetable": 5, "smalltable": 3, "woodchair": 4, "whitechair": 3, "officechair": 2,
+        "largebox": 4, "suitcase": 3, "trashcan": 2, "pushcart": 2, "handtruck": 0.7, "armchair": 1.2,
+        "shelf": 1, "cabinet": 2, "floorlamp": 1.5, "clothesstand": 1.5, "tripod": 1, "ladder": 0.4,
+        "stool": 0.5,
+    },
+    "one_hand": {
+        "suitcase": 3, "bucket": 1, "basket": 1, "toolbox": 1.5, "floorlamp": 2, "clothesstand": 1.5,
+        "tripod": 2.5, "mop": 2, "broom": 1, "vacuum": 2, "woodchair": 1.5, "whitechair": 1.5,
+        "smalltable": 0.5, "ladder": 0.7, "largebox": 0.4,
+    },
+    "tool": {"mop": 4, "broom": 2, "vacuum": 4},
+    "tip": {
+        "largetable": 3, "smalltable": 2, "woodchair": 4, "whitechair": 2.5, "largebox": 4,
+        "suitcase": 2.5, "trashcan": 2, "handtruck": 1, "shelf": 1.5, "cabinet": 2, "floorlamp": 2,
+        "clothesstand": 2, "tripod": 2, "ladder": 1, "armchair": 1,
+    },
+}  # fmt: skip
+_FURNITURE = 0.15
+"""Share of props that come from meshes, when there are any."""
+_TRIES = 6
+
+
+@dataclass(frozen=True)
+class Stock:
+    """What there is to handle."""
+
+    classes: frozenset[str] | None = None
+    """Of `MAKERS`; None for all."""
+    furniture: Furniture | None = None
+    """Meshes to choose from besides the procedural classes."""
+
+    def of_use(self, use: Use) -> dict[str, float]:
+        """The classes that can be used in this way, and how often each is."""
+        classes = MAKERS if self.classes is None else self.classes
+        return {name: float(weight) for name, weight in WEIGHTS[use].items() if name in classes}
+
+
+ALL = Stock()
+
+
+def make_prop(rng: np.random.Generator, use: Use, stock: Stock = ALL) -> Prop:
+    """A random prop that can be used in this way, seen from one of its sides.
+
+    Args:
+        rng: source of all randomness.
+        use: what is done with it; see `Use`.
+        stock: what there is; some class of it can be used so.
+    """
+    chances = stock.of_use(use)
+    names, weights = list(chances), np.array(list(chances.values()))
+    while True:
+        name = names[rng.choice(len(names), p=weights / weights.sum())]
+        build = MAKERS[name]
+        if stock.furniture is not None and rng.random() < _FURNITURE:
+            build = stock.furniture.draw
+        # The same class again, so that classes with few such grasps do not become rare.
+        for _ in range(_TRIES):
+            prop = placed(rng, build(rng))
+            if any(g.use == use for g in prop.grasps):
+                return prop
+
+
+def placed(rng: np.random.Generator, plan: Blueprint) -> Prop:
+    """The thing before a person at one of its sides, with the ways to hold it from there."""
+    sides = np.array(plan.sides)
+    plan = turned(plan, int(rng.choice(4, p=sides / sides.sum())))
+    grasps = find_grasps(rng, plan)
+    return Prop(plan.name, plan.parts, grasps, plan.mass, plan.wheels, plan.stands)

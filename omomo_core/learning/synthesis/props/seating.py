@@ -1,0 +1,186 @@
+"""Chairs of wood, plastic and office make, stools and armchairs. The back is at -x."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from omomo_core.learning.synthesis.props.blueprint import Bar, Blueprint, bar
+from omomo_core.learning.synthesis.shapes import Part, beam, box, cylinder, rod
+
+_LEG, _CHAIR_LEG = 0.1, 0.4
+"""How readily legs are held: hardly, or to lift a light chair high."""
+_ALONG_Y = (0.0, 1.0, 0.0)
+_CHAIR_SIDES = (0.45, 0.17, 0.21, 0.17)
+
+
+def wood_chair(rng: np.random.Generator) -> Blueprint:
+    """Four legs, a seat and a back of slats, rungs or a board."""
+    x, y = rng.uniform(0.19, 0.24), rng.uniform(0.19, 0.25)
+    seat, top, t = rng.uniform(0.42, 0.48), rng.uniform(0.76, 1.08), rng.uniform(0.013, 0.022)
+    lean = rng.uniform(0.0, 0.12)
+    parts = [box((-x, -y, seat - rng.uniform(0.02, 0.06)), (x, y, seat))]
+    parts += _legs(rng, x, y, seat, t)
+    for sy in (-1, 1):
+        at = sy * (y - t)
+        parts += beam((-x + t, at, seat), (-x + t - lean, at, top), _ALONG_Y, 2 * t, 2 * t)
+    parts += _back(rng, (-x + t, -x + t - lean), y - 2 * t, seat, top)
+    if rng.random() < 0.25:
+        parts += _arms(rng, x, y, seat)
+    bars = [_top_rail(-x + t - lean, y, top)]
+    return Blueprint("woodchair", parts, rng.uniform(3.5, 8), bars, _CHAIR_SIDES)
+
+
+def white_chair(rng: np.random.Generator) -> Blueprint:
+    """A light chair of plastic or metal tube: a shell on four splayed legs."""
+    x, y, seat = rng.uniform(0.2, 0.24), rng.uniform(0.2, 0.25), rng.uniform(0.41, 0.47)
+    top, t = rng.uniform(0.76, 0.92), rng.uniform(0.012, 0.02)
+    parts = [box((-x, -y, seat - 0.03), (x, y, seat))]
+    points = np.array([[-x + 0.01, seat], [-x - 0.02, seat + 0.12], [-x - 0.06, top]])
+    for a, b in pairwise(points):
+        parts += beam(
+            (a[0], 0, a[1]), (b[0], 0, b[1]), _ALONG_Y, 2 * y * rng.uniform(0.88, 1.0), 0.022
+        )
+    out = rng.uniform(0.0, 0.05)
+    for sx in (-1, 1):
+        for sy in (-1, 1):
+            foot = (sx * (x - t + out), sy * (y - t + out), 0.0)
+            parts += rod(foot, (sx * (x - 0.04), sy * (y - 0.04), seat - 0.03), t, 8, _CHAIR_LEG)
+    if rng.random() < 0.45:
+        parts += _arms(rng, x, y, seat)
+    parts = [p.moved(np.eye(3), (0, 0, -min(q.low[2] for q in parts))) for p in parts]
+    bars = [_top_rail(-x - 0.06, y * 0.9, top)]
+    return Blueprint("whitechair", parts, rng.uniform(2.2, 5), bars, _CHAIR_SIDES)
+
+
+def office_chair(rng: np.random.Generator) -> Blueprint:
+    """On castors: seat and back of foam on a column and a star of five arms."""
+    x, y, seat = rng.uniform(0.22, 0.26), rng.uniform(0.22, 0.27), rng.uniform(0.43, 0.53)
+    low, top, reach = (
+        seat + rng.uniform(0.06, 0.18),
+        rng.uniform(0.88, 1.18),
+        rng.uniform(0.27, 0.34),
+    )
+    parts = [box((-x, -y, seat - 0.07), (x, y, seat))]
+    parts.append(cylinder((0, 0), 0.1, seat - 0.07, (0.03, 0.025), 10, _LEG))
+    for k in range(5):
+        angle = 2 * np.pi * (k + rng.uniform()) / 5 if k == 0 else 2 * np.pi * k / 5
+        end = (reach * np.cos(angle), reach * np.sin(angle), 0.08)
+        parts += rod((0, 0, 0.11), end, 0.02, 6, 0.0)
+        parts.append(cylinder((end[0], end[1]), 0.0, 0.06, (0.025, 0.025), 8, 0.0))
+    half = y * rng.uniform(0.8, 1.0)
+    parts += beam(
+        (-x + 0.02, 0, seat - 0.05), (-x - 0.03, 0, low + 0.1), _ALONG_Y, 0.07, 0.02, _LEG
+    )
+    parts += beam(
+        (-x - 0.02, 0, low), (-x - rng.uniform(0.04, 0.1), 0, top), _ALONG_Y, 2 * half, 0.05
+    )
+    if rng.random() < 0.6:
+        parts += _arms(rng, x * 0.8, y + 0.03, seat - 0.05)
+    bars = [bar("rail", (-x - 0.07, -half, top - 0.02), (-x - 0.07, half, top - 0.02), "push")]
+    mass = rng.uniform(7, 16)
+    return Blueprint("officechair", parts, mass, bars, (0.55, 0.13, 0.19, 0.13), wheels=True)
+
+
+def stool(rng: np.random.Generator) -> Blueprint:
+    """A seat without a back on three or four legs."""
+    height, r = rng.uniform(0.38, 0.78), rng.uniform(0.14, 0.2)
+    thick, t, splay = rng.uniform(0.025, 0.06), rng.uniform(0.012, 0.02), rng.uniform(0.0, 0.06)
+    if rng.random() < 0.6:
+        parts = [cylinder((0, 0), height - thick, height, (r, r), 22)]
+    else:
+        parts = [box((-r, -r * rng.uniform(0.8, 1.2), height - thick), (r, r, height))]
+    number = int(rng.integers(3, 5))
+    feet = []
+    for k in range(number):
+        angle = np.pi / 4 + 2 * np.pi * k / number
+        u = np.array([np.cos(angle), np.sin(angle), 0.0])
+        foot, top = u * (0.8 * r + splay), u * 0.75 * r + [0, 0, height - thick]
+        parts += rod(foot, top, t, 8, _LEG)
+        feet.append(foot + 0.4 * (top - foot))
+    if rng.random() < 0.6:
+        for a, b in zip(feet, feet[1:] + feet[:1], strict=True):
+            parts += rod(a, b, 0.009, 6, 0.0)
+    parts = [p.moved(np.eye(3), (0, 0, -min(q.low[2] for q in parts))) for p in parts]
+    return Blueprint("stool", parts, rng.uniform(1.8, 6))
+
+
+def armchair(rng: np.random.Generator) -> Blueprint:
+    """Upholstered: too heavy to lift."""
+    x, y, seat = rng.uniform(0.36, 0.45), rng.uniform(0.36, 0.5), rng.uniform(0.38, 0.46)
+    arm, top, wide = seat + rng.uniform(0.12, 0.24), rng.uniform(0.72, 1.0), rng.uniform(0.1, 0.16)
+    foot = rng.uniform(0.04, 0.14)
+    parts = [
+        box((-x, -y + wide, foot), (x, y - wide, seat)),
+        box((-x, -y, foot), (-x + 0.2, y, top)),
+    ]
+    for sy in (-1, 1):
+        low, high = sorted((sy * y, sy * (y - wide)))
+        parts.append(box((-x + 0.2, low, foot), (x, high, arm)))
+        for sx in (-1, 1):
+            at = np.array([sx * (x - 0.05), sy * (y - 0.05)])
+            parts.append(box((*(at - 0.025), 0.0), (*(at + 0.025), foot), 0.0))
+    return Blueprint("armchair", parts, rng.uniform(16, 32), sides=(0.4, 0.2, 0.2, 0.2))
+
+
+def _top_rail(x: float, y: float, top: float) -> Bar:
+    return bar("rail", (x, -y, top - 0.02), (x, y, top - 0.02), "push", "tip", "lift", "one_hand")
+
+
+def _legs(rng: np.random.Generator, x: float, y: float, seat: float, t: float) -> list[Part]:
+    out: list[Part] = []
+    for sx in (-1, 1):
+        for sy in (-1, 1):
+            a, b = sx * (x - t), sy * (y - t)
+            out.append(box((a - t, b - t, 0), (a + t, b + t, seat - 0.02), _CHAIR_LEG))
+    if rng.random() < 0.5:
+        z = rng.uniform(0.12, 0.3)
+        for sy in (-1, 1):
+            out.append(
+                box(
+                    (-x + t, sy * (y - t) - 0.01, z),
+                    (x - t, sy * (y - t) + 0.01, z + 0.03),
+                    _CHAIR_LEG,
+                )
+            )
+        out.append(box((-0.01, -y + t, z), (0.01, y - t, z + 0.03), 0.0))
+    return out
+
+
+def _back(
+    rng: np.random.Generator, x: tuple[float, float], y: float, seat: float, top: float
+) -> list[Part]:
+    """What is between the posts: x at the seat and at the top, half its width, its heights."""
+
+    def at(z: float) -> float:
+        return float(np.interp(z, [seat, top], x))
+
+    def board(low: float, high: float, thick: float) -> list[Part]:
+        return beam((at(low), 0, low), (at(high), 0, high), _ALONG_Y, 2 * y, thick)
+
+    style = rng.choice(["slats", "rungs", "board"], p=[0.4, 0.35, 0.25])
+    rail = rng.uniform(0.04, 0.1)
+    if style == "board":
+        return board(seat + rng.uniform(0.03, 0.2), top - 0.004, 0.018)
+    if style == "rungs":
+        levels = np.linspace(seat + rng.uniform(0.1, 0.2), top - rail, int(rng.integers(2, 5)))
+        return [p for z in levels for p in board(z, z + rail - 0.004, 0.018)]
+    out = board(top - rail, top - 0.004, 0.022)
+    number, wide = int(rng.integers(2, 7)), rng.uniform(0.012, 0.03)
+    low = seat + rng.choice([0.0, rng.uniform(0.06, 0.14)])
+    if low > seat:
+        out += board(low - 0.03, low, 0.02)
+    for slat in np.linspace(-y, y, number + 2)[1:-1]:
+        out += beam((at(low), slat, low), (at(top - rail), slat, top - rail), _ALONG_Y, wide, 0.014)
+    return out
+
+
+def _arms(rng: np.random.Generator, x: float, y: float, seat: float) -> list[Part]:
+    z, front = seat + rng.uniform(0.17, 0.24), x * rng.uniform(0.5, 0.95)
+    out: list[Part] = []
+    for sy in (-1, 1):
+        low, high = sorted((sy * (y - 0.015), sy * (y + 0.035)))
+        out.append(box((-x - 0.01, low, z), (front, high, z + 0.03)))
+        out.append(
+            box((front - 0.06, low + 0.01, seat - 0.02), (front - 0.03, high - 0.01, z), 0.3)
+        )
+    return out

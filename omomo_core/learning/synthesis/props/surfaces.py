@@ -1,0 +1,163 @@
+"""Pairs of palms on the outer surface of a thing, found with rays from where the person stands."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from omomo_core.learning.synthesis.props.rays import RayMesh
+
+_UP, _AHEAD = np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
+_LEFT = np.array([0.0, 1, 0])
+_REACH = 0.4
+"""How far behind its near side a thing is held, metres."""
+_SAMPLES = 160
+
+
+@dataclass(frozen=True)
+class Palms:
+    """Candidate pairs, index 0 left."""
+
+    points: Float[np.ndarray, "n 2 3"]
+    inward: Float[np.ndarray, "n 2 3"]
+
+    def __getitem__(self, rows: np.ndarray) -> "Palms":
+        return Palms(self.points[rows], self.inward[rows])
+
+
+def sides(rng: np.random.Generator, mesh: RayMesh, grip: Float[np.ndarray, " faces"]) -> Palms:
+    """Palms on the left and on the right, at the same place or at different heights and depths."""
+    facing = np.abs(mesh.normals[:, 1]) > 0.7
+    at = _samples(rng, mesh, grip * facing, _SAMPLES)
+    at = at[at[:, 0] < mesh.low[0] + _REACH]
+    other = at[rng.permutation(len(at))]
+    near = np.linalg.norm(at[:, [0, 2]] - other[:, [0, 2]], axis=1) < 0.45
+    other = np.where((near & (rng.random(len(at)) < 0.3))[:, None], other, at)
+    return opposed(mesh, at, other, grip)
+
+
+def opposed(
+    mesh: RayMesh,
+    left: Float[np.ndarray, "n 3"],
+    right: Float[np.ndarray, "n 3"],
+    grip: Float[np.ndarray, " faces"],
+) -> Palms:
+    """The outermost surface on both sides at given depths and heights.
+
+    Args:
+        mesh: the thing.
+        left: points whose y does not matter, for the left palm.
+        right: the same for the right palm.
+        grip: how readily each face is held.
+    """
+    if not len(left):
+        return Palms(np.zeros((0, 2, 3)), np.zeros((0, 2, 3)))
+    side = np.array([1.0, -1.0])[:, None] * _LEFT
+    origins = np.stack([left, right], axis=1)
+    origins[..., 1] = [mesh.high[1] + 0.1, mesh.low[1] - 0.1]
+    n = len(left)
+    hits = mesh.cast(origins.reshape(-1, 3), np.tile(-side, (n, 1, 1)).reshape(-1, 3))
+    normals = hits.normals.reshape(n, 2, 3)
+    held = (hits.faces >= 0) & (grip[hits.faces] > 0.3)
+    good = held.reshape(n, 2) & ((normals * side).sum(-1) > 0.8)
+    rows = np.flatnonzero(good.all(axis=1))
+    return Palms(hits.points.reshape(n, 2, 3)[rows], -normals[rows])
+
+
+def faces(rng: np.random.Generator, mesh: RayMesh, grip: Float[np.ndarray, " faces"]) -> Palms:
+    """Palms flat on what faces the person, side by side, leaning into it with the heels of the hands."""
+    z = np.concatenate([rng.uniform(0.75, 1.3, 16), rng.uniform(0.5, 0.8, 8)])
+    points, normals, rows = _seen(mesh, grip, _spread(rng, mesh, len(z)), z)
+    flat = rows & (normals[..., 0] < -0.9).all(axis=1) & (np.ptp(points[..., 0], axis=1) < 0.02)
+    flat &= points[..., 0].max(axis=1) < mesh.low[0] + 0.15
+    tilt = rng.uniform(0.4, 0.75, len(points))
+    inward = np.cos(tilt)[:, None] * _AHEAD - np.sin(tilt)[:, None] * _UP
+    return Palms(points, np.repeat(inward[:, None], 2, axis=1))[np.flatnonzero(flat)]
+
+
+def edges(rng: np.random.Generator, mesh: RayMesh, grip: Float[np.ndarray, " faces"]) -> Palms:
+    """Palms down on a top surface, or leaning on its near edge."""
+    tops = grip * (mesh.normals[:, 2] > 0.95)
+    levels = _samples(rng, mesh, tops, 20)[:, 2]
+    spread = _spread(rng, mesh, len(levels))
+    edge, _, rows = _seen(mesh, grip, spread, levels - 0.006)
+    inside = rng.uniform(0.01, 0.08, len(levels))
+    above = edge + (inside[:, None] * _AHEAD + 0.07 * _UP)[:, None]
+    hits = mesh.cast(above.reshape(-1, 3), np.tile(-_UP, (2 * len(above), 1)))
+    points, normals = hits.points.reshape(-1, 2, 3), hits.normals.reshape(-1, 2, 3)
+    rows &= (normals[..., 2] > 0.9).all(axis=1)
+    rows &= (np.abs(points[..., 2] - levels[:, None]) < 0.004).all(axis=1)
+    rows &= np.ptp(edge[..., 0], axis=1) < 0.03
+    # At the very edge the heel of the hand pushes it; farther in the hands lie flat.
+    tilt = np.where(inside < 0.03, rng.uniform(0.5, 1.1, len(levels)), np.pi / 2)
+    inward = np.cos(tilt)[:, None] * _AHEAD - np.sin(tilt)[:, None] * _UP
+    return Palms(points, np.repeat(inward[:, None], 2, axis=1))[np.flatnonzero(rows)]
+
+
+def unders(rng: np.random.Generator, mesh: RayMesh, grip: Float[np.ndarray, " faces"]) -> Palms:
+    """Palms up under something that overhangs, near the person."""
+    below = grip * (mesh.normals[:, 2] < -0.95)
+    at = _samples(rng, mesh, below, 40)
+    at = at[(at[:, 2] > 0.1) & (at[:, 0] < mesh.low[0] + 0.12)]
+    if not len(at):
+        return Palms(np.zeros((0, 2, 3)), np.zeros((0, 2, 3)))
+    y = _spread(rng, mesh, len(at))
+    origins = np.stack(
+        [np.repeat(at[:, :1], 2, axis=1), y, np.repeat(at[:, 2:] - 0.08, 2, axis=1)], -1
+    )
+    hits = mesh.cast(origins.reshape(-1, 3), np.tile(_UP, (2 * len(at), 1)))
+    points, normals = hits.points.reshape(-1, 2, 3), hits.normals.reshape(-1, 2, 3)
+    rows = (normals[..., 2] < -0.9).all(axis=1) & (np.ptp(points[..., 2], axis=1) < 0.02)
+    return Palms(points, np.broadcast_to(_UP, points.shape).copy())[np.flatnonzero(rows)]
+
+
+def overhangs(rng: np.random.Generator, mesh: RayMesh, grip: Float[np.ndarray, " faces"]) -> Palms:
+    """Places on the near side, right above where fingers can curl under it; inward is ahead."""
+    at = _samples(rng, mesh, grip * (mesh.normals[:, 2] < -0.95), 40)
+    at = at[(at[:, 2] > 0.1) & (at[:, 0] < mesh.low[0] + 0.12)]
+    if not len(at):
+        return Palms(np.zeros((0, 2, 3)), np.zeros((0, 2, 3)))
+    y, z = _spread(rng, mesh, len(at)), at[:, 2]
+    points, normals, rows = _seen(mesh, grip, y, z + 0.008)
+    # Under it there is nothing for the length of the fingers.
+    below = points + np.array([-0.05, 0.0, -0.03])
+    room = mesh.cast(below.reshape(-1, 3), np.tile(_AHEAD, (below.size // 3, 1))).distance
+    rows &= (room.reshape(-1, 2) > 0.11).all(axis=1)
+    rows &= (normals[..., 0] < -0.7).all(axis=1) & (np.ptp(points[..., 0], axis=1) < 0.03)
+    rows &= (points[..., 0] < mesh.low[0] + 0.1).all(axis=1)
+    return Palms(points, np.broadcast_to(_AHEAD, points.shape).copy())[np.flatnonzero(rows)]
+
+
+def _samples(
+    rng: np.random.Generator, mesh: RayMesh, weight: Float[np.ndarray, " faces"], count: int
+) -> Float[np.ndarray, "n 3"]:
+    """Random points on faces; large ones are chosen more often, though less than their size."""
+    chance = weight * np.sqrt(mesh.areas)
+    if chance.sum() <= 0.0:
+        return np.zeros((0, 3))
+    rows = rng.choice(len(chance), count, p=chance / chance.sum())
+    return np.einsum("nk,nkd->nd", rng.dirichlet(np.ones(3), count), mesh.triangles[rows])
+
+
+def _spread(rng: np.random.Generator, mesh: RayMesh, count: int) -> Float[np.ndarray, "n 2"]:
+    """y of hands side by side, from close together to somewhat wider than the shoulders, anywhere."""
+    half = (mesh.high[1] - mesh.low[1]) / 2
+    apart = np.minimum(rng.uniform(0.05, 0.28, count), half - 0.03).clip(0.04)
+    aside = rng.normal(0.0, 0.3, count).clip(-1.0, 1.0)
+    middle = (mesh.high[1] + mesh.low[1]) / 2 + aside * (half - apart)
+    return np.stack([middle + apart, middle - apart], axis=1)
+
+
+def _seen(
+    mesh: RayMesh,
+    grip: Float[np.ndarray, " faces"],
+    y: Float[np.ndarray, "n 2"],
+    z: Float[np.ndarray, " n"],
+) -> tuple[Float[np.ndarray, "n 2 3"], Float[np.ndarray, "n 2 3"], Bool[np.ndarray, " n"]]:
+    """What the person sees there: points, normals, and whether both palms could lie on it."""
+    x = np.full_like(y, mesh.low[0] - 0.3)
+    origins = np.stack([x, y, np.repeat(z[:, None], 2, axis=1)], axis=-1)
+    hits = mesh.cast(origins.reshape(-1, 3), np.tile(_AHEAD, (2 * len(y), 1)))
+    points, normals = hits.points.reshape(-1, 2, 3), hits.normals.reshape(-1, 2, 3)
+    held = (hits.faces >= 0) & (grip[hits.faces] > 0.3)
+    return points, normals, np.all(held.reshape(-1, 2), axis=1)

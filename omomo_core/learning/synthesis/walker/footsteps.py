@@ -1,0 +1,168 @@
+"""Where and when feet are put down such that the body gets along a root path."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from omomo_core.learning.synthesis.directions import turned_by
+from omomo_core.learning.synthesis.walker.path import RootPath
+from omomo_core.motion import FPS
+
+_TURN_AS_SPEED = 0.30
+"""Metres per radian: turning on the spot steps as fast as walking at this lever."""
+_FORESIGHT = 6
+"""Frames: where the body will be in the middle of the swing decides whether a step is due."""
+_WORTH = 0.065
+"""Metres the foot must be off to be worth a step, and..."""
+_YAW_WORTH = 0.36
+"""...metres per radian that a twisted foot adds."""
+_CLEARANCE = 0.145
+"""Metres between the ankles, across, that keep feet from treading on each other."""
+_AHEAD, _ASIDE = 0.33, 0.21
+"""Metres: farther ahead of (beside, behind) where the body is by then nobody puts a foot down."""
+_AHEAD_SLOW, _AHEAD_PACE = 0.10, 0.27
+"""Metres, and seconds: nor, while the body is slow, as in the first step of a walk."""
+_FORGET = round(1.0 * FPS)
+"""Frames of standing after which either foot may start."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of a foot (0 left, 1 right) and where it is put down."""
+
+    foot: int
+    lift: int
+    land: int
+    place: Float[np.ndarray, " 2"]
+    """Ankle, world, metres."""
+    yaw: float
+
+
+@dataclass(frozen=True)
+class Stance:
+    """Where both feet are when somebody stands at a path's frame: neutral, or at the start."""
+
+    place: Float[np.ndarray, "frames 2 2"]
+    """Ankles, world, metres; left then right."""
+    yaw: Float[np.ndarray, "frames 2"]
+
+
+def neutral_stance(
+    path: RootPath,
+    apart: Float[np.ndarray, "frames 2 2"],
+    yaw: Float[np.ndarray, "frames 2"],
+) -> Stance:
+    """Feet under the body at every frame, from their places in the frame of the body."""
+    turned = turned_by(path.heading[:, None], apart)
+    return Stance(path.position[:, None] + turned, path.heading[:, None] + yaw)
+
+
+def both_down(speed: float) -> float:
+    """Seconds both feet are down between two steps, by the speed in m/s."""
+    return max(0.07, 0.22 - 0.14 * speed)
+
+
+def in_the_air(size: float) -> int:
+    """Frames a foot is in the air for a step of so many metres: as steps in the mocap."""
+    return round(min(8.5 + 10.0 * size, 13.0))
+
+
+def plan_steps(
+    rng: np.random.Generator, path: RootPath, neutral: Stance, dwell: float
+) -> list[Step]:
+    """Alternate the feet, each put down where the body will be halfway through its stance.
+
+    Args:
+        rng: picks the first foot where either would do.
+        path: of the pelvis.
+        neutral: the feet under the body at every frame; they start so.
+        dwell: factor on the time on both feet between steps.
+    """
+    planner = _Planner(rng, path, neutral, dwell)
+    frame = 0
+    while frame < len(path.heading):
+        frame = planner.advance(frame)
+    return planner.steps
+
+
+class _Planner:
+    def __init__(
+        self, rng: np.random.Generator, path: RootPath, neutral: Stance, dwell: float
+    ) -> None:
+        self.steps: list[Step] = []
+        self._rng, self._neutral, self._dwell = rng, neutral, dwell
+        velocity = np.gradient(path.position, axis=0) * FPS
+        self._heading = path.heading
+        self._velocity = velocity
+        self._turning = np.gradient(path.heading) * FPS
+        self._pace = np.linalg.norm(velocity, axis=1) + _TURN_AS_SPEED * np.abs(self._turning)
+        self._place = neutral.place[0].copy()
+        self._yaw = neutral.yaw[0].copy()
+
+    def advance(self, frame: int) -> int:
+        """Take a step at this frame if one is due; the next frame at which to look."""
+        ahead = float(self._pace[frame : frame + round(0.5 * FPS)].mean())
+        both = max(2, round(both_down(ahead) * self._dwell * FPS))
+        due = [foot for foot in (0, 1) if self._off(foot, frame + _FORESIGHT) > _WORTH]
+        foot = self._choose(due, frame)
+        if foot is None:
+            return frame + 1
+        swing = in_the_air(float(ahead) * 2 * (both + 12) / FPS)
+        place, yaw = self._aim(foot, frame + swing, swing + 2 * both)
+        size = float(np.linalg.norm(place - self._place[foot]))
+        size += _YAW_WORTH * abs(yaw - self._yaw[foot])
+        if size < _WORTH * 0.7:
+            return frame + 1
+        swing = in_the_air(size)
+        self.steps.append(Step(foot, frame, frame + swing, place, yaw))
+        self._place[foot], self._yaw[foot] = place, yaw
+        return frame + swing + both
+
+    def _off(self, foot: int, frame: int) -> float:
+        at = min(frame, len(self._pace) - 1)
+        gap = np.linalg.norm(self._neutral.place[at, foot] - self._place[foot])
+        return float(gap + _YAW_WORTH * abs(self._neutral.yaw[at, foot] - self._yaw[foot]))
+
+    def _choose(self, due: list[int], frame: int) -> int | None:
+        if not due:
+            return None
+        last = self.steps[-1] if self.steps else None
+        resting = last is None or frame - last.land > _FORGET
+        if not resting and last is not None:
+            other = 1 - last.foot
+            if other in due:
+                return other
+            # The same foot again only as a correction, after the body has settled.
+            return last.foot if frame - last.land > 0.3 * FPS else None
+        return self._first(due, frame)
+
+    def _first(self, due: list[int], frame: int) -> int:
+        """Sideways and in turns the foot on that side goes first; ahead either may."""
+        soon = slice(frame, frame + round(0.6 * FPS))
+        heading = self._heading[min(frame, len(self._heading) - 1)]
+        left = np.array([-np.sin(heading), np.cos(heading)])
+        across = float((self._velocity[soon] @ left).mean())
+        across += 0.25 * float(self._turning[soon].mean())
+        if abs(across) > 0.06:
+            return 0 if across > 0 else 1
+        return int(self._rng.choice(due))
+
+    def _aim(self, foot: int, land: int, stance: int) -> tuple[Float[np.ndarray, " 2"], float]:
+        """Where the foot should be put, clear of the other one."""
+        land = min(land, len(self._pace) - 1)
+        at = min(land + stance // 2, len(self._pace) - 1)
+        under, yaw = self._neutral.place[land, foot], float(self._neutral.yaw[at, foot])
+        ahead = self._neutral.place[at, foot] - under
+        heading = self._heading[land]
+        forward = float(ahead @ [np.cos(heading), np.sin(heading)])
+        size = max(float(np.linalg.norm(ahead)), 1e-9)
+        limit = _ASIDE + (_AHEAD - _ASIDE) * max(forward / size, 0.0)
+        limit = min(limit, _AHEAD_SLOW + _AHEAD_PACE * float(self._pace[land]))
+        place = under + ahead * min(1.0, limit / size)
+        outward = 1.0 if foot == 0 else -1.0
+        for facing in (heading, self._yaw[1 - foot]):
+            side = np.array([-np.sin(facing), np.cos(facing)]) * outward
+            across = float((place - self._place[1 - foot]) @ side)
+            place += max(0.0, _CLEARANCE - across) * side
+        return place, yaw

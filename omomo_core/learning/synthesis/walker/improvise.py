@@ -1,0 +1,215 @@
+"""A base motion with stops of given lengths, made up: what to do before, between and after them."""
+
+import numpy as np
+
+from omomo_core.body.kinematics import joints_of
+from omomo_core.body.soles import sole_points
+from omomo_core.learning.recordings.grounding import foot_contacts
+from omomo_core.learning.synthesis.stage import Stage, idle_sway
+from omomo_core.learning.synthesis.walker.follow import follow
+from omomo_core.learning.synthesis.walker.library import Library
+from omomo_core.learning.synthesis.walker.path import CHANCES, Chances, Move, draw_move, lay
+from omomo_core.motion import FPS
+from omomo_core.skeleton import joint
+
+_LIFT_EARLY = 12
+"""Frames before a move in which the first foot may already begin to leave the floor."""
+_SETTLE = 24
+"""Frames after a move until the other foot has followed."""
+_SHORTEST_MOVE = 14
+_LONGEST_HURRY = 45
+_LONGEST_IDLE = 60
+_STRIDE = 0.45
+_SIDE_BY_SIDE, _CROSSED = 0.08, 0.04
+"""Metres between the ankles, across the body: when standing, and ever."""
+_TWISTED = 0.45
+"""Cosine of the largest angle between a foot and the pelvis, 63 degrees."""
+_AT_REST = 0.03
+"""Metres per second of a foot that stands."""
+_TOWARDS: Chances = {"walk": 0.85, "side": 0.08, "turn": 0.07}
+"""How people end up before what they take."""
+_AWAY: Chances = {"back": 0.6, "turn": 0.2, "side": 0.12, "shuffle": 0.08}
+"""How they begin to leave what they have put down."""
+_TRIES = 6
+
+
+def improvise(
+    rng: np.random.Generator,
+    library: Library,
+    frames: int,
+    pause_frames: list[int],
+    walk: tuple[int, int] = (0, 10_000),
+    chances: Chances = CHANCES,
+    *,
+    comes: bool = True,
+    goes: bool = True,
+) -> Stage | None:
+    """Make up a base motion with a stop of each given length, in this order.
+
+    Args:
+        rng: makes everything up.
+        library: from `index`.
+        frames: length of the result.
+        pause_frames: length of each stop; there is movement between two stops.
+        walk: least and most frames between two stops.
+        chances: of each kind of move between the stops.
+        comes: before the first stop somebody walks up to something; else moves as between the stops.
+        goes: after the last stop somebody leaves something; else likewise.
+
+    Returns:
+        None where there is no time to move between the stops.
+    """
+    for _ in range(_TRIES):
+        plan = _plan(rng, frames, pause_frames, walk, chances, (comes, goes))
+        if plan is None:
+            return None
+        parts, lead, pauses = plan
+        path = lay(parts, yaw=rng.uniform(-np.pi, np.pi))
+        root, rotations = follow(rng, library, path)
+        shown = slice(lead, lead + frames)
+        stage = Stage(root[shown], rotations[shown], idle_sway(rng, frames), pauses)
+        if _sound(library, stage):
+            return stage
+    return None
+
+
+_Plan = tuple[list[Move | int], int, list[tuple[int, int]]]
+"""What happens, how many frames of it are over before the result starts, and its stops."""
+
+
+def _plan(
+    rng: np.random.Generator,
+    frames: int,
+    pause_frames: list[int],
+    walk: tuple[int, int],
+    chances: Chances,
+    ends: tuple[bool, bool],
+) -> _Plan | None:
+    gaps = _gaps(rng, frames - sum(pause_frames), len(pause_frames), walk)
+    if gaps is None:
+        return None
+    under_way = _approaching(0.7) if chances is CHANCES else chances
+    if ends[0] and pause_frames:
+        parts, lead = _arrive(rng, gaps[0])
+    else:
+        parts, lead = _come_along(rng, gaps[0], under_way, _SETTLE if pause_frames else 0)
+    pauses: list[tuple[int, int]] = []
+    at = gaps[0]
+    for pause, gap in zip(pause_frames, gaps[1:], strict=False):
+        pauses.append((at, at + pause))
+        parts.append(pause + _LIFT_EARLY)
+        at += pause + gap
+        if len(pauses) < len(pause_frames):
+            moves = _fill(rng, gap - _LIFT_EARLY - _SETTLE, chances)
+            parts += [*moves, _SETTLE]
+    if pause_frames and ends[1]:
+        parts += _leave(rng, gaps[-1])
+    elif pause_frames:
+        parts += _fill(rng, gaps[-1] + int(rng.integers(0, 60)), under_way)
+    return parts, lead, pauses
+
+
+def _gaps(
+    rng: np.random.Generator, moving: int, stops: int, walk: tuple[int, int]
+) -> list[int] | None:
+    """Frames before, between and after the stops, at random; None where they are too few."""
+    if stops == 0:
+        return [moving]
+    least = max(walk[0], _LIFT_EARLY + _SHORTEST_MOVE + _SETTLE)
+    most = max(walk[1], least)
+    spare = moving - least * (stops - 1)
+    if spare < 0:
+        return None
+    share = rng.dirichlet([1.2] + [3.0] * (stops - 1) + [1.0])
+    between = [least + min(int(s * spare), most - least) for s in share[1:-1]]
+    outside = moving - sum(between)
+    before = round(outside * share[0] / (share[0] + share[-1]))
+    return [before, *between, outside - before]
+
+
+def _come_along(
+    rng: np.random.Generator, frames: int, chances: Chances, settle: int
+) -> tuple[list[Move | int], int]:
+    """What happens before the first stop with a thing in the hands, and how much of it is over already."""
+    lead = max(int(rng.integers(10, 70)), settle + 2 * _SHORTEST_MOVE - frames)
+    return [*_fill(rng, frames + lead - settle, chances), settle], lead
+
+
+def _arrive(rng: np.random.Generator, frames: int) -> tuple[list[Move | int], int]:
+    """The same with empty hands: people walk up to what they take, and reach for it with the last step."""
+    if frames < _LONGEST_IDLE and rng.random() < 0.15:
+        return [frames], 0
+    # Where the other foot has not followed in time, the next try may.
+    settle = int(rng.integers(_SETTLE // 4, _SETTLE))
+    lead = max(int(rng.integers(10, 70)), settle + 2 * _SHORTEST_MOVE - frames)
+    up = _step(rng, frames + lead - settle, _TOWARDS, 1.0)
+    left = frames + lead - settle - up.frames
+    return [*_fill(rng, left, _approaching(0.75)), up, settle], lead
+
+
+def _leave(rng: np.random.Generator, frames: int) -> list[Move | int]:
+    """What happens after the last stop: a thing is ahead, so people step back or turn away first."""
+    if frames < _SHORTEST_MOVE or (frames < _LONGEST_IDLE and rng.random() < 0.15):
+        return [frames]
+    frames += int(rng.integers(0, 60))
+    away = _step(rng, frames, _AWAY, -1.0)
+    return [away, *_fill(rng, frames - away.frames, _approaching(0.6))]
+
+
+def _step(rng: np.random.Generator, frames: int, chances: Chances, way: float) -> Move:
+    """A move for which there is time, or as much of a step ahead (way 1) or back (-1) as there is."""
+    move = draw_move(rng, chances)
+    if move.frames <= frames:
+        return move
+    frames = min(frames, _LONGEST_HURRY)
+    far = rng.uniform(0.3, 0.7) * frames / FPS
+    return Move("shuffle", (way * far, rng.normal(0.0, 0.05)), rng.normal(0.0, 0.2), frames)
+
+
+def _approaching(walk: float) -> Chances:
+    """Chances of somebody who comes or goes: mostly on a walk."""
+    chances = dict(CHANCES)
+    chances["walk"] = walk / (1 - walk) * (sum(CHANCES.values()) - CHANCES["walk"])
+    return chances
+
+
+def _fill(rng: np.random.Generator, frames: int, chances: Chances) -> list[Move | int]:
+    """Moves one after another, with moments of rest, for exactly so many frames."""
+    parts: list[Move | int] = []
+    left = frames
+    while left >= _SHORTEST_MOVE:
+        moves = [draw_move(rng, chances) for _ in range(6)]
+        fitting = [move for move in moves if move.frames <= left]
+        move = fitting[0] if fitting else _hurried(rng, min(left, _LONGEST_HURRY))
+        parts.append(move)
+        left -= move.frames
+        rest = int(rng.integers(0, 16)) if rng.random() < 0.6 else 0
+        rest = min(rest, left)
+        parts.append(rest)
+        left -= rest
+    parts.insert(0 if rng.random() < 0.5 else len(parts), left)
+    return parts
+
+
+def _hurried(rng: np.random.Generator, frames: int) -> Move:
+    """A small step for which there is just the time."""
+    way, far = rng.uniform(-np.pi, np.pi), 0.3 * frames / FPS
+    return Move("shuffle", (far * np.cos(way), far * np.sin(way)), rng.normal(0.0, 0.2), frames)
+
+
+def _sound(library: Library, stage: Stage) -> bool:
+    """In the stops both feet are on the floor near each other; legs never cross, or twist."""
+    joints = joints_of(library.body, stage.root, stage.rotations)
+    apart = joints[:, joint("left_ankle")] - joints[:, joint("right_ankle")]
+    across = (apart * stage.rotations[:, 0, :, 0]).sum(-1)
+    soles = sole_points(library.body, stage.root, stage.rotations)
+    down = foot_contacts(soles)
+    stands = (down[:, 0] | down[:, 2]) & (down[:, 1] | down[:, 3]) & (across > _SIDE_BY_SIDE)
+    stands &= np.linalg.norm(apart[:, :2], axis=-1) < _STRIDE
+    moved = np.linalg.norm(np.gradient(soles, axis=0), axis=-1).max(axis=1) * FPS
+    # Of the feet the axis to the left tells where they point: it stays level when the heel rises.
+    toes = stage.rotations[:, [joint("left_foot"), joint("right_foot")]]
+    along = np.einsum("tfi,ti->tf", toes[..., 0], stage.rotations[:, 0, :, 0])
+    return bool(across.min() > _CROSSED and along.min() > _TWISTED) and all(
+        stands[a:b].all() and moved[a:b].max() < _AT_REST for a, b in stage.pauses
+    )

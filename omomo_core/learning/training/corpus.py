@@ -1,0 +1,175 @@
+"""Clips in memory as flat tensors, and random windows of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from jaxtyping import Bool, Float, Int
+from torch import Tensor
+
+from omomo_core.body.kinematics import forward_kinematics
+from omomo_core.body.model import BodyModel
+from omomo_core.geometry.rotations import rotmat_to_6d
+from omomo_core.geometry.transforms import angular_velocity, velocity
+from omomo_core.learning.recordings.clips import Clip
+from omomo_core.learning.training.shapes import ShapeGrids
+from omomo_core.learning.training.uprightness import Uprightness
+from omomo_core.motion import FPS
+from omomo_core.stages.body.capture import reference_path
+from omomo_core.stages.windows import WINDOW, HumanWindows, ObjectWindows
+
+_APART = 30
+"""Frames from one window to the next among those whose depths are ranked."""
+SWAP = (0, 2, 1, 3, 5, 4, 6, 8, 7, 9, 11, 10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20, 23, 22)
+"""The joint on the other side of the body, for the 24 joints of the model."""
+
+
+@dataclass(frozen=True)
+class Windows:
+    """A training batch."""
+
+    object: ObjectWindows
+    human: HumanWindows
+    surface: Float[Tensor, "b points 3"]
+    """Points on each window's object, in its own axes, from its centre; of no meaning without one."""
+
+
+class Corpus:
+    """All clips, joined along frames; `draw` cuts windows out of it."""
+
+    def __init__(self, clips: Sequence[Clip], body: BodyModel, synthesis_share: float) -> None:
+        self.lengths = torch.tensor([len(clip.root) for clip in clips])
+        self.starts = torch.cumsum(self.lengths, 0) - self.lengths
+        has = torch.tensor([c.object_motion is not None for c in clips])
+        self.grids = ShapeGrids([c.object_motion.mesh for c in clips if c.object_motion])
+        self.object_of = torch.where(has, torch.cumsum(has, 0), 0)
+        self.rows: dict[str, Tensor] = {}
+        """What windows are made of, by name: all frames of all clips, joined."""
+        total = int(self.lengths.sum())
+        for clip, first, index in zip(clips, self.starts, self.object_of, strict=True):
+            for key, rows in _rows(clip, body, self.grids.centres[int(index)]).items():
+                # One buffer from the start: joining parts at the end would hold everything twice.
+                if key not in self.rows:
+                    self.rows[key] = torch.empty(total, *rows.shape[1:])
+                self.rows[key][first : first + len(rows)] = rows
+        self.weights = _weights(self.lengths.float(), has, synthesis_share)
+        some = self.object_of > 0 if has.any() else ~has
+        joints = self.rows["joints"]
+        # Of each frame first: the joints of all windows at once would be too many.
+        low = torch.stack([joints[:, 22:, 2].amin(dim=1), joints[:, 0, 2]], dim=1)
+        self.uprightness = Uprightness(*low[self._windows(some)].amin(dim=1).T)
+
+    def _windows(self, some: Bool[Tensor, " clips"]) -> Int[Tensor, "windows frames"]:
+        """Frames of a window every second of some clips."""
+        index = [
+            start + first + torch.arange(WINDOW).clamp(max=length - first - 1)
+            for start, length in zip(
+                self.starts[some].tolist(), self.lengths[some].tolist(), strict=True
+            )
+            for first in range(0, max(length - WINDOW, 0) + 1, _APART)
+        ]
+        return torch.stack(index)
+
+    def draw(self, count: int, basis_points: int, *, objects_only: bool = False) -> Windows:
+        """Random windows, half of them mirrored left to right; short clips are padded."""
+        weights = self.weights * (self.object_of > 0) if objects_only else self.weights
+        clip = torch.multinomial(weights, count, replacement=True)
+        room = (self.lengths[clip] - WINDOW).clamp(min=0)
+        first = (torch.rand(count) * (room + 1)).long()
+        offset = first[:, None] + torch.arange(WINDOW)
+        valid = offset < self.lengths[clip][:, None]
+        frame = self.starts[clip][:, None] + offset.minimum(self.lengths[clip][:, None] - 1)
+        mirrored = torch.rand(count) < 0.5
+        r = {k: v[frame] for k, v in self.rows.items()}
+        r = {k: torch.where(_like(mirrored, v), _mirror(k, v), v) for k, v in r.items()}
+        lookup = self.grids.lookup(self.object_of[clip], mirrored, basis_points)
+        moved = ("centre", "lowest", "velocity", "spin", "R_world_object")
+        person = ("joints", "six", "hand_contact", "foot_contact", "reference")
+        return Windows(
+            ObjectWindows(
+                **{k: r[k] for k in moved},
+                shape=lookup,
+                present=self.object_of[clip] > 0,
+                valid=valid,
+            ),
+            HumanWindows(
+                **{k: r[k] for k in person}, upright=self.uprightness(*_depths(r["joints"]))
+            ),
+            self.grids.surface(self.object_of[clip], mirrored),
+        )
+
+
+def _depths(
+    joints: Float[Tensor, "b frames 24 3"],
+) -> tuple[Float[Tensor, " b"], Float[Tensor, " b"]]:
+    """Height of the lowest palm and of the lowest pelvis in each window, metres."""
+    return joints[:, :, 22:, 2].amin(dim=(1, 2)), joints[:, :, 0, 2].amin(dim=1)
+
+
+def _weights(
+    lengths: Float[Tensor, " clips"], has: Tensor, synthesis_share: float
+) -> Float[Tensor, " clips"]:
+    """Chance of each clip: by length, with the clips that have objects given their share."""
+    weights = lengths / lengths.sum()
+    for group, share in ((has, synthesis_share), (~has, 1 - synthesis_share)):
+        if group.any():
+            weights[group] *= share / weights[group].sum()
+    return weights
+
+
+def _rows(clip: Clip, body: BodyModel, centre_object: Float[np.ndarray, "3"]) -> dict[str, Tensor]:
+    root, R = torch.from_numpy(clip.root).float(), torch.from_numpy(clip.rotations).float()
+    joints = forward_kinematics(body, root, R)
+    return {
+        "joints": joints,
+        "six": rotmat_to_6d(R),
+        "hand_contact": torch.from_numpy(clip.hand_contact).float(),
+        "foot_contact": torch.from_numpy(clip.foot_contact).float(),
+        "reference": reference_path(joints[:, 22:]),
+        **_object_rows(clip, len(root), centre_object),
+    }
+
+
+def _object_rows(
+    clip: Clip, frames: int, centre_object: Float[np.ndarray, "3"]
+) -> dict[str, Tensor]:
+    moved = clip.object_motion
+    pose = moved.T_world_object if moved else np.tile(np.eye(4), (frames, 1, 1))
+    R_world_object, position = pose[:, :3, :3], pose[:, :3, 3]
+    centre, lowest = np.zeros((frames, 3)), np.zeros(frames)
+    if moved:
+        centre = R_world_object @ centre_object + position
+        lowest = (moved.mesh.vertices @ R_world_object[:, 2].T).min(axis=0) + position[:, 2]
+    rows = {
+        "centre": centre,
+        "lowest": lowest,
+        "velocity": velocity(centre, FPS),
+        "spin": angular_velocity(R_world_object, FPS),
+        "R_world_object": R_world_object,
+    }
+    return {k: torch.from_numpy(np.asarray(v, np.float32)) for k, v in rows.items()}
+
+
+def _like(flag: Tensor, x: Tensor) -> Tensor:
+    return flag.view(-1, *[1] * (x.ndim - 1))
+
+
+def _mirror(key: str, x: Tensor) -> Tensor:
+    """Reflect world x; a rotation becomes S R S, so the axis that lay along x keeps its image."""
+    S = x.new_tensor([-1.0, 1.0, 1.0])
+    if key == "joints":
+        return x[:, :, SWAP, :] * S
+    if key == "six":
+        return x[:, :, SWAP[:22], :, :] * S * x.new_tensor([-1.0, 1.0])[:, None]
+    if key == "hand_contact":
+        return x.flip(-1)
+    if key == "foot_contact":
+        return x[..., (1, 0, 3, 2)]
+    if key == "reference":
+        return x * S[:2]
+    if key == "spin":
+        return -x * S
+    if key == "R_world_object":
+        return x * S[:, None] * S
+    return x * S if x.shape[-1] == 3 and x.ndim == 3 else x

@@ -1,0 +1,136 @@
+"""How a stage learns: noised windows in, clean ones out."""
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from functools import lru_cache
+
+import torch
+from jaxtyping import Bool, Float, Int
+from torch import Tensor, nn
+from torch.nn.attention import SDPBackend, sdpa_kernel
+
+from omomo_core.diffusion.schedule import LEVELS, Schedule, cosine_schedule, shifted
+from omomo_core.learning.training.corpus import Corpus
+from omomo_core.learning.training.examples import Example, make_example
+from omomo_core.learning.training.trainee import Mean, TrainOptions
+from omomo_core.precision import quick_in_bf16
+from omomo_core.stages.body import capture as body_capture
+from omomo_core.stages.body import paper as body_paper
+from omomo_core.stages.stage import Stage, StageConfig
+
+STATISTICS_BATCHES = 8
+
+
+@dataclass(frozen=True)
+class Noised(Example):
+    """A batch, raw, with the levels and the noise it is trained at."""
+
+    level: Int[Tensor, " b"]
+    noise: Float[Tensor, "b frames channels"]
+
+
+class Denoising:
+    """A stage of either configuration in training."""
+
+    def __init__(self, config: StageConfig) -> None:
+        self.name = str(config.stage)
+        self.network = Stage(config)
+        self.config = config
+        self.muon = _matrices(self.network) if config.configuration == "capture" else []
+
+    def measure(self, corpus: Corpus, batch: int) -> None:
+        """Set the statistics that put features on one scale."""
+        examples = [self._windows(corpus, batch) for _ in range(STATISTICS_BATCHES)]
+        stage, x = self.network, torch.cat([e.x0[e.valid] for e in examples])
+        if self.config.configuration == "paper":
+            # Min-max to [-1, 1] for positions; rotations and conditions enter as they are.
+            count = min(body_paper.POSITIONS, x.shape[-1])
+            low, high = x.amin(dim=0)[:count], x.amax(dim=0)[:count]
+            stage.x_mean[:count] = (low + high) / 2
+            stage.x_std[:count] = ((high - low) / 2).clamp(min=1e-3)
+            return
+        c = torch.cat([e.condition[e.valid] for e in examples])
+        stage.x_mean.copy_(x.mean(dim=0))
+        stage.x_std.copy_(x.std(dim=0).clamp(min=1e-3))
+        stage.c_mean.copy_(c.mean(dim=0))
+        stage.c_std.copy_(c.std(dim=0).clamp(min=0.1))
+
+    def draw(self, corpus: Corpus, count: int) -> Noised:
+        """Random windows, levels and noise."""
+        e = self._windows(corpus, count)
+        condition = e.condition
+        if self.config.configuration == "paper" and self.config.stage == "body":
+            # Noise in every slot but the palms', which `loss` puts in, normalised.
+            condition = torch.randn(e.x0.shape)
+        share = shifted(torch.rand(count), self.config.level_shift)
+        return Noised(
+            x0=e.x0,
+            condition=condition,
+            shape=e.shape,
+            valid=e.valid,
+            level=(share * (LEVELS - 1)).round().long(),
+            noise=torch.randn(e.x0.shape),
+        )
+
+    def loss(
+        self, forward: nn.Module, example: Noised, options: TrainOptions, mean: Mean
+    ) -> Float[Tensor, ""]:
+        """The paper's L1 on x0, or ours."""
+        stage, e = self.network, example
+        x0, condition = stage.normalise(e.x0), e.condition
+        if self.config.configuration == "paper" and self.config.stage == "body":
+            condition = condition.clone()
+            condition[..., body_paper.PALMS] = x0[..., body_paper.PALMS]
+        x_n = _schedule(x0.device).add_noise(x0, e.level, e.noise)
+        half = torch.autocast(x0.device.type, torch.bfloat16, enabled=quick_in_bf16(x0.device))
+        with half, _attention(x0.device):
+            guess = forward(x_n, condition, e.shape, e.level, e.valid)
+        error = guess.float() - x0
+        if self.config.configuration == "paper":
+            # The paper divides by all frames, padding included, and has no other term.
+            return (error.abs() * e.valid[..., None]).mean()
+        return self._ours(error, e.valid, options, mean)
+
+    def _ours(
+        self,
+        error: Float[Tensor, "b frames channels"],
+        valid: Bool[Tensor, "b frames"],
+        options: TrainOptions,
+        mean: Mean,
+    ) -> Float[Tensor, ""]:
+        """L1 on x0, on its change from frame to frame, on the feet's, and once more on the root."""
+        both = (valid[:, 1:] & valid[:, :-1])[..., None]
+
+        def change(x: Tensor) -> Tensor:
+            return (x.diff(dim=1).abs() * both).sum() / (mean(both.sum()) * x.shape[-1])
+
+        whole = (error.abs() * valid[..., None]).sum() / (mean(valid.sum()) * error.shape[-1])
+        whole = whole + options.velocity * change(error)
+        if self.config.stage == "body":
+            feet = body_capture.feet(error * self.network.x_std)
+            root = (error[..., :3].abs() * valid[..., None]).sum() / (3 * mean(valid.sum()))
+            whole = whole + options.feet * change(feet) + options.root * root
+        return whole
+
+    def _windows(self, corpus: Corpus, count: int) -> Example:
+        points = self.config.denoiser.shape // 3
+        # Only our body stage has something to learn from people who hold nothing.
+        objects_only = not (self.config.configuration == "capture" and self.config.stage == "body")
+        return make_example(self.config, corpus.draw(count, points, objects_only=objects_only))
+
+
+def _matrices(stage: Stage) -> Sequence[nn.Parameter]:
+    """The matrices inside the blocks."""
+    return [p for p in stage.denoiser.blocks.parameters() if p.ndim == 2 and min(p.shape) > 6]
+
+
+def _attention(device: torch.device) -> AbstractContextManager[object]:
+    """On a CPU the way back through fused attention takes a sixth of a step; plain products do not."""
+    return sdpa_kernel(SDPBackend.MATH) if device.type == "cpu" else nullcontext()
+
+
+@lru_cache
+def _schedule(device: torch.device) -> Schedule:
+    schedule = cosine_schedule()
+    return Schedule(schedule.beta.to(device), schedule.alpha_bar.to(device))
