@@ -11,7 +11,7 @@ from capture_app.made import Made
 from capture_app.making import ResultInMaking, make
 from capture_app.manifest import MOTION, Manifest
 from capture_app.prepare import PreparedTake, prepare_take
-from capture_app.progress import Progress
+from capture_app.progress import Progress, silent
 from capture_app.request import TakeRequest
 from capture_app.result import Result, save_motion
 from omomo_core.body.model import BodyModel
@@ -20,7 +20,7 @@ from omomo_core.generation.known import Known
 from omomo_core.motion import ObjectMotion
 
 
-def run_take(request: TakeRequest, progress: Progress) -> Result:
+def run_take(request: TakeRequest, progress: Progress = silent) -> Result:
     """Turn a take into a result folder; nothing is left behind when it fails.
 
     Args:

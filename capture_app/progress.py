@@ -7,6 +7,10 @@ Progress = Callable[[str, float], None]
 """Called with the name of a stage and the fraction of it that is done, 0 to 1."""
 
 
+def silent(stage: str, fraction: float) -> None:
+    """Nobody wants to know."""
+
+
 class StageClock:
     """A listener that adds up the seconds of each stage, and passes progress on.
 

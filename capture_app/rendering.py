@@ -7,7 +7,7 @@ from typing import Literal
 
 from capture_app.overlay.eye import eye_of
 from capture_app.pictures import MOVING, frame_at, save_pictures, stride, told
-from capture_app.progress import Progress
+from capture_app.progress import Progress, silent
 from capture_app.result import body_of, load_result, sample_index
 from omomo_core.errors import InputError
 from omomo_core.whole_file import check_target
@@ -47,7 +47,7 @@ class RenderRequest:
         return self.still is not None or self.sheet is not None
 
 
-def render_result(request: RenderRequest, progress: Progress) -> None:
+def render_result(request: RenderRequest, progress: Progress = silent) -> None:
     """Draw it into a file that appears whole or not at all.
 
     Args:

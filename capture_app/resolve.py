@@ -8,7 +8,7 @@ from capture_app.describe import describe_correction
 from capture_app.made import Made
 from capture_app.making import ResultInMaking, make
 from capture_app.manifest import CONTACTS, MOTION, Manifest
-from capture_app.progress import Progress
+from capture_app.progress import Progress, silent
 from capture_app.request import ResolveRequest
 from capture_app.rerun import unchanged
 from capture_app.result import Result, body_of, load_result, save_corrected
@@ -24,7 +24,7 @@ from omomo_core.generation.scores import score
 from omomo_core.motion import ObjectMotion
 
 
-def resolve_result(request: ResolveRequest, progress: Progress) -> Result:
+def resolve_result(request: ResolveRequest, progress: Progress = silent) -> Result:
     """Correct the chosen sample of a result; nothing is left behind when it fails.
 
     Args:

@@ -36,6 +36,11 @@ class Result:
         """The samples' bodies."""
         return tuple(person.human for person in self.people)
 
+    @property
+    def best(self) -> HumanMotion:
+        """The chosen sample's body."""
+        return self.motions[self.manifest.chosen]
+
 
 def load_result(folder: Path) -> Result:
     """Read a result folder.

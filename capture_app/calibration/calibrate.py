@@ -5,11 +5,13 @@ from pathlib import Path
 from capture_app.calibration.ways.find import find_mount
 from capture_app.calibration.ways.requests import AnyWay
 from capture_app.calibration.written import write_mount
-from capture_app.progress import Progress
+from capture_app.progress import Progress, silent
 from ingest.mount import Mount
 
 
-def calibrate(way: AnyWay, path: Path, progress: Progress, *, picture: Path | None) -> Mount:
+def calibrate(
+    way: AnyWay, path: Path, progress: Progress = silent, *, picture: Path | None = None
+) -> Mount:
     """Find a mount and write it.
 
     Args:

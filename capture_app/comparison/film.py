@@ -9,7 +9,7 @@ from capture_app.comparison.choice import choice
 from capture_app.comparison.load import load_motions
 from capture_app.comparison.save import save_figures
 from capture_app.pictures import MOVING, frame_at, save_pictures, stride, told
-from capture_app.progress import Progress
+from capture_app.progress import Progress, silent
 from omomo_core.errors import InputError
 from omomo_core.whole_file import check_target
 from render.backends import Backend
@@ -64,7 +64,7 @@ class CompareRequest:
         )
 
 
-def compare_motions(request: CompareRequest, progress: Progress) -> Comparison:
+def compare_motions(request: CompareRequest, progress: Progress = silent) -> Comparison:
     """Read, align, measure and draw; each file appears whole or not at all.
 
     Args:

@@ -68,6 +68,24 @@ def format_of(kind: Kind) -> Format:
     return FORMATS[kind]
 
 
+def kind_of(path: Path) -> Kind:
+    """The format that a file's ending says.
+
+    Raises:
+        InputError: "output-ending" when it is none of theirs.
+    """
+    for kind, form in FORMATS.items():
+        if path.suffix.lower() in form.endings:
+            return kind
+    endings = ", ".join(ending for form in FORMATS.values() for ending in form.endings)
+    raise InputError(
+        "output-ending",
+        "The ending of this output file is that of no format.",
+        where=str(path),
+        fix=f"Give a name that ends in one of {endings}.",
+    )
+
+
 def frame_of(kind: Kind, bones: Bones, up: Up | None, units: Units | None) -> tuple[Up, Units]:
     """Up axis and units of a file: as asked for, or as those expect it who will read it.
 

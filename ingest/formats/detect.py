@@ -7,7 +7,7 @@ import numpy as np
 
 from ingest.archive import is_archive, unpack
 from ingest.formats.nearest import nearest
-from ingest.formats.registry import FORMATS, Format, format_named
+from ingest.formats.registry import Format, format_named, known_formats
 from ingest.formats.repeats import without_repeats
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
@@ -35,7 +35,7 @@ def read_session(path: Path, app: str | None = None) -> CaptureSession:
         InputError: "session-missing", "session-unknown", "session-ambiguous", "session-unreadable",
             "format-unknown"; "archive-..." for an archive that is not unpacked; or a defect in the log.
     """
-    formats = FORMATS if app is None else (format_named(app),)
+    formats = known_formats() if app is None else (format_named(app),)
     try:
         if not path.exists():
             raise InputError(

@@ -78,6 +78,35 @@ FORMATS: tuple[Format, ...] = (
     tum,
 )
 """Those that suit best first."""
+_REGISTERED: list[Format] = []
+
+
+def register_format(format_: Format) -> None:
+    """Read the sessions of another app too, as long as this process runs.
+
+    `read_session`, and with it `inspect_take`, `run_take` and `calibrate`, then know it like those that
+    are built in.
+
+    Args:
+        format_: a module or an object with everything that `Format` lists; it takes the place of one of
+            the same name that was registered before.
+
+    Raises:
+        InputError: "format-known": a format that is built in has this name.
+    """
+    name = format_.NAME.lower()
+    if any(known.NAME.lower() == name for known in FORMATS):
+        raise InputError(
+            "format-known",
+            f"There is a format called {format_.NAME!r} already.",
+            fix="Give yours another NAME.",
+        )
+    _REGISTERED[:] = [*(f for f in _REGISTERED if f.NAME.lower() != name), format_]
+
+
+def known_formats() -> tuple[Format, ...]:
+    """Those that are built in, then those that were registered."""
+    return *FORMATS, *_REGISTERED
 
 
 def format_named(name: str) -> Format:
@@ -86,12 +115,12 @@ def format_named(name: str) -> Format:
     Raises:
         InputError: "format-unknown", with the names that there are.
     """
-    for format_ in FORMATS:
+    for format_ in known_formats():
         if format_.NAME.lower() == name.strip().lower():
             return format_
     raise InputError(
         "format-unknown",
         f"No format is called {name!r}.",
         where="--format",
-        fix=f"Give one of {', '.join(f.NAME for f in FORMATS)}.",
+        fix=f"Give one of {', '.join(f.NAME for f in known_formats())}.",
     )

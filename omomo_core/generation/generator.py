@@ -8,7 +8,7 @@ from omomo_core.generation.known import NOTHING, Known
 from omomo_core.generation.paper import generate_as_published
 from omomo_core.generation.person import joined
 from omomo_core.generation.ranking import ranked
-from omomo_core.generation.result import Generation, GenerationOptions, Progress
+from omomo_core.generation.result import Generation, GenerationOptions, Progress, silent
 from omomo_core.generation.stream import Block, stream
 from omomo_core.motion import ObjectMotion
 from omomo_core.stages.stage import Stages
@@ -19,7 +19,7 @@ def generate(
     body: BodyModel,
     stages: Stages,
     options: GenerationOptions,
-    progress: Progress,
+    progress: Progress = silent,
     known: Known = NOTHING,
 ) -> Generation:
     """Generate the people who could have moved the object.

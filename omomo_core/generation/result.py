@@ -12,6 +12,10 @@ Progress = Callable[[str, float], None]
 """(name of the step, fraction done)."""
 
 
+def silent(step: str, fraction: float) -> None:
+    """Nobody wants to know."""
+
+
 @dataclass(frozen=True)
 class GenerationOptions:
     """How to generate."""

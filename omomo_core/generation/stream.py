@@ -16,7 +16,7 @@ from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.segment import Segment, follow
 from omomo_core.generation.body import sample_body
-from omomo_core.generation.chapters import Chapter, Chapters, cut
+from omomo_core.generation.chapters import LIVE, Chapter, Chapters, cut
 from omomo_core.generation.decided import Decided, Pin
 from omomo_core.generation.embody import Sampled, embody, wish_of
 from omomo_core.generation.faces import Held, other_faces
@@ -24,7 +24,7 @@ from omomo_core.generation.fit import Fit
 from omomo_core.generation.hands import in_contact, sample_hands, starting_at
 from omomo_core.generation.known import NOTHING, Known, decided_by, start_of
 from omomo_core.generation.person import Person, shifted, stretch
-from omomo_core.generation.result import GenerationOptions, Progress
+from omomo_core.generation.result import GenerationOptions, Progress, silent
 from omomo_core.generation.scene import Scene, Thing
 from omomo_core.generation.solve import Solved
 from omomo_core.generation.threads import threads_for
@@ -49,10 +49,10 @@ def stream(
     body: BodyModel,
     stages: Stages,
     options: GenerationOptions,
-    progress: Progress,
+    progress: Progress = silent,
     known: Known = NOTHING,
     *,
-    chapters: Chapters,
+    chapters: Chapters = LIVE,
 ) -> Iterator[Block]:
     """Generate the people who could have moved the object, while its poses arrive.
 

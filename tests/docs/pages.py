@@ -41,7 +41,16 @@ def pages() -> list[str]:
 
 def markdown() -> list[str]:
     """Every page of the repository, as paths in it; what is installed or made is no part of it."""
-    rooms = ("capture_app", "ingest", "omomo_core", "render", "tests", "benchmarks", "tools")
+    rooms = (
+        "capture_app",
+        "ingest",
+        "omomo_core",
+        "render",
+        "tests",
+        "benchmarks",
+        "tools",
+        "examples",
+    )
     inside = [path for room in rooms for path in sorted((REPO / room).rglob("*.md"))]
     return [*pages(), *(str(path.relative_to(REPO)) for path in inside)]
 

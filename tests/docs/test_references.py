@@ -10,7 +10,7 @@ import pytest
 from tests.conftest import REPO
 from tests.docs.pages import markdown, prose, spans, text_of
 
-_ROOMS = "capture_app|ingest|omomo_core|render|tests|benchmarks|tools"
+_ROOMS = "capture_app|ingest|omomo_core|render|tests|benchmarks|tools|examples"
 _LINK = re.compile(r"\]\(([^)\s]+)\)")
 _PATH = re.compile(rf"(?<![\w/.])((?:{_ROOMS}|docs)/[\w/.\-]*\w/?)")
 _MODULE = re.compile(rf"(?<![\w/.])((?:{_ROOMS})(?:\.[A-Za-z_]\w*)+)")
@@ -83,6 +83,8 @@ def _defined(body: list[ast.stmt], names: list[str]) -> bool:
             case ast.Import() | ast.ImportFrom():
                 if names[0] in {(item.asname or item.name) for item in node.names}:
                     return True
+            case ast.If() if _defined(node.body, names):  # what only a type checker imports
+                return True
             case _:
                 pass
     return False

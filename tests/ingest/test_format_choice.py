@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from ingest.formats import arkit_data_logger, ios_logger, stray_scanner
-from ingest.formats.detect import FORMATS, read_session
+from ingest.formats.detect import read_session
+from ingest.formats.registry import FORMATS
 from omomo_core.errors import InputError
 
 TEXT_FORMATS = (stray_scanner, ios_logger, arkit_data_logger)

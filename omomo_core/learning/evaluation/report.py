@@ -7,7 +7,7 @@ from typing import Any
 
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
-from omomo_core.generation.result import GenerationOptions
+from omomo_core.generation.result import GenerationOptions, Progress, silent
 from omomo_core.learning.evaluation.average import Row, average
 from omomo_core.learning.evaluation.clips import RealClip, read_clip
 from omomo_core.learning.evaluation.protocols import (
@@ -80,8 +80,8 @@ def evaluate(
     stages: Stages,
     body: BodyModel,
     options: GenerationOptions,
-    whose: BodyChoice,
-    on_progress: Callable[[str, float], None],
+    whose: BodyChoice = "person",
+    on_progress: Progress = silent,
 ) -> Evaluation:
     """Measure a generator on clips.
 

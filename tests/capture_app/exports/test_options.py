@@ -13,7 +13,7 @@ from pxr import Usd, UsdGeom, UsdSkel
 from capture_app.exports import export as exporting
 from capture_app.exports.bone_names import BONE_NAMES, Bones
 from capture_app.exports.export import ExportOptions, export, object_file
-from capture_app.exports.formats import FORMATS, Kind, frame_of, target_of
+from capture_app.exports.formats import FORMATS, Kind, frame_of, kind_of, target_of
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.skeleton import ALL_JOINTS
@@ -68,6 +68,18 @@ def test_names_of_files(tmp_path: Path) -> None:
     assert target_of(Path("a.USDA"), Path("x"), "chair", Kind.usd) == Path("a.USDA")
     with pytest.raises(InputError, match="must end in"):
         target_of(Path("a.fbx"), Path("x"), "chair", Kind.glb)
+
+
+def test_an_ending_says_the_format() -> None:
+    for kind, form in FORMATS.items():
+        assert [kind_of(Path(f"chair{ending}")) for ending in form.endings] == [kind] * len(
+            form.endings
+        )
+    assert kind_of(Path("chair.GLB")) is Kind.glb
+    for name in ("chair", "chair.dae", "chair.mp4"):
+        with pytest.raises(InputError, match=r"\.glb.*\.bvh") as caught:
+            kind_of(Path(name))
+        assert caught.value.code == "output-ending"
 
 
 def test_amass_takes_no_other_names(write: Write, tmp_path: Path) -> None:

@@ -1,0 +1,35 @@
+"""Write a motion for other programs: GLB, BVH, USD and CSV.
+
+Usage: python examples/06_export.py [OUTPUT]
+
+Writes take.glb, take.bvh with take_object.bvh, take.usdc (if usd-core is installed) and take.csv into
+OUTPUT (example_output).
+"""
+
+import sys
+from pathlib import Path
+
+from capture_app import ExportOptions, InputError, Kind, TakeRequest, export_result, run_take
+from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+
+out = Path(sys.argv[1] if len(sys.argv) > 1 else "example_output")
+motion = out / "motion"
+if not motion.exists():
+    run_take(TakeRequest(DEMO / SESSION, DEMO / MESH, DEMO / MOUNT, motion, video_size=None))
+
+# The ending says the format; axes and units are those that its readers expect.
+export_result(motion, out / "take.glb")
+export_result(motion, out / "take.csv")
+
+# Options say more: a second sample, frames a second, axes, units.
+options = ExportOptions(Kind.bvh, fps=60.0, up="y", units="cm")
+for path in export_result(motion, out / "take.bvh", sample=2, options=options).files:
+    print(f"BVH at 60 fps: {path}")
+
+try:
+    export_result(motion, out / "take.usdc", options=ExportOptions(Kind.usd, fps=24.0))
+except InputError as problem:
+    print(f"No USD: {problem}")
+
+for path in sorted(out.glob("take*")):
+    print(f"{path}: {path.stat().st_size / 1e3:.0f} kB")
