@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from capture_app.calibration.calibrate import calibrate
     from capture_app.calibration.ways.requests import TrackerWay
     from capture_app.cli.train import train
+    from capture_app.commands.run import ResolveRequest, RunRequest
     from capture_app.comparison.film import CompareRequest, compare_motions
     from capture_app.exports.export import ExportOptions
     from capture_app.exports.formats import Kind
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from capture_app.inspection import inspect_take
     from capture_app.pipeline import run_take
     from capture_app.rendering import RenderRequest, render_result
-    from capture_app.request import ResolveRequest, TakeRequest
     from capture_app.resolve import resolve_result
     from capture_app.result import Result, load_result
     from ingest.formats.detect import read_session
@@ -55,7 +55,7 @@ __all__ = [
     "RenderRequest",
     "ResolveRequest",
     "Result",
-    "TakeRequest",
+    "RunRequest",
     "TrackerWay",
     "calibrate",
     "compare_motions",
@@ -91,7 +91,7 @@ _MODULES = {
     "capture_app.inspection": ("inspect_take",),
     "capture_app.pipeline": ("run_take",),
     "capture_app.rendering": ("RenderRequest", "render_result"),
-    "capture_app.request": ("ResolveRequest", "TakeRequest"),
+    "capture_app.commands.run": ("ResolveRequest", "RunRequest"),
     "capture_app.resolve": ("resolve_result",),
     "capture_app.result": ("Result", "load_result"),
     "ingest.formats.detect": ("read_session",),

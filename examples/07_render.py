@@ -12,7 +12,7 @@ from pathlib import Path
 from capture_app import (
     CompareRequest,
     RenderRequest,
-    TakeRequest,
+    RunRequest,
     compare_motions,
     render_result,
     run_take,
@@ -24,7 +24,15 @@ width = int(sys.argv[2]) if len(sys.argv) > 2 else 640
 size = (width, width * 9 // 16 // 2 * 2)
 motion = out / "motion"
 if not motion.exists():
-    run_take(TakeRequest(DEMO / SESSION, DEMO / MESH, DEMO / MOUNT, motion, video_size=None))
+    run_take(
+        RunRequest(
+            session=DEMO / SESSION,
+            object=DEMO / MESH,
+            mount=DEMO / MOUNT,
+            output=motion,
+            video_size=None,
+        )
+    )
 
 # A still, five seconds into the motion, from where it is seen best.
 render_result(RenderRequest(motion, out / "still.png", size=size, still=5.0))

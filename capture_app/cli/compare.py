@@ -9,6 +9,7 @@ import typer
 from capture_app.cli import options as given
 from capture_app.cli.console import output as console
 from capture_app.cli.console import progress_bars, say
+from capture_app.coordinates import read_size
 
 if TYPE_CHECKING:
     from capture_app.comparison.arrange import Comparison
@@ -88,7 +89,7 @@ def compare(
 
     Example: `omocap compare chair_motion other_motion -o compare.mp4`
     """
-    pixels = given.picture_size(size, "--size")
+    pixels = read_size(size, "--size")
     from capture_app.comparison.film import CompareRequest, compare_motions
 
     request = CompareRequest(

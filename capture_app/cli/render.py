@@ -2,6 +2,7 @@
 
 from capture_app.cli import options as given
 from capture_app.cli.console import progress_bars, say
+from capture_app.coordinates import read_size
 
 
 def render(
@@ -23,7 +24,7 @@ def render(
 
     Example: `omocap render chair_motion --view orbit --size 1920x1080 -o chair.mp4`
     """
-    pixels = given.picture_size(size, "--size")
+    pixels = read_size(size, "--size")
     grid = given.sheet_size(sheet, "--sheet") if sheet else None
     from capture_app.rendering import RenderRequest, render_result
     from capture_app.result import load_result, sample_index

@@ -2,16 +2,11 @@
 
 import json
 
+from capture_app.commands.request import Request
+from capture_app.commands.run import ResolveRequest, RunRequest
 from capture_app.exports.formats import FORMATS as EXPORTS
 from capture_app.exports.formats import Kind
-from capture_app.jobs.orders import (
-    CompareOrder,
-    ExportOrder,
-    Order,
-    RenderOrder,
-    ResolveOrder,
-    RunOrder,
-)
+from capture_app.jobs.orders import CompareOrder, ExportOrder, RenderOrder
 from capture_app.things import Info
 from capture_app.web.library.results import Results
 from capture_app.web.limited import work
@@ -34,7 +29,7 @@ from omomo_core.whole_file import write_whole
 _VIDEO = (960, 540)
 
 
-async def to_order(site: Site, id_: str, given: Ordered) -> Order:
+async def to_order(site: Site, id_: str, given: Ordered) -> Request:
     """The order of a job whose id is known; a new result has the job's id.
 
     Raises:
@@ -61,7 +56,7 @@ async def to_order(site: Site, id_: str, given: Ordered) -> Order:
             return calibrate_order(library, id_, given)
 
 
-async def _run(site: Site, id_: str, given: Run) -> RunOrder:
+async def _run(site: Site, id_: str, given: Run) -> RunRequest:
     library, shelves = site.library, site.library.shelves
     session = shelves["session"].content(given.session)
     mount = mount_of(library, given.mount)
@@ -74,7 +69,7 @@ async def _run(site: Site, id_: str, given: Run) -> RunOrder:
     facts = {"session": given.session, "object": given.object, "mount": given.mount, "parent": None}
     library.results.announce(id_, Info(name=name, facts=facts))
     options = given.options.model_dump(exclude={"video"})
-    return RunOrder(
+    return RunRequest(
         name=name,
         output=library.results.place(id_),
         session=session,
@@ -113,13 +108,13 @@ def _check_whole(given: Run) -> None:
         )
 
 
-def _resolve(results: Results, id_: str, given: Resolve) -> ResolveOrder:
+def _resolve(results: Results, id_: str, given: Resolve) -> ResolveRequest:
     before = results.get(given.result)
     name = given.name or f"{before.name}, corrected"
     contacts = results.contacts(id_)
     write_whole(contacts, json.dumps(given.contacts, allow_nan=False))
     results.announce(id_, Info(name=name, facts={**before.facts, "parent": given.result}))
-    return ResolveOrder(
+    return ResolveRequest(
         name=name,
         output=results.place(id_),
         result=results.content(given.result),

@@ -5,14 +5,16 @@ from pathlib import Path
 
 import pytest
 
+from capture_app.commands.request import Request
+from capture_app.commands.run import ResolveRequest
 from capture_app.jobs.kinds import KINDS
-from capture_app.jobs.orders import CompareOrder, ExportOrder, Order, RenderOrder, ResolveOrder
+from capture_app.jobs.orders import CompareOrder, ExportOrder, RenderOrder
 from capture_app.jobs.work import Attempt
 from capture_app.manifest import read_manifest
 from capture_app.pipeline import run_take
 
 
-def do(order: Order) -> tuple[list[str], dict[str, object], list[str]]:
+def do(order: Request) -> tuple[list[str], dict[str, object], list[str]]:
     """All stages at once: the stages heard of, the summary, the log."""
     heard: list[str] = []
     told: dict[str, object] = {}
@@ -54,7 +56,7 @@ def test_export_render_compare_and_resolve(result: Path, tmp_path: Path) -> None
     edited = json.loads((result / "contacts.json").read_text())
     edited["segments"] = edited["segments"][1:]
     (tmp_path / "edited.json").write_text(json.dumps(edited))
-    order = ResolveOrder(
+    order = ResolveRequest(
         result=result, contacts=tmp_path / "edited.json", output=tmp_path / "c", video_size=None
     )
     _, told, log = do(order)
