@@ -52,15 +52,15 @@ function told(value, unit) {
 // What is not known breaks the line.
 function path(values, most) {
   let text = "";
-  let drawing = false;
+  let begun = false;
   values.forEach((value, f) => {
     if (!Number.isFinite(value)) {
-      drawing = false;
+      begun = false;
       return;
     }
     const y = (HEIGHT - 2 - (HEIGHT - 4) * (value / most)).toFixed(2);
-    text += `${drawing ? "L" : "M"}${f + 0.5} ${y}`;
-    drawing = true;
+    text += `${begun ? "L" : "M"}${f + 0.5} ${y}`;
+    begun = true;
   });
   return text;
 }

@@ -4,7 +4,10 @@ import { ApiError } from "./api.js";
 /** Wait; ends early, with an AbortError, when the signal is raised. */
 export function rest(milliseconds, signal) {
   return new Promise((resolve, reject) => {
-    if (signal?.aborted) return reject(signal.reason);
+    if (signal?.aborted) {
+      reject(signal.reason);
+      return;
+    }
     const timer = setTimeout(resolve, milliseconds);
     signal?.addEventListener("abort", () => (clearTimeout(timer), reject(signal.reason)), {
       once: true,
@@ -20,7 +23,10 @@ export async function poll(look, milliseconds, signal, failed) {
       if (await look()) return;
     } catch (error) {
       if (signal.aborted) return;
-      if (!(error instanceof ApiError && error.offline)) return failed(error);
+      if (!(error instanceof ApiError && error.offline)) {
+        failed(error);
+        return;
+      }
     }
     // A tab that nobody sees asks less often.
     const pause = document.hidden ? 4 * milliseconds : milliseconds;

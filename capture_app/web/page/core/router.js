@@ -39,7 +39,10 @@ export class Router {
   async show({ again = false } = {}) {
     if (location.hash && !location.hash.startsWith("#/")) return;
     const { path, query } = parse(location.hash);
-    if (!again && path === this.path && this.view?.update) return this.view.update(query);
+    if (!again && path === this.path && this.view?.update) {
+      this.view.update(query);
+      return;
+    }
     const first = this.path === null;
     this.leaving.abort();
     this.leaving = new AbortController();

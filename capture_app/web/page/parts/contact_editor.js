@@ -106,7 +106,10 @@ class Editor {
   clicked(event) {
     if (!this.picking || this.stage.dragged(event)) return;
     const hit = this.stage.viewer.pick(event.offsetX, event.offsetY);
-    if (!hit) return say(this.hint, "That is beside the object. Click on it.");
+    if (!hit) {
+      say(this.hint, "That is beside the object. Click on it.");
+      return;
+    }
     this.timeline.setAnchor(hit);
     this.pick(false);
     say(this.hint, "The hand will hold there.");

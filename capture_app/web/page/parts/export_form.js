@@ -95,8 +95,10 @@ async function carryOut(order, { status, problem, signal, made }) {
   );
   if (signal.aborted) return;
   say(status, "");
-  if (job.state !== "done")
-    return put(problem, trouble(job.error ?? { what: "The export was cancelled." }));
+  if (job.state !== "done") {
+    put(problem, trouble(job.error ?? { what: "The export was cancelled." }));
+    return;
+  }
   put(status, "Here it is: ", fileList(job.files));
   announce("The file is written.");
   await made();

@@ -75,16 +75,17 @@ export function tick(label, { checked = false, hint = "" } = {}) {
 
 /** A button that is busy while `act` runs, and shows what went wrong in `place`. */
 export function doing(words, act, { kind = "", place = null } = {}) {
-  const button = h("button", { type: "button", class: kind }, words);
-  button.addEventListener("click", () => attempt(button, place, act));
-  return button;
+  const made = h("button", { type: "button", class: kind }, words);
+  made.addEventListener("click", () => attempt(made, place, act));
+  return made;
 }
 
-/** Run `act` once: the button waits, an error is shown in `place`. Returns what `act` returned. */
-export async function attempt(button, place, act) {
-  button.setAttribute("aria-disabled", "true");
-  if (button.dataset.busy) return undefined;
-  button.dataset.busy = "yes";
+/** Run `act` once: the button that was pressed waits, an error is shown in `place`. Returns what
+ *  `act` returned. */
+export async function attempt(pressed, place, act) {
+  pressed.setAttribute("aria-disabled", "true");
+  if (pressed.dataset.busy) return undefined;
+  pressed.dataset.busy = "yes";
   if (place) put(place);
   try {
     return await act();
@@ -93,7 +94,7 @@ export async function attempt(button, place, act) {
     if (place) put(place, trouble(inWords(error)));
     return undefined;
   } finally {
-    delete button.dataset.busy;
-    button.removeAttribute("aria-disabled");
+    delete pressed.dataset.busy;
+    pressed.removeAttribute("aria-disabled");
   }
 }

@@ -114,7 +114,10 @@ export class Stage extends EventTarget {
 
   /** Names over the panes of a comparison. */
   label() {
-    if (this.scenes.length < 2) return put(this.names);
+    if (this.scenes.length < 2) {
+      put(this.names);
+      return;
+    }
     put(
       this.names,
       this.viewer

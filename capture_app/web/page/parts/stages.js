@@ -9,7 +9,7 @@ export function stageWords(job) {
 
 /** All stages of a job as a list. */
 export function stageList(job) {
-  const video = job.options?.video_size != null;
+  const video = Boolean(job.options?.video_size);
   const known = stagesOf(job.kind, video);
   const seen = [...Object.keys(job.timings), job.stage].filter(Boolean);
   const stages = [

@@ -110,9 +110,15 @@ class Stood {
 
   clicked(event) {
     if (this.stage.picker !== this || this.stage.dragged(event)) return;
-    if (this.toStart()) return say(this.hint, "This is how the take begins. Click again.");
+    if (this.toStart()) {
+      say(this.hint, "This is how the take begins. Click again.");
+      return;
+    }
     const place = this.stage.viewer.floor(event.offsetX, event.offsetY);
-    if (!place) return say(this.hint, "That is above the horizon. Click on the floor.");
+    if (!place) {
+      say(this.hint, "That is above the horizon. Click on the floor.");
+      return;
+    }
     for (const [k, { input }] of this.typed.entries()) input.value = place[k].toFixed(2);
     this.put();
   }

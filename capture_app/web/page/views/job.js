@@ -117,10 +117,10 @@ class JobPage {
     this.outcome.dataset.state = record.state;
     if (!ended(record)) put(this.outcome);
     else if (record.state === "done") put(this.outcome, this.done(record));
-    else put(this.outcome, record.error && trouble(record.error), this.waysOn(record));
+    else put(this.outcome, record.error && trouble(record.error), this.waysOn());
   }
 
-  waysOn(record) {
+  waysOn() {
     const problem = h("div");
     return [
       h(
