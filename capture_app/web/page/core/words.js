@@ -44,6 +44,12 @@ export function sides(extents) {
   return `${extents.map((side) => Math.round(side * unit[1])).join(" × ")} ${unit[0]}`;
 }
 
+/** A stretch of a recording: [1.2, 3] -> "1.2 to 3.0 s"; times that its log does not tell are null. */
+export function stretch(seconds) {
+  const known = seconds.filter((time) => time !== null);
+  return known.length ? `${known.map((time) => time.toFixed(1)).join(" to ")} s` : "";
+}
+
 /** "tracking" -> "Tracking". */
 export function capital(text) {
   return text.charAt(0).toUpperCase() + text.slice(1);

@@ -1,6 +1,6 @@
 // A take report: the verdict in large words, what to do first, each check with what, where, fix.
 import { h } from "../core/dom.js";
-import { capital, count } from "../core/words.js";
+import { capital, count, stretch } from "../core/words.js";
 
 const VERDICTS = {
   good: ["ok", "This recording is good"],
@@ -75,11 +75,12 @@ function where(check, seek) {
       h("span", { class: "hint" }, `poses ${check.frames[0]} to ${check.frames[1] - 1}`)
     );
   }
-  const words = check.seconds.map((time) => time.toFixed(1)).join(" to ") + " s";
-  if (!seek) return h("span", { class: "hint" }, words);
+  const words = stretch(check.seconds);
+  const first = check.seconds.find((time) => time !== null);
+  if (!seek || first === undefined) return h("span", { class: "hint" }, words);
   return h(
     "button",
-    { type: "button", class: "link", on: { click: () => seek(check.seconds[0]) } },
+    { type: "button", class: "link", on: { click: () => seek(first) } },
     `Show ${words}`,
   );
 }
