@@ -1,4 +1,5 @@
 // An upload as it is seen: how far, how long still, pause, cancel, and what went wrong.
+import { inWords } from "../core/api.js";
 import { h, put, say } from "../core/dom.js";
 import { announce } from "../core/live.js";
 import { count, size, span } from "../core/words.js";
@@ -104,7 +105,7 @@ async function again(upload, scale) {
   try {
     await upload.finish({ scale });
   } catch (error) {
-    upload.error = error;
+    upload.error = inWords(error);
     upload.become("failed");
   }
 }

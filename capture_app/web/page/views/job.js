@@ -1,5 +1,5 @@
 // A job: what it is doing, how long still, cancel; it may be left and come back to.
-import { api } from "../core/api.js";
+import { api, inWords } from "../core/api.js";
 import { h, put, say } from "../core/dom.js";
 import { announce } from "../core/live.js";
 import { poll } from "../core/poll.js";
@@ -84,7 +84,7 @@ class JobPage {
       },
       EVERY,
       this.signal,
-      (error) => put(this.node, troublePage(error)),
+      (error) => put(this.node, troublePage(inWords(error))),
     );
   }
 
