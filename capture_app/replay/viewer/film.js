@@ -8,7 +8,7 @@ export function createFilm(pack) {
   return pack.array("film_times")?.length ? new Film(pack) : null;
 }
 
-class Film {
+export class Film {
   /** @param {Pack} pack */
   constructor(pack) {
     this.times = pack.need("film_times");
@@ -23,7 +23,7 @@ class Film {
 
   /** Seconds of the scene. @param {number} seconds */
   set time(seconds) {
-    const index = this.#nearest(seconds);
+    const index = nearest(this.times, seconds);
     if (index === this.shown) return;
     this.shown = index;
     this.element.src = this.#place(index);
@@ -32,19 +32,6 @@ class Film {
   dispose() {
     this.places.forEach((place) => URL.revokeObjectURL(place));
     this.places.clear();
-  }
-
-  /** @param {number} time */
-  #nearest(time) {
-    let low = 0;
-    let high = this.times.length - 1;
-    while (low < high) {
-      const half = (low + high) >> 1;
-      if (this.times[half] < time) low = half + 1;
-      else high = half;
-    }
-    const before = Math.max(0, low - 1);
-    return time - this.times[before] < this.times[low] - time ? before : low;
   }
 
   /** @param {number} index */
@@ -56,4 +43,18 @@ class Film {
     this.places.set(index, place);
     return place;
   }
+}
+
+/** Index of the time that is nearest to a moment; `times` ascend.
+ *  @param {ArrayLike<number>} times @param {number} time */
+export function nearest(times, time) {
+  let low = 0;
+  let high = times.length - 1;
+  while (low < high) {
+    const half = (low + high) >> 1;
+    if (times[half] < time) low = half + 1;
+    else high = half;
+  }
+  const before = Math.max(0, low - 1);
+  return time - times[before] < times[low] - time ? before : low;
 }

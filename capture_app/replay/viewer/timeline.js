@@ -18,7 +18,7 @@ export function createTimeline(host, pack, options = {}) {
   return new Timeline(host, pack, options);
 }
 
-class Timeline extends EventTarget {
+export class Timeline extends EventTarget {
   #pack;
   #root;
   #rows;

@@ -1,7 +1,8 @@
 // Look again and again until the view is left.
 import { ApiError } from "./api.js";
 
-/** Wait; ends early, with an AbortError, when the signal is raised. */
+/** Wait; ends early, with an AbortError, when the signal is raised.
+ *  @param {number} milliseconds @param {AbortSignal} [signal] @returns {Promise<void>} */
 export function rest(milliseconds, signal) {
   return new Promise((resolve, reject) => {
     if (signal?.aborted) {
@@ -16,7 +17,9 @@ export function rest(milliseconds, signal) {
 }
 
 /** Call `look` until it returns true or the signal is raised; a server that is away is waited for,
- *  any other error goes to `failed` and ends it. */
+ *  any other error goes to `failed` and ends it.
+ *  @param {() => Promise<unknown>} look @param {number} milliseconds @param {AbortSignal} signal
+ *  @param {(error: unknown) => void} failed */
 export async function poll(look, milliseconds, signal, failed) {
   while (!signal.aborted) {
     try {
