@@ -33,6 +33,8 @@ export class Upload extends EventTarget {
   marks = [];
   /** @type {Seat[]} */
   seats = [];
+  /** @type {Promise<Announced> | null} */
+  announced = null;
 
   /** known: the server's record of an earlier attempt.
    *  @param {Order} order @param {Announced | null} known */
@@ -52,19 +54,22 @@ export class Upload extends EventTarget {
 
   /** Send what is missing; resolves when it is done, paused, failed or cancelled. */
   async start() {
-    this.stop = new AbortController();
+    const stop = new AbortController();
+    this.stop = stop;
     this.marks = [];
     this.become("sending");
     try {
       const record = await this.record();
+      stop.signal.throwIfAborted();
       this.seats = record.files.map((one) => ({ ...one, file: this.fileOf(one.path) }));
       this.count();
       const queue = this.seats.filter((seat) => seat.received < seat.size);
       await Promise.all(Array.from({ length: AT_ONCE }, () => this.work(queue)));
+      stop.signal.throwIfAborted();
       await this.finish();
     } catch (error) {
-      if (this.stop.signal.aborted) return;
-      this.stop.abort();
+      if (stop.signal.aborted) return;
+      stop.abort();
       this.error = inWords(error);
       this.become("failed");
     }
@@ -79,6 +84,7 @@ export class Upload extends EventTarget {
   /** Stop and throw away what has arrived. */
   async cancel() {
     this.stop.abort();
+    await this.announced?.catch(() => null);
     if (this.id) {
       await api(`/api/uploads/${this.id}`, { method: "DELETE" });
       running.delete(this.id);
@@ -96,14 +102,20 @@ export class Upload extends EventTarget {
     this.become("done");
   }
 
-  /** @returns {Promise<Announced>} */
+  /** What the server has of it, which is told of it first. @returns {Promise<Announced>} */
   async record() {
     if (this.id) return api(`/api/uploads/${this.id}`, { signal: this.stop.signal });
+    this.announced ??= this.announce().finally(() => (this.announced = null));
+    return this.announced;
+  }
+
+  async announce() {
     const { kind, name, files } = this.order;
     const listed = files.map(({ path, file }) => ({ path, size: file.size }));
+    // A pause does not stop this: what the server has begun it must be told to throw away.
     /** @type {Announced} */
     const made = await this.again(() =>
-      api("/api/uploads", { json: { kind, name, files: listed }, signal: this.stop.signal }),
+      api("/api/uploads", { json: { kind, name, files: listed } }),
     );
     this.id = made.id;
     running.set(this.id, this);
