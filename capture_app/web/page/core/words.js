@@ -11,14 +11,15 @@ const STEPS = [
 
 /** 1536 -> "1.5 kB". @param {number} bytes */
 export function size(bytes) {
-  const power = Math.min(Math.floor(Math.log10(Math.max(bytes, 1)) / 3), UNITS.length - 1);
+  let power = 0;
+  while (power < UNITS.length - 1 && Math.round(bytes / 1000 ** power) >= 1000) power += 1;
   const value = bytes / 1000 ** power;
-  return `${value >= 100 || power === 0 ? value.toFixed(0) : value.toFixed(1)} ${UNITS[power]}`;
+  return `${value.toFixed(value >= 99.95 || power === 0 ? 0 : 1)} ${UNITS[power]}`;
 }
 
 /** 83 -> "1 min 23 s". @param {number} seconds */
 export function span(seconds) {
-  if (seconds < 10) return `${seconds.toFixed(1)} s`;
+  if (seconds < 9.95) return `${seconds.toFixed(1)} s`;
   const whole = Math.round(seconds);
   if (whole < 60) return `${whole} s`;
   if (whole < 3600) return `${Math.floor(whole / 60)} min ${whole % 60} s`;
