@@ -21,7 +21,8 @@ export function element(tag, about = {}, children = []) {
 
 /** @param {number} seconds */
 export function clock(seconds) {
-  const minutes = Math.floor(seconds / 60);
-  const rest = (seconds - 60 * minutes).toFixed(2);
+  const hundredths = Math.round(100 * seconds);
+  const minutes = Math.floor(hundredths / 6000);
+  const rest = ((hundredths - 6000 * minutes) / 100).toFixed(2);
   return minutes ? `${minutes}:${rest.padStart(5, "0")}` : `${rest} s`;
 }

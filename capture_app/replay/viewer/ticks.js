@@ -8,7 +8,7 @@ const MOST = 12;
  *  @param {number} duration */
 export function tickSeconds(duration) {
   const step = STEPS.find((size) => duration / size <= MOST) ?? LONGEST;
-  const seconds = [];
-  for (let second = 0; second <= duration; second += step) seconds.push(second);
-  return seconds;
+  // What is divided need not come out whole.
+  const last = Math.floor(duration / step + 1e-6);
+  return Array.from({ length: last + 1 }, (_, k) => k * step);
 }
