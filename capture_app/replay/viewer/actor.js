@@ -7,7 +7,7 @@ import { ball, frustum, phone } from "./shapes.js";
 import { facing, multiply, placed, point } from "./vectors.js";
 /** @import {Column} from "./gpu.js"
  *  @import {Moment} from "./motion.js"
- *  @import {Held, Lens, Pack, Segment, Surface} from "./pack.js"
+ *  @import {Lens, Pack, Segment, Surface} from "./pack.js"
  *  @import {Theme} from "./palette.js"
  *  @import {Layers, Solid, Stroke} from "./stage.js" */
 

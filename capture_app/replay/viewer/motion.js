@@ -1,7 +1,7 @@
 // Where everything of a scene is at a moment, between its frames.
 
 import { between, mixed, point, pose } from "./vectors.js";
-/** @import {Arrays, Moving, Pack} from "./pack.js" */
+/** @import {Moving, Pack} from "./pack.js" */
 
 const BROKEN = 2;
 const PALMS = ["left_middle1", "right_middle1"];

@@ -7,8 +7,7 @@ import { dropArea } from "../upload/drop.js";
 import { order } from "../upload/gather.js";
 import { choice } from "./fields.js";
 import { trouble } from "./trouble.js";
-/** @import {Item, Looked} from "../core/answers.js"
- *  @import {Root} from "../upload/gather.js" */
+/** @import {Item, Looked} from "../core/answers.js" */
 
 /** @typedef {"session" | "video" | "material"} Kind */
 /** @typedef {(id: string, signal: AbortSignal) => Promise<Looked>} Look */
