@@ -17,6 +17,14 @@ test("segments are in the order of time", () => {
   ]);
 });
 
+test("of two hands that begin at once the left one is first", () => {
+  const edits = new ContactEdits([{ ...RIGHT, start: 10 }, LEFT], 100, 30);
+  assert.deepEqual(
+    edits.segments.map(({ hand }) => hand),
+    ["left", "right"],
+  );
+});
+
 test("what was given is not changed by edits", () => {
   const edits = made();
   edits.moved(edits.segments[0], "stop", 5);

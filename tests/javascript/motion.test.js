@@ -54,7 +54,7 @@ function body() {
           values: [...rises, ...rises.map((v) => v && v + 10)],
         },
         rotations: { dtype: "i2", shape: [2, 3, 3, 4], values: Array(6).fill(pose).flat() },
-        rest_joints: { dtype: "f4", shape: [3, 3], values: [5, 5, 5, 6, 5, 5, 7, 5, 5] },
+        rest_joints: { dtype: "f4", shape: [3, 3], values: [5, 6, 4, 6, 6, 4, 7, 6, 4] },
         hand_contact: {
           dtype: "u1",
           shape: [2, 3, 2],
@@ -116,15 +116,38 @@ test("joints hang on their parents as these are turned", () => {
   near(joints.subarray(0, 9), [0, 0, 1, 1, 0, 1, 1, 1, 1], 1e-4);
 });
 
-test("a bone brings a joint at rest to its place", () => {
-  const motion = body();
-  const { bones, joints } = motion.at(0.2);
-  const rest = [7, 5, 5];
-  const moved = [0, 1, 2].map((row) => {
-    const [a, b, c, d] = bones.subarray(24 + 4 * row, 28 + 4 * row);
-    return a * rest[0] + b * rest[1] + c * rest[2] + d;
-  });
-  near(moved, joints.subarray(6, 9), 1e-4);
+test("a bone brings what is at rest around a joint to where the joint has turned it", () => {
+  const { bones, joints } = body().at(0.2);
+  const joint = Array.from(joints.subarray(6, 9));
+  const bring = (vertex) =>
+    [0, 1, 2].map((row) => {
+      const [a, b, c, d] = bones.subarray(24 + 4 * row, 28 + 4 * row);
+      return a * vertex[0] + b * vertex[1] + c * vertex[2] + d;
+    });
+  near(bring([7, 6, 4]), joint, 1e-4);
+  // A quarter turn about z brings x to y and y to -x.
+  near(bring([7.3, 6.1, 4.2]), [joint[0] - 0.1, joint[1] + 0.3, joint[2] + 0.2], 1e-4);
+});
+
+test("an object's pose that is a guess is told, and not mixed with its neighbours", () => {
+  const motion = new Motion(
+    readPack(
+      packed(
+        { ...HEADER, samples: 0 },
+        {
+          object_position: { dtype: "f4", shape: [3, 3], values: [0, 0, 0, 1, 0, 0, 2, 0, 0] },
+          object_rotation: { dtype: "f4", shape: [3, 4], values: [...SAME, ...SAME, ...SAME] },
+          valid: { dtype: "u1", shape: [3], values: [1, 0, 1] },
+        },
+      ),
+    ),
+  );
+  assert.deepEqual(
+    [0, 0.1, 0.2].map((time) => motion.at(time).valid),
+    [true, false, true],
+  );
+  near(placeOf(motion.at(0.03).object), [0, 0, 0]);
+  near(placeOf(motion.at(0.08).object), [1, 0, 0]);
 });
 
 test("another sample is another motion, with hands and contacts of its own", () => {
@@ -152,5 +175,6 @@ test("a series holds one column of the sample that is shown", () => {
 test("the middle of a stretch is the mean of its frames, cut at the ends", () => {
   near(body().centre(0.1, 0.1), [0, 0, 1]);
   near(body().centre(0, 0.1), [0, 0, 0.5]);
+  near(body().centre(0.2, 0.1), [0, 0, 1.5]);
   near(phoneTake().centre(0.05, 0), [2, 0, 1]);
 });

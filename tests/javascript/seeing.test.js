@@ -80,6 +80,7 @@ test("panes leave no pixel between them, whatever the screen's ratio", () => {
     const all = panesOf([0, 1, 2], "side", 1001, 300).map((pane) => pixels(pane, ratio));
     for (const [k, one] of all.slice(1).entries()) assert.equal(all[k].x + all[k].width, one.x);
     assert.equal(all[2].x + all[2].width, Math.round(1001 * ratio));
+    assert.equal(all[0].height, 300 * ratio);
   }
 });
 
@@ -118,6 +119,73 @@ test("a camera that frames a motion has all of it in its picture", () => {
       }
     }
   }
+});
+
+test("a person is looked at from before", () => {
+  // Hips along x, the left one ahead: the person looks along -y.
+  const still = [0, 0, 0, 32767];
+  const person = readPack(
+    packed(
+      {
+        ...HEADER,
+        frames: 1,
+        joint_names: ["pelvis", "left_hip", "right_hip"],
+        joint_parents: [-1, 0, 0],
+      },
+      {
+        root: { dtype: "f4", shape: [1, 1, 3], values: [0, 0, 1] },
+        rotations: { dtype: "i2", shape: [1, 1, 3, 4], values: [...still, ...still, ...still] },
+        rest_joints: { dtype: "f4", shape: [3, 3], values: [0, 0, 0, 0.1, 0, 0, -0.1, 0, 0] },
+        hand_contact: { dtype: "u1", shape: [1, 1, 2], values: [0, 0] },
+      },
+    ),
+  );
+  const motion = new Motion(person);
+  const camera = new Camera();
+  camera.frame([motion]);
+  const { origin } = ray(camera.view(motion, 0, 1.5), 0, 0);
+  assert.ok(-origin[1] > Math.abs(origin[0]), `seen from ${origin}`);
+  assert.ok(origin[2] > 0.5);
+});
+
+test("a session is looked at from beside its way", () => {
+  const pack = scene();
+  const motion = new Motion({
+    ...pack,
+    array: (name) => (/phone/.test(name) ? pack.array(name) : null),
+  });
+  const camera = new Camera();
+  camera.frame([motion]);
+  const { origin } = ray(camera.view(motion, 0, 1.5), 0, 0);
+  const [x, y] = origin.map((value, k) => value - camera.scene.centre[k]);
+  assert.ok(Math.abs(y) > Math.abs(x), `seen from ${x}, ${y}`);
+});
+
+test("the object's camera shows all of the object, wherever it has gone", () => {
+  const motion = new Motion(scene());
+  const camera = new Camera();
+  camera.frame([motion]);
+  camera.set("object");
+  const view = camera.view(motion, 0.2, 4 / 3);
+  for (const corner of CUBE) {
+    const { x, y } = inPane(view, add(corner, [2, 0, 0]));
+    assert.ok(x > 100 && x < 500 && y > 0 && y < 300, `${corner} at ${x}, ${y}`);
+  }
+});
+
+test("dragging lifts the eye until nearly above, and lowers it to a little below the middle", () => {
+  const motion = new Motion(scene());
+  const camera = new Camera();
+  camera.frame([motion]);
+  const height = () => ray(camera.view(motion, 0, 1.5), 0, 0).origin[2];
+  const before = height();
+  camera.turn(0, 0.3);
+  assert.ok(height() > before);
+  camera.turn(0, 99);
+  const steep = ray(camera.view(motion, 0, 1.5), 0, 0).toward;
+  assert.ok(steep[2] < -0.99 && steep[2] > -1);
+  camera.turn(0, -99);
+  assert.ok(height() < camera.scene.centre[2]);
 });
 
 test("the phone's camera is where the phone is and sees what it saw", () => {

@@ -1,6 +1,7 @@
 // Stands in for the server: `fetch` as the page calls it, answered by a test.
 
-/** Until the test is over, `answer(path, options)` gives {status, body} or throws; returns the calls. */
+/** Until the test is over, `answer(path, options)` gives {status, body} or throws.
+ *  Returns the calls. */
 export function served(t, answer) {
   const calls = [];
   t.mock.method(globalThis, "fetch", async (path, options = {}) => {

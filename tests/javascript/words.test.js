@@ -31,6 +31,7 @@ test("times are told in the two units that matter", () => {
   assert.equal(words.span(83), "1 min 23 s");
   assert.equal(words.span(3599.7), "1 h 0 min");
   assert.equal(words.span(7322), "2 h 2 min");
+  assert.equal(words.span(7199), "1 h 59 min");
 });
 
 test("a time that rounds up to ten seconds has no decimals", () => {
@@ -60,6 +61,7 @@ test("the past is told by its largest unit", (t) => {
 test("sides are in centimetres, those of small things in millimetres", () => {
   assert.equal(words.sides([0.52, 0.476, 0.554]), "52 × 48 × 55 cm");
   assert.equal(words.sides([0.012, 0.0405, 0.099]), "12 × 41 × 99 mm");
+  assert.equal(words.sides([0.02, 0.03, 1.2]), "2 × 3 × 120 cm");
 });
 
 test("a stretch tells the times that are known", () => {
