@@ -37,14 +37,14 @@ class Request(BaseModel):
         return self.model_dump(mode="json", exclude={"name", "output", *self.READS})
 
 
-Asked = TypeVar("Asked", bound=Request)
+Asked = TypeVar("Asked", bound=BaseModel)
 
 
 def validated(model: type[Asked], said: Mapping[str, Any], code: str, **context: str) -> Asked:
-    """Return the request that was typed on a command line or in a table.
+    """Return the request, or a part of one, that was typed on a command line or in a table.
 
     Args:
-        model: which request.
+        model: of the request or the part.
         said: values by the names of its fields; text is parsed.
         code: of the error where a value is out of bounds.
         context: `where` is the place in errors; else `prefix` and the name of the field are.

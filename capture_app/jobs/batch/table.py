@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from capture_app.commands.run import RunRequest
+from capture_app.commands.request import validated
+from capture_app.commands.run import RunRequest, TakeOptions
 from capture_app.jobs.batch.sessions import unused
 from omomo_core.errors import InputError
 
@@ -66,6 +67,11 @@ def _row(
     for name in _PATHS:
         if name in said and not (name == "mount" and said[name] == "identity"):
             said[name] = file.parent / said[name]
+    options = {field: said[field] for field in TakeOptions.model_fields if field in said}
+    place = f"{file}, line {number}"
+    said |= validated(TakeOptions, options, "batch-option", where=place).model_dump(
+        exclude_unset=True
+    )
     name = unused(_word(said.get("name") or said["session"].stem), names)
     names[name] = said["session"]
     return {**said, "name": name}

@@ -72,7 +72,7 @@ def test_a_table_says_what_is_particular_to_each_session(tmp_path: Path) -> None
         "session": tmp_path / "one",
         "object": tmp_path / "chair.obj",
         "mount": "identity",
-        "height": "1.8",
+        "height": 1.8,
         "up": (0.0, 1.0, 0.0),
         "name": "one",
         "stood": (0.5, -1.0),
@@ -105,6 +105,8 @@ def test_a_place_before_the_phone_is_not_asked_of_an_animation(tmp_path: Path) -
         ("session,object\na,b,c\n", "batch-table-line"),
         ("session,name\n,x\n", "batch-table-line"),
         ("session,stood\na,here\n", "place-invalid"),
+        ("session,up\na,above\n", "direction-invalid"),
+        ("session,height\na,9\n", "batch-option"),
     ],
 )
 def test_a_table_that_is_not_understood_is_refused_with_its_line(
