@@ -77,3 +77,21 @@ def read_size(text: str, where: str) -> tuple[int, int]:
             fix="Write width x height in pixels, e.g. 1280x720.",
         )
     return width, height
+
+
+def read_sheet(text: str, where: str) -> tuple[int, int]:
+    """Columns and rows of "4x3".
+
+    Raises:
+        InputError: it is written otherwise, or they are more than anybody can look at.
+    """
+    found = re.fullmatch(r"(\d{1,2})x(\d{1,2})", text.strip().lower())
+    columns, rows = (int(found[1]), int(found[2])) if found else (0, 0)
+    if not (1 <= columns <= 20 and 1 <= rows <= 20):
+        raise InputError(
+            "sheet-invalid",
+            f"{text!r} is no sheet of pictures.",
+            where=where,
+            fix="Write columns x rows, 20 of each at most, e.g. 4x3.",
+        )
+    return columns, rows

@@ -35,19 +35,21 @@ if not motion.exists():
     )
 
 # A still, five seconds into the motion, from where it is seen best.
-render_result(RenderRequest(motion, out / "still.png", size=size, still=5.0))
+render_result(RenderRequest(result=motion, output=out / "still.png", size=size, still=5.0))
 print(f"Still: {out / 'still.png'}")
 
 # All frames, from a camera that goes round the person; the ending may also be .webp or .gif.
 render_result(
-    RenderRequest(motion, out / "orbit.mp4", view="orbit", size=size),
+    RenderRequest(result=motion, output=out / "orbit.mp4", view="orbit", size=size),
     progress=lambda stage, done: print(f"{stage} {done:4.0%}", end="\r"),
 )
 print(f"Video: {out / 'orbit.mp4'}")
 
 # Two samples, three moments of each, with what is measured of them.
 comparison = compare_motions(
-    CompareRequest([f"{motion}#1", f"{motion}#2"], out / "samples.png", size=size, sheet=3)
+    CompareRequest(
+        motions=(f"{motion}#1", f"{motion}#2"), output=out / "samples.png", size=size, sheet=3
+    )
 )
 for contender in comparison.contenders:
     print(f"{contender.label}: {', '.join(f'{n.name} {n.value}' for n in contender.numbers)}")

@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 _PLAIN = (int, float, bool, str, Path)
-_FLAGS = {"configuration": "--config"}
+_FLAGS = {"configuration": "--config", "any_object": "--any", "figures": "--json"}
 """Fields whose option has another name."""
 
 
@@ -51,6 +51,8 @@ def derived(
 def _parameter(name: str, field: FieldInfo) -> inspect.Parameter:
     flag = _FLAGS.get(name, f"--{name.replace('_', '-')}")
     kind = _typed(field.annotation)
+    if field.default is True or kind == bool | None:
+        flag = f"{flag}/--no-{flag[2:]}"
     least: Any = next((m.ge for m in field.metadata if isinstance(m, annotated_types.Ge)), None)
     most: Any = next((m.le for m in field.metadata if isinstance(m, annotated_types.Le)), None)
     default = _text(field.default)

@@ -1,6 +1,5 @@
 """The words of the command line: arguments and options, each described once."""
 
-import re
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -233,21 +232,3 @@ def mount_file(mount: Path | str | None) -> Path | None:
             "--mount identity. A file of the object's own motion needs none: see docs/blender.md.",
         )
     return None if str(mount) == IDENTITY else Path(mount)
-
-
-def sheet_size(text: str, option: str) -> tuple[int, int]:
-    """Columns and rows of "4x3".
-
-    Raises:
-        InputError: it is written otherwise, or they are more than anybody can look at.
-    """
-    found = re.fullmatch(r"(\d{1,2})x(\d{1,2})", text.strip().lower())
-    columns, rows = (int(found[1]), int(found[2])) if found else (0, 0)
-    if not (1 <= columns <= 20 and 1 <= rows <= 20):
-        raise InputError(
-            "sheet-invalid",
-            f"{text!r} is no sheet of pictures.",
-            where=option,
-            fix="Write columns x rows, 20 of each at most, e.g. 4x3.",
-        )
-    return columns, rows

@@ -81,7 +81,7 @@ def _size(value: object, info: Any) -> object:
 
 
 VideoSize = Annotated[
-    tuple[Annotated[int, Field(ge=64, le=7680)], Annotated[int, Field(ge=64, le=4320)]],
+    tuple[Annotated[int, Field(ge=16, le=7680)], Annotated[int, Field(ge=16, le=4320)]],
     BeforeValidator(_size),
 ]
 """Width and height in pixels; text is written as 960x540."""

@@ -6,25 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from capture_app.calibration.ways.requests import AnyWay
-from capture_app.commands.request import Request, VideoSize
-
-
-class RenderOrder(Request):
-    """A result becomes a video or a picture; the ending of the output decides."""
-
-    KIND: ClassVar[str] = "render"
-    READS: ClassVar[tuple[str, ...]] = ("result",)
-
-    result: Path
-    view: Literal["third", "orbit", "follow", "top", "object"] = "third"
-    sample: Annotated[int, Field(ge=1)] | None = None
-    size: VideoSize = (960, 540)
-    still: float | None = None
-    sheet: tuple[Annotated[int, Field(ge=1, le=20)], Annotated[int, Field(ge=1, le=20)]] | None = (
-        None
-    )
-    markers: bool = True
-    smooth: bool | None = None
+from capture_app.commands.request import Request
 
 
 class ExportOrder(Request):
@@ -41,34 +23,6 @@ class ExportOrder(Request):
     units: Literal["m", "cm"] | None = None
     bones: str = "smplx"
     skeleton: Path | None = None
-
-
-class CompareOrder(Request):
-    """Several motions side by side in one video or picture."""
-
-    KIND: ClassVar[str] = "compare"
-
-    motions: Annotated[tuple[str, ...], Field(min_length=1, max_length=25)]
-    """Result folders, RESULT#3 for the third sample, or recorded clips."""
-    samples: bool = False
-    rule: Literal["paper"] | None = None
-    heat: bool = False
-    any_object: bool = False
-    labels: tuple[str, ...] = ()
-    size: VideoSize = (480, 360)
-    columns: Annotated[int, Field(ge=1)] | None = None
-    still: float | None = None
-    sheet: Annotated[int, Field(ge=1, le=24)] | None = None
-    figures: Path | None = None
-    """JSON file to write every figure to."""
-    markers: bool = True
-    smooth: bool | None = None
-
-    @property
-    def inputs(self) -> dict[str, Path]:
-        """The motions, numbered from 1."""
-        paths = enumerate(self.motions, 1)
-        return {f"motion {k}": Path(text.rpartition("#")[0] or text) for k, text in paths}
 
 
 class OverlayOrder(Request):

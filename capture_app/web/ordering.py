@@ -2,11 +2,12 @@
 
 import json
 
+from capture_app.commands.render import CompareRequest, RenderRequest
 from capture_app.commands.request import Request
 from capture_app.commands.run import ResolveRequest, RunRequest
 from capture_app.exports.formats import FORMATS as EXPORTS
 from capture_app.exports.formats import Kind
-from capture_app.jobs.orders import CompareOrder, ExportOrder, RenderOrder
+from capture_app.jobs.orders import ExportOrder
 from capture_app.things import Info
 from capture_app.web.library.results import Results
 from capture_app.web.limited import work
@@ -134,9 +135,9 @@ def _export(results: Results, id_: str, given: Export) -> ExportOrder:
     )
 
 
-def _render(results: Results, id_: str, given: Render) -> RenderOrder:
+def _render(results: Results, id_: str, given: Render) -> RenderRequest:
     words = [given.view, *_sample(given.sample), id_]
-    return RenderOrder(
+    return RenderRequest(
         name=f"{results.get(given.result).name}, seen {given.view}",
         output=results.make_exports(given.result) / f"{'-'.join(words)}.mp4",
         result=results.content(given.result),
@@ -144,9 +145,9 @@ def _render(results: Results, id_: str, given: Render) -> RenderOrder:
     )
 
 
-def _compare(results: Results, id_: str, given: Compare) -> CompareOrder:
+def _compare(results: Results, id_: str, given: Compare) -> CompareRequest:
     names = [results.get(result).name for result in given.results]
-    return CompareOrder(
+    return CompareRequest(
         name=f"{names[0]} and {len(names) - 1} more, compared",
         output=results.make_exports(given.results[0]) / f"compare-{id_}.mp4",
         motions=tuple(str(results.content(result)) for result in given.results),

@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Discriminator, Field, Tag
 
+from capture_app.commands.render import RenderOptions
 from capture_app.commands.run import TakeOptions
 from capture_app.exports.bone_names import Bones
 from capture_app.things import Name
@@ -23,8 +24,8 @@ from capture_app.web.routes.calibrations import (
 from capture_app.web.sources import MountChoice
 
 _EXAMPLE_ID = "0123456789abcdef"
-_Number = Annotated[float, Field(allow_inf_nan=False)]
 _Size = tuple[Annotated[int, Field(ge=64, le=3840)], Annotated[int, Field(ge=64, le=2160)]]
+_Number = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class RunOptions(TakeOptions):
@@ -90,16 +91,15 @@ class Export(BaseModel):
     sample: Annotated[int, Field(ge=1, le=64)] | None = None
 
 
-class Render(BaseModel):
+class Render(RenderOptions):
     """A result becomes a video."""
 
     model_config = like(kind="render", result=_EXAMPLE_ID, view="orbit", size=[960, 540])
 
     kind: Literal["render"]
     result: Id
-    view: Literal["third", "orbit", "follow", "top", "object"] = "third"
-    sample: Annotated[int, Field(ge=1, le=64)] | None = None
     size: _Size = (960, 540)
+    """At most what others who wait can bear."""
 
 
 class Compare(BaseModel):

@@ -8,10 +8,11 @@ from power import Disk, disk
 from scipy.spatial.transform import Rotation
 
 from capture_app.calibration.ways.requests import TrackerWay
+from capture_app.commands.render import RenderRequest
 from capture_app.commands.request import Request
 from capture_app.commands.run import RunRequest
 from capture_app.jobs.kinds import KINDS
-from capture_app.jobs.orders import CalibrateOrder, ExportOrder, RenderOrder
+from capture_app.jobs.orders import CalibrateOrder, ExportOrder
 from capture_app.jobs.work import Attempt
 from capture_app.simulator.carried_box import clamped_phone
 from capture_app.simulator.phone import simulate
@@ -62,7 +63,7 @@ def test_a_motion_a_video_and_an_export(inputs, weights: Path, tmp_path: Path, d
     (tmp_path / "exports").mkdir()
     result, exports = order.output, tmp_path / "exports"
     cut_after_each_stage(ExportOrder(result=result, output=exports / "a.csv", to="csv"), disk)
-    still = RenderOrder(result=result, output=exports / "a.png", size=(64, 64), still=0.5)
+    still = RenderRequest(result=result, output=exports / "a.png", size=(64, 64), still=0.5)
     cut_after_each_stage(still, disk)
 
 
