@@ -8,7 +8,6 @@ too few for anything but to show the way.
 """
 
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 from capture_app import Clip, RunRequest, load_result, run_take, save_clips, train
@@ -47,5 +46,6 @@ save_clips(data, clips)
 # The same call goes on where it was stopped. Its folder holds hands.safetensors and body.safetensors.
 train("capture", [data], networks, start_from=Path("shipped"), steps=steps, batch=4, rate=1e-4)
 
-trained = run_take(replace(request, output=out / "trained", weights=networks, replace=True))
+again = {"output": out / "trained", "weights": networks, "replace": True}
+trained = run_take(request.model_copy(update=again))
 print(f"A motion of {len(trained.best.root)} frames by the trained networks: {trained.folder}")

@@ -11,36 +11,12 @@ from omomo_core.errors import InputError
 IDENTITY = "identity"
 
 
-class ContactRule(StrEnum):
-    """How predicted hands are put on the object."""
-
-    segments = "segments"
-    paper = "paper"
-
-
-class Configuration(StrEnum):
-    """Which trained model."""
-
-    capture = "capture"
-    paper = "paper"
-
-
 class DrawingBackend(StrEnum):
     """What draws the pictures."""
 
     auto = "auto"
     pyrender = "pyrender"
     raycast = "raycast"
-
-
-class SeenFrom(StrEnum):
-    """Where a motion is seen from."""
-
-    third = "third"
-    orbit = "orbit"
-    follow = "follow"
-    top = "top"
-    object = "object"
 
 
 def _option(*names: str, text: str, **rest: Any) -> Any:
@@ -70,18 +46,6 @@ OutputFile = Annotated[
     Path | None,
     _option("-o", "--output", text="File to write; in the result folder if not given."),
 ]
-Mesh = Annotated[
-    Path | None,
-    _option(
-        "--object",
-        text="Mesh of the object: OBJ, PLY, STL or GLB, in metres. An animated GLB or USD has its "
-        "own.",
-    ),
-]
-Node = Annotated[
-    str | None,
-    _option(text="Name of the object in an animated GLB or USD in which several things move."),
-]
 OptionalMesh = Annotated[
     Path | None, _option("--object", text="Mesh of the object, to find its floor.")
 ]
@@ -94,52 +58,14 @@ Mount = Annotated[
     ),
 ]
 Seed = Annotated[int, typer.Option(help="The same seed gives the same motion.", min=0)]
-Samples = Annotated[int, typer.Option(help="Motions to make; the best is chosen.", min=1, max=64)]
-Contact = Annotated[
-    ContactRule,
-    typer.Option(
-        help="Hands hold the object while it needs it (segments), or from the first touch to the "
-        "end as published (paper)."
-    ),
-]
-Contacts = Annotated[
-    Path | None,
-    _option(
-        text="Which hand holds the object when and where: a contacts.json to obey instead of "
-        "deciding it.",
-    ),
-]
 CorrectedContacts = Annotated[
     Path, _option("--contacts", text="The result's contacts.json as you want it.")
-]
-Config = Annotated[Configuration, typer.Option(help="Trained model.")]
-Weights = Annotated[Path | None, _option(text="Folder of your own weights, from `omocap train`.")]
-Steps = Annotated[
-    int, typer.Option(help="Steps of the sampler; more is slower and finer.", min=1, max=1000)
-]
-Height = Annotated[float | None, _option(text="Height of the person in metres.", min=0.8, max=2.6)]
-Body = Annotated[Path | None, _option(text="Your own SMPL-X model file, as the body.")]
-Floor = Annotated[
-    float | None,
-    _option(
-        text="Height of the floor in the phone's world, metres (0 is where recording began, so it "
-        "is negative). Found where the object rests if not given. In an animation, the height in "
-        "its file; the object's lowest point if not given.",
-    ),
 ]
 Up = Annotated[
     str | None,
     _option(
         text="Which way is up, where the log does not say: a direction in the phone's world, e.g. 0,1,0; or "
         "the axis of the mesh that points up where the object rests, e.g. object:z or object:-y."
-    ),
-]
-Stood = Annotated[
-    str | None,
-    _option(
-        text="About where the person stood when the take began: the word phone, before its screen, for "
-        "who tapped it to record; or, where a result has it wrong, x,y on the floor of its world in "
-        "metres, e.g. 0.8,-1.2. It says where its person stands.",
     ),
 ]
 Stitch = Annotated[
@@ -177,29 +103,8 @@ Format = Annotated[
 Video = Annotated[bool, typer.Option(help="Draw a video.")]
 Size = Annotated[str, typer.Option(help="Width x height of the pictures in pixels.")]
 Replace = Annotated[bool, _option("--replace", text="Replace an earlier result of the same name.")]
-Force = Annotated[
-    bool, _option("--force", text="Use a take that `omocap inspect` calls not usable.")
-]
 AsJson = Annotated[bool, _option("--json", text="Print the report as JSON, for programs.")]
 Sample = Annotated[int | None, _option(text="Which sample, from 1; the chosen one if not given.")]
-Still = Annotated[
-    float | None,
-    _option(text="Draw one PNG picture, at this time in seconds from the start of the motion."),
-]
-View = Annotated[
-    SeenFrom,
-    typer.Option(
-        help="third: person and object from the front; orbit: a slow circle around them; follow: "
-        "behind the person; top: a map with its scale; object: what the clamped phone sees (where "
-        "that never is the person, across the object at them)."
-    ),
-]
-Sheet = Annotated[
-    str | None,
-    _option(
-        text="Draw one PNG of so many columns x rows of pictures, evenly over the motion, e.g. 4x3."
-    ),
-]
 Smooth = Annotated[
     bool | None,
     typer.Option(
@@ -207,10 +112,6 @@ Smooth = Annotated[
         help="Smooth edges; a video takes half as long again. PNGs have them if not told otherwise.",
         show_default=False,
     ),
-]
-Markers = Annotated[bool, typer.Option(help="Show where hands hold, and the object's trail.")]
-Backend = Annotated[
-    DrawingBackend, typer.Option(help="OpenGL (pyrender), or a ray caster that needs none.")
 ]
 
 
