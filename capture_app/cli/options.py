@@ -113,6 +113,21 @@ Smooth = Annotated[
         show_default=False,
     ),
 ]
+Backend = Annotated[
+    DrawingBackend, typer.Option(help="OpenGL (pyrender), or a ray caster that needs none.")
+]
+Floor = Annotated[
+    float | None,
+    _option(
+        text="Height of the floor in the phone's world, metres (0 is where recording began, so it "
+        "is negative). Found where the object rests if not given. In an animation, the height in "
+        "its file; the object's lowest point if not given.",
+    ),
+]
+Steps = Annotated[
+    int, typer.Option(help="Steps of the sampler; more is slower and finer.", min=1, max=1000)
+]
+Weights = Annotated[Path | None, _option(text="Folder of your own weights, from `omocap train`.")]
 
 
 def mount_file(mount: Path | str | None) -> Path | None:

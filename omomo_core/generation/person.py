@@ -1,4 +1,4 @@
-"""One generated person, with what they hold and what could not be satisfied."""
+"""One generated person: motion, contact segments and what could not be satisfied."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
@@ -7,41 +7,41 @@ from typing import TypeVar
 import numpy as np
 from jaxtyping import Float
 
-from omomo_core.contact.segment import Segment, Span
+from omomo_core.contact.segment import ContactSegment, ContactSpan
 from omomo_core.motion import HumanMotion
 
 
 @dataclass(frozen=True)
 class Person:
-    """A sample, or a stretch of one."""
+    """A sample, or a stretch of frames of one."""
 
     human: HumanMotion
-    segments: tuple[Segment, ...]
+    segments: tuple[ContactSegment, ...]
     """What each hand holds and when; empty where palms are given or follow the published rule."""
     miss: Float[np.ndarray, "frames 2"]
-    """How far each palm is from its place where it should hold, metres; 0 where it need not."""
+    """Distance of each palm from its target where it should hold, metres; 0 elsewhere."""
     depth: Float[np.ndarray, " frames"]
-    """How deep trunk, arms or legs are inside the object, metres."""
+    """Penetration depth of trunk, arms and legs, metres."""
 
 
 def stretch(person: Person, start: int, stop: int) -> Person:
-    """Frames `start` .. `stop`; segments keep the frames that they share with it."""
+    """Return frames `start` .. `stop` of a person; segments are cut to them."""
     human = HumanMotion(
         **{f.name: getattr(person.human, f.name)[start:stop] for f in fields(HumanMotion)}
     )
     return Person(
         human,
-        shifted(person.segments, start, stop),
+        shift_spans(person.segments, start, stop),
         person.miss[start:stop],
         person.depth[start:stop],
     )
 
 
-_S = TypeVar("_S", bound=Span)
+_S = TypeVar("_S", bound=ContactSpan)
 
 
-def shifted(segments: Sequence[_S], start: int, stop: int) -> tuple[_S, ...]:
-    """Spans as seen from frame `start`, cut to what they share with `start` .. `stop`."""
+def shift_spans(segments: Sequence[_S], start: int, stop: int) -> tuple[_S, ...]:
+    """Return spans counted from frame `start` and cut to `start` .. `stop`."""
     cut = [
         replace(s, start=max(s.start, start) - start, stop=min(s.stop, stop) - start)
         for s in segments
@@ -49,15 +49,15 @@ def shifted(segments: Sequence[_S], start: int, stop: int) -> tuple[_S, ...]:
     return tuple(s for s in cut if s.start < s.stop)
 
 
-def joined(parts: Sequence[Person]) -> Person:
-    """Stretches that follow each other as one person; a segment cut between two is one again."""
+def join(parts: Sequence[Person]) -> Person:
+    """Return consecutive stretches as one person; a segment that was cut between two is one again."""
     human = HumanMotion(
         **{
             f.name: np.concatenate([getattr(p.human, f.name) for p in parts])
             for f in fields(HumanMotion)
         }
     )
-    segments: list[Segment] = []
+    segments: list[ContactSegment] = []
     first = 0
     for part in parts:
         for s in part.segments:
@@ -71,7 +71,7 @@ def joined(parts: Sequence[Person]) -> Person:
     )
 
 
-def _append(segments: list[Segment], new: Segment) -> None:
+def _append(segments: list[ContactSegment], new: ContactSegment) -> None:
     for k, old in enumerate(segments):
         same = old.hand == new.hand and old.stop == new.start
         if same and np.array_equal(old.anchor, new.anchor):

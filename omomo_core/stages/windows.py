@@ -1,4 +1,4 @@
-"""What the stages see of a take: batches of windows, in the world, as tensors."""
+"""Windows: batches of stretches of a take as tensors, in the world, that the stages take in."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -44,14 +44,14 @@ class HumanWindows:
 
     joints: Float[Tensor, "b frames 24 3"]
     """22 body joints, left palm, right palm; joint 0 is the root."""
-    six: Float[Tensor, "b frames 22 2 3"]
+    rotations_6d: Float[Tensor, "b frames 22 2 3"]
     """Global rotations, first two columns."""
     hand_contact: Float[Tensor, "b frames 2"]
     foot_contact: Float[Tensor, "b frames 4"]
     reference: Float[Tensor, "b frames 2"]
     """Floor point that the body is measured from: `stages.body.capture.reference_path`."""
     upright: Float[Tensor, " b"]
-    """From 0, squatting as deep as anybody whose hands go as low, to 1, standing as straight."""
+    """Rank among people whose hands go as low: 0 squats the deepest, 1 stands the straightest."""
 
 
 def window_frames(frames: int) -> Int[Tensor, "windows window"]:

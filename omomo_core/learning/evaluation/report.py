@@ -7,7 +7,7 @@ from typing import Any
 
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
-from omomo_core.generation.result import GenerationOptions, Progress, silent
+from omomo_core.generation.result import GenerationOptions, Progress, no_progress
 from omomo_core.learning.evaluation.average import Row, average
 from omomo_core.learning.evaluation.clips import RealClip, read_clip
 from omomo_core.learning.evaluation.protocols import (
@@ -17,7 +17,7 @@ from omomo_core.learning.evaluation.protocols import (
     own_values,
     unlearned,
 )
-from omomo_core.learning.evaluation.truth import Answer, Truth
+from omomo_core.learning.evaluation.truth import MeasuredSamples, Truth
 from omomo_core.stages.stage import Stages
 
 
@@ -29,7 +29,7 @@ class ClipResult:
     text: str
     frames: int
     own: Row
-    answers: dict[str, Answer]
+    answers: dict[str, MeasuredSamples]
     baseline: tuple[Row, Row]
 
 
@@ -81,7 +81,7 @@ def evaluate(
     body: BodyModel,
     options: GenerationOptions,
     whose: BodyChoice = "person",
-    on_progress: Progress = silent,
+    on_progress: Progress = no_progress,
 ) -> Evaluation:
     """Measure a generator on clips.
 

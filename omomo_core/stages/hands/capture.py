@@ -1,6 +1,6 @@
 """Stage 1 of the `capture` configuration: palms relative to the object, and contact per hand.
 
-The network sees and says everything in axes that are fixed to the object and canonical in the middle of
+The network sees and predicts everything in axes that are fixed to the object and canonical in the middle of
 the window: there a palm that holds the object stands still, however the object turns.
 """
 
@@ -8,7 +8,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from omomo_core.diffusion.low_discrepancy import evenly
+from omomo_core.diffusion.low_discrepancy import golden_sequence
 from omomo_core.geometry.canonical import Layout, heading_of_travel, rotate, turn
 from omomo_core.geometry.rotations import rotmat_to_6d, yaw_matrix
 from omomo_core.stages.capture import stage_config
@@ -20,7 +20,7 @@ CONDITION = 22
 DISTURBED = 0.4
 """Standard deviation of headings from that of travel, radians."""
 ELSEWHERE = 4
-"""One heading of so many is any."""
+"""One heading of so many is uniform over the circle."""
 
 CONFIG = stage_config("hands", LAYOUT.channels, CONDITION)
 
@@ -39,18 +39,18 @@ def training_yaw(windows: ObjectWindows) -> Float[Tensor, " b"]:
     return torch.where(keep, disturbed, 2 * torch.pi * torch.rand(len(yaw)))
 
 
-def guessing_yaw(windows: ObjectWindows, guesses: int) -> Float[Tensor, " b"]:
-    """Headings as they were in training, spread evenly over any number of guesses.
+def sampling_yaw(windows: ObjectWindows, samples: int) -> Float[Tensor, " b"]:
+    """Return headings distributed as in training, spread evenly over any number of samples.
 
     Args:
-        windows: of all guesses, those of one guess after another.
-        guesses: how many.
+        windows: of all samples, those of one sample after another.
+        samples: how many samples.
     """
     yaw, travels = heading_of_travel(windows.centre, windows.valid)
-    turn = torch.arange(guesses).repeat_interleave(len(yaw) // guesses)
+    turn = torch.arange(samples).repeat_interleave(len(yaw) // samples)
     keep = travels & (turn % ELSEWHERE < ELSEWHERE - 1)
-    near = DISTURBED * torch.special.ndtri(evenly(turn))
-    around = 2 * torch.pi * evenly(torch.where(travels, turn // ELSEWHERE, turn))
+    near = DISTURBED * torch.special.ndtri(golden_sequence(turn))
+    around = 2 * torch.pi * golden_sequence(torch.where(travels, turn // ELSEWHERE, turn))
     return torch.where(keep, yaw + near, around)
 
 

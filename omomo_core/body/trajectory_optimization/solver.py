@@ -1,0 +1,246 @@
+"""Trajectory optimisation: Gauss-Newton on the splines of a whole clip, then exact hands and feet."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import roma
+import torch
+from jaxtyping import Bool, Float, Int
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+from torch import Tensor
+
+from omomo_core.body.kinematics import forward_kinematics, joints_of
+from omomo_core.body.limbs import LimbName, reach
+from omomo_core.body.model import BodyModel
+from omomo_core.body.trajectory_optimization.anatomy import BONES, VALUES, Anatomy, build_anatomy
+from omomo_core.body.trajectory_optimization.angular_speed_limit import limit_arm_speed
+from omomo_core.body.trajectory_optimization.residuals import linearise, support_extent
+from omomo_core.body.trajectory_optimization.spline import Spline, gauss_newton_step
+from omomo_core.body.trajectory_optimization.targets import FrameTargets, SolverTargets
+from omomo_core.geometry.easing import min_jerk
+from omomo_core.geometry.transforms import velocity
+from omomo_core.motion import FPS
+from omomo_core.skeleton import joint
+
+_SPACING = 6.0
+"""Frames between the coefficients of the corrections: nothing changes faster than at 2.5 Hz."""
+_STRIDE = 2
+"""Every other frame is evaluated."""
+_SLOW = 0.3
+"""Metres per second of the pelvis; a faster body need not be over its feet."""
+_STEP = 0.25
+"""Longest step of any value of the corrections in one iteration, metres or radians."""
+_LEVEL, _HEIGHT = 6.0, 10.0
+"""Closeness of the pelvis to the initial motion, 1 / m."""
+_TURN: dict[str, float] = {"pelvis": 2.0, "spine3": 1.5, "collar": 0.8, "shoulder": 0.12,
+                           "elbow": 0.12, "wrist": 0.4, "hip": 0.12, "knee": 0.2}  # fmt: skip
+"""Closeness of each bone's turn against its parent, 1 / rad."""
+_SMOOTH = 60.0
+"""Frames^2: how much a correction's acceleration costs against the correction itself."""
+_PARENT_BONE = {"spine3": "pelvis", "collar": "spine3", "shoulder": "collar", "elbow": "shoulder",
+                "wrist": "elbow", "hip": "pelvis", "knee": "hip"}  # fmt: skip
+_ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
+_LEGS: tuple[LimbName, LimbName] = ("left_leg", "right_leg")
+_ANKLES = (joint("left_ankle"), joint("right_ankle"))
+
+_Pose = tuple[Float[np.ndarray, "*b frames 3"], Float[np.ndarray, "*b frames 22 3 3"]]
+
+
+def optimise_trajectory(
+    body: BodyModel,
+    root: Float[np.ndarray, "*b frames 3"],
+    rotations: Float[np.ndarray, "*b frames 22 3 3"],
+    targets: SolverTargets,
+    *,
+    anatomy: Anatomy | None = None,
+    free: Float[np.ndarray, " frames"] | None = None,
+    steps: int = 4,
+    on_progress: Callable[[float], None] = lambda done: None,
+) -> _Pose:
+    """Return an initial motion corrected to be physically and anatomically plausible.
+
+    Smooth corrections of pelvis, trunk, shoulder girdle, arms and legs minimise a weighted sum: palms and
+    planted feet off their targets, joint ranges, flesh inside the object, the weight beside the feet, and
+    distance from the initial motion. Then arms and legs are solved exactly. Several clips with the same
+    object and of the same length are solved side by side.
+
+    Args:
+        body: whose bones, flesh and weight to use.
+        root: pelvis of the initial motion, world, metres.
+        rotations: its global R_world_joint.
+        targets: of hands and feet, and the obstacle.
+        anatomy: collision spheres; the coarse ones of the synthesis if not given.
+        free: how far each frame may be corrected, from 0 (not at all) to 1.
+        steps: Gauss-Newton iterations.
+        on_progress: called with the fraction done after each iteration.
+
+    Returns:
+        Root and rotations; held palms and planted feet are exact where the limbs reach.
+    """
+    clips, frames = root.shape[:-2], root.shape[-2]
+    targets = _keep_approach(body, root, rotations, targets)
+    rotations = _each(limit_arm_speed, rotations)
+    anatomy, spline = anatomy or build_anatomy(body), Spline(frames, _SPACING)
+    basis = spline.basis(np.arange(frames, dtype=float))
+    basis = basis if free is None else basis * _float(free)[:, None]
+    initial = _InitialMotion(_float(root), _float(rotations), basis)
+    seen = np.unique(np.append(np.arange(0, frames, _STRIDE), frames - 1))
+    values = torch.zeros(*clips, spline.count, VALUES)
+    near, bending = _closeness(), spline.bending() * len(seen)
+    stiffness = _SMOOTH**2 * near
+    part, frame_targets = initial.at(seen), _frame_targets(anatomy, root, targets, seen)
+    for step_number in range(1, steps + 1):
+        at, turned = part.corrected(anatomy, values)
+        J, r = linearise(anatomy, frame_targets, at.flatten(0, -2), turned.flatten(0, -4))
+        hessian = (J.mT @ J + near).view(*clips, len(seen), VALUES, VALUES)
+        gradient = (J.mT @ r[..., None]).view(*clips, len(seen), VALUES)
+        gradient = gradient + (part.basis @ values) @ near
+        for clip in np.ndindex(clips):
+            step = gauss_newton_step(
+                part.basis, hessian[clip], gradient[clip], bending, stiffness, values[clip]
+            )
+            values[clip] += step.clamp(-_STEP, _STEP)
+        on_progress(step_number / steps)
+    moved, turned = initial.corrected(anatomy, values)
+    shift = (moved - initial.root).double().numpy()
+    return _solve_limbs(body, root + shift, _orthonormal(turned.double()), targets)
+
+
+@dataclass(frozen=True)
+class _InitialMotion:
+    """The motion to correct, and how the spline's coefficients reach its frames."""
+
+    root: Float[Tensor, "*b frames 3"]
+    rotations: Float[Tensor, "*b frames 22 3 3"]
+    basis: Float[Tensor, "frames coefficients"]
+
+    def at(self, frames: np.ndarray) -> "_InitialMotion":
+        return _InitialMotion(
+            self.root[..., frames, :], self.rotations[..., frames, :, :, :], self.basis[frames]
+        )
+
+    def corrected(
+        self, anatomy: Anatomy, values: Float[Tensor, "*b coefficients values"]
+    ) -> tuple[Float[Tensor, "*b frames 3"], Float[Tensor, "*b frames 22 3 3"]]:
+        """Shift the pelvis and turn the bones about world axes."""
+        now = (self.basis @ values).unflatten(-1, (-1, 3))
+        turns = anatomy.mixing @ now[..., 1:, :]
+        return self.root + now[..., 0, :], roma.rotvec_to_rotmat(turns) @ self.rotations
+
+
+def _each(
+    change: Callable[[np.ndarray], np.ndarray], rotations: Float[np.ndarray, "*b frames 22 3 3"]
+) -> Float[np.ndarray, "*b frames 22 3 3"]:
+    """Return the rotations with `change` applied to each clip."""
+    clips = rotations.reshape(-1, *rotations.shape[-4:])
+    return np.stack([change(clip) for clip in clips]).reshape(rotations.shape)
+
+
+def _keep_approach(
+    body: BodyModel,
+    root: Float[np.ndarray, "*b frames 3"],
+    rotations: Float[np.ndarray, "*b frames 22 3 3"],
+    targets: SolverTargets,
+) -> SolverTargets:
+    """Return targets in which hands that come or go follow the initial motion."""
+    palms = joints_of(body, root, rotations)[..., 22:, :]
+    firm = targets.hold[..., None] >= 1.0
+    return replace(
+        targets,
+        palms=np.where(firm, targets.palms, palms),
+        hold=np.where(firm[..., 0], 1.0, min_jerk(targets.hold / 0.75)),
+    )
+
+
+def _float(a: np.ndarray) -> Tensor:
+    return torch.as_tensor(a, dtype=torch.float32)
+
+
+def _frame_targets(
+    anatomy: Anatomy,
+    root: Float[np.ndarray, "*b frames 3"],
+    targets: SolverTargets,
+    seen: Int[np.ndarray, " seen"],
+) -> FrameTargets:
+    """Return the targets of all clips at the evaluated frames, one clip after another."""
+    clips = root.shape[:-2]
+
+    def at(x: Float[np.ndarray, "..."], beside: int) -> Tensor:
+        """Of each clip at those frames; behind the axis of frames are `beside` others."""
+        x = np.broadcast_to(x, (*clips, *x.shape[x.ndim - beside - 1 :]))
+        return _float(x.take(seen, axis=len(clips))).flatten(0, -beside - 1)
+
+    level = np.moveaxis(root[..., :2], -2, 0)
+    speed = np.moveaxis(np.linalg.norm(velocity(level, FPS), axis=-1), 0, -1)
+    slow = np.exp(-((gaussian_filter1d(speed, 5.0, mode="nearest") / _SLOW) ** 2))
+    carried = targets.carried_mass * targets.hold.max(axis=-1)
+    T, middle = targets.T_world_object, targets.obstacle.middle.double().numpy()
+    centre = T[:, :3, :3] @ middle + T[:, :3, 3]
+    planted = at(targets.planted.astype(float), 1)
+    return FrameTargets(
+        palms=at(targets.palms, 2),
+        R_world_wrist=at(targets.R_world_wrist, 3),
+        hold=at(targets.hold, 1),
+        ankles=at(targets.ankles, 2),
+        planted=at(_stance(targets), 1),
+        support=support_extent(at(targets.soles, 2), planted, at(targets.centre, 1)),
+        balance=at(targets.balance * slow, 0),
+        carried_moment=at(centre * carried[..., None], 1),
+        carried_mass=at(carried, 0),
+        T_world_object=at(T, 2),
+        obstacle=targets.obstacle,
+    )
+
+
+def _stance(targets: SolverTargets) -> Float[np.ndarray, "*b frames 2"]:
+    """Return how firmly each foot stands, on heel or ball, in [0, 1]."""
+    return firmness(targets.planted[..., :2] | targets.planted[..., 2:])
+
+
+def firmness(standing: Bool[np.ndarray, "*b frames 2"]) -> Float[np.ndarray, "*b frames 2"]:
+    """Return 1 while a foot stands, falling smoothly to 0 in the air."""
+    down = maximum_filter1d(standing.astype(float), 9, axis=-2)
+    return gaussian_filter1d(down, 1.5, axis=-2, mode="nearest")
+
+
+def _closeness() -> Float[Tensor, "values values"]:
+    """Return the quadratic form of corrections; turns count relative to the parent's, so arms follow."""
+    form = torch.diag(torch.tensor([_LEVEL, _LEVEL, _HEIGHT] + [0.0] * (VALUES - 3)) ** 2)
+    for k, bone in enumerate(BONES):
+        side, _, name = bone.rpartition("_")
+        row = torch.zeros(len(BONES))
+        row[k] = 1.0
+        parent = _PARENT_BONE.get(name)
+        if parent is not None:
+            row[BONES.index(parent if parent in BONES else f"{side}_{parent}")] = -1.0
+        turns = torch.kron(torch.outer(row, row), torch.eye(3)) * _TURN[name] ** 2
+        form[3:, 3:] += turns
+    return form
+
+
+def _orthonormal(turned: Float[Tensor, "*b 3 3"]) -> Float[Tensor, "*b 3 3"]:
+    """Remove the shear that single precision leaves (two Newton steps to the nearest rotation)."""
+    for _ in range(2):
+        turned = 1.5 * turned - 0.5 * turned @ turned.mT @ turned
+    return turned
+
+
+def _solve_limbs(
+    body: BodyModel,
+    root: Float[np.ndarray, "*b frames 3"],
+    rotations: Float[Tensor, "*b frames 22 3 3"],
+    targets: SolverTargets,
+) -> _Pose:
+    """Return the motion with holding palms and standing feet exactly on their targets."""
+    at = torch.as_tensor(root)
+    standing = torch.as_tensor(_stance(targets))
+    ankles = forward_kinematics(body, at, rotations)[..., _ANKLES, :]
+    ankle_targets = ankles + standing[..., None] * (torch.as_tensor(targets.ankles) - ankles)
+    palms, hold = torch.as_tensor(targets.palms), torch.as_tensor(targets.hold)
+    for h in (0, 1):
+        rotations, _ = reach(body, at, rotations, _LEGS[h], ankle_targets[..., h, :])
+        rotations, _ = reach(
+            body, at, rotations, _ARMS[h], palms[..., h, :], weight=hold[..., h].contiguous()
+        )
+    return root, rotations.numpy()

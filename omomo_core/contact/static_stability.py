@@ -1,0 +1,79 @@
+"""Static stability: how far the centre of mass of a tilted object is beside its support on the floor."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from omomo_core.geometry.object_features import ObjectFeatures
+
+SOLE = 0.02
+"""Points no higher than this above the lowest one may touch the floor, metres."""
+_TILT = 0.01
+"""Radians between two tilts that are distinguished."""
+_OUTLINE, _AROUND = 256, 32
+"""Directions in which the object's outline and its support are sampled."""
+
+
+@dataclass(frozen=True)
+class Overhang:
+    """Where an object would fall, in its own frame; it depends only on which side of it is down."""
+
+    metres: Float[np.ndarray, " frames"]
+    """Distance of the centre of mass outside the support; negative where it is above the support."""
+    direction: Float[np.ndarray, "frames 3"]
+    """Horizontal unit vectors from the edge it stands on to its centre of mass."""
+    edge: Float[np.ndarray, " frames"]
+    """How far that edge lies along `way`, metres."""
+    up: Float[np.ndarray, "frames 3"]
+    """The world's up."""
+    floor: Float[np.ndarray, " frames"]
+    """How far its lowest point lies along `up`, metres."""
+
+    def at(self, frames: Bool[np.ndarray, " frames"]) -> "Overhang":
+        """Return the overhang of some of the frames."""
+        kept = (self.metres, self.direction, self.edge, self.up, self.floor)
+        return Overhang(*(x[frames] for x in kept))
+
+
+def overhang(take: ObjectFeatures, frames: Int[np.ndarray, " some"]) -> Overhang:
+    """Return the overhang of an object in some frames, as if its lowest point were on the floor."""
+    tilts, which = np.unique(
+        np.round(take.motion.T_world_object[frames, 2, :3] / _TILT), axis=0, return_inverse=True
+    )
+    corners = take.surface.outline
+    directions = np.random.default_rng(0).normal(size=(_OUTLINE, 3))
+    outline = corners[np.unique((corners @ directions.T).argmax(axis=0))]
+    found = [_overhang_row(outline, take.surface.centre, t / np.linalg.norm(t)) for t in tilts]
+    rows = np.array(found).reshape(-1, 9)[which.reshape(-1)]
+    return Overhang(rows[:, 0], rows[:, 1:4], rows[:, 4], rows[:, 5:8], rows[:, 8])
+
+
+def _overhang_row(
+    outline: Float[np.ndarray, "points 3"],
+    centre: Float[np.ndarray, "3"],
+    up: Float[np.ndarray, "3"],
+) -> Float[np.ndarray, "9"]:
+    """One row of an `Overhang`.
+
+    Args:
+        outline: corners of the object's convex hull, its frame, metres.
+        centre: its centre of mass.
+        up: the world's up in its frame.
+    """
+    height = outline @ up
+    floor = height.min()
+    height = height - floor
+    low, high = height <= SOLE, height > SOLE
+    # Points where the hull's sides leave the sole: without them support would depend on the tessellation.
+    share = (SOLE - height[low])[:, None] / (height[high] - height[low][:, None])
+    rim = outline[low][:, None] + share[..., None] * (outline[high] - outline[low][:, None])
+    touching = np.concatenate([outline[low], rim.reshape(-1, 3)])
+    angle = np.arange(_AROUND) * (2 * np.pi / _AROUND)
+    across = np.cross(up, np.eye(3)[np.abs(up).argmin()])
+    across /= np.linalg.norm(across)
+    around = np.outer(np.cos(angle), across) + np.outer(np.sin(angle), np.cross(up, across))
+    edges = (around @ touching.T).max(axis=1)
+    beside = around @ centre - edges
+    k = beside.argmax()
+    return np.array([beside[k], *around[k], edges[k], *up, floor])

@@ -1,0 +1,116 @@
+"""Conditioning of the generator: palms, contacts, first pose or start position that are given."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+from omomo_core.body.kinematics import forward_kinematics
+from omomo_core.contact.segment import ContactSpan
+from omomo_core.generation.object_clip import ObjectClip
+from omomo_core.generation.prefix import FeaturePrefix, Prefix
+from omomo_core.generation.retargeting import Retargeting
+from omomo_core.generation.selection.start_constraint import (
+    StartConstraint,
+    StartPose,
+    StartPosition,
+)
+from omomo_core.geometry.rotations import rotmat_to_6d
+from omomo_core.geometry.transforms import to_local
+from omomo_core.motion import HandMotion
+from omomo_core.stages.body import capture as body_stage
+
+TOUCH = 0.05
+"""Metres between palm joint and surface that count as holding in a given pose."""
+SETTLED = 90
+"""Frames over which a start pose pulls on the body: people keep their way of standing for a while."""
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Pose of a person in one frame, on the bones of the body that is asked for."""
+
+    root: Float[np.ndarray, "3"]
+    """Pelvis joint, world, metres."""
+    rotations: Float[np.ndarray, "22 3 3"]
+    """Global R_world_joint."""
+
+
+@dataclass(frozen=True)
+class Conditioning:
+    """What is given to the generator instead of being sampled."""
+
+    hands: HandMotion | None = None
+    """Palms of every frame and which of them touch: stage 1 is left out."""
+    start_pose: Pose | None = None
+    """The pose of the first frame."""
+    start_position: Float[np.ndarray, "2"] | None = None
+    """Where the person stands at first, about, on the floor of the world, metres."""
+    contacts: Sequence[ContactSpan] | None = None
+    """When each hand holds the object and where, in every sample."""
+
+
+UNCONDITIONED = Conditioning()
+
+
+def start_constraint(
+    conditioning: Conditioning, prefix: Prefix | None, clip: ObjectClip
+) -> StartConstraint | None:
+    """Return the constraint on the palms of a take's first frame, if there is one.
+
+    Args:
+        conditioning: what is given.
+        prefix: the first frame of a start pose, if one is given.
+        clip: the object.
+    """
+    if prefix is not None and prefix.hands is not None:
+        return StartPose(prefix.hands.values[0, 0])
+    if conditioning.start_position is None:
+        return None
+    place = conditioning.start_position * clip.scale - clip.trained.centre[0, :2]
+    return StartPosition(torch.from_numpy(place).float())
+
+
+def prefix_from_pose(
+    pose: Pose, clip: ObjectClip, retargeting: Retargeting, samples: int
+) -> Prefix:
+    """Return the prefix of one frame that a start pose makes, for each sample."""
+    root, R = torch.from_numpy(pose.root).float(), torch.from_numpy(pose.rotations).float()
+    palms = forward_kinematics(retargeting.body, root, R)[22:].double().numpy()
+
+    def each(x: Tensor) -> Tensor:
+        return x.expand(samples, 1, *x.shape)
+
+    touching = clip.take.surface.tree.query(
+        to_local(clip.take.motion.T_world_object[:1], palms[None])[0]
+    )[0] < TOUCH  # fmt: skip
+    relative = palms * clip.scale - clip.trained.centre[0]
+    hands = np.concatenate([relative.ravel(), np.where(touching, 1.0, -1.0)])
+    # Whether the feet are planted is left to the network.
+    vectors = 3 * body_stage.LAYOUT.vectors
+    return Prefix(
+        hands=FeaturePrefix.all(each(torch.from_numpy(hands).float())),
+        body=FeaturePrefix(
+            each(_pose_features(root, R, retargeting)),
+            torch.arange(body_stage.LAYOUT.channels) < vectors,
+            SETTLED,
+        ),
+        root=each(root),
+        rotations=each(R),
+        palms=np.tile(palms, (samples, 1, 1, 1)),
+        standing=np.zeros((samples, 1, 2), bool),
+        segments=[],
+    )
+
+
+def _pose_features(
+    root: Float[Tensor, "3"], R: Float[Tensor, "22 3 3"], retargeting: Retargeting
+) -> Float[Tensor, " channels"]:
+    """Return stage 2's features of a pose, with the root in the networks' world."""
+    moved, turned = retargeting.to_trained(root, R)
+    joints = forward_kinematics(retargeting.trained, moved, turned)
+    vectors = torch.cat([moved[None], joints[1:] - moved, rotmat_to_6d(turned).flatten(0, 1)])
+    return torch.cat([vectors.flatten(), torch.zeros(body_stage.LAYOUT.scalars)])

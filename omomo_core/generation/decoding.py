@@ -1,0 +1,174 @@
+"""Decoding: from the features of stage 2 to people on the bones that are asked for, solved."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from jaxtyping import Float
+from scipy.ndimage import gaussian_filter1d
+from torch import Tensor
+
+from omomo_core.body.grasp import close_fingers
+from omomo_core.body.kinematics import WRISTS, forward_kinematics
+from omomo_core.body.model import BodyModel
+from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
+from omomo_core.body.trajectory_optimization.penetration import penetration_depth
+from omomo_core.body.trajectory_optimization.targets import InteractionTargets
+from omomo_core.contact.segment import ContactSegment
+from omomo_core.generation.object_clip import ObjectClip, ObjectModel
+from omomo_core.generation.pelvis_tilt import tilt_pelvis
+from omomo_core.generation.person import Person
+from omomo_core.generation.prefix import Prefix
+from omomo_core.generation.retargeting import Retargeting
+from omomo_core.generation.sampling.despiking import despike
+from omomo_core.generation.solving.bodies import SolvedBodies, solve_bodies
+from omomo_core.generation.solving.wrists import face_palms
+from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d
+from omomo_core.motion import HandMotion, HumanMotion
+from omomo_core.stages.body import capture as body_stage
+
+ROOT_AND_JOINTS = 24
+"""Vectors at the beginning of stage 2's features that are positions."""
+ON_FLOOR = 0.05
+"""Metres from the floor to the lowest point of an object that may be leant on."""
+
+
+@dataclass(frozen=True)
+class SampledBodies:
+    """Bodies as stage 2 samples them, before anything is solved."""
+
+    root: Float[Tensor, "samples frames 3"]
+    """Pelvis joint of the body that is asked for, world, metres."""
+    rotations: Float[Tensor, "samples frames 22 3 3"]
+    """Global R_world_joint."""
+    foot_contact: Float[Tensor, "samples frames 4"]
+
+    @staticmethod
+    def of(
+        features: Float[Tensor, "samples frames channels"], retargeting: Retargeting
+    ) -> "SampledBodies":
+        """Return the bodies of features that `sample_body` returns, on the bones that are asked for."""
+        # Patches of frames are decoded together; a light filter takes out the jumps between them.
+        smooth = np.asarray(gaussian_filter1d(features.numpy(), 1.0, axis=1, mode="nearest"))
+        calm = [despike(smooth[k], ROOT_AND_JOINTS) for k in range(len(smooth))]
+        x = torch.from_numpy(np.stack(calm))
+        root, _, six, foot_contact = body_stage.unpack(x, torch.zeros(*x.shape[:2], 2))
+        people = tilt_pelvis(retargeting.trained, root, rotmat_from_6d(six))
+        return SampledBodies(*retargeting.to_body(*people), foot_contact)
+
+
+@torch.inference_mode()
+def solve_people(
+    sampled: SampledBodies,
+    hands: Sequence[HandMotion],
+    segments: Sequence[tuple[ContactSegment, ...]],
+    clip: ObjectClip,
+    object_model: ObjectModel,
+    body: BodyModel,
+    prefix: Prefix | None,
+    *,
+    palms_known: bool,
+    on_progress: Callable[[float], None] = lambda done: None,
+) -> tuple[list[Person], SolvedBodies]:
+    """Return the people that are solved from the sampled bodies, with their palms where `hands` says.
+
+    Args:
+        sampled: bodies of stage 2.
+        hands: palms and contact weights of each sample.
+        segments: what they hold.
+        clip: where the object is.
+        object_model: the object.
+        body: whose bones.
+        prefix: the first frames, which stay as they are.
+        palms_known: the palms are given: arms follow them in every frame, not only where they hold.
+        on_progress: called with the fraction done.
+    """
+    R = sampled.rotations
+    targets = interaction_targets(R, hands, segments, clip, object_model, palms_known=palms_known)
+    solved = solve_bodies(
+        body, sampled.root, R, sampled.foot_contact, targets, prefix, on_progress=on_progress
+    )
+    T, planted = clip.take.motion.T_world_object, sampled.foot_contact.double().numpy()
+    people = assemble_people(body, solved, planted, hands, segments, T, object_model.obstacle)
+    return people, solved
+
+
+def interaction_targets(
+    R: Float[Tensor, "samples frames 22 3 3"],
+    hands: Sequence[HandMotion],
+    segments: Sequence[tuple[ContactSegment, ...]],
+    clip: ObjectClip,
+    object_model: ObjectModel,
+    *,
+    palms_known: bool = False,
+) -> InteractionTargets:
+    """Return the targets that sampled bodies are solved for.
+
+    Args:
+        R: sampled global rotations.
+        hands: palms and contact weights of each sample.
+        segments: what they hold.
+        clip: where the object is.
+        object_model: the object.
+        palms_known: arms follow the palms in every frame, not only where they hold.
+    """
+    T = clip.take.motion.T_world_object
+    contact = torch.from_numpy(np.stack([h.contact for h in hands])).float()
+    wrists = [
+        face_palms(R[k][:, WRISTS], held, object_model.surface, T)
+        for k, held in enumerate(segments)
+    ]
+    return InteractionTargets(
+        palms=torch.from_numpy(np.stack([h.palms for h in hands])).float(),
+        hold=torch.ones_like(contact) if palms_known else contact,
+        R_world_wrist=torch.stack(wrists),
+        T_world_object=T,
+        obstacle=object_model.obstacle,
+        balance=balance_weight(clip),
+    )
+
+
+def assemble_people(
+    body: BodyModel,
+    solved: SolvedBodies,
+    foot_contact: Float[np.ndarray, "samples frames 4"],
+    hands: Sequence[HandMotion],
+    segments: Sequence[tuple[ContactSegment, ...]],
+    T_world_object: Float[np.ndarray, "frames 4 4"],
+    obstacle: MeshObstacle,
+) -> list[Person]:
+    """Return people from solved bodies, with closed fingers, palm misses and penetration depths."""
+    # Solving in single precision leaves rotations a little off; they are made orthonormal again.
+    root = solved.root.double()
+    R = rotmat_from_6d(rotmat_to_6d(solved.rotations.double()))
+    contact = np.stack([h.contact for h in hands])
+    T, weight = torch.from_numpy(T_world_object), torch.from_numpy(contact)
+    joints = forward_kinematics(body, root, R)
+    closed = close_fingers(
+        body, R[..., WRISTS, :, :], joints[..., WRISTS, :], T, obstacle.field, weight
+    )
+    depth = penetration_depth(body, root, R, T, obstacle).double().numpy()
+    fingers, standing = closed.fingers.double(), np.tile(solved.standing, 2)
+    return [
+        Person(
+            HumanMotion(
+                root=root[k].numpy(),
+                rotations=R[k].numpy(),
+                fingers=fingers[k].numpy(),
+                joints=joints[k].numpy(),
+                hand_contact=hands[k].contact,
+                foot_contact=foot_contact[k] * standing[k],
+            ),
+            segments[k],
+            solved.miss[k].double().numpy(),
+            depth[k],
+        )
+        for k in range(len(hands))
+    ]
+
+
+def balance_weight(clip: ObjectClip) -> Float[np.ndarray, " frames"]:
+    """Return 1 where the weight must be over the feet, 0 where the object may be leant on."""
+    leaning = (clip.take.lowest < ON_FLOOR) & clip.must_hold
+    return 1.0 - gaussian_filter1d(leaning.astype(float), 5.0, mode="nearest")

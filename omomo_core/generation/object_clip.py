@@ -1,0 +1,77 @@
+"""An object and a clip of its motion at two sizes: as it is, and scaled to the networks' stature."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import torch
+from jaxtyping import Bool, Float
+
+from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
+from omomo_core.contact.support import must_be_held, touchable_range
+from omomo_core.contact.tipping_effort import TippingLever, tipping_lever
+from omomo_core.geometry.distance_field import distance_field
+from omomo_core.geometry.object_features import ObjectFeatures, object_features
+from omomo_core.geometry.surface import Surface, sample_surface
+from omomo_core.motion import ObjectMesh, ObjectMotion
+
+
+@dataclass(frozen=True)
+class ObjectClip:
+    """A clip of an object's motion: scaled for the networks' stature, and samples are scaled back."""
+
+    take: ObjectFeatures
+    """In metres."""
+    trained: ObjectFeatures
+    """Every length times `scale`."""
+    scale: float
+    must_hold: Bool[np.ndarray, " frames"]
+    """Frames in which somebody must hold the object."""
+
+    @cached_property
+    def touchable_range(self) -> tuple[int, int]:
+        """First frame, and the one after the last, in which hands may be on the object."""
+        return touchable_range(self.take, self.must_hold)
+
+    @cached_property
+    def lever(self) -> TippingLever | None:
+        """Where it is held up while it stands on an edge, at the trained size."""
+        return tipping_lever(self.trained, self.must_hold)
+
+
+@dataclass(frozen=True)
+class ObjectModel:
+    """An object with its surface and its distance field, computed once for a take of any length."""
+
+    mesh: ObjectMesh
+    scale: float
+    """Stature of the networks' body over that of the person."""
+
+    @cached_property
+    def surface(self) -> Surface:
+        """Points on the object, its frame, metres."""
+        return sample_surface(self.mesh)
+
+    @cached_property
+    def obstacle(self) -> MeshObstacle:
+        """The object as an obstacle: the signed distance to its surface, its frame, metres."""
+        return MeshObstacle(
+            distance_field(self.mesh), torch.from_numpy(self.surface.centre).float()
+        )
+
+    @cached_property
+    def _scaled(self) -> tuple[ObjectMesh, Surface]:
+        mesh = replace(self.mesh, vertices=self.mesh.vertices * self.scale)
+        return mesh, self.surface.scaled(self.scale)
+
+    def clip(self, T_world_object: Float[np.ndarray, "frames 4 4"]) -> ObjectClip:
+        """Return a clip of the object's motion, given its poses in the world, metres."""
+        valid = np.ones(len(T_world_object), bool)
+        take = object_features(ObjectMotion(self.mesh, T_world_object, valid), self.surface)
+        if self.scale == 1.0:
+            return ObjectClip(take, take, 1.0, must_be_held(take))
+        T = T_world_object.copy()
+        T[:, :3, 3] *= self.scale
+        mesh, surface = self._scaled
+        trained = object_features(ObjectMotion(mesh, T, valid), surface)
+        return ObjectClip(take, trained, self.scale, must_be_held(take))

@@ -1,0 +1,166 @@
+"""Start constraint: selection of palm hypotheses by a start position or start pose that is known.
+
+The place of a person before they take an object tells from which side they take it, more than the object's
+motion does. So every hypothesis is a candidate from three sides, those that begin nearest to the known start
+are kept, and their palms are blended from the start to where they hold.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from jaxtyping import Bool, Float, Int
+from torch import Tensor
+
+from omomo_core.generation.object_clip import ObjectClip
+from omomo_core.generation.prefix import fade
+from omomo_core.generation.selection.coverage import k_medoids, kernel_mean
+from omomo_core.generation.selection.opposite_side import half_turn, swap_hands
+from omomo_core.generation.selection.plausibility import Hypotheses, PalmHolds, Samples
+from omomo_core.motion import FPS
+
+NEAR, FEWEST = 1.5, 4
+"""Candidates for each sample, and the fewest of them in all."""
+SHORTEST, LONGEST = 10, 60
+"""Fewest and most frames in which palms blend from the known start to the hypothesis."""
+FASTEST = 1.8
+"""Speed of that blend from a start position, metres a second, at most."""
+PACE, STEP = 0.8, 0.3
+"""Mean speed, metres a second from stand to stand, at which people walk around an object before they take it;
+and the metres that take no time, because people lean and step while they reach."""
+BEFORE, BESIDE = 0.4, 0.1
+"""Metres from the pelvis forward to the middle of the palms: where they hold, and where they do not."""
+_PLACES = 6
+
+First = Float[Tensor, "*b 8"]
+
+
+@dataclass(frozen=True)
+class StartPose:
+    """The palms of the first frame are known."""
+
+    first: Float[Tensor, "8"]
+    """Features of one frame: palms from the object's centre, metres, and contacts."""
+
+    @property
+    def position(self) -> Float[Tensor, "2"]:
+        """Where the person stands on the floor, from the object's centre, metres."""
+        return _standing_position(self.first)
+
+    def distance(self, first: First) -> Float[Tensor, "*b"]:
+        """Return the mean distance of palms from the known ones, given features of first frames; metres."""
+        return _palms(first - self.first).norm(dim=-1).mean(dim=-1)
+
+    def impose(self, features: Samples) -> Samples:
+        """Return the samples with exactly these palms in their first frame."""
+        return impose_start(features, self.first)
+
+
+@dataclass(frozen=True)
+class StartPosition:
+    """The place where the person stands in the first frame is known."""
+
+    position: Float[Tensor, "2"]
+    """On the floor, from the object's centre, metres."""
+
+    def distance(self, first: First) -> Float[Tensor, "*b"]:
+        """Return the distance on the floor from the known place, given features of first frames; metres."""
+        return (_standing_position(first) - self.position).norm(dim=-1)
+
+    def impose(self, features: Samples) -> Samples:
+        """Return the samples from that place, or from as near to it as there is time to come from."""
+        way = self.position - _standing_position(features[:, 0])
+        time = _frames_until_contact(features).amin(dim=-1).clamp(max=LONGEST) / FPS
+        # The fade is 1.5 times as fast in its middle as on the whole.
+        far = FASTEST / 1.5 * time
+        way = way * (far / way.norm(dim=-1).clamp(min=1e-6)).clamp(max=1)[:, None]
+        first = features[:, 0].clone()
+        for hand in (0, 1):
+            first[:, 3 * hand : 3 * hand + 2] += way
+        return impose_start(features, first)
+
+
+StartConstraint = StartPose | StartPosition
+"""What is known of the first frame."""
+
+
+def select_by_start(
+    features: Hypotheses, start: StartConstraint, clip: ObjectClip, samples: int
+) -> Samples:
+    """Return samples that begin at the known start and cover the hypotheses that begin nearest to it.
+
+    Hypotheses that are implausible, or whose person would have to run around the object, are taken only
+    where all are such.
+
+    Args:
+        features: of all hypotheses, in axes whose third is up.
+        start: what is known of the first frame.
+        clip: the object.
+        samples: how many to keep.
+    """
+    sides = _from_all_sides(kernel_mean(features))
+    distance = start.distance(sides[:, :, 0])
+    plausible = torch.from_numpy(np.stack([PalmHolds.of(side, clip).plausible for side in sides]))
+    plausible &= ~_too_far_to_walk(sides, start.position)
+    distance[~plausible] += distance.max() + 1
+    count = max(math.ceil(NEAR * samples), FEWEST)
+    count = min(count, max(int(plausible.sum()), samples))
+    near = distance.flatten().argsort(stable=True)[:count]
+    hypotheses = sides.flatten(0, 1)[near]
+    kept = torch.from_numpy(k_medoids(_palms(hypotheses).double().numpy(), samples))
+    return start.impose(hypotheses[kept])
+
+
+def impose_start(features: Samples, first: Float[Tensor, "*samples 8"]) -> Samples:
+    """Return samples that begin with `first`; each hand is unchanged once it holds something."""
+    frames = features.shape[1]
+    x = features.clone()
+    change = first - features[:, 0]
+    until = _frames_until_contact(features).clamp(SHORTEST, LONGEST)
+    for hand in (0, 1):
+        places = slice(3 * hand, 3 * hand + 3)
+        weight = torch.stack([fade(frames, int(u)) for u in until[:, hand]])
+        x[..., places] += weight[..., None] * change[:, None, places]
+    x[..., _PLACES:] += fade(frames)[:, None] * change[:, None, _PLACES:]
+    return x
+
+
+def _too_far_to_walk(
+    features: Float[Tensor, "*b frames 8"], stands: Float[Tensor, "2"]
+) -> Bool[Tensor, "*b"]:
+    """Whether there is too little time to walk around the object from a place to the first contact."""
+    until = _frames_until_contact(features).amin(dim=-1)
+    last = features.shape[-2] - 1
+    index = until.clamp(max=last)[..., None, None].expand(*until.shape, 1, features.shape[-1])
+    there = _standing_position(features.gather(-2, index).squeeze(-2))
+    far, near = there.norm(dim=-1), stands.norm()
+    turn = torch.atan2(
+        stands[0] * there[..., 1] - stands[1] * there[..., 0], (stands * there).sum(dim=-1)
+    )
+    way = torch.hypot(turn * (far + near) / 2, far - near)
+    return way > STEP + PACE * until / FPS
+
+
+def _frames_until_contact(features: Float[Tensor, "*b frames 8"]) -> Int[Tensor, "*b 2"]:
+    """Return the frames before each hand holds something; LONGEST where it never does."""
+    holds = features[..., _PLACES:] > 0
+    return torch.where(holds.any(dim=-2), holds.int().argmax(dim=-2), LONGEST)
+
+
+def _standing_position(first: First) -> Float[Tensor, "*b 2"]:
+    """Return where a person with these palms stands on the floor, from the object's centre, metres."""
+    left, right = _palms(first)[..., :2].unbind(dim=-2)
+    across_body = left - right
+    ahead = torch.stack([across_body[..., 1], -across_body[..., 0]], dim=-1)
+    ahead = ahead / ahead.norm(dim=-1, keepdim=True).clamp(min=1e-6)
+    holds = (first[..., _PLACES:] > 0).any(dim=-1, keepdim=True)
+    return (left + right) / 2 - torch.where(holds, BEFORE, BESIDE) * ahead
+
+
+def _from_all_sides(features: Samples) -> Float[Tensor, "sides samples frames 8"]:
+    return torch.stack([features, half_turn(features), swap_hands(features)])
+
+
+def _palms(features: Float[Tensor, "*b 8"]) -> Float[Tensor, "*b 2 3"]:
+    return features[..., :_PLACES].unflatten(-1, (2, 3))
