@@ -104,7 +104,8 @@ def _range(values: Float64[np.ndarray, " points"], least: float) -> tuple[float,
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     low = 0.0 if 0 <= low < 0.5 * high else low
-    span = max(high - low, least, 1e-6)
+    # What a number of this size can tell apart at all.
+    span = max(high - low, least, 1e-6, 1e-9 * max(abs(low), abs(high)))
     return (low if low == 0.0 else low - 0.06 * span), low + 1.06 * span
 
 

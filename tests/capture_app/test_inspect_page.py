@@ -178,3 +178,12 @@ def test_curves_break_at_nan_stay_inside_and_words_are_escaped():
     assert (points <= [720, 200]).all()
     # Up is up: the largest value is the smallest pixel.
     assert np.argmax(y[np.isfinite(y)]) == np.argmin(points[:, 1])
+
+
+@pytest.mark.parametrize("height", [1e8, -1e20, 1e300])
+def test_a_curve_of_absurd_height_is_drawn_all_the_same(height: float):
+    times = np.arange(5.0)
+    heights = height + np.linspace(0, 0.3, 5)
+    drawn = draw(Plot("Height", "s", "m", [Line(times, heights, "one")], least_y=0.2))
+    assert "nan" not in drawn
+    assert "inf" not in drawn
