@@ -10,7 +10,7 @@ import argparse
 from pathlib import Path
 
 from omomo_core.body.load import load_body
-from omomo_core.generation.scene import Thing
+from omomo_core.generation.object_clip import Thing
 from omomo_core.learning.evaluation.average import Row, average
 from omomo_core.learning.evaluation.clips import read_clip
 from omomo_core.learning.evaluation.metrics import contact_scores

@@ -17,9 +17,9 @@ from dataclasses import replace
 import numpy as np
 
 from omomo_core.body.load import load_body
-from omomo_core.generation.chapters import RECORDED
+from omomo_core.generation.chunks import RECORDED
+from omomo_core.generation.conditioning import NOTHING
 from omomo_core.generation.generator import generate
-from omomo_core.generation.known import NOTHING
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.generation.stream import stream
 from omomo_core.learning.synthesis.props import make_prop

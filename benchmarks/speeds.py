@@ -19,7 +19,7 @@ from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.spatial.transform import Rotation
 
 from omomo_core.errors import InputError
-from omomo_core.generation.speeds import PEOPLE, TURNING, measured
+from omomo_core.generation.selection.speed_limits import PEOPLE, TURNING, measured
 from omomo_core.learning.recordings.mocap import (
     SourceMotion,
     checked_motion,

@@ -1,7 +1,7 @@
 """What the solver could not satisfy in a motion, what of it no person does, and when, in words."""
 
 from omomo_core.generation.person import Person
-from omomo_core.generation.speeds import Leap, leaps
+from omomo_core.generation.selection.speed_limits import Leap, leaps
 from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
 

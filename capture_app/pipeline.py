@@ -15,8 +15,8 @@ from capture_app.progress import Progress, silent
 from capture_app.request import TakeRequest
 from capture_app.result import Result, save_motion
 from omomo_core.body.model import BodyModel
+from omomo_core.generation.conditioning import Known
 from omomo_core.generation.generator import generate
-from omomo_core.generation.known import Known
 from omomo_core.motion import ObjectMotion
 
 

@@ -16,11 +16,11 @@ from omomo_core.body.model import BodyModel
 from omomo_core.contact.file import read_contacts
 from omomo_core.contact.segment import Span
 from omomo_core.errors import InputError
+from omomo_core.generation.object_clip import Thing
 from omomo_core.generation.person import Person
 from omomo_core.generation.resolve import changed, resolve
 from omomo_core.generation.result import notes_of
-from omomo_core.generation.scene import Thing
-from omomo_core.generation.scores import score
+from omomo_core.generation.selection.scores import score
 from omomo_core.motion import ObjectMotion
 
 

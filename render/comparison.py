@@ -17,9 +17,7 @@ from render.follow import follow
 from render.heat import HEAT_BODY, heat_scale, tinted
 from render.lettering import write
 from render.props import BODY_COLOR, floor
-from render.renderer import (
-    Renderer,
-)
+from render.renderer import Renderer
 from render.scene import Color, Light, Scene
 from render.strips import Held, Picture
 from render.third_person import facing, object_corners, stage, subject

@@ -16,10 +16,7 @@ from render.lens import Distort, Lens
 from render.outline import draw_outline
 from render.pace import ahead
 from render.props import OBJECT_COLOR
-from render.renderer import (
-    Layer,
-    Renderer,
-)
+from render.renderer import Layer, Renderer
 from render.scene import Drawable, Light, Scene
 
 RGB = UInt8[np.ndarray, "h w 3"]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capture_app.comparison.motion import Motion
-from omomo_core.generation.scene import Thing
+from omomo_core.generation.object_clip import Thing
 from omomo_core.geometry.transforms import to_local
 from omomo_core.learning.evaluation.metrics import contact_scores, foot_measures, joint_errors
 from omomo_core.learning.evaluation.touch import Touching

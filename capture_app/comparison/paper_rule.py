@@ -6,9 +6,9 @@ import numpy as np
 
 from capture_app.result import Result, body_of
 from omomo_core.contact.segment import Segment
+from omomo_core.generation.object_clip import Thing
 from omomo_core.generation.person import Person
 from omomo_core.generation.resolve import changed, resolve
-from omomo_core.generation.scene import Thing
 from omomo_core.geometry.runs import runs
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.geometry.transforms import to_local

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Bool
 from scipy.ndimage import binary_opening, uniform_filter1d
 
-from omomo_core.contact.overhang import overhang
+from omomo_core.contact.static_stability import overhang
 from omomo_core.geometry.object_features import ObjectFeatures
 
 MOVES, TURNS = 0.10, 0.5

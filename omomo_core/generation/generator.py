@@ -3,12 +3,12 @@
 import numpy as np
 
 from omomo_core.body.model import BodyModel
-from omomo_core.generation.chapters import RECORDED
-from omomo_core.generation.known import NOTHING, Known
+from omomo_core.generation.chunks import RECORDED
+from omomo_core.generation.conditioning import NOTHING, Known
 from omomo_core.generation.paper import generate_as_published
 from omomo_core.generation.person import joined
-from omomo_core.generation.ranking import ranked
 from omomo_core.generation.result import Generation, GenerationOptions, Progress, silent
+from omomo_core.generation.selection.ranking import ranked
 from omomo_core.generation.stream import Block, stream
 from omomo_core.motion import ObjectMotion
 from omomo_core.stages.stage import Stages

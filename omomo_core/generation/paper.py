@@ -9,15 +9,15 @@ import torch
 from jaxtyping import Float
 
 from omomo_core.body.model import BodyModel
-from omomo_core.body.polish.depth import depth_inside
+from omomo_core.body.trajectory_optimization.penetration import depth_inside
 from omomo_core.contact.decode import decode
 from omomo_core.contact.segment import follow
 from omomo_core.errors import InputError
-from omomo_core.generation.drawing import around, draw_from_palms, draw_palms
+from omomo_core.generation.object_clip import Scene, Thing
 from omomo_core.generation.person import Person
-from omomo_core.generation.ranking import ranked
 from omomo_core.generation.result import Generation, GenerationOptions, Progress
-from omomo_core.generation.scene import Scene, Thing
+from omomo_core.generation.sampling.paper import around, draw_from_palms, draw_palms
+from omomo_core.generation.selection.ranking import ranked
 from omomo_core.motion import HandMotion, HumanMotion, ObjectMotion
 from omomo_core.stages.hands.contact_rule import constrain
 from omomo_core.stages.stage import Stages

@@ -13,15 +13,15 @@ from torch import Tensor
 
 from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.model import BodyModel
-from omomo_core.body.polish.barrier import Scanned
+from omomo_core.body.trajectory_optimization.obstacle import Scanned
 from omomo_core.contact.anchor import anchored
 from omomo_core.contact.segment import Segment, Span, follow
-from omomo_core.generation.embody import balance, exact_people
+from omomo_core.generation.decoding import balance, exact_people
+from omomo_core.generation.object_clip import Scene, Thing
 from omomo_core.generation.person import Person, joined, stretch
-from omomo_core.generation.scene import Scene, Thing
-from omomo_core.generation.solve import solve_bodies
+from omomo_core.generation.solving.bodies import solve_bodies
+from omomo_core.generation.solving.wrists import facing
 from omomo_core.generation.wish import Wish
-from omomo_core.generation.wrists import facing
 from omomo_core.geometry.easing import min_jerk
 from omomo_core.geometry.runs import runs
 from omomo_core.motion import HandMotion, HumanMotion

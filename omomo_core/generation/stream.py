@@ -15,18 +15,18 @@ from torch import Tensor
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.segment import Segment, follow
-from omomo_core.generation.body import sample_body
-from omomo_core.generation.chapters import LIVE, Chapter, Chapters, cut
-from omomo_core.generation.decided import Decided, Pin
-from omomo_core.generation.embody import Sampled, embody, wish_of
-from omomo_core.generation.faces import Held, other_faces
-from omomo_core.generation.fit import Fit
-from omomo_core.generation.hands import in_contact, sample_hands, starting_at
-from omomo_core.generation.known import NOTHING, Known, decided_by, start_of
+from omomo_core.generation.chunks import LIVE, Chapter, Chapters, cut
+from omomo_core.generation.collision.contact_face import Held, other_faces
+from omomo_core.generation.conditioning import NOTHING, Known, decided_by, start_of
+from omomo_core.generation.decoding import Sampled, embody, wish_of
+from omomo_core.generation.object_clip import Scene, Thing
 from omomo_core.generation.person import Person, shifted, stretch
+from omomo_core.generation.prefix import Decided, Pin
 from omomo_core.generation.result import GenerationOptions, Progress, silent
-from omomo_core.generation.scene import Scene, Thing
-from omomo_core.generation.solve import Solved
+from omomo_core.generation.retargeting import Fit
+from omomo_core.generation.sampling.body import sample_body
+from omomo_core.generation.sampling.hands import in_contact, sample_hands, starting_at
+from omomo_core.generation.solving.bodies import Solved
 from omomo_core.generation.threads import threads_for
 from omomo_core.generation.wish import Wish
 from omomo_core.motion import HandMotion, ObjectMesh

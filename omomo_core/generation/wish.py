@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from torch import Tensor
 
-from omomo_core.body.polish.barrier import Scanned
+from omomo_core.body.trajectory_optimization.obstacle import Scanned
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.limbs import reach
 from omomo_core.body.load import load_body
-from omomo_core.body.polish.barrier import Scanned
-from omomo_core.generation.feet import ANKLES
+from omomo_core.body.trajectory_optimization.obstacle import Scanned
+from omomo_core.generation.solving.feet import ANKLES
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.motion import ObjectMesh
 

@@ -6,7 +6,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.generation.overlap import merge
+from omomo_core.generation.sampling.windows import merge
 from omomo_core.geometry.canonical import Layout, heading_of_palms, heading_of_travel, turn
 from omomo_core.geometry.human_frame import human_frame, into_frame, out_of_frame
 from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d, yaw_matrix

@@ -12,7 +12,7 @@ from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
 from omomo_core.body.model import with_height
 from omomo_core.errors import InputError
-from omomo_core.generation.fit import Fit
+from omomo_core.generation.retargeting import Fit
 from omomo_core.learning.evaluation.clips import NAMES, clip_paths, read_clip
 
 BODY = load_body()

@@ -10,15 +10,15 @@ import trimesh
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
 from omomo_core.body.model import with_height
-from omomo_core.body.polish.barrier import Scanned
-from omomo_core.body.polish.depth import depth_inside
+from omomo_core.body.trajectory_optimization.obstacle import Scanned
+from omomo_core.body.trajectory_optimization.penetration import depth_inside
 from omomo_core.errors import InputError
-from omomo_core.generation.calm import calmed
+from omomo_core.generation.conditioning import Known, Pose
 from omomo_core.generation.generator import generate
-from omomo_core.generation.known import Known, Pose
-from omomo_core.generation.ranking import choose
 from omomo_core.generation.result import Generation, GenerationOptions
-from omomo_core.generation.solve import Solved, solve_bodies
+from omomo_core.generation.sampling.despiking import calmed
+from omomo_core.generation.selection.ranking import choose
+from omomo_core.generation.solving.bodies import Solved, solve_bodies
 from omomo_core.generation.wish import Wish
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.motion import HandMotion, ObjectMesh, ObjectMotion

@@ -7,7 +7,10 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.generation.beginning import (
+from omomo_core.generation.conditioning import Known, start_of
+from omomo_core.generation.object_clip import Scene, Thing
+from omomo_core.generation.selection.opposite_side import beyond
+from omomo_core.generation.selection.start_constraint import (
     BESIDE,
     FASTEST,
     LONGEST,
@@ -17,9 +20,6 @@ from omomo_core.generation.beginning import (
     begin,
     like_start,
 )
-from omomo_core.generation.known import Known, start_of
-from omomo_core.generation.opposite import beyond
-from omomo_core.generation.scene import Scene, Thing
 from omomo_core.motion import ObjectMesh
 
 FRAMES = 90

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import torch
 
-from omomo_core.generation.calm import calmed
-from omomo_core.generation.decided import Pin, fade
+from omomo_core.generation.prefix import Pin, fade
+from omomo_core.generation.sampling.despiking import calmed
 
 
 @pytest.mark.parametrize(("metres", "leaps"), [(0.118, False), (0.122, True)])

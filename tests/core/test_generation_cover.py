@@ -5,7 +5,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.generation.cover import ALIKE, amid_others, around, cover, guesses
+from omomo_core.generation.selection.coverage import ALIKE, amid_others, around, cover, guesses
 
 
 def clustered(centres: np.ndarray, each: int, rng: np.random.Generator) -> np.ndarray:

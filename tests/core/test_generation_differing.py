@@ -6,12 +6,12 @@ import torch
 import trimesh
 
 from omomo_core.body.load import load_body
-from omomo_core.generation import body as stage_2
-from omomo_core.generation import hands as stage_1
+from omomo_core.generation.conditioning import NOTHING, Known, Pose
 from omomo_core.generation.generator import generate
-from omomo_core.generation.known import NOTHING, Known, Pose
-from omomo_core.generation.overlap import Told, sample_take
 from omomo_core.generation.result import GenerationOptions
+from omomo_core.generation.sampling import body as stage_2
+from omomo_core.generation.sampling import hands as stage_1
+from omomo_core.generation.sampling.windows import Told, sample_take
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.stages.body import capture as body_stage
 from omomo_core.stages.hands import capture as hand_stage

@@ -10,10 +10,10 @@ import trimesh
 from omomo_core.body.kinematics import WRISTS
 from omomo_core.contact.anchor import PALM_THICKNESS, anchored
 from omomo_core.contact.segment import Segment, Span, follow
-from omomo_core.generation.faces import other_faces
-from omomo_core.generation.scene import Thing
+from omomo_core.generation.collision.contact_face import other_faces
+from omomo_core.generation.object_clip import Thing
+from omomo_core.generation.solving.wrists import facing
 from omomo_core.generation.wish import Wish
-from omomo_core.generation.wrists import facing
 from omomo_core.motion import HandMotion, ObjectMesh
 from tests.core.standing_people import BODY, FRAMES, at, standing
 

@@ -7,9 +7,9 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.generation.cover import of_many
-from omomo_core.generation.holding import GRASP, Holding
-from omomo_core.generation.scene import Scene, Thing
+from omomo_core.generation.object_clip import Scene, Thing
+from omomo_core.generation.selection.coverage import of_many
+from omomo_core.generation.selection.plausibility import GRASP, Holding
 from omomo_core.motion import ObjectMesh
 
 FRAMES = 60

@@ -6,8 +6,8 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.generation.opposite import ONE_IN, on_lighter_side, with_opposite
-from omomo_core.generation.scene import Scene, Thing
+from omomo_core.generation.object_clip import Scene, Thing
+from omomo_core.generation.selection.opposite_side import ONE_IN, on_lighter_side, with_opposite
 from omomo_core.motion import ObjectMesh
 
 FRAMES, LONG = 12, 40

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
-from omomo_core.generation.pelvis import SHARE, pitch, tilted
+from omomo_core.generation.pelvis_tilt import SHARE, pitch, tilted
 from omomo_core.geometry.rotations import yaw_matrix
 from omomo_core.skeleton import joint
 from tests.core.standing_people import FACING_X

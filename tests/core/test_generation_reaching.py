@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
-from omomo_core.generation.feet import planted_feet
-from omomo_core.generation.reaching import FARTHEST, LONGEST, arms_that_hold, within_reach
-from omomo_core.generation.scene import Thing
+from omomo_core.generation.object_clip import Thing
+from omomo_core.generation.solving.feet import planted_feet
+from omomo_core.generation.solving.reach import FARTHEST, LONGEST, arms_that_hold, within_reach
 from omomo_core.generation.wish import Wish
 from omomo_core.motion import ObjectMesh
 

@@ -7,12 +7,12 @@ import pytest
 
 from omomo_core.body.load import load_body
 from omomo_core.contact.segment import Segment, Span
+from omomo_core.generation.conditioning import Known
 from omomo_core.generation.generator import generate
-from omomo_core.generation.known import Known
+from omomo_core.generation.object_clip import Scene, Thing
 from omomo_core.generation.person import Person
 from omomo_core.generation.resolve import AROUND, changed, resolve
 from omomo_core.generation.result import GenerationOptions
-from omomo_core.generation.scene import Scene, Thing
 from omomo_core.motion import HumanMotion
 from omomo_core.weights.load import load_stages
 from tests.core.test_generation import carried

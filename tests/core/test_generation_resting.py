@@ -8,14 +8,14 @@ from torch import nn
 from omomo_core.body.load import load_body
 from omomo_core.contact.segment import Segment
 from omomo_core.contact.support import REACHING
-from omomo_core.generation.beginning import Placed, Posed, Start
-from omomo_core.generation.chapters import RECORDED, Chapters
-from omomo_core.generation.decided import Pin
-from omomo_core.generation.hands import left_alone, sample_hands
-from omomo_core.generation.known import NOTHING, Known
+from omomo_core.generation.chunks import RECORDED, Chapters
+from omomo_core.generation.conditioning import NOTHING, Known
+from omomo_core.generation.object_clip import Scene, Thing
 from omomo_core.generation.person import joined
+from omomo_core.generation.prefix import Pin
 from omomo_core.generation.result import GenerationOptions
-from omomo_core.generation.scene import Scene, Thing
+from omomo_core.generation.sampling.hands import left_alone, sample_hands
+from omomo_core.generation.selection.start_constraint import Placed, Posed, Start
 from omomo_core.generation.stream import stream
 from omomo_core.motion import ObjectMotion
 from omomo_core.stages.stage import Stages

@@ -5,7 +5,7 @@ import pytest
 
 from omomo_core.contact.segment import Segment
 from omomo_core.generation.person import Person
-from omomo_core.generation.scores import score
+from omomo_core.generation.selection.scores import score
 from omomo_core.motion import FPS, HumanMotion
 from omomo_core.skeleton import joint
 

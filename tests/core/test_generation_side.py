@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 
 from omomo_core.body.kinematics import WRISTS, forward_kinematics
 from omomo_core.body.limbs import reach
-from omomo_core.body.polish.anatomy import anatomy
-from omomo_core.body.polish.barrier import Scanned
-from omomo_core.body.polish.depth import depth_inside
-from omomo_core.generation.aside import FARTHEST, stand_aside
-from omomo_core.generation.aside_feet import step_aside
-from omomo_core.generation.aside_limbs import swing_limbs, turn_hands
-from omomo_core.generation.feet import ANKLES, Feet
-from omomo_core.generation.side import Around, cheapest, shifts
-from omomo_core.generation.solve import CLEARANCE, solve_bodies
+from omomo_core.body.trajectory_optimization.anatomy import anatomy
+from omomo_core.body.trajectory_optimization.obstacle import Scanned
+from omomo_core.body.trajectory_optimization.penetration import depth_inside
+from omomo_core.generation.collision.feet import step_aside
+from omomo_core.generation.collision.limbs import swing_limbs, turn_hands
+from omomo_core.generation.collision.root import FARTHEST, stand_aside
+from omomo_core.generation.collision.sides import Around, cheapest, shifts
+from omomo_core.generation.solving.bodies import CLEARANCE, solve_bodies
+from omomo_core.generation.solving.feet import ANKLES, Feet
 from omomo_core.generation.wish import Wish
 from omomo_core.geometry.runs import runs
 from omomo_core.skeleton import joint

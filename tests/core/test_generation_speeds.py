@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from omomo_core.generation.person import Person
-from omomo_core.generation.ranking import choose
-from omomo_core.generation.scores import score
-from omomo_core.generation.speeds import (
+from omomo_core.generation.selection.ranking import choose
+from omomo_core.generation.selection.scores import score
+from omomo_core.generation.selection.speed_limits import (
     PARTS,
     PEOPLE,
     TURN,

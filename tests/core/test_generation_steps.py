@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from omomo_core.generation.steps import LIFT, add_steps
+from omomo_core.generation.solving.steps import LIFT, add_steps
 from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
 

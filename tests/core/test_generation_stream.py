@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.body.load import load_body
-from omomo_core.generation.chapters import LIVE, RECORDED, Chapters, cut
+from omomo_core.generation.chunks import LIVE, RECORDED, Chapters, cut
 from omomo_core.generation.generator import generate
 from omomo_core.generation.person import joined
 from omomo_core.generation.result import GenerationOptions

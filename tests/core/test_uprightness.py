@@ -6,7 +6,7 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omomo_core.generation.body import habits
+from omomo_core.generation.sampling.body import habits
 from omomo_core.learning.training.uprightness import Uprightness
 
 

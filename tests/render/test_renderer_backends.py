@@ -12,9 +12,7 @@ from omomo_core.errors import InputError
 from render.backends import open_renderer
 from render.cameras import Camera, look_at, orbit, pinhole
 from render.normals import split_creases
-from render.renderer import (
-    Renderer,
-)
+from render.renderer import Renderer
 from render.scene import Drawable, Light, Scene
 
 W, H = 321, 241

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 
 from omomo_core.body.model import BodyModel
+from omomo_core.generation.conditioning import Known, Pose
 from omomo_core.generation.generator import generate
-from omomo_core.generation.known import Known, Pose
 from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.geometry.object_features import object_features
 from omomo_core.learning.baselines.opposed_palms import opposed_palms

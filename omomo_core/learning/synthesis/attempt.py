@@ -7,8 +7,8 @@ from jaxtyping import Float
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
-from omomo_core.body.polish.solver import polish
 from omomo_core.body.soles import sole_points
+from omomo_core.body.trajectory_optimization.solver import polish
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.grounding import foot_contacts
 from omomo_core.learning.synthesis.actor import Performance, perform

@@ -8,10 +8,10 @@ from jaxtyping import Float
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
-from omomo_core.body.polish.anatomy import centre_of_mass
-from omomo_core.body.polish.barrier import Boxes
-from omomo_core.body.polish.targets import Targets
 from omomo_core.body.soles import sole_points
+from omomo_core.body.trajectory_optimization.anatomy import centre_of_mass
+from omomo_core.body.trajectory_optimization.obstacle import Boxes
+from omomo_core.body.trajectory_optimization.targets import Targets
 from omomo_core.learning.recordings.grounding import foot_contacts
 from omomo_core.learning.synthesis.hands import Hands
 from omomo_core.learning.synthesis.shapes import Part

@@ -13,14 +13,14 @@ from omomo_core.body.kinematics import joints_of
 from omomo_core.body.limbs import reach
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
-from omomo_core.body.polish.anatomy import VALUES, anatomy, centre_of_mass
-from omomo_core.body.polish.barrier import Boxes
-from omomo_core.body.polish.calm import calmed
-from omomo_core.body.polish.solver import polish
-from omomo_core.body.polish.spline import Spline, solve
-from omomo_core.body.polish.targets import Targets
-from omomo_core.body.polish.terms import points_of
 from omomo_core.body.soles import sole_points
+from omomo_core.body.trajectory_optimization.anatomy import VALUES, anatomy, centre_of_mass
+from omomo_core.body.trajectory_optimization.angular_speed_limit import calmed
+from omomo_core.body.trajectory_optimization.obstacle import Boxes
+from omomo_core.body.trajectory_optimization.residuals import points_of
+from omomo_core.body.trajectory_optimization.solver import polish
+from omomo_core.body.trajectory_optimization.spline import Spline, solve
+from omomo_core.body.trajectory_optimization.targets import Targets
 from omomo_core.learning.synthesis.goals import targets_of
 from omomo_core.learning.synthesis.hands import Hands
 from omomo_core.learning.synthesis.shapes import Part, box

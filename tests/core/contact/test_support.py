@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from omomo_core.contact.overhang import overhang
+from omomo_core.contact.static_stability import overhang
 from omomo_core.contact.support import REACHING, must_be_held, touched
 from omomo_core.geometry.object_features import ObjectFeatures, object_features
 from omomo_core.motion import FPS, ObjectMesh, ObjectMotion

@@ -12,7 +12,7 @@ from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
-from omomo_core.generation.drawing import View
+from omomo_core.generation.sampling.paper import View
 from omomo_core.geometry.human_frame import out_of_frame
 from omomo_core.geometry.object_features import ObjectFeatures
 from omomo_core.geometry.rotations import yaw_matrix

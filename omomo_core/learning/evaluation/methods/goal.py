@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from omomo_core.generation.drawing import person_of
+from omomo_core.generation.sampling.paper import person_of
 from omomo_core.learning.baselines.goal.network import Goal
 from omomo_core.learning.baselines.goal.rollout import Poses, roll_out, standing
 from omomo_core.learning.evaluation.clips import RealClip

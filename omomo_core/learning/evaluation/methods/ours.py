@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from omomo_core.generation.conditioning import NOTHING, Known, Pose
 from omomo_core.generation.generator import generate
-from omomo_core.generation.known import NOTHING, Known, Pose
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.learning.evaluation.clips import RealClip
 from omomo_core.motion import HumanMotion

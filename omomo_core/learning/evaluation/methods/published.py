@@ -7,7 +7,9 @@ from typing import Literal
 import numpy as np
 import torch
 
-from omomo_core.generation.drawing import (
+from omomo_core.generation.conditioning import Pose
+from omomo_core.generation.result import GenerationOptions
+from omomo_core.generation.sampling.paper import (
     View,
     around,
     beside,
@@ -15,8 +17,6 @@ from omomo_core.generation.drawing import (
     draw_from_palms,
     draw_palms,
 )
-from omomo_core.generation.known import Pose
-from omomo_core.generation.result import GenerationOptions
 from omomo_core.geometry.object_features import object_features
 from omomo_core.learning.evaluation.clips import RealClip
 from omomo_core.motion import HandMotion, HumanMotion

@@ -1,0 +1,1 @@
+"""Trajectory optimisation: a whole clip is corrected at once, by Gauss-Newton on spline coefficients."""

@@ -1,0 +1,184 @@
+"""The body as the solver sees it: turning bones, flesh, masses and how far joints go."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+from omomo_core.body.kinematics import MODEL_REST
+from omomo_core.body.model import BodyModel
+from omomo_core.body.trajectory_optimization.collision_spheres import SKIN, Ball
+from omomo_core.skeleton import BODY_JOINTS, MODEL_ABOVE, MODEL_PARENTS, joint
+
+_SIDES = ("left", "right")
+BONES = ("pelvis", "spine3", *(f"{s}_{n}" for n in ("collar", "shoulder", "elbow", "wrist", "hip",
+                                                    "knee") for s in _SIDES))  # fmt: skip
+"""What turns on its own; feet keep their orientation."""
+_BETWEEN: dict[str, dict[str, float]] = {
+    "spine1": {"pelvis": 2 / 3, "spine3": 1 / 3},
+    "spine2": {"pelvis": 1 / 3, "spine3": 2 / 3},
+    "neck": {"spine3": 0.75},
+    "head": {"spine3": 0.5},
+}
+"""What turns with them: the spine bends evenly, the eyes stay where they look."""
+VALUES = 3 * (1 + len(BONES))
+"""Per frame: a shift of the pelvis and one rotation vector per bone."""
+
+_COARSE = tuple(Ball(start, end, share, (0.0, 0.0, 0.0), radius) for start, end, share, radius in (
+    ("pelvis", "pelvis", 0.0, 0.115), ("pelvis", "spine2", 0.6, 0.11),
+    ("spine2", "spine3", 0.7, 0.115), ("spine3", "neck", 0.5, 0.115),
+    ("neck", "head", 2.4, 0.09), ("spine3", "spine3", 0.0, 0.11),
+    *(row for s in _SIDES for row in (
+        (f"{s}_hip", f"{s}_knee", 0.3, 0.075), (f"{s}_hip", f"{s}_knee", 0.65, 0.065),
+        (f"{s}_knee", f"{s}_knee", 0.0, 0.052), (f"{s}_knee", f"{s}_ankle", 0.35, 0.05),
+        (f"{s}_knee", f"{s}_ankle", 0.7, 0.042), (f"{s}_ankle", f"{s}_foot", 0.5, 0.045),
+        (f"{s}_shoulder", f"{s}_elbow", 0.5, 0.045), (f"{s}_elbow", f"{s}_elbow", 0.0, 0.038),
+        (f"{s}_elbow", f"{s}_wrist", 0.5, 0.032),
+    )),
+))  # fmt: skip
+"""Balls along the bones: from, to, share of the way, radius at 1.72 m in metres.
+
+The skull is beyond its joint. Radii from segment girths (NASA-STD-3000 anthropometry), less what
+soft tissue gives in contact.
+"""
+_STATURE = 1.72
+
+_MASSES: tuple[tuple[str, str, float, float], ...] = (
+    ("neck", "head", 1.0, 0.0694 + 0.0127), ("neck", "spine2", 0.45, 0.30),
+    ("spine2", "pelvis", 0.6, 0.1346),
+    *(row for s in _SIDES for row in (
+        (f"{s}_shoulder", f"{s}_elbow", 0.577, 0.0271), (f"{s}_elbow", f"{s}_wrist", 0.457, 0.0162),
+        (f"{s}_wrist", f"{s}_wrist", 0.0, 0.0061), (f"{s}_hip", f"{s}_knee", 0.41, 0.1416),
+        (f"{s}_knee", f"{s}_ankle", 0.446, 0.0433), (f"{s}_ankle", f"{s}_foot", 0.44, 0.0137),
+    )),
+)  # fmt: skip
+"""Segments: from, to, share of the way to the centre of mass, share of the weight (de Leva 1996)."""
+BODY_MASS_INDEX = 22.5
+"""Kilograms per square metre."""
+
+_COLLAR = ((-0.6, 0.6), (-0.5, 0.5), (-0.45, 0.7))
+LIMITS: tuple[tuple[str, str, tuple[tuple[float, float], ...]], ...] = (
+    ("pelvis", "spine3", ((-0.45, 1.25), (-0.75, 0.75), (-0.6, 0.6))),
+    ("spine3", "left_collar", _COLLAR),
+    ("spine3", "right_collar", (_COLLAR[0], _COLLAR[1], (-0.7, 0.45))),
+    ("left_shoulder", "left_elbow", ((-1.5, 1.5), (-2.55, -0.05), (-0.25, 0.25))),
+    ("right_shoulder", "right_elbow", ((-1.5, 1.5), (0.05, 2.55), (-0.25, 0.25))),
+    ("left_elbow", "left_wrist", ((-1.6, 1.6), (-0.55, 0.55), (-1.3, 1.2))),
+    ("right_elbow", "right_wrist", ((-1.6, 1.6), (-0.55, 0.55), (-1.2, 1.3))),
+    ("pelvis", "left_hip", ((-2.2, 0.55), (-0.8, 0.8), (-0.5, 0.9))),
+    ("pelvis", "right_hip", ((-2.2, 0.55), (-0.8, 0.8), (-0.9, 0.5))),
+    ("left_hip", "left_knee", ((0.02, 2.75), (-0.4, 0.4), (-0.15, 0.15))),
+    ("right_hip", "right_knee", ((0.02, 2.75), (-0.4, 0.4), (-0.15, 0.15))),
+)
+"""Range of each rotation vector from parent to child about rest x, y, z, radians.
+
+After the ranges of Boone and Azen (1979) and Kapandji; x is to the left, y up, z ahead. The trunk
+bends forward, elbows and knees are hinges that open to nearly straight, a forearm turns about x.
+"""
+
+
+@dataclass(frozen=True)
+class Anatomy:
+    """Points of one body that are linear in its bones, with how turning bones moves them."""
+
+    follows: Float[Tensor, "points 24"]
+    """Share of each joint in each point."""
+    placing: Float[Tensor, "points vectors"]
+    """Share of each vector in each point: bones of the tree, then the ways from bones to balls."""
+    levers: Float[Tensor, "points bones vectors"]
+    """Share of each vector in the lever with which a turning bone moves a point."""
+    turning: Float[Tensor, "entries components"]
+    """How the 22 x 9 entries of the joints' rotations make up the vectors."""
+    spanning: Float[Tensor, "entries coordinates"]
+    """How they make up the points, from the pelvis."""
+    mixing: Float[Tensor, "22 bones"]
+    """How the body's joints turn with the bones."""
+    radii: Float[Tensor, " flesh"]
+    mass: float
+    """Kilograms."""
+
+
+@lru_cache(maxsize=4)
+def anatomy(body: BodyModel, *, clearance: float | None = None) -> Anatomy:
+    """Points in this order: two palms, two ankles, the centre of mass, then balls of flesh.
+
+    Args:
+        body: whose bones.
+        clearance: metres added to the radii of balls that fill the body to its skin; None for the
+            coarser ones that synthesis keeps out of its props.
+    """
+    flesh = _COARSE if clearance is None else SKIN
+    size = body.height / _STATURE
+    rest = body.rest_joints[list(MODEL_REST)].float()
+    above = list(MODEL_ABOVE)
+    beside = torch.tensor([ball.beside for ball in flesh]) * size
+    beside[[ball.start == ball.end == "head" for ball in flesh]] += _to_skull(body)
+    offsets = torch.cat([rest - rest[above], beside])
+    above += [joint(ball.start) for ball in flesh]
+    mixing = torch.zeros(22, len(BONES))
+    for name in BODY_JOINTS:
+        for bone, share in _BETWEEN.get(name, {name: 1.0} if name in BONES else {}).items():
+            mixing[joint(name), BONES.index(bone)] = share
+    follows = torch.zeros(5 + len(flesh), 24)
+    for row, j in enumerate((22, 23, joint("left_ankle"), joint("right_ankle"))):
+        follows[row, j] = 1.0
+    follows[4] = _mass_shares()
+    for row, ball in enumerate(flesh, start=5):
+        follows[row, joint(ball.start)] += 1 - ball.share
+        follows[row, joint(ball.end)] += ball.share
+    beyond = torch.cat([torch.zeros(5, len(flesh)), torch.eye(len(flesh))])
+    placing = torch.cat([follows @ _tree(), beyond], dim=1)
+    turning = _turning(above, offsets)
+    return Anatomy(
+        follows=follows,
+        placing=placing,
+        levers=placing[:, None, :] * mixing[above].T[None],
+        turning=turning,
+        spanning=(placing @ turning.unflatten(1, (-1, 3))).flatten(1),
+        mixing=mixing,
+        radii=torch.tensor([ball.radius for ball in flesh]) * size + (clearance or 0.0),
+        mass=BODY_MASS_INDEX * body.height**2,
+    )
+
+
+def _to_skull(body: BodyModel) -> Float[Tensor, "3"]:
+    """From the joint of the head to the middle of its skin, at rest: skeletons have that joint at
+    the nape or between the ears.
+    """
+    main = body.skin_joints.gather(1, body.skin_weights.argmax(dim=1, keepdim=True))[:, 0]
+    skin = body.vertices[main == joint("head")]
+    return ((skin.amin(dim=0) + skin.amax(dim=0)) / 2 - body.rest_joints[joint("head")]).float()
+
+
+def centre_of_mass(joints: Float[np.ndarray, "*b 24 3"]) -> Float[np.ndarray, "*b 3"]:
+    """Centre of mass of a pose from its joints, metres."""
+    return np.einsum("j,...jx->...x", _mass_shares().double().numpy(), joints)
+
+
+def _turning(above: list[int], offsets: Float[Tensor, "vectors 3"]) -> Float[Tensor, "entries c"]:
+    """Each vector is its joint's rotation times an offset: linear in the rotation's entries."""
+    matrix = torch.zeros(22, 3, 3, len(above), 3)
+    for row in range(3):
+        matrix[above, row, :, range(len(above)), row] = offsets
+    return matrix.flatten(3).flatten(0, 2)
+
+
+def _mass_shares() -> Float[Tensor, " 24"]:
+    shares = torch.zeros(24)
+    for start, end, share, part in _MASSES:
+        shares[joint(start)] += part * (1 - share)
+        shares[joint(end)] += part * share
+    return shares / shares.sum()
+
+
+def _tree() -> Float[Tensor, "24 24"]:
+    """1 where the second joint's bone is on the way from the pelvis to the first joint."""
+    matrix = np.zeros((24, 24), np.float32)
+    for j, parent in enumerate(MODEL_PARENTS):
+        if parent >= 0:
+            matrix[j] = matrix[parent]
+            matrix[j, j] = 1.0
+    return torch.as_tensor(matrix)

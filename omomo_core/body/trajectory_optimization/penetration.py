@@ -1,0 +1,33 @@
+"""How deep somebody is inside an object, as the solver sees both."""
+
+from jaxtyping import Float
+from torch import Tensor
+
+from omomo_core.body.model import BodyModel
+from omomo_core.body.trajectory_optimization.anatomy import anatomy
+from omomo_core.body.trajectory_optimization.obstacle import Barrier
+from omomo_core.body.trajectory_optimization.residuals import points_of
+
+
+def depth_inside(
+    body: BodyModel,
+    root: Float[Tensor, "*b frames 3"],
+    rotations: Float[Tensor, "*b frames 22 3 3"],
+    T_world_object: Float[Tensor, "frames 4 4"],
+    barrier: Barrier,
+) -> Float[Tensor, "*b frames"]:
+    """Deepest ball of flesh of trunk, arms and legs, metres; 0 where none is inside.
+
+    Args:
+        body: whose flesh.
+        root: pelvis joint, world, metres.
+        rotations: global R_world_joint.
+        T_world_object: pose of the object.
+        barrier: the object.
+    """
+    flesh = anatomy(body, clearance=0.0)
+    points, _ = points_of(flesh, root.float().flatten(0, -2), rotations.float().flatten(0, -4))
+    balls, T = points[:, 5:].view(*root.shape[:-1], -1, 3), T_world_object.float()
+    local = (balls - T[:, None, :3, 3]) @ T[:, :3, :3]
+    depth, _ = barrier.depth(local.flatten(0, -3), flesh.radii)
+    return depth.clamp(min=0).amax(dim=-1).view(root.shape[:-1])

@@ -1,0 +1,176 @@
+"""The cost of a pose, as weighted squares with their derivatives in the bones' turns."""
+
+from dataclasses import dataclass
+
+import roma
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+from omomo_core.body.trajectory_optimization.anatomy import BONES, LIMITS, VALUES, Anatomy
+from omomo_core.body.trajectory_optimization.obstacle import Barrier
+from omomo_core.skeleton import joint
+
+_PALM, _ANKLE, _SWING = 60.0, 60.0, 6.0
+"""Weights: square roots of 1 / m or 1 / rad; a palm 1/60 m off costs as much as 1 rad."""
+_FLESH, _BALANCE, _LIMIT, _HAND = 50.0, 14.0, 3.0, 1.5
+_FOOT = 0.05
+"""How far the foot supports beyond the lines from heel to ball, metres."""
+_ANYWHERE = 1e6
+"""Support of somebody in the air: there is no balance to keep."""
+_DIRECTIONS = 16
+_PARENT_JOINTS = [joint(parent) for parent, _, _ in LIMITS]
+_CHILD_JOINTS = [joint(child) for _, child, _ in LIMITS]
+_WRISTS = [joint("left_wrist"), joint("right_wrist")]
+_RANGES = torch.tensor([ranges for *_, ranges in LIMITS])
+
+
+@dataclass(frozen=True)
+class Goals:
+    """Targets at the frames that are looked at, float32."""
+
+    palms: Float[Tensor, "times 2 3"]
+    R_world_wrist: Float[Tensor, "times 2 3 3"]
+    pull: Float[Tensor, "times 2"]
+    ankles: Float[Tensor, "times 2 3"]
+    planted: Float[Tensor, "times 2"]
+    support: Float[Tensor, "times directions"]
+    """How far the feet support in each direction, world, metres."""
+    balance: Float[Tensor, " times"]
+    load: Float[Tensor, "times 3"]
+    """Mass times place of the object where it is carried, kilogram metres."""
+    load_mass: Float[Tensor, " times"]
+    T_world_object: Float[Tensor, "times 4 4"]
+    barrier: Barrier
+
+
+_Rows = tuple[Float[Tensor, "times rows values"], Float[Tensor, "times rows"]]
+_Normals = tuple[list[int], Float[Tensor, "times rows 3"], Float[Tensor, "times rows"]]
+"""Which point each row is about, the way in which its cost grows, and its residual."""
+
+
+def directions() -> Float[Tensor, "directions 3"]:
+    """Level directions all around."""
+    angle = torch.arange(_DIRECTIONS) * (2 * torch.pi / _DIRECTIONS)
+    return torch.stack([angle.cos(), angle.sin(), torch.zeros(_DIRECTIONS)], dim=-1)
+
+
+def support(
+    soles: Float[Tensor, "times 4 3"],
+    planted: Float[Tensor, "times 4"],
+    centre: Float[Tensor, "times 3"],
+) -> Float[Tensor, "times directions"]:
+    """How far somebody is supported in each of the directions, everywhere when in the air.
+
+    Args:
+        soles: heels and balls of the feet.
+        planted: which of them stand.
+        centre: of mass, of a recording: there it did not fall over.
+    """
+    reach = soles @ directions().T.to(soles)
+    reach = reach.masked_fill(planted[..., None] == 0, -torch.inf).amax(dim=1) + _FOOT
+    reach = torch.maximum(reach, centre @ directions().T)
+    return torch.where(planted.any(dim=1, keepdim=True), reach, _ANYWHERE)
+
+
+def points_of(
+    anatomy: Anatomy, root: Float[Tensor, "times 3"], rotations: Float[Tensor, "times 22 3 3"]
+) -> tuple[Float[Tensor, "times points 3"], Float[Tensor, "times vectors 3"]]:
+    """Points of the anatomy and the vectors they are made of, world, metres."""
+    entries = rotations.flatten(1)
+    points, vectors = (
+        (entries @ how).unflatten(1, (-1, 3)) for how in (anatomy.spanning, anatomy.turning)
+    )
+    return root[:, None] + points, vectors
+
+
+def rows(
+    anatomy: Anatomy,
+    goals: Goals,
+    root: Float[Tensor, "times 3"],
+    rotations: Float[Tensor, "times 22 3 3"],
+) -> _Rows:
+    """Jacobian and residual of all weighted squares but closeness and smoothness.
+
+    Balls of flesh and joint ranges that cost nothing at any time have no rows.
+    """
+    points, bones = points_of(anatomy, root, rotations)
+    terms = (
+        _reaching(goals, points),
+        _colliding(anatomy, goals, points),
+        _balancing(anatomy, goals, points),
+    )
+    normals = torch.cat([normal for _, normal, _ in terms], dim=1)
+    errors = torch.cat([error for _, _, error in terms], dim=1)
+    which = [point for points, _, _ in terms for point in points]
+    moving = sorted(set(which))
+    shares = anatomy.levers[moving].flatten(0, 1)
+    levers = (shares @ bones.transpose(0, 1).flatten(1)).view(len(moving), -1, len(root), 3)
+    levers = levers[[moving.index(point) for point in which]].permute(2, 0, 1, 3)
+    turning = torch.linalg.cross(levers, normals[:, :, None], dim=-1)
+    position = torch.cat([normals[:, :, None], turning], dim=2).flatten(2)
+    angular, off = _turning(goals, rotations)
+    return torch.cat([position, angular], dim=1), torch.cat([errors, off], dim=1)
+
+
+def _reaching(goals: Goals, points: Float[Tensor, "times points 3"]) -> _Normals:
+    """Palms and ankles to their places."""
+    weight = torch.cat([_PALM * goals.pull, _SWING + (_ANKLE - _SWING) * goals.planted], dim=1)
+    error = (points[:, :4] - torch.cat([goals.palms, goals.ankles], dim=1)) * weight[..., None]
+    normals = weight[..., None, None] * torch.eye(3)
+    return [0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3], normals.flatten(1, 2), error.flatten(1)
+
+
+def _colliding(anatomy: Anatomy, goals: Goals, points: Float[Tensor, "times points 3"]) -> _Normals:
+    """Balls of flesh out of the object."""
+    R, at = goals.T_world_object[:, :3, :3], goals.T_world_object[:, :3, 3]
+    local = (points[:, 5:] - at[:, None]) @ R
+    depth, normal = goals.barrier.depth(local, anatomy.radii)
+    hit = (depth > 0).any(dim=0).nonzero()[:, 0]
+    touching = _FLESH * (depth[:, hit] > 0)
+    away = -touching[..., None] * (normal[:, hit] @ R.mT)
+    return (5 + hit).tolist(), away, touching * depth[:, hit]
+
+
+def _balancing(anatomy: Anatomy, goals: Goals, points: Float[Tensor, "times points 3"]) -> _Normals:
+    """The centre of mass back over the feet, from the side on which it is farthest out."""
+    weight, normal = overbalance(anatomy, goals, points[:, 4])
+    share = anatomy.mass / (anatomy.mass + goals.load_mass)
+    strong = (_BALANCE * goals.balance * (weight > 0))[:, None]
+    return [4], (strong * share[:, None] * normal)[:, None], strong * weight[:, None]
+
+
+def overbalance(
+    anatomy: Anatomy, goals: Goals, centre: Float[Tensor, "times 3"]
+) -> tuple[Float[Tensor, " times"], Float[Tensor, "times 3"]]:
+    """How far the centre of mass with its load is out of the support, and in which direction."""
+    total = anatomy.mass + goals.load_mass
+    loaded = (anatomy.mass * centre + goals.load) / total[:, None]
+    out, side = (loaded @ directions().T - goals.support).max(dim=-1)
+    return out, directions()[side]
+
+
+def _turning(goals: Goals, rotations: Float[Tensor, "times 22 3 3"]) -> _Rows:
+    """Joints back into their ranges, and hands as the grasp wants them."""
+    inverse = rotations[:, _PARENT_JOINTS].mT
+    turned = inverse @ rotations[:, _CHILD_JOINTS]
+    grasped = rotations[:, _WRISTS] @ goals.R_world_wrist.mT
+    found = roma.rotmat_to_rotvec(torch.cat([turned, grasped], dim=1))
+    angles, off = found.split([len(LIMITS), 2], dim=1)
+    beyond = angles - angles.clamp(_RANGES[..., 0], _RANGES[..., 1])
+    stopped = (beyond != 0).any(dim=2).any(dim=0).nonzero()[:, 0].tolist()
+    axes = inverse * (_LIMIT * (beyond != 0))[..., None]
+    weight = (_HAND * goals.pull)[..., None]
+    J = axes.new_zeros(len(axes), len(stopped) + 2, 3, VALUES)
+    for row, k in enumerate(stopped):
+        parent, child, _ = LIMITS[k]
+        J[:, row, :, _columns(child)] = axes[:, k]
+        J[:, row, :, _columns(parent)] = -axes[:, k]
+    for k, bone in enumerate(("left_wrist", "right_wrist")):
+        J[:, len(stopped) + k, :, _columns(bone)] = weight[:, k, None] * torch.eye(3)
+    return J.flatten(1, 2), torch.cat([_LIMIT * beyond[:, stopped], weight * off], dim=1).flatten(1)
+
+
+def _columns(bone: str) -> slice:
+    first = 3 + 3 * BONES.index(bone)
+    return slice(first, first + 3)

@@ -1,0 +1,246 @@
+"""Gauss-Newton over a whole clip, then exact hands and feet."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import roma
+import torch
+from jaxtyping import Bool, Float, Int
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+from torch import Tensor
+
+from omomo_core.body.kinematics import forward_kinematics, joints_of
+from omomo_core.body.limbs import LimbName, reach
+from omomo_core.body.model import BodyModel
+from omomo_core.body.trajectory_optimization.anatomy import BONES, VALUES, Anatomy, anatomy
+from omomo_core.body.trajectory_optimization.angular_speed_limit import calmed
+from omomo_core.body.trajectory_optimization.residuals import Goals, rows, support
+from omomo_core.body.trajectory_optimization.spline import Spline, solve
+from omomo_core.body.trajectory_optimization.targets import Targets
+from omomo_core.geometry.easing import min_jerk
+from omomo_core.geometry.transforms import velocity
+from omomo_core.motion import FPS
+from omomo_core.skeleton import joint
+
+_SPACING = 6.0
+"""Frames between the coefficients of the corrections: nothing changes faster than at 2.5 Hz."""
+_STRIDE = 2
+"""Every other frame is looked at."""
+_SLOW = 0.3
+"""Metres per second of the pelvis; a faster body need not be over its feet."""
+_STEP = 0.25
+"""Longest step of any value of the corrections in one iteration, metres or radians."""
+_LEVEL, _HEIGHT = 6.0, 10.0
+"""Closeness of the pelvis to the first guess, 1 / m."""
+_TURN: dict[str, float] = {"pelvis": 2.0, "spine3": 1.5, "collar": 0.8, "shoulder": 0.12,
+                           "elbow": 0.12, "wrist": 0.4, "hip": 0.12, "knee": 0.2}  # fmt: skip
+"""Closeness of each bone's turn against its parent, 1 / rad."""
+_SMOOTH = 60.0
+"""Frames^2: how much a correction's acceleration costs against the correction itself."""
+_PARENT_BONE = {"spine3": "pelvis", "collar": "spine3", "shoulder": "collar", "elbow": "shoulder",
+                "wrist": "elbow", "hip": "pelvis", "knee": "hip"}  # fmt: skip
+_ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
+_LEGS: tuple[LimbName, LimbName] = ("left_leg", "right_leg")
+_ANKLES = (joint("left_ankle"), joint("right_ankle"))
+
+_Pose = tuple[Float[np.ndarray, "*b frames 3"], Float[np.ndarray, "*b frames 22 3 3"]]
+
+
+def polish(
+    body: BodyModel,
+    root: Float[np.ndarray, "*b frames 3"],
+    rotations: Float[np.ndarray, "*b frames 22 3 3"],
+    targets: Targets,
+    *,
+    flesh: Anatomy | None = None,
+    free: Float[np.ndarray, " frames"] | None = None,
+    steps: int = 4,
+    told: Callable[[float], None] = lambda done: None,
+) -> _Pose:
+    """Make a first guess of a whole clip physically and anatomically plausible.
+
+    Smooth corrections of pelvis, trunk, shoulder girdle, arms and legs are found that weigh palms
+    and planted feet on their places, joint ranges, flesh outside the object, the weight over the feet
+    and closeness to the first guess; then arms and legs are solved exactly. Several clips with the
+    same object and of the same length are solved side by side.
+
+    Args:
+        body: whose bones, flesh and weight to use.
+        root: pelvis of the first guess, world, metres.
+        rotations: its global R_world_joint.
+        targets: what has to be satisfied.
+        flesh: what keeps out of the object; what synthesis keeps out of its props if not given.
+        free: how far each frame may be corrected, from 0 (not at all) to 1.
+        steps: Gauss-Newton iterations.
+        told: after each of them, how far this is.
+
+    Returns:
+        Root and rotations; held palms and planted feet are exact where the limbs reach.
+    """
+    clips, frames = root.shape[:-2], root.shape[-2]
+    targets = _approached(body, root, rotations, targets)
+    rotations = _each(calmed, rotations)
+    flesh, spline = flesh or anatomy(body), Spline(frames, _SPACING)
+    basis = spline.basis(np.arange(frames, dtype=float))
+    basis = basis if free is None else basis * _float(free)[:, None]
+    guess = _Guess(_float(root), _float(rotations), basis)
+    seen = np.unique(np.append(np.arange(0, frames, _STRIDE), frames - 1))
+    values = torch.zeros(*clips, spline.count, VALUES)
+    near, bending = _closeness(), spline.bending() * len(seen)
+    stiffness = _SMOOTH**2 * near
+    part, watched = guess.at(seen), _goals(flesh, root, targets, seen)
+    for step_number in range(1, steps + 1):
+        at, turned = part.corrected(flesh, values)
+        J, r = rows(flesh, watched, at.flatten(0, -2), turned.flatten(0, -4))
+        hessian = (J.mT @ J + near).view(*clips, len(seen), VALUES, VALUES)
+        gradient = (J.mT @ r[..., None]).view(*clips, len(seen), VALUES)
+        gradient = gradient + (part.basis @ values) @ near
+        for clip in np.ndindex(clips):
+            step = solve(
+                part.basis, hessian[clip], gradient[clip], bending, stiffness, values[clip]
+            )
+            values[clip] += step.clamp(-_STEP, _STEP)
+        told(step_number / steps)
+    moved, turned = guess.corrected(flesh, values)
+    shift = (moved - guess.root).double().numpy()
+    return _exact(body, root + shift, _orthonormal(turned.double()), targets)
+
+
+@dataclass(frozen=True)
+class _Guess:
+    """The motion to correct, and how the spline's coefficients reach its frames."""
+
+    root: Float[Tensor, "*b frames 3"]
+    rotations: Float[Tensor, "*b frames 22 3 3"]
+    basis: Float[Tensor, "frames coefficients"]
+
+    def at(self, frames: np.ndarray) -> "_Guess":
+        return _Guess(
+            self.root[..., frames, :], self.rotations[..., frames, :, :, :], self.basis[frames]
+        )
+
+    def corrected(
+        self, flesh: Anatomy, values: Float[Tensor, "*b coefficients values"]
+    ) -> tuple[Float[Tensor, "*b frames 3"], Float[Tensor, "*b frames 22 3 3"]]:
+        """Shift the pelvis and turn the bones about world axes."""
+        now = (self.basis @ values).unflatten(-1, (-1, 3))
+        turns = flesh.mixing @ now[..., 1:, :]
+        return self.root + now[..., 0, :], roma.rotvec_to_rotmat(turns) @ self.rotations
+
+
+def _each(
+    change: Callable[[np.ndarray], np.ndarray], rotations: Float[np.ndarray, "*b frames 22 3 3"]
+) -> Float[np.ndarray, "*b frames 22 3 3"]:
+    """Every clip changed on its own."""
+    clips = rotations.reshape(-1, *rotations.shape[-4:])
+    return np.stack([change(clip) for clip in clips]).reshape(rotations.shape)
+
+
+def _approached(
+    body: BodyModel,
+    root: Float[np.ndarray, "*b frames 3"],
+    rotations: Float[np.ndarray, "*b frames 22 3 3"],
+    targets: Targets,
+) -> Targets:
+    """Hands that come or go keep the way the first guess has for them."""
+    palms = joints_of(body, root, rotations)[..., 22:, :]
+    firm = targets.pull[..., None] >= 1.0
+    return replace(
+        targets,
+        palms=np.where(firm, targets.palms, palms),
+        pull=np.where(firm[..., 0], 1.0, min_jerk(targets.pull / 0.75)),
+    )
+
+
+def _float(a: np.ndarray) -> Tensor:
+    return torch.as_tensor(a, dtype=torch.float32)
+
+
+def _goals(
+    flesh: Anatomy,
+    root: Float[np.ndarray, "*b frames 3"],
+    targets: Targets,
+    seen: Int[np.ndarray, " seen"],
+) -> Goals:
+    """Targets of all clips at the frames that are looked at, one after the other."""
+    clips = root.shape[:-2]
+
+    def at(x: Float[np.ndarray, "..."], beside: int) -> Tensor:
+        """Of each clip at those frames; behind the axis of frames are `beside` others."""
+        x = np.broadcast_to(x, (*clips, *x.shape[x.ndim - beside - 1 :]))
+        return _float(x.take(seen, axis=len(clips))).flatten(0, -beside - 1)
+
+    level = np.moveaxis(root[..., :2], -2, 0)
+    speed = np.moveaxis(np.linalg.norm(velocity(level, FPS), axis=-1), 0, -1)
+    calm = np.exp(-((gaussian_filter1d(speed, 5.0, mode="nearest") / _SLOW) ** 2))
+    carried = targets.load * targets.pull.max(axis=-1)
+    T, middle = targets.T_world_object, targets.barrier.middle.double().numpy()
+    centre = T[:, :3, :3] @ middle + T[:, :3, 3]
+    planted = at(targets.planted.astype(float), 1)
+    return Goals(
+        palms=at(targets.palms, 2),
+        R_world_wrist=at(targets.R_world_wrist, 3),
+        pull=at(targets.pull, 1),
+        ankles=at(targets.ankles, 2),
+        planted=at(_standing(targets), 1),
+        support=support(at(targets.soles, 2), planted, at(targets.centre, 1)),
+        balance=at(targets.balance * calm, 0),
+        load=at(centre * carried[..., None], 1),
+        load_mass=at(carried, 0),
+        T_world_object=at(T, 2),
+        barrier=targets.barrier,
+    )
+
+
+def _standing(targets: Targets) -> Float[np.ndarray, "*b frames 2"]:
+    """How firmly each foot stands, on heel or ball."""
+    return firmness(targets.planted[..., :2] | targets.planted[..., 2:])
+
+
+def firmness(standing: Bool[np.ndarray, "*b frames 2"]) -> Float[np.ndarray, "*b frames 2"]:
+    """1 while a foot stands, falling smoothly to 0 in the air."""
+    down = maximum_filter1d(standing.astype(float), 9, axis=-2)
+    return gaussian_filter1d(down, 1.5, axis=-2, mode="nearest")
+
+
+def _closeness() -> Float[Tensor, "values values"]:
+    """Quadratic form of corrections: turns count against the parent's, so arms follow the trunk."""
+    form = torch.diag(torch.tensor([_LEVEL, _LEVEL, _HEIGHT] + [0.0] * (VALUES - 3)) ** 2)
+    for k, bone in enumerate(BONES):
+        side, _, name = bone.rpartition("_")
+        row = torch.zeros(len(BONES))
+        row[k] = 1.0
+        parent = _PARENT_BONE.get(name)
+        if parent is not None:
+            row[BONES.index(parent if parent in BONES else f"{side}_{parent}")] = -1.0
+        turns = torch.kron(torch.outer(row, row), torch.eye(3)) * _TURN[name] ** 2
+        form[3:, 3:] += turns
+    return form
+
+
+def _orthonormal(turned: Float[Tensor, "*b 3 3"]) -> Float[Tensor, "*b 3 3"]:
+    """Remove the shear that single precision leaves (two Newton steps to the nearest rotation)."""
+    for _ in range(2):
+        turned = 1.5 * turned - 0.5 * turned @ turned.mT @ turned
+    return turned
+
+
+def _exact(
+    body: BodyModel,
+    root: Float[np.ndarray, "*b frames 3"],
+    rotations: Float[Tensor, "*b frames 22 3 3"],
+    targets: Targets,
+) -> _Pose:
+    """Palms that hold and feet that stand exactly on their places."""
+    at = torch.as_tensor(root)
+    standing = torch.as_tensor(_standing(targets))
+    ankles = forward_kinematics(body, at, rotations)[..., _ANKLES, :]
+    goals = ankles + standing[..., None] * (torch.as_tensor(targets.ankles) - ankles)
+    palms, pull = torch.as_tensor(targets.palms), torch.as_tensor(targets.pull)
+    for h in (0, 1):
+        rotations, _ = reach(body, at, rotations, _LEGS[h], goals[..., h, :])
+        rotations, _ = reach(
+            body, at, rotations, _ARMS[h], palms[..., h, :], weight=pull[..., h].contiguous()
+        )
+    return root, rotations.numpy()

@@ -1,0 +1,65 @@
+"""How hard a tipped object is to hold up: nobody lifts a table's edge by the edge it stands on.
+
+What stands on one edge is kept from falling by lifting it beyond that edge, the farther the lighter, or,
+where it is tall, by pushing its top across; the floor's friction bounds that push.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from omomo_core.contact.static_stability import Overhang, overhang
+from omomo_core.contact.support import OVERHANG, REACH
+from omomo_core.geometry.object_features import ObjectFeatures
+
+FRICTION = 0.4
+"""Of wood, metal or plastic on a floor."""
+SHORTEST = 15
+"""Frames: what is tipped for less says nothing of who held it."""
+_LEAST = 0.02
+"""Metres: a shorter lever counts as this."""
+
+
+@dataclass(frozen=True)
+class Lever:
+    """The frames in which somebody holds an object up that stands on an edge."""
+
+    frames: Int[np.ndarray, " tipped"]
+    falls: Overhang
+    """In those."""
+
+    def effort(
+        self,
+        palms: Float[np.ndarray, "samples tipped 2 3"],
+        held: Bool[np.ndarray, "samples tipped 2"],
+    ) -> Float[np.ndarray, " samples"]:
+        """Force that holds it up, as a share of its weight; mean over frames with a hand on it, or NaN.
+
+        Args:
+            palms: left and right, in the object's frame, metres.
+            held: which of them hold it.
+        """
+        out = np.einsum("kthi,ti->kth", palms, self.falls.way) - self.falls.edge[:, None]
+        high = np.einsum("kthi,ti->kth", palms, self.falls.up) - self.falls.floor[:, None]
+        arm = np.where(held, np.maximum(out, FRICTION * high), -np.inf).max(axis=2)
+        force = self.falls.metres / arm.clip(_LEAST)
+        by_hand = held.any(axis=2)
+        count = by_hand.sum(axis=1)
+        total = np.where(by_hand, force, 0).sum(axis=1)
+        return np.where(count < SHORTEST, np.nan, total / count.clip(1))
+
+
+def lever(take: ObjectFeatures, must_hold: Bool[np.ndarray, " frames"]) -> Lever | None:
+    """Where an object is held up that stands on an edge; None if that is hardly anywhere.
+
+    Args:
+        take: the object and its motion.
+        must_hold: frames in which somebody must hold it.
+    """
+    frames = np.flatnonzero(must_hold & (take.lowest < REACH))
+    falls = overhang(take, frames)
+    kept = falls.metres > OVERHANG
+    if kept.sum() < SHORTEST:
+        return None
+    return Lever(frames[kept], falls.at(kept))

@@ -1,0 +1,132 @@
+"""Feet that the object runs into stand elsewhere, or step out of its way."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import torch
+from jaxtyping import Bool, Float, Int
+from scipy.interpolate import PchipInterpolator
+from torch import Tensor
+
+from omomo_core.body.kinematics import forward_kinematics
+from omomo_core.body.model import BodyModel
+from omomo_core.generation.collision.sides import Around, shifts, squared_steps
+from omomo_core.generation.solving.feet import ANKLES, TOES, Feet
+from omomo_core.generation.solving.steps import LIFT
+from omomo_core.geometry.runs import runs
+from omomo_core.skeleton import joint
+
+GRID, FARTHEST = 0.05, 0.2
+"""Metres between the places that are tried, and to the farthest of them."""
+AWAY, MOVE, REACH = 4.0, 20.0, 4000.0
+"""Cost of a place, of a swing to another, and of a leg too short, 1 / m^2."""
+STEP = 0.15
+"""Cost of a step where the foot would have stood."""
+HALF = 5
+"""Frames: half of such a step."""
+STRETCH = 0.985
+"""Share of a straight leg's length that is within reach."""
+HIPS = (joint("left_hip"), joint("right_hip"))
+KNEES = (joint("left_knee"), joint("right_knee"))
+
+
+def step_aside(
+    body: BodyModel,
+    root: Float[Tensor, "samples frames 3"],
+    rotations: Float[Tensor, "samples frames 22 3 3"],
+    feet: list[Feet],
+    around: Around,
+) -> list[Feet]:
+    """Feet planned anew such that they and their legs are clear of the object.
+
+    Args:
+        body: whose legs.
+        root: pelvis joint, world, metres.
+        rotations: global R_world_joint, of legs that stand as planned.
+        feet: the plan of each sample.
+        around: the object.
+    """
+    root, R = root[:, around.seen], rotations[:, around.seen]
+    now, joints = around.balls(root, R), forward_kinematics(body, root, R)
+    for side in range(2):
+        chosen = _chosen(body, joints, now, feet, around, side)
+        if chosen is not None:
+            feet = [
+                _moved(plan, shift.numpy(), around.seen, side)
+                for plan, shift in zip(feet, chosen, strict=True)
+            ]
+    return feet
+
+
+def _chosen(
+    body: BodyModel,
+    joints: Float[Tensor, "samples seen 24 3"],
+    now: Float[Tensor, "samples seen flesh 3"],
+    feet: Sequence[Feet],
+    around: Around,
+    side: int,
+) -> Float[Tensor, "samples seen 3"] | None:
+    """How far one foot is shifted when; None where it need not be."""
+    tried = shifts(GRID, FARTHEST)
+    share = torch.zeros(24)
+    share[[ANKLES[side], TOES[side]]], share[KNEES[side]] = 1.0, 0.5
+    share = around.flesh.follows[5:] @ share
+    moving = share > 0
+    share, balls, radii = share[moving], now[:, :, moving], around.flesh.radii[moving]
+
+    def places(sample: Tensor, frame: Tensor, ball: Tensor) -> Tensor:
+        return balls[sample, frame, ball][:, None] + share[ball, None, None] * tried
+
+    far = FARTHEST * float(share.max())
+    cost = around.squeezed(balls, radii, far, places, len(tried))
+    if cost is None:
+        return None
+    hip, knee, ankle = HIPS[side], KNEES[side], ANKLES[side]
+    rest = body.rest_joints
+    length = (rest[knee] - rest[hip]).norm() + (rest[ankle] - rest[knee]).norm()
+    leg = (joints[..., ankle, :] - joints[..., hip, :])[:, :, None] + tried
+    beyond = (leg.norm(dim=-1) - STRETCH * length).clamp(min=0)
+    cost = cost + AWAY * tried.square().sum(dim=-1) + REACH * beyond.square()
+    down = torch.from_numpy(np.stack([plan.standing[around.seen, side] for plan in feet]))
+    stays, way = (down[:, 1:] & down[:, :-1])[..., None, None], squared_steps(tried)
+    return around.choose(cost, tried, MOVE * way + STEP * stays * (way > 0))
+
+
+def _moved(
+    plan: Feet, shift: Float[np.ndarray, "seen 3"], seen: Int[np.ndarray, " seen"], side: int
+) -> Feet:
+    """A plan with one foot shifted: at once and for all while it stands, with a step where that changes."""
+    if not shift.any():
+        return plan
+    ankles, standing = plan.ankles.copy(), plan.standing.copy()
+    frames = np.arange(len(ankles))
+    each = np.abs(frames[:, None] - seen).argmin(axis=1)
+    changes = np.flatnonzero((np.diff(shift[each], axis=0) != 0).any(axis=1)) + 1
+    for start, stop in runs(plan.standing[:, side]):
+        for at in changes[(changes > start) & (changes < stop)].tolist():
+            swing = slice(max(start, at - HALF), min(stop, at + HALF))
+            far = float(np.linalg.norm(shift[each[at]] - shift[each[at - 1]]))
+            ankles[swing, side, 2] += min(LIFT, far / 2) * _bump(swing.stop - swing.start)
+            standing[swing, side] = False
+    known = standing[:, side] | _in_the_air(plan.standing[:, side], seen)
+    at = np.flatnonzero(known)
+    if len(at) < 2:
+        return plan
+    way = PchipInterpolator(at, shift[each[at]], axis=0)
+    ankles[:, side] += way(frames.clip(at[0], at[-1]))
+    return replace(plan, ankles=ankles, standing=standing)
+
+
+def _bump(frames: int) -> Float[np.ndarray, " frames"]:
+    """Up to 1 and down again."""
+    return np.sin(np.pi * np.arange(1, frames + 1) / (frames + 1))
+
+
+def _in_the_air(
+    standing: Bool[np.ndarray, " frames"], seen: Int[np.ndarray, " seen"]
+) -> Bool[np.ndarray, " frames"]:
+    """Frames that are looked at, in the middle of a swing."""
+    found = np.zeros(len(standing), bool)
+    found[[at for at in seen if not standing[max(0, at - HALF) : at + HALF + 1].any()]] = True
+    return found

@@ -1,0 +1,154 @@
+"""Arms and legs in the object swing about the line from root to end; hands turn about their palms."""
+
+from dataclasses import replace
+
+import roma
+import torch
+from jaxtyping import Float
+from torch import Tensor
+from torch.nn.functional import normalize
+
+from omomo_core.body.kinematics import WRISTS, forward_kinematics
+from omomo_core.body.model import BodyModel
+from omomo_core.generation.collision.feet import HIPS, KNEES
+from omomo_core.generation.collision.root import ELBOWS, SHOULDERS, out_of_reach
+from omomo_core.generation.collision.sides import Around, squared_steps
+from omomo_core.generation.solving.feet import ANKLES
+from omomo_core.generation.wish import Wish
+from omomo_core.skeleton import PALM_JOINTS
+
+LIMBS = tuple(
+    (*joints, farthest, stiffness)
+    for upper, middle, end, farthest, stiffness in (
+        (SHOULDERS, ELBOWS, WRISTS, 1.6, 0.06),
+        (HIPS, KNEES, ANKLES, 0.7, 0.12),
+    )
+    for joints in zip(upper, middle, end, strict=True)
+)
+"""Upper joint, middle and end, radians that the limb swings at most, what that costs, 1 / rad^2."""
+SWINGS = 6
+"""Either way, that are tried."""
+TURNS = torch.cartesian_prod(
+    torch.tensor([0.0, 0.5, -0.5, 1.0, -1.0, 1.5, -1.5]), torch.tensor([0.0, 0.5, 1.0])
+)
+"""Of a hand, radians: about the line out of its palm, and the wrist up from the surface."""
+STIFFNESS = 0.15
+"""Cost of turning a hand, 1 / rad^2."""
+MOVE = 2.0
+"""Cost of going from one choice to the next, 1 / rad^2."""
+
+
+def swing_limbs(
+    body: BodyModel,
+    root: Float[Tensor, "samples frames 3"],
+    rotations: Float[Tensor, "samples frames 22 3 3"],
+    around: Around,
+) -> Float[Tensor, "samples frames 22 3 3"]:
+    """Elbows and knees where arms and legs are clear of the object; palms and feet stay.
+
+    Args:
+        body: whose limbs.
+        root: pelvis joint, world, metres.
+        rotations: global R_world_joint.
+        around: the object.
+    """
+    joints, out = forward_kinematics(body, root, rotations), rotations.clone()
+    balls = around.balls(root[:, around.seen], rotations[:, around.seen])
+    for upper, middle, end, farthest, stiffness in LIMBS:
+        axis = normalize(joints[..., end, :] - joints[..., upper, :], dim=-1)
+        angles = _both_ways(farthest)
+        own = around.flesh.follows[5:, middle] > 0
+        pivot = joints[:, around.seen, upper]
+        lever = balls[:, :, own] - pivot[:, :, None]
+
+        turn = roma.rotvec_to_rotmat(axis[:, around.seen, None] * angles)
+
+        def places(
+            sample: Tensor,
+            frame: Tensor,
+            ball: Tensor,
+            pivot: Tensor = pivot,
+            lever: Tensor = lever,
+            turn: Tensor = turn,
+        ) -> Tensor:
+            swung = turn[sample, frame] * lever[sample, frame, ball][:, None, None]
+            return pivot[sample, frame][:, None] + swung.sum(dim=-1)
+
+        far = 2 * float(lever.norm(dim=-1).max())
+        cost = around.squeezed(balls[:, :, own], around.flesh.radii[own], far, places, len(angles))
+        if cost is None:
+            continue
+        cost = cost + stiffness * angles[:, 0].square()
+        angle = around.eased(around.choose(cost, angles, MOVE * squared_steps(angles)))
+        turn = roma.rotvec_to_rotmat(axis * angle)[:, :, None]
+        out[:, :, [upper, middle]] = turn @ out[:, :, [upper, middle]]
+    return out
+
+
+def _both_ways(farthest: float) -> Float[Tensor, "choices 1"]:
+    """Angles, none first."""
+    one = torch.linspace(0, farthest, SWINGS + 1)[1:]
+    return torch.cat([torch.zeros(1), one, -one])[:, None]
+
+
+def turn_hands(
+    body: BodyModel,
+    root: Float[Tensor, "samples frames 3"],
+    rotations: Float[Tensor, "samples frames 22 3 3"],
+    armed: Float[Tensor, "samples frames 22 3 3"],
+    wish: Wish,
+    around: Around,
+) -> tuple[Float[Tensor, "samples frames 22 3 3"], Wish]:
+    """Hands that hold turned such that wrists and forearms are clear of the object; palms stay.
+
+    Args:
+        body: whose hands.
+        root: pelvis joint, world, metres.
+        rotations: global R_world_joint.
+        armed: the same, of arms that hold.
+        wish: what is held.
+        around: the object.
+
+    Returns:
+        The rotations and the wish, with the hands turned.
+    """
+    at, R = root[:, around.seen], armed[:, around.seen]
+    joints, out, grasp = (
+        forward_kinematics(body, at, R),
+        rotations.clone(),
+        wish.R_world_wrist.clone(),
+    )
+    for side, (elbow, wrist) in enumerate(zip(ELBOWS, WRISTS, strict=True)):
+        share = around.flesh.follows[5:, wrist]
+        own = share > 0.4
+        share, radii = share[own, None], around.flesh.radii[own]
+        palm = body.rest_joints[PALM_JOINTS[side]] - body.rest_joints[wrist]
+        palms, start = wish.palms[:, around.seen, side], joints[:, :, None, None, elbow]
+        tried = R[:, :, wrist][:, :, None] @ _turned(TURNS, side)
+        ends = (palms[:, :, None] - tried @ palm)[..., None, :]
+        balls = start + share * (ends - start)
+
+        def places(sample: Tensor, frame: Tensor, ball: Tensor, balls: Tensor = balls) -> Tensor:
+            return balls[sample, frame, :, ball]
+
+        far = 2 * float(palm.norm())
+        cost = around.squeezed(balls[:, :, 0], radii, far, places, len(TURNS))
+        if cost is None:
+            continue
+        hold = wish.hold[:, around.seen, side]
+        cost = hold[..., None] * cost + STIFFNESS * TURNS.square().sum(dim=-1)
+        shoulder = joints[:, :, None, SHOULDERS[side]]
+        cost = cost + out_of_reach(body, ends[..., 0, :] - shoulder, hold)
+        angles = around.eased(around.choose(cost, TURNS, MOVE * squared_steps(TURNS)))
+        turn = _turned(angles, side)
+        out[:, :, wrist] = out[:, :, wrist] @ turn
+        grasp[:, :, side] = grasp[:, :, side] @ turn
+    return out, replace(wish, R_world_wrist=grasp)
+
+
+def _turned(angles: Float[Tensor, "*b 2"], side: int) -> Float[Tensor, "*b 3 3"]:
+    """Rotations of a left (0) or right (1) hand, whose palm looks along -y and fingers outward at rest."""
+    heading, lift = angles.split(1, dim=-1)
+    up = lift * torch.tensor([0.0, 0.0, 2.0 * side - 1.0])
+    about = heading * torch.tensor([0.0, 1.0, 0.0])
+    return roma.rotvec_to_rotmat(about) @ roma.rotvec_to_rotmat(up)

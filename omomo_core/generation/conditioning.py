@@ -1,0 +1,108 @@
+"""What is known of the person beforehand: where the hands are, what they hold, or the first pose."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+from omomo_core.body.kinematics import forward_kinematics
+from omomo_core.contact.segment import Span
+from omomo_core.generation.object_clip import Scene
+from omomo_core.generation.prefix import Decided, Pin
+from omomo_core.generation.retargeting import Fit
+from omomo_core.generation.selection.start_constraint import Placed, Posed, Start
+from omomo_core.geometry.rotations import rotmat_to_6d
+from omomo_core.geometry.transforms import to_local
+from omomo_core.motion import HandMotion
+from omomo_core.stages.body import capture as body_stage
+
+TOUCH = 0.05
+"""Metres between palm joint and surface that count as holding in a given pose."""
+SETTLED = 90
+"""Frames after which a first pose no longer pulls on the body: people keep their way of standing."""
+
+
+@dataclass(frozen=True)
+class Pose:
+    """How a person stands in one frame, on the bones of the body that is asked for."""
+
+    root: Float[np.ndarray, "3"]
+    """Pelvis joint, world, metres."""
+    rotations: Float[np.ndarray, "22 3 3"]
+    """Global R_world_joint."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """What the generator need not guess."""
+
+    hands: HandMotion | None = None
+    """The palms of every frame and which of them touch: stage 1 is left out."""
+    first_frame: Pose | None = None
+    """Start from this pose."""
+    stood: Float[np.ndarray, "2"] | None = None
+    """Start about here, on the floor of the world, metres."""
+    contacts: Sequence[Span] | None = None
+    """What each hand holds and when, in every sample."""
+
+
+NOTHING = Known()
+
+
+def start_of(known: Known, decided: Decided | None, scene: Scene) -> Start | None:
+    """What the palms of a take's first frame should be like.
+
+    Args:
+        known: what is.
+        decided: by the first pose, if that is known.
+        scene: the object.
+    """
+    if decided is not None and decided.hands is not None:
+        return Posed(decided.hands.values[0, 0])
+    if known.stood is None:
+        return None
+    place = known.stood * scene.scale - scene.trained.centre[0, :2]
+    return Placed(torch.from_numpy(place).float())
+
+
+def decided_by(pose: Pose, scene: Scene, fit: Fit, samples: int) -> Decided:
+    """A first frame that is known."""
+    root, R = torch.from_numpy(pose.root).float(), torch.from_numpy(pose.rotations).float()
+    palms = forward_kinematics(fit.body, root, R)[22:].double().numpy()
+
+    def each(x: Tensor) -> Tensor:
+        return x.expand(samples, 1, *x.shape)
+
+    touching = scene.take.surface.tree.query(
+        to_local(scene.take.motion.T_world_object[:1], palms[None])[0]
+    )[0] < TOUCH  # fmt: skip
+    relative = palms * scene.scale - scene.trained.centre[0]
+    hands = np.concatenate([relative.ravel(), np.where(touching, 1.0, -1.0)])
+    # Whether the feet are planted is left to the network.
+    vectors = 3 * body_stage.LAYOUT.vectors
+    return Decided(
+        hands=Pin.all(each(torch.from_numpy(hands).float())),
+        body=Pin(
+            each(_features(root, R, fit)),
+            torch.arange(body_stage.LAYOUT.channels) < vectors,
+            SETTLED,
+        ),
+        root=each(root),
+        rotations=each(R),
+        palms=np.tile(palms, (samples, 1, 1, 1)),
+        standing=np.zeros((samples, 1, 2), bool),
+        segments=[],
+    )
+
+
+def _features(
+    root: Float[Tensor, "3"], R: Float[Tensor, "22 3 3"], fit: Fit
+) -> Float[Tensor, " channels"]:
+    """Stage 2's of a pose, with the root in the networks' world."""
+    moved, turned = fit.to_trained(root, R)
+    joints = forward_kinematics(fit.trained, moved, turned)
+    vectors = torch.cat([moved[None], joints[1:] - moved, rotmat_to_6d(turned).flatten(0, 1)])
+    return torch.cat([vectors.flatten(), torch.zeros(body_stage.LAYOUT.scalars)])

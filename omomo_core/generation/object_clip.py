@@ -1,0 +1,75 @@
+"""An object and a stretch of its motion at two sizes: as it is, and for the networks' stature."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import torch
+from jaxtyping import Bool, Float
+
+from omomo_core.body.trajectory_optimization.obstacle import Scanned
+from omomo_core.contact.support import must_be_held, touched
+from omomo_core.contact.tipping_effort import Lever, lever
+from omomo_core.geometry.distance_field import distance_field
+from omomo_core.geometry.object_features import ObjectFeatures, object_features
+from omomo_core.geometry.surface import Surface, sample_surface
+from omomo_core.motion import ObjectMesh, ObjectMotion
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Another person's height is the same scene scaled: scale in, sample, scale out."""
+
+    take: ObjectFeatures
+    """In metres."""
+    trained: ObjectFeatures
+    """Every length times `scale`."""
+    scale: float
+    must_hold: Bool[np.ndarray, " frames"]
+    """Frames in which somebody must hold the object."""
+
+    @cached_property
+    def touched(self) -> tuple[int, int]:
+        """First frame, and the one after the last, in which hands may be on what rests at both ends."""
+        return touched(self.take, self.must_hold)
+
+    @cached_property
+    def lever(self) -> Lever | None:
+        """Where it is held up while it stands on an edge; in trained size."""
+        return lever(self.trained, self.must_hold)
+
+
+@dataclass(frozen=True)
+class Thing:
+    """An object, and what is computed from its mesh once for a take of any length."""
+
+    mesh: ObjectMesh
+    scale: float
+    """Stature of the networks' body over that of the person."""
+
+    @cached_property
+    def surface(self) -> Surface:
+        """Points on the object, its frame, metres."""
+        return sample_surface(self.mesh)
+
+    @cached_property
+    def barrier(self) -> Scanned:
+        """What no flesh should be in: the signed distance to the object, its frame, metres."""
+        return Scanned(distance_field(self.mesh), torch.from_numpy(self.surface.centre).float())
+
+    @cached_property
+    def _scaled(self) -> tuple[ObjectMesh, Surface]:
+        mesh = replace(self.mesh, vertices=self.mesh.vertices * self.scale)
+        return mesh, self.surface.scaled(self.scale)
+
+    def scene(self, T_world_object: Float[np.ndarray, "frames 4 4"]) -> Scene:
+        """A stretch of its motion, world, metres."""
+        known = np.ones(len(T_world_object), bool)
+        take = object_features(ObjectMotion(self.mesh, T_world_object, known), self.surface)
+        if self.scale == 1.0:
+            return Scene(take, take, 1.0, must_be_held(take))
+        T = T_world_object.copy()
+        T[:, :3, 3] *= self.scale
+        mesh, surface = self._scaled
+        trained = object_features(ObjectMotion(mesh, T, known), surface)
+        return Scene(take, trained, self.scale, must_be_held(take))

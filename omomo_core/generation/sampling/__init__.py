@@ -1,0 +1,1 @@
+"""Sampling: the features of both stages by diffusion over overlapping windows, without spikes."""

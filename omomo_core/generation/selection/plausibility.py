@@ -1,0 +1,74 @@
+"""Where guesses of the palms hold the object, and whether anybody would hold it so."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from jaxtyping import Bool, Float
+from scipy.ndimage import uniform_filter1d
+from torch import Tensor
+
+from omomo_core.generation.object_clip import Scene
+from omomo_core.geometry.transforms import to_local
+from omomo_core.stages.hands import capture as hand_stage
+
+Samples = Float[Tensor, "samples frames 8"]
+GRASP = 0.15
+"""Metres between the surface and palms that hold it; contacts bring them onto it."""
+TURNED, LASTING = 60.0, 9
+"""Degrees by which the line between two palms that hold may leave its mean in the object, for so many frames.
+Guesses of several windows may hold from one side at first, then from another."""
+
+
+@dataclass(frozen=True)
+class Holding:
+    """Where samples hold the object, and how."""
+
+    palms: Float[np.ndarray, "samples frames 2 3"]
+    """In the object's frame, trained size."""
+    held: Bool[np.ndarray, "samples frames 2"]
+    scene: Scene
+
+    @staticmethod
+    def of(features: Samples, scene: Scene) -> "Holding":
+        """Of samples as the network says them: palms from the object's centre, world axes, contacts."""
+        centre = torch.from_numpy(scene.trained.centre).float().expand(len(features), -1, 3)
+        palms, contact = hand_stage.unpack(features, centre)
+        T = scene.trained.motion.T_world_object
+        local = np.stack([to_local(T, p) for p in palms.double().numpy()])
+        return Holding(local, (contact > 0.5).numpy(), scene)
+
+    def as_good_as(self, other: "Holding") -> Bool[np.ndarray, " samples"]:
+        """Whether it is about as near to the surface."""
+        return self.from_surface - other.from_surface < GRASP
+
+    @property
+    def from_surface(self) -> Float[np.ndarray, " samples"]:
+        """Mean metres between palms that hold and the object's surface; 0 where none holds."""
+        far = np.asarray(self.scene.trained.surface.tree.query(self.palms)[0]) / self.scene.scale
+        count = np.maximum(self.held.sum(axis=(1, 2)), 1)
+        return np.where(self.held, far, 0).sum(axis=(1, 2)) / count
+
+    @property
+    def likely(self) -> Bool[np.ndarray, " samples"]:
+        """Whether the palms hold nothing but the object, and stay on their sides of it while both do."""
+        return (self.from_surface < GRASP) & (self._turn < TURNED)
+
+    @property
+    def _turn(self) -> Float[np.ndarray, " samples"]:
+        """Degrees at most, for a while, between the line from palm to palm and its mean in the object."""
+        line = self.palms[:, :, 1] - self.palms[:, :, 0]
+        line /= np.linalg.norm(line, axis=-1, keepdims=True).clip(1e-6)
+        both: Bool[np.ndarray, "samples frames"] = np.asarray(self.held.all(axis=-1))
+        mean = np.where(both[..., None], line, 0).sum(axis=1)
+        mean /= np.linalg.norm(mean, axis=-1, keepdims=True).clip(1e-6)
+        along = np.where(both, np.einsum("sfx,sx->sf", line, mean), 1.0)
+        off = np.degrees(np.arccos(np.clip(along, -1, 1)))
+        return np.asarray(uniform_filter1d(off, LASTING, axis=1)).max(axis=1)
+
+    @property
+    def effort(self) -> Float[np.ndarray, " samples"]:
+        """What it takes to hold up an object that is tipped."""
+        lever = self.scene.lever
+        assert lever is not None
+        return lever.effort(self.palms[:, lever.frames], self.held[:, lever.frames])

@@ -1,0 +1,60 @@
+"""Judging a sample without knowing the truth: what a person who moves an object cannot do."""
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from omomo_core.generation.person import Person
+from omomo_core.generation.selection.speed_limits import leaping
+from omomo_core.motion import FPS, HumanMotion
+
+FEET = (7, 8, 10, 11)
+"""Ankles and toes, in the order of a motion's foot contacts."""
+_WEIGHTS = {
+    "unheld": 20.0,
+    "miss_cm": 1.0,
+    "skate_cm_s": 0.2,
+    "inside_cm": 1.0,
+    "floating": 10.0,
+    "jerk_m_s3": 0.02,
+    "leaping": 1.0,
+}
+
+
+def score(person: Person, must_hold: Bool[np.ndarray, " frames"]) -> dict[str, float]:
+    """Faults of one sample; "total" is what samples are ranked by, less is better.
+
+    Args:
+        person: the sample.
+        must_hold: frames in which somebody must hold the object.
+    """
+    human, held = person.human, person.human.hand_contact > 0.5
+    faults = {
+        "unheld": float((must_hold & ~held.any(axis=1)).sum() / max(1, must_hold.sum())),
+        "miss_cm": 100 * float(person.miss[held].mean()) if held.any() else 0.0,
+        "skate_cm_s": _skate(human),
+        "inside_cm": 100 * float(person.depth.mean()),
+        "floating": float((_lowest_foot(human) > 0.06).mean()),
+        "jerk_m_s3": _jerk(human.joints),
+        "leaping": leaping(human),
+    }
+    return {**faults, "total": sum(_WEIGHTS[k] * v for k, v in faults.items())}
+
+
+def _skate(human: HumanMotion) -> float:
+    """Mean horizontal speed of planted ankles and toes, cm/s."""
+    feet = human.joints[:, FEET, :2]
+    speed = 100 * FPS * np.linalg.norm(np.diff(feet, axis=0), axis=-1)
+    planted = human.foot_contact[1:] > 0.5
+    return float(speed[planted].mean()) if planted.any() else 0.0
+
+
+def _lowest_foot(human: HumanMotion) -> Float[np.ndarray, " frames"]:
+    """Height of the lowest toe joint over that of the whole motion, metres."""
+    lowest = human.joints[:, FEET[2:], 2].min(axis=1)
+    return lowest - np.quantile(lowest, 0.05)
+
+
+def _jerk(joints: Float[np.ndarray, "frames 24 3"]) -> float:
+    if len(joints) < 4:
+        return 0.0
+    return float(np.linalg.norm(np.diff(joints, n=3, axis=0), axis=-1).mean() * FPS**3)

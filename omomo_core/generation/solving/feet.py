@@ -1,0 +1,167 @@
+"""Where planted feet stand: still, flat unless they roll over the toes, never below the floor."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.ndimage import gaussian_filter1d
+from scipy.spatial.transform import Rotation
+
+from omomo_core.body.model import BodyModel
+from omomo_core.generation.solving.steps import add_steps
+from omomo_core.geometry.runs import runs
+from omomo_core.skeleton import joint
+
+PLANTED = 0.5
+SHORTEST = 4
+"""Frames: shorter plants are not locked."""
+EASE = 2.0
+"""Frames (standard deviation) over which a foot is turned to lie flat and is let go."""
+SETTLE = 10
+"""Frames over which a foot comes back to its plan after a chapter's first frames."""
+ANKLES = (joint("left_ankle"), joint("right_ankle"))
+TOES = (joint("left_foot"), joint("right_foot"))
+
+
+@dataclass(frozen=True)
+class Feet:
+    """Left and right foot of one body."""
+
+    ankles: Float[np.ndarray, "frames 2 3"]
+    """World, metres."""
+    rotations: Float[np.ndarray, "frames 2 2 3 3"]
+    """R_world_joint of ankle and toes of each foot."""
+    standing: Bool[np.ndarray, "frames 2"]
+    rolling: Bool[np.ndarray, "frames 2"]
+    """The heel is up where the foot stands on its toes."""
+
+
+def planted_feet(
+    body: BodyModel,
+    joints: Float[np.ndarray, "frames 24 3"],
+    rotations: Float[np.ndarray, "frames 22 3 3"],
+    foot_contact: Float[np.ndarray, "frames 4"],
+    stood: Bool[np.ndarray, "first 2"] | None = None,
+) -> Feet:
+    """Plan the feet of one sampled body.
+
+    Args:
+        body: whose feet.
+        joints: of the sample, world, metres.
+        rotations: global R_world_joint.
+        foot_contact: probability that left ankle, right ankle, left toe, right toe is planted.
+        stood: which feet stand in the first frames, where that is decided; there the sample is the
+            finished body, and what stands stays where it is.
+    """
+    heel, toe = (foot_contact[:, k : k + 2] > PLANTED for k in (0, 2))
+    stood = np.zeros((0, 2), bool) if stood is None else stood
+    first = len(stood)
+    ankles, standing = add_steps(joints[:, ANKLES], heel | toe, stood)
+    planned = ankles.copy()
+    turned = rotations[:, (*ANKLES, *TOES)].reshape(-1, 2, 2, 3, 3).swapaxes(1, 2).copy()
+    rolls = toe & ~heel
+    for side in range(2):
+        rolling = rolls[:, side]
+        plants = [p for p in runs(standing[:, side]) if p[1] - p[0] >= SHORTEST]
+        turned[:, side] = _laid_flat(turned[:, side], plants, rolling, first)
+        offset = body.rest_joints[TOES[side]] - body.rest_joints[ANKLES[side]]
+        to_toe = turned[:, side, 0] @ offset.double().numpy()
+        levels = (_level(body, ANKLES[side]), _level(body, TOES[side]))
+        still = _stilled(ankles[:, side], to_toe, plants, rolling, levels, first)
+        for level, offset in zip(levels, (0.0, to_toe[:, 2]), strict=True):
+            still[:, 2] += (level - still[:, 2] - offset).clip(min=0)
+        planned[:, side] = still
+    if first:
+        planned = _going_on(planned, joints[:first, ANKLES])
+    return Feet(planned, turned, standing, rolls)
+
+
+def _laid_flat(
+    R: Float[np.ndarray, "frames 2 3 3"],
+    plants: list[tuple[int, int]],
+    rolling: Bool[np.ndarray, " frames"],
+    first: int,
+) -> Float[np.ndarray, "frames 2 3 3"]:
+    """One heading for each plant; level but for an ankle that rises over its toes."""
+    goal, weight = R.copy(), np.zeros(len(R))
+    for a, b in plants:
+        frames = np.arange(a, b)
+        seen = frames[frames < first] if a < first else frames
+        ahead = R[seen, 0, :2, 2].mean(axis=0)
+        yaw = np.arctan2(ahead[1], ahead[0])
+        flat = _facing(np.full(len(frames), yaw))
+        goal[frames, 1] = flat
+        own = np.arctan2(R[frames, 0, 1, 2], R[frames, 0, 0, 2])
+        risen = Rotation.from_rotvec([0.0, 0.0, 1.0] * (yaw - own)[:, None]).as_matrix()
+        rolled = risen @ R[frames, 0]
+        goal[frames, 0] = np.where(rolling[frames, None, None], rolled, flat)
+        weight[frames] = 1.0
+    change = Rotation.from_matrix((goal @ R.swapaxes(-1, -2)).reshape(-1, 3, 3)).as_rotvec()
+    change = change.reshape(len(R), 2, 3) * weight[:, None, None]
+    # A turn begins before its foot is down and ends after it has left.
+    near = np.maximum(gaussian_filter1d(weight, EASE, mode="nearest"), 1e-3)[:, None, None]
+    eased = gaussian_filter1d(change, EASE, axis=0, mode="nearest")
+    inside = (weight > 0)[:, None, None]
+    change = np.where(inside, change, eased / np.maximum(near, 0.5))
+    change[:first] = 0.0
+    return Rotation.from_rotvec(change.reshape(-1, 3)).as_matrix().reshape(R.shape) @ R
+
+
+def _facing(yaw: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 3 3"]:
+    """R_world_joint of a level foot: its z ahead, its y up."""
+    c, s, o = np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)
+    x, y, z = np.stack([-s, c, o], -1), np.stack([o, o, o + 1], -1), np.stack([c, s, o], -1)
+    return np.stack([x, y, z], axis=-1)
+
+
+def _stilled(
+    ankle: Float[np.ndarray, "frames 3"],
+    to_toe: Float[np.ndarray, "frames 3"],
+    plants: list[tuple[int, int]],
+    rolling: Bool[np.ndarray, " frames"],
+    levels: tuple[float, float],
+    first: int,
+) -> Float[np.ndarray, "frames 3"]:
+    """An ankle whose foot stands still in each plant; what that moves it fades between plants.
+
+    Where only the toe is down (`rolling`) the foot turns about it and the ankle rises.
+    """
+    frames, moves = [np.arange(first)], [np.zeros((first, 3))]
+    for a, b in plants:
+        plant = np.arange(a, b)
+        seen = plant[plant < first] if a < first else plant
+        flat = seen[~rolling[seen]]
+        toe = ankle + to_toe
+        if len(flat):
+            place = np.median(ankle[flat], axis=0)
+            place[2] = levels[0]
+            ball = place + np.median(to_toe[flat], axis=0)
+        else:
+            place = ball = np.median(toe[seen], axis=0)
+        ball[2] = levels[1]
+        move = np.where(rolling[plant, None], ball - toe[plant], place - ankle[plant])
+        frames.append(plant[plant >= first])
+        moves.append(move[plant >= first])
+    known, change = np.concatenate(frames), np.concatenate(moves)
+    if not len(known):
+        return ankle.copy()
+    return ankle + np.stack([np.interp(np.arange(len(ankle)), known, m) for m in change.T], axis=1)
+
+
+def _going_on(
+    planned: Float[np.ndarray, "frames 2 3"], decided: Float[np.ndarray, "first 2 3"]
+) -> Float[np.ndarray, "frames 2 3"]:
+    """The first frames as decided; a jump after them, that steps planned anew may make, fades out."""
+    first = len(decided)
+    before = decided[-2:].mean(axis=0)
+    step = decided[-1] - before if first > 1 else np.zeros((2, 3))
+    jump = decided[-1] + 2 * step - planned[min(first, len(planned) - 1)]
+    weight = (1 - np.arange(len(planned) - first) / SETTLE).clip(min=0)
+    weight = weight**2 * (3 - 2 * weight)
+    rest = planned[first:] + weight[:, None, None] * jump
+    return np.concatenate([decided, rest])
+
+
+def _level(body: BodyModel, name: int) -> float:
+    """Height of a foot's joint when it stands, metres."""
+    return float(body.rest_joints[name, 1] - body.vertices[:, 1].min())

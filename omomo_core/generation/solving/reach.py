@@ -1,0 +1,139 @@
+"""Where the pelvis must be for arms to reach what they hold, and legs the floor."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from jaxtyping import Float
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+from torch import Tensor
+
+from omomo_core.body.kinematics import WRISTS, forward_kinematics
+from omomo_core.body.limbs import LimbName, reach
+from omomo_core.body.model import BodyModel
+from omomo_core.generation.collision.root import ELBOWS, SHOULDERS
+from omomo_core.generation.solving.feet import Feet
+from omomo_core.generation.wish import Wish
+
+STRETCH, LONGEST = 1.1, 0.999
+"""Share of a straight arm's length that the pelvis is moved to stay within, before and after the whole is
+corrected: that finds the last tenth itself, and better, because it also bends, turns and lifts shoulders."""
+LEG_STRETCH = 0.995
+LOWEST = 0.05
+"""Metres that the pelvis is lowered at most for the legs to reach the floor: a foot that stands longer than
+its leg reaches leaves the floor, a person does not sink for it."""
+ROUNDS, NEAR = 8, 0.0015
+"""Each of at most so many moves takes the pelvis about half the way that is left, until that is so little,
+metres."""
+FARTHEST = 0.25
+"""Metres that the pelvis is moved at most: beyond that the sample is wrong and must say so."""
+
+ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
+
+
+def arms_that_hold(
+    body: BodyModel,
+    root: Float[Tensor, "samples frames 3"],
+    rotations: Float[Tensor, "samples frames 22 3 3"],
+    wish: Wish,
+) -> Float[Tensor, "samples frames 22 3 3"]:
+    """Arms whose palms are where they are wished, as far as they must be.
+
+    Args:
+        body: whose arms.
+        root: pelvis joint, world, metres.
+        rotations: global R_world_joint.
+        wish: what hands hold.
+    """
+    for side in range(2):
+        weight = wish.hold[..., side].contiguous()
+        palms = wish.palms[..., side, :]
+        rotations, _ = reach(body, root, rotations, ARMS[side], palms, weight=weight)
+    return rotations
+
+
+def within_reach(
+    body: BodyModel,
+    root: Float[Tensor, "samples frames 3"],
+    rotations: Float[Tensor, "samples frames 22 3 3"],
+    feet: Sequence[Feet],
+    wish: Wish,
+    free: Float[Tensor, " frames"],
+    stretch: float,
+) -> Float[Tensor, "samples frames 3"]:
+    """Move the pelvis to where arms reach what they hold, and legs the floor.
+
+    Args:
+        body: whose arms and legs.
+        root: pelvis joint, world, metres.
+        rotations: global R_world_joint.
+        feet: where they stand.
+        wish: what hands hold.
+        free: how far each frame may be moved, from 0 to 1.
+        stretch: share of a straight arm's length that is within reach.
+    """
+
+    def nearer(at: Tensor) -> Tensor:
+        for _ in range(ROUNDS):
+            towards = _towards(body, at, rotations, wish, stretch) * free[:, None]
+            far = towards.norm(dim=-1, keepdim=True)
+            # Each sample by itself: what becomes of one does not hang on the others.
+            lacking = far.amax(dim=1, keepdim=True) > NEAR
+            if not lacking.any():
+                break
+            move = at + towards - root
+            limit = FARTHEST / move.norm(dim=-1, keepdim=True).clamp(min=FARTHEST)
+            at = torch.where(lacking & (far > 0), root + move * limit, at)
+        return at
+
+    near = nearer(root)
+    drop = _drop(body, near, rotations, feet) * free
+    # What the legs need may take from the arms what they had.
+    return nearer(near - drop[..., None] * torch.tensor([0.0, 0.0, 1.0]))
+
+
+def ankles_of(feet: Sequence[Feet]) -> Float[Tensor, "samples frames 2 3"]:
+    """Left and right ankle of each plan, world, metres."""
+    return torch.from_numpy(np.stack([f.ankles for f in feet])).float()
+
+
+def _towards(
+    body: BodyModel,
+    root: Float[Tensor, "samples frames 3"],
+    rotations: Float[Tensor, "samples frames 22 3 3"],
+    wish: Wish,
+    stretch: float,
+) -> Float[Tensor, "samples frames 3"]:
+    """A smooth move of the pelvis that brings palms which are out of reach within it."""
+    joints = forward_kinematics(body, root, rotations)
+    rest, move = body.rest_joints, torch.zeros_like(root)
+    for side in range(2):
+        shoulder, elbow, wrist = SHOULDERS[side], ELBOWS[side], WRISTS[side]
+        length = (rest[elbow] - rest[shoulder]).norm() + (rest[wrist] - rest[elbow]).norm()
+        target = wish.palms[..., side, :] - (joints[..., 22 + side, :] - joints[..., wrist, :])
+        way = target - joints[..., shoulder, :]
+        distance = way.norm(dim=-1, keepdim=True).clamp(min=1e-6)
+        excess = (distance - stretch * length).clamp(min=0) * wish.hold[..., side, None]
+        move = move + 0.5 * excess * way / distance
+    return torch.from_numpy(gaussian_filter1d(move.numpy(), 4.0, axis=-2, mode="nearest"))
+
+
+def _drop(
+    body: BodyModel,
+    root: Float[Tensor, "samples frames 3"],
+    rotations: Float[Tensor, "samples frames 22 3 3"],
+    feet: Sequence[Feet],
+) -> Float[Tensor, "samples frames"]:
+    """How much lower the pelvis must be for the legs to reach the feet that stand."""
+    joints = forward_kinematics(body, root, rotations)
+    ankles, standing = ankles_of(feet), torch.from_numpy(np.stack([f.standing for f in feet]))
+    rest, drop = body.rest_joints, torch.zeros(root.shape[:2])
+    for side, (hip, knee, ankle) in enumerate(((1, 4, 7), (2, 5, 8))):
+        length = (rest[knee] - rest[hip]).norm() + (rest[ankle] - rest[knee]).norm()
+        way = joints[..., hip, :] - ankles[..., side, :]
+        across = way[..., :2].norm(dim=-1)
+        height = ((LEG_STRETCH * length) ** 2 - across**2).clamp(min=0.04).sqrt()
+        drop = torch.maximum(drop, (way[..., 2] - height).clamp(0, LOWEST) * standing[..., side])
+    # The largest need of the neighbourhood, then smoothed: never less than the need itself.
+    near = maximum_filter1d(drop.numpy(), 7, axis=-1, mode="nearest")
+    return torch.from_numpy(gaussian_filter1d(near, 2.0, axis=-1, mode="nearest"))
