@@ -10,7 +10,7 @@ import argparse
 from pathlib import Path
 
 from omomo_core.body.load import load_body
-from omomo_core.generation.object_clip import Thing
+from omomo_core.generation.object_clip import ObjectModel
 from omomo_core.learning.evaluation.average import Row, average
 from omomo_core.learning.evaluation.clips import read_clip
 from omomo_core.learning.evaluation.metrics import contact_scores
@@ -23,7 +23,7 @@ def rows(path: Path) -> dict[str, Row]:
     clip = read_clip(path, load_body())
     truth = Truth(clip)
     held = truth.held[0]
-    must_hold = Thing(clip.motion.mesh, 1.0).scene(clip.motion.T_world_object).must_hold
+    must_hold = ObjectModel(clip.motion.mesh, 1.0).clip(clip.motion.T_world_object).must_hold
     holding = held | (must_hold & ~held.any(axis=1))[:, None]
     return {
         "recorded": contact_scores(held, held),

@@ -18,7 +18,7 @@ import numpy as np
 
 from omomo_core.body.load import load_body
 from omomo_core.generation.chunks import RECORDED
-from omomo_core.generation.conditioning import NOTHING
+from omomo_core.generation.conditioning import UNCONDITIONED
 from omomo_core.generation.generator import generate
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.generation.stream import stream
@@ -82,7 +82,9 @@ def measure(paper: bool = False, samples: int = 1, seconds: int = 4, quick: bool
         generate(motion, body, stages, options, clock)
     else:
         poses = iter(motion.T_world_object)
-        made = stream(motion.mesh, poses, body, stages, options, clock, NOTHING, chapters=RECORDED)
+        made = stream(
+            motion.mesh, poses, body, stages, options, clock, UNCONDITIONED, chunk_sizes=RECORDED
+        )
         assert sum(len(block.must_hold) for block in made) == len(motion.valid)
     clock("rest", 1.0)
     if quick and paper:

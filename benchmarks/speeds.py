@@ -19,7 +19,7 @@ from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.spatial.transform import Rotation
 
 from omomo_core.errors import InputError
-from omomo_core.generation.selection.speed_limits import PEOPLE, TURNING, measured
+from omomo_core.generation.selection.speed_limits import HUMAN_LIMITS, TURNING, measure_speeds
 from omomo_core.learning.recordings.mocap import (
     SourceMotion,
     checked_motion,
@@ -111,10 +111,10 @@ def main() -> None:
     """Print percentiles of every quantity, and the limit taken."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("mocap", type=Path)
-    rows: dict[str, list[np.ndarray]] = {name: [] for name in asdict(PEOPLE)}
+    rows: dict[str, list[np.ndarray]] = {name: [] for name in asdict(HUMAN_LIMITS)}
     clips = frames = 0
     for motion in recordings(parser.parse_args().mocap):
-        speeds = measured(*as_ours(motion))
+        speeds = measure_speeds(*as_ours(motion))
         kept = walking(speeds["pelvis"][:, 0])
         clips, frames = clips + bool(kept.any()), frames + int(kept.sum())
         for name, values in speeds.items():
@@ -125,7 +125,11 @@ def main() -> None:
     for name, parts in rows.items():
         known = np.concatenate(parts)
         found = np.percentile(known[np.isfinite(known)], ranks)
-        print(f"{name:12}" + "".join(f"{x:9.2f}" for x in found) + f"{asdict(PEOPLE)[name]:9.1f}")
+        print(
+            f"{name:12}"
+            + "".join(f"{x:9.2f}" for x in found)
+            + f"{asdict(HUMAN_LIMITS)[name]:9.1f}"
+        )
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """What the solver could not satisfy in a motion, what of it no person does, and when, in words."""
 
 from omomo_core.generation.person import Person
-from omomo_core.generation.selection.speed_limits import Leap, leaps
+from omomo_core.generation.selection.speed_limits import Leap, find_leaps
 from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
 
@@ -40,7 +40,7 @@ def _misses(person: Person) -> list[_Told]:
 
 
 def _leaps(person: Person) -> list[_Told]:
-    worst = sorted(leaps(person.human), key=lambda leap: -leap.speed / leap.limit)[:MOST_LEAPS]
+    worst = sorted(find_leaps(person.human), key=lambda leap: -leap.speed / leap.limit)[:MOST_LEAPS]
     return [(leap.start, leap.stop, _in_words(leap)) for leap in worst]
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from omomo_core.contact.segment import Segment
+from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.person import Person
 from omomo_core.motion import HumanMotion
 from omomo_core.whole_file import whole_file
@@ -44,7 +44,7 @@ def load_made(path: Path) -> Made:
         data = {key: file[key] for key in file.files}
     told = json.loads(str(data["told"]))
     segments = tuple(
-        Segment(hand, start, stop, anchor)
+        ContactSegment(hand, start, stop, anchor)
         for (hand, start, stop), anchor in zip(data["spans"].tolist(), data["anchors"], strict=True)
     )
     human = HumanMotion(**{f.name: data[f.name] for f in fields(HumanMotion)})

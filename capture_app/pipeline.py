@@ -15,7 +15,7 @@ from capture_app.progress import Progress, silent
 from capture_app.request import TakeRequest
 from capture_app.result import Result, save_motion
 from omomo_core.body.model import BodyModel
-from omomo_core.generation.conditioning import Known
+from omomo_core.generation.conditioning import Conditioning
 from omomo_core.generation.generator import generate
 from omomo_core.motion import ObjectMotion
 
@@ -68,7 +68,7 @@ class TakeInMaking(ResultInMaking[TakeRequest]):
         """Generate the samples and write motion.npz."""
         take, options = self.prepared, self.request.options
         stood = None if take.stood is None else np.array(take.stood)
-        known = Known(contacts=take.contacts, stood=stood)
+        known = Conditioning(contacts=take.contacts, start_position=stood)
         made = generate(take.motion, take.body, take.stages, options, self.clock, known)
         path = self.staging.folder / MOTION
         save_motion(path, made.people, made.chosen, take.motion, take.body.name)

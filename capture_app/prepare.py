@@ -22,7 +22,7 @@ from ingest.trajectory.segments import choose, cut
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel, with_height
 from omomo_core.contact.file import read_contacts
-from omomo_core.contact.segment import Span
+from omomo_core.contact.segment import ContactSpan
 from omomo_core.errors import InputError
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.motion import ObjectMotion
@@ -40,7 +40,7 @@ class PreparedTake:
     segment: Segment
     mount: Mount
     """Of the phone; where there is none, the identity."""
-    contacts: tuple[Span, ...] | None
+    contacts: tuple[ContactSpan, ...] | None
     """What each hand holds, where that is given."""
     stood: Place | None
     """Where the person stood, where that is given."""
@@ -127,7 +127,7 @@ def _check_contact_rule(request: TakeRequest) -> None:
         )
 
 
-def _contacts(request: TakeRequest, motion: ObjectMotion) -> tuple[Span, ...] | None:
+def _contacts(request: TakeRequest, motion: ObjectMotion) -> tuple[ContactSpan, ...] | None:
     if request.contacts is None:
         return None
     return read_contacts(request.contacts, len(motion.valid), sample_surface(motion.mesh))

@@ -14,9 +14,9 @@ from capture_app.rerun import unchanged
 from capture_app.result import Result, body_of, load_result, save_corrected
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.file import read_contacts
-from omomo_core.contact.segment import Span
+from omomo_core.contact.segment import ContactSpan
 from omomo_core.errors import InputError
-from omomo_core.generation.object_clip import Thing
+from omomo_core.generation.object_clip import ObjectModel
 from omomo_core.generation.person import Person
 from omomo_core.generation.resolve import changed, resolve
 from omomo_core.generation.result import notes_of
@@ -67,7 +67,7 @@ class CorrectionInMaking(ResultInMaking[ResolveRequest]):
     def solve(self) -> None:
         """Solve again what the contacts touch, and write motion.npz."""
         self.clock("solve", 0.0)
-        scene = self._thing.scene(self.moved.T_world_object)
+        scene = self._thing.clip(self.moved.T_world_object)
         person = resolve(self._person, self._edited, scene, self._thing, self.body)
         self.clock("solve", 1.0)
         save_corrected(self.staging.folder / MOTION, self._before, person)
@@ -112,11 +112,11 @@ class CorrectionInMaking(ResultInMaking[ResolveRequest]):
         return self._before.people[self._before.manifest.chosen]
 
     @cached_property
-    def _thing(self) -> Thing:
-        return Thing(self.moved.mesh, scale=1.0)
+    def _thing(self) -> ObjectModel:
+        return ObjectModel(self.moved.mesh, scale=1.0)
 
     @cached_property
-    def _edited(self) -> tuple[Span, ...]:
+    def _edited(self) -> tuple[ContactSpan, ...]:
         return _read_edited(self.request.contacts, self._person, self._thing)
 
 
@@ -145,7 +145,7 @@ def _unchanged_body(before: Result) -> BodyModel:
     return body_of(before)
 
 
-def _read_edited(contacts: Path, person: Person, thing: Thing) -> tuple[Span, ...]:
+def _read_edited(contacts: Path, person: Person, thing: ObjectModel) -> tuple[ContactSpan, ...]:
     edited = read_contacts(contacts, len(person.miss), thing.surface)
     if not changed(person.segments, edited):
         raise InputError(

@@ -10,7 +10,7 @@ from capture_app.manifest import MANIFEST, MOTION, Manifest, read_manifest
 from capture_app.quaternions import matrix_from_xyzw, same_numbers, xyzw_from_matrix
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel, with_height
-from omomo_core.contact.segment import Segment
+from omomo_core.contact.segment import ContactSegment
 from omomo_core.errors import InputError
 from omomo_core.generation.person import Person
 from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion
@@ -207,7 +207,7 @@ def _person(data: dict[str, np.ndarray], k: int) -> Person:
     anchors = data["contact_anchors"].astype(np.float64)
     contacts = zip(data["contact_spans"].tolist(), anchors, strict=True)
     segments = tuple(
-        Segment(hand, start, stop, anchor)
+        ContactSegment(hand, start, stop, anchor)
         for (sample, hand, start, stop), anchor in contacts
         if sample == k
     )

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from omomo_core.contact.segment import Segment
+from omomo_core.contact.segment import ContactSegment
 from omomo_core.geometry.surface import Surface, sample_surface
 from omomo_core.motion import ObjectMotion
 from render.actors import Actor
@@ -16,7 +16,7 @@ _RADIUS, _THICKNESS = 0.042, 0.004
 """Of a patch, metres."""
 
 
-def held_places(segments: Sequence[Segment], moved: ObjectMotion) -> list[Actor]:
+def held_places(segments: Sequence[ContactSegment], moved: ObjectMotion) -> list[Actor]:
     """One patch per hand that holds anything, on the surface where it is nearest to the palm.
 
     Args:
@@ -30,7 +30,7 @@ def held_places(segments: Sequence[Segment], moved: ObjectMotion) -> list[Actor]
     return [_patches([s for s in segments if s.hand == hand], moved, surface) for hand in hands]
 
 
-def _patches(segments: Sequence[Segment], moved: ObjectMotion, surface: Surface) -> Actor:
+def _patches(segments: Sequence[ContactSegment], moved: ObjectMotion, surface: Surface) -> Actor:
     """The patches of one hand: one that goes from place to place, and hides between them."""
     vertices, faces = ball(_RADIUS)
     flat = vertices * [1.0, 1.0, _THICKNESS / _RADIUS]

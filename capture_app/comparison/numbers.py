@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capture_app.comparison.motion import Motion
-from omomo_core.generation.object_clip import Thing
+from omomo_core.generation.object_clip import ObjectModel
 from omomo_core.geometry.transforms import to_local
 from omomo_core.learning.evaluation.metrics import contact_scores, foot_measures, joint_errors
 from omomo_core.learning.evaluation.touch import Touching
@@ -47,9 +47,9 @@ def own_figures(motion: Motion) -> Figures:
     left out where nobody must. Slip: mean speed of holding palms over the object. Penetration and
     foot sliding: as `omocap evaluate` has them. Jerk: mean of all joints.
     """
-    touching, thing = Touching(motion.object_motion), Thing(motion.object_motion.mesh, 1.0)
+    touching, thing = Touching(motion.object_motion), ObjectModel(motion.object_motion.mesh, 1.0)
     T, joints = motion.object_motion.T_world_object, motion.human.joints
-    must = thing.scene(T).must_hold
+    must = thing.clip(T).must_hold
     touched = touching.palms(joints[:, 22:].astype(np.float64))[must]
     held = {"held_percent": 100 * float(touched.any(axis=1).mean())} if len(touched) else {}
     return {

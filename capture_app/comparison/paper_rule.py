@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from capture_app.result import Result, body_of
-from omomo_core.contact.segment import Segment
-from omomo_core.generation.object_clip import Thing
+from omomo_core.contact.segment import ContactSegment
+from omomo_core.generation.object_clip import ObjectModel
 from omomo_core.generation.person import Person
 from omomo_core.generation.resolve import changed, resolve
 from omomo_core.geometry.runs import runs
@@ -33,12 +33,12 @@ def by_the_paper(result: Result, sample: int) -> Person:
     ruled = constrain(palms, np.concatenate(points), T)
     places = to_local(T, palms)
     segments = tuple(
-        Segment(hand, start, stop, places[start, hand])
+        ContactSegment(hand, start, stop, places[start, hand])
         for hand in range(2)
         for start, stop in runs(ruled.contact[:, hand] > 0.5)
     )
     if not changed(person.segments, segments):
         return person
-    thing = Thing(moved.mesh, scale=1.0)
-    solved = resolve(person, segments, thing.scene(T), thing, body_of(result))
+    thing = ObjectModel(moved.mesh, scale=1.0)
+    solved = resolve(person, segments, thing.clip(T), thing, body_of(result))
     return replace(solved, human=replace(solved.human, hand_contact=ruled.contact))

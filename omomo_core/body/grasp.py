@@ -37,7 +37,7 @@ HARD = 3000.0
 """What a metre deeper than allowed costs, in whole fingers that touch."""
 IDLE, IDLE_TURN = 0.3, 0.5
 """Closing, and turn of the thumb, of fingers that meet nothing."""
-LAZY = 0.05
+IDLE_COST = 0.05
 """What closing farther from that costs: less than any touch is worth."""
 CLOSINGS, STRIDE = 61, 6
 """From open to fist, and between those that are tried first."""
@@ -49,12 +49,12 @@ EVERY, SMOOTH = 2, 2.0
 """Frames from one that is looked at to the next; standard deviation of the filter between them."""
 CHUNK = 1024
 """Hands solved at once."""
-PLACES = torch.tensor([0.45, 0.95])
+SPHERE_POSITIONS = torch.tensor([0.45, 0.95])
 """Where the two spheres of a bone are on its length."""
 
 
 @dataclass(frozen=True)
-class Grasp:
+class ClosedFingers:
     """Fingers of both hands, and what of them is still inside the object."""
 
     fingers: Float[Tensor, "*b frames 30 3 3"]
@@ -95,14 +95,14 @@ class _Choices:
     """What a posture is worth wherever the object is."""
 
 
-def grasp(
+def close_fingers(
     body: BodyModel,
     R_world_wrist: Float[Tensor, "*b frames 2 3 3"],
     wrists: Float[Tensor, "*b frames 2 3"],
     T_world_object: Float[Tensor, "frames 4 4"],
     field: DistanceField,
     weight: Float[Tensor, "*b frames 2"],
-) -> Grasp:
+) -> ClosedFingers:
     """Close the fingers of both hands on an object.
 
     Args:
@@ -123,14 +123,14 @@ def grasp(
     poses = (R_object_wrist.flatten(0, -4), at.flatten(0, -3))
     found = _postures(hands, *poses, field, (seen > 0).flatten(0, -2))
     closing, turn = (x.view(*seen.shape, x.shape[-1]) for x in found)
-    held = _rotations(hands, _calm(closing, seen, IDLE), _calm(turn, seen, IDLE_TURN))
+    held = _rotations(hands, _smoothed(closing, seen, IDLE), _smoothed(turn, seen, IDLE_TURN))
     relaxed = body.relaxed_fingers.view(2, 5, 3, 3, 3)
     step = roma.rotmat_to_rotvec(relaxed.mT @ held)
     fingers = relaxed @ roma.rotvec_to_rotmat(weight.float()[..., None, None, None] * step)
     points = _centres(hands, fingers).flatten(-4, -2)
     distance = field.at(points @ R_object_wrist.mT + at[..., None, :])
     depth = (hands.radius.flatten(1) - distance).amax(dim=-1).clamp(min=0.0)
-    return Grasp(fingers.flatten(-5, -3), depth)
+    return ClosedFingers(fingers.flatten(-5, -3), depth)
 
 
 def _postures(
@@ -199,11 +199,11 @@ def _choices(hands: _Hands, which: slice, turns: Float[Tensor, " turns"]) -> _Ch
     )
     centres = _centres(hands, rotations).flatten(-3, -2)[:, :, :, which].permute(2, 3, 0, 1, 4, 5)
     radius = hands.radius[:, which].flatten(2)
-    merit = -LAZY * (closing - IDLE) ** 2 - HARD * _crowded(hands, centres, radius)
+    merit = -IDLE_COST * (closing - IDLE) ** 2 - HARD * _palm_penetration(hands, centres, radius)
     return _Choices(centres.contiguous(), radius, merit)
 
 
-def _crowded(
+def _palm_penetration(
     hands: _Hands,
     centres: Float[Tensor, "2 fingers turns closings 6 3"],
     radius: Float[Tensor, "2 fingers 6"],
@@ -211,7 +211,7 @@ def _crowded(
     """How deep the outer two bones of fingers are inside the palm's bones, metres."""
     knuckles, flesh = hands.offsets[:, :2, 0], hands.spheres[:, :2, 0].mean(dim=2)
     palm = torch.stack([k * knuckles for k in (0.6, 0.8, 1.0)], dim=2) + (
-        flesh - hands.offsets[:, :2, 1] * PLACES.mean()
+        flesh - hands.offsets[:, :2, 1] * SPHERE_POSITIONS.mean()
     ).unsqueeze(2)
     apart = torch.cdist(centres[..., 2:, :].flatten(1, 4), palm.flatten(1, 2))
     apart = apart.amin(dim=-1).view(*centres.shape[:4], 4)
@@ -247,7 +247,7 @@ def _centres(
     return torch.stack(found, dim=-3)
 
 
-def _calm(
+def _smoothed(
     x: Float[Tensor, "*b frames 2 n"], weight: Float[Tensor, "*b frames 2"], idle: float
 ) -> Float[Tensor, "*b frames 2 n"]:
     """Smooth over time where hands hold, `idle` far from there."""
@@ -293,6 +293,6 @@ def _flesh(
         middle = side.mean(dim=0)
         radii[k] = radius = (side - middle).norm(dim=1).median()
         if k % 3 == 2:  # the last bone ends inside the fingertip
-            length = (reach.max() - radius) / PLACES[1]
-        spheres[k] = middle + PLACES[:, None] * length * along
+            length = (reach.max() - radius) / SPHERE_POSITIONS[1]
+        spheres[k] = middle + SPHERE_POSITIONS[:, None] * length * along
     return spheres.view(2, 5, 3, 2, 3), radii.view(2, 5, 3, 2)

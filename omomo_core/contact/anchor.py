@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 from jaxtyping import Float
 
-from omomo_core.contact.segment import Segment, Span
+from omomo_core.contact.segment import ContactSegment, ContactSpan
 from omomo_core.geometry.surface import Surface
 from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import HandMotion
@@ -14,12 +14,12 @@ PALM_THICKNESS = 0.02
 """Metres from the palm joint (inside the hand) to the skin that touches."""
 
 
-def anchored(
-    spans: Iterable[Span],
+def anchor_spans(
+    spans: Iterable[ContactSpan],
     predicted: HandMotion,
     surface: Surface,
     T_world_object: Float[np.ndarray, "frames 4 4"],
-) -> tuple[Segment, ...]:
+) -> tuple[ContactSegment, ...]:
     """Give each span the place on the surface that is nearest to the predicted palm.
 
     Args:
@@ -30,16 +30,18 @@ def anchored(
     """
     palms = to_local(T_world_object, predicted.palms)
 
-    def fix(span: Span) -> Segment:
-        if isinstance(span, Segment):
+    def fix(span: ContactSpan) -> ContactSegment:
+        if isinstance(span, ContactSegment):
             return span
         median = np.median(palms[max(span.start, 0) : span.stop, span.hand], axis=0)
-        return Segment(span.hand, span.start, span.stop, _on_surface(median, surface))
+        return ContactSegment(
+            span.hand, span.start, span.stop, _project_to_surface(median, surface)
+        )
 
     return tuple(fix(span) for span in spans)
 
 
-def _on_surface(palm: Float[np.ndarray, "3"], surface: Surface) -> Float[np.ndarray, "3"]:
+def _project_to_surface(palm: Float[np.ndarray, "3"], surface: Surface) -> Float[np.ndarray, "3"]:
     """The palm moved to its thickness above the nearest point of the surface."""
     _, nearest = surface.tree.query(palm)
     point, normal = surface.points[nearest], surface.normals[nearest]

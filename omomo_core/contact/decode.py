@@ -7,9 +7,9 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from omomo_core.contact.anchor import anchored
+from omomo_core.contact.anchor import anchor_spans
 from omomo_core.contact.regrasp import split_at_regrasps
-from omomo_core.contact.segment import Segment, Span
+from omomo_core.contact.segment import ContactSegment, ContactSpan
 from omomo_core.geometry.runs import runs
 from omomo_core.geometry.surface import Surface
 from omomo_core.geometry.transforms import to_local
@@ -21,7 +21,7 @@ CERTAIN = 3.0
 """Log odds (a probability of 0.95) beyond which a network's certainty counts no more."""
 CHANGE = SHORTEST * CERTAIN / 2
 """Cost of taking hold or letting go, in log odds: SHORTEST certain frames pay for both."""
-DROPPED = 1000.0
+UNHELD = 1000.0
 """Cost of a frame in which an object that must be held is not."""
 FAR = 1.0
 """Cost of holding with a palm a metre off: tells two hands apart that are equally unlikely."""
@@ -30,22 +30,22 @@ HANDS = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
 
 
 @dataclass(frozen=True)
-class Given:
+class ContactPrefix:
     """What is decided already of the first frames."""
 
-    until: int
+    frames: int
     """Frames before this one."""
-    segments: Sequence[Segment]
+    segments: Sequence[ContactSegment]
     """Those that begin before it count. One that stops there or later is still held, until it is
     seen to end."""
 
-    def seen(self) -> "Given":
+    def trimmed(self) -> "ContactPrefix":
         """Without the segments that are over before frame 0 or begin too late."""
-        seen = [s for s in self.segments if s.start < self.until and s.stop > 0]
-        return Given(self.until, seen)
+        seen = [s for s in self.segments if s.start < self.frames and s.stop > 0]
+        return ContactPrefix(self.frames, seen)
 
 
-OPEN = Given(0, ())
+NO_PREFIX = ContactPrefix(0, ())
 """Nothing is decided yet."""
 
 
@@ -54,8 +54,8 @@ def decode(
     surface: Surface,
     T_world_object: Float[np.ndarray, "frames 4 4"],
     must_hold: Bool[np.ndarray, " frames"],
-    given: Given = OPEN,
-) -> tuple[Segment, ...]:
+    prefix: ContactPrefix = NO_PREFIX,
+) -> tuple[ContactSegment, ...]:
     """Decide which hand holds the object when, and where.
 
     Args:
@@ -63,26 +63,26 @@ def decode(
         surface: the object's surface in its own frame.
         T_world_object: the object's pose per frame.
         must_hold: frames in which at least one hand holds, however unlikely.
-        given: segments of the first frames, which stay as they are; one that goes on keeps its
+        prefix: segments of the first frames, which stay as they are; one that goes on keeps its
             anchor.
 
     Returns:
         Segments of both hands in the order in which they begin; those of one hand do not touch.
     """
-    given = given.seen()
+    prefix = prefix.trimmed()
     palms = to_local(T_world_object, predicted.palms)
-    holding = _cheapest(_costs(predicted.contact, palms, surface, must_hold, given))
-    spans: list[Span] = []
+    holding = _viterbi(_costs(predicted.contact, palms, surface, must_hold, prefix))
+    spans: list[ContactSpan] = []
     for hand in range(2):
         free = ~must_hold | holding[:, 1 - hand]
-        free[: given.until] = False
-        for span in _spans(holding[:, hand], hand, given):
+        free[: prefix.frames] = False
+        for span in _spans(holding[:, hand], hand, prefix):
             parts = split_at_regrasps(span, palms[:, hand], free)
             for before, after in pairwise(parts):
                 holding[before.stop : after.start, hand] = False
             spans.extend(parts)
     spans.sort(key=lambda span: span.start)
-    return anchored(spans, predicted, surface, T_world_object)
+    return anchor_spans(spans, predicted, surface, T_world_object)
 
 
 def _costs(
@@ -90,26 +90,26 @@ def _costs(
     palms: Float[np.ndarray, "frames 2 3"],
     surface: Surface,
     must_hold: Bool[np.ndarray, " frames"],
-    given: Given,
+    prefix: ContactPrefix,
 ) -> Float[np.ndarray, "frames 4"]:
     """What each state costs in each frame, in log odds."""
     least = 1 / (1 + np.exp(CERTAIN))
     p = contact.clip(least, 1 - least)
     distance, _ = surface.tree.query(palms)
     hold = np.log(1 - p) - np.log(p) + FAR * distance
-    for s in given.segments:
-        if s.stop < given.until:  # a hand that has just let go is on its way
-            hold[given.until : s.stop + SHORTEST, s.hand] += 2 * CERTAIN
+    for s in prefix.segments:
+        if s.stop < prefix.frames:  # a hand that has just let go is on its way
+            hold[prefix.frames : s.stop + SHORTEST, s.hand] += 2 * CERTAIN
     costs = hold @ HANDS.T
-    costs[must_hold, 0] += DROPPED
-    held = np.zeros((given.until, 2), int)
-    for s in given.segments:
+    costs[must_hold, 0] += UNHELD
+    held = np.zeros((prefix.frames, 2), int)
+    for s in prefix.segments:
         held[max(s.start, 0) : s.stop, s.hand] = 1
-    costs[: given.until][(held[:, None] != HANDS).any(axis=-1)] = np.inf
+    costs[: prefix.frames][(held[:, None] != HANDS).any(axis=-1)] = np.inf
     return costs
 
 
-def _cheapest(costs: Float[np.ndarray, "frames 4"]) -> Bool[np.ndarray, "frames 2"]:
+def _viterbi(costs: Float[np.ndarray, "frames 4"]) -> Bool[np.ndarray, "frames 2"]:
     """Viterbi: which hands hold in each frame of the cheapest course."""
     changes = CHANGE * np.abs(HANDS[:, None] - HANDS).sum(axis=-1)
     best, total = np.zeros(costs.shape, int), costs[0]
@@ -117,10 +117,10 @@ def _cheapest(costs: Float[np.ndarray, "frames 4"]) -> Bool[np.ndarray, "frames 
         ways = total[:, None] + changes
         best[frame] = ways.argmin(axis=0)
         total = ways.min(axis=0) + costs[frame]
-    return HANDS[_back(best, int(total.argmin()))] > 0
+    return HANDS[_backtrack(best, int(total.argmin()))] > 0
 
 
-def _back(best: Int[np.ndarray, "frames 4"], last: int) -> Int[np.ndarray, " frames"]:
+def _backtrack(best: Int[np.ndarray, "frames 4"], last: int) -> Int[np.ndarray, " frames"]:
     """The course that ends in a state, from the best predecessor of every state."""
     course = np.empty(len(best), int)
     for frame in range(len(best) - 1, -1, -1):
@@ -129,15 +129,17 @@ def _back(best: Int[np.ndarray, "frames 4"], last: int) -> Int[np.ndarray, " fra
     return course
 
 
-def _spans(holding: Bool[np.ndarray, " frames"], hand: int, given: Given) -> list[Span]:
+def _spans(
+    holding: Bool[np.ndarray, " frames"], hand: int, prefix: ContactPrefix
+) -> list[ContactSpan]:
     """One hand's runs, those of the first frames as they are given."""
-    kept: list[Span] = [s for s in given.segments if s.hand == hand]
-    found = [Span(hand, a, b) for a, b in runs(holding)]
-    still = [s for s in kept if s.stop >= given.until]
-    ended = [s for s in kept if s.stop < given.until]
-    gone_on = [run.stop for run in found if run.start < given.until <= run.stop]
+    kept: list[ContactSpan] = [s for s in prefix.segments if s.hand == hand]
+    found = [ContactSpan(hand, a, b) for a, b in runs(holding)]
+    still = [s for s in kept if s.stop >= prefix.frames]
+    ended = [s for s in kept if s.stop < prefix.frames]
+    gone_on = [run.stop for run in found if run.start < prefix.frames <= run.stop]
     return [
         *ended,
         *(replace(s, stop=stop) for s, stop in zip(still, gone_on, strict=True)),
-        *(run for run in found if run.start >= given.until),
+        *(run for run in found if run.start >= prefix.frames),
     ]

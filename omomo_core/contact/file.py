@@ -25,7 +25,7 @@ import numpy as np
 from jaxtyping import Float
 
 from omomo_core import strict_json
-from omomo_core.contact.segment import Segment, Span
+from omomo_core.contact.segment import ContactSegment, ContactSpan
 from omomo_core.errors import InputError
 from omomo_core.geometry.surface import Surface
 from omomo_core.motion import FPS
@@ -43,7 +43,7 @@ _LAYOUT = (
 )
 
 
-def write_contacts(path: Path, segments: Sequence[Segment], frames: int) -> None:
+def write_contacts(path: Path, segments: Sequence[ContactSegment], frames: int) -> None:
     """Write the contacts of a take of so many frames, one a line in the order they begin."""
     lines = [
         json.dumps(
@@ -61,7 +61,7 @@ def write_contacts(path: Path, segments: Sequence[Segment], frames: int) -> None
     path.write_text(f'{{\n{head}  "segments": [{inner}]\n}}\n', encoding="utf-8")
 
 
-def read_contacts(path: Path, frames: int, surface: Surface) -> tuple[Span, ...]:
+def read_contacts(path: Path, frames: int, surface: Surface) -> tuple[ContactSpan, ...]:
     """Read what each hand holds.
 
     Args:
@@ -146,7 +146,7 @@ def _check_keys(
             )
 
 
-def _span(entry: object, frames: int, surface: Surface, where: str) -> Span:
+def _span(entry: object, frames: int, surface: Surface, where: str) -> ContactSpan:
     """One entry of the list."""
     if not isinstance(entry, dict):
         raise InputError("contacts-keys", "This is no object in braces.", where=where, fix=_LAYOUT)
@@ -169,8 +169,8 @@ def _span(entry: object, frames: int, surface: Surface, where: str) -> Span:
         )
     anchor = entry.get("anchor")
     if anchor is None:
-        return Span(hand, start, stop)
-    return Segment(hand, start, stop, _anchor(anchor, surface, where))
+        return ContactSpan(hand, start, stop)
+    return ContactSegment(hand, start, stop, _anchor(anchor, surface, where))
 
 
 def _frame(name: str, value: object, frames: int, where: str) -> int:
@@ -210,7 +210,7 @@ def _is_number(x: object) -> bool:
     return isinstance(x, int | float) and not isinstance(x, bool) and abs(x) < 1e9
 
 
-def _check_overlap(spans: Sequence[Span], path: Path) -> None:
+def _check_overlap(spans: Sequence[ContactSpan], path: Path) -> None:
     """No hand is in two places."""
     for hand, name in enumerate(HANDS):
         order = sorted(

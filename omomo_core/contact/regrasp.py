@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.signal import find_peaks
 
-from omomo_core.contact.segment import Span
+from omomo_core.contact.segment import ContactSpan
 
 STAY = 12
 """Frames that a palm is at a place at least."""
@@ -21,8 +21,8 @@ QUICKEST, SLOWEST = 6, 12
 
 
 def split_at_regrasps(
-    span: Span, palm: Float[np.ndarray, "frames 3"], free: Bool[np.ndarray, " frames"]
-) -> tuple[Span, ...]:
+    span: ContactSpan, palm: Float[np.ndarray, "frames 3"], free: Bool[np.ndarray, " frames"]
+) -> tuple[ContactSpan, ...]:
     """The span, or its parts with a short gap of hand travel between each two.
 
     Args:
@@ -40,7 +40,7 @@ def split_at_regrasps(
         del travels[int(np.argmin(moved))]
     edges = [span.start, *(first + frame for t in travels for frame in t), span.stop]
     head, *others = zip(edges[::2], edges[1::2], strict=True)
-    return (replace(span, stop=head[1]), *(Span(span.hand, *edge) for edge in others))
+    return (replace(span, stop=head[1]), *(ContactSpan(span.hand, *edge) for edge in others))
 
 
 _Travel = tuple[int, int]

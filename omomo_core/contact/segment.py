@@ -14,7 +14,7 @@ BLEND = 8
 
 
 @dataclass(frozen=True)
-class Span:
+class ContactSpan:
     """A hand on the object from frame `start` to `stop` (exclusive)."""
 
     hand: int
@@ -25,15 +25,15 @@ class Span:
 
 
 @dataclass(frozen=True)
-class Segment(Span):
+class ContactSegment(ContactSpan):
     """A span in which the hand keeps to one place of the object."""
 
     anchor: Float[np.ndarray, "3"]
     """Where the palm joint is kept, in the object's frame, metres."""
 
 
-def follow(
-    segments: Sequence[Segment],
+def follow_anchors(
+    segments: Sequence[ContactSegment],
     predicted: HandMotion,
     T_world_object: Float[np.ndarray, "frames 4 4"],
 ) -> HandMotion:
@@ -54,15 +54,15 @@ def follow(
     for hand in range(2):
         held = sorted((s for s in segments if s.hand == hand), key=lambda s: s.start)
         if held:
-            place, obeyed, contact[:, hand] = _path(held, len(palms))
+            place, obeyed, contact[:, hand] = _anchor_path(held, len(palms))
             R, t = T_world_object[:, :3, :3], T_world_object[:, :3, 3]
             goal = np.einsum("fij,fj->fi", R, place) + t
             palms[:, hand] += obeyed[:, None] * (goal - palms[:, hand])
     return HandMotion(palms=palms, contact=contact)
 
 
-def _path(
-    held: Sequence[Segment], frames: int
+def _anchor_path(
+    held: Sequence[ContactSegment], frames: int
 ) -> tuple[
     Float[np.ndarray, "frames 3"], Float[np.ndarray, " frames"], Float[np.ndarray, " frames"]
 ]:
@@ -76,12 +76,12 @@ def _path(
     pause = starts[there] - ends[here]
     share = min_jerk((t - ends[here]) / np.maximum(pause, 1))
     place = anchors[here] + share[:, None] * (anchors[there] - anchors[here])
-    weight = min_jerk(1 - _outside(t, begun, starts, ends) / BLEND)
+    weight = min_jerk(1 - _frames_to_segment(t, begun, starts, ends) / BLEND)
     between = (begun >= 0) & (begun < last) & (pause <= 2 * BLEND)
     return place, np.where(between, 1.0, weight), weight
 
 
-def _outside(
+def _frames_to_segment(
     t: Int[np.ndarray, " frames"],
     begun: Int[np.ndarray, " frames"],
     starts: Int[np.ndarray, " segments"],

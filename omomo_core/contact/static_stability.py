@@ -21,7 +21,7 @@ class Overhang:
 
     metres: Float[np.ndarray, " frames"]
     """The centre of mass beside what touches the floor; negative where it is above it."""
-    way: Float[np.ndarray, "frames 3"]
+    direction: Float[np.ndarray, "frames 3"]
     """Level unit vectors from the edge it stands on to its centre."""
     edge: Float[np.ndarray, " frames"]
     """How far that edge lies along `way`, metres."""
@@ -32,7 +32,7 @@ class Overhang:
 
     def at(self, frames: Bool[np.ndarray, " frames"]) -> "Overhang":
         """Only some of the frames."""
-        kept = (self.metres, self.way, self.edge, self.up, self.floor)
+        kept = (self.metres, self.direction, self.edge, self.up, self.floor)
         return Overhang(*(x[frames] for x in kept))
 
 
@@ -44,12 +44,12 @@ def overhang(take: ObjectFeatures, frames: Int[np.ndarray, " some"]) -> Overhang
     corners = take.surface.outline
     directions = np.random.default_rng(0).normal(size=(_OUTLINE, 3))
     outline = corners[np.unique((corners @ directions.T).argmax(axis=0))]
-    found = [_fall(outline, take.surface.centre, t / np.linalg.norm(t)) for t in tilts]
+    found = [_overhang_row(outline, take.surface.centre, t / np.linalg.norm(t)) for t in tilts]
     rows = np.array(found).reshape(-1, 9)[which.reshape(-1)]
     return Overhang(rows[:, 0], rows[:, 1:4], rows[:, 4], rows[:, 5:8], rows[:, 8])
 
 
-def _fall(
+def _overhang_row(
     outline: Float[np.ndarray, "points 3"],
     centre: Float[np.ndarray, "3"],
     up: Float[np.ndarray, "3"],

@@ -36,10 +36,12 @@ def must_be_held(take: ObjectFeatures) -> Bool[np.ndarray, " frames"]:
     held = (speed > MOVES) | (spin > TURNS) | (~low & ~_still(take))
     unsure = np.flatnonzero(low & ~held)
     held[unsure] = overhang(take, unsure).metres > OVERHANG
-    return _lasting(held, SHORTEST)
+    return _drop_short_runs(held, SHORTEST)
 
 
-def touched(take: ObjectFeatures, must_hold: Bool[np.ndarray, " frames"]) -> tuple[int, int]:
+def touchable_range(
+    take: ObjectFeatures, must_hold: Bool[np.ndarray, " frames"]
+) -> tuple[int, int]:
     """First frame, and the one after the last, in which hands may be on an object that rests at both ends.
 
     Args:
@@ -49,7 +51,7 @@ def touched(take: ObjectFeatures, must_hold: Bool[np.ndarray, " frames"]) -> tup
     Returns:
         A second before it is first moved and a second after it was last; (frames, 0) where it never is.
     """
-    moved = np.flatnonzero(must_hold | _lasting(~_still(take), RESTS))
+    moved = np.flatnonzero(must_hold | _drop_short_runs(~_still(take), RESTS))
     if not len(moved):
         return take.frames, 0
     return max(int(moved[0]) - REACHING, 0), min(int(moved[-1]) + 1 + REACHING, take.frames)
@@ -61,10 +63,10 @@ def _still(take: ObjectFeatures) -> Bool[np.ndarray, " frames"]:
         np.linalg.norm(uniform_filter1d(x, 5, axis=0, mode="nearest"), axis=1)
         for x in (take.velocity, take.spin)
     )
-    return _lasting((speed < STILL) & (spin < LEVEL), RESTS)
+    return _drop_short_runs((speed < STILL) & (spin < LEVEL), RESTS)
 
 
-def _lasting(x: Bool[np.ndarray, " frames"], shortest: int) -> Bool[np.ndarray, " frames"]:
+def _drop_short_runs(x: Bool[np.ndarray, " frames"], shortest: int) -> Bool[np.ndarray, " frames"]:
     """Only the runs of at least so many frames, and those that the take's ends cut short."""
     whole = np.pad(x, shortest, mode="edge")
     return binary_opening(whole, np.ones(shortest))[shortest:-shortest]

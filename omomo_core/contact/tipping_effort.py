@@ -22,11 +22,11 @@ _LEAST = 0.02
 
 
 @dataclass(frozen=True)
-class Lever:
+class TippingLever:
     """The frames in which somebody holds an object up that stands on an edge."""
 
     frames: Int[np.ndarray, " tipped"]
-    falls: Overhang
+    overhang: Overhang
     """In those."""
 
     def effort(
@@ -40,17 +40,21 @@ class Lever:
             palms: left and right, in the object's frame, metres.
             held: which of them hold it.
         """
-        out = np.einsum("kthi,ti->kth", palms, self.falls.way) - self.falls.edge[:, None]
-        high = np.einsum("kthi,ti->kth", palms, self.falls.up) - self.falls.floor[:, None]
+        out = (
+            np.einsum("kthi,ti->kth", palms, self.overhang.direction) - self.overhang.edge[:, None]
+        )
+        high = np.einsum("kthi,ti->kth", palms, self.overhang.up) - self.overhang.floor[:, None]
         arm = np.where(held, np.maximum(out, FRICTION * high), -np.inf).max(axis=2)
-        force = self.falls.metres / arm.clip(_LEAST)
+        force = self.overhang.metres / arm.clip(_LEAST)
         by_hand = held.any(axis=2)
         count = by_hand.sum(axis=1)
         total = np.where(by_hand, force, 0).sum(axis=1)
         return np.where(count < SHORTEST, np.nan, total / count.clip(1))
 
 
-def lever(take: ObjectFeatures, must_hold: Bool[np.ndarray, " frames"]) -> Lever | None:
+def tipping_lever(
+    take: ObjectFeatures, must_hold: Bool[np.ndarray, " frames"]
+) -> TippingLever | None:
     """Where an object is held up that stands on an edge; None if that is hardly anywhere.
 
     Args:
@@ -62,4 +66,4 @@ def lever(take: ObjectFeatures, must_hold: Bool[np.ndarray, " frames"]) -> Lever
     kept = falls.metres > OVERHANG
     if kept.sum() < SHORTEST:
         return None
-    return Lever(frames[kept], falls.at(kept))
+    return TippingLever(frames[kept], falls.at(kept))

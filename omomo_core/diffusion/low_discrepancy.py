@@ -6,7 +6,7 @@ from torch import Tensor
 GOLDEN = (5**0.5 - 1) / 2
 
 
-def evenly(number: Int[Tensor, "*b"]) -> Float[Tensor, "*b"]:
+def golden_sequence(number: Int[Tensor, "*b"]) -> Float[Tensor, "*b"]:
     """Places between 0 and 1 of the first numbers, any few that follow each other spread over all:
     multiples of the golden section.
     """

@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 
 @dataclass(frozen=True)
-class Chapters:
+class ChunkSizes:
     """How a take is cut.
 
     Every chapter begins with frames that the one before has decided (`context`) and ends with frames that
@@ -23,37 +23,39 @@ class Chapters:
     """A rest of the take that is no longer than this is added to its last chapter."""
 
 
-RECORDED = Chapters(length=600, context=30, margin=30, spare=120)
+RECORDED = ChunkSizes(length=600, context=30, margin=30, spare=120)
 """For takes that are there as a whole: twenty seconds at a time."""
-LIVE = Chapters(length=120, context=60, margin=20, spare=0)
+LIVE = ChunkSizes(length=120, context=60, margin=20, spare=0)
 """For poses that still arrive: the newest motion is at most two seconds behind them."""
 
 
 @dataclass(frozen=True)
-class Chapter:
+class Chunk:
     """Frames `first` .. `first + len(T_world_object)` of the take."""
 
     first: int
     T_world_object: Float[np.ndarray, "frames 4 4"]
-    decided: int
+    prefix_frames: int
     """So many of its first frames are decided already."""
-    until: int
+    stop: int
     """It decides its frames `decided` .. `until`."""
     last: bool
 
 
-def cut(poses: Iterable[Float[np.ndarray, "4 4"]], how: Chapters) -> Iterator[Chapter]:
+def split_into_chunks(
+    poses: Iterable[Float[np.ndarray, "4 4"]], how: ChunkSizes
+) -> Iterator[Chunk]:
     """Chapters as soon as their poses are there; every frame is decided by exactly one."""
     held: list[Float[np.ndarray, "4 4"]] = []
-    first = decided = 0
+    first = prefix_frames = 0
     for pose in poses:
         held.append(pose)
         if len(held) <= how.length + how.spare:
             continue
-        until = how.length - how.margin
-        yield Chapter(first, np.stack(held[: how.length]), decided, until, last=False)
-        gone = until - how.context
+        stop = how.length - how.margin
+        yield Chunk(first, np.stack(held[: how.length]), prefix_frames, stop, last=False)
+        gone = stop - how.context
         del held[:gone]
-        first, decided = first + gone, how.context
-    if len(held) > decided:
-        yield Chapter(first, np.stack(held), decided, len(held), last=True)
+        first, prefix_frames = first + gone, how.context
+    if len(held) > prefix_frames:
+        yield Chunk(first, np.stack(held), prefix_frames, len(held), last=True)

@@ -9,11 +9,15 @@ from jaxtyping import Float
 from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
-from omomo_core.contact.segment import Span
-from omomo_core.generation.object_clip import Scene
-from omomo_core.generation.prefix import Decided, Pin
-from omomo_core.generation.retargeting import Fit
-from omomo_core.generation.selection.start_constraint import Placed, Posed, Start
+from omomo_core.contact.segment import ContactSpan
+from omomo_core.generation.object_clip import ObjectClip
+from omomo_core.generation.prefix import FeaturePrefix, Prefix
+from omomo_core.generation.retargeting import Retargeting
+from omomo_core.generation.selection.start_constraint import (
+    StartConstraint,
+    StartPose,
+    StartPosition,
+)
 from omomo_core.geometry.rotations import rotmat_to_6d
 from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import HandMotion
@@ -36,57 +40,61 @@ class Pose:
 
 
 @dataclass(frozen=True)
-class Known:
+class Conditioning:
     """What the generator need not guess."""
 
     hands: HandMotion | None = None
     """The palms of every frame and which of them touch: stage 1 is left out."""
-    first_frame: Pose | None = None
+    start_pose: Pose | None = None
     """Start from this pose."""
-    stood: Float[np.ndarray, "2"] | None = None
+    start_position: Float[np.ndarray, "2"] | None = None
     """Start about here, on the floor of the world, metres."""
-    contacts: Sequence[Span] | None = None
+    contacts: Sequence[ContactSpan] | None = None
     """What each hand holds and when, in every sample."""
 
 
-NOTHING = Known()
+UNCONDITIONED = Conditioning()
 
 
-def start_of(known: Known, decided: Decided | None, scene: Scene) -> Start | None:
+def start_constraint(
+    conditioning: Conditioning, prefix: Prefix | None, clip: ObjectClip
+) -> StartConstraint | None:
     """What the palms of a take's first frame should be like.
 
     Args:
-        known: what is.
-        decided: by the first pose, if that is known.
-        scene: the object.
+        conditioning: what is.
+        prefix: by the first pose, if that is known.
+        clip: the object.
     """
-    if decided is not None and decided.hands is not None:
-        return Posed(decided.hands.values[0, 0])
-    if known.stood is None:
+    if prefix is not None and prefix.hands is not None:
+        return StartPose(prefix.hands.values[0, 0])
+    if conditioning.start_position is None:
         return None
-    place = known.stood * scene.scale - scene.trained.centre[0, :2]
-    return Placed(torch.from_numpy(place).float())
+    place = conditioning.start_position * clip.scale - clip.trained.centre[0, :2]
+    return StartPosition(torch.from_numpy(place).float())
 
 
-def decided_by(pose: Pose, scene: Scene, fit: Fit, samples: int) -> Decided:
+def prefix_from_pose(
+    pose: Pose, clip: ObjectClip, retargeting: Retargeting, samples: int
+) -> Prefix:
     """A first frame that is known."""
     root, R = torch.from_numpy(pose.root).float(), torch.from_numpy(pose.rotations).float()
-    palms = forward_kinematics(fit.body, root, R)[22:].double().numpy()
+    palms = forward_kinematics(retargeting.body, root, R)[22:].double().numpy()
 
     def each(x: Tensor) -> Tensor:
         return x.expand(samples, 1, *x.shape)
 
-    touching = scene.take.surface.tree.query(
-        to_local(scene.take.motion.T_world_object[:1], palms[None])[0]
+    touching = clip.take.surface.tree.query(
+        to_local(clip.take.motion.T_world_object[:1], palms[None])[0]
     )[0] < TOUCH  # fmt: skip
-    relative = palms * scene.scale - scene.trained.centre[0]
+    relative = palms * clip.scale - clip.trained.centre[0]
     hands = np.concatenate([relative.ravel(), np.where(touching, 1.0, -1.0)])
     # Whether the feet are planted is left to the network.
     vectors = 3 * body_stage.LAYOUT.vectors
-    return Decided(
-        hands=Pin.all(each(torch.from_numpy(hands).float())),
-        body=Pin(
-            each(_features(root, R, fit)),
+    return Prefix(
+        hands=FeaturePrefix.all(each(torch.from_numpy(hands).float())),
+        body=FeaturePrefix(
+            each(_pose_features(root, R, retargeting)),
             torch.arange(body_stage.LAYOUT.channels) < vectors,
             SETTLED,
         ),
@@ -98,11 +106,11 @@ def decided_by(pose: Pose, scene: Scene, fit: Fit, samples: int) -> Decided:
     )
 
 
-def _features(
-    root: Float[Tensor, "3"], R: Float[Tensor, "22 3 3"], fit: Fit
+def _pose_features(
+    root: Float[Tensor, "3"], R: Float[Tensor, "22 3 3"], retargeting: Retargeting
 ) -> Float[Tensor, " channels"]:
     """Stage 2's of a pose, with the root in the networks' world."""
-    moved, turned = fit.to_trained(root, R)
-    joints = forward_kinematics(fit.trained, moved, turned)
+    moved, turned = retargeting.to_trained(root, R)
+    joints = forward_kinematics(retargeting.trained, moved, turned)
     vectors = torch.cat([moved[None], joints[1:] - moved, rotmat_to_6d(turned).flatten(0, 1)])
     return torch.cat([vectors.flatten(), torch.zeros(body_stage.LAYOUT.scalars)])

@@ -9,21 +9,21 @@ from jaxtyping import Float
 from scipy.ndimage import gaussian_filter1d
 from torch import Tensor
 
-from omomo_core.body.grasp import grasp
+from omomo_core.body.grasp import close_fingers
 from omomo_core.body.kinematics import WRISTS, forward_kinematics
 from omomo_core.body.model import BodyModel
-from omomo_core.body.trajectory_optimization.obstacle import Scanned
-from omomo_core.body.trajectory_optimization.penetration import depth_inside
-from omomo_core.contact.segment import Segment
-from omomo_core.generation.object_clip import Scene, Thing
-from omomo_core.generation.pelvis_tilt import tilted
+from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
+from omomo_core.body.trajectory_optimization.penetration import penetration_depth
+from omomo_core.body.trajectory_optimization.targets import InteractionTargets
+from omomo_core.contact.segment import ContactSegment
+from omomo_core.generation.object_clip import ObjectClip, ObjectModel
+from omomo_core.generation.pelvis_tilt import tilt_pelvis
 from omomo_core.generation.person import Person
-from omomo_core.generation.prefix import Decided
-from omomo_core.generation.retargeting import Fit
-from omomo_core.generation.sampling.despiking import calmed
-from omomo_core.generation.solving.bodies import Solved, solve_bodies
-from omomo_core.generation.solving.wrists import facing
-from omomo_core.generation.wish import Wish
+from omomo_core.generation.prefix import Prefix
+from omomo_core.generation.retargeting import Retargeting
+from omomo_core.generation.sampling.despiking import despike
+from omomo_core.generation.solving.bodies import SolvedBodies, solve_bodies
+from omomo_core.generation.solving.wrists import face_palms
 from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d
 from omomo_core.motion import HandMotion, HumanMotion
 from omomo_core.stages.body import capture as body_stage
@@ -35,7 +35,7 @@ ON_FLOOR = 0.05
 
 
 @dataclass(frozen=True)
-class Sampled:
+class SampledBodies:
     """Stage 2's people, before they keep any promise."""
 
     root: Float[Tensor, "samples frames 3"]
@@ -45,91 +45,98 @@ class Sampled:
     foot_contact: Float[Tensor, "samples frames 4"]
 
     @staticmethod
-    def of(features: Float[Tensor, "samples frames channels"], fit: Fit) -> "Sampled":
+    def of(
+        features: Float[Tensor, "samples frames channels"], retargeting: Retargeting
+    ) -> "SampledBodies":
         """People of the features that `sample_body` gives, on the bones asked for."""
         # Patches of frames are decoded together; a light filter takes out what jumps between them.
         smooth = np.asarray(gaussian_filter1d(features.numpy(), 1.0, axis=1, mode="nearest"))
-        calm = [calmed(smooth[k], ROOT_AND_JOINTS) for k in range(len(smooth))]
+        calm = [despike(smooth[k], ROOT_AND_JOINTS) for k in range(len(smooth))]
         x = torch.from_numpy(np.stack(calm))
         root, _, six, foot_contact = body_stage.unpack(x, torch.zeros(*x.shape[:2], 2))
-        people = tilted(fit.trained, root, rotmat_from_6d(six))
-        return Sampled(*fit.to_body(*people), foot_contact)
+        people = tilt_pelvis(retargeting.trained, root, rotmat_from_6d(six))
+        return SampledBodies(*retargeting.to_body(*people), foot_contact)
 
 
 @torch.inference_mode()
-def embody(
-    sampled: Sampled,
+def solve_people(
+    sampled: SampledBodies,
     hands: Sequence[HandMotion],
-    segments: Sequence[tuple[Segment, ...]],
-    scene: Scene,
-    thing: Thing,
+    segments: Sequence[tuple[ContactSegment, ...]],
+    clip: ObjectClip,
+    object_model: ObjectModel,
     body: BodyModel,
-    decided: Decided | None,
+    prefix: Prefix | None,
     *,
-    certain: bool,
-    told: Callable[[float], None] = lambda done: None,
-) -> tuple[list[Person], Solved]:
+    palms_known: bool,
+    on_progress: Callable[[float], None] = lambda done: None,
+) -> tuple[list[Person], SolvedBodies]:
     """The sampled people, with their palms where `hands` says.
 
     Args:
         sampled: of stage 2.
         hands: palms and contact weights of each sample.
         segments: what they hold.
-        scene: where the object is.
-        thing: the object.
+        clip: where the object is.
+        object_model: the object.
         body: whose bones.
-        decided: the first frames, which stay as they are.
-        certain: the palms are known: arms follow them in every frame, not only where they hold.
-        told: how far this is.
+        prefix: the first frames, which stay as they are.
+        palms_known: the palms are known: arms follow them in every frame, not only where they hold.
+        on_progress: how far this is.
     """
     R = sampled.rotations
-    wish = wish_of(R, hands, segments, scene, thing, certain=certain)
-    solved = solve_bodies(body, sampled.root, R, sampled.foot_contact, wish, decided, told=told)
-    T, planted = scene.take.motion.T_world_object, sampled.foot_contact.double().numpy()
-    people = exact_people(body, solved, planted, hands, segments, T, thing.barrier)
+    targets = interaction_targets(R, hands, segments, clip, object_model, palms_known=palms_known)
+    solved = solve_bodies(
+        body, sampled.root, R, sampled.foot_contact, targets, prefix, on_progress=on_progress
+    )
+    T, planted = clip.take.motion.T_world_object, sampled.foot_contact.double().numpy()
+    people = assemble_people(body, solved, planted, hands, segments, T, object_model.obstacle)
     return people, solved
 
 
-def wish_of(
+def interaction_targets(
     R: Float[Tensor, "samples frames 22 3 3"],
     hands: Sequence[HandMotion],
-    segments: Sequence[tuple[Segment, ...]],
-    scene: Scene,
-    thing: Thing,
+    segments: Sequence[tuple[ContactSegment, ...]],
+    clip: ObjectClip,
+    object_model: ObjectModel,
     *,
-    certain: bool = False,
-) -> Wish:
+    palms_known: bool = False,
+) -> InteractionTargets:
     """What sampled people are solved for.
 
     Args:
         R: sampled global rotations.
         hands: palms and contact weights of each sample.
         segments: what they hold.
-        scene: where the object is.
-        thing: the object.
-        certain: arms follow the palms in every frame, not only where they hold.
+        clip: where the object is.
+        object_model: the object.
+        palms_known: arms follow the palms in every frame, not only where they hold.
     """
-    T = scene.take.motion.T_world_object
+    T = clip.take.motion.T_world_object
     contact = torch.from_numpy(np.stack([h.contact for h in hands])).float()
-    wrists = [facing(R[k][:, WRISTS], held, thing.surface, T) for k, held in enumerate(segments)]
-    return Wish(
+    wrists = [
+        face_palms(R[k][:, WRISTS], held, object_model.surface, T)
+        for k, held in enumerate(segments)
+    ]
+    return InteractionTargets(
         palms=torch.from_numpy(np.stack([h.palms for h in hands])).float(),
-        hold=torch.ones_like(contact) if certain else contact,
+        hold=torch.ones_like(contact) if palms_known else contact,
         R_world_wrist=torch.stack(wrists),
         T_world_object=T,
-        barrier=thing.barrier,
-        balance=balance(scene),
+        obstacle=object_model.obstacle,
+        balance=balance_weight(clip),
     )
 
 
-def exact_people(
+def assemble_people(
     body: BodyModel,
-    solved: Solved,
+    solved: SolvedBodies,
     foot_contact: Float[np.ndarray, "samples frames 4"],
     hands: Sequence[HandMotion],
-    segments: Sequence[tuple[Segment, ...]],
+    segments: Sequence[tuple[ContactSegment, ...]],
     T_world_object: Float[np.ndarray, "frames 4 4"],
-    barrier: Scanned,
+    obstacle: MeshObstacle,
 ) -> list[Person]:
     """The samples that were solved, with fingers that close and what is wrong with them."""
     # Solving in single precision leaves rotations a little off; what goes out is exact.
@@ -138,8 +145,10 @@ def exact_people(
     contact = np.stack([h.contact for h in hands])
     T, weight = torch.from_numpy(T_world_object), torch.from_numpy(contact)
     joints = forward_kinematics(body, root, R)
-    closed = grasp(body, R[..., WRISTS, :, :], joints[..., WRISTS, :], T, barrier.field, weight)
-    depth = depth_inside(body, root, R, T, barrier).double().numpy()
+    closed = close_fingers(
+        body, R[..., WRISTS, :, :], joints[..., WRISTS, :], T, obstacle.field, weight
+    )
+    depth = penetration_depth(body, root, R, T, obstacle).double().numpy()
     fingers, standing = closed.fingers.double(), np.tile(solved.standing, 2)
     return [
         Person(
@@ -159,7 +168,7 @@ def exact_people(
     ]
 
 
-def balance(scene: Scene) -> Float[np.ndarray, " frames"]:
+def balance_weight(clip: ObjectClip) -> Float[np.ndarray, " frames"]:
     """1 where the weight must be over the feet, 0 where the object may be leant on."""
-    leaning = (scene.take.lowest < ON_FLOOR) & scene.must_hold
+    leaning = (clip.take.lowest < ON_FLOOR) & clip.must_hold
     return 1.0 - gaussian_filter1d(leaning.astype(float), 5.0, mode="nearest")

@@ -4,12 +4,12 @@ import numpy as np
 
 from omomo_core.body.model import BodyModel
 from omomo_core.generation.chunks import RECORDED
-from omomo_core.generation.conditioning import NOTHING, Known
+from omomo_core.generation.conditioning import UNCONDITIONED, Conditioning
 from omomo_core.generation.paper import generate_as_published
-from omomo_core.generation.person import joined
-from omomo_core.generation.result import Generation, GenerationOptions, Progress, silent
-from omomo_core.generation.selection.ranking import ranked
-from omomo_core.generation.stream import Block, stream
+from omomo_core.generation.person import join
+from omomo_core.generation.result import Generation, GenerationOptions, Progress, no_progress
+from omomo_core.generation.selection.ranking import rank
+from omomo_core.generation.stream import GeneratedChunk, stream
 from omomo_core.motion import ObjectMotion
 from omomo_core.stages.stage import Stages
 
@@ -19,8 +19,8 @@ def generate(
     body: BodyModel,
     stages: Stages,
     options: GenerationOptions,
-    progress: Progress = silent,
-    known: Known = NOTHING,
+    progress: Progress = no_progress,
+    conditioning: Conditioning = UNCONDITIONED,
 ) -> Generation:
     """Generate the people who could have moved the object.
 
@@ -29,8 +29,8 @@ def generate(
         body: who moves it; another stature is the same scene scaled.
         stages: the trained networks.
         options: samples, seed, contact rule, sampler.
-        progress: told what is being done.
-        known: palms, contacts or first pose, where they need not be guessed (not in the paper's model).
+        progress: called with the name of the step and the fraction done.
+        conditioning: palms, contacts, first pose or start position that are given (not in the paper's model).
 
     Returns:
         The samples in the world of `motion`. The same arguments give the same result.
@@ -38,16 +38,16 @@ def generate(
     if stages.hands.config.configuration == "paper":
         return generate_as_published(motion, body, stages, options, progress)
     poses = motion.T_world_object
-    blocks: list[Block] = []
+    chunks: list[GeneratedChunk] = []
 
     def overall(name: str, done: float) -> None:
-        before = sum(len(block.must_hold) for block in blocks)
+        before = sum(len(chunk.must_hold) for chunk in chunks)
         now = min(RECORDED.length, len(poses) - before)
         progress(name, (before + done * now) / len(poses))
 
-    for block in stream(
-        motion.mesh, poses, body, stages, options, overall, known, chapters=RECORDED
+    for chunk in stream(
+        motion.mesh, poses, body, stages, options, overall, conditioning, chunk_sizes=RECORDED
     ):
-        blocks.append(block)
-    people = tuple(joined([b.people[k] for b in blocks]) for k in range(options.samples))
-    return ranked(people, np.concatenate([b.must_hold for b in blocks]))
+        chunks.append(chunk)
+    people = tuple(join([b.people[k] for b in chunks]) for k in range(options.samples))
+    return rank(people, np.concatenate([b.must_hold for b in chunks]))

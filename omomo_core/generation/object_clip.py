@@ -7,9 +7,9 @@ import numpy as np
 import torch
 from jaxtyping import Bool, Float
 
-from omomo_core.body.trajectory_optimization.obstacle import Scanned
-from omomo_core.contact.support import must_be_held, touched
-from omomo_core.contact.tipping_effort import Lever, lever
+from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
+from omomo_core.contact.support import must_be_held, touchable_range
+from omomo_core.contact.tipping_effort import TippingLever, tipping_lever
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.geometry.object_features import ObjectFeatures, object_features
 from omomo_core.geometry.surface import Surface, sample_surface
@@ -17,7 +17,7 @@ from omomo_core.motion import ObjectMesh, ObjectMotion
 
 
 @dataclass(frozen=True)
-class Scene:
+class ObjectClip:
     """Another person's height is the same scene scaled: scale in, sample, scale out."""
 
     take: ObjectFeatures
@@ -29,18 +29,18 @@ class Scene:
     """Frames in which somebody must hold the object."""
 
     @cached_property
-    def touched(self) -> tuple[int, int]:
+    def touchable_range(self) -> tuple[int, int]:
         """First frame, and the one after the last, in which hands may be on what rests at both ends."""
-        return touched(self.take, self.must_hold)
+        return touchable_range(self.take, self.must_hold)
 
     @cached_property
-    def lever(self) -> Lever | None:
+    def lever(self) -> TippingLever | None:
         """Where it is held up while it stands on an edge; in trained size."""
-        return lever(self.trained, self.must_hold)
+        return tipping_lever(self.trained, self.must_hold)
 
 
 @dataclass(frozen=True)
-class Thing:
+class ObjectModel:
     """An object, and what is computed from its mesh once for a take of any length."""
 
     mesh: ObjectMesh
@@ -53,23 +53,25 @@ class Thing:
         return sample_surface(self.mesh)
 
     @cached_property
-    def barrier(self) -> Scanned:
+    def obstacle(self) -> MeshObstacle:
         """What no flesh should be in: the signed distance to the object, its frame, metres."""
-        return Scanned(distance_field(self.mesh), torch.from_numpy(self.surface.centre).float())
+        return MeshObstacle(
+            distance_field(self.mesh), torch.from_numpy(self.surface.centre).float()
+        )
 
     @cached_property
     def _scaled(self) -> tuple[ObjectMesh, Surface]:
         mesh = replace(self.mesh, vertices=self.mesh.vertices * self.scale)
         return mesh, self.surface.scaled(self.scale)
 
-    def scene(self, T_world_object: Float[np.ndarray, "frames 4 4"]) -> Scene:
+    def clip(self, T_world_object: Float[np.ndarray, "frames 4 4"]) -> ObjectClip:
         """A stretch of its motion, world, metres."""
-        known = np.ones(len(T_world_object), bool)
-        take = object_features(ObjectMotion(self.mesh, T_world_object, known), self.surface)
+        valid = np.ones(len(T_world_object), bool)
+        take = object_features(ObjectMotion(self.mesh, T_world_object, valid), self.surface)
         if self.scale == 1.0:
-            return Scene(take, take, 1.0, must_be_held(take))
+            return ObjectClip(take, take, 1.0, must_be_held(take))
         T = T_world_object.copy()
         T[:, :3, 3] *= self.scale
         mesh, surface = self._scaled
-        trained = object_features(ObjectMotion(mesh, T, known), surface)
-        return Scene(take, trained, self.scale, must_be_held(take))
+        trained = object_features(ObjectMotion(mesh, T, valid), surface)
+        return ObjectClip(take, trained, self.scale, must_be_held(take))

@@ -9,15 +9,15 @@ import torch
 from jaxtyping import Float
 
 from omomo_core.body.model import BodyModel
-from omomo_core.body.trajectory_optimization.penetration import depth_inside
+from omomo_core.body.trajectory_optimization.penetration import penetration_depth
 from omomo_core.contact.decode import decode
-from omomo_core.contact.segment import follow
+from omomo_core.contact.segment import follow_anchors
 from omomo_core.errors import InputError
-from omomo_core.generation.object_clip import Scene, Thing
+from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.person import Person
 from omomo_core.generation.result import Generation, GenerationOptions, Progress
-from omomo_core.generation.sampling.paper import around, draw_from_palms, draw_palms
-from omomo_core.generation.selection.ranking import ranked
+from omomo_core.generation.sampling.paper import bodies_from_palms, sample_palms, views_around
+from omomo_core.generation.selection.ranking import rank
 from omomo_core.motion import HandMotion, HumanMotion, ObjectMotion
 from omomo_core.stages.hands.contact_rule import constrain
 from omomo_core.stages.stage import Stages
@@ -43,41 +43,48 @@ def generate_as_published(
             f"this one lasts {len(motion.T_world_object) / 30:.1f} s.",
             fix="Use the default configuration (--config capture), which has no limit.",
         )
-    thing = Thing(motion.mesh, 1.0)
-    scene = thing.scene(motion.T_world_object)
-    view = around(scene.take, options.samples)
+    object_model = ObjectModel(motion.mesh, 1.0)
+    clip = object_model.clip(motion.T_world_object)
+    view = views_around(clip.take, options.samples)
     generator = torch.Generator().manual_seed(options.seed)
-    palms = draw_palms(view, stages.hands, options, generator, lambda done: progress("hands", done))
-    hands = [_contact(p, scene, options) for p in palms]
-    humans = draw_from_palms(
+    palms = sample_palms(
+        view, stages.hands, options, generator, lambda done: progress("hands", done)
+    )
+    hands = [_contact(p, clip, options) for p in palms]
+    humans = bodies_from_palms(
         view, hands, body, stages.body, options, generator, lambda done: progress("body", done)
     )
     people = tuple(
-        _judged(human, hand, body, scene, thing) for human, hand in zip(humans, hands, strict=True)
+        _judged(human, hand, body, clip, object_model)
+        for human, hand in zip(humans, hands, strict=True)
     )
-    return ranked(people, scene.must_hold)
+    return rank(people, clip.must_hold)
 
 
 def _judged(
-    human: HumanMotion, hands: HandMotion, body: BodyModel, scene: Scene, thing: Thing
+    human: HumanMotion,
+    hands: HandMotion,
+    body: BodyModel,
+    clip: ObjectClip,
+    object_model: ObjectModel,
 ) -> Person:
     """Nothing is solved afterwards, but what is wrong is told all the same."""
     root, R, T = (
-        torch.from_numpy(a) for a in (human.root, human.rotations, scene.take.motion.T_world_object)
+        torch.from_numpy(a) for a in (human.root, human.rotations, clip.take.motion.T_world_object)
     )
     miss = np.linalg.norm(human.joints[:, 22:] - hands.palms, axis=-1) * (hands.contact > 0.99)
-    depth = depth_inside(body, root, R, T, thing.barrier)
+    depth = penetration_depth(body, root, R, T, object_model.obstacle)
     return Person(human, (), miss, depth.double().numpy())
 
 
 def _contact(
-    palms: Float[np.ndarray, "frames 2 3"], scene: Scene, options: GenerationOptions
+    palms: Float[np.ndarray, "frames 2 3"], clip: ObjectClip, options: GenerationOptions
 ) -> HandMotion:
-    motion = scene.take.motion
+    motion = clip.take.motion
     T = motion.T_world_object
     published = constrain(palms, motion.mesh.vertices, T)
     if options.contact == "paper":
         return published
     # Stage 1 as published has no contact channel: the rule's labels become the segments.
     labels = HandMotion(palms=palms, contact=published.contact)
-    return follow(decode(labels, scene.take.surface, T, scene.must_hold), labels, T)
+    return follow_anchors(decode(labels, clip.take.surface, T, clip.must_hold), labels, T)

@@ -17,7 +17,7 @@ SHARE = 0.25
 _CHEST = joint("spine3")
 
 
-def tilted(
+def tilt_pelvis(
     body: BodyModel, root: Float[Tensor, "*b 3"], rotations: Float[Tensor, "*b 22 3 3"]
 ) -> tuple[Float[Tensor, "*b 3"], Float[Tensor, "*b 22 3 3"]]:
     """The same people with the pelvis turned about the line through their hips, which stay where they are.

@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 from jaxtyping import Float
 
-from omomo_core.contact.segment import Segment, Span
+from omomo_core.contact.segment import ContactSegment, ContactSpan
 from omomo_core.motion import HumanMotion
 
 
@@ -16,7 +16,7 @@ class Person:
     """A sample, or a stretch of one."""
 
     human: HumanMotion
-    segments: tuple[Segment, ...]
+    segments: tuple[ContactSegment, ...]
     """What each hand holds and when; empty where palms are given or follow the published rule."""
     miss: Float[np.ndarray, "frames 2"]
     """How far each palm is from its place where it should hold, metres; 0 where it need not."""
@@ -31,16 +31,16 @@ def stretch(person: Person, start: int, stop: int) -> Person:
     )
     return Person(
         human,
-        shifted(person.segments, start, stop),
+        shift_spans(person.segments, start, stop),
         person.miss[start:stop],
         person.depth[start:stop],
     )
 
 
-_S = TypeVar("_S", bound=Span)
+_S = TypeVar("_S", bound=ContactSpan)
 
 
-def shifted(segments: Sequence[_S], start: int, stop: int) -> tuple[_S, ...]:
+def shift_spans(segments: Sequence[_S], start: int, stop: int) -> tuple[_S, ...]:
     """Spans as seen from frame `start`, cut to what they share with `start` .. `stop`."""
     cut = [
         replace(s, start=max(s.start, start) - start, stop=min(s.stop, stop) - start)
@@ -49,7 +49,7 @@ def shifted(segments: Sequence[_S], start: int, stop: int) -> tuple[_S, ...]:
     return tuple(s for s in cut if s.start < s.stop)
 
 
-def joined(parts: Sequence[Person]) -> Person:
+def join(parts: Sequence[Person]) -> Person:
     """Stretches that follow each other as one person; a segment cut between two is one again."""
     human = HumanMotion(
         **{
@@ -57,7 +57,7 @@ def joined(parts: Sequence[Person]) -> Person:
             for f in fields(HumanMotion)
         }
     )
-    segments: list[Segment] = []
+    segments: list[ContactSegment] = []
     first = 0
     for part in parts:
         for s in part.segments:
@@ -71,7 +71,7 @@ def joined(parts: Sequence[Person]) -> Person:
     )
 
 
-def _append(segments: list[Segment], new: Segment) -> None:
+def _append(segments: list[ContactSegment], new: ContactSegment) -> None:
     for k, old in enumerate(segments):
         same = old.hand == new.hand and old.stop == new.start
         if same and np.array_equal(old.anchor, new.anchor):

@@ -12,7 +12,7 @@ Progress = Callable[[str, float], None]
 """(name of the step, fraction done)."""
 
 
-def silent(step: str, fraction: float) -> None:
+def no_progress(step: str, fraction: float) -> None:
     """Nobody wants to know."""
 
 

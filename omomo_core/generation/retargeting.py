@@ -19,7 +19,7 @@ _ALIKE = 1e-4
 
 
 @dataclass(frozen=True)
-class Fit:
+class Retargeting:
     """The hips carry over, their way on the floor by stature, their height by length of leg; so do the feet.
 
     A body that only has another stature gets the same scene scaled; one whose pelvis joint sits

@@ -4,7 +4,8 @@ A take of any length is sampled in chapters that begin with what the one before 
 not grow with it, and poses may still be arriving.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,27 +15,38 @@ from torch import Tensor
 
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
-from omomo_core.contact.segment import Segment, follow
-from omomo_core.generation.chunks import LIVE, Chapter, Chapters, cut
-from omomo_core.generation.collision.contact_face import Held, other_faces
-from omomo_core.generation.conditioning import NOTHING, Known, decided_by, start_of
-from omomo_core.generation.decoding import Sampled, embody, wish_of
-from omomo_core.generation.object_clip import Scene, Thing
-from omomo_core.generation.person import Person, shifted, stretch
-from omomo_core.generation.prefix import Decided, Pin
-from omomo_core.generation.result import GenerationOptions, Progress, silent
-from omomo_core.generation.retargeting import Fit
+from omomo_core.body.trajectory_optimization.targets import InteractionTargets
+from omomo_core.contact.segment import ContactSegment, follow_anchors
+from omomo_core.generation.chunks import LIVE, Chunk, ChunkSizes, split_into_chunks
+from omomo_core.generation.collision.contact_face import Held, choose_contact_faces
+from omomo_core.generation.conditioning import (
+    UNCONDITIONED,
+    Conditioning,
+    prefix_from_pose,
+    start_constraint,
+)
+from omomo_core.generation.decoding import SampledBodies, interaction_targets, solve_people
+from omomo_core.generation.object_clip import ObjectClip, ObjectModel
+from omomo_core.generation.person import Person, shift_spans, stretch
+from omomo_core.generation.prefix import FeaturePrefix, Prefix
+from omomo_core.generation.result import GenerationOptions, Progress, no_progress
+from omomo_core.generation.retargeting import Retargeting
 from omomo_core.generation.sampling.body import sample_body
-from omomo_core.generation.sampling.hands import in_contact, sample_hands, starting_at
-from omomo_core.generation.solving.bodies import Solved
-from omomo_core.generation.threads import threads_for
-from omomo_core.generation.wish import Wish
+from omomo_core.generation.sampling.hands import decode_hands, impose_palm_prefix, sample_hands
+from omomo_core.generation.solving.bodies import SolvedBodies
 from omomo_core.motion import HandMotion, ObjectMesh
 from omomo_core.stages.stage import Stages
 
+LITTLE = 1500
+"""Frames of all samples together up to which torch is faster with one thread than with several.
+
+Of takes of 4 s one thread makes 1 sample in 0.43 s and 4 in 0.77; two threads make them in 0.49 and 0.93;
+20 samples take as long either way (2 cores).
+"""
+
 
 @dataclass(frozen=True)
-class Block:
+class GeneratedChunk:
     """Finished frames `first` .. `first + frames` of a take, of each sample."""
 
     first: int
@@ -49,11 +61,11 @@ def stream(
     body: BodyModel,
     stages: Stages,
     options: GenerationOptions,
-    progress: Progress = silent,
-    known: Known = NOTHING,
+    progress: Progress = no_progress,
+    conditioning: Conditioning = UNCONDITIONED,
     *,
-    chapters: Chapters = LIVE,
-) -> Iterator[Block]:
+    chunk_sizes: ChunkSizes = LIVE,
+) -> Iterator[GeneratedChunk]:
     """Generate the people who could have moved the object, while its poses arrive.
 
     Args:
@@ -63,141 +75,168 @@ def stream(
         stages: the trained networks (capture configuration).
         options: samples, seed, contact rule, sampler.
         progress: told what is being done, for each chapter anew.
-        known: what need not be guessed.
-        chapters: how long a stretch is sampled at once: `RECORDED` or `LIVE`.
+        conditioning: what need not be guessed.
+        chunk_sizes: how long a stretch is sampled at once: `RECORDED` or `LIVE`.
 
     Yields:
         Stretches in the order of time, without gap or overlap. The same arguments give the same ones.
     """
-    maker = _Maker(
-        Thing(mesh, stages.height / body.height),
-        Fit(load_body(), body),
+    maker = _ChunkGenerator(
+        ObjectModel(mesh, stages.height / body.height),
+        Retargeting(load_body(), body),
         stages,
         options,
         progress,
         torch.Generator().manual_seed(options.seed),
     )
-    decided: Decided | None = None
-    for chapter in cut(poses, chapters):
-        with threads_for(options.samples * len(chapter.T_world_object)):
-            draft = maker.draft(chapter, known, decided)
-        now = range(chapter.decided, chapter.until)
+    prefix: Prefix | None = None
+    for chunk in split_into_chunks(poses, chunk_sizes):
+        with threads_for(options.samples * len(chunk.T_world_object)):
+            draft = maker.draft(chunk, conditioning, prefix)
+        now = range(chunk.prefix_frames, chunk.stop)
         people = tuple(stretch(p, now.start, now.stop) for p in draft.people)
-        must_hold = draft.scene.must_hold[now.start : now.stop]
-        yield Block(chapter.first + now.start, people, must_hold)
-        if not chapter.last:
-            decided = draft.decided(chapter.until - chapters.context, chapter.until)
+        must_hold = draft.clip.must_hold[now.start : now.stop]
+        yield GeneratedChunk(chunk.first + now.start, people, must_hold)
+        if not chunk.last:
+            prefix = draft.prefix(chunk.stop - chunk_sizes.context, chunk.stop)
 
 
 @dataclass(frozen=True)
 class _Draft:
     """A chapter as sampled and solved, all its frames."""
 
-    scene: Scene
+    clip: ObjectClip
     hands: Float[Tensor, "samples frames 8"] | None
     """None where the palms are given."""
     body: Float[Tensor, "samples frames channels"]
     palms: Float[np.ndarray, "samples frames 2 3"]
-    solved: Solved
+    solved: SolvedBodies
     people: list[Person]
 
-    def decided(self, start: int, stop: int) -> Decided:
+    def prefix(self, start: int, stop: int) -> Prefix:
         """What the next chapter, which begins at `start`, must not change."""
         rows = slice(start, stop)
-        return Decided(
-            hands=None if self.hands is None else Pin.all(self.hands[:, rows]),
-            body=Pin.all(self.body[:, rows]),
+        return Prefix(
+            hands=None if self.hands is None else FeaturePrefix.all(self.hands[:, rows]),
+            body=FeaturePrefix.all(self.body[:, rows]),
             root=self.solved.root[:, rows],
             rotations=self.solved.rotations[:, rows],
             palms=self.palms[:, rows],
             standing=self.solved.standing[:, rows],
-            segments=[shifted(p.segments, start, stop) for p in self.people],
+            segments=[shift_spans(p.segments, start, stop) for p in self.people],
         )
 
 
 @dataclass(frozen=True)
-class _Maker:
+class _ChunkGenerator:
     """Samples and solves one chapter after another."""
 
-    thing: Thing
-    fit: Fit
+    object_model: ObjectModel
+    retargeting: Retargeting
     stages: Stages
     options: GenerationOptions
     progress: Progress
     generator: torch.Generator
 
-    def draft(self, chapter: Chapter, known: Known, decided: Decided | None) -> _Draft:
+    def draft(self, chunk: Chunk, conditioning: Conditioning, prefix: Prefix | None) -> _Draft:
         """All frames of a chapter."""
-        scene = self.thing.scene(chapter.T_world_object)
-        if known.first_frame is not None and chapter.first == 0:
-            decided = decided_by(known.first_frame, scene, self.fit, self.options.samples)
+        clip = self.object_model.clip(chunk.T_world_object)
+        if conditioning.start_pose is not None and chunk.first == 0:
+            prefix = prefix_from_pose(
+                conditioning.start_pose, clip, self.retargeting, self.options.samples
+            )
         self.progress("object", 1.0)
-        features, hands, segments = self._hands(scene, chapter, known, decided)
+        features, hands, segments = self._hands(clip, chunk, conditioning, prefix)
         self.progress("contact", 1.0)
         x = sample_body(
-            scene, hands, self.stages.body, self.options, self.generator, self.progress, decided
+            clip, hands, self.stages.body, self.options, self.generator, self.progress, prefix
         )
-        sampled = Sampled.of(x, self.fit)
-        if known.hands is None and known.contacts is None:
-            first = 0 if decided is None else decided.frames
-            hands, segments = self._on_better_faces(sampled, hands, segments, scene, first)
-        people, solved = embody(
+        sampled = SampledBodies.of(x, self.retargeting)
+        if conditioning.hands is None and conditioning.contacts is None:
+            first = 0 if prefix is None else prefix.frames
+            hands, segments = self._on_better_faces(sampled, hands, segments, clip, first)
+        people, solved = solve_people(
             sampled,
             hands,
             segments,
-            scene,
-            self.thing,
-            self.fit.body,
-            decided,
-            certain=known.hands is not None,
-            told=lambda done: self.progress("solve", done),
+            clip,
+            self.object_model,
+            self.retargeting.body,
+            prefix,
+            palms_known=conditioning.hands is not None,
+            on_progress=lambda done: self.progress("solve", done),
         )
         self.progress("solve", 1.0)
-        return _Draft(scene, features, x, np.stack([h.palms for h in hands]), solved, people)
+        return _Draft(clip, features, x, np.stack([h.palms for h in hands]), solved, people)
 
     def _on_better_faces(
         self,
-        sampled: Sampled,
+        sampled: SampledBodies,
         hands: list[HandMotion],
-        segments: list[tuple[Segment, ...]],
-        scene: Scene,
+        segments: list[tuple[ContactSegment, ...]],
+        clip: ObjectClip,
         first: int,
-    ) -> tuple[list[HandMotion], list[tuple[Segment, ...]]]:
-        T, R, thing = scene.take.motion.T_world_object, sampled.rotations, self.thing
+    ) -> tuple[list[HandMotion], list[tuple[ContactSegment, ...]]]:
+        T, R, object_model = clip.take.motion.T_world_object, sampled.rotations, self.object_model
 
         def followed(held: Held) -> list[HandMotion]:
             # What has not changed is not blended a second time.
             return [
-                hand if all(a is b for a, b in zip(old, new, strict=True)) else follow(new, hand, T)
+                hand
+                if all(a is b for a, b in zip(old, new, strict=True))
+                else follow_anchors(new, hand, T)
                 for old, new, hand in zip(segments, held, hands, strict=True)
             ]
 
-        def wished(held: Held) -> Wish:
-            return wish_of(R, followed(held), held, scene, thing)
+        def targets_for(held: Held) -> InteractionTargets:
+            return interaction_targets(R, followed(held), held, clip, object_model)
 
-        held = other_faces(self.fit.body, sampled.root, R, segments, thing, wished, first)
+        held = choose_contact_faces(
+            self.retargeting.body, sampled.root, R, segments, object_model, targets_for, first
+        )
         return followed(held), held
 
     def _hands(
-        self, scene: Scene, chapter: Chapter, known: Known, decided: Decided | None
-    ) -> tuple[Tensor | None, list[HandMotion], list[tuple[Segment, ...]]]:
+        self, clip: ObjectClip, chunk: Chunk, conditioning: Conditioning, prefix: Prefix | None
+    ) -> tuple[Tensor | None, list[HandMotion], list[tuple[ContactSegment, ...]]]:
         """Stage 1, or what is given in its place."""
-        start, stop = chapter.first, chapter.first + len(chapter.T_world_object)
-        if known.hands is not None:
-            given = HandMotion(known.hands.palms[start:stop], known.hands.contact[start:stop])
-            if decided is not None:
-                given = starting_at(given, decided.palms[0])
+        start, stop = chunk.first, chunk.first + len(chunk.T_world_object)
+        if conditioning.hands is not None:
+            given = HandMotion(
+                conditioning.hands.palms[start:stop], conditioning.hands.contact[start:stop]
+            )
+            if prefix is not None:
+                given = impose_palm_prefix(given, prefix.palms[0])
             return None, [given] * self.options.samples, [()] * self.options.samples
-        begins = chapter.first == 0
+        begins = chunk.first == 0
         x = sample_hands(
-            scene,
+            clip,
             self.stages.hands,
             self.options,
             self.generator,
             self.progress,
-            pin=None if decided is None or begins else decided.hands,
-            start=start_of(known, decided, scene) if begins else None,
-            last=chapter.last,
+            prefix=None if prefix is None or begins else prefix.hands,
+            start=start_constraint(conditioning, prefix, clip) if begins else None,
+            last=chunk.last,
         )
-        contacts = None if known.contacts is None else shifted(known.contacts, start, stop)
-        return x, *in_contact(x, scene, self.options, decided, contacts)
+        contacts = (
+            None
+            if conditioning.contacts is None
+            else shift_spans(conditioning.contacts, start, stop)
+        )
+        return x, *decode_hands(x, clip, self.options, prefix, contacts)
+
+
+@contextmanager
+def threads_for(frames: int) -> Generator[None]:
+    """Run torch with as many threads as help; afterwards it has as many as before.
+
+    Args:
+        frames: of all samples together.
+    """
+    before = torch.get_num_threads()
+    torch.set_num_threads(1 if frames <= LITTLE else before)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)

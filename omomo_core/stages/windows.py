@@ -44,7 +44,7 @@ class HumanWindows:
 
     joints: Float[Tensor, "b frames 24 3"]
     """22 body joints, left palm, right palm; joint 0 is the root."""
-    six: Float[Tensor, "b frames 22 2 3"]
+    rotations_6d: Float[Tensor, "b frames 22 2 3"]
     """Global rotations, first two columns."""
     hand_contact: Float[Tensor, "b frames 2"]
     foot_contact: Float[Tensor, "b frames 4"]

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from capture_app.request import TakeRequest
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
-from omomo_core.contact.segment import Segment
+from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.person import Person
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
@@ -87,7 +87,7 @@ def human(body: BodyModel) -> HumanMotion:
 def people(body: BodyModel) -> tuple[Person, ...]:
     """Three samples that hold nothing, one place, and two."""
     rng = np.random.default_rng(3)
-    held = [Segment(k % 2, 3 + 9 * k, 9 + 9 * k, rng.normal(size=3)) for k in range(3)]
+    held = [ContactSegment(k % 2, 3 + 9 * k, 9 + 9 * k, rng.normal(size=3)) for k in range(3)]
     return tuple(
         Person(
             make_human(body, k),

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.limbs import reach
 from omomo_core.body.load import load_body
-from omomo_core.body.trajectory_optimization.obstacle import Scanned
+from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
 from omomo_core.generation.solving.feet import ANKLES
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.motion import ObjectMesh
@@ -33,10 +33,10 @@ def standing() -> Pose:
     return root, R
 
 
-def block(low: tuple[float, ...], high: tuple[float, ...]) -> Scanned:
+def block(low: tuple[float, ...], high: tuple[float, ...]) -> MeshObstacle:
     solid = trimesh.creation.box(bounds=[low, high])
     mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "block")
-    return Scanned(distance_field(mesh), torch.zeros(3))
+    return MeshObstacle(distance_field(mesh), torch.zeros(3))
 
 
 def at(place: np.ndarray | None = None) -> np.ndarray:

@@ -6,7 +6,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.generation.sampling.windows import merge
+from omomo_core.generation.sampling.windows import merge_windows
 from omomo_core.geometry.canonical import Layout, heading_of_palms, heading_of_travel, turn
 from omomo_core.geometry.human_frame import human_frame, into_frame, out_of_frame
 from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d, yaw_matrix
@@ -70,4 +70,4 @@ def test_windows_cover_a_take_and_merging_them_gives_it_back(frames: int):
     index = window_frames(frames)
     assert set(index.flatten().tolist()) == set(range(frames))
     take = torch.randn(2, frames, 3, dtype=torch.float64)
-    assert torch.allclose(merge(take[:, index], index, frames), take)
+    assert torch.allclose(merge_windows(take[:, index], index, frames), take)

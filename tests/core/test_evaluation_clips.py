@@ -12,7 +12,7 @@ from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
 from omomo_core.body.model import with_height
 from omomo_core.errors import InputError
-from omomo_core.generation.retargeting import Fit
+from omomo_core.generation.retargeting import Retargeting
 from omomo_core.learning.evaluation.clips import NAMES, clip_paths, read_clip
 
 BODY = load_body()
@@ -148,7 +148,7 @@ def test_a_folder_without_clips_is_refused(tmp_path: Path):
 
 
 def test_another_stature_is_the_same_pose_scaled():
-    fit = Fit(BODY, with_height(BODY, 1.9))
+    fit = Retargeting(BODY, with_height(BODY, 1.9))
     root, R = torch.tensor([[0.3, -2.0, 0.8]]), torch.eye(3).expand(1, 22, 3, 3)
     moved, same = fit.to_body(root, R)
     torch.testing.assert_close(moved, root / fit.scale)
@@ -170,7 +170,7 @@ def test_a_real_persons_bones_give_their_joints_back(shared: Path):
 def test_a_real_person_on_our_bones_and_back_stands_where_they_stood(shared: Path):
     clip = read_clip(clip_paths(shared / "data" / "omomo_clips")[0], BODY)
     fit, root, R = (
-        Fit(BODY, clip.body),
+        Retargeting(BODY, clip.body),
         torch.from_numpy(clip.root),
         torch.from_numpy(clip.rotations),
     )

@@ -10,16 +10,16 @@ import trimesh
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
 from omomo_core.body.model import with_height
-from omomo_core.body.trajectory_optimization.obstacle import Scanned
-from omomo_core.body.trajectory_optimization.penetration import depth_inside
+from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
+from omomo_core.body.trajectory_optimization.penetration import penetration_depth
+from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.errors import InputError
-from omomo_core.generation.conditioning import Known, Pose
+from omomo_core.generation.conditioning import Conditioning, Pose
 from omomo_core.generation.generator import generate
 from omomo_core.generation.result import Generation, GenerationOptions
-from omomo_core.generation.sampling.despiking import calmed
+from omomo_core.generation.sampling.despiking import despike
 from omomo_core.generation.selection.ranking import choose
-from omomo_core.generation.solving.bodies import Solved, solve_bodies
-from omomo_core.generation.wish import Wish
+from omomo_core.generation.solving.bodies import SolvedBodies, solve_bodies
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.motion import HandMotion, ObjectMesh, ObjectMotion
 from omomo_core.stages.body import capture as body_stage
@@ -116,10 +116,10 @@ def standing(frames: int) -> tuple[torch.Tensor, torch.Tensor]:
     return root, UPRIGHT.expand(frames, 22, 3, 3).clone()
 
 
-def block(low: tuple[float, float, float], high: tuple[float, float, float]) -> Scanned:
+def block(low: tuple[float, float, float], high: tuple[float, float, float]) -> MeshObstacle:
     solid = trimesh.creation.box(bounds=[low, high])
     mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "block")
-    return Scanned(distance_field(mesh), torch.zeros(3))
+    return MeshObstacle(distance_field(mesh), torch.zeros(3))
 
 
 FAR = block((50.0, 50.0, 50.0), (51.0, 51.0, 51.0))
@@ -130,15 +130,15 @@ def solve(
     R: torch.Tensor,
     palms: torch.Tensor,
     hold: torch.Tensor,
-    barrier: Scanned = FAR,
-) -> tuple[torch.Tensor, torch.Tensor, Solved]:
+    obstacle: MeshObstacle = FAR,
+) -> tuple[torch.Tensor, torch.Tensor, SolvedBodies]:
     """One sample whose feet are all said to stand: its joints, its rotations, and all."""
     frames = len(root)
-    wish = Wish(
+    targets = InteractionTargets(
         palms[None], hold[None], R[None][:, :, (20, 21)], np.tile(np.eye(4), (frames, 1, 1)),
-        barrier, np.zeros(frames),
+        obstacle, np.zeros(frames),
     )  # fmt: skip
-    out = solve_bodies(BODY, root[None], R[None], torch.ones(1, frames, 4), wish)
+    out = solve_bodies(BODY, root[None], R[None], torch.ones(1, frames, 4), targets)
     return forward_kinematics(BODY, out.root, out.rotations)[0], out.rotations[0], out
 
 
@@ -217,7 +217,7 @@ def pose_of(motion: Generation, k: int, frame: int) -> Pose:
 def test_a_take_starts_from_the_given_pose_and_does_not_jump_away_from_it():
     motion, options = carried(150), GenerationOptions(samples=2, steps=3)
     start = pose_of(run(motion, seed=5), 1, 20)
-    known = Known(first_frame=start)
+    known = Conditioning(start_pose=start)
     made = generate(motion, BODY, untrained(), options, lambda name, done: None, known)
     free = np.stack([person.joints for person in run(motion).motions])
     usual = np.linalg.norm(np.diff(free, axis=1), axis=-1).max()
@@ -232,7 +232,7 @@ def test_known_palms_are_followed_in_every_frame():
     motion = carried(130)
     motion.T_world_object[:, 2, 3] = 0.4
     palms = np.stack([motion.T_world_object[:, :3, 3] + [0, s * 0.2, 0] for s in (-1, 1)], axis=1)
-    known = Known(hands=HandMotion(palms, np.zeros((130, 2))))
+    known = Conditioning(hands=HandMotion(palms, np.zeros((130, 2))))
     options, stages = GenerationOptions(samples=2, steps=3), untrained()
     # A network that puts the body where the palms are, whatever the noise.
     torch.nn.init.zeros_(stages.body.denoiser.out.weight)
@@ -266,9 +266,9 @@ def test_flesh_leaves_an_object_that_it_may_not_be_in():
     box = block((-0.5, -0.6, 1.1), (0.5, -0.03, 1.8))
     palms, hold = torch.zeros(60, 2, 3), torch.zeros(60, 2)
     T = torch.eye(4).expand(60, 4, 4)
-    before = depth_inside(BODY, root, R, T, box)
+    before = penetration_depth(BODY, root, R, T, box)
     _, turned, out = solve(root, R, palms, hold, box)
-    after = depth_inside(BODY, out.root[0], turned, T, box)
+    after = penetration_depth(BODY, out.root[0], turned, T, box)
     assert before.min() > 0.05
     assert after[5:-5].max() < 0.5 * before.min()
 
@@ -276,10 +276,10 @@ def test_flesh_leaves_an_object_that_it_may_not_be_in():
 def test_a_leap_is_spread_over_time_and_other_frames_are_left_alone():
     x = np.zeros((120, 7))
     x[:, 0] = 0.01 * np.arange(120)
-    np.testing.assert_array_equal(calmed(x, 2), x)
+    np.testing.assert_array_equal(despike(x, 2), x)
     leap = x.copy()
     leap[60:, 1] += 0.5
-    calm = calmed(leap, 2)
+    calm = despike(leap, 2)
     assert np.linalg.norm(np.diff(calm[:, :3], axis=0), axis=1).max() < 0.12
     np.testing.assert_array_equal(calm[:20], leap[:20])
     np.testing.assert_array_equal(calm[-20:], leap[-20:])

@@ -7,18 +7,18 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.generation.conditioning import Known, start_of
-from omomo_core.generation.object_clip import Scene, Thing
-from omomo_core.generation.selection.opposite_side import beyond
+from omomo_core.generation.conditioning import Conditioning, start_constraint
+from omomo_core.generation.object_clip import ObjectClip, ObjectModel
+from omomo_core.generation.selection.opposite_side import swap_hands
 from omomo_core.generation.selection.start_constraint import (
     BESIDE,
     FASTEST,
     LONGEST,
     SHORTEST,
-    Placed,
-    Posed,
-    begin,
-    like_start,
+    StartPose,
+    StartPosition,
+    impose_start,
+    select_by_start,
 )
 from omomo_core.motion import ObjectMesh
 
@@ -34,12 +34,12 @@ def _guess(side: float, takes: int, apart: float = 0.4) -> torch.Tensor:
     return torch.stack([x, -y, z, x, y, z, contact, contact], dim=-1)
 
 
-def _box() -> Scene:
+def _box() -> ObjectClip:
     solid = trimesh.creation.box((0.4, 0.4, 0.4))
     T = np.tile(np.eye(4), (FRAMES, 1, 1))
     T[:, 2, 3] = 0.2
     mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "box")
-    return Thing(mesh, 1.0).scene(T)
+    return ObjectModel(mesh, 1.0).clip(T)
 
 
 @given(
@@ -53,7 +53,7 @@ def test_palms_go_from_the_known_start_to_what_they_hold(
 ):
     guess = _guess(side, max(takes, 2))[None]
     wanted = torch.tensor([*start, -1.0, -1.0])
-    x = begin(guess, wanted)
+    x = impose_start(guess, wanted)
     torch.testing.assert_close(x[0, 0], wanted)
     there = min(max(takes, 2, SHORTEST), LONGEST)
     torch.testing.assert_close(x[0, there:], guess[0, there:])
@@ -71,7 +71,7 @@ def test_guesses_from_the_wrong_side_change_sides(side: float, samples: int):
     guesses = torch.stack([_guess(1.0, 40 + k) for k in range(18)])
     guesses[..., :6] += 0.01 * torch.randn(18, FRAMES, 6)
     start = _guess(side, 45)[0]
-    x = like_start(guesses, Posed(start), _box(), samples)
+    x = select_by_start(guesses, StartPose(start), _box(), samples)
     assert x.shape == (samples, FRAMES, 8)
     torch.testing.assert_close(x[:, 0], start.expand(samples, 8))
     on_the_way = x[:, 30, :6].unflatten(-1, (2, 3))
@@ -83,7 +83,7 @@ def test_guesses_from_the_wrong_side_change_sides(side: float, samples: int):
 
 def test_from_beyond_the_same_places_are_held_with_the_other_hands():
     guess = _guess(1.0, 40)[None]
-    x = beyond(guess)
+    x = swap_hands(guess)
     torch.testing.assert_close(x[:, 60:, :3], guess[:, 60:, 3:6])
     torch.testing.assert_close(x[:, 60:, 3:6], guess[:, 60:, :3])
     # Free hands come from the other side, each on its own side of the body.
@@ -91,8 +91,8 @@ def test_from_beyond_the_same_places_are_held_with_the_other_hands():
     torch.testing.assert_close(x[:, :10, :3], guess[:, :10, :3] * half_turn)
     one = guess.clone()
     one[..., 7] = -1.0
-    assert (beyond(one)[..., 7] == one[..., 6]).all()
-    assert (beyond(one)[..., 6] == -1.0).all()
+    assert (swap_hands(one)[..., 7] == one[..., 6]).all()
+    assert (swap_hands(one)[..., 6] == -1.0).all()
 
 
 @given(
@@ -106,25 +106,25 @@ def test_somebody_comes_from_where_they_stood_no_faster_than_people_walk(
     side: float, x: float, y: float, takes: int
 ):
     guess, place = _guess(side, takes)[None], torch.tensor([x, y])
-    start = Placed(place)
-    came = start.moved(guess)
-    assert start.off(came[:, 0]) <= start.off(guess[:, 0]) + 1e-4
+    start = StartPosition(place)
+    came = start.impose(guess)
+    assert start.distance(came[:, 0]) <= start.distance(guess[:, 0]) + 1e-4
     added = (came - guess)[0, :, :6].unflatten(-1, (2, 3))
     assert added.diff(dim=0).norm(dim=-1).max() * 30 <= FASTEST * max(1, SHORTEST / takes) + 0.05
     near = torch.tensor([side * (1.2 + BESIDE), 0.0])
     if (place - near).norm() < FASTEST / 1.5 * min(takes, LONGEST) / 30:
-        assert start.off(came[:, 0]).item() == pytest.approx(0.0, abs=1e-4)
+        assert start.distance(came[:, 0]).item() == pytest.approx(0.0, abs=1e-4)
 
 
 def test_who_holds_the_object_at_once_does_not_come_from_elsewhere():
     guess = _guess(1.0, 2)[None, 2:]
-    torch.testing.assert_close(Placed(torch.tensor([-1.0, 2.0])).moved(guess), guess)
+    torch.testing.assert_close(StartPosition(torch.tensor([-1.0, 2.0])).impose(guess), guess)
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_the_side_on_which_somebody_stood_is_the_side_they_come_from(side: float):
     guesses = torch.stack([_guess(1.0, 40 + k) for k in range(12)])
-    x = like_start(guesses, Placed(torch.tensor([side * 1.5, 0.2])), _box(), 4)
+    x = select_by_start(guesses, StartPosition(torch.tensor([side * 1.5, 0.2])), _box(), 4)
     assert (side * x[:, :30, 0] > 0.25).all()
 
 
@@ -137,9 +137,9 @@ def test_who_would_have_to_run_around_the_object_comes_only_where_all_would():
     late = round_it + torch.cat([0.01 * torch.randn(8, 1, 6), torch.zeros(8, 1, 2)], dim=-1)
     calm = here.repeat(6, 1, 1)
     calm[..., 1:6:3] += 0.1
-    x = like_start(torch.cat([late, calm]), Placed(place), _box(), 4)
+    x = select_by_start(torch.cat([late, calm]), StartPosition(place), _box(), 4)
     assert (x[:, 40:, 0] > 0).all()
-    assert (like_start(late, Placed(place), _box(), 4)[:, 40:, 0] < 0).any()
+    assert (select_by_start(late, StartPosition(place), _box(), 4)[:, 40:, 0] < 0).any()
 
 
 @pytest.mark.parametrize("height", [1.5, 1.9])
@@ -149,9 +149,11 @@ def test_a_place_is_meant_in_the_world_of_whoever_stood_there(height: float):
     T = np.tile(np.eye(4), (FRAMES, 1, 1))
     T[:, :3, 3] = [3.0, -2.0, 0.2]
     mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "box")
-    scene = Thing(mesh, 1.7 / height).scene(T)
-    start = start_of(Known(stood=np.array([3.0, -2.0 + height])), None, scene)
-    assert isinstance(start, Placed)
+    clip = ObjectModel(mesh, 1.7 / height).clip(T)
+    start = start_constraint(
+        Conditioning(start_position=np.array([3.0, -2.0 + height])), None, clip
+    )
+    assert isinstance(start, StartPosition)
     # The centre is that of points on the surface.
-    torch.testing.assert_close(start.stands, torch.tensor([0.0, 1.7]), atol=5e-3, rtol=0)
-    assert start_of(Known(), None, scene) is None
+    torch.testing.assert_close(start.position, torch.tensor([0.0, 1.7]), atol=5e-3, rtol=0)
+    assert start_constraint(Conditioning(), None, clip) is None

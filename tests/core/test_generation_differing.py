@@ -6,12 +6,12 @@ import torch
 import trimesh
 
 from omomo_core.body.load import load_body
-from omomo_core.generation.conditioning import NOTHING, Known, Pose
+from omomo_core.generation.conditioning import UNCONDITIONED, Conditioning, Pose
 from omomo_core.generation.generator import generate
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.generation.sampling import body as stage_2
 from omomo_core.generation.sampling import hands as stage_1
-from omomo_core.generation.sampling.windows import Told, sample_take
+from omomo_core.generation.sampling.windows import WindowConditions, sample_take
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.stages.body import capture as body_stage
 from omomo_core.stages.hands import capture as hand_stage
@@ -36,14 +36,18 @@ class Seen:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.headings: list[torch.Tensor] = []
         """Of each guess of the palms, in the middle of its first window; radians."""
-        self.told: list[Told] = []
+        self.told: list[WindowConditions] = []
 
-        def hands(stage: Stage, noise: torch.Tensor, told: Told, *args: object, **more: object):
+        def hands(
+            stage: Stage, noise: torch.Tensor, told: WindowConditions, *args: object, **more: object
+        ):
             x_axis = told.axes.unflatten(0, (len(noise), -1))[:, 0, WINDOW // 2, :, 0]
             self.headings.append(torch.atan2(x_axis[:, 1], x_axis[:, 0]))
             return sample_take(stage, noise, told, *args, **more)  # type: ignore[arg-type]
 
-        def body(stage: Stage, noise: torch.Tensor, told: Told, *args: object, **more: object):
+        def body(
+            stage: Stage, noise: torch.Tensor, told: WindowConditions, *args: object, **more: object
+        ):
             self.told.append(told)
             return sample_take(stage, noise, told, *args, **more)  # type: ignore[arg-type]
 
@@ -53,7 +57,7 @@ class Seen:
     def run(
         self,
         samples: int,
-        known: Known = NOTHING,
+        known: Conditioning = UNCONDITIONED,
         sampler: str = "dpm++",
         motion: ObjectMotion | None = None,
     ) -> None:
@@ -93,7 +97,7 @@ def test_guesses_look_at_what_stays_from_all_around(seen: Seen):
 def test_guesses_look_from_their_own_headings_where_only_the_first_pose_is_known(seen: Seen):
     pose = Pose(np.array([0.5, 0, 0.9]), np.tile(np.eye(3), (22, 1, 1)))
     seen.run(3)
-    seen.run(3, Known(first_frame=pose))
+    seen.run(3, Conditioning(start_pose=pose))
     torch.testing.assert_close(seen.headings[0], seen.headings[1])
 
 
@@ -107,7 +111,7 @@ def test_what_has_begun_is_gone_on_with_as_it_travels(seen: Seen):
 def test_each_sample_has_its_habit_throughout_a_take(seen: Seen):
     """The last number that stage 2 is told, in all windows of all stretches: sample by sample."""
     seen.run(3)
-    wanted = 2 * stage_2.habits(3, 3) - 1
+    wanted = 2 * stage_2.posture_levels(3, 3) - 1
     for told in seen.told:
         habit = told.condition[..., -1].unflatten(0, (3, -1))
         np.testing.assert_allclose(habit, wanted[:, None, None].expand_as(habit), atol=1e-6)

@@ -6,24 +6,28 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.generation.object_clip import Scene, Thing
-from omomo_core.generation.selection.opposite_side import ONE_IN, on_lighter_side, with_opposite
+from omomo_core.generation.object_clip import ObjectClip, ObjectModel
+from omomo_core.generation.selection.opposite_side import (
+    ONE_IN,
+    add_opposite_side,
+    move_to_lighter_side,
+)
 from omomo_core.motion import ObjectMesh
 
 FRAMES, LONG = 12, 40
 
 
-def _scene(solid: trimesh.Trimesh, scale: float) -> Scene:
+def _scene(solid: trimesh.Trimesh, scale: float) -> ObjectClip:
     T = np.tile(np.eye(4), (FRAMES, 1, 1))
     T[:, 0, 3] = np.linspace(0, 2, FRAMES)
     T[:, 2, 3] = 0.6
     mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "thing")
-    return Thing(mesh, scale).scene(T)
+    return ObjectModel(mesh, scale).clip(T)
 
 
-def _beside(scene: Scene, samples: int, noise: float) -> torch.Tensor:
+def _beside(clip: ObjectClip, samples: int, noise: float) -> torch.Tensor:
     """Both hands on the face towards +x of what is 0.4 m long, held throughout."""
-    centre = torch.tensor([0.2, 0.1, 0.0, 0.2, -0.1, 0.0]) * scene.scale
+    centre = torch.tensor([0.2, 0.1, 0.0, 0.2, -0.1, 0.0]) * clip.scale
     palms = centre + noise * torch.randn(samples, FRAMES, 6)
     return torch.cat([palms, torch.ones(samples, FRAMES, 2)], dim=-1)
 
@@ -32,9 +36,9 @@ def _beside(scene: Scene, samples: int, noise: float) -> torch.Tensor:
 @settings(max_examples=25, deadline=None)
 def test_one_in_five_changes_sides_around_a_box(samples: int, scale: float, seed: int):
     torch.manual_seed(seed)
-    scene = _scene(trimesh.creation.box((0.4, 0.3, 0.3)), scale)
-    before = _beside(scene, samples, 0.01)
-    after = with_opposite(before, scene)
+    clip = _scene(trimesh.creation.box((0.4, 0.3, 0.3)), scale)
+    before = _beside(clip, samples, 0.01)
+    after = add_opposite_side(before, clip)
     some = samples // ONE_IN
     assert after.shape == before.shape
     torch.testing.assert_close(after[: samples - some], before[: samples - some])
@@ -52,24 +56,26 @@ def test_nobody_holds_the_air_on_the_other_side():
     board = trimesh.creation.box((0.04, 0.4, 0.8))
     rod = trimesh.creation.box((1.5, 0.02, 0.02))
     rod.apply_translation([-0.75, 0, -0.39])
-    scene = _scene(trimesh.util.concatenate([board, rod]), 1.0)
-    origin = torch.from_numpy(scene.trained.motion.T_world_object[:, :3, 3]).float()
+    clip = _scene(trimesh.util.concatenate([board, rod]), 1.0)
+    origin = torch.from_numpy(clip.trained.motion.T_world_object[:, :3, 3]).float()
     top = origin[:, None] + torch.tensor([[0.0, 0.1, 0.4], [0.0, -0.1, 0.4]])
-    palms = top - torch.from_numpy(scene.trained.centre).float()[:, None]
+    palms = top - torch.from_numpy(clip.trained.centre).float()[:, None]
     held = torch.cat([palms.flatten(-2), torch.ones(FRAMES, 2)], dim=-1).expand(10, -1, -1)
-    torch.testing.assert_close(with_opposite(held, scene), held)
+    torch.testing.assert_close(add_opposite_side(held, clip), held)
     free = torch.cat([held[..., :6], -held[..., 6:]], dim=-1)
-    assert not torch.equal(with_opposite(free, scene), free)
+    assert not torch.equal(add_opposite_side(free, clip), free)
 
 
-def _raised(tilt: float) -> Scene:
+def _raised(tilt: float) -> ObjectClip:
     """A low table top, its edge towards +x off the floor and the other on it."""
     solid = trimesh.creation.box((1.2, 0.8, 0.3))
     c, s = np.cos(tilt), np.sin(tilt)
     T = np.tile(np.eye(4), (LONG, 1, 1))
     T[:, :3, :3] = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
     T[:, 2, 3] = -(np.asarray(solid.vertices) @ T[0, 2, :3]).min()
-    return Thing(ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "top"), 1.0).scene(T)
+    return ObjectModel(
+        ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "top"), 1.0
+    ).clip(T)
 
 
 def _at(x: float, samples: int) -> torch.Tensor:
@@ -78,15 +84,15 @@ def _at(x: float, samples: int) -> torch.Tensor:
 
 
 def test_who_lifts_an_edge_from_the_edge_it_stands_on_changes_sides():
-    scene = _raised(0.3)
+    clip = _raised(0.3)
     both = torch.cat([_at(-0.6, 4), _at(0.6, 4)])
     torch.testing.assert_close(
-        on_lighter_side(both, scene)[..., [0, 3]], torch.full((8, LONG, 2), 0.6)
+        move_to_lighter_side(both, clip)[..., [0, 3]], torch.full((8, LONG, 2), 0.6)
     )
     # And nobody is sent to where it is heavy.
-    torch.testing.assert_close(with_opposite(_at(0.6, 10), scene), _at(0.6, 10))
+    torch.testing.assert_close(add_opposite_side(_at(0.6, 10), clip), _at(0.6, 10))
 
 
 def test_what_lies_flat_is_held_from_any_side():
-    scene, both = _raised(0.0), torch.cat([_at(-0.6, 2), _at(0.6, 2)])
-    torch.testing.assert_close(on_lighter_side(both, scene), both)
+    clip, both = _raised(0.0), torch.cat([_at(-0.6, 2), _at(0.6, 2)])
+    torch.testing.assert_close(move_to_lighter_side(both, clip), both)

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
-from omomo_core.generation.pelvis_tilt import SHARE, pitch, tilted
+from omomo_core.generation.pelvis_tilt import SHARE, pitch, tilt_pelvis
 from omomo_core.geometry.rotations import yaw_matrix
 from omomo_core.skeleton import joint
 from tests.core.standing_people import FACING_X
@@ -29,7 +29,7 @@ def stooping(degrees: float, yaw: float, side: float = 0.0) -> torch.Tensor:
 @given(st.floats(-40, 130), st.floats(-3, 3), st.floats(-20, 20))
 def test_hips_and_legs_stay_and_the_pelvis_tilts_less(degrees: float, yaw: float, side: float):
     root, R = torch.tensor([0.3, -1.0, 0.9], dtype=torch.float64), stooping(degrees, yaw, side)
-    moved, turned = tilted(BODY, root, R)
+    moved, turned = tilt_pelvis(BODY, root, R)
     before, after = (forward_kinematics(BODY, *pose) for pose in ((root, R), (moved, turned)))
     legs = [joint(f"{s}_{part}") for s in ("left", "right") for part in ("hip", "knee", "ankle")]
     torch.testing.assert_close(after[legs], before[legs], atol=1e-6, rtol=0)
@@ -41,8 +41,8 @@ def test_hips_and_legs_stay_and_the_pelvis_tilts_less(degrees: float, yaw: float
 @given(st.floats(-30, 120), st.floats(-3, 3))
 def test_whoever_bends_so_already_is_left_alone(degrees: float, yaw: float):
     root, R = torch.zeros(3, dtype=torch.float64), stooping(degrees, yaw)
-    once = tilted(BODY, root, R)
-    for a, b in zip(tilted(BODY, *once), once, strict=True):
+    once = tilt_pelvis(BODY, root, R)
+    for a, b in zip(tilt_pelvis(BODY, *once), once, strict=True):
         torch.testing.assert_close(a, b, atol=1e-6, rtol=0)
 
 

@@ -8,16 +8,21 @@ from hypothesis import strategies as st
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
-from omomo_core.generation.object_clip import Thing
-from omomo_core.generation.solving.feet import planted_feet
-from omomo_core.generation.solving.reach import FARTHEST, LONGEST, arms_that_hold, within_reach
-from omomo_core.generation.wish import Wish
+from omomo_core.body.trajectory_optimization.targets import InteractionTargets
+from omomo_core.generation.object_clip import ObjectModel
+from omomo_core.generation.solving.feet import plan_feet
+from omomo_core.generation.solving.reach import (
+    FARTHEST,
+    LONGEST,
+    move_root_within_reach,
+    solve_arms,
+)
 from omomo_core.motion import ObjectMesh
 
 BODY = load_body()
 FRAMES = 60
 BOX = trimesh.creation.box((0.3, 0.3, 0.3))
-THING = Thing(ObjectMesh(np.array(BOX.vertices), np.array(BOX.faces), "box"), 1.0)
+OBJECT_MODEL = ObjectModel(ObjectMesh(np.array(BOX.vertices), np.array(BOX.faces), "box"), 1.0)
 
 
 def _standing(samples: int) -> tuple[torch.Tensor, torch.Tensor]:
@@ -27,22 +32,24 @@ def _standing(samples: int) -> tuple[torch.Tensor, torch.Tensor]:
     return root, torch.eye(3).expand(samples, FRAMES, 22, 3, 3).clone()
 
 
-def _wish(palms: torch.Tensor, hold: torch.Tensor, R: torch.Tensor) -> Wish:
+def _targets(palms: torch.Tensor, hold: torch.Tensor, R: torch.Tensor) -> InteractionTargets:
     T = np.tile(np.eye(4), (FRAMES, 1, 1))
-    return Wish(palms, hold, R[:, :, (20, 21)], T, THING.barrier, np.zeros(FRAMES))
+    return InteractionTargets(
+        palms, hold, R[:, :, (20, 21)], T, OBJECT_MODEL.obstacle, np.zeros(FRAMES)
+    )
 
 
 def _moved(off: torch.Tensor, hold: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
     """How far the pelvis was moved, and the palms that hold are off then, samples by frames."""
     root, R = _standing(len(off))
     palms = forward_kinematics(BODY, root, R)[..., 22:, :] + off[:, None, None]
-    wish = _wish(palms, hold.expand(len(off), FRAMES, 2).contiguous(), R)
+    targets = _targets(palms, hold.expand(len(off), FRAMES, 2).contiguous(), R)
     joints = forward_kinematics(BODY, root, R).double().numpy()
     up = np.zeros((FRAMES, 4))
-    feet = [planted_feet(BODY, j, R[0].double().numpy(), up, None) for j in joints]
-    near = within_reach(BODY, root, R, feet, wish, torch.ones(FRAMES), LONGEST)
-    made = forward_kinematics(BODY, near, arms_that_hold(BODY, near, R, wish))[..., 22:, :]
-    miss = (made - palms).norm(dim=-1) * wish.hold
+    feet = [plan_feet(BODY, j, R[0].double().numpy(), up, None) for j in joints]
+    near = move_root_within_reach(BODY, root, R, feet, targets, torch.ones(FRAMES), LONGEST)
+    made = forward_kinematics(BODY, near, solve_arms(BODY, near, R, targets))[..., 22:, :]
+    miss = (made - palms).norm(dim=-1) * targets.hold
     return (near - root).norm(dim=-1), miss.amax(dim=-1)
 
 

@@ -6,16 +6,20 @@ import torch
 from torch import nn
 
 from omomo_core.body.load import load_body
-from omomo_core.contact.segment import Segment
+from omomo_core.contact.segment import ContactSegment
 from omomo_core.contact.support import REACHING
-from omomo_core.generation.chunks import RECORDED, Chapters
-from omomo_core.generation.conditioning import NOTHING, Known
-from omomo_core.generation.object_clip import Scene, Thing
-from omomo_core.generation.person import joined
-from omomo_core.generation.prefix import Pin
+from omomo_core.generation.chunks import RECORDED, ChunkSizes
+from omomo_core.generation.conditioning import UNCONDITIONED, Conditioning
+from omomo_core.generation.object_clip import ObjectClip, ObjectModel
+from omomo_core.generation.person import join
+from omomo_core.generation.prefix import FeaturePrefix
 from omomo_core.generation.result import GenerationOptions
-from omomo_core.generation.sampling.hands import left_alone, sample_hands
-from omomo_core.generation.selection.start_constraint import Placed, Posed, Start
+from omomo_core.generation.sampling.hands import release_resting_object, sample_hands
+from omomo_core.generation.selection.start_constraint import (
+    StartConstraint,
+    StartPose,
+    StartPosition,
+)
 from omomo_core.generation.stream import stream
 from omomo_core.motion import ObjectMotion
 from omomo_core.stages.stage import Stages
@@ -46,16 +50,16 @@ def always_holding() -> Stages:
 
 
 def spans(
-    before: int, after: int, known: Known = NOTHING, how: Chapters = RECORDED
+    before: int, after: int, known: Conditioning = UNCONDITIONED, how: ChunkSizes = RECORDED
 ) -> list[tuple[int, int]]:
     """First and last frame of all that the hands of everybody hold."""
     motion = rested(before, after)
     made = stream(
         motion.mesh, motion.T_world_object, BODY, always_holding(), OPTIONS,
-        lambda name, done: None, known, chapters=how,
+        lambda name, done: None, known, chunk_sizes=how,
     )  # fmt: skip
     blocks = list(made)
-    people = [joined([block.people[k] for block in blocks]) for k in range(2)]
+    people = [join([block.people[k] for block in blocks]) for k in range(2)]
     return [(s.start, s.stop) for person in people for s in person.segments]
 
 
@@ -75,48 +79,48 @@ def test_what_moves_at_once_or_soon_is_held_from_the_first_frame(before: int, af
 
 
 def test_contacts_that_are_given_are_kept():
-    given = [Segment(0, 0, 160, np.array([0.2, 0.0, 0.0]))]
-    assert spans(60, 60, Known(contacts=given)) == [(0, 160)] * 2
+    given = [ContactSegment(0, 0, 160, np.array([0.2, 0.0, 0.0]))]
+    assert spans(60, 60, Conditioning(contacts=given)) == [(0, 160)] * 2
 
 
 def test_a_rest_that_lasts_into_later_chapters_is_one():
-    how = Chapters(length=100, context=20, margin=REACHING, spare=0)
+    how = ChunkSizes(length=100, context=20, margin=REACHING, spare=0)
     found = spans(190, 190, how=how)
     assert abs(min(start for start, _ in found) - (190 - REACHING)) <= 3
     # Only the last chapter knows that the object rests to the end.
     assert 190 + MOVES + REACHING - 3 <= max(stop for _, stop in found) < 190 + MOVES + 190
 
 
-def scene(before: int, after: int) -> Scene:
+def clip(before: int, after: int) -> ObjectClip:
     motion = rested(before, after)
-    return Thing(motion.mesh, 1.0).scene(motion.T_world_object)
+    return ObjectModel(motion.mesh, 1.0).clip(motion.T_world_object)
 
 
-def first_held(pin: Pin | None, start: Start | None) -> int:
+def first_held(prefix: FeaturePrefix | None, start: StartConstraint | None) -> int:
     """First frame with a contact, of any sample."""
     x = sample_hands(
-        scene(60, 60), always_holding().hands, OPTIONS, torch.Generator().manual_seed(0),
-        lambda name, done: None, pin, start,
+        clip(60, 60), always_holding().hands, OPTIONS, torch.Generator().manual_seed(0),
+        lambda name, done: None, prefix, start,
     )  # fmt: skip
     return int((x[..., 6:] > 0).any(dim=-1).any(dim=0).int().argmax())
 
 
 def test_who_is_known_to_hold_at_first_does():
     free, touching = -torch.ones(8), torch.ones(8)
-    assert first_held(None, Posed(free)) > 25
-    assert first_held(None, Posed(touching)) == 0
-    assert first_held(None, Placed(torch.tensor([0.3, 0.3]))) > 25
-    assert first_held(Pin.all(free.expand(2, 5, 8).clone()), None) > 25
-    assert first_held(Pin.all(touching.expand(2, 5, 8).clone()), None) == 0
+    assert first_held(None, StartPose(free)) > 25
+    assert first_held(None, StartPose(touching)) == 0
+    assert first_held(None, StartPosition(torch.tensor([0.3, 0.3]))) > 25
+    assert first_held(FeaturePrefix.all(free.expand(2, 5, 8).clone()), None) > 25
+    assert first_held(FeaturePrefix.all(touching.expand(2, 5, 8).clone()), None) == 0
 
 
 def test_only_contacts_of_who_does_not_hold_at_first_are_taken_away():
-    rests = scene(60, 60)
+    rests = clip(60, 60)
     x = torch.full((2, 200, 8), 0.5)
     x[:, :, 7] = -0.3
     begun = torch.tensor([True, False])
-    found = left_alone(x, rests, begun, last=True)
-    first, stop = rests.touched
+    found = release_resting_object(x, rests, begun, last=True)
+    first, stop = rests.touchable_range
     changed = found != x
     assert not changed[..., [0, 1, 2, 3, 4, 5, 7]].any()
     assert not changed[0, :stop].any()
@@ -124,4 +128,4 @@ def test_only_contacts_of_who_does_not_hold_at_first_are_taken_away():
     assert not changed[1, first:stop].any()
     assert changed[:, stop:, 6].all()
     # Where the take goes on, nobody knows when the object is moved again.
-    assert not (left_alone(x, rests, begun, last=False) != x)[:, first:].any()
+    assert not (release_resting_object(x, rests, begun, last=False) != x)[:, first:].any()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from omomo_core.contact.segment import Segment
+from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.person import Person
 from omomo_core.generation.selection.scores import score
 from omomo_core.motion import FPS, HumanMotion
@@ -36,7 +36,7 @@ def person(**changes: np.ndarray) -> Person:
         hand_contact=parts["hand_contact"],
         foot_contact=parts["foot_contact"],
     )
-    return Person(human, tuple[Segment, ...](), parts["miss"], parts["depth"])
+    return Person(human, tuple[ContactSegment, ...](), parts["miss"], parts["depth"])
 
 
 def judged(must_hold: np.ndarray | None = None, **changes: np.ndarray) -> dict[str, float]:

@@ -10,14 +10,14 @@ from omomo_core.generation.person import Person
 from omomo_core.generation.selection.ranking import choose
 from omomo_core.generation.selection.scores import score
 from omomo_core.generation.selection.speed_limits import (
+    HUMAN_LIMITS,
     PARTS,
-    PEOPLE,
     TURN,
     TURNING,
     SpeedLimits,
-    leaping,
-    leaps,
-    measured,
+    find_leaps,
+    measure_speeds,
+    speed_excess,
 )
 from omomo_core.motion import FPS, HumanMotion
 from omomo_core.skeleton import joint
@@ -36,7 +36,7 @@ BONES = {
     "upper_arm": ("shoulder", "elbow"),
     "forearm": ("elbow", "wrist"),
 }
-ELBOW_ROOM = SpeedLimits(**dict.fromkeys(asdict(PEOPLE), 1e6))
+ELBOW_ROOM = SpeedLimits(**dict.fromkeys(asdict(HUMAN_LIMITS), 1e6))
 
 
 def still(frames: int = FRAMES) -> HumanMotion:
@@ -80,18 +80,18 @@ def turning(at: int, degrees: float, frames: int = TURN, about: str = "z") -> Hu
 
 
 def only(quantity: str) -> SpeedLimits:
-    return replace(ELBOW_ROOM, **{quantity: getattr(PEOPLE, quantity)})
+    return replace(ELBOW_ROOM, **{quantity: getattr(HUMAN_LIMITS, quantity)})
 
 
 def found(human: HumanMotion, limits: SpeedLimits) -> list[tuple[str, int, int, float]]:
-    return [(x.part.name, x.start, x.stop, round(x.speed, 3)) for x in leaps(human, limits)]
+    return [(x.part.name, x.start, x.stop, round(x.speed, 3)) for x in find_leaps(human, limits)]
 
 
 @pytest.mark.parametrize(
     ("quantity", "column"), [(q, k) for q, at in POINTS.items() for k in range(len(at))]
 )
 def test_a_joint_leaps_beyond_its_limit_and_not_before(quantity: str, column: int):
-    limit, name = getattr(PEOPLE, quantity), PARTS[quantity][column].name
+    limit, name = getattr(HUMAN_LIMITS, quantity), PARTS[quantity][column].name
     at = POINTS[quantity][column]
     assert found(going(at, 0.99 * limit), only(quantity)) == []
     fast = 1.01 * limit
@@ -102,7 +102,7 @@ def test_a_joint_leaps_beyond_its_limit_and_not_before(quantity: str, column: in
 @pytest.mark.parametrize("quantity", BONES)
 @pytest.mark.parametrize("column", [0, 1])
 def test_a_limb_that_swings_beyond_its_limit_leaps_and_not_before(quantity: str, column: int):
-    limit, part = getattr(PEOPLE, quantity), PARTS[quantity][column]
+    limit, part = getattr(HUMAN_LIMITS, quantity), PARTS[quantity][column]
     a, b = (joint(f"{('left', 'right')[column]}_{end}") for end in BONES[quantity])
     assert found(swinging(a, b, 0.99 * limit), only(quantity)) == []
     fast = 1.01 * limit
@@ -134,13 +134,13 @@ def test_recorded_people_reach_so_much_and_no_more(quantity: str, people: float,
             return swinging(*(joint(f"left_{end}") for end in BONES[quantity]), speed)
         return going(POINTS[quantity][0], speed)
 
-    assert leaps(moved(people), only(quantity)) == ()
-    assert len(leaps(moved(nobody), only(quantity))) == 1
+    assert find_leaps(moved(people), only(quantity)) == ()
+    assert len(find_leaps(moved(nobody), only(quantity))) == 1
 
 
 @pytest.mark.parametrize("column", [0, 1])
 def test_a_turn_of_the_trunk_about_the_vertical_is_measured_over_three_frames(column: int):
-    name, at, limit = PARTS["turn"][column].name, TURNING[column], PEOPLE.turn
+    name, at, limit = PARTS["turn"][column].name, TURNING[column], HUMAN_LIMITS.turn
     assert found(turning(at, 0.99 * limit), only("turn")) == []
     fast = 1.01 * limit
     # Only the three steps of the turn themselves are beyond the limit.
@@ -153,29 +153,31 @@ def test_a_turn_of_the_trunk_about_the_vertical_is_measured_over_three_frames(co
 
 def test_a_limb_is_told_once_at_a_time_for_its_part_that_is_farthest_beyond():
     foot, toes = joint("left_ankle"), joint("left_foot")
-    human = going(foot, 1.5 * PEOPLE.ankle)
-    human.joints[:, toes] += going(toes, 1.2 * PEOPLE.toe).joints[:, toes] - human.joints[:, toes]
-    limits = replace(only("ankle"), toe=PEOPLE.toe)
-    (leap,) = leaps(human, limits)
+    human = going(foot, 1.5 * HUMAN_LIMITS.ankle)
+    human.joints[:, toes] += (
+        going(toes, 1.2 * HUMAN_LIMITS.toe).joints[:, toes] - human.joints[:, toes]
+    )
+    limits = replace(only("ankle"), toe=HUMAN_LIMITS.toe)
+    (leap,) = find_leaps(human, limits)
     assert (leap.part.limb, leap.quantity) == ("left leg", "ankle")
     # What turns is told where nothing moves too fast, however much too fast it turns.
     swung = replace(limits, shin=1.0)
-    assert leaps(human, swung)[0].quantity == "ankle"
-    assert leaps(going(foot, 0.9 * PEOPLE.ankle), swung)[0].quantity == "shin"
+    assert find_leaps(human, swung)[0].quantity == "ankle"
+    assert find_leaps(going(foot, 0.9 * HUMAN_LIMITS.ankle), swung)[0].quantity == "shin"
     both = replace(human, joints=human.joints.copy())
-    both.joints[:, 23] = going(23, 2 * PEOPLE.palm, 3, 4).joints[:, 23]
-    told = leaps(both, replace(limits, palm=PEOPLE.palm))
+    both.joints[:, 23] = going(23, 2 * HUMAN_LIMITS.palm, 3, 4).joints[:, 23]
+    told = find_leaps(both, replace(limits, palm=HUMAN_LIMITS.palm))
     assert [leap.part.limb for leap in told] == ["right arm", "left leg"]
 
 
 def test_a_person_who_leaps_is_worse_by_how_far_and_how_long():
-    assert leaping(still()) == 0.0
-    one = going(22, 3 * PEOPLE.palm)
-    assert leaping(one) == pytest.approx(2.0)
-    assert leaping(going(22, 3 * PEOPLE.palm, 10, 14)) == pytest.approx(8.0)
-    assert leaping(going(22, 0.99 * PEOPLE.palm, 10, 30)) == 0.0
+    assert speed_excess(still()) == 0.0
+    one = going(22, 3 * HUMAN_LIMITS.palm)
+    assert speed_excess(one) == pytest.approx(2.0)
+    assert speed_excess(going(22, 3 * HUMAN_LIMITS.palm, 10, 14)) == pytest.approx(8.0)
+    assert speed_excess(going(22, 0.99 * HUMAN_LIMITS.palm, 10, 30)) == 0.0
     held = np.zeros(FRAMES, bool)
-    assert score(_person(one), held)["leaping"] == leaping(one)
+    assert score(_person(one), held)["leaping"] == speed_excess(one)
 
 
 def _person(human: HumanMotion) -> Person:
@@ -184,12 +186,12 @@ def _person(human: HumanMotion) -> Person:
 
 def test_a_few_frames_are_measured_too():
     for frames in (1, 2, TURN):
-        speeds = measured(still(frames).joints, still(frames).rotations[:, TURNING])
+        speeds = measure_speeds(still(frames).joints, still(frames).rotations[:, TURNING])
         assert all(values.shape[0] == frames - 1 for values in speeds.values())
-        assert leaps(still(frames)) == ()
+        assert find_leaps(still(frames)) == ()
     four = still(TURN + 1)
     four.rotations[-1, 0] = Rotation.from_euler("z", 90, degrees=True).as_matrix()
-    assert [(x.start, x.stop, round(x.speed)) for x in leaps(four)] == [(0, TURN, 900)]
+    assert [(x.start, x.stop, round(x.speed)) for x in find_leaps(four)] == [(0, TURN, 900)]
 
 
 def test_who_leaps_is_not_shown_while_somebody_does_not():

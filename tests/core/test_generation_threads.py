@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from omomo_core.generation.threads import LITTLE, threads_for
+from omomo_core.generation.stream import LITTLE, threads_for
 from omomo_core.stages.stage import Stage, StageConfig, load_stage
 from omomo_core.weights.load import SHIPPED
 

@@ -32,7 +32,7 @@ def test_windows_are_padded_and_mirrored_bodies_obey_kinematics(corpus: Corpus):
     torch.manual_seed(0)
     w = corpus.draw(64, 16)
     assert not w.object.valid.all(dim=1).all()
-    joints = forward_kinematics(BODY, w.human.joints[:, :, 0], rotmat_from_6d(w.human.six))
+    joints = forward_kinematics(BODY, w.human.joints[:, :, 0], rotmat_from_6d(w.human.rotations_6d))
     assert (joints - w.human.joints).abs().max() < 1e-4
     mirrored = w.human.hand_contact[:, 0, 1] == 1
     assert 0.2 < mirrored.float().mean() < 0.8
@@ -50,7 +50,7 @@ def test_capture_features_unpack_to_what_was_packed(corpus: Corpus):
     root, joints, six, feet = body_capture.unpack(x, w.human.reference)
     assert torch.allclose(root, w.human.joints[:, :, 0], atol=1e-5)
     assert torch.allclose(joints, w.human.joints, atol=1e-5)
-    assert torch.allclose(six, w.human.six, atol=1e-5)
+    assert torch.allclose(six, w.human.rotations_6d, atol=1e-5)
     assert torch.allclose(feet, w.human.foot_contact)
     hands = hand_capture.pack(w.human.joints[:, :, 22:], w.human.hand_contact, w.object)
     palms, contact = hand_capture.unpack(hands, w.object.centre)
@@ -61,7 +61,7 @@ def test_capture_features_unpack_to_what_was_packed(corpus: Corpus):
 def test_paper_features_unpack_to_what_was_packed(corpus: Corpus):
     w = corpus.draw(4, 16)
     origin, yaw = torch.randn(4, 3), torch.randn(4)
-    R = rotmat_from_6d(w.human.six)
+    R = rotmat_from_6d(w.human.rotations_6d)
     joints, found = body_paper.unpack(body_paper.pack(w.human.joints, R, origin, yaw), origin, yaw)
     assert torch.allclose(joints, w.human.joints, atol=1e-5)
     assert torch.allclose(found, R, atol=1e-5)

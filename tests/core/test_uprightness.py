@@ -6,7 +6,7 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omomo_core.generation.sampling.body import habits
+from omomo_core.generation.sampling.body import posture_levels
 from omomo_core.learning.training.uprightness import Uprightness
 
 
@@ -42,18 +42,18 @@ def test_higher_pelvises_rank_higher(seed: int, palm: float):
 @pytest.mark.parametrize("samples", [1, 2, 7, 20])
 def test_samples_differ_evenly_in_their_habits(samples: int):
     """And a seed always gives the same."""
-    found = habits(samples, 5)
+    found = posture_levels(samples, 5)
     assert found.mean() == pytest.approx(0.5)
     assert found.min() + found.max() == pytest.approx(1.0)
     steps = found.sort().values.diff()
     np.testing.assert_allclose(steps, 1 / samples, rtol=1e-4)
-    assert torch.equal(found, habits(samples, 5))
+    assert torch.equal(found, posture_levels(samples, 5))
 
 
 @given(seed=st.integers(0, 999), first=st.integers(0, 15))
 def test_neighbours_differ_in_their_habits_as_all_do(seed: int, first: int):
     """Some five of twenty hold from the same side: among them are some who squat and some who stoop."""
-    found = habits(20, seed)[first : first + 5].sort().values
+    found = posture_levels(20, seed)[first : first + 5].sort().values
     assert found[0] < 0.3
     assert found[-1] > 0.7
     assert found.diff().max() < 0.6

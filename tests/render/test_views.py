@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
-from omomo_core.contact.segment import Segment
+from omomo_core.contact.segment import ContactSegment
 from omomo_core.errors import InputError
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 from render import third_person
@@ -141,8 +141,8 @@ def test_pictures_are_turned_upright(turn: float) -> None:
 
 def test_where_hands_hold_is_marked_on_the_surface_while_they_do(moved: ObjectMotion) -> None:
     left = [
-        Segment(0, 10, 60, np.array([0.0, 0.22, 0.0])),
-        Segment(0, 90, 120, np.array([0, 0, 0.12])),
+        ContactSegment(0, 10, 60, np.array([0.0, 0.22, 0.0])),
+        ContactSegment(0, 90, 120, np.array([0, 0, 0.12])),
     ]
     (patch,) = held_places(left, moved)
     assert patch.T_world is not None
@@ -158,7 +158,7 @@ def test_where_hands_hold_is_marked_on_the_surface_while_they_do(moved: ObjectMo
 def test_patches_and_scale_bar_are_drawn(human: HumanMotion, moved: ObjectMotion) -> None:
     body = load_body()
     seen = shot("top", human, moved, W, H)
-    marks = held_places([Segment(1, 0, FRAMES, np.array([0.0, 0, 0.12]))], moved)
+    marks = held_places([ContactSegment(1, 0, FRAMES, np.array([0.0, 0, 0.12]))], moved)
     how = {"width": W, "height": H, "cameras": seen.cameras, "markers": False, "only": [0]}
     (plain,) = third_person.frames(human, moved, body, **how)
     (marked,) = third_person.frames(

@@ -10,7 +10,7 @@ from torch import Tensor
 
 from omomo_core.body.kinematics import MODEL_REST
 from omomo_core.body.model import BodyModel
-from omomo_core.body.trajectory_optimization.collision_spheres import SKIN, Ball
+from omomo_core.body.trajectory_optimization.collision_spheres import DENSE_SPHERES, BodySphere
 from omomo_core.skeleton import BODY_JOINTS, MODEL_ABOVE, MODEL_PARENTS, joint
 
 _SIDES = ("left", "right")
@@ -27,7 +27,7 @@ _BETWEEN: dict[str, dict[str, float]] = {
 VALUES = 3 * (1 + len(BONES))
 """Per frame: a shift of the pelvis and one rotation vector per bone."""
 
-_COARSE = tuple(Ball(start, end, share, (0.0, 0.0, 0.0), radius) for start, end, share, radius in (
+_COARSE = tuple(BodySphere(start, end, share, (0.0, 0.0, 0.0), radius) for start, end, share, radius in (
     ("pelvis", "pelvis", 0.0, 0.115), ("pelvis", "spine2", 0.6, 0.11),
     ("spine2", "spine3", 0.7, 0.115), ("spine3", "neck", 0.5, 0.115),
     ("neck", "head", 2.4, 0.09), ("spine3", "spine3", 0.0, 0.11),
@@ -102,7 +102,7 @@ class Anatomy:
 
 
 @lru_cache(maxsize=4)
-def anatomy(body: BodyModel, *, clearance: float | None = None) -> Anatomy:
+def build_anatomy(body: BodyModel, *, clearance: float | None = None) -> Anatomy:
     """Points in this order: two palms, two ankles, the centre of mass, then balls of flesh.
 
     Args:
@@ -110,26 +110,26 @@ def anatomy(body: BodyModel, *, clearance: float | None = None) -> Anatomy:
         clearance: metres added to the radii of balls that fill the body to its skin; None for the
             coarser ones that synthesis keeps out of its props.
     """
-    flesh = _COARSE if clearance is None else SKIN
+    spheres = _COARSE if clearance is None else DENSE_SPHERES
     size = body.height / _STATURE
     rest = body.rest_joints[list(MODEL_REST)].float()
     above = list(MODEL_ABOVE)
-    beside = torch.tensor([ball.beside for ball in flesh]) * size
-    beside[[ball.start == ball.end == "head" for ball in flesh]] += _to_skull(body)
+    beside = torch.tensor([sphere.offset for sphere in spheres]) * size
+    beside[[sphere.start == sphere.end == "head" for sphere in spheres]] += _to_skull(body)
     offsets = torch.cat([rest - rest[above], beside])
-    above += [joint(ball.start) for ball in flesh]
+    above += [joint(sphere.start) for sphere in spheres]
     mixing = torch.zeros(22, len(BONES))
     for name in BODY_JOINTS:
         for bone, share in _BETWEEN.get(name, {name: 1.0} if name in BONES else {}).items():
             mixing[joint(name), BONES.index(bone)] = share
-    follows = torch.zeros(5 + len(flesh), 24)
+    follows = torch.zeros(5 + len(spheres), 24)
     for row, j in enumerate((22, 23, joint("left_ankle"), joint("right_ankle"))):
         follows[row, j] = 1.0
     follows[4] = _mass_shares()
-    for row, ball in enumerate(flesh, start=5):
-        follows[row, joint(ball.start)] += 1 - ball.share
-        follows[row, joint(ball.end)] += ball.share
-    beyond = torch.cat([torch.zeros(5, len(flesh)), torch.eye(len(flesh))])
+    for row, sphere in enumerate(spheres, start=5):
+        follows[row, joint(sphere.start)] += 1 - sphere.share
+        follows[row, joint(sphere.end)] += sphere.share
+    beyond = torch.cat([torch.zeros(5, len(spheres)), torch.eye(len(spheres))])
     placing = torch.cat([follows @ _tree(), beyond], dim=1)
     turning = _turning(above, offsets)
     return Anatomy(
@@ -139,7 +139,7 @@ def anatomy(body: BodyModel, *, clearance: float | None = None) -> Anatomy:
         turning=turning,
         spanning=(placing @ turning.unflatten(1, (-1, 3))).flatten(1),
         mixing=mixing,
-        radii=torch.tensor([ball.radius for ball in flesh]) * size + (clearance or 0.0),
+        radii=torch.tensor([sphere.radius for sphere in spheres]) * size + (clearance or 0.0),
         mass=BODY_MASS_INDEX * body.height**2,
     )
 

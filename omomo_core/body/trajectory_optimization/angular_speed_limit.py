@@ -18,7 +18,7 @@ _ARMS = tuple(joint(f"{side}_{name}") for name in ("shoulder", "elbow") for side
               ("left", "right"))  # fmt: skip
 
 
-def calmed(
+def limit_arm_speed(
     rotations: Float[np.ndarray, "frames 22 3 3"],
 ) -> Float[np.ndarray, "frames 22 3 3"]:
     """Spread the quickest turns of shoulders and elbows over the frames around them.

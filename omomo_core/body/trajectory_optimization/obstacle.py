@@ -15,7 +15,7 @@ _Depth = tuple[Float[Tensor, "times flesh"], Float[Tensor, "times flesh 3"]]
 
 
 @dataclass(frozen=True)
-class Boxes:
+class BoxObstacle:
     """An object made of boxes along its axes."""
 
     low: Float[Tensor, "parts 3"]
@@ -44,7 +44,7 @@ class Boxes:
 
 
 @dataclass(frozen=True)
-class Scanned:
+class MeshObstacle:
     """Any mesh, by the signed distance to its surface."""
 
     field: DistanceField
@@ -63,4 +63,4 @@ class Scanned:
         return depth, away
 
 
-Barrier = Boxes | Scanned
+Obstacle = BoxObstacle | MeshObstacle

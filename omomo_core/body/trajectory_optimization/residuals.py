@@ -1,14 +1,12 @@
 """The cost of a pose, as weighted squares with their derivatives in the bones' turns."""
 
-from dataclasses import dataclass
-
 import roma
 import torch
 from jaxtyping import Float
 from torch import Tensor
 
 from omomo_core.body.trajectory_optimization.anatomy import BONES, LIMITS, VALUES, Anatomy
-from omomo_core.body.trajectory_optimization.obstacle import Barrier
+from omomo_core.body.trajectory_optimization.targets import FrameTargets
 from omomo_core.skeleton import joint
 
 _PALM, _ANKLE, _SWING = 60.0, 60.0, 6.0
@@ -25,25 +23,6 @@ _WRISTS = [joint("left_wrist"), joint("right_wrist")]
 _RANGES = torch.tensor([ranges for *_, ranges in LIMITS])
 
 
-@dataclass(frozen=True)
-class Goals:
-    """Targets at the frames that are looked at, float32."""
-
-    palms: Float[Tensor, "times 2 3"]
-    R_world_wrist: Float[Tensor, "times 2 3 3"]
-    pull: Float[Tensor, "times 2"]
-    ankles: Float[Tensor, "times 2 3"]
-    planted: Float[Tensor, "times 2"]
-    support: Float[Tensor, "times directions"]
-    """How far the feet support in each direction, world, metres."""
-    balance: Float[Tensor, " times"]
-    load: Float[Tensor, "times 3"]
-    """Mass times place of the object where it is carried, kilogram metres."""
-    load_mass: Float[Tensor, " times"]
-    T_world_object: Float[Tensor, "times 4 4"]
-    barrier: Barrier
-
-
 _Rows = tuple[Float[Tensor, "times rows values"], Float[Tensor, "times rows"]]
 _Normals = tuple[list[int], Float[Tensor, "times rows 3"], Float[Tensor, "times rows"]]
 """Which point each row is about, the way in which its cost grows, and its residual."""
@@ -55,7 +34,7 @@ def directions() -> Float[Tensor, "directions 3"]:
     return torch.stack([angle.cos(), angle.sin(), torch.zeros(_DIRECTIONS)], dim=-1)
 
 
-def support(
+def support_extent(
     soles: Float[Tensor, "times 4 3"],
     planted: Float[Tensor, "times 4"],
     centre: Float[Tensor, "times 3"],
@@ -73,7 +52,7 @@ def support(
     return torch.where(planted.any(dim=1, keepdim=True), reach, _ANYWHERE)
 
 
-def points_of(
+def anatomy_points(
     anatomy: Anatomy, root: Float[Tensor, "times 3"], rotations: Float[Tensor, "times 22 3 3"]
 ) -> tuple[Float[Tensor, "times points 3"], Float[Tensor, "times vectors 3"]]:
     """Points of the anatomy and the vectors they are made of, world, metres."""
@@ -84,9 +63,9 @@ def points_of(
     return root[:, None] + points, vectors
 
 
-def rows(
+def linearise(
     anatomy: Anatomy,
-    goals: Goals,
+    targets: FrameTargets,
     root: Float[Tensor, "times 3"],
     rotations: Float[Tensor, "times 22 3 3"],
 ) -> _Rows:
@@ -94,11 +73,11 @@ def rows(
 
     Balls of flesh and joint ranges that cost nothing at any time have no rows.
     """
-    points, bones = points_of(anatomy, root, rotations)
+    points, bones = anatomy_points(anatomy, root, rotations)
     terms = (
-        _reaching(goals, points),
-        _colliding(anatomy, goals, points),
-        _balancing(anatomy, goals, points),
+        _reaching(targets, points),
+        _colliding(anatomy, targets, points),
+        _balancing(anatomy, targets, points),
     )
     normals = torch.cat([normal for _, normal, _ in terms], dim=1)
     errors = torch.cat([error for _, _, error in terms], dim=1)
@@ -109,58 +88,62 @@ def rows(
     levers = levers[[moving.index(point) for point in which]].permute(2, 0, 1, 3)
     turning = torch.linalg.cross(levers, normals[:, :, None], dim=-1)
     position = torch.cat([normals[:, :, None], turning], dim=2).flatten(2)
-    angular, off = _turning(goals, rotations)
+    angular, off = _turning(targets, rotations)
     return torch.cat([position, angular], dim=1), torch.cat([errors, off], dim=1)
 
 
-def _reaching(goals: Goals, points: Float[Tensor, "times points 3"]) -> _Normals:
+def _reaching(targets: FrameTargets, points: Float[Tensor, "times points 3"]) -> _Normals:
     """Palms and ankles to their places."""
-    weight = torch.cat([_PALM * goals.pull, _SWING + (_ANKLE - _SWING) * goals.planted], dim=1)
-    error = (points[:, :4] - torch.cat([goals.palms, goals.ankles], dim=1)) * weight[..., None]
+    weight = torch.cat([_PALM * targets.hold, _SWING + (_ANKLE - _SWING) * targets.planted], dim=1)
+    error = (points[:, :4] - torch.cat([targets.palms, targets.ankles], dim=1)) * weight[..., None]
     normals = weight[..., None, None] * torch.eye(3)
     return [0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3], normals.flatten(1, 2), error.flatten(1)
 
 
-def _colliding(anatomy: Anatomy, goals: Goals, points: Float[Tensor, "times points 3"]) -> _Normals:
+def _colliding(
+    anatomy: Anatomy, targets: FrameTargets, points: Float[Tensor, "times points 3"]
+) -> _Normals:
     """Balls of flesh out of the object."""
-    R, at = goals.T_world_object[:, :3, :3], goals.T_world_object[:, :3, 3]
+    R, at = targets.T_world_object[:, :3, :3], targets.T_world_object[:, :3, 3]
     local = (points[:, 5:] - at[:, None]) @ R
-    depth, normal = goals.barrier.depth(local, anatomy.radii)
+    depth, normal = targets.obstacle.depth(local, anatomy.radii)
     hit = (depth > 0).any(dim=0).nonzero()[:, 0]
     touching = _FLESH * (depth[:, hit] > 0)
     away = -touching[..., None] * (normal[:, hit] @ R.mT)
     return (5 + hit).tolist(), away, touching * depth[:, hit]
 
 
-def _balancing(anatomy: Anatomy, goals: Goals, points: Float[Tensor, "times points 3"]) -> _Normals:
+def _balancing(
+    anatomy: Anatomy, targets: FrameTargets, points: Float[Tensor, "times points 3"]
+) -> _Normals:
     """The centre of mass back over the feet, from the side on which it is farthest out."""
-    weight, normal = overbalance(anatomy, goals, points[:, 4])
-    share = anatomy.mass / (anatomy.mass + goals.load_mass)
-    strong = (_BALANCE * goals.balance * (weight > 0))[:, None]
+    weight, normal = overbalance(anatomy, targets, points[:, 4])
+    share = anatomy.mass / (anatomy.mass + targets.carried_mass)
+    strong = (_BALANCE * targets.balance * (weight > 0))[:, None]
     return [4], (strong * share[:, None] * normal)[:, None], strong * weight[:, None]
 
 
 def overbalance(
-    anatomy: Anatomy, goals: Goals, centre: Float[Tensor, "times 3"]
+    anatomy: Anatomy, targets: FrameTargets, centre: Float[Tensor, "times 3"]
 ) -> tuple[Float[Tensor, " times"], Float[Tensor, "times 3"]]:
     """How far the centre of mass with its load is out of the support, and in which direction."""
-    total = anatomy.mass + goals.load_mass
-    loaded = (anatomy.mass * centre + goals.load) / total[:, None]
-    out, side = (loaded @ directions().T - goals.support).max(dim=-1)
+    total = anatomy.mass + targets.carried_mass
+    loaded = (anatomy.mass * centre + targets.carried_moment) / total[:, None]
+    out, side = (loaded @ directions().T - targets.support).max(dim=-1)
     return out, directions()[side]
 
 
-def _turning(goals: Goals, rotations: Float[Tensor, "times 22 3 3"]) -> _Rows:
+def _turning(targets: FrameTargets, rotations: Float[Tensor, "times 22 3 3"]) -> _Rows:
     """Joints back into their ranges, and hands as the grasp wants them."""
     inverse = rotations[:, _PARENT_JOINTS].mT
     turned = inverse @ rotations[:, _CHILD_JOINTS]
-    grasped = rotations[:, _WRISTS] @ goals.R_world_wrist.mT
+    grasped = rotations[:, _WRISTS] @ targets.R_world_wrist.mT
     found = roma.rotmat_to_rotvec(torch.cat([turned, grasped], dim=1))
     angles, off = found.split([len(LIMITS), 2], dim=1)
     beyond = angles - angles.clamp(_RANGES[..., 0], _RANGES[..., 1])
     stopped = (beyond != 0).any(dim=2).any(dim=0).nonzero()[:, 0].tolist()
     axes = inverse * (_LIMIT * (beyond != 0))[..., None]
-    weight = (_HAND * goals.pull)[..., None]
+    weight = (_HAND * targets.hold)[..., None]
     J = axes.new_zeros(len(axes), len(stopped) + 2, 3, VALUES)
     for row, k in enumerate(stopped):
         parent, child, _ = LIMITS[k]

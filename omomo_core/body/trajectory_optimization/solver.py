@@ -13,11 +13,11 @@ from torch import Tensor
 from omomo_core.body.kinematics import forward_kinematics, joints_of
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
-from omomo_core.body.trajectory_optimization.anatomy import BONES, VALUES, Anatomy, anatomy
-from omomo_core.body.trajectory_optimization.angular_speed_limit import calmed
-from omomo_core.body.trajectory_optimization.residuals import Goals, rows, support
-from omomo_core.body.trajectory_optimization.spline import Spline, solve
-from omomo_core.body.trajectory_optimization.targets import Targets
+from omomo_core.body.trajectory_optimization.anatomy import BONES, VALUES, Anatomy, build_anatomy
+from omomo_core.body.trajectory_optimization.angular_speed_limit import limit_arm_speed
+from omomo_core.body.trajectory_optimization.residuals import linearise, support_extent
+from omomo_core.body.trajectory_optimization.spline import Spline, gauss_newton_step
+from omomo_core.body.trajectory_optimization.targets import FrameTargets, SolverTargets
 from omomo_core.geometry.easing import min_jerk
 from omomo_core.geometry.transforms import velocity
 from omomo_core.motion import FPS
@@ -47,16 +47,16 @@ _ANKLES = (joint("left_ankle"), joint("right_ankle"))
 _Pose = tuple[Float[np.ndarray, "*b frames 3"], Float[np.ndarray, "*b frames 22 3 3"]]
 
 
-def polish(
+def optimise_trajectory(
     body: BodyModel,
     root: Float[np.ndarray, "*b frames 3"],
     rotations: Float[np.ndarray, "*b frames 22 3 3"],
-    targets: Targets,
+    targets: SolverTargets,
     *,
-    flesh: Anatomy | None = None,
+    anatomy: Anatomy | None = None,
     free: Float[np.ndarray, " frames"] | None = None,
     steps: int = 4,
-    told: Callable[[float], None] = lambda done: None,
+    on_progress: Callable[[float], None] = lambda done: None,
 ) -> _Pose:
     """Make a first guess of a whole clip physically and anatomically plausible.
 
@@ -70,62 +70,62 @@ def polish(
         root: pelvis of the first guess, world, metres.
         rotations: its global R_world_joint.
         targets: what has to be satisfied.
-        flesh: what keeps out of the object; what synthesis keeps out of its props if not given.
+        anatomy: what keeps out of the object; what synthesis keeps out of its props if not given.
         free: how far each frame may be corrected, from 0 (not at all) to 1.
         steps: Gauss-Newton iterations.
-        told: after each of them, how far this is.
+        on_progress: after each of them, how far this is.
 
     Returns:
         Root and rotations; held palms and planted feet are exact where the limbs reach.
     """
     clips, frames = root.shape[:-2], root.shape[-2]
-    targets = _approached(body, root, rotations, targets)
-    rotations = _each(calmed, rotations)
-    flesh, spline = flesh or anatomy(body), Spline(frames, _SPACING)
+    targets = _keep_approach(body, root, rotations, targets)
+    rotations = _each(limit_arm_speed, rotations)
+    anatomy, spline = anatomy or build_anatomy(body), Spline(frames, _SPACING)
     basis = spline.basis(np.arange(frames, dtype=float))
     basis = basis if free is None else basis * _float(free)[:, None]
-    guess = _Guess(_float(root), _float(rotations), basis)
+    initial = _InitialMotion(_float(root), _float(rotations), basis)
     seen = np.unique(np.append(np.arange(0, frames, _STRIDE), frames - 1))
     values = torch.zeros(*clips, spline.count, VALUES)
     near, bending = _closeness(), spline.bending() * len(seen)
     stiffness = _SMOOTH**2 * near
-    part, watched = guess.at(seen), _goals(flesh, root, targets, seen)
+    part, frame_targets = initial.at(seen), _frame_targets(anatomy, root, targets, seen)
     for step_number in range(1, steps + 1):
-        at, turned = part.corrected(flesh, values)
-        J, r = rows(flesh, watched, at.flatten(0, -2), turned.flatten(0, -4))
+        at, turned = part.corrected(anatomy, values)
+        J, r = linearise(anatomy, frame_targets, at.flatten(0, -2), turned.flatten(0, -4))
         hessian = (J.mT @ J + near).view(*clips, len(seen), VALUES, VALUES)
         gradient = (J.mT @ r[..., None]).view(*clips, len(seen), VALUES)
         gradient = gradient + (part.basis @ values) @ near
         for clip in np.ndindex(clips):
-            step = solve(
+            step = gauss_newton_step(
                 part.basis, hessian[clip], gradient[clip], bending, stiffness, values[clip]
             )
             values[clip] += step.clamp(-_STEP, _STEP)
-        told(step_number / steps)
-    moved, turned = guess.corrected(flesh, values)
-    shift = (moved - guess.root).double().numpy()
-    return _exact(body, root + shift, _orthonormal(turned.double()), targets)
+        on_progress(step_number / steps)
+    moved, turned = initial.corrected(anatomy, values)
+    shift = (moved - initial.root).double().numpy()
+    return _solve_limbs(body, root + shift, _orthonormal(turned.double()), targets)
 
 
 @dataclass(frozen=True)
-class _Guess:
+class _InitialMotion:
     """The motion to correct, and how the spline's coefficients reach its frames."""
 
     root: Float[Tensor, "*b frames 3"]
     rotations: Float[Tensor, "*b frames 22 3 3"]
     basis: Float[Tensor, "frames coefficients"]
 
-    def at(self, frames: np.ndarray) -> "_Guess":
-        return _Guess(
+    def at(self, frames: np.ndarray) -> "_InitialMotion":
+        return _InitialMotion(
             self.root[..., frames, :], self.rotations[..., frames, :, :, :], self.basis[frames]
         )
 
     def corrected(
-        self, flesh: Anatomy, values: Float[Tensor, "*b coefficients values"]
+        self, anatomy: Anatomy, values: Float[Tensor, "*b coefficients values"]
     ) -> tuple[Float[Tensor, "*b frames 3"], Float[Tensor, "*b frames 22 3 3"]]:
         """Shift the pelvis and turn the bones about world axes."""
         now = (self.basis @ values).unflatten(-1, (-1, 3))
-        turns = flesh.mixing @ now[..., 1:, :]
+        turns = anatomy.mixing @ now[..., 1:, :]
         return self.root + now[..., 0, :], roma.rotvec_to_rotmat(turns) @ self.rotations
 
 
@@ -137,19 +137,19 @@ def _each(
     return np.stack([change(clip) for clip in clips]).reshape(rotations.shape)
 
 
-def _approached(
+def _keep_approach(
     body: BodyModel,
     root: Float[np.ndarray, "*b frames 3"],
     rotations: Float[np.ndarray, "*b frames 22 3 3"],
-    targets: Targets,
-) -> Targets:
+    targets: SolverTargets,
+) -> SolverTargets:
     """Hands that come or go keep the way the first guess has for them."""
     palms = joints_of(body, root, rotations)[..., 22:, :]
-    firm = targets.pull[..., None] >= 1.0
+    firm = targets.hold[..., None] >= 1.0
     return replace(
         targets,
         palms=np.where(firm, targets.palms, palms),
-        pull=np.where(firm[..., 0], 1.0, min_jerk(targets.pull / 0.75)),
+        hold=np.where(firm[..., 0], 1.0, min_jerk(targets.hold / 0.75)),
     )
 
 
@@ -157,12 +157,12 @@ def _float(a: np.ndarray) -> Tensor:
     return torch.as_tensor(a, dtype=torch.float32)
 
 
-def _goals(
-    flesh: Anatomy,
+def _frame_targets(
+    anatomy: Anatomy,
     root: Float[np.ndarray, "*b frames 3"],
-    targets: Targets,
+    targets: SolverTargets,
     seen: Int[np.ndarray, " seen"],
-) -> Goals:
+) -> FrameTargets:
     """Targets of all clips at the frames that are looked at, one after the other."""
     clips = root.shape[:-2]
 
@@ -173,27 +173,27 @@ def _goals(
 
     level = np.moveaxis(root[..., :2], -2, 0)
     speed = np.moveaxis(np.linalg.norm(velocity(level, FPS), axis=-1), 0, -1)
-    calm = np.exp(-((gaussian_filter1d(speed, 5.0, mode="nearest") / _SLOW) ** 2))
-    carried = targets.load * targets.pull.max(axis=-1)
-    T, middle = targets.T_world_object, targets.barrier.middle.double().numpy()
+    slow = np.exp(-((gaussian_filter1d(speed, 5.0, mode="nearest") / _SLOW) ** 2))
+    carried = targets.carried_mass * targets.hold.max(axis=-1)
+    T, middle = targets.T_world_object, targets.obstacle.middle.double().numpy()
     centre = T[:, :3, :3] @ middle + T[:, :3, 3]
     planted = at(targets.planted.astype(float), 1)
-    return Goals(
+    return FrameTargets(
         palms=at(targets.palms, 2),
         R_world_wrist=at(targets.R_world_wrist, 3),
-        pull=at(targets.pull, 1),
+        hold=at(targets.hold, 1),
         ankles=at(targets.ankles, 2),
-        planted=at(_standing(targets), 1),
-        support=support(at(targets.soles, 2), planted, at(targets.centre, 1)),
-        balance=at(targets.balance * calm, 0),
-        load=at(centre * carried[..., None], 1),
-        load_mass=at(carried, 0),
+        planted=at(_stance(targets), 1),
+        support=support_extent(at(targets.soles, 2), planted, at(targets.centre, 1)),
+        balance=at(targets.balance * slow, 0),
+        carried_moment=at(centre * carried[..., None], 1),
+        carried_mass=at(carried, 0),
         T_world_object=at(T, 2),
-        barrier=targets.barrier,
+        obstacle=targets.obstacle,
     )
 
 
-def _standing(targets: Targets) -> Float[np.ndarray, "*b frames 2"]:
+def _stance(targets: SolverTargets) -> Float[np.ndarray, "*b frames 2"]:
     """How firmly each foot stands, on heel or ball."""
     return firmness(targets.planted[..., :2] | targets.planted[..., 2:])
 
@@ -226,21 +226,21 @@ def _orthonormal(turned: Float[Tensor, "*b 3 3"]) -> Float[Tensor, "*b 3 3"]:
     return turned
 
 
-def _exact(
+def _solve_limbs(
     body: BodyModel,
     root: Float[np.ndarray, "*b frames 3"],
     rotations: Float[Tensor, "*b frames 22 3 3"],
-    targets: Targets,
+    targets: SolverTargets,
 ) -> _Pose:
     """Palms that hold and feet that stand exactly on their places."""
     at = torch.as_tensor(root)
-    standing = torch.as_tensor(_standing(targets))
+    standing = torch.as_tensor(_stance(targets))
     ankles = forward_kinematics(body, at, rotations)[..., _ANKLES, :]
-    goals = ankles + standing[..., None] * (torch.as_tensor(targets.ankles) - ankles)
-    palms, pull = torch.as_tensor(targets.palms), torch.as_tensor(targets.pull)
+    ankle_targets = ankles + standing[..., None] * (torch.as_tensor(targets.ankles) - ankles)
+    palms, hold = torch.as_tensor(targets.palms), torch.as_tensor(targets.hold)
     for h in (0, 1):
-        rotations, _ = reach(body, at, rotations, _LEGS[h], goals[..., h, :])
+        rotations, _ = reach(body, at, rotations, _LEGS[h], ankle_targets[..., h, :])
         rotations, _ = reach(
-            body, at, rotations, _ARMS[h], palms[..., h, :], weight=pull[..., h].contiguous()
+            body, at, rotations, _ARMS[h], palms[..., h, :], weight=hold[..., h].contiguous()
         )
     return root, rotations.numpy()

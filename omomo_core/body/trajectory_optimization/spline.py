@@ -55,7 +55,7 @@ class Spline:
         return torch.as_tensor(out, dtype=torch.float32)
 
 
-def solve(
+def gauss_newton_step(
     basis: Float[Tensor, "times coefficients"],
     hessian: Float[Tensor, "times n n"],
     gradient: Float[Tensor, "times n"],

@@ -14,35 +14,35 @@ from torch import Tensor
 
 from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.model import BodyModel
-from omomo_core.body.trajectory_optimization.anatomy import anatomy
+from omomo_core.body.trajectory_optimization.anatomy import build_anatomy
+from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.contact.anchor import PALM_THICKNESS
-from omomo_core.contact.segment import Segment
+from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.collision.root import ELBOWS
-from omomo_core.generation.collision.sides import Around
-from omomo_core.generation.object_clip import Thing
+from omomo_core.generation.collision.sides import CollisionAvoidance
+from omomo_core.generation.object_clip import ObjectModel
 from omomo_core.generation.solving.bodies import CLEARANCE
-from omomo_core.generation.solving.reach import arms_that_hold
-from omomo_core.generation.wish import Wish
+from omomo_core.generation.solving.reach import solve_arms
 
 THICKEST, BESIDE = 0.08, 0.03
 """Metres: a board is no thicker, and its other face is looked for so near the line through it."""
 CROSSED = 0.5
-"""Cost per frame (as of `side.INSIDE`) under which an arm only brushes the board."""
+"""Cost per frame (as of `sides.INSIDE`) under which an arm only brushes the board."""
 TWIST = 2.0
 """Cost per frame of a hand whose back, not palm, is toward what it holds."""
 
-Held = Sequence[tuple[Segment, ...]]
+Held = Sequence[tuple[ContactSegment, ...]]
 
 
-def other_faces(
+def choose_contact_faces(
     body: BodyModel,
     root: Float[Tensor, "samples frames 3"],
     rotations: Float[Tensor, "samples frames 22 3 3"],
     held: Held,
-    thing: Thing,
-    wished: Callable[[Held], Wish],
-    decided: int,
-) -> list[tuple[Segment, ...]]:
+    object_model: ObjectModel,
+    targets_for: Callable[[Held], InteractionTargets],
+    prefix_frames: int,
+) -> list[tuple[ContactSegment, ...]]:
     """The segments, those on other faces whose arms get there without going through the object.
 
     Args:
@@ -50,22 +50,24 @@ def other_faces(
         root: sampled pelvis, world, metres.
         rotations: sampled global rotations.
         held: segments of each sample.
-        thing: the object.
-        wished: what bodies are solved for, given the segments.
-        decided: segments that begin before this frame keep their faces.
+        object_model: the object.
+        targets_for: what bodies are solved for, given the segments.
+        prefix_frames: segments that begin before this frame keep their faces.
     """
-    turned = [tuple(_turned_over(s, thing, decided) for s in own) for own in held]
+    turned = [tuple(_on_other_face(s, object_model, prefix_frames) for s in own) for own in held]
     pairs = [list(zip(*own, strict=True)) for own in zip(held, turned, strict=True)]
     if all(old is new for own in pairs for old, new in own):
         return list(held)
-    wish = wished(held)
+    targets = targets_for(held)
     free = torch.ones(root.shape[1])
-    flesh = anatomy(body, clearance=CLEARANCE)
-    around = Around.of(flesh, thing.barrier.field, wish.T_world_object, free)
-    costs = [_cost(body, root, rotations, around, w) for w in (wish, wished(turned))]
+    anatomy = build_anatomy(body, clearance=CLEARANCE)
+    avoidance = CollisionAvoidance.of(
+        anatomy, object_model.obstacle.field, targets.T_world_object, free
+    )
+    costs = [_cost(body, root, rotations, avoidance, w) for w in (targets, targets_for(turned))]
 
-    def better(k: int, old: Segment, new: Segment) -> Segment:
-        seen = torch.from_numpy((around.seen >= old.start) & (around.seen < old.stop))
+    def better(k: int, old: ContactSegment, new: ContactSegment) -> ContactSegment:
+        seen = torch.from_numpy((avoidance.seen >= old.start) & (avoidance.seen < old.stop))
         if old is new or not seen.any():
             return old
         now, then = (float(cost[k, seen, old.hand].mean()) for cost in costs)
@@ -74,9 +76,11 @@ def other_faces(
     return [tuple(better(k, old, new) for old, new in own) for k, own in enumerate(pairs)]
 
 
-def _turned_over(segment: Segment, thing: Thing, decided: int) -> Segment:
+def _on_other_face(
+    segment: ContactSegment, object_model: ObjectModel, prefix_frames: int
+) -> ContactSegment:
     """The same hold on the other face of the board, or itself where there is no such face."""
-    surface, anchor = thing.surface, segment.anchor
+    surface, anchor = object_model.surface, segment.anchor
     out = anchor - surface.points[surface.tree.query(anchor)[1]]
     out = out / max(float(np.linalg.norm(out)), 1e-6)
     ways = surface.points - anchor
@@ -85,10 +89,10 @@ def _turned_over(segment: Segment, thing: Thing, decided: int) -> Segment:
     through = (
         (beside < BESIDE) & (deep > 1.25 * PALM_THICKNESS) & (deep < PALM_THICKNESS + THICKEST)
     )
-    if segment.start < decided or not through.any():
+    if segment.start < prefix_frames or not through.any():
         return segment
     place = anchor - (deep[through].max() + PALM_THICKNESS) * out
-    clear = float(thing.barrier.field.at(torch.from_numpy(place).float()))
+    clear = float(object_model.obstacle.field.at(torch.from_numpy(place).float()))
     return replace(segment, anchor=place) if clear > PALM_THICKNESS / 2 else segment
 
 
@@ -96,19 +100,21 @@ def _cost(
     body: BodyModel,
     root: Float[Tensor, "samples frames 3"],
     rotations: Float[Tensor, "samples frames 22 3 3"],
-    around: Around,
-    wish: Wish,
+    avoidance: CollisionAvoidance,
+    targets: InteractionTargets,
 ) -> Float[Tensor, "samples seen 2"]:
     """Of each arm that holds: what is inside the object, and how far its hand is turned."""
     turned = rotations.clone()
-    turned[:, :, WRISTS] = wish.R_world_wrist
-    R = arms_that_hold(body, root, turned, wish)[:, around.seen]
-    deep = around.inside(around.balls(root[:, around.seen], R), around.flesh.radii)
+    turned[:, :, WRISTS] = targets.R_world_wrist
+    R = solve_arms(body, root, turned, targets)[:, avoidance.seen]
+    deep = avoidance.penetration_cost(
+        avoidance.spheres(root[:, avoidance.seen], R), avoidance.anatomy.radii
+    )
     arms = [
-        (around.flesh.follows[5:, [e, w]] > 0).any(dim=-1)
+        (avoidance.anatomy.follows[5:, [e, w]] > 0).any(dim=-1)
         for e, w in zip(ELBOWS, WRISTS, strict=True)
     ]
     inside = torch.stack([deep[..., own].sum(dim=-1) for own in arms], dim=-1)
-    before, after = rotations[:, :, WRISTS], wish.R_world_wrist
+    before, after = rotations[:, :, WRISTS], targets.R_world_wrist
     twist = 1 - (before[..., 1] * after[..., 1]).sum(dim=-1)
-    return inside + TWIST * twist[:, around.seen]
+    return inside + TWIST * twist[:, avoidance.seen]

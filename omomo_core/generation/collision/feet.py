@@ -11,8 +11,12 @@ from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
-from omomo_core.generation.collision.sides import Around, shifts, squared_steps
-from omomo_core.generation.solving.feet import ANKLES, TOES, Feet
+from omomo_core.generation.collision.sides import (
+    CollisionAvoidance,
+    level_shifts,
+    squared_distances,
+)
+from omomo_core.generation.solving.feet import ANKLES, TOES, FootPlan
 from omomo_core.generation.solving.steps import LIFT
 from omomo_core.geometry.runs import runs
 from omomo_core.skeleton import joint
@@ -31,13 +35,13 @@ HIPS = (joint("left_hip"), joint("right_hip"))
 KNEES = (joint("left_knee"), joint("right_knee"))
 
 
-def step_aside(
+def move_feet_clear(
     body: BodyModel,
     root: Float[Tensor, "samples frames 3"],
     rotations: Float[Tensor, "samples frames 22 3 3"],
-    feet: list[Feet],
-    around: Around,
-) -> list[Feet]:
+    feet: list[FootPlan],
+    avoidance: CollisionAvoidance,
+) -> list[FootPlan]:
     """Feet planned anew such that they and their legs are clear of the object.
 
     Args:
@@ -45,41 +49,41 @@ def step_aside(
         root: pelvis joint, world, metres.
         rotations: global R_world_joint, of legs that stand as planned.
         feet: the plan of each sample.
-        around: the object.
+        avoidance: the object.
     """
-    root, R = root[:, around.seen], rotations[:, around.seen]
-    now, joints = around.balls(root, R), forward_kinematics(body, root, R)
+    root, R = root[:, avoidance.seen], rotations[:, avoidance.seen]
+    now, joints = avoidance.spheres(root, R), forward_kinematics(body, root, R)
     for side in range(2):
-        chosen = _chosen(body, joints, now, feet, around, side)
+        chosen = _choose_shifts(body, joints, now, feet, avoidance, side)
         if chosen is not None:
             feet = [
-                _moved(plan, shift.numpy(), around.seen, side)
+                _shift_foot(plan, shift.numpy(), avoidance.seen, side)
                 for plan, shift in zip(feet, chosen, strict=True)
             ]
     return feet
 
 
-def _chosen(
+def _choose_shifts(
     body: BodyModel,
     joints: Float[Tensor, "samples seen 24 3"],
     now: Float[Tensor, "samples seen flesh 3"],
-    feet: Sequence[Feet],
-    around: Around,
+    feet: Sequence[FootPlan],
+    avoidance: CollisionAvoidance,
     side: int,
 ) -> Float[Tensor, "samples seen 3"] | None:
     """How far one foot is shifted when; None where it need not be."""
-    tried = shifts(GRID, FARTHEST)
+    tried = level_shifts(GRID, FARTHEST)
     share = torch.zeros(24)
     share[[ANKLES[side], TOES[side]]], share[KNEES[side]] = 1.0, 0.5
-    share = around.flesh.follows[5:] @ share
+    share = avoidance.anatomy.follows[5:] @ share
     moving = share > 0
-    share, balls, radii = share[moving], now[:, :, moving], around.flesh.radii[moving]
+    share, balls, radii = share[moving], now[:, :, moving], avoidance.anatomy.radii[moving]
 
     def places(sample: Tensor, frame: Tensor, ball: Tensor) -> Tensor:
         return balls[sample, frame, ball][:, None] + share[ball, None, None] * tried
 
     far = FARTHEST * float(share.max())
-    cost = around.squeezed(balls, radii, far, places, len(tried))
+    cost = avoidance.collision_cost(balls, radii, far, places, len(tried))
     if cost is None:
         return None
     hip, knee, ankle = HIPS[side], KNEES[side], ANKLES[side]
@@ -88,14 +92,14 @@ def _chosen(
     leg = (joints[..., ankle, :] - joints[..., hip, :])[:, :, None] + tried
     beyond = (leg.norm(dim=-1) - STRETCH * length).clamp(min=0)
     cost = cost + AWAY * tried.square().sum(dim=-1) + REACH * beyond.square()
-    down = torch.from_numpy(np.stack([plan.standing[around.seen, side] for plan in feet]))
-    stays, way = (down[:, 1:] & down[:, :-1])[..., None, None], squared_steps(tried)
-    return around.choose(cost, tried, MOVE * way + STEP * stays * (way > 0))
+    down = torch.from_numpy(np.stack([plan.standing[avoidance.seen, side] for plan in feet]))
+    stays, way = (down[:, 1:] & down[:, :-1])[..., None, None], squared_distances(tried)
+    return avoidance.cheapest_values(cost, tried, MOVE * way + STEP * stays * (way > 0))
 
 
-def _moved(
-    plan: Feet, shift: Float[np.ndarray, "seen 3"], seen: Int[np.ndarray, " seen"], side: int
-) -> Feet:
+def _shift_foot(
+    plan: FootPlan, shift: Float[np.ndarray, "seen 3"], seen: Int[np.ndarray, " seen"], side: int
+) -> FootPlan:
     """A plan with one foot shifted: at once and for all while it stands, with a step where that changes."""
     if not shift.any():
         return plan
@@ -109,7 +113,7 @@ def _moved(
             far = float(np.linalg.norm(shift[each[at]] - shift[each[at - 1]]))
             ankles[swing, side, 2] += min(LIFT, far / 2) * _bump(swing.stop - swing.start)
             standing[swing, side] = False
-    known = standing[:, side] | _in_the_air(plan.standing[:, side], seen)
+    known = standing[:, side] | _mid_swing(plan.standing[:, side], seen)
     at = np.flatnonzero(known)
     if len(at) < 2:
         return plan
@@ -123,7 +127,7 @@ def _bump(frames: int) -> Float[np.ndarray, " frames"]:
     return np.sin(np.pi * np.arange(1, frames + 1) / (frames + 1))
 
 
-def _in_the_air(
+def _mid_swing(
     standing: Bool[np.ndarray, " frames"], seen: Int[np.ndarray, " seen"]
 ) -> Bool[np.ndarray, " frames"]:
     """Frames that are looked at, in the middle of a swing."""

@@ -10,11 +10,11 @@ from torch.nn.functional import normalize
 
 from omomo_core.body.kinematics import WRISTS, forward_kinematics
 from omomo_core.body.model import BodyModel
+from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.generation.collision.feet import HIPS, KNEES
-from omomo_core.generation.collision.root import ELBOWS, SHOULDERS, out_of_reach
-from omomo_core.generation.collision.sides import Around, squared_steps
+from omomo_core.generation.collision.root import ELBOWS, SHOULDERS, reach_cost
+from omomo_core.generation.collision.sides import CollisionAvoidance, squared_distances
 from omomo_core.generation.solving.feet import ANKLES
-from omomo_core.generation.wish import Wish
 from omomo_core.skeleton import PALM_JOINTS
 
 LIMBS = tuple(
@@ -38,11 +38,11 @@ MOVE = 2.0
 """Cost of going from one choice to the next, 1 / rad^2."""
 
 
-def swing_limbs(
+def swing_limbs_clear(
     body: BodyModel,
     root: Float[Tensor, "samples frames 3"],
     rotations: Float[Tensor, "samples frames 22 3 3"],
-    around: Around,
+    avoidance: CollisionAvoidance,
 ) -> Float[Tensor, "samples frames 22 3 3"]:
     """Elbows and knees where arms and legs are clear of the object; palms and feet stay.
 
@@ -50,18 +50,18 @@ def swing_limbs(
         body: whose limbs.
         root: pelvis joint, world, metres.
         rotations: global R_world_joint.
-        around: the object.
+        avoidance: the object.
     """
     joints, out = forward_kinematics(body, root, rotations), rotations.clone()
-    balls = around.balls(root[:, around.seen], rotations[:, around.seen])
+    balls = avoidance.spheres(root[:, avoidance.seen], rotations[:, avoidance.seen])
     for upper, middle, end, farthest, stiffness in LIMBS:
         axis = normalize(joints[..., end, :] - joints[..., upper, :], dim=-1)
         angles = _both_ways(farthest)
-        own = around.flesh.follows[5:, middle] > 0
-        pivot = joints[:, around.seen, upper]
+        own = avoidance.anatomy.follows[5:, middle] > 0
+        pivot = joints[:, avoidance.seen, upper]
         lever = balls[:, :, own] - pivot[:, :, None]
 
-        turn = roma.rotvec_to_rotmat(axis[:, around.seen, None] * angles)
+        turn = roma.rotvec_to_rotmat(axis[:, avoidance.seen, None] * angles)
 
         def places(
             sample: Tensor,
@@ -75,11 +75,15 @@ def swing_limbs(
             return pivot[sample, frame][:, None] + swung.sum(dim=-1)
 
         far = 2 * float(lever.norm(dim=-1).max())
-        cost = around.squeezed(balls[:, :, own], around.flesh.radii[own], far, places, len(angles))
+        cost = avoidance.collision_cost(
+            balls[:, :, own], avoidance.anatomy.radii[own], far, places, len(angles)
+        )
         if cost is None:
             continue
         cost = cost + stiffness * angles[:, 0].square()
-        angle = around.eased(around.choose(cost, angles, MOVE * squared_steps(angles)))
+        angle = avoidance.smoothed(
+            avoidance.cheapest_values(cost, angles, MOVE * squared_distances(angles))
+        )
         turn = roma.rotvec_to_rotmat(axis * angle)[:, :, None]
         out[:, :, [upper, middle]] = turn @ out[:, :, [upper, middle]]
     return out
@@ -91,14 +95,14 @@ def _both_ways(farthest: float) -> Float[Tensor, "choices 1"]:
     return torch.cat([torch.zeros(1), one, -one])[:, None]
 
 
-def turn_hands(
+def turn_hands_clear(
     body: BodyModel,
     root: Float[Tensor, "samples frames 3"],
     rotations: Float[Tensor, "samples frames 22 3 3"],
     armed: Float[Tensor, "samples frames 22 3 3"],
-    wish: Wish,
-    around: Around,
-) -> tuple[Float[Tensor, "samples frames 22 3 3"], Wish]:
+    targets: InteractionTargets,
+    avoidance: CollisionAvoidance,
+) -> tuple[Float[Tensor, "samples frames 22 3 3"], InteractionTargets]:
     """Hands that hold turned such that wrists and forearms are clear of the object; palms stay.
 
     Args:
@@ -106,24 +110,24 @@ def turn_hands(
         root: pelvis joint, world, metres.
         rotations: global R_world_joint.
         armed: the same, of arms that hold.
-        wish: what is held.
-        around: the object.
+        targets: what is held.
+        avoidance: the object.
 
     Returns:
         The rotations and the wish, with the hands turned.
     """
-    at, R = root[:, around.seen], armed[:, around.seen]
+    at, R = root[:, avoidance.seen], armed[:, avoidance.seen]
     joints, out, grasp = (
         forward_kinematics(body, at, R),
         rotations.clone(),
-        wish.R_world_wrist.clone(),
+        targets.R_world_wrist.clone(),
     )
     for side, (elbow, wrist) in enumerate(zip(ELBOWS, WRISTS, strict=True)):
-        share = around.flesh.follows[5:, wrist]
+        share = avoidance.anatomy.follows[5:, wrist]
         own = share > 0.4
-        share, radii = share[own, None], around.flesh.radii[own]
+        share, radii = share[own, None], avoidance.anatomy.radii[own]
         palm = body.rest_joints[PALM_JOINTS[side]] - body.rest_joints[wrist]
-        palms, start = wish.palms[:, around.seen, side], joints[:, :, None, None, elbow]
+        palms, start = targets.palms[:, avoidance.seen, side], joints[:, :, None, None, elbow]
         tried = R[:, :, wrist][:, :, None] @ _turned(TURNS, side)
         ends = (palms[:, :, None] - tried @ palm)[..., None, :]
         balls = start + share * (ends - start)
@@ -132,18 +136,20 @@ def turn_hands(
             return balls[sample, frame, :, ball]
 
         far = 2 * float(palm.norm())
-        cost = around.squeezed(balls[:, :, 0], radii, far, places, len(TURNS))
+        cost = avoidance.collision_cost(balls[:, :, 0], radii, far, places, len(TURNS))
         if cost is None:
             continue
-        hold = wish.hold[:, around.seen, side]
+        hold = targets.hold[:, avoidance.seen, side]
         cost = hold[..., None] * cost + STIFFNESS * TURNS.square().sum(dim=-1)
         shoulder = joints[:, :, None, SHOULDERS[side]]
-        cost = cost + out_of_reach(body, ends[..., 0, :] - shoulder, hold)
-        angles = around.eased(around.choose(cost, TURNS, MOVE * squared_steps(TURNS)))
+        cost = cost + reach_cost(body, ends[..., 0, :] - shoulder, hold)
+        angles = avoidance.smoothed(
+            avoidance.cheapest_values(cost, TURNS, MOVE * squared_distances(TURNS))
+        )
         turn = _turned(angles, side)
         out[:, :, wrist] = out[:, :, wrist] @ turn
         grasp[:, :, side] = grasp[:, :, side] @ turn
-    return out, replace(wish, R_world_wrist=grasp)
+    return out, replace(targets, R_world_wrist=grasp)
 
 
 def _turned(angles: Float[Tensor, "*b 2"], side: int) -> Float[Tensor, "*b 3 3"]:

@@ -6,8 +6,13 @@ from torch import Tensor
 
 from omomo_core.body.kinematics import WRISTS, forward_kinematics
 from omomo_core.body.model import BodyModel
-from omomo_core.generation.collision.sides import Around, Cost, shifts, squared_steps
-from omomo_core.generation.wish import Wish
+from omomo_core.body.trajectory_optimization.targets import InteractionTargets
+from omomo_core.generation.collision.sides import (
+    CollisionAvoidance,
+    Cost,
+    level_shifts,
+    squared_distances,
+)
 from omomo_core.skeleton import joint
 
 GRID, FARTHEST = 0.0625, 0.25
@@ -20,12 +25,12 @@ SHOULDERS = (joint("left_shoulder"), joint("right_shoulder"))
 ELBOWS = (joint("left_elbow"), joint("right_elbow"))
 
 
-def stand_aside(
+def move_root_clear(
     body: BodyModel,
     root: Float[Tensor, "samples frames 3"],
     rotations: Float[Tensor, "samples frames 22 3 3"],
-    wish: Wish,
-    around: Around,
+    targets: InteractionTargets,
+    avoidance: CollisionAvoidance,
 ) -> Float[Tensor, "samples frames 3"]:
     """The pelvis, shifted on the level to where the body is clear of the object.
 
@@ -33,39 +38,47 @@ def stand_aside(
         body: whose flesh.
         root: pelvis joint, world, metres.
         rotations: global R_world_joint, of arms that hold.
-        wish: what is held.
-        around: the object.
+        targets: what is held.
+        avoidance: the object.
     """
-    tried = shifts(GRID, FARTHEST)
-    at, R = root[:, around.seen], rotations[:, around.seen]
-    now, share = around.balls(at, R), _going_along(around, wish)
+    tried = level_shifts(GRID, FARTHEST)
+    at, R = root[:, avoidance.seen], rotations[:, avoidance.seen]
+    now, share = avoidance.spheres(at, R), _shift_share(avoidance, targets)
 
     def places(*which: Tensor) -> Tensor:
         return now[which][:, None] + share[which][:, None, None] * tried
 
-    cost = around.squeezed(now, around.flesh.radii, FARTHEST, places, len(tried))
+    cost = avoidance.collision_cost(now, avoidance.anatomy.radii, FARTHEST, places, len(tried))
     if cost is None:
         return root
     joints = forward_kinematics(body, at, R)
     cost = cost + AWAY * tried.square().sum(dim=-1)
     for side, (shoulder, wrist) in enumerate(zip(SHOULDERS, WRISTS, strict=True)):
         hand = joints[..., 22 + side, :] - joints[..., wrist, :]
-        way = wish.palms[:, around.seen, side] - hand - joints[..., shoulder, :]
-        cost = cost + out_of_reach(body, way[:, :, None] - tried, wish.hold[:, around.seen, side])
-    return root + around.eased(around.choose(cost, tried, MOVE * squared_steps(tried)))
+        way = targets.palms[:, avoidance.seen, side] - hand - joints[..., shoulder, :]
+        cost = cost + reach_cost(
+            body, way[:, :, None] - tried, targets.hold[:, avoidance.seen, side]
+        )
+    return root + avoidance.smoothed(
+        avoidance.cheapest_values(cost, tried, MOVE * squared_distances(tried))
+    )
 
 
-def _going_along(around: Around, wish: Wish) -> Float[Tensor, "samples seen balls"]:
+def _shift_share(
+    avoidance: CollisionAvoidance, targets: InteractionTargets
+) -> Float[Tensor, "samples seen balls"]:
     """Share of the body's shift in each ball: hands that hold stay, elbows go half the way."""
-    share = torch.ones(*wish.hold[:, around.seen].shape[:2], around.flesh.follows.shape[1])
+    share = torch.ones(
+        *targets.hold[:, avoidance.seen].shape[:2], avoidance.anatomy.follows.shape[1]
+    )
     for side in range(2):
-        hold = wish.hold[:, around.seen, side]
+        hold = targets.hold[:, avoidance.seen, side]
         share[..., ELBOWS[side]] -= hold / 2
         share[..., WRISTS[side]] -= hold
-    return share @ around.flesh.follows[5:].T
+    return share @ avoidance.anatomy.follows[5:].T
 
 
-def out_of_reach(
+def reach_cost(
     body: BodyModel,
     ways: Float[Tensor, "samples seen choices 3"],
     hold: Float[Tensor, "samples seen"],

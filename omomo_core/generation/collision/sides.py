@@ -16,7 +16,7 @@ from scipy.ndimage import gaussian_filter1d
 from torch import Tensor
 
 from omomo_core.body.trajectory_optimization.anatomy import Anatomy
-from omomo_core.body.trajectory_optimization.residuals import points_of
+from omomo_core.body.trajectory_optimization.residuals import anatomy_points
 from omomo_core.geometry.distance_field import DistanceField
 
 STRIDE, FINE = 5, 2
@@ -24,20 +24,20 @@ STRIDE, FINE = 5, 2
 last ones, for what is thin passes quickly by."""
 INSIDE = 400.0
 """Cost of depth, 1 / m^2: 5 cm of one ball is 1."""
-_DECIDED = 1e6
+_FIXED = 1e6
 """Cost of changing what is decided."""
 
-Balls = Float[Tensor, "samples seen balls 3"]
+Spheres = Float[Tensor, "samples seen balls 3"]
 Cost = Float[Tensor, "samples seen choices"]
 Places = Callable[[Tensor, Tensor, Tensor], Float[Tensor, "some choices 3"]]
 """Where each choice puts some balls, given their samples, frames and numbers; world, metres."""
 
 
 @dataclass(frozen=True)
-class Around:
+class CollisionAvoidance:
     """An object around which somebody has to be, at the frames that are looked at."""
 
-    flesh: Anatomy
+    anatomy: Anatomy
     field: DistanceField
     T_world_object: Float[Tensor, "seen 4 4"]
     seen: Int[np.ndarray, " seen"]
@@ -48,29 +48,34 @@ class Around:
 
     @staticmethod
     def of(
-        flesh: Anatomy,
+        anatomy: Anatomy,
         field: DistanceField,
         T_world_object: Float[np.ndarray, "frames 4 4"],
         free: Float[Tensor, " frames"],
         stride: int = STRIDE,
-    ) -> "Around":
+    ) -> "CollisionAvoidance":
         """Look at every few frames."""
         frames = len(T_world_object)
         seen = np.unique(np.append(np.arange(0, frames, stride), frames - 1))
         T = torch.from_numpy(T_world_object[seen]).float()
-        return Around(flesh, field, T, seen, free, stride)
+        return CollisionAvoidance(anatomy, field, T, seen, free, stride)
 
-    def balls(
+    def spheres(
         self,
         root: Float[Tensor, "samples seen 3"],
         rotations: Float[Tensor, "samples seen 22 3 3"],
-    ) -> Balls:
+    ) -> Spheres:
         """All the flesh, world, metres."""
-        points, _ = points_of(self.flesh, root.flatten(0, 1), rotations.flatten(0, 1))
+        points, _ = anatomy_points(self.anatomy, root.flatten(0, 1), rotations.flatten(0, 1))
         return points[:, 5:].unflatten(0, root.shape[:2])
 
-    def squeezed(
-        self, now: Balls, radii: Float[Tensor, " balls"], far: float, places: Places, choices: int
+    def collision_cost(
+        self,
+        now: Spheres,
+        radii: Float[Tensor, " spheres"],
+        far: float,
+        places: Places,
+        choices: int,
     ) -> Cost | None:
         """What each choice costs for flesh that is inside the object; None where none is by now.
 
@@ -89,10 +94,10 @@ class Around:
         at = places(sample, frame, ball)
         depth = radii[ball, None] - self._distance(at, self.T_world_object[frame])
         cost = now.new_zeros(*now.shape[:2], choices)
-        return cost.index_put_((sample, frame), _costs(depth), accumulate=True)
+        return cost.index_put_((sample, frame), _squared_depth(depth), accumulate=True)
 
-    def inside(
-        self, at: Balls, radii: Float[Tensor, " balls"]
+    def penetration_cost(
+        self, at: Spheres, radii: Float[Tensor, " spheres"]
     ) -> Float[Tensor, "samples seen balls"]:
         """What each ball costs for being inside the object.
 
@@ -100,7 +105,7 @@ class Around:
             at: balls, world, metres.
             radii: theirs.
         """
-        return _costs(radii - self._distance(at, self.T_world_object))
+        return _squared_depth(radii - self._distance(at, self.T_world_object))
 
     def _distance(
         self, at: Float[Tensor, "*b some 3"], T: Float[Tensor, "*c 4 4"]
@@ -108,7 +113,7 @@ class Around:
         """From places in the world to the object, in the pose that belongs to them."""
         return self.field.at((at - T[..., None, :3, 3]) @ T[..., :3, :3])
 
-    def choose(
+    def cheapest_values(
         self,
         cost: Cost,
         values: Float[Tensor, "choices n"],
@@ -123,10 +128,12 @@ class Around:
         """
         kept = self.free[self.seen] < 0.5
         cost = cost.clone()
-        cost[:, kept, 1:] += _DECIDED
-        return values[cheapest(cost, between)]
+        cost[:, kept, 1:] += _FIXED
+        return values[viterbi(cost, between)]
 
-    def eased(self, chosen: Float[Tensor, "samples seen n"]) -> Float[Tensor, "samples frames n"]:
+    def smoothed(
+        self, chosen: Float[Tensor, "samples seen n"]
+    ) -> Float[Tensor, "samples frames n"]:
         """Choices in every frame, one passing smoothly into the next."""
         return self._between.to(chosen) @ chosen * self.free[:, None]
 
@@ -137,11 +144,11 @@ class Around:
         return torch.from_numpy(gaussian_filter1d(shares, self.stride, axis=0, mode="nearest"))
 
 
-def _costs(depth: Tensor) -> Tensor:
+def _squared_depth(depth: Tensor) -> Tensor:
     return INSIDE * depth.clamp(min=0).square()
 
 
-def cheapest(
+def viterbi(
     cost: Cost, between: Float[Tensor, "*steps choices choices"]
 ) -> Int[Tensor, "samples seen"]:
     """Which choice to make when (Viterbi): the least sum of what choices and changes cost."""
@@ -158,7 +165,7 @@ def cheapest(
     return torch.stack(path[::-1], dim=1)
 
 
-def shifts(step: float, farthest: float) -> Float[Tensor, "choices 3"]:
+def level_shifts(step: float, farthest: float) -> Float[Tensor, "choices 3"]:
     """Level shifts on a grid, none first, metres."""
     count = round(farthest / step)
     axis = step * torch.arange(-count, count + 1)
@@ -167,6 +174,6 @@ def shifts(step: float, farthest: float) -> Float[Tensor, "choices 3"]:
     return level[level.norm(dim=-1).argsort(stable=True)]
 
 
-def squared_steps(values: Float[Tensor, "choices n"]) -> Float[Tensor, "choices choices"]:
+def squared_distances(values: Float[Tensor, "choices n"]) -> Float[Tensor, "choices choices"]:
     """Squared distance from each choice to each."""
     return (values[:, None] - values).square().sum(dim=-1)

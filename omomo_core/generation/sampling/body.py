@@ -8,11 +8,11 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from omomo_core.diffusion.low_discrepancy import evenly
-from omomo_core.generation.object_clip import Scene
-from omomo_core.generation.prefix import Decided, Pin
+from omomo_core.diffusion.low_discrepancy import golden_sequence
+from omomo_core.generation.object_clip import ObjectClip
+from omomo_core.generation.prefix import FeaturePrefix, Prefix
 from omomo_core.generation.result import GenerationOptions, Progress
-from omomo_core.generation.sampling.windows import Told, sample_take
+from omomo_core.generation.sampling.windows import WindowConditions, sample_take
 from omomo_core.geometry.rotations import yaw_matrix
 from omomo_core.motion import HandMotion
 from omomo_core.stages.body import capture as body_stage
@@ -22,65 +22,69 @@ from omomo_core.stages.windows import object_windows, window_frames
 
 
 def sample_body(
-    scene: Scene,
+    clip: ObjectClip,
     hands: Sequence[HandMotion],
     stage: Stage,
     options: GenerationOptions,
     generator: torch.Generator,
     progress: Progress,
-    decided: Decided | None,
+    prefix: Prefix | None,
 ) -> Float[Tensor, "samples frames channels"]:
     """Features of people whose palms are where `hands` says, one for each; the root in the world.
 
     Args:
-        scene: the object.
+        clip: the object.
         hands: palms and contact of each sample, world, metres.
         stage: the network.
         options: sampler and its steps.
         generator: source of randomness.
         progress: told how far it is.
-        decided: what is decided of the first frames.
+        prefix: what is decided of the first frames.
     """
-    index = window_frames(scene.trained.frames)
-    windows = object_windows(scene.trained, index, len(hands), BASIS_POINTS)
+    index = window_frames(clip.trained.frames)
+    windows = object_windows(clip.trained, index, len(hands), BASIS_POINTS)
     contact = torch.from_numpy(np.stack([h.contact for h in hands])).float()
-    palms = torch.from_numpy(np.stack([h.palms for h in hands])).float() * scene.scale
+    palms = torch.from_numpy(np.stack([h.palms for h in hands])).float() * clip.scale
     reference = body_stage.reference_path(palms)
     cut_palms = palms[:, index].flatten(0, 1)
     yaw = body_stage.canonical_yaw(cut_palms, windows)
-    known = body_stage.condition(
+    condition = body_stage.condition(
         cut_palms,
         (contact[:, index].flatten(0, 1) > 0.5).float(),
         reference[:, index].flatten(0, 1),
-        habits(len(hands), options.seed).repeat_interleave(len(index)),
+        posture_levels(len(hands), options.seed).repeat_interleave(len(index)),
         windows,
         yaw,
     )
     x = sample_take(
         stage,
         torch.randn(*contact.shape[:2], body_stage.LAYOUT.channels, generator=generator),
-        Told(windows.valid, known, shape_code(windows, yaw), yaw_matrix(yaw)[:, None]),
+        WindowConditions(
+            windows.valid, condition, shape_code(windows, yaw), yaw_matrix(yaw)[:, None]
+        ),
         body_stage.LAYOUT,
         options,
         generator,
-        pin=None if decided is None else _from_reference(decided.body, reference),
+        prefix=None if prefix is None else _relative_to(prefix.body, reference),
         on_step=lambda done: progress("body", done),
     )
     return torch.cat([x[..., :2] + reference, x[..., 2:]], dim=-1)
 
 
-def habits(samples: int, seed: int) -> Float[Tensor, " samples"]:
+def posture_levels(samples: int, seed: int) -> Float[Tensor, " samples"]:
     """How upright each sample stays, from deep squats (0) to straight legs (1).
 
     Evenly over all of them, and over any few neighbours, who hold the object from the same side. The same in
     all stretches of a take: whoever squats once squats again. One sample is as most people.
     """
     first = torch.randint(1000, (1,), generator=torch.Generator().manual_seed(seed))
-    rank = evenly(first + torch.arange(samples)).argsort().argsort()
+    rank = golden_sequence(first + torch.arange(samples)).argsort().argsort()
     return (rank + 0.5) / samples
 
 
-def _from_reference(pin: Pin, reference: Float[Tensor, "samples frames 2"]) -> Pin:
-    values = pin.values.clone()
+def _relative_to(
+    prefix: FeaturePrefix, reference: Float[Tensor, "samples frames 2"]
+) -> FeaturePrefix:
+    values = prefix.values.clone()
     values[..., :2] -= reference[:, : values.shape[1]]
-    return replace(pin, values=values)
+    return replace(prefix, values=values)

@@ -14,7 +14,7 @@ WIDTH = 4.0
 _ROUNDS = 3
 
 
-def calmed(
+def despike(
     x: Float[np.ndarray, "frames channels"], points: int
 ) -> Float[np.ndarray, "frames channels"]:
     """Features without leaps.

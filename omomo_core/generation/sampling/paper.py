@@ -24,15 +24,15 @@ from omomo_core.stages.hands import paper as hand_stage
 from omomo_core.stages.stage import Stage
 from omomo_core.stages.windows import WINDOW, ObjectWindows, object_windows, window_frames
 
-STANDING_OFF = 0.35
+STANDING_DISTANCE = 0.35
 """Metres between the object's side and the person assumed to stand before it."""
 
-OnStep = Callable[[float], None]
+OnProgress = Callable[[float], None]
 """Told the fraction done."""
 
 
 @dataclass(frozen=True)
-class View:
+class PersonView:
     """One window, once per sample, each seen from a place of its own (`human_frame`)."""
 
     take: ObjectFeatures
@@ -41,43 +41,43 @@ class View:
     yaw: Float[Tensor, " b"]
 
 
-def around(take: ObjectFeatures, count: int) -> View:
+def views_around(take: ObjectFeatures, count: int) -> PersonView:
     """People stand around the object in its first frame and face it (-y in their own frame)."""
     yaw = torch.arange(count) * (2 * math.pi / count)
     reach = float(np.linalg.norm(take.surface.points - take.surface.centre, axis=1).max())
     back = torch.stack([-yaw.sin(), yaw.cos(), torch.zeros(count)], dim=-1)
     centre = torch.from_numpy(take.centre[0] * [1, 1, 0]).float()
-    return _view(take, centre + (reach + STANDING_OFF) * back, yaw)
+    return _person_view(take, centre + (reach + STANDING_DISTANCE) * back, yaw)
 
 
-def beside(take: ObjectFeatures, pose: Pose, count: int) -> View:
+def views_from_pose(take: ObjectFeatures, pose: Pose, count: int) -> PersonView:
     """Everybody stands where the pose of the first frame does."""
     root, R = torch.from_numpy(pose.root)[None], torch.from_numpy(pose.rotations)[None, 0]
     origin, yaw = human_frame(root.float(), R.float())
-    return _view(take, origin.expand(count, 3), yaw.expand(count))
+    return _person_view(take, origin.expand(count, 3), yaw.expand(count))
 
 
-def draw_palms(
-    view: View,
+def sample_palms(
+    view: PersonView,
     stage: Stage,
     options: GenerationOptions,
     generator: torch.Generator,
-    on_step: OnStep,
+    on_step: OnProgress,
 ) -> Float[np.ndarray, "samples frames 2 3"]:
     """The first network's palms, as they come; world, metres."""
-    x = _draw(stage, *_seen(view, stage), view.object.valid, options, generator, on_step)
+    x = _sample(stage, *_object_inputs(view, stage), view.object.valid, options, generator, on_step)
     palms = hand_stage.unpack(x, view.origin, view.yaw)
     return palms[:, : view.take.frames].double().numpy()
 
 
-def draw_from_palms(
-    view: View,
+def bodies_from_palms(
+    view: PersonView,
     hands: Sequence[HandMotion],
     body: BodyModel,
     stage: Stage,
     options: GenerationOptions,
     generator: torch.Generator,
-    on_step: OnStep,
+    on_step: OnProgress,
 ) -> list[HumanMotion]:
     """The second network's people, one for the hands of each sample."""
     held = torch.from_numpy(np.stack([h.palms for h in hands])).float()
@@ -85,42 +85,44 @@ def draw_from_palms(
     wanted = torch.zeros(len(hands), WINDOW, body_stage.CHANNELS)
     wanted[..., body_stage.PALMS] = hand_stage.pack(held, view.origin, view.yaw)
     condition = body_stage.condition(stage.normalise(wanted)[..., body_stage.PALMS], generator)
-    x = _draw(stage, condition, None, view.object.valid, options, generator, on_step)
+    x = _sample(stage, condition, None, view.object.valid, options, generator, on_step)
     return _people(view, x, body, [h.contact for h in hands])
 
 
-def draw_from_object(
-    view: View,
+def bodies_from_object(
+    view: PersonView,
     body: BodyModel,
     stage: Stage,
     options: GenerationOptions,
     generator: torch.Generator,
-    on_step: OnStep,
+    on_step: OnProgress,
 ) -> list[HumanMotion]:
     """The people of the network that knows no palms (`baselines.single_stage`)."""
-    x = _draw(stage, *_seen(view, stage), view.object.valid, options, generator, on_step)
+    x = _sample(stage, *_object_inputs(view, stage), view.object.valid, options, generator, on_step)
     return _people(view, x, body, [np.zeros((view.take.frames, 2))] * len(x))
 
 
-def _view(take: ObjectFeatures, origin: Float[Tensor, "b 3"], yaw: Float[Tensor, " b"]) -> View:
+def _person_view(
+    take: ObjectFeatures, origin: Float[Tensor, "b 3"], yaw: Float[Tensor, " b"]
+) -> PersonView:
     windows = object_windows(take, window_frames(take.frames), len(yaw), PAPER_POINTS)
-    return View(take, windows, origin, yaw)
+    return PersonView(take, windows, origin, yaw)
 
 
-def _seen(view: View, stage: Stage) -> tuple[Tensor, Tensor]:
+def _object_inputs(view: PersonView, stage: Stage) -> tuple[Tensor, Tensor]:
     """The object's centre and shape."""
     code = hand_stage.shape_code(view.object, view.yaw, stage.config.denoiser.patch)
     return hand_stage.condition(view.object, view.origin, view.yaw), code
 
 
-def _draw(
+def _sample(
     stage: Stage,
     condition: Tensor,
     shape: Tensor | None,
     valid: Bool[Tensor, "b frames"],
     options: GenerationOptions,
     generator: torch.Generator,
-    on_step: OnStep,
+    on_step: OnProgress,
 ) -> Float[Tensor, "b frames channels"]:
     noise = torch.randn(len(condition), WINDOW, stage.config.denoiser.channels, generator=generator)
 
@@ -141,7 +143,7 @@ def _draw(
 
 
 def _people(
-    view: View,
+    view: PersonView,
     x: Float[Tensor, "b window 204"],
     body: BodyModel,
     contact: Sequence[Float[np.ndarray, "frames 2"]],
@@ -149,12 +151,12 @@ def _people(
     """Root and rotations count; the other joints follow from them, as published."""
     joints, rotations = body_stage.unpack(x[:, : view.take.frames], view.origin, view.yaw)
     return [
-        person_of(root, R, body, c)
+        human_motion(root, R, body, c)
         for root, R, c in zip(joints[:, :, 0], rotations, contact, strict=True)
     ]
 
 
-def person_of(
+def human_motion(
     root: Float[Tensor, "frames 3"],
     rotations: Float[Tensor, "frames 22 3 3"],
     body: BodyModel,

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from omomo_core.diffusion.samplers import sample
 from omomo_core.diffusion.schedule import cosine_schedule
-from omomo_core.generation.prefix import Pin
+from omomo_core.generation.prefix import FeaturePrefix
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.geometry.canonical import Layout, rotate
 from omomo_core.stages.stage import Stage
@@ -23,7 +23,7 @@ CHUNK = 64
 """Windows that go through the network at once: bounds memory on long takes."""
 
 
-def merge(
+def merge_windows(
     x: Float[Tensor, "samples windows window channels"],
     index: Int[Tensor, "windows window"],
     frames: int,
@@ -41,7 +41,7 @@ def merge(
 
 
 @dataclass(frozen=True)
-class Told:
+class WindowConditions:
     """What a network is told of each window; the batch is samples x windows, sample-major."""
 
     valid: Bool[Tensor, "b window"]
@@ -54,12 +54,12 @@ class Told:
 def sample_take(
     stage: Stage,
     noise: Float[Tensor, "samples frames channels"],
-    told: Told,
+    conditions: WindowConditions,
     layout: Layout,
     options: GenerationOptions,
     generator: torch.Generator,
     *,
-    pin: Pin | None = None,
+    prefix: FeaturePrefix | None = None,
     on_step: Callable[[float], None],
 ) -> Float[Tensor, "samples frames channels"]:
     """Features that the noise of K samples of a take becomes, raw units, world axes.
@@ -68,17 +68,21 @@ def sample_take(
     frames follow them.
     """
     samples, frames = noise.shape[:2]
-    index, axes = window_frames(frames), told.axes
+    index, axes = window_frames(frames), conditions.axes
 
     def to_world(x: Tensor) -> Tensor:
         raw = rotate(stage.denormalise(x), axes, layout)
-        merged = merge(raw.unflatten(0, (samples, len(index))), index, frames)
-        return merged if pin is None else pin.hold(merged)
+        merged = merge_windows(raw.unflatten(0, (samples, len(index))), index, frames)
+        return merged if prefix is None else prefix.impose(merged)
 
     def predict(x: Tensor, n: int) -> Tensor:
         parts = [
             stage(
-                x[i], told.condition[i], told.shape[i], torch.full((len(x[i]),), n), told.valid[i]
+                x[i],
+                conditions.condition[i],
+                conditions.shape[i],
+                torch.full((len(x[i]),), n),
+                conditions.valid[i],
             )
             for i in (slice(a, a + CHUNK) for a in range(0, len(x), CHUNK))
         ]

@@ -11,44 +11,42 @@ from jaxtyping import Float, Int
 from scipy.ndimage import gaussian_filter1d
 from torch import Tensor
 
-from omomo_core.generation.object_clip import Scene
-from omomo_core.generation.selection.opposite_side import on_lighter_side, with_opposite
-from omomo_core.generation.selection.plausibility import Holding
+from omomo_core.generation.object_clip import ObjectClip
+from omomo_core.generation.selection.opposite_side import add_opposite_side, move_to_lighter_side
+from omomo_core.generation.selection.plausibility import Hypotheses, PalmHolds, Samples
 from omomo_core.stages.hands.capture import LAYOUT
 
-DRAWN, MOST = 5, 100
+PER_SAMPLE, MOST = 5, 100
 """Guesses for each that is kept, and at most."""
 STRIDE = 4
 """Frames between those that are compared."""
-KIND, ALIKE = 5, 0.25
+NEIGHBOURS, KERNEL_WIDTH = 5, 0.25
 """Guesses that are much of a kind, unless their palms are farther apart than so many metres."""
-HAND = 0.5
+CONTACT_DISTANCE = 0.5
 """Metres apart that guesses count as for each hand that holds in one of them only."""
-A_WHILE = 15.0
+KERNEL_SMOOTHING = 15.0
 """Frames (standard deviation) over which guesses are compared to tell their kind."""
-Guesses = Float[Tensor, "guesses frames 8"]
-Samples = Float[Tensor, "samples frames 8"]
 
 
-def of_many(features: Guesses, scene: Scene, samples: int) -> Samples:
+def select_by_coverage(features: Hypotheses, clip: ObjectClip, samples: int) -> Samples:
     """Guesses that stand for all; who would lift the heavy side changes sides, and the last are opposite.
 
     Those that hold the object as nobody would are left out, unless too few others are left.
 
     Args:
         features: of all guesses, palms from the object's centre in axes whose third is up, contacts.
-        scene: the object.
+        clip: the object.
         samples: how many to keep.
     """
-    x = on_lighter_side(features, scene)
-    likely = np.flatnonzero(Holding.of(x, scene).likely)
+    x = move_to_lighter_side(features, clip)
+    likely = np.flatnonzero(PalmHolds.of(x, clip).plausible)
     if len(likely) >= samples:
         x = x[torch.from_numpy(likely)]
-    kept = torch.from_numpy(cover(_palms(x), samples))
-    return with_opposite(amid_others(x)[kept], scene)
+    kept = torch.from_numpy(k_medoids(_palms(x), samples))
+    return add_opposite_side(kernel_mean(x)[kept], clip)
 
 
-def amid_others(features: Samples) -> Samples:
+def kernel_mean(features: Samples) -> Samples:
     """Each guess amid those that are most like it, and so nearer to what they all guess.
 
     A guess errs in what all of its kind agree on and in what nobody can tell; the mean of its kind hardly in
@@ -58,16 +56,16 @@ def amid_others(features: Samples) -> Samples:
     x: list[Tensor] = []
     for one, held in zip(palms, holds, strict=True):
         apart = np.linalg.norm(palms - one, axis=-1).mean(axis=-1)
-        apart += HAND * np.abs(holds - held).sum(axis=-1)
-        apart = np.asarray(gaussian_filter1d(apart, A_WHILE, axis=-1, mode="nearest"))
-        kind = np.sort(apart, axis=0)[: min(KIND, len(apart))][-1].clip(1e-6, ALIKE)
+        apart += CONTACT_DISTANCE * np.abs(holds - held).sum(axis=-1)
+        apart = np.asarray(gaussian_filter1d(apart, KERNEL_SMOOTHING, axis=-1, mode="nearest"))
+        kind = np.sort(apart, axis=0)[: min(NEIGHBOURS, len(apart))][-1].clip(1e-6, KERNEL_WIDTH)
         weight = np.exp(-((apart / kind) ** 2))
         weight = torch.from_numpy(weight / weight.sum(axis=0)).to(features)
         x.append((weight[..., None] * features).sum(dim=0))
     return torch.stack(x)
 
 
-def around(features: Samples) -> Samples:
+def order_by_side(features: Samples) -> Samples:
     """The same samples in the order of the side from which they hold the object: neighbours are alike."""
     held = (features[..., 3 * LAYOUT.vectors :] > 0).any(dim=-1, keepdim=True)
     middle = features[..., : 3 * LAYOUT.vectors].unflatten(-1, (2, 3)).mean(dim=-2)
@@ -75,13 +73,13 @@ def around(features: Samples) -> Samples:
     return features[torch.atan2(side[:, 1], side[:, 0]).argsort(stable=True)]
 
 
-def guesses(samples: int) -> int:
+def hypothesis_count(samples: int) -> int:
     """How many to draw where so many are kept."""
-    return max(samples, min(DRAWN * samples, MOST))
+    return max(samples, min(PER_SAMPLE * samples, MOST))
 
 
-def cover(
-    palms: Float[np.ndarray, "guesses frames 2 3"], samples: int
+def k_medoids(
+    palms: Float[np.ndarray, "hypotheses frames 2 3"], samples: int
 ) -> Int[np.ndarray, " samples"]:
     """Indices of the guesses to keep, the most telling first.
 
@@ -92,7 +90,7 @@ def cover(
         palms: metres, in any axes that all guesses share.
         samples: how many to keep.
     """
-    apart = _apart(palms)
+    apart = _pairwise_distance(palms)
     kept: list[int] = []
     nearest = np.full(len(palms), np.inf)
     for _ in range(samples):
@@ -103,7 +101,9 @@ def cover(
     return np.array(kept)
 
 
-def _apart(palms: Float[np.ndarray, "guesses frames 2 3"]) -> Float[np.ndarray, "guesses guesses"]:
+def _pairwise_distance(
+    palms: Float[np.ndarray, "hypotheses frames 2 3"],
+) -> Float[np.ndarray, "hypotheses hypotheses"]:
     """Mean distance between the palms of any two guesses, metres."""
     seen = palms[:, ::STRIDE]
     return np.stack([np.linalg.norm(seen - one, axis=-1).mean(axis=(1, 2)) for one in seen])

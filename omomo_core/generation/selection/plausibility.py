@@ -8,11 +8,14 @@ from jaxtyping import Bool, Float
 from scipy.ndimage import uniform_filter1d
 from torch import Tensor
 
-from omomo_core.generation.object_clip import Scene
+from omomo_core.generation.object_clip import ObjectClip
 from omomo_core.geometry.transforms import to_local
 from omomo_core.stages.hands import capture as hand_stage
 
 Samples = Float[Tensor, "samples frames 8"]
+"""Features of stage 1: left and right palm from the object's centre, contacts of both from -1 to 1."""
+Hypotheses = Float[Tensor, "hypotheses frames 8"]
+"""The same features of all hypotheses from which samples are selected."""
 GRASP = 0.15
 """Metres between the surface and palms that hold it; contacts bring them onto it."""
 TURNED, LASTING = 60.0, 9
@@ -21,36 +24,36 @@ Guesses of several windows may hold from one side at first, then from another.""
 
 
 @dataclass(frozen=True)
-class Holding:
+class PalmHolds:
     """Where samples hold the object, and how."""
 
     palms: Float[np.ndarray, "samples frames 2 3"]
     """In the object's frame, trained size."""
     held: Bool[np.ndarray, "samples frames 2"]
-    scene: Scene
+    clip: ObjectClip
 
     @staticmethod
-    def of(features: Samples, scene: Scene) -> "Holding":
+    def of(features: Samples, clip: ObjectClip) -> "PalmHolds":
         """Of samples as the network says them: palms from the object's centre, world axes, contacts."""
-        centre = torch.from_numpy(scene.trained.centre).float().expand(len(features), -1, 3)
+        centre = torch.from_numpy(clip.trained.centre).float().expand(len(features), -1, 3)
         palms, contact = hand_stage.unpack(features, centre)
-        T = scene.trained.motion.T_world_object
+        T = clip.trained.motion.T_world_object
         local = np.stack([to_local(T, p) for p in palms.double().numpy()])
-        return Holding(local, (contact > 0.5).numpy(), scene)
+        return PalmHolds(local, (contact > 0.5).numpy(), clip)
 
-    def as_good_as(self, other: "Holding") -> Bool[np.ndarray, " samples"]:
+    def as_good_as(self, other: "PalmHolds") -> Bool[np.ndarray, " samples"]:
         """Whether it is about as near to the surface."""
         return self.from_surface - other.from_surface < GRASP
 
     @property
     def from_surface(self) -> Float[np.ndarray, " samples"]:
         """Mean metres between palms that hold and the object's surface; 0 where none holds."""
-        far = np.asarray(self.scene.trained.surface.tree.query(self.palms)[0]) / self.scene.scale
+        far = np.asarray(self.clip.trained.surface.tree.query(self.palms)[0]) / self.clip.scale
         count = np.maximum(self.held.sum(axis=(1, 2)), 1)
         return np.where(self.held, far, 0).sum(axis=(1, 2)) / count
 
     @property
-    def likely(self) -> Bool[np.ndarray, " samples"]:
+    def plausible(self) -> Bool[np.ndarray, " samples"]:
         """Whether the palms hold nothing but the object, and stay on their sides of it while both do."""
         return (self.from_surface < GRASP) & (self._turn < TURNED)
 
@@ -69,6 +72,6 @@ class Holding:
     @property
     def effort(self) -> Float[np.ndarray, " samples"]:
         """What it takes to hold up an object that is tipped."""
-        lever = self.scene.lever
+        lever = self.clip.lever
         assert lever is not None
         return lever.effort(self.palms[:, lever.frames], self.held[:, lever.frames])

@@ -12,7 +12,7 @@ from omomo_core.generation.selection.scores import score
 from omomo_core.motion import HumanMotion
 
 
-def ranked(people: Sequence[Person], must_hold: Bool[np.ndarray, " frames"]) -> Generation:
+def rank(people: Sequence[Person], must_hold: Bool[np.ndarray, " frames"]) -> Generation:
     """The samples judged, with the one to show and what is wrong with it.
 
     Args:
@@ -30,13 +30,15 @@ def choose(motions: Sequence[HumanMotion], scores: Sequence[Mapping[str, float]]
     The least faulty alone is often an outlier; the one amid the others alone may skate. Who leaps is shown
     only where all do.
     """
-    amid = rankdata(spread(np.stack([human.joints for human in motions])).round(6))
+    amid = rankdata(distance_to_others(np.stack([human.joints for human in motions])).round(6))
     faults = rankdata([s["total"] for s in scores])
     leaps = np.array([s["leaping"] > 0 for s in scores])
     return int(np.argmin(np.where(leaps & ~leaps.all(), np.inf, amid + faults)))
 
 
-def spread(points: Float[np.ndarray, "samples frames joints 3"]) -> Float[np.ndarray, " samples"]:
+def distance_to_others(
+    points: Float[np.ndarray, "samples frames joints 3"],
+) -> Float[np.ndarray, " samples"]:
     """Mean distance of each sample's points from the others', but for the farthest quarter; metres.
 
     The least is amid the others. The few who stand on the object's other side by design do not count.

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from omomo_core.generation.person import Person
-from omomo_core.generation.selection.speed_limits import leaping
+from omomo_core.generation.selection.speed_limits import speed_excess
 from omomo_core.motion import FPS, HumanMotion
 
 FEET = (7, 8, 10, 11)
@@ -35,7 +35,7 @@ def score(person: Person, must_hold: Bool[np.ndarray, " frames"]) -> dict[str, f
         "inside_cm": 100 * float(person.depth.mean()),
         "floating": float((_lowest_foot(human) > 0.06).mean()),
         "jerk_m_s3": _jerk(human.joints),
-        "leaping": leaping(human),
+        "leaping": speed_excess(human),
     }
     return {**faults, "total": sum(_WEIGHTS[k] * v for k, v in faults.items())}
 

@@ -42,7 +42,7 @@ class SpeedLimits:
     """Degrees a second about the vertical, of the pelvis or the chest, over `TURN` frames."""
 
 
-PEOPLE = SpeedLimits()
+HUMAN_LIMITS = SpeedLimits()
 """The limits that samples are judged by."""
 
 
@@ -111,7 +111,7 @@ TURNING = (joint("pelvis"), joint("spine3"))
 """Joints whose turns about the vertical are measured."""
 
 
-def measured(
+def measure_speeds(
     joints: Float[np.ndarray, "frames 24 3"], turning: Float[np.ndarray, "frames 2 3 3"]
 ) -> dict[str, Float[np.ndarray, "steps parts"]]:
     """Speeds of each quantity of `SpeedLimits` from each frame to the next.
@@ -131,7 +131,7 @@ def measured(
     return {**moved, **swung, "turn": _turn(turning)}
 
 
-def leaps(human: HumanMotion, limits: SpeedLimits = PEOPLE) -> tuple[Leap, ...]:
+def find_leaps(human: HumanMotion, limits: SpeedLimits = HUMAN_LIMITS) -> tuple[Leap, ...]:
     """Where somebody is faster than people are, in the order of time; once for each limb and stretch.
 
     Of the limb's parts that is told which is farthest beyond its limit: of those that move too fast or, where
@@ -140,7 +140,7 @@ def leaps(human: HumanMotion, limits: SpeedLimits = PEOPLE) -> tuple[Leap, ...]:
     limit = asdict(limits)
     columns = [
         (PARTS[name][k], name, column)
-        for name, values in _of(human).items()
+        for name, values in _speeds_of(human).items()
         for k, column in enumerate(values.T)
     ]
     found: list[Leap] = []
@@ -156,18 +156,18 @@ def leaps(human: HumanMotion, limits: SpeedLimits = PEOPLE) -> tuple[Leap, ...]:
     return tuple(sorted(found, key=lambda leap: (leap.start, leap.part.name)))
 
 
-def leaping(human: HumanMotion, limits: SpeedLimits = PEOPLE) -> float:
+def speed_excess(human: HumanMotion, limits: SpeedLimits = HUMAN_LIMITS) -> float:
     """How much faster than people somebody is: the excess of the fastest part, summed over frames.
 
     0 where nobody leaps; 1 for one frame at twice a limit.
     """
-    limit, speeds = asdict(limits), _of(human)
+    limit, speeds = asdict(limits), _speeds_of(human)
     share = np.concatenate([speeds[name] / limit[name] for name in speeds], axis=1)
     return float((share.max(axis=1) - 1).clip(min=0).sum())
 
 
-def _of(human: HumanMotion) -> dict[str, Float[np.ndarray, "steps parts"]]:
-    return measured(human.joints, human.rotations[:, TURNING])
+def _speeds_of(human: HumanMotion) -> dict[str, Float[np.ndarray, "steps parts"]]:
+    return measure_speeds(human.joints, human.rotations[:, TURNING])
 
 
 def _swing(line: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, " steps"]:

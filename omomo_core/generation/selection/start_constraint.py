@@ -13,11 +13,11 @@ import torch
 from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
-from omomo_core.generation.object_clip import Scene
+from omomo_core.generation.object_clip import ObjectClip
 from omomo_core.generation.prefix import fade
-from omomo_core.generation.selection.coverage import amid_others, cover
-from omomo_core.generation.selection.opposite_side import across, beyond
-from omomo_core.generation.selection.plausibility import Holding
+from omomo_core.generation.selection.coverage import k_medoids, kernel_mean
+from omomo_core.generation.selection.opposite_side import half_turn, swap_hands
+from omomo_core.generation.selection.plausibility import Hypotheses, PalmHolds, Samples
 from omomo_core.motion import FPS
 
 NEAR, FEWEST = 1.5, 4
@@ -33,61 +33,61 @@ BEFORE, BESIDE = 0.4, 0.1
 """From the pelvis to the middle of the palms, that hold something or do not; metres ahead."""
 _PLACES = 6
 
-Guesses = Float[Tensor, "guesses frames 8"]
-Samples = Float[Tensor, "samples frames 8"]
 First = Float[Tensor, "*b 8"]
 
 
 @dataclass(frozen=True)
-class Posed:
+class StartPose:
     """The palms of the first frame."""
 
     first: Float[Tensor, "8"]
     """As a guess has them: from the object's centre, and contacts."""
 
     @property
-    def stands(self) -> Float[Tensor, "2"]:
+    def position(self) -> Float[Tensor, "2"]:
         """Where, on the floor, from the object's centre, metres."""
-        return _stands(self.first)
+        return _standing_position(self.first)
 
-    def off(self, first: First) -> Float[Tensor, "*b"]:
+    def distance(self, first: First) -> Float[Tensor, "*b"]:
         """Mean distance of the palms of guesses that begin with these features, metres."""
         return _palms(first - self.first).norm(dim=-1).mean(dim=-1)
 
-    def moved(self, features: Samples) -> Samples:
+    def impose(self, features: Samples) -> Samples:
         """The guesses, beginning with exactly these palms."""
-        return begin(features, self.first)
+        return impose_start(features, self.first)
 
 
 @dataclass(frozen=True)
-class Placed:
+class StartPosition:
     """Where somebody stands."""
 
-    stands: Float[Tensor, "2"]
+    position: Float[Tensor, "2"]
     """On the floor, from the object's centre, metres."""
 
-    def off(self, first: First) -> Float[Tensor, "*b"]:
+    def distance(self, first: First) -> Float[Tensor, "*b"]:
         """Distance on the floor of guesses that begin with these features, metres."""
-        return (_stands(first) - self.stands).norm(dim=-1)
+        return (_standing_position(first) - self.position).norm(dim=-1)
 
-    def moved(self, features: Samples) -> Samples:
+    def impose(self, features: Samples) -> Samples:
         """The guesses from there, or from as near to it as there is time to come from."""
-        way = self.stands - _stands(features[:, 0])
-        time = _until_held(features).amin(dim=-1).clamp(max=LONGEST) / FPS
+        way = self.position - _standing_position(features[:, 0])
+        time = _frames_until_contact(features).amin(dim=-1).clamp(max=LONGEST) / FPS
         # The fade is 1.5 times as fast in its middle as on the whole.
         far = FASTEST / 1.5 * time
         way = way * (far / way.norm(dim=-1).clamp(min=1e-6)).clamp(max=1)[:, None]
         first = features[:, 0].clone()
         for hand in (0, 1):
             first[:, 3 * hand : 3 * hand + 2] += way
-        return begin(features, first)
+        return impose_start(features, first)
 
 
-Start = Posed | Placed
+StartConstraint = StartPose | StartPosition
 """What is known of the first frame."""
 
 
-def like_start(features: Guesses, start: Start, scene: Scene, samples: int) -> Samples:
+def select_by_start(
+    features: Hypotheses, start: StartConstraint, clip: ObjectClip, samples: int
+) -> Samples:
     """Of guesses that begin most like what is known the ones that stand for all that do, beginning so.
 
     Who would have to run around the object, or holds it as nobody would, counts only where all do.
@@ -95,28 +95,28 @@ def like_start(features: Guesses, start: Start, scene: Scene, samples: int) -> S
     Args:
         features: of all guesses, palms from the object's centre in axes whose third is up, contacts.
         start: what is known.
-        scene: the object.
+        clip: the object.
         samples: how many to keep.
     """
-    sides = _sides(amid_others(features))
-    off = start.off(sides[:, :, 0])
-    likely = torch.from_numpy(np.stack([Holding.of(side, scene).likely for side in sides]))
-    likely &= ~_hurried(sides, start.stands)
+    sides = _from_all_sides(kernel_mean(features))
+    off = start.distance(sides[:, :, 0])
+    likely = torch.from_numpy(np.stack([PalmHolds.of(side, clip).plausible for side in sides]))
+    likely &= ~_too_far_to_walk(sides, start.position)
     off[~likely] += off.max() + 1
     count = max(math.ceil(NEAR * samples), FEWEST)
     count = min(count, max(int(likely.sum()), samples))
     near = off.flatten().argsort(stable=True)[:count]
-    guesses = sides.flatten(0, 1)[near]
-    kept = torch.from_numpy(cover(_palms(guesses).double().numpy(), samples))
-    return start.moved(guesses[kept])
+    hypotheses = sides.flatten(0, 1)[near]
+    kept = torch.from_numpy(k_medoids(_palms(hypotheses).double().numpy(), samples))
+    return start.impose(hypotheses[kept])
 
 
-def begin(features: Samples, first: Float[Tensor, "*samples 8"]) -> Samples:
+def impose_start(features: Samples, first: Float[Tensor, "*samples 8"]) -> Samples:
     """Guesses that begin so; each hand is where it was guessed to be once it holds something."""
     frames = features.shape[1]
     x = features.clone()
     change = first - features[:, 0]
-    until = _until_held(features).clamp(SHORTEST, LONGEST)
+    until = _frames_until_contact(features).clamp(SHORTEST, LONGEST)
     for hand in (0, 1):
         places = slice(3 * hand, 3 * hand + 3)
         weight = torch.stack([fade(frames, int(u)) for u in until[:, hand]])
@@ -125,14 +125,14 @@ def begin(features: Samples, first: Float[Tensor, "*samples 8"]) -> Samples:
     return x
 
 
-def _hurried(
+def _too_far_to_walk(
     features: Float[Tensor, "*b frames 8"], stands: Float[Tensor, "2"]
 ) -> Bool[Tensor, "*b"]:
     """Whether there is too little time to walk around the object from a place to what is held first."""
-    until = _until_held(features).amin(dim=-1)
+    until = _frames_until_contact(features).amin(dim=-1)
     last = features.shape[-2] - 1
     index = until.clamp(max=last)[..., None, None].expand(*until.shape, 1, features.shape[-1])
-    there = _stands(features.gather(-2, index).squeeze(-2))
+    there = _standing_position(features.gather(-2, index).squeeze(-2))
     far, near = there.norm(dim=-1), stands.norm()
     turn = torch.atan2(
         stands[0] * there[..., 1] - stands[1] * there[..., 0], (stands * there).sum(dim=-1)
@@ -141,13 +141,13 @@ def _hurried(
     return way > STEP + PACE * until / FPS
 
 
-def _until_held(features: Float[Tensor, "*b frames 8"]) -> Int[Tensor, "*b 2"]:
+def _frames_until_contact(features: Float[Tensor, "*b frames 8"]) -> Int[Tensor, "*b 2"]:
     """Frames before each hand holds something; LONGEST where it never does."""
     holds = features[..., _PLACES:] > 0
     return torch.where(holds.any(dim=-2), holds.int().argmax(dim=-2), LONGEST)
 
 
-def _stands(first: First) -> Float[Tensor, "*b 2"]:
+def _standing_position(first: First) -> Float[Tensor, "*b 2"]:
     """Where somebody stands whose palms are so, from the object's centre."""
     left, right = _palms(first)[..., :2].unbind(dim=-2)
     across_body = left - right
@@ -157,8 +157,8 @@ def _stands(first: First) -> Float[Tensor, "*b 2"]:
     return (left + right) / 2 - torch.where(holds, BEFORE, BESIDE) * ahead
 
 
-def _sides(features: Samples) -> Float[Tensor, "sides samples frames 8"]:
-    return torch.stack([features, across(features), beyond(features)])
+def _from_all_sides(features: Samples) -> Float[Tensor, "sides samples frames 8"]:
+    return torch.stack([features, half_turn(features), swap_hands(features)])
 
 
 def _palms(features: Float[Tensor, "*b 8"]) -> Float[Tensor, "*b 2 3"]:

@@ -24,7 +24,7 @@ TOES = (joint("left_foot"), joint("right_foot"))
 
 
 @dataclass(frozen=True)
-class Feet:
+class FootPlan:
     """Left and right foot of one body."""
 
     ankles: Float[np.ndarray, "frames 2 3"]
@@ -36,13 +36,13 @@ class Feet:
     """The heel is up where the foot stands on its toes."""
 
 
-def planted_feet(
+def plan_feet(
     body: BodyModel,
     joints: Float[np.ndarray, "frames 24 3"],
     rotations: Float[np.ndarray, "frames 22 3 3"],
     foot_contact: Float[np.ndarray, "frames 4"],
-    stood: Bool[np.ndarray, "first 2"] | None = None,
-) -> Feet:
+    prefix_standing: Bool[np.ndarray, "first 2"] | None = None,
+) -> FootPlan:
     """Plan the feet of one sampled body.
 
     Args:
@@ -50,33 +50,33 @@ def planted_feet(
         joints: of the sample, world, metres.
         rotations: global R_world_joint.
         foot_contact: probability that left ankle, right ankle, left toe, right toe is planted.
-        stood: which feet stand in the first frames, where that is decided; there the sample is the
+        prefix_standing: which feet stand in the first frames, where that is decided; there the sample is the
             finished body, and what stands stays where it is.
     """
     heel, toe = (foot_contact[:, k : k + 2] > PLANTED for k in (0, 2))
-    stood = np.zeros((0, 2), bool) if stood is None else stood
-    first = len(stood)
-    ankles, standing = add_steps(joints[:, ANKLES], heel | toe, stood)
+    prefix_standing = np.zeros((0, 2), bool) if prefix_standing is None else prefix_standing
+    first = len(prefix_standing)
+    ankles, standing = add_steps(joints[:, ANKLES], heel | toe, prefix_standing)
     planned = ankles.copy()
     turned = rotations[:, (*ANKLES, *TOES)].reshape(-1, 2, 2, 3, 3).swapaxes(1, 2).copy()
     rolls = toe & ~heel
     for side in range(2):
         rolling = rolls[:, side]
         plants = [p for p in runs(standing[:, side]) if p[1] - p[0] >= SHORTEST]
-        turned[:, side] = _laid_flat(turned[:, side], plants, rolling, first)
+        turned[:, side] = _flatten_plants(turned[:, side], plants, rolling, first)
         offset = body.rest_joints[TOES[side]] - body.rest_joints[ANKLES[side]]
         to_toe = turned[:, side, 0] @ offset.double().numpy()
         levels = (_level(body, ANKLES[side]), _level(body, TOES[side]))
-        still = _stilled(ankles[:, side], to_toe, plants, rolling, levels, first)
+        still = _lock_plants(ankles[:, side], to_toe, plants, rolling, levels, first)
         for level, offset in zip(levels, (0.0, to_toe[:, 2]), strict=True):
             still[:, 2] += (level - still[:, 2] - offset).clip(min=0)
         planned[:, side] = still
     if first:
-        planned = _going_on(planned, joints[:first, ANKLES])
-    return Feet(planned, turned, standing, rolls)
+        planned = _continue_prefix(planned, joints[:first, ANKLES])
+    return FootPlan(planned, turned, standing, rolls)
 
 
-def _laid_flat(
+def _flatten_plants(
     R: Float[np.ndarray, "frames 2 3 3"],
     plants: list[tuple[int, int]],
     rolling: Bool[np.ndarray, " frames"],
@@ -114,7 +114,7 @@ def _facing(yaw: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 3 3"]:
     return np.stack([x, y, z], axis=-1)
 
 
-def _stilled(
+def _lock_plants(
     ankle: Float[np.ndarray, "frames 3"],
     to_toe: Float[np.ndarray, "frames 3"],
     plants: list[tuple[int, int]],
@@ -148,18 +148,18 @@ def _stilled(
     return ankle + np.stack([np.interp(np.arange(len(ankle)), known, m) for m in change.T], axis=1)
 
 
-def _going_on(
-    planned: Float[np.ndarray, "frames 2 3"], decided: Float[np.ndarray, "first 2 3"]
+def _continue_prefix(
+    planned: Float[np.ndarray, "frames 2 3"], prefix: Float[np.ndarray, "first 2 3"]
 ) -> Float[np.ndarray, "frames 2 3"]:
     """The first frames as decided; a jump after them, that steps planned anew may make, fades out."""
-    first = len(decided)
-    before = decided[-2:].mean(axis=0)
-    step = decided[-1] - before if first > 1 else np.zeros((2, 3))
-    jump = decided[-1] + 2 * step - planned[min(first, len(planned) - 1)]
+    first = len(prefix)
+    before = prefix[-2:].mean(axis=0)
+    step = prefix[-1] - before if first > 1 else np.zeros((2, 3))
+    jump = prefix[-1] + 2 * step - planned[min(first, len(planned) - 1)]
     weight = (1 - np.arange(len(planned) - first) / SETTLE).clip(min=0)
     weight = weight**2 * (3 - 2 * weight)
     rest = planned[first:] + weight[:, None, None] * jump
-    return np.concatenate([decided, rest])
+    return np.concatenate([prefix, rest])
 
 
 def _level(body: BodyModel, name: int) -> float:

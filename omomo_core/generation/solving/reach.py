@@ -11,9 +11,9 @@ from torch import Tensor
 from omomo_core.body.kinematics import WRISTS, forward_kinematics
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
+from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.generation.collision.root import ELBOWS, SHOULDERS
-from omomo_core.generation.solving.feet import Feet
-from omomo_core.generation.wish import Wish
+from omomo_core.generation.solving.feet import FootPlan
 
 STRETCH, LONGEST = 1.1, 0.999
 """Share of a straight arm's length that the pelvis is moved to stay within, before and after the whole is
@@ -31,11 +31,11 @@ FARTHEST = 0.25
 ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
 
 
-def arms_that_hold(
+def solve_arms(
     body: BodyModel,
     root: Float[Tensor, "samples frames 3"],
     rotations: Float[Tensor, "samples frames 22 3 3"],
-    wish: Wish,
+    targets: InteractionTargets,
 ) -> Float[Tensor, "samples frames 22 3 3"]:
     """Arms whose palms are where they are wished, as far as they must be.
 
@@ -43,21 +43,21 @@ def arms_that_hold(
         body: whose arms.
         root: pelvis joint, world, metres.
         rotations: global R_world_joint.
-        wish: what hands hold.
+        targets: what hands hold.
     """
     for side in range(2):
-        weight = wish.hold[..., side].contiguous()
-        palms = wish.palms[..., side, :]
+        weight = targets.hold[..., side].contiguous()
+        palms = targets.palms[..., side, :]
         rotations, _ = reach(body, root, rotations, ARMS[side], palms, weight=weight)
     return rotations
 
 
-def within_reach(
+def move_root_within_reach(
     body: BodyModel,
     root: Float[Tensor, "samples frames 3"],
     rotations: Float[Tensor, "samples frames 22 3 3"],
-    feet: Sequence[Feet],
-    wish: Wish,
+    feet: Sequence[FootPlan],
+    targets: InteractionTargets,
     free: Float[Tensor, " frames"],
     stretch: float,
 ) -> Float[Tensor, "samples frames 3"]:
@@ -68,14 +68,14 @@ def within_reach(
         root: pelvis joint, world, metres.
         rotations: global R_world_joint.
         feet: where they stand.
-        wish: what hands hold.
+        targets: what hands hold.
         free: how far each frame may be moved, from 0 to 1.
         stretch: share of a straight arm's length that is within reach.
     """
 
     def nearer(at: Tensor) -> Tensor:
         for _ in range(ROUNDS):
-            towards = _towards(body, at, rotations, wish, stretch) * free[:, None]
+            towards = _towards(body, at, rotations, targets, stretch) * free[:, None]
             far = towards.norm(dim=-1, keepdim=True)
             # Each sample by itself: what becomes of one does not hang on the others.
             lacking = far.amax(dim=1, keepdim=True) > NEAR
@@ -92,7 +92,7 @@ def within_reach(
     return nearer(near - drop[..., None] * torch.tensor([0.0, 0.0, 1.0]))
 
 
-def ankles_of(feet: Sequence[Feet]) -> Float[Tensor, "samples frames 2 3"]:
+def ankles_of(feet: Sequence[FootPlan]) -> Float[Tensor, "samples frames 2 3"]:
     """Left and right ankle of each plan, world, metres."""
     return torch.from_numpy(np.stack([f.ankles for f in feet])).float()
 
@@ -101,7 +101,7 @@ def _towards(
     body: BodyModel,
     root: Float[Tensor, "samples frames 3"],
     rotations: Float[Tensor, "samples frames 22 3 3"],
-    wish: Wish,
+    targets: InteractionTargets,
     stretch: float,
 ) -> Float[Tensor, "samples frames 3"]:
     """A smooth move of the pelvis that brings palms which are out of reach within it."""
@@ -110,10 +110,10 @@ def _towards(
     for side in range(2):
         shoulder, elbow, wrist = SHOULDERS[side], ELBOWS[side], WRISTS[side]
         length = (rest[elbow] - rest[shoulder]).norm() + (rest[wrist] - rest[elbow]).norm()
-        target = wish.palms[..., side, :] - (joints[..., 22 + side, :] - joints[..., wrist, :])
+        target = targets.palms[..., side, :] - (joints[..., 22 + side, :] - joints[..., wrist, :])
         way = target - joints[..., shoulder, :]
         distance = way.norm(dim=-1, keepdim=True).clamp(min=1e-6)
-        excess = (distance - stretch * length).clamp(min=0) * wish.hold[..., side, None]
+        excess = (distance - stretch * length).clamp(min=0) * targets.hold[..., side, None]
         move = move + 0.5 * excess * way / distance
     return torch.from_numpy(gaussian_filter1d(move.numpy(), 4.0, axis=-2, mode="nearest"))
 
@@ -122,7 +122,7 @@ def _drop(
     body: BodyModel,
     root: Float[Tensor, "samples frames 3"],
     rotations: Float[Tensor, "samples frames 22 3 3"],
-    feet: Sequence[Feet],
+    feet: Sequence[FootPlan],
 ) -> Float[Tensor, "samples frames"]:
     """How much lower the pelvis must be for the legs to reach the feet that stand."""
     joints = forward_kinematics(body, root, rotations)

@@ -27,23 +27,23 @@ _GAP = 10
 def add_steps(
     ankles: Float[np.ndarray, "frames 2 3"],
     planted: Bool[np.ndarray, "frames 2"],
-    stood: Bool[np.ndarray, "first 2"],
+    prefix_standing: Bool[np.ndarray, "first 2"],
 ) -> tuple[Float[np.ndarray, "frames 2 3"], Bool[np.ndarray, "frames 2"]]:
     """Replace gliding by steps.
 
     Args:
         ankles: sampled left and right ankle, world, metres.
         planted: whether each is said to stand.
-        stood: whether each stands in the first frames, where ankles are as they shall be.
+        prefix_standing: whether each stands in the first frames, where ankles are as they shall be.
 
     Returns:
         Ankles that step where they glided, and which of them stand; elsewhere as given.
     """
     speed = np.linalg.norm(velocity(ankles[..., :2], FPS), axis=-1)
     stepped, standing = ankles.copy(), planted & (speed < STANDING)
-    standing[: len(stood)] = stood
+    standing[: len(prefix_standing)] = prefix_standing
     for start, stop in _glides(speed):
-        begin = max(start, len(stood) - 1)
+        begin = max(start, len(prefix_standing) - 1)
         if begin < stop:
             _walk(ankles, stepped, standing, begin, stop)
     return stepped, standing

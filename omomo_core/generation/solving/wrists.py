@@ -8,18 +8,18 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from omomo_core.contact.segment import Segment
+from omomo_core.contact.segment import ContactSegment
 from omomo_core.geometry.surface import Surface
 
-ENOUGH = 0.35
+TOLERANCE = 0.35
 """Radians between palm and surface that nobody minds."""
 FARTHEST = 1.0
 """Radians that a hand is turned at most: beyond that it holds by an edge."""
 
 
-def facing(
+def face_palms(
     R_world_wrist: Float[Tensor, "frames 2 3 3"],
-    segments: Sequence[Segment],
+    segments: Sequence[ContactSegment],
     surface: Surface,
     T_world_object: Float[np.ndarray, "frames 4 4"],
 ) -> Float[Tensor, "frames 2 3 3"]:
@@ -48,6 +48,6 @@ def _toward(now: Float[Tensor, "n 3"], goal: Float[Tensor, "n 3"]) -> Float[Tens
     """The rotation that brings `now` within ENOUGH of `goal`, by FARTHEST at most."""
     axis = torch.linalg.cross(now, goal)
     angle = torch.atan2(axis.norm(dim=-1), (now * goal).sum(dim=-1))
-    turn = (angle - ENOUGH).clamp(0.0, FARTHEST)
+    turn = (angle - TOLERANCE).clamp(0.0, FARTHEST)
     unit = torch.nn.functional.normalize(axis, dim=-1)
     return roma.rotvec_to_rotmat(unit * turn[..., None])

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from omomo_core.body.model import BodyModel
-from omomo_core.generation.conditioning import Known, Pose
+from omomo_core.generation.conditioning import Conditioning, Pose
 from omomo_core.generation.generator import generate
 from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.geometry.object_features import object_features
@@ -52,12 +52,12 @@ def ask(
         progress: told what is being done.
     """
     clip = truth.clip
-    known = Known(
+    known = Conditioning(
         hands=HandMotion(clip.joints[:, 22:], truth.held[0].astype(float))
         if "gt_" in protocol
         else None,
-        first_frame=Pose(clip.root[0], clip.rotations[0]) if "first_frame" in protocol else None,
-        stood=clip.root[0, :2] if "stood" in protocol else None,
+        start_pose=Pose(clip.root[0], clip.rotations[0]) if "first_frame" in protocol else None,
+        start_position=clip.root[0, :2] if "stood" in protocol else None,
     )
     people = generate(clip.motion, body, stages, options, progress, known)
     return truth.answer(people.motions, people.chosen, body)

@@ -7,7 +7,7 @@ from typing import Any
 
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
-from omomo_core.generation.result import GenerationOptions, Progress, silent
+from omomo_core.generation.result import GenerationOptions, Progress, no_progress
 from omomo_core.learning.evaluation.average import Row, average
 from omomo_core.learning.evaluation.clips import RealClip, read_clip
 from omomo_core.learning.evaluation.protocols import (
@@ -81,7 +81,7 @@ def evaluate(
     body: BodyModel,
     options: GenerationOptions,
     whose: BodyChoice = "person",
-    on_progress: Progress = silent,
+    on_progress: Progress = no_progress,
 ) -> Evaluation:
     """Measure a generator on clips.
 

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
 from omomo_core.body.soles import sole_points
-from omomo_core.body.trajectory_optimization.solver import polish
+from omomo_core.body.trajectory_optimization.solver import optimise_trajectory
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.grounding import foot_contacts
 from omomo_core.learning.synthesis.actor import Performance, perform
@@ -113,7 +113,7 @@ def _polished(body: BodyModel, plan: Plan, hands: Hands, performance: Performanc
         load=0.0 if plan.leant_on else plan.prop.mass,
         leant_on=plan.leant_on,
     )
-    root, rotations = polish(body, performance.root, performance.rotations, targets)
+    root, rotations = optimise_trajectory(body, performance.root, performance.rotations, targets)
     joints = joints_of(body, root, rotations)
     residual = np.linalg.norm(joints[:, 22:] - hands.palms, axis=-1) * hands.contact
     return Performance(root, rotations, residual)

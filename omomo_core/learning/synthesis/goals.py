@@ -10,8 +10,8 @@ from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
 from omomo_core.body.soles import sole_points
 from omomo_core.body.trajectory_optimization.anatomy import centre_of_mass
-from omomo_core.body.trajectory_optimization.obstacle import Boxes
-from omomo_core.body.trajectory_optimization.targets import Targets
+from omomo_core.body.trajectory_optimization.obstacle import BoxObstacle
+from omomo_core.body.trajectory_optimization.targets import SolverTargets
 from omomo_core.learning.recordings.grounding import foot_contacts
 from omomo_core.learning.synthesis.hands import Hands
 from omomo_core.learning.synthesis.shapes import Part
@@ -29,7 +29,7 @@ def targets_of(
     *,
     load: float = 0.0,
     leant_on: bool = False,
-) -> Targets:
+) -> SolverTargets:
     """Goals of one take.
 
     Args:
@@ -44,22 +44,22 @@ def targets_of(
     root, rotations = base
     soles, joints = sole_points(body, root, rotations), joints_of(body, root, rotations)
     lean = hands.pull.max(axis=1) if leant_on else np.zeros(len(root))
-    return Targets(
+    return SolverTargets(
         palms=hands.palms,
         R_world_wrist=hands.R_world_wrist,
-        pull=hands.pull,
+        hold=hands.pull,
         ankles=joints[:, _ANKLES],
         soles=soles,
         planted=foot_contacts(soles),
         centre=centre_of_mass(joints),
         T_world_object=T_world_prop,
-        barrier=boxes_of(parts),
+        obstacle=boxes_of(parts),
         balance=1.0 - lean,
-        load=load,
+        carried_mass=load,
     )
 
 
-def boxes_of(parts: Sequence[Part]) -> Boxes:
+def boxes_of(parts: Sequence[Part]) -> BoxObstacle:
     """The boxes that a prop fills."""
     corners = (np.stack([part.low for part in parts]), np.stack([part.high for part in parts]))
-    return Boxes(*(torch.as_tensor(c, dtype=torch.float32) for c in corners))
+    return BoxObstacle(*(torch.as_tensor(c, dtype=torch.float32) for c in corners))

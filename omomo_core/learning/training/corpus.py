@@ -85,7 +85,7 @@ class Corpus:
         r = {k: torch.where(_like(mirrored, v), _mirror(k, v), v) for k, v in r.items()}
         lookup = self.grids.lookup(self.object_of[clip], mirrored, basis_points)
         moved = ("centre", "lowest", "velocity", "spin", "R_world_object")
-        person = ("joints", "six", "hand_contact", "foot_contact", "reference")
+        person = ("joints", "rotations_6d", "hand_contact", "foot_contact", "reference")
         return Windows(
             ObjectWindows(
                 **{k: r[k] for k in moved},
@@ -123,7 +123,7 @@ def _rows(clip: Clip, body: BodyModel, centre_object: Float[np.ndarray, "3"]) ->
     joints = forward_kinematics(body, root, R)
     return {
         "joints": joints,
-        "six": rotmat_to_6d(R),
+        "rotations_6d": rotmat_to_6d(R),
         "hand_contact": torch.from_numpy(clip.hand_contact).float(),
         "foot_contact": torch.from_numpy(clip.foot_contact).float(),
         "reference": reference_path(joints[:, 22:]),
@@ -160,7 +160,7 @@ def _mirror(key: str, x: Tensor) -> Tensor:
     S = x.new_tensor([-1.0, 1.0, 1.0])
     if key == "joints":
         return x[:, :, SWAP, :] * S
-    if key == "six":
+    if key == "rotations_6d":
         return x[:, :, SWAP[:22], :, :] * S * x.new_tensor([-1.0, 1.0])[:, None]
     if key == "hand_contact":
         return x.flip(-1)

@@ -69,7 +69,7 @@ def _body_capture(windows: Windows) -> Example:
 def _paper(config: StageConfig, windows: Windows) -> Example:
     """Palms from the object, the body from the palms, or the body from the object."""
     moved, person = windows.object, windows.human
-    R = rotmat_from_6d(person.six)
+    R = rotmat_from_6d(person.rotations_6d)
     origin, yaw = human_frame(person.joints[:, 0, 0], R[:, 0, 0])
     if config.stage == "hands":
         x = hand_paper.pack(person.joints[:, :, 22:], origin, yaw)

@@ -78,7 +78,8 @@ def pack(human: HumanWindows) -> Float[Tensor, "b frames channels"]:
     root = human.joints[:, :, :1]
     floor = torch.cat([human.reference, torch.zeros_like(human.reference[..., :1])], dim=-1)
     vectors = torch.cat(
-        [root - floor[:, :, None], human.joints[:, :, 1:] - root, human.six.flatten(2, 3)], dim=2
+        [root - floor[:, :, None], human.joints[:, :, 1:] - root, human.rotations_6d.flatten(2, 3)],
+        dim=2,
     )
     return torch.cat([vectors.flatten(-2), 2 * human.foot_contact - 1], dim=-1)
 

@@ -8,7 +8,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from omomo_core.diffusion.low_discrepancy import evenly
+from omomo_core.diffusion.low_discrepancy import golden_sequence
 from omomo_core.geometry.canonical import Layout, heading_of_travel, rotate, turn
 from omomo_core.geometry.rotations import rotmat_to_6d, yaw_matrix
 from omomo_core.stages.capture import stage_config
@@ -39,18 +39,18 @@ def training_yaw(windows: ObjectWindows) -> Float[Tensor, " b"]:
     return torch.where(keep, disturbed, 2 * torch.pi * torch.rand(len(yaw)))
 
 
-def guessing_yaw(windows: ObjectWindows, guesses: int) -> Float[Tensor, " b"]:
+def sampling_yaw(windows: ObjectWindows, samples: int) -> Float[Tensor, " b"]:
     """Headings as they were in training, spread evenly over any number of guesses.
 
     Args:
         windows: of all guesses, those of one guess after another.
-        guesses: how many.
+        samples: how many.
     """
     yaw, travels = heading_of_travel(windows.centre, windows.valid)
-    turn = torch.arange(guesses).repeat_interleave(len(yaw) // guesses)
+    turn = torch.arange(samples).repeat_interleave(len(yaw) // samples)
     keep = travels & (turn % ELSEWHERE < ELSEWHERE - 1)
-    near = DISTURBED * torch.special.ndtri(evenly(turn))
-    around = 2 * torch.pi * evenly(torch.where(travels, turn // ELSEWHERE, turn))
+    near = DISTURBED * torch.special.ndtri(golden_sequence(turn))
+    around = 2 * torch.pi * golden_sequence(torch.where(travels, turn // ELSEWHERE, turn))
     return torch.where(keep, yaw + near, around)
 
 

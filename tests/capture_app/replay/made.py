@@ -10,7 +10,7 @@ import numpy as np
 from capture_app.manifest import BodyRecord, FloorRecord, Input, Manifest, Segment, sha256
 from capture_app.replay.pack import pack_result
 from capture_app.result import Result
-from omomo_core.contact.segment import Segment as Contact
+from omomo_core.contact.segment import ContactSegment as Contact
 from omomo_core.generation.person import Person
 from omomo_core.motion import HumanMotion, ObjectMotion
 from tests.capture_app.comparison.conftest import carrying

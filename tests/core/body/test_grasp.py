@@ -10,7 +10,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.body.grasp import Grasp, grasp
+from omomo_core.body.grasp import ClosedFingers, close_fingers
 from omomo_core.body.kinematics import full_kinematics
 from omomo_core.body.load import load_body
 from omomo_core.body.skinning import skin
@@ -42,24 +42,24 @@ def held(
     wrist: torch.Tensor,
     R: torch.Tensor = EYE,
     T_world_object: torch.Tensor | None = None,
-) -> Grasp:
+) -> ClosedFingers:
     """The left hand holds with its wrist at `wrist` (frames 3); the right hand is far and free."""
     frames = len(wrist)
     far = wrist + torch.tensor([9.0, 0, 0])
     T = torch.eye(4).expand(frames, 4, 4) if T_world_object is None else T_world_object
     weight = torch.tensor([1.0, 0.0]).expand(frames, 2)
     R_both = R.expand(frames, 3, 3)[:, None].expand(frames, 2, 3, 3)
-    return grasp(BODY, R_both, torch.stack([wrist, far], dim=1), T, field_of(shape), weight)
+    return close_fingers(BODY, R_both, torch.stack([wrist, far], dim=1), T, field_of(shape), weight)
 
 
-def tips(found: Grasp) -> torch.Tensor:
+def tips(found: ClosedFingers) -> torch.Tensor:
     """Last joints of the left hand's fingers from the wrist, frames 5 3."""
     R = EYE.expand(len(found.fingers), 22, 3, 3)
     joints, _ = full_kinematics(BODY, torch.zeros(len(R), 3), R, found.fingers)
     return joints[:, 24:37:3] - joints[:, 20:21]
 
 
-def left_hand(found: Grasp) -> torch.Tensor:
+def left_hand(found: ClosedFingers) -> torch.Tensor:
     """Skin of the left fingers from the wrist, frames verts 3."""
     R = EYE.expand(len(found.fingers), 22, 3, 3)
     joints, R_all = full_kinematics(BODY, torch.zeros(len(R), 3), R, found.fingers)
@@ -118,7 +118,7 @@ def test_weight_blends_from_relaxed_to_held():
     wrist = torch.stack([above([0.037] * 3, -0.1), above([5.0] * 3)], dim=1)
     weight = torch.tensor([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
     pose = (EYE.expand(3, 2, 3, 3), wrist, torch.eye(4).expand(3, 4, 4))
-    fingers = grasp(BODY, *pose, field_of("pole"), weight).fingers
+    fingers = close_fingers(BODY, *pose, field_of("pole"), weight).fingers
     whole = roma.rotmat_geodesic_distance(fingers[0, 3:5], fingers[2, 3:5])
     half = roma.rotmat_geodesic_distance(fingers[0, 3:5], fingers[1, 3:5])
     assert torch.equal(fingers[0], BODY.relaxed_fingers)
@@ -138,9 +138,9 @@ def test_several_people_are_each_alone():
     both = wrists[:, :, None].expand(2, 5, 2, 3)
     R, T = EYE.expand(2, 5, 2, 3, 3), torch.eye(4).expand(5, 4, 4)
     weight = torch.tensor([1.0, 0.0]).expand(2, 5, 2)
-    found = grasp(BODY, R, both, T, field_of("wall"), weight)
+    found = close_fingers(BODY, R, both, T, field_of("wall"), weight)
     for k in range(2):
-        alone = grasp(BODY, R[k], both[k], T, field_of("wall"), weight[k])
+        alone = close_fingers(BODY, R[k], both[k], T, field_of("wall"), weight[k])
         torch.testing.assert_close(found.fingers[k], alone.fingers)
         torch.testing.assert_close(found.depth[k], alone.depth)
 
@@ -151,7 +151,7 @@ def test_left_and_right_are_mirror_images(shape: str):
     left = above([0.03, 0.036, 0.04], 0.09)
     wrists = torch.stack([left, left @ M], dim=1)
     R = roma.rotvec_to_rotmat(torch.tensor([[0.05, 0.1, 0.03], [0.05, -0.1, -0.03]]))
-    found = grasp(
+    found = close_fingers(
         BODY,
         R.expand(frames, 2, 3, 3),
         wrists,

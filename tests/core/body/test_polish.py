@@ -14,13 +14,13 @@ from omomo_core.body.limbs import reach
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
 from omomo_core.body.soles import sole_points
-from omomo_core.body.trajectory_optimization.anatomy import VALUES, anatomy, centre_of_mass
-from omomo_core.body.trajectory_optimization.angular_speed_limit import calmed
-from omomo_core.body.trajectory_optimization.obstacle import Boxes
-from omomo_core.body.trajectory_optimization.residuals import points_of
-from omomo_core.body.trajectory_optimization.solver import polish
-from omomo_core.body.trajectory_optimization.spline import Spline, solve
-from omomo_core.body.trajectory_optimization.targets import Targets
+from omomo_core.body.trajectory_optimization.anatomy import VALUES, build_anatomy, centre_of_mass
+from omomo_core.body.trajectory_optimization.angular_speed_limit import limit_arm_speed
+from omomo_core.body.trajectory_optimization.obstacle import BoxObstacle
+from omomo_core.body.trajectory_optimization.residuals import anatomy_points
+from omomo_core.body.trajectory_optimization.solver import optimise_trajectory
+from omomo_core.body.trajectory_optimization.spline import Spline, gauss_newton_step
+from omomo_core.body.trajectory_optimization.targets import SolverTargets
 from omomo_core.learning.synthesis.goals import targets_of
 from omomo_core.learning.synthesis.hands import Hands
 from omomo_core.learning.synthesis.shapes import Part, box
@@ -64,7 +64,7 @@ def block(low: tuple[float, float, float], high: tuple[float, float, float]) -> 
 
 def goals(
     body: BodyModel, base: tuple[np.ndarray, np.ndarray], palms: np.ndarray | None, part: Part, load: float
-) -> Targets:  # fmt: skip
+) -> SolverTargets:  # fmt: skip
     held = 0.0 if palms is None else 1.0
     both = np.tile(np.zeros(3) if palms is None else palms, (FRAMES, 1, 1))
     hands = Hands(
@@ -81,15 +81,17 @@ FAR = block((5.0, 5.0, 0.0), (5.5, 5.5, 0.5))
 
 
 def depth(body: BodyModel, root: np.ndarray, rotations: np.ndarray, part: Part) -> float:
-    flesh = anatomy(body)
-    points, _ = points_of(flesh, torch.as_tensor(root).float(), torch.as_tensor(rotations).float())
+    flesh = build_anatomy(body)
+    points, _ = anatomy_points(
+        flesh, torch.as_tensor(root).float(), torch.as_tensor(rotations).float()
+    )
     low, high = (torch.as_tensor(x)[None].float() for x in (part.low, part.high))
-    return float(Boxes(low, high).depth(points[:, 5:], flesh.radii)[0].max())
+    return float(BoxObstacle(low, high).depth(points[:, 5:], flesh.radii)[0].max())
 
 
 def test_a_good_motion_stays(body: BodyModel) -> None:
     base = standing(body)
-    root, rotations = polish(body, *base, goals(body, base, None, FAR, 0.0))
+    root, rotations = optimise_trajectory(body, *base, goals(body, base, None, FAR, 0.0))
     assert np.abs(root - base[0]).max() < 0.005
     turns = Rotation.from_matrix((np.swapaxes(base[1], -1, -2) @ rotations).reshape(-1, 3, 3))
     assert np.degrees(turns.magnitude()).max() < 3.0
@@ -102,7 +104,7 @@ def test_far_palms_are_reached_and_feet_stay(body: BodyModel) -> None:
     palms = np.array([[0.75, 0.2, 0.95], [0.75, -0.2, 0.95]])
     wanted = goals(body, base, palms, FAR, 0.0)
     before = joints_of(body, *base)
-    root, rotations = polish(body, *base, wanted)
+    root, rotations = optimise_trajectory(body, *base, wanted)
     joints = joints_of(body, root, rotations)
     assert np.linalg.norm(joints[:, 22:] - palms, axis=-1).max() < 0.002
     ankles = [joint("left_ankle"), joint("right_ankle")]
@@ -115,15 +117,15 @@ def test_arms_hang_as_they_did_until_shortly_before_they_hold(body: BodyModel, t
     root, rotations = standing(body)
     places = np.array([[0.45, 0.25, 1.0], [0.45, -0.25, 1.0]])
     wanted = goals(body, (root, rotations), places, FAR, 0.0)
-    wanted.pull[:] = np.linspace(-2.5, 2.5, FRAMES).clip(0.0, 1.0)[:, None]
+    wanted.hold[:] = np.linspace(-2.5, 2.5, FRAMES).clip(0.0, 1.0)[:, None]
     arms = torch.as_tensor(rotations)
     for side, arm in enumerate(("left_arm", "right_arm")):
         about = Rotation.from_euler("x", turn * (1 - 2 * side), degrees=True).as_matrix()
         wanted.R_world_wrist[:, side] = about @ wanted.R_world_wrist[:, side]
-        pull = torch.as_tensor(wanted.pull[:, side]).contiguous()
+        pull = torch.as_tensor(wanted.hold[:, side]).contiguous()
         goal = torch.as_tensor(wanted.palms[:, side])
         arms, _ = reach(body, torch.as_tensor(root), arms, arm, goal, weight=pull)
-    palms = joints_of(body, *polish(body, root, arms.numpy(), wanted))[:, 22:]
+    palms = joints_of(body, *optimise_trajectory(body, root, arms.numpy(), wanted))[:, 22:]
     held, free = slice(FRAMES * 3 // 4, None), slice(FRAMES // 3)
     assert np.linalg.norm(palms[held] - places, axis=-1).max() < 0.005
     before = joints_of(body, root, rotations)[free, 22:]
@@ -139,15 +141,15 @@ def test_clips_side_by_side_are_each_alone(body: BodyModel) -> None:
         alone[0],
         **{
             name: np.stack([getattr(a, name) for a in alone])
-            for name in ("palms", "R_world_wrist", "pull", "ankles", "soles", "planted", "centre")
+            for name in ("palms", "R_world_wrist", "hold", "ankles", "soles", "planted", "centre")
         },
     )
-    root, rotations = polish(body, *(np.stack([x, x]) for x in base), both)
+    root, rotations = optimise_trajectory(body, *(np.stack([x, x]) for x in base), both)
     for k, wanted in enumerate(alone):
-        expected = polish(body, *base, wanted)
+        expected = optimise_trajectory(body, *base, wanted)
         np.testing.assert_allclose(root[k], expected[0], atol=1e-4)
         np.testing.assert_allclose(rotations[k], expected[1], atol=1e-3)
-        some = both.of(slice(k, k + 1))
+        some = both.select(slice(k, k + 1))
         np.testing.assert_array_equal(some.palms[0], wanted.palms)
         np.testing.assert_array_equal(some.balance, wanted.balance)
 
@@ -158,7 +160,7 @@ def test_flesh_leaves_the_prop(body: BodyModel, corner: float) -> None:
     part = block((corner, -0.18, 0.8), (0.6, 0.18, 1.1))
     wanted = goals(body, base, np.array([[0.35, 0.22, 0.95], [0.35, -0.22, 0.95]]), part, 0.0)
     first = depth(body, *base, part)
-    root, rotations = polish(body, *base, wanted)
+    root, rotations = optimise_trajectory(body, *base, wanted)
     assert first > 0.03
     assert depth(body, root, rotations, part) < 0.35 * first
     assert (
@@ -173,11 +175,12 @@ def test_a_load_is_balanced_by_leaning_back(body: BodyModel) -> None:
     palms = np.array([[0.45, 0.22, 1.05], [0.45, -0.22, 1.05]])
     light, heavy = (goals(body, base, palms, part, load) for load in (0.0, 30.0))
     centres = [
-        centre_of_mass(joints_of(body, *polish(body, *base, w)))[:, 0] for w in (light, heavy)
+        centre_of_mass(joints_of(body, *optimise_trajectory(body, *base, w)))[:, 0]
+        for w in (light, heavy)
     ]
     assert (centres[0] - centres[1]).min() > 0.02
     pushed = replace(heavy, balance=np.zeros(FRAMES))
-    free = centre_of_mass(joints_of(body, *polish(body, *base, pushed)))[:, 0]
+    free = centre_of_mass(joints_of(body, *optimise_trajectory(body, *base, pushed)))[:, 0]
     np.testing.assert_allclose(free, centres[0], atol=0.005)
 
 
@@ -189,8 +192,8 @@ def test_wrung_wrists_are_eased(body: BodyModel) -> None:
     wrung = replace(wanted, R_world_wrist=back @ wanted.R_world_wrist)
     guess = base[1].copy()
     guess[:, 20:22] = wrung.R_world_wrist
-    _, unpolished = polish(body, base[0], guess, wrung, steps=0)
-    _, rotations = polish(body, base[0], guess, wrung)
+    _, unpolished = optimise_trajectory(body, base[0], guess, wrung, steps=0)
+    _, rotations = optimise_trajectory(body, base[0], guess, wrung)
 
     def bend(R: np.ndarray) -> float:
         local = np.swapaxes(R[:, 18:20], -1, -2) @ R[:, 20:22]
@@ -205,7 +208,7 @@ def test_a_whirling_arm_is_calmed(body: BodyModel) -> None:
     about = Rotation.from_rotvec(np.linspace([0, 0, 0], [0, 0, 1.8], 3)).as_matrix()
     rotations[30:33, elbow] = about @ rotations[30:33, elbow]
     rotations[33:, elbow] = about[-1] @ rotations[33:, elbow]
-    out = calmed(rotations)
+    out = limit_arm_speed(rotations)
     turns = np.swapaxes(out[:-1, elbow], -1, -2) @ out[1:, elbow]
     assert Rotation.from_matrix(turns).magnitude().max() * 30 < 14.0
     np.testing.assert_allclose(out[[0, -1]], rotations[[0, -1]], atol=1e-6)
@@ -225,7 +228,7 @@ def test_banded_step_is_the_dense_least_squares(frames: int, spacing: float, see
     stiffness = torch.eye(n) + half @ half.T
     bending = spline.bending() + 1e-2 * torch.eye(spline.count)
     bending = torch.triu(torch.tril(bending, 3), -3)
-    step = solve(basis, hessian, gradient, bending, stiffness, now)
+    step = gauss_newton_step(basis, hessian, gradient, bending, stiffness, now)
     dense = torch.einsum("fi,fj,fab->iajb", basis, basis, hessian).double()
     dense += torch.einsum("ij,ab->iajb", bending, stiffness)
     slope = (basis.T @ gradient + bending @ now @ stiffness).double()
@@ -235,16 +238,16 @@ def test_banded_step_is_the_dense_least_squares(frames: int, spacing: float, see
 
 
 def test_levers_predict_how_points_move(body: BodyModel) -> None:
-    flesh = anatomy(body)
+    flesh = build_anatomy(body)
     root, rotations = (torch.as_tensor(x[:1]).float() for x in standing(body))
-    points, bones = points_of(flesh, root, rotations)
+    points, bones = anatomy_points(flesh, root, rotations)
     levers = (flesh.levers.flatten(0, 1) @ bones).unflatten(1, flesh.levers.shape[:2])
     turn = torch.as_tensor(
         np.random.default_rng(1).normal(size=((VALUES - 3) // 3, 3)) * 1e-2
     ).float()
     predicted = points + torch.linalg.cross(turn.expand_as(levers), levers, dim=-1).sum(dim=2)
     R = Rotation.from_rotvec((flesh.mixing @ turn).double().numpy()).as_matrix()
-    moved, _ = points_of(flesh, root, torch.as_tensor(R).float() @ rotations)
+    moved, _ = anatomy_points(flesh, root, torch.as_tensor(R).float() @ rotations)
     np.testing.assert_allclose(moved, predicted, atol=6e-4)
     assert float((moved - points).norm(dim=-1).max()) > 0.005
 
@@ -255,9 +258,9 @@ def test_flesh_fills_the_head_wherever_its_joint_is(body: BodyModel, higher: flo
     rest = body.rest_joints.clone()
     rest[joint("head"), 1] += higher
     other = replace(body, rest_joints=rest)
-    flesh = anatomy(other, clearance=0.0)
+    flesh = build_anatomy(other, clearance=0.0)
     pelvis = other.rest_joints[joint("pelvis")][None].float()
-    balls = points_of(flesh, pelvis, torch.eye(3).expand(1, 22, 3, 3))[0][0, 5:]
+    balls = anatomy_points(flesh, pelvis, torch.eye(3).expand(1, 22, 3, 3))[0][0, 5:]
     main = body.skin_joints[torch.arange(len(body.vertices)), body.skin_weights.argmax(dim=1)]
     skin = body.vertices[main == joint("head")].float()
     beyond = (torch.cdist(skin, balls) - flesh.radii).amin(dim=1)

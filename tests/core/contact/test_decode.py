@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.contact.decode import SHORTEST, Given, decode
-from omomo_core.contact.segment import Segment, follow
+from omomo_core.contact.decode import SHORTEST, ContactPrefix, decode
+from omomo_core.contact.segment import ContactSegment, follow_anchors
 from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import HandMotion
 from tests.core.contact.box import FRAMES, LEFT, RIGHT, SURFACE, carried, hands, switched
@@ -18,11 +18,11 @@ NEVER, ALWAYS = np.zeros(FRAMES, bool), np.ones(FRAMES, bool)
 TOP = np.array([0.1, 0.0, 0.23])
 
 
-def times(segments: tuple[Segment, ...]) -> list[tuple[int, int, int]]:
+def times(segments: tuple[ContactSegment, ...]) -> list[tuple[int, int, int]]:
     return [(s.hand, s.start, s.stop) for s in segments]
 
 
-def held(segments: tuple[Segment, ...], frames: int = FRAMES) -> np.ndarray:
+def held(segments: tuple[ContactSegment, ...], frames: int = FRAMES) -> np.ndarray:
     return switched(frames, *[(s.hand, max(s.start, 0), s.stop) for s in segments]) > 0
 
 
@@ -138,7 +138,7 @@ def part(predicted: HandMotion, first: int, last: int) -> HandMotion:
     )
 
 
-def moved(segments: tuple[Segment, ...], by: int) -> tuple[Segment, ...]:
+def moved(segments: tuple[ContactSegment, ...], by: int) -> tuple[ContactSegment, ...]:
     return tuple(replace(s, start=s.start + by, stop=s.stop + by) for s in segments)
 
 
@@ -155,18 +155,20 @@ def test_two_chapters_agree_at_the_seam(seed: int):
     must = np.repeat(rng.random(frames // 20) < 0.5, 20)
 
     early = decode(part(predicted, 0, seen), SURFACE, T[:seen], must[:seen])
-    decided = Given(until - first, moved(early, -first))
+    decided = ContactPrefix(until - first, moved(early, -first))
     late = decode(part(predicted, first, frames), SURFACE, T[first:], must[first:], decided)
     late = moved(late, first)
 
-    def before(segments: tuple[Segment, ...]) -> list[tuple[int, int, int, tuple[float, ...]]]:
+    def before(
+        segments: tuple[ContactSegment, ...],
+    ) -> list[tuple[int, int, int, tuple[float, ...]]]:
         begun = [s for s in segments if s.start < until and s.stop > first]
         return sorted((s.hand, s.start, min(s.stop, until), tuple(s.anchor)) for s in begun)
 
     assert before(early) == before(late)
     whole = [s for s in early if s.stop <= first] + list(late)
     assert held(tuple(whole), frames)[must].any(axis=1).all()
-    local = to_local(T, follow(whole, predicted, T).palms)
+    local = to_local(T, follow_anchors(whole, predicted, T).palms)
     for hand in range(2):
         mine = sorted((s for s in whole if s.hand == hand), key=lambda s: s.start)
         for s, after in pairwise(mine):
@@ -176,8 +178,8 @@ def test_two_chapters_agree_at_the_seam(seed: int):
 
 def test_a_hand_that_was_seen_to_let_go_stays_away_a_while():
     T = carried(7)
-    before = Segment(0, -30, 28, LEFT)
-    decided = Given(30, (before, Segment(1, -60, -30, RIGHT)))
+    before = ContactSegment(0, -30, 28, LEFT)
+    decided = ContactPrefix(30, (before, ContactSegment(1, -60, -30, RIGHT)))
     segments = decode(hands(T, np.ones((FRAMES, 2))), SURFACE, T, NEVER, decided)
     assert times(segments) == [(0, -30, 28), (1, 30, FRAMES), (0, 34, FRAMES)]
     np.testing.assert_array_equal(segments[0].anchor, LEFT)
@@ -188,7 +190,7 @@ def test_a_hand_that_still_holds_keeps_its_anchor():
     anchor = LEFT + np.array([0.0, 0.05, 0.0])
     contact = switched(FRAMES, (0, 0, 60))
     for stop in (30, 31, 500):
-        decided = Given(30, (Segment(0, -5, stop, anchor),))
+        decided = ContactPrefix(30, (ContactSegment(0, -5, stop, anchor),))
         (segment,) = decode(hands(T, contact), SURFACE, T, NEVER, decided)
         assert times((segment,)) == [(0, -5, 60)]
         np.testing.assert_array_equal(segment.anchor, anchor)
@@ -218,6 +220,6 @@ def test_a_metre_weighs_as_one_in_log_odds_and_nothing_is_surer_than_one_in_twen
 def test_what_is_decided_holds_against_what_is_predicted_now():
     """A hold that began before the first frame goes on to its end, though nothing is predicted there."""
     T = carried(8)
-    decided = Given(30, (Segment(0, -5, 25, LEFT),))
+    decided = ContactPrefix(30, (ContactSegment(0, -5, 25, LEFT),))
     segments = decode(hands(T, np.zeros((FRAMES, 2))), SURFACE, T, NEVER, decided)
     assert times(segments) == [(0, -5, 25)]

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.contact.file import read_contacts, write_contacts
-from omomo_core.contact.segment import Segment, Span
+from omomo_core.contact.segment import ContactSegment, ContactSpan
 from omomo_core.errors import InputError
 from tests.core.contact.box import FRAMES, LEFT, SURFACE
 
@@ -23,20 +23,20 @@ def test_round_trip(tmp_path_factory: pytest.TempPathFactory, seed: int, count: 
     rng = np.random.default_rng(seed)
     rows = rng.integers(len(SURFACE.points), size=count)
     anchors = SURFACE.points[rows] + 0.02 * SURFACE.normals[rows]
-    segments = [Segment(k % 2, 15 * k, 15 * k + 10, a) for k, a in enumerate(anchors)]
+    segments = [ContactSegment(k % 2, 15 * k, 15 * k + 10, a) for k, a in enumerate(anchors)]
     path = tmp_path_factory.mktemp("contacts") / "contacts.json"
     write_contacts(path, segments[::-1], FRAMES)
     back = read_contacts(path, FRAMES, SURFACE)
     assert len(back) == count
     for s, b in zip(segments, back, strict=True):
-        assert isinstance(b, Segment)
+        assert isinstance(b, ContactSegment)
         assert (s.hand, s.start, s.stop) == (b.hand, b.start, b.stop)
         np.testing.assert_allclose(b.anchor, s.anchor, atol=1e-5)
 
 
 def test_one_segment_is_one_line(tmp_path: Path):
     path = tmp_path / "contacts.json"
-    write_contacts(path, [Segment(0, 12, 60, LEFT), Segment(1, 3, 9, -LEFT)], FRAMES)
+    write_contacts(path, [ContactSegment(0, 12, 60, LEFT), ContactSegment(1, 3, 9, -LEFT)], FRAMES)
     assert path.read_text().splitlines()[4:7] == [
         '  "segments": [',
         '    {"hand": "right", "start": 3, "stop": 9, "anchor": [0.24, -0.05, -0.0]},',
@@ -44,7 +44,7 @@ def test_one_segment_is_one_line(tmp_path: Path):
     ]
 
 
-def read(tmp_path: Path, *entries: object, **other: object) -> tuple[Span, ...]:
+def read(tmp_path: Path, *entries: object, **other: object) -> tuple[ContactSpan, ...]:
     path = tmp_path / "contacts.json"
     data = {"version": 1, "fps": 30, "frames": FRAMES, "segments": list(entries), **other}
     path.write_text(json.dumps(data))
@@ -60,7 +60,7 @@ def error(tmp_path: Path, *entries: object, **other: object) -> InputError:
 def test_an_anchor_may_be_left_out(tmp_path: Path):
     bare = {key: GOOD[key] for key in ("hand", "start", "stop")}
     again = {**GOOD, "start": 66, "stop": FRAMES, "anchor": None}
-    assert read(tmp_path, bare, again) == (Span(0, 12, 60), Span(0, 66, FRAMES))
+    assert read(tmp_path, bare, again) == (ContactSpan(0, 12, 60), ContactSpan(0, 66, FRAMES))
 
 
 @pytest.mark.parametrize(

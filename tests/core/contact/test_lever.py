@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.contact.support import must_be_held
-from omomo_core.contact.tipping_effort import Lever, lever
+from omomo_core.contact.tipping_effort import TippingLever, tipping_lever
 from omomo_core.geometry.object_features import object_features
 from omomo_core.motion import ObjectMesh, ObjectMotion
 
@@ -15,7 +15,7 @@ LONG, DEEP, HIGH = 1.2, 0.8, 0.3
 FRAMES = 60
 
 
-def _tipped(tilt: float, yaw: float = 0.0, frames: int = FRAMES) -> Lever | None:
+def _tipped(tilt: float, yaw: float = 0.0, frames: int = FRAMES) -> TippingLever | None:
     """A box that stands on its edge towards -x (in its own frame), raised at +x."""
     solid = trimesh.creation.box((LONG, DEEP, HIGH))
     c, s = np.cos(tilt), np.sin(tilt)
@@ -26,10 +26,10 @@ def _tipped(tilt: float, yaw: float = 0.0, frames: int = FRAMES) -> Lever | None
     T[:, 2, 3] = -(np.asarray(solid.vertices) @ T[0, 2, :3]).min()
     mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "box")
     take = object_features(ObjectMotion(mesh, T, np.ones(frames, bool)))
-    return lever(take, must_be_held(take))
+    return tipping_lever(take, must_be_held(take))
 
 
-def _effort(found: Lever, x: float, z: float, held: bool = True) -> float:
+def _effort(found: TippingLever, x: float, z: float, held: bool = True) -> float:
     """Of two hands beside each other at a place in the box's frame."""
     place = np.array([[x, 0.2, z], [x, -0.2, z]])
     palms = np.broadcast_to(place, (1, len(found.frames), 2, 3))
@@ -67,7 +67,7 @@ def test_over_the_edge_it_stands_on_only_friction_helps():
     assert found is not None
     top = HIGH * np.cos(0.3)
     at_the_edge = _effort(found, -LONG / 2, HIGH / 2)
-    assert at_the_edge == pytest.approx(float(found.falls.metres[0]) / (0.4 * top), rel=0.02)
+    assert at_the_edge == pytest.approx(float(found.overhang.metres[0]) / (0.4 * top), rel=0.02)
     assert at_the_edge > 3 * _effort(found, LONG / 2, HIGH / 2)
 
 
@@ -95,11 +95,11 @@ def test_what_is_tipped_for_half_a_second_tells(frames: int, tells: bool):
 def test_a_lever_is_two_centimetres_long_at_least():
     found = _tipped(0.3)
     assert found is not None
-    below = found.falls.edge[0] - 0.5
-    place = below * found.falls.way[0] + found.falls.floor[0] * found.falls.up[0]
+    below = found.overhang.edge[0] - 0.5
+    place = below * found.overhang.direction[0] + found.overhang.floor[0] * found.overhang.up[0]
     palms = np.broadcast_to(place, (1, FRAMES, 2, 3))
     effort = found.effort(palms, np.ones((1, FRAMES, 2), bool))[0]
-    assert effort == pytest.approx(found.falls.metres[0] / 0.02, rel=1e-6)
+    assert effort == pytest.approx(found.overhang.metres[0] / 0.02, rel=1e-6)
 
 
 def test_the_hand_with_the_longer_lever_counts():

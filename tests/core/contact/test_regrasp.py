@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from omomo_core.contact.regrasp import split_at_regrasps
-from omomo_core.contact.segment import Span
+from omomo_core.contact.segment import ContactSpan
 
 AT, STAYS = np.array([0.1, 0.2, 0.3]), 40
 
@@ -16,7 +16,7 @@ def steps(*stays: tuple[float, int]) -> np.ndarray:
 
 
 def parts(palm: np.ndarray, start: int = 0) -> list[tuple[int, int]]:
-    found = split_at_regrasps(Span(1, start, len(palm)), palm, np.ones(len(palm), bool))
+    found = split_at_regrasps(ContactSpan(1, start, len(palm)), palm, np.ones(len(palm), bool))
     assert all(part.hand == 1 for part in found)
     return [(part.start, part.stop) for part in found]
 
@@ -116,9 +116,11 @@ def test_a_hand_does_not_travel_while_it_must_hold_for_a_frame(frame: int):
     palm = steps((0.0, STAYS), (0.29, STAYS))
     free = np.ones(len(palm), bool)
     free[[36, 43]] = False
-    assert len(split_at_regrasps(Span(0, 0, len(palm)), palm, free)) == 2
+    assert len(split_at_regrasps(ContactSpan(0, 0, len(palm)), palm, free)) == 2
     free[frame] = False
-    assert split_at_regrasps(Span(0, 0, len(palm)), palm, free) == (Span(0, 0, len(palm)),)
+    assert split_at_regrasps(ContactSpan(0, 0, len(palm)), palm, free) == (
+        ContactSpan(0, 0, len(palm)),
+    )
 
 
 @pytest.mark.parametrize("frames", [1, 5, 11])

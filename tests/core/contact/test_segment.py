@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.contact.segment import BLEND, Segment, follow
+from omomo_core.contact.segment import BLEND, ContactSegment, follow_anchors
 from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import HandMotion
 from tests.core.contact.box import FRAMES, LEFT, RIGHT, carried, hands, switched
@@ -14,25 +14,25 @@ STEEPEST = 15 / 8
 
 
 @st.composite
-def holds(draw: st.DrawFn) -> list[Segment]:
+def holds(draw: st.DrawFn) -> list[ContactSegment]:
     """Segments of both hands, those of one hand at least six frames apart."""
-    found: list[Segment] = []
+    found: list[ContactSegment] = []
     for hand in range(2):
         frame = draw(st.integers(-20, 30))
         while frame < FRAMES:
             stop = frame + draw(st.integers(1, 40))
             anchor = np.array(draw(st.tuples(*[st.floats(-0.3, 0.3)] * 3)))
-            found.append(Segment(hand, frame, stop, anchor))
+            found.append(ContactSegment(hand, frame, stop, anchor))
             frame = stop + draw(st.integers(6, 40))
     return found
 
 
 @given(segments=holds(), seed=st.integers(0, 100))
 @settings(max_examples=60, deadline=None)
-def test_palms_are_on_their_anchors_and_nowhere_jump(segments: list[Segment], seed: int):
+def test_palms_are_on_their_anchors_and_nowhere_jump(segments: list[ContactSegment], seed: int):
     T = carried(seed)
     predicted = hands(T, switched(FRAMES))
-    held = follow(segments, predicted, T)
+    held = follow_anchors(segments, predicted, T)
     local = to_local(T, held.palms)
     for s in segments:
         span = slice(max(s.start, 0), max(s.stop, 0))
@@ -48,10 +48,10 @@ def test_palms_are_on_their_anchors_and_nowhere_jump(segments: list[Segment], se
 
 @given(segments=holds(), seed=st.integers(0, 100))
 @settings(max_examples=30, deadline=None)
-def test_away_from_segments_palms_are_as_predicted(segments: list[Segment], seed: int):
+def test_away_from_segments_palms_are_as_predicted(segments: list[ContactSegment], seed: int):
     T = carried(seed)
     predicted = hands(T, switched(FRAMES))
-    held = follow(segments, predicted, T)
+    held = follow_anchors(segments, predicted, T)
     near = np.zeros((FRAMES, 2), bool)
     for s in segments:
         near[max(s.start - BLEND, 0) : max(s.stop + BLEND, 0), s.hand] = True
@@ -61,9 +61,9 @@ def test_away_from_segments_palms_are_as_predicted(segments: list[Segment], seed
 
 def test_a_hand_that_soon_holds_again_goes_there_directly():
     T = carried(1)
-    segments = [Segment(0, 20, 40, LEFT), Segment(0, 50, 70, RIGHT)]
+    segments = [ContactSegment(0, 20, 40, LEFT), ContactSegment(0, 50, 70, RIGHT)]
     far = HandMotion(np.full((FRAMES, 2, 3), 9.0), switched(FRAMES))
-    local = to_local(T, follow(segments, far, T).palms)[40:50, 0]
+    local = to_local(T, follow_anchors(segments, far, T).palms)[40:50, 0]
     way = (local - LEFT) @ (RIGHT - LEFT) / np.linalg.norm(RIGHT - LEFT) ** 2
     assert (np.diff(way) > 0).all()
     np.testing.assert_allclose(local, LEFT + way[:, None] * (RIGHT - LEFT), atol=1e-9)
@@ -71,7 +71,9 @@ def test_a_hand_that_soon_holds_again_goes_there_directly():
 
 def test_a_palm_comes_to_its_place_within_eight_frames_and_is_half_there_after_four():
     T = carried(2)
-    weight = follow([Segment(0, 30, 50, LEFT)], hands(T, switched(FRAMES)), T).contact[:, 0]
+    weight = follow_anchors(
+        [ContactSegment(0, 30, 50, LEFT)], hands(T, switched(FRAMES)), T
+    ).contact[:, 0]
     np.testing.assert_array_equal(weight[[22, 57]], 0.0)
     assert 0.0 < weight[23] < 0.02
     np.testing.assert_allclose(weight[[26, 53]], 0.5)
@@ -82,6 +84,6 @@ def test_between_two_contacts_no_more_than_sixteen_frames_apart_a_palm_takes_no_
     T = carried(1)
     far = HandMotion(np.full((FRAMES, 2, 3), 9.0), switched(FRAMES))
     for pause, direct in ((15, True), (16, False)):
-        segments = [Segment(0, 10, 30, LEFT), Segment(0, 30 + pause, 80, RIGHT)]
-        local = to_local(T, follow(segments, far, T).palms)[30 : 30 + pause, 0]
+        segments = [ContactSegment(0, 10, 30, LEFT), ContactSegment(0, 30 + pause, 80, RIGHT)]
+        local = to_local(T, follow_anchors(segments, far, T).palms)[30 : 30 + pause, 0]
         assert (np.linalg.norm(local, axis=1).max() < 0.3) == direct

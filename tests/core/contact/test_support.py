@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from omomo_core.contact.static_stability import overhang
-from omomo_core.contact.support import REACHING, must_be_held, touched
+from omomo_core.contact.support import REACHING, must_be_held, touchable_range
 from omomo_core.geometry.object_features import ObjectFeatures, object_features
 from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
 
@@ -129,7 +129,7 @@ def touch(
     if turn is not None:
         T[:, :3, :3] = turn.as_matrix()
     take = object_features(ObjectMotion(box(0.4, 0.4, 0.4), T, np.ones(len(T), bool)))
-    return touched(take, must_be_held(take))
+    return touchable_range(take, must_be_held(take))
 
 
 @pytest.mark.parametrize("speed", [0.04, 0.5])

@@ -12,7 +12,7 @@ from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
-from omomo_core.generation.sampling.paper import View
+from omomo_core.generation.sampling.paper import PersonView
 from omomo_core.geometry.human_frame import out_of_frame
 from omomo_core.geometry.object_features import ObjectFeatures
 from omomo_core.geometry.rotations import yaw_matrix
@@ -52,7 +52,7 @@ def roll_out(
     return root[:, : take.frames], turned[:, : take.frames]
 
 
-def standing(view: View, body: BodyModel) -> Poses:
+def standing(view: PersonView, body: BodyModel) -> Poses:
     """People who stand upright where the view is seen from, arms hanging."""
     count = len(view.yaw)
     local = torch.eye(3).repeat(22, 1, 1)

@@ -137,4 +137,6 @@ def _rows(w: Windows, frame: Int[Tensor, "b frames"]) -> _Frames:
     things = Things(
         w.surface[row[:, 0]], w.object.centre[row, frame], w.object.R_world_object[row, frame]
     )
-    return _Frames(w.human.joints[row, frame], rotmat_from_6d(w.human.six[row, frame]), things)
+    return _Frames(
+        w.human.joints[row, frame], rotmat_from_6d(w.human.rotations_6d[row, frame]), things
+    )

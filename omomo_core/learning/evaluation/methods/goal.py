@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from omomo_core.generation.sampling.paper import person_of
+from omomo_core.generation.sampling.paper import human_motion
 from omomo_core.learning.baselines.goal.network import Goal
 from omomo_core.learning.baselines.goal.rollout import Poses, roll_out, standing
 from omomo_core.learning.evaluation.clips import RealClip
@@ -33,7 +33,7 @@ class GoalMethod:
         first = _recorded(clip) if first_frame else standing(view, clip.body)
         root, R = roll_out(self.network, view.take, first, clip.body)
         nothing = np.zeros((view.take.frames, 2))
-        people = [person_of(p, q, clip.body, nothing) for p, q in zip(root, R, strict=True)]
+        people = [human_motion(p, q, clip.body, nothing) for p, q in zip(root, R, strict=True)]
         return people * samples if first_frame else people
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from omomo_core.generation.conditioning import NOTHING, Known, Pose
+from omomo_core.generation.conditioning import UNCONDITIONED, Conditioning, Pose
 from omomo_core.generation.generator import generate
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.learning.evaluation.clips import RealClip
@@ -26,7 +26,11 @@ class Capture:
         self, clip: RealClip, samples: int, seed: int, *, first_frame: bool
     ) -> Sequence[HumanMotion]:
         """See `Method`."""
-        known = Known(first_frame=Pose(clip.root[0], clip.rotations[0])) if first_frame else NOTHING
+        known = (
+            Conditioning(start_pose=Pose(clip.root[0], clip.rotations[0]))
+            if first_frame
+            else UNCONDITIONED
+        )
         options = replace(self.options, samples=samples, seed=seed)
         people = generate(clip.motion, clip.body, self.stages, options, _silent, known)
         others = (m for k, m in enumerate(people.motions) if k != people.chosen)

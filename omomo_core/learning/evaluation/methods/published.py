@@ -10,12 +10,12 @@ import torch
 from omomo_core.generation.conditioning import Pose
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.generation.sampling.paper import (
-    View,
-    around,
-    beside,
-    draw_from_object,
-    draw_from_palms,
-    draw_palms,
+    PersonView,
+    bodies_from_object,
+    bodies_from_palms,
+    sample_palms,
+    views_around,
+    views_from_pose,
 )
 from omomo_core.geometry.object_features import object_features
 from omomo_core.learning.evaluation.clips import RealClip
@@ -33,12 +33,12 @@ NAMES: dict[Palms, str] = {
 }
 
 
-def view_of(clip: RealClip, samples: int, *, first_frame: bool) -> View:
+def view_of(clip: RealClip, samples: int, *, first_frame: bool) -> PersonView:
     """Where each sample's person stands: as the recorded one, or around the object."""
     take = object_features(clip.motion)
     if first_frame:
-        return beside(take, Pose(clip.root[0], clip.rotations[0]), samples)
-    return around(take, samples)
+        return views_from_pose(take, Pose(clip.root[0], clip.rotations[0]), samples)
+    return views_around(take, samples)
 
 
 @dataclass(frozen=True)
@@ -63,12 +63,16 @@ class Omomo:
         view = view_of(clip, samples, first_frame=first_frame)
         generator = torch.Generator().manual_seed(seed)
         hands = self._hands(clip, view, generator)
-        return draw_from_palms(view, hands, clip.body, self.body, self.options, generator, _silent)
+        return bodies_from_palms(
+            view, hands, clip.body, self.body, self.options, generator, _silent
+        )
 
-    def _hands(self, clip: RealClip, view: View, generator: torch.Generator) -> list[HandMotion]:
+    def _hands(
+        self, clip: RealClip, view: PersonView, generator: torch.Generator
+    ) -> list[HandMotion]:
         if self.palms == "true":
             return [_untouching(clip.joints[:, 22:])] * len(view.yaw)
-        drawn = draw_palms(view, self.hands, self.options, generator, _silent)
+        drawn = sample_palms(view, self.hands, self.options, generator, _silent)
         if self.palms == "free":
             return [_untouching(palms) for palms in drawn]
         mesh, T = clip.motion.mesh, clip.motion.T_world_object
@@ -89,7 +93,7 @@ class SingleStage:
         """See `Method`."""
         view = view_of(clip, samples, first_frame=first_frame)
         generator = torch.Generator().manual_seed(seed)
-        return draw_from_object(view, clip.body, self.stage, self.options, generator, _silent)
+        return bodies_from_object(view, clip.body, self.stage, self.options, generator, _silent)
 
 
 def _untouching(palms: np.ndarray) -> HandMotion:
