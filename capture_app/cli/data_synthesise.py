@@ -68,7 +68,7 @@ def synthesise(
     meshes = Furniture(furniture, roster.classes).digest if furniture is not None else None
     body, rejected = load_body(), Counter[str]()
     recorded = _recorded(mocap, body, share_alike=share_alike)
-    recipe = dataset.Recipe(
+    recipe = dataset.DatasetRecipe(
         seed, RECIPE, dataset.digest(recorded), meshes,
         people=roster.people_text, objects=roster.objects_text,
     )  # fmt: skip

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 import typer
 
 if TYPE_CHECKING:
-    from omomo_core.learning.methods import Plan
+    from omomo_core.learning.methods import NetworkPlan
     from omomo_core.learning.recordings.clips import Clip
     from omomo_core.learning.training.corpus import Corpus
     from omomo_core.learning.training.team import Team
@@ -143,7 +143,7 @@ def _notes(data: Sequence[Path], clips: "Sequence[Clip]", team: "Team") -> dict[
     }
 
 
-def _weights(start_from: Path | None, plans: "dict[str, Plan]") -> Path | None:
+def _weights(start_from: Path | None, plans: "dict[str, NetworkPlan]") -> Path | None:
     """The folder of the weights to go on from; they fit."""
     from omomo_core.stages.network_file import fill_network
     from omomo_core.weights.load import SHIPPED
@@ -173,7 +173,7 @@ def _metres(unit: str) -> float:
 
 def _train_network(
     name: str,
-    plan: "Plan",
+    plan: "NetworkPlan",
     corpus: "Corpus",
     options: "TrainOptions",
     weights: Path | None,
@@ -215,7 +215,7 @@ def _train_network(
             save()
 
 
-def _plans(method: str, size: str, stage: str) -> "dict[str, Plan]":
+def _plans(method: str, size: str, stage: str) -> "dict[str, NetworkPlan]":
     """The networks that are asked for, by name."""
     from omomo_core.learning.methods import METHODS, SIZES, networks
 
@@ -242,7 +242,7 @@ def _one_of(known: "tuple[Word, ...]", word: str, where: str) -> "Word":
     )
 
 
-def _check_objects(clips: "Sequence[Clip]", plans: "dict[str, Plan]") -> None:
+def _check_objects(clips: "Sequence[Clip]", plans: "dict[str, NetworkPlan]") -> None:
     from omomo_core.errors import InputError
 
     needing = [name for name, plan in plans.items() if plan.objects]

@@ -12,15 +12,15 @@ import numpy as np
 from capture_app.tables.answers import Task
 from omomo_core.errors import OmocapError
 from omomo_core.learning.evaluation.clips import RealClip
-from omomo_core.learning.evaluation.method import Method
-from omomo_core.learning.evaluation.truth import Answer, Truth
+from omomo_core.learning.evaluation.method import EvaluatedMethod
+from omomo_core.learning.evaluation.truth import MeasuredSamples, Truth
 from omomo_core.workers import worker_pool
 
-Load = Callable[[Sequence[str]], Mapping[str, Method]]
+Load = Callable[[Sequence[str]], Mapping[str, EvaluatedMethod]]
 """Methods by the names of the command line; must be of a module, for other processes call it too."""
 Read = Callable[[], Sequence[RealClip]]
 """The windows; of a module, too: to read them again is safer than to send them."""
-Answered = tuple[Task, Answer | str]
+Answered = tuple[Task, MeasuredSamples | str]
 """An answer, or why there is none."""
 
 

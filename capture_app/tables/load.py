@@ -6,14 +6,14 @@ from pathlib import Path
 from capture_app.tables.methods import folder_of
 from omomo_core.diffusion.samplers import Sampler
 from omomo_core.generation.result import GenerationOptions
-from omomo_core.learning.evaluation.method import Method
+from omomo_core.learning.evaluation.method import EvaluatedMethod
 from omomo_core.learning.evaluation.methods.load import load_method
 from omomo_core.learning.evaluation.recorded import RecordedPeople
 
 
 def load_methods(
     names: Sequence[str], weights: Path | None, sampler: Sampler, steps: int
-) -> Mapping[str, Method]:
+) -> Mapping[str, EvaluatedMethod]:
     """Methods by the names of the command line.
 
     Raises:

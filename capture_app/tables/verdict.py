@@ -8,7 +8,7 @@ from typing import Literal
 from capture_app.tables.answers import Answer
 from capture_app.tables.build import Group, Table, grouped
 from capture_app.tables.methods import METHODS
-from omomo_core.learning.evaluation.paired import Difference, paired_bootstrap
+from omomo_core.learning.evaluation.paired import PairedDifference, paired_bootstrap
 from omomo_core.learning.evaluation.windows import clip_of
 
 F1, MPJPE = "contact_f1", "mpjpe_cm"
@@ -78,7 +78,7 @@ def _ablation(group: Group, unseen: bool) -> list[str]:
     ]
 
 
-def _compared(group: Group, first: str, second: str, key: str, of: Of) -> Difference:
+def _compared(group: Group, first: str, second: str, key: str, of: Of) -> PairedDifference:
     """By how much a figure of the best of K, or of all samples, is greater in one method than in another."""
     windows = list(group[first])
 
@@ -88,7 +88,7 @@ def _compared(group: Group, first: str, second: str, key: str, of: Of) -> Differ
     return paired_bootstrap(values(first), values(second), [clip_of(window) for window in windows])
 
 
-def _told(first: str, second: str, figure: str, found: Difference, digits: int) -> str:
+def _told(first: str, second: str, figure: str, found: PairedDifference, digits: int) -> str:
     sign = "surely" if found.low > 0 or found.high < 0 else "perhaps by chance"
     return (
         f"{figure} of {METHODS[first].title} minus that of {METHODS[second].title}: "

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 
-class Similarity(NamedTuple):
+class SimilarityTransform(NamedTuple):
     """a = scale R b + t, and how well it fits."""
 
     R: Float64[np.ndarray, "3 3"]
@@ -26,7 +26,7 @@ def procrustes(
     *,
     scaled: bool = False,
     mirrored: bool = False,
-) -> Similarity:
+) -> SimilarityTransform:
     """Weighted least squares over rotations, shifts and, where asked, scales (Umeyama 1991).
 
     Args:
@@ -45,4 +45,4 @@ def procrustes(
     scale = float((stretch * signs).sum() / (share @ (b**2).sum(axis=1))) if scaled else 1.0
     t = middle_a - scale * R @ middle_b
     residuals = points_a - (scale * points_b @ R.T + t)
-    return Similarity(R, t, scale, residuals, float(weights @ (residuals**2).sum(axis=1)))
+    return SimilarityTransform(R, t, scale, residuals, float(weights @ (residuals**2).sum(axis=1)))

@@ -25,7 +25,7 @@ PAPER_STEPS: dict[Size, int] = {"published": 400_000, "laptop": 8_000}
 
 
 @dataclass(frozen=True)
-class Plan:
+class NetworkPlan:
     """One network of a method."""
 
     make: Make
@@ -37,7 +37,7 @@ class Plan:
     """Whether it needs clips with objects."""
 
 
-def networks(method: MethodName, size: Size) -> Mapping[str, Plan]:
+def networks(method: MethodName, size: Size) -> Mapping[str, NetworkPlan]:
     """The networks of a method by the names of their files, in the order they are trained.
 
     `capture` has one size, which is a laptop's already.
@@ -45,8 +45,12 @@ def networks(method: MethodName, size: Size) -> Mapping[str, Plan]:
     if method == "capture":
         hands, body = hand_capture.CONFIG, body_capture.CONFIG
         return {
-            "hands": Plan(partial(Denoising, hands), SHIPPED_STEPS["hands"], 1e-3, objects=True),
-            "body": Plan(partial(Denoising, body), SHIPPED_STEPS["body"], 1e-3, objects=False),
+            "hands": NetworkPlan(
+                partial(Denoising, hands), SHIPPED_STEPS["hands"], 1e-3, objects=True
+            ),
+            "body": NetworkPlan(
+                partial(Denoising, body), SHIPPED_STEPS["body"], 1e-3, objects=False
+            ),
         }
     # The paper's rate is for its width; the smaller trunk bears a larger one.
     rate = 2e-4 if size == "published" else 1e-3
@@ -59,6 +63,6 @@ def networks(method: MethodName, size: Size) -> Mapping[str, Plan]:
         "goal": {"goal": partial(Following, goal.config(size))},
     }
     return {
-        name: Plan(make, PAPER_STEPS[size], rate, objects=True)
+        name: NetworkPlan(make, PAPER_STEPS[size], rate, objects=True)
         for name, make in makes[method].items()
     }

@@ -12,7 +12,7 @@ from omomo_core.errors import InputError
 from omomo_core.learning.recordings import dataset
 from omomo_core.learning.recordings.clips import Clip, load_clips, read_index, save_clips
 from omomo_core.learning.recordings.dataset import (
-    Recipe,
+    DatasetRecipe,
     digest,
     missing_indices,
     open_dataset,
@@ -22,7 +22,7 @@ from omomo_core.learning.recordings.dataset import (
 )
 from omomo_core.motion import ObjectMesh, ObjectMotion
 
-RECIPE = Recipe(seed=0, version=1, mocap="abc", shard=3)
+RECIPE = DatasetRecipe(seed=0, version=1, mocap="abc", shard=3)
 MESH = ObjectMesh(np.eye(3), np.array([[0, 1, 2]]), "box")
 
 

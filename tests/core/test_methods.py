@@ -17,7 +17,7 @@ from omomo_core.learning.baselines import single_stage
 from omomo_core.learning.baselines.goal.features import Things, spread_out
 from omomo_core.learning.baselines.goal.network import Goal, GoalConfig
 from omomo_core.learning.evaluation.clips import RealClip
-from omomo_core.learning.evaluation.method import Method
+from omomo_core.learning.evaluation.method import EvaluatedMethod
 from omomo_core.learning.evaluation.methods.load import LOADERS, load_method
 from omomo_core.motion import HumanMotion
 from omomo_core.stages.body import capture as body_capture
@@ -64,7 +64,7 @@ def weights(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(params=LEARNT)
-def method(request: pytest.FixtureRequest, weights: Path) -> Method:
+def method(request: pytest.FixtureRequest, weights: Path) -> EvaluatedMethod:
     return load_method(request.param, weights, QUICK)
 
 
@@ -85,7 +85,9 @@ def forged(clip: RealClip, first: int) -> RealClip:
 
 
 @pytest.mark.parametrize("first_frame", [True, False])
-def test_people_stand_on_the_clips_bones_and_follow_the_seed(method: Method, first_frame: bool):
+def test_people_stand_on_the_clips_bones_and_follow_the_seed(
+    method: EvaluatedMethod, first_frame: bool
+):
     people = method.sample(CLIP, 3, 5, first_frame=first_frame)
     assert len(people) == 3
     for person in people:
@@ -98,7 +100,7 @@ def test_people_stand_on_the_clips_bones_and_follow_the_seed(method: Method, fir
 
 @pytest.mark.parametrize("first_frame", [True, False])
 def test_of_the_truth_a_method_knows_what_its_name_says(
-    method: Method, weights: Path, first_frame: bool
+    method: EvaluatedMethod, weights: Path, first_frame: bool
 ):
     a = method.sample(CLIP, 2, 0, first_frame=first_frame)
     b = method.sample(forged(CLIP, int(first_frame)), 2, 0, first_frame=first_frame)
@@ -106,7 +108,9 @@ def test_of_the_truth_a_method_knows_what_its_name_says(
     assert all(same(x, y) != knows_palms for x, y in zip(a, b, strict=True))
 
 
-def test_with_the_first_frame_a_scene_elsewhere_gives_the_same_people_elsewhere(method: Method):
+def test_with_the_first_frame_a_scene_elsewhere_gives_the_same_people_elsewhere(
+    method: EvaluatedMethod,
+):
     turn, shift = Rotation.from_euler("z", 0.8).as_matrix(), np.array([3.0, -2.0, 0.0])
     T = CLIP.motion.T_world_object.copy()
     T[:, :3, :3], T[:, :3, 3] = turn @ T[:, :3, :3], T[:, :3, 3] @ turn.T + shift
@@ -124,7 +128,7 @@ def test_with_the_first_frame_a_scene_elsewhere_gives_the_same_people_elsewhere(
         assert same(expected, b, atol=1e-3)
 
 
-def test_without_the_first_frame_people_try_places_around_the_object(method: Method):
+def test_without_the_first_frame_people_try_places_around_the_object(method: EvaluatedMethod):
     people = method.sample(CLIP, 4, 0, first_frame=False)
     starts = np.array([person.root[0, :2] for person in people])
     assert np.linalg.norm(np.diff(starts, axis=0), axis=1).min() > 0.1

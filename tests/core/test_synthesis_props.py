@@ -21,7 +21,7 @@ from omomo_core.learning.synthesis.props import (
 )
 from omomo_core.learning.synthesis.props.catalogue import MAKERS, WEIGHTS, placed
 from omomo_core.learning.synthesis.props.prop import Prop
-from omomo_core.learning.synthesis.shapes import Part, beam, box, cylinder, joined, rod, shell
+from omomo_core.learning.synthesis.shapes import SolidPart, beam, box, cylinder, joined, rod, shell
 
 USES: tuple[Use, ...] = ("lift", "push", "one_hand", "tool", "tip")
 SIZES = {
@@ -41,7 +41,7 @@ SIZES = {
 """Of some classes: least and largest width, least and largest height, metres."""
 
 
-def signed_volume(part: Part) -> float:
+def signed_volume(part: SolidPart) -> float:
     a, b, c = (part.vertices[part.faces[:, k]] for k in range(3))
     return float((a * np.cross(b, c)).sum() / 6)
 
@@ -69,7 +69,7 @@ def nearest(mesh: trimesh.Trimesh, points: np.ndarray) -> tuple[np.ndarray, np.n
         (beam((0, 0, 0), (0.5, 0, 0.5), (0, 1, 0), 0.1, 0.02), 0.1 * 0.02 * 0.5**0.5),
     ],
 )
-def test_solids_enclose_their_volume(parts: list[Part], volume: float) -> None:
+def test_solids_enclose_their_volume(parts: list[SolidPart], volume: float) -> None:
     assert sum(signed_volume(p) for p in parts) == pytest.approx(volume, rel=0.01)
     for part in parts:
         np.testing.assert_allclose(part.vertices.min(axis=0), part.low)

@@ -8,18 +8,18 @@ from omomo_core.learning.synthesis.grammar import write_script
 from omomo_core.learning.synthesis.manners import tilt_for, way_of
 from omomo_core.learning.synthesis.props import make_prop
 from omomo_core.learning.synthesis.script import Action
-from omomo_core.learning.synthesis.stage import Stage, goes_its_way
+from omomo_core.learning.synthesis.stage import StagedMotion, goes_its_way
 
 FACING = 0.7
 
 
-def _walk(direction: float, frames: int = 60) -> Stage:
+def _walk(direction: float, frames: int = 60) -> StagedMotion:
     """A body that faces one way and moves along `direction` from its heading."""
     root = np.zeros((frames, 3))
     root[:, :2] = np.linspace(0, 1, frames)[:, None] * ahead_of(np.array(FACING + direction))
     ahead, left = ahead_of(np.array(FACING)), left_of(np.array(FACING))
     turn = np.array([[*left, 0.0], [0.0, 0.0, 1.0], [*ahead, 0.0]]).T
-    return Stage(root, np.tile(turn, (frames, 22, 1, 1)), np.zeros((frames, 5)), [])
+    return StagedMotion(root, np.tile(turn, (frames, 22, 1, 1)), np.zeros((frames, 5)), [])
 
 
 @pytest.mark.parametrize(

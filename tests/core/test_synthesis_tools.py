@@ -11,7 +11,7 @@ from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
 from omomo_core.learning.synthesis.holds import Handling
 from omomo_core.learning.synthesis.props.catalogue import MAKERS, placed
-from omomo_core.learning.synthesis.stage import Stage
+from omomo_core.learning.synthesis.stage import StagedMotion
 from omomo_core.learning.synthesis.tools.cart import direct_cart
 from omomo_core.learning.synthesis.tools.grip import around
 from omomo_core.learning.synthesis.tools.job import PROPS, ToolAction, ToolJob, sole, write_job
@@ -28,7 +28,7 @@ def body() -> BodyModel:
     return load_body()
 
 
-def walking(speed: float, turn: float = 0.0) -> Stage:
+def walking(speed: float, turn: float = 0.0) -> StagedMotion:
     """A stiff body that glides: forward, perhaps on a curve; m/s and rad/s."""
     t = np.arange(FRAMES) / 30
     yaw = turn * t
@@ -38,11 +38,11 @@ def walking(speed: float, turn: float = 0.0) -> Stage:
     facing = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
     c, s, o = np.cos(yaw), np.sin(yaw), 0 * yaw
     R = np.stack([c, -s, o, s, c, o, o, o, o + 1], axis=-1).reshape(-1, 3, 3) @ facing
-    return Stage(root, np.repeat(R[:, None], 22, axis=1), np.zeros((FRAMES, 5)), [])
+    return StagedMotion(root, np.repeat(R[:, None], 22, axis=1), np.zeros((FRAMES, 5)), [])
 
 
 def directed(
-    rng: np.random.Generator, body: BodyModel, stage: Stage, job: ToolJob
+    rng: np.random.Generator, body: BodyModel, stage: StagedMotion, job: ToolJob
 ) -> Handling | None:
     director = {"trolley": direct_trolley, "cart": direct_cart}.get(job.action, direct_strokes)
     return director(rng, body, stage, job)

@@ -11,8 +11,8 @@ from omomo_core.body.load import load_body
 from omomo_core.learning.synthesis.directions import ahead_of, left_of
 from omomo_core.learning.synthesis.grammar import write_script
 from omomo_core.learning.synthesis.holding import both_come, holds_of
-from omomo_core.learning.synthesis.script import Script, Stance
-from omomo_core.learning.synthesis.stage import Stage
+from omomo_core.learning.synthesis.script import PropPlacement, Script
+from omomo_core.learning.synthesis.stage import StagedMotion
 from omomo_core.learning.synthesis.trajectory import direct
 
 FACING = 0.7
@@ -20,17 +20,17 @@ FRAMES = 120
 AHEAD, LEFT = ahead_of(np.array(FACING)), left_of(np.array(FACING))
 
 
-def _standing() -> Stage:
+def _standing() -> StagedMotion:
     root = np.tile([0.0, 0.0, 0.95], (FRAMES, 1))
     turn = np.array([[*LEFT, 0.0], [0.0, 0.0, 1.0], [*AHEAD, 0.0]]).T
-    return Stage(root, np.tile(turn, (FRAMES, 22, 1, 1)), np.zeros((FRAMES, 5)), [])
+    return StagedMotion(root, np.tile(turn, (FRAMES, 22, 1, 1)), np.zeros((FRAMES, 5)), [])
 
 
 def _held(turn: float, pitch: float, rng: np.random.Generator) -> Script:
     """Something in the hands of somebody who stands, from the first frame to the last."""
     script = write_script(rng, "in_place")
     assert script is not None
-    stance = Stance(turn=turn, pitch=pitch)
+    stance = PropPlacement(turn=turn, pitch=pitch)
     episode = replace(
         script.episodes[0], takes=False, leaves=False, late=(0, 0), gesture=0.0, off=None,
         heights=(1.0,), stances=(stance, stance, stance), shove=None,

@@ -17,10 +17,10 @@ from omomo_core.learning.recordings.build import build_mocap
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.grounding import foot_contacts, foot_skating
 from omomo_core.learning.synthesis.footage import Footage, heading, survey
-from omomo_core.learning.synthesis.stage import Stage
+from omomo_core.learning.synthesis.stage import StagedMotion
 from omomo_core.learning.synthesis.walker.follow import follow
 from omomo_core.learning.synthesis.walker.improvise import improvise
-from omomo_core.learning.synthesis.walker.library import Library, index
+from omomo_core.learning.synthesis.walker.library import MotionLibrary, index
 from omomo_core.learning.synthesis.walker.path import Move, MoveName, draw_move, lay
 from omomo_core.motion import FPS
 
@@ -29,7 +29,7 @@ PAUSES = [30, 25]
 
 
 @cache
-def library() -> Library:
+def library() -> MotionLibrary:
     """Standing at ease made by hand: no mocap is needed to step along a path."""
     body = load_body()
     flat = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
@@ -52,7 +52,7 @@ def library() -> Library:
 
 
 @cache
-def stages() -> list[Stage]:
+def stages() -> list[StagedMotion]:
     made = [improvise(np.random.default_rng([5, k]), library(), FRAMES, PAUSES) for k in range(8)]
     return [stage for stage in made if stage is not None]
 

@@ -9,7 +9,7 @@ from scipy.stats import chi2, f
 
 from ingest.calibration.points.pairs import PointPairs, check_line, check_pairs, explain, wild
 from ingest.uncertainty import skew
-from omomo_core.geometry.procrustes import Similarity
+from omomo_core.geometry.procrustes import SimilarityTransform
 
 PICKING = 0.002
 """Metres, along each axis, by which a point picked by hand is off."""
@@ -102,7 +102,9 @@ def _without_wild(pairs: PointPairs) -> tuple[PointPairs, Bool[np.ndarray, " n"]
     return rest, kept
 
 
-def _covariance(pairs: PointPairs, fit: Similarity) -> tuple[Float64[np.ndarray, "6 6"], float]:
+def _covariance(
+    pairs: PointPairs, fit: SimilarityTransform
+) -> tuple[Float64[np.ndarray, "6 6"], float]:
     """Of rotation and translation, and one sigma of the logarithm of the scale."""
     arms = fit.scale * pairs.b @ fit.R.T
     moves = [-skew(arms), np.broadcast_to(np.eye(3), (len(arms), 3, 3)), arms[:, :, None]]

@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 from scipy.stats import chi2
 
 from omomo_core.errors import InputError
-from omomo_core.geometry.procrustes import Similarity, procrustes
+from omomo_core.geometry.procrustes import SimilarityTransform, procrustes
 
 _SAME = 1e-6
 _UNITS = {1000: "millimetres", 100: "centimetres", 39.37: "inches"}
@@ -53,12 +53,12 @@ class PointPairs:
         names = tuple(name for j, name in enumerate(self.names) if j != i)
         return PointPairs(self.a[keep], self.b[keep], self.sigma[keep], names, self.scaled)
 
-    def fit(self, *, mirrored: bool = False, scaled: bool = False) -> Similarity:
+    def fit(self, *, mirrored: bool = False, scaled: bool = False) -> SimilarityTransform:
         """The best transform, with a scale if these pairs or the caller ask for one."""
         scaled = scaled or self.scaled
         return procrustes(self.a, self.b, self.weights, scaled=scaled, mirrored=mirrored)
 
-    def agree(self, fit: Similarity, chance: float = 1e-3) -> bool:
+    def agree(self, fit: SimilarityTransform, chance: float = 1e-3) -> bool:
         """Whether right pairs have so large a misfit at least with this chance."""
         return bool(chi2.sf(fit.misfit, self.freedom) > chance)
 

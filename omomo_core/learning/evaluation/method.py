@@ -8,7 +8,7 @@ from omomo_core.motion import HumanMotion
 
 
 @runtime_checkable
-class Method(Protocol):
+class EvaluatedMethod(Protocol):
     """A way to make people for a moving object."""
 
     @property

@@ -9,7 +9,7 @@ DRAWS = 10_000
 
 
 @dataclass(frozen=True)
-class Difference:
+class PairedDifference:
     """Of the means of two methods over the same windows."""
 
     mean: float
@@ -20,7 +20,7 @@ class Difference:
 
 def paired_bootstrap(
     first: Sequence[float], second: Sequence[float], clips: Sequence[str], seed: int = 0
-) -> Difference:
+) -> PairedDifference:
     """How much greater `first` is than `second` on average.
 
     Whole clips are drawn with replacement, because windows of one clip overlap (paired bootstrap,
@@ -40,4 +40,4 @@ def paired_bootstrap(
     )
     means = (times @ total) / (times @ count)
     low, high = np.percentile(means, [2.5, 97.5])
-    return Difference(float(difference.mean()), float(low), float(high))
+    return PairedDifference(float(difference.mean()), float(low), float(high))

@@ -16,7 +16,7 @@ from omomo_core.geometry.object_features import object_features
 from omomo_core.learning.baselines.opposed_palms import opposed_palms
 from omomo_core.learning.evaluation.average import Row
 from omomo_core.learning.evaluation.metrics import contact_scores, foot_measures
-from omomo_core.learning.evaluation.truth import Answer, Truth, recorded_person
+from omomo_core.learning.evaluation.truth import MeasuredSamples, Truth, recorded_person
 from omomo_core.motion import FPS, HandMotion
 from omomo_core.stages.stage import Stages
 
@@ -40,7 +40,7 @@ def ask(
     options: GenerationOptions,
     body: BodyModel,
     progress: Progress,
-) -> Answer:
+) -> MeasuredSamples:
     """Generate people for a clip under a protocol and measure them.
 
     Args:

@@ -17,7 +17,7 @@ from omomo_core.learning.evaluation.protocols import (
     own_values,
     unlearned,
 )
-from omomo_core.learning.evaluation.truth import Answer, Truth
+from omomo_core.learning.evaluation.truth import MeasuredSamples, Truth
 from omomo_core.stages.stage import Stages
 
 
@@ -29,7 +29,7 @@ class ClipResult:
     text: str
     frames: int
     own: Row
-    answers: dict[str, Answer]
+    answers: dict[str, MeasuredSamples]
     baseline: tuple[Row, Row]
 
 

@@ -25,7 +25,7 @@ from omomo_core.motion import HumanMotion
 
 
 @dataclass(frozen=True)
-class Answer:
+class MeasuredSamples:
     """K people for one clip, measured."""
 
     one: Row
@@ -57,7 +57,7 @@ class Truth:
         """The recorded person's skin, world, metres."""
         return skin_of(recorded_person(self.clip, self.clip.body), self.clip.body)
 
-    def answer(self, people: Sequence[HumanMotion], shown: int, body: BodyModel) -> Answer:
+    def answer(self, people: Sequence[HumanMotion], shown: int, body: BodyModel) -> MeasuredSamples:
         """Measure K people.
 
         Args:
@@ -71,7 +71,7 @@ class Truth:
         for k in {shown, best}:
             rows[k] |= self.of_skin(people[k], body)
         hand = min(row["hand_jpe_cm"] for row in rows)
-        return Answer(rows[shown], {**rows[best], "hand_jpe_best_cm": hand}, mean)
+        return MeasuredSamples(rows[shown], {**rows[best], "hand_jpe_best_cm": hand}, mean)
 
     def of_joints(self, human: HumanMotion) -> Row:
         """Every figure of one person that needs no surface of theirs.

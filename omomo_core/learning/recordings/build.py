@@ -19,7 +19,7 @@ from omomo_core.learning.recordings.joint_angles import SIDES, elbow
 from omomo_core.learning.recordings.mocap import METRES_PER_BVH_UNIT, SourceMotion, is_share_alike
 from omomo_core.learning.recordings.recordings import motion_files, read_recordings
 from omomo_core.learning.recordings.retarget import retarget
-from omomo_core.learning.recordings.smpl import Performance
+from omomo_core.learning.recordings.smpl import RecordedMotion
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
 
@@ -83,7 +83,7 @@ def build_mocap(
             elif isinstance(found, SourceMotion):
                 if share_alike or not is_share_alike(found):
                     motions.append(found)
-            elif isinstance(found, Performance):
+            elif isinstance(found, RecordedMotion):
                 clips += standing_clips(found, body, counts)
             else:
                 clips.append(found)
@@ -130,12 +130,12 @@ def mocap_clips(
         dropped: counts recordings that skate (``skating``) or have no good stretch (``no-floor``).
     """
     root, rotations = retarget(motion, corrections, body)
-    moved = Performance(motion.name, motion.skeleton.name, motion.licence, root, rotations)
+    moved = RecordedMotion(motion.name, motion.skeleton.name, motion.licence, root, rotations)
     return standing_clips(moved, body, dropped)
 
 
 def standing_clips(
-    performance: Performance, body: BodyModel, dropped: Counter[str] | None = None
+    performance: RecordedMotion, body: BodyModel, dropped: Counter[str] | None = None
 ) -> Iterator[Clip]:
     """As `mocap_clips`, of motion that is already on our skeleton."""
     grounded = ground(body, performance.root, performance.rotations)

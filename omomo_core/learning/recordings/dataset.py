@@ -26,7 +26,7 @@ CARD, RECORDED = "dataset.json", "recorded.npz"
 
 
 @dataclass(frozen=True)
-class Recipe:
+class DatasetRecipe:
     """What fixes every clip of a data set; their number may grow."""
 
     seed: int
@@ -72,7 +72,7 @@ def digest(clips: Sequence[Clip]) -> str:
     return seen.hexdigest()[:16]
 
 
-def open_dataset(folder: Path, recipe: Recipe, recorded: Sequence[Clip]) -> None:
+def open_dataset(folder: Path, recipe: DatasetRecipe, recorded: Sequence[Clip]) -> None:
     """Start a data set, or check that the one in the folder can be gone on with.
 
     Raises:
@@ -95,7 +95,7 @@ def open_dataset(folder: Path, recipe: Recipe, recorded: Sequence[Clip]) -> None
         save_clips(folder / RECORDED, recorded)
 
 
-def _check_same(card: Path, recipe: Recipe) -> None:
+def _check_same(card: Path, recipe: DatasetRecipe) -> None:
     try:
         before = json.loads(card.read_text())["recipe"]
         # A data set that does not say them was made before there was a choice.
@@ -202,7 +202,7 @@ def action_of(name: str) -> str:
     return words[1] if len(words) > 1 else ""
 
 
-def write_card(folder: Path, recipe: Recipe) -> Summary:
+def write_card(folder: Path, recipe: DatasetRecipe) -> Summary:
     """Describe the data set in its folder, as it stands now."""
     summary = summarise(folder)
     card = {

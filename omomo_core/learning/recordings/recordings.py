@@ -8,7 +8,7 @@ from omomo_core.errors import InputError
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.mocap import SourceMotion, read_bvh_motion, read_mocap_npz
 from omomo_core.learning.recordings.release import release_clips
-from omomo_core.learning.recordings.smpl import Performance, is_smpl, read_smpl
+from omomo_core.learning.recordings.smpl import RecordedMotion, is_smpl, read_smpl
 
 _RELEASE = (".p", ".pkl", ".joblib")
 _SUFFIXES = (".bvh", ".npz", *_RELEASE)
@@ -43,7 +43,7 @@ def motion_files(source: Path) -> list[Path]:
 
 def read_recordings(
     path: Path, body: BodyModel, metres_per_unit: float, *, object_split: bool = False
-) -> Iterator[SourceMotion | Performance | Clip | InputError]:
+) -> Iterator[SourceMotion | RecordedMotion | Clip | InputError]:
     """What is in a motion file: recordings, or the errors of those that cannot be used.
 
     Args:

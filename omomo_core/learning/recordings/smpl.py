@@ -33,7 +33,7 @@ _R_ZUP_YUP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
 @dataclass(frozen=True)
-class Performance:
+class RecordedMotion:
     """One person's motion on our skeleton at 30 fps, not yet placed on the floor."""
 
     name: str
@@ -54,7 +54,7 @@ def is_smpl(path: Path) -> bool:
         return False
 
 
-def read_smpl(path: Path, body: BodyModel) -> Performance:
+def read_smpl(path: Path, body: BodyModel) -> RecordedMotion:
     """Read an AMASS npz: poses (axis-angle, root first), trans, frame rate; hands are left out.
 
     Args:
@@ -88,7 +88,7 @@ def read_smpl(path: Path, body: BodyModel) -> Performance:
             where=where,
             fix="The translation must be in metres.",
         )
-    return Performance(path.stem, "amass", AMASS_LICENCE, way * scale, rotations)
+    return RecordedMotion(path.stem, "amass", AMASS_LICENCE, way * scale, rotations)
 
 
 def world_rotations(pose: Float[np.ndarray, "frames 22 3"]) -> Float[np.ndarray, "frames 22 3 3"]:

@@ -18,7 +18,7 @@ from omomo_core.learning.synthesis.directions import ahead_of, in_space
 from omomo_core.learning.synthesis.footage import heading
 from omomo_core.learning.synthesis.hands import Hands
 from omomo_core.learning.synthesis.posture import Posture
-from omomo_core.learning.synthesis.stage import Stage
+from omomo_core.learning.synthesis.stage import StagedMotion
 from omomo_core.skeleton import joint
 
 _STRAIGHT_LEG = 0.995
@@ -44,7 +44,7 @@ _LEGS: tuple[tuple[LimbName, int], ...] = (
 
 
 @dataclass(frozen=True)
-class Performance:
+class ActorMotion:
     """The finished motion of the body."""
 
     root: Float[np.ndarray, "frames 3"]
@@ -59,7 +59,7 @@ class _Pose:
     rotations: Float[np.ndarray, "frames 22 3 3"]
 
 
-def perform(body: BodyModel, stage: Stage, posture: Posture, hands: Hands) -> Performance:
+def perform(body: BodyModel, stage: StagedMotion, posture: Posture, hands: Hands) -> ActorMotion:
     """Solve the whole body for one clip."""
     yaw = gaussian_filter1d(heading(stage.rotations), 4.0, mode="nearest")
     engaged = gaussian_filter1d(hands.pull.max(axis=1), 3.0, mode="nearest")
@@ -78,7 +78,7 @@ def perform(body: BodyModel, stage: Stage, posture: Posture, hands: Hands) -> Pe
     pose = _legs(body, pose, feet)
     joints = joints_of(body, pose.root, pose.rotations)
     residual = np.linalg.norm(joints[:, 22:] - hands.palms, axis=-1) * hands.contact
-    return Performance(pose.root, pose.rotations, residual)
+    return ActorMotion(pose.root, pose.rotations, residual)
 
 
 def _lowest_palm(hands: Hands) -> Float[np.ndarray, " frames"]:
@@ -90,7 +90,7 @@ def _lowest_palm(hands: Hands) -> Float[np.ndarray, " frames"]:
 
 
 def _shifted(
-    stage: Stage,
+    stage: StagedMotion,
     posture: Posture,
     yaw: Float[np.ndarray, " frames"],
     engaged: Float[np.ndarray, " frames"],
@@ -126,7 +126,7 @@ def _too_high(
 
 
 def _twist(
-    stage: Stage, hands: Hands, yaw: Float[np.ndarray, " frames"]
+    stage: StagedMotion, hands: Hands, yaw: Float[np.ndarray, " frames"]
 ) -> Float[np.ndarray, " frames"]:
     """Turn the chest toward the middle of the palms in use, and a shoulder after a hand that is far."""
     weight = hands.pull / np.maximum(hands.pull.sum(axis=1, keepdims=True), 1e-6)

@@ -10,7 +10,7 @@ from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
 from omomo_core.learning.synthesis.directions import ahead_of, left_of
 from omomo_core.learning.synthesis.footage import heading
-from omomo_core.learning.synthesis.stage import Stage
+from omomo_core.learning.synthesis.stage import StagedMotion
 from omomo_core.motion import FPS
 
 _SIGMA = 9.0
@@ -52,7 +52,7 @@ class ActorPath:
 
 
 def actor_path(
-    body: BodyModel, stage: Stage, sigma: float = _SIGMA, turning: float = 1.3 * _SIGMA
+    body: BodyModel, stage: StagedMotion, sigma: float = _SIGMA, turning: float = 1.3 * _SIGMA
 ) -> ActorPath:
     """Smooth away what steps add to path and heading, over so many frames each (one sigma)."""
     return ActorPath(

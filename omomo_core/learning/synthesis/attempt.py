@@ -11,8 +11,8 @@ from omomo_core.body.soles import sole_points
 from omomo_core.body.trajectory_optimization.solver import optimise_trajectory
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.grounding import foot_contacts
-from omomo_core.learning.synthesis.actor import Performance, perform
-from omomo_core.learning.synthesis.casting import Plan, Sources, cast
+from omomo_core.learning.synthesis.actor import ActorMotion, perform
+from omomo_core.learning.synthesis.casting import ClipPlan, Sources, cast
 from omomo_core.learning.synthesis.directions import about_z
 from omomo_core.learning.synthesis.footage import heading
 from omomo_core.learning.synthesis.goals import targets_of
@@ -23,7 +23,7 @@ from omomo_core.learning.synthesis.holds import Handling
 from omomo_core.learning.synthesis.props import Prop
 from omomo_core.learning.synthesis.review import fault, walked_through
 from omomo_core.learning.synthesis.script import Action
-from omomo_core.learning.synthesis.stage import Stage, goes_its_way
+from omomo_core.learning.synthesis.stage import StagedMotion, goes_its_way
 from omomo_core.learning.synthesis.toolwork import TOOL_ACTIONS, work
 from omomo_core.learning.synthesis.trajectory import direct
 from omomo_core.motion import ObjectMesh, ObjectMotion
@@ -33,7 +33,7 @@ _SHORTEST_HOLD = 45
 
 
 @dataclass(frozen=True)
-class Take:
+class SynthesisedClip:
     """All pieces of a clip that is good."""
 
     licence: str
@@ -41,12 +41,12 @@ class Take:
     prop: Prop
     handling: Handling
     hands: Hands
-    performance: Performance
+    performance: ActorMotion
 
 
 def attempt(
     rng: np.random.Generator, sources: Sources, body: BodyModel, action: Action, scale: float
-) -> Take | str:
+) -> SynthesisedClip | str:
     """One try at a clip: all its pieces, or why it is no good.
 
     Args:
@@ -76,18 +76,18 @@ def attempt(
         return "broken"
     performance = _polished(body, plan, hands, performance)
     reason = fault(body, stage, prop, handling, hands, performance)
-    return reason or Take(plan.licence, action, prop, handling, hands, performance)
+    return reason or SynthesisedClip(plan.licence, action, prop, handling, hands, performance)
 
 
 def _handled(
     rng: np.random.Generator, sources: Sources, body: BodyModel, action: Action, scale: float
-) -> Plan | str:
+) -> ClipPlan | str:
     """Something handled as the grammar of actions says."""
     script = write_script(rng, action, scale, sources.stock)
     if script is None:
         return "no-prop"
 
-    def suits(stage: Stage) -> bool:
+    def suits(stage: StagedMotion) -> bool:
         spans = script.spans(stage.pauses)
         long_enough = sum(last - first for first, last in spans) >= _SHORTEST_HOLD
         long_enough &= all(map(both_come, script.episodes, spans))
@@ -98,10 +98,12 @@ def _handled(
         return "no-stage"
     slides = all(episode.slides for episode in script.episodes)
     handling = direct(rng, body, found[0], script)
-    return Plan(*found, script.prop, handling, script.posture, leant_on=slides)
+    return ClipPlan(*found, script.prop, handling, script.posture, leant_on=slides)
 
 
-def _polished(body: BodyModel, plan: Plan, hands: Hands, performance: Performance) -> Performance:
+def _polished(
+    body: BodyModel, plan: ClipPlan, hands: Hands, performance: ActorMotion
+) -> ActorMotion:
     """The same motion, optimised as a whole."""
     stage = plan.stage
     targets = targets_of(
@@ -116,11 +118,11 @@ def _polished(body: BodyModel, plan: Plan, hands: Hands, performance: Performanc
     root, rotations = optimise_trajectory(body, performance.root, performance.rotations, targets)
     joints = joints_of(body, root, rotations)
     residual = np.linalg.norm(joints[:, 22:] - hands.palms, axis=-1) * hands.contact
-    return Performance(root, rotations, residual)
+    return ActorMotion(root, rotations, residual)
 
 
 def finished(
-    rng: np.random.Generator, body: BodyModel, take: Take, person: int, number: str
+    rng: np.random.Generator, body: BodyModel, take: SynthesisedClip, person: int, number: str
 ) -> Clip:
     """The clip of a take that is good: object in a frame of its own, feet labelled, origin centred.
 

@@ -25,7 +25,7 @@ _ARMS = tuple(f"{side}_{p}" for side in ("left", "right") for p in ("shoulder", 
 
 
 @dataclass(frozen=True)
-class Manner:
+class BendStyle:
     """What full bending (amount 1) means for one person; from stooping to sitting on the heels."""
 
     pitch: Float[np.ndarray, "*b"]
@@ -36,20 +36,20 @@ class Manner:
     hang: Float[np.ndarray, "*b"]
     """How much arms hang straight down: 1 for those who stoop, 0 for those who squat."""
 
-    def rows(self, frames: Int[np.ndarray, " n"]) -> "Manner":
+    def rows(self, frames: Int[np.ndarray, " n"]) -> "BendStyle":
         """Some frames, with room for another axis."""
         parts = (self.pitch, self.drop, self.back, self.hang)
-        return Manner(*(part[frames, None] for part in parts))
+        return BendStyle(*(part[frames, None] for part in parts))
 
 
-def manner(squat: Float[np.ndarray, " frames"]) -> Manner:
+def manner(squat: Float[np.ndarray, " frames"]) -> BendStyle:
     """Stooping (0) bends the back over nearly straight knees, squatting (1) the knees (the styles of
     lifting of von Arx et al. 2021), and some sit down on their heels (2)."""
 
     def style(stoop: float, squatting: float, sitting: float) -> Float[np.ndarray, " frames"]:
         return np.interp(squat, [0.0, 1.0, 2.0], [stoop, squatting, sitting])
 
-    return Manner(
+    return BendStyle(
         pitch=style(2.1, 0.9, 0.6),
         drop=style(0.02, 0.47, 0.6),
         back=style(0.2, 0.13, 0.11),
@@ -71,7 +71,7 @@ class Torso:
 
     yaw: Float[np.ndarray, "*b"]
     """Heading that "forward" means."""
-    how: Manner
+    how: BendStyle
     lean: Float[np.ndarray, "*b"]
     """Forward pitch of the trunk, radians."""
     twist: Float[np.ndarray, "*b"]

@@ -9,9 +9,9 @@ from omomo_core.learning.synthesis.footage import Footage, mirrored, reversed_in
 from omomo_core.learning.synthesis.holds import Handling
 from omomo_core.learning.synthesis.posture import Posture
 from omomo_core.learning.synthesis.props import ALL, Prop, Stock
-from omomo_core.learning.synthesis.stage import Stage, rehearse
+from omomo_core.learning.synthesis.stage import StagedMotion, rehearse
 from omomo_core.learning.synthesis.walker.improvise import improvise
-from omomo_core.learning.synthesis.walker.library import Library
+from omomo_core.learning.synthesis.walker.library import MotionLibrary
 from omomo_core.learning.synthesis.walker.path import CHANCES, Chances
 
 _TRIES = 20
@@ -24,7 +24,7 @@ class Sources:
     """What clips are made of."""
 
     footage: Footage
-    library: Library
+    library: MotionLibrary
     stock: Stock = ALL
     """What can be handled."""
 
@@ -55,10 +55,10 @@ class Wanted:
 
 
 @dataclass(frozen=True)
-class Plan:
+class ClipPlan:
     """What happens in a clip, before the body is solved for it."""
 
-    stage: Stage
+    stage: StagedMotion
     licence: str
     """Of the base motion."""
     prop: Prop
@@ -72,8 +72,8 @@ def cast(
     rng: np.random.Generator,
     sources: Sources,
     wanted: Wanted,
-    suits: Callable[[Stage], bool] = lambda _: True,
-) -> tuple[Stage, str] | None:
+    suits: Callable[[StagedMotion], bool] = lambda _: True,
+) -> tuple[StagedMotion, str] | None:
     """Find a base motion.
 
     Args:
@@ -101,7 +101,7 @@ def cast(
 
 def _recorded(
     rng: np.random.Generator, footage: Footage, wanted: Wanted
-) -> tuple[Stage | None, str]:
+) -> tuple[StagedMotion | None, str]:
     stretch = footage.stretches[rng.choice(len(footage.stretches), p=footage.chances)]
     if rng.random() < 0.5:
         stretch = mirrored(stretch)

@@ -14,7 +14,7 @@ from omomo_core.body.trajectory_optimization.obstacle import BoxObstacle
 from omomo_core.body.trajectory_optimization.targets import SolverTargets
 from omomo_core.learning.recordings.grounding import foot_contacts
 from omomo_core.learning.synthesis.hands import Hands
-from omomo_core.learning.synthesis.shapes import Part
+from omomo_core.learning.synthesis.shapes import SolidPart
 from omomo_core.skeleton import joint
 
 _ANKLES = (joint("left_ankle"), joint("right_ankle"))
@@ -25,7 +25,7 @@ def targets_of(
     base: tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 22 3 3"]],
     hands: Hands,
     T_world_prop: Float[np.ndarray, "frames 4 4"],
-    parts: Sequence[Part],
+    parts: Sequence[SolidPart],
     *,
     load: float = 0.0,
     leant_on: bool = False,
@@ -59,7 +59,7 @@ def targets_of(
     )
 
 
-def boxes_of(parts: Sequence[Part]) -> BoxObstacle:
+def boxes_of(parts: Sequence[SolidPart]) -> BoxObstacle:
     """The boxes that a prop fills."""
     corners = (np.stack([part.low for part in parts]), np.stack([part.high for part in parts]))
     return BoxObstacle(*(torch.as_tensor(c, dtype=torch.float32) for c in corners))

@@ -6,11 +6,11 @@ import numpy as np
 
 from omomo_core.learning.synthesis.posture import Posture
 from omomo_core.learning.synthesis.props import Prop
-from omomo_core.learning.synthesis.script import Action, Stance
+from omomo_core.learning.synthesis.script import Action, PropPlacement
 from omomo_core.learning.synthesis.walker.path import CHANCES, Chances
 
 
-class Tempo(TypedDict):
+class ReachTempo(TypedDict):
     """Frames of the parts of taking and leaving."""
 
     reach: int
@@ -19,7 +19,7 @@ class Tempo(TypedDict):
     release: int
 
 
-def tempo(rng: np.random.Generator, deep: float, *, slides: bool) -> Tempo:
+def tempo(rng: np.random.Generator, deep: float, *, slides: bool) -> ReachTempo:
     """One person's pace; `deep` is how far below 0.8 m the hands go, metres."""
     pace = rng.uniform(0.75, 1.3)
     move = 14 * deep if not slides else -10
@@ -80,7 +80,7 @@ _FAR = ("push", "pull", "drag", "shove", "tip", "pivot")
 """What is done at arm's length."""
 
 
-def stance_for(rng: np.random.Generator, action: Action, turn: float, moment: int) -> Stance:
+def stance_for(rng: np.random.Generator, action: Action, turn: float, moment: int) -> PropPlacement:
     """Where the prop is, seen from the actor; `moment` 0 when taken, 1 while held, 2 when left."""
     spread = {"carry": 0.24, "relocate": 0.3, "one_hand": 0.08, "drag": 0.22, "pull": 0.22,
               "push": 0.18, "turn": 0.15}.get(action, 0.26)  # fmt: skip
@@ -89,7 +89,7 @@ def stance_for(rng: np.random.Generator, action: Action, turn: float, moment: in
     far = action in _FAR
     reach = rng.uniform(0.2, 0.62) if far else 0.14 + rng.gamma(2.0, 0.06)
     skew = {"push": 0.2, "pull": 0.25, "drag": 0.25}.get(action, 0.16)
-    return Stance(
+    return PropPlacement(
         swing=float(np.clip(rng.normal(0.0, spread), -2.2 * spread, 2.2 * spread)),
         turn=turn + float(np.clip(rng.normal(0.0, skew), -0.5, 0.5)),
         reach=float(np.clip(reach, 0.16, 0.75)),

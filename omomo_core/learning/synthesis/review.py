@@ -11,12 +11,12 @@ from omomo_core.geometry.transforms import to_local, turning_speed
 from omomo_core.learning.recordings.grounding import foot_contacts, foot_skating
 from omomo_core.learning.recordings.joint_angles import SIDES, elbow, twist, wrist
 from omomo_core.learning.recordings.penetration import body_in_object
-from omomo_core.learning.synthesis.actor import Performance
+from omomo_core.learning.synthesis.actor import ActorMotion
 from omomo_core.learning.synthesis.hands import Hands
 from omomo_core.learning.synthesis.holds import Handling
 from omomo_core.learning.synthesis.props import Prop
-from omomo_core.learning.synthesis.shapes import Part, joined
-from omomo_core.learning.synthesis.stage import Stage
+from omomo_core.learning.synthesis.shapes import SolidPart, joined
+from omomo_core.learning.synthesis.stage import StagedMotion
 from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
 from omomo_core.skeleton import joint
 
@@ -52,7 +52,7 @@ _HARD_POINTS = ("pelvis", "spine2", "spine3", "neck", "head", "left_knee", "righ
                 "left_ankle", "right_ankle", "left_foot", "right_foot")  # fmt: skip
 
 
-def walked_through(body: BodyModel, stage: Stage, prop: Prop, handling: Handling) -> bool:
+def walked_through(body: BodyModel, stage: StagedMotion, prop: Prop, handling: Handling) -> bool:
     """Does the base motion lead through the place where the prop stands before or after?"""
     joints = joints_of(body, stage.root, stage.rotations)
     points = joints[:, [joint(n) for n in _LOWER_BODY], :2]
@@ -72,11 +72,11 @@ def walked_through(body: BodyModel, stage: Stage, prop: Prop, handling: Handling
 
 def fault(
     body: BodyModel,
-    stage: Stage,
+    stage: StagedMotion,
     prop: Prop,
     handling: Handling,
     hands: Hands,
-    performance: Performance,
+    performance: ActorMotion,
 ) -> str | None:
     """The first reason to reject a clip, or None."""
     if _idle(handling):
@@ -116,7 +116,7 @@ def _wrung(rotations: Float[np.ndarray, "frames 22 3 3"]) -> bool:
 
 
 def _trunk_depth(
-    body: BodyModel, prop: Prop, handling: Handling, performance: Performance
+    body: BodyModel, prop: Prop, handling: Handling, performance: ActorMotion
 ) -> float:
     """How deep the prop is in the trunk or the head, metres."""
     T = handling.T_world_prop
@@ -137,7 +137,7 @@ def _idle(handling: Handling) -> bool:
 
 
 def _inside(
-    parts: list[Part], handling: Handling, joints: Float[np.ndarray, "frames 24 3"]
+    parts: list[SolidPart], handling: Handling, joints: Float[np.ndarray, "frames 24 3"]
 ) -> Bool[np.ndarray, " frames"]:
     """Frames with a joint deeper in a part of the prop than flesh allows."""
     T = handling.T_world_prop
@@ -151,6 +151,6 @@ def _inside(
     return inside
 
 
-def _skating(body: BodyModel, motion: Stage | Performance) -> float:
+def _skating(body: BodyModel, motion: StagedMotion | ActorMotion) -> float:
     soles = sole_points(body, motion.root, motion.rotations)
     return foot_skating(soles, foot_contacts(soles))

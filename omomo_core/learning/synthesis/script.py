@@ -19,7 +19,7 @@ _SHORTEST_STOP = 8
 
 
 @dataclass(frozen=True)
-class Stance:
+class PropPlacement:
     """Where the prop is, seen from the actor; radians and metres."""
 
     swing: float = 0.0
@@ -75,7 +75,7 @@ class Episode:
     """Part of reaching and of letting go for which the actor stands; the rest is done walking up and
     off. Below 0 the actor holds before having come to a stand (though lifts for eight frames standing), or
     still when going off."""
-    stances: tuple[Stance, Stance, Stance]
+    stances: tuple[PropPlacement, PropPlacement, PropPlacement]
     """When taken, while held, when left."""
     heights: tuple[float, ...]
     """Of the prop's bottom while held, visited in this order; empty when it slides."""

@@ -19,7 +19,7 @@ _LONGEST_PIECE = 0.2
 
 
 @dataclass(frozen=True)
-class Part:
+class SolidPart:
     """One piece of a solid: its surface, and the box it fills (for collision)."""
 
     vertices: Float[np.ndarray, "verts 3"]
@@ -29,16 +29,18 @@ class Part:
     grip: float = 1.0
     """How readily a hand takes hold of it: 0 for wheels and feet."""
 
-    def moved(self, matrix: Float[np.ndarray, "3 3"], offset: Point = (0.0, 0.0, 0.0)) -> "Part":
+    def moved(
+        self, matrix: Float[np.ndarray, "3 3"], offset: Point = (0.0, 0.0, 0.0)
+    ) -> "SolidPart":
         """The part turned (or scaled) about the origin, then shifted."""
         vertices = self.vertices @ matrix.T + np.asarray(offset)
         return replace(self, vertices=vertices, low=vertices.min(axis=0), high=vertices.max(axis=0))
 
 
-def box(low: Point, high: Point, grip: float = 1.0) -> Part:
+def box(low: Point, high: Point, grip: float = 1.0) -> SolidPart:
     """An axis-aligned box."""
     lo, hi = np.asarray(low, float), np.asarray(high, float)
-    return Part(lo + _CORNERS * (hi - lo), _BOX_FACES, lo, hi, grip)
+    return SolidPart(lo + _CORNERS * (hi - lo), _BOX_FACES, lo, hi, grip)
 
 
 def cylinder(
@@ -48,13 +50,13 @@ def cylinder(
     radii: tuple[float, float],
     sides: int = 20,
     grip: float = 1.0,
-) -> Part:
+) -> SolidPart:
     """An upright closed cylinder or truncated cone (radii: at the bottom, at the top)."""
     start, end = (*centre, bottom), (*centre, top)
     return _rings(np.array([start, end]), np.array(radii), sides, grip)
 
 
-def rod(a: Point, b: Point, radius: float, sides: int = 8, grip: float = 1.0) -> list[Part]:
+def rod(a: Point, b: Point, radius: float, sides: int = 8, grip: float = 1.0) -> list[SolidPart]:
     """A round bar from `a` to `b`; cut into pieces when it is slanted."""
     ends = _cut(np.asarray(a, float), np.asarray(b, float))
     return [_rings(ends[k : k + 2], np.full(2, radius), sides, grip) for k in range(len(ends) - 1)]
@@ -62,23 +64,23 @@ def rod(a: Point, b: Point, radius: float, sides: int = 8, grip: float = 1.0) ->
 
 def beam(
     a: Point, b: Point, across: Point, width: float, thickness: float, grip: float = 1.0
-) -> list[Part]:
+) -> list[SolidPart]:
     """A rectangular bar from `a` to `b`, `width` wide along `across`; cut when it is slanted."""
     ends = _cut(np.asarray(a, float), np.asarray(b, float))
     along = (ends[-1] - ends[0]) / np.linalg.norm(ends[-1] - ends[0])
     side = np.asarray(across, float) - along * np.dot(across, along)
     side /= np.linalg.norm(side)
-    out: list[Part] = []
+    out: list[SolidPart] = []
     for start, end in pairwise(ends):
         axes = np.stack([side * width, np.cross(along, side) * thickness, end - start])
         corners = start + (_CORNERS - [0.5, 0.5, 0.0]) @ axes
-        out.append(Part(corners, _BOX_FACES, corners.min(axis=0), corners.max(axis=0), grip))
+        out.append(SolidPart(corners, _BOX_FACES, corners.min(axis=0), corners.max(axis=0), grip))
     return out
 
 
 def shell(
     bottom: float, top: float, radii: tuple[float, float], wall: float, sides: int = 20
-) -> Part:
+) -> SolidPart:
     """An open round vessel about the z axis: outer wall, rim, inner wall, floor."""
     heights = np.array([bottom, top, top, bottom + wall])
     radius = np.array([radii[0], radii[1], radii[1] - wall, radii[0] - wall])
@@ -87,7 +89,7 @@ def shell(
 
 
 def joined(
-    parts: Sequence[Part],
+    parts: Sequence[SolidPart],
 ) -> tuple[Float[np.ndarray, "verts 3"], Int[np.ndarray, "faces 3"]]:
     """Vertices and faces of all parts as one mesh."""
     starts = np.cumsum([0] + [len(p.vertices) for p in parts[:-1]])
@@ -105,7 +107,7 @@ def _cut(a: Float[np.ndarray, " 3"], b: Float[np.ndarray, " 3"]) -> Float[np.nda
 
 def _rings(
     path: Float[np.ndarray, "rings 3"], radii: Float[np.ndarray, " rings"], sides: int, grip: float
-) -> Part:
+) -> SolidPart:
     """A closed surface of circles along a path whose first and last points give the direction."""
     along = path[1] - path[0]
     along = along / np.linalg.norm(along)
@@ -126,4 +128,6 @@ def _rings(
         a, b = ring * sides, (ring + 1) * sides
         faces.append(np.stack([a + k, a + n, b + n], axis=1))
         faces.append(np.stack([a + k, b + n, b + k], axis=1))
-    return Part(vertices, np.concatenate(faces), vertices.min(axis=0), vertices.max(axis=0), grip)
+    return SolidPart(
+        vertices, np.concatenate(faces), vertices.min(axis=0), vertices.max(axis=0), grip
+    )

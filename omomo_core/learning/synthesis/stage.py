@@ -21,7 +21,7 @@ _LONGEST_IDLE = 75
 
 
 @dataclass(frozen=True)
-class Stage:
+class StagedMotion:
     """A base motion with the places where the actor stands still."""
 
     root: Float[np.ndarray, "frames 3"]
@@ -39,7 +39,7 @@ def rehearse(
     pause_frames: list[int],
     rates: tuple[float, float] = (0.7, 1.2),
     walk: tuple[int, int] = (24, 10_000),
-) -> Stage | None:
+) -> StagedMotion | None:
     """Lay a stretch of mocap over `frames` frames with a stop of each given length, in this order.
 
     Args:
@@ -59,7 +59,7 @@ def rehearse(
         if spare < 0:
             return None
         source = rng.uniform(0, spare) + rate * np.arange(frames)
-        return Stage(*sample(stretch, source), sway=idle_sway(rng, frames), pauses=[])
+        return StagedMotion(*sample(stretch, source), sway=idle_sway(rng, frames), pauses=[])
     moving = frames - sum(pause_frames)
     stops = _pick_stops(rng, stretch, rate, len(pause_frames), (walk[0], min(walk[1], moving)))
     if stops is None:
@@ -76,10 +76,10 @@ def rehearse(
     lead_in = rng.uniform(earliest, max(earliest, latest))
     source, pauses = _timeline(stops, rate, pause_frames, lead_in, idle_before, idle, frames)
     source = gaussian_filter1d(source.clip(0.0, len(stretch.root) - 1.0), _EASE)[_PAD:-_PAD]
-    return Stage(*sample(stretch, source), sway=idle_sway(rng, frames), pauses=pauses)
+    return StagedMotion(*sample(stretch, source), sway=idle_sway(rng, frames), pauses=pauses)
 
 
-def goes_its_way(stage: Stage, spans: list[tuple[int, int]], way: int) -> bool:
+def goes_its_way(stage: StagedMotion, spans: list[tuple[int, int]], way: int) -> bool:
     """Whether the actor mostly walks ahead (way 1) or backward (-1) in some frames; 0 is anyhow."""
     ahead = ahead_of(gaussian_filter1d(np.unwrap(heading(stage.rotations)), _EASE))
     steps = np.diff(gaussian_filter1d(stage.root[:, :2], _EASE, axis=0), axis=0)

@@ -5,11 +5,11 @@ from typing import get_args
 import numpy as np
 
 from omomo_core.body.model import BodyModel
-from omomo_core.learning.synthesis.casting import Plan, Sources, Wanted, cast
+from omomo_core.learning.synthesis.casting import ClipPlan, Sources, Wanted, cast
 from omomo_core.learning.synthesis.holds import Handling
 from omomo_core.learning.synthesis.posture import Posture
 from omomo_core.learning.synthesis.props import Stock, make_prop, scaled
-from omomo_core.learning.synthesis.stage import Stage
+from omomo_core.learning.synthesis.stage import StagedMotion
 from omomo_core.learning.synthesis.tools.cart import direct_cart
 from omomo_core.learning.synthesis.tools.job import PROPS, ToolAction, write_job
 from omomo_core.learning.synthesis.tools.strokes import direct_strokes
@@ -25,7 +25,7 @@ TOOL_ACTIONS: tuple[ToolAction, ...] = get_args(ToolAction)
 
 def work(
     rng: np.random.Generator, sources: Sources, action: ToolAction, body: BodyModel, scale: float
-) -> Plan | str:
+) -> ClipPlan | str:
     """Somebody at work, before the body is solved, or why it is no good."""
     frames = int(rng.uniform(120, 300))
     rolls = action in _DIRECTORS
@@ -46,7 +46,7 @@ def work(
     )
     director, handlings = _DIRECTORS.get(action, direct_strokes), list[Handling]()
 
-    def suits(stage: Stage) -> bool:
+    def suits(stage: StagedMotion) -> bool:
         handling = director(rng, body, stage, job)
         handlings.extend([handling] if handling is not None else [])
         return handling is not None
@@ -56,4 +56,4 @@ def work(
         return "no-way"
     handling = handlings[-1]
     posture = Posture(squat=rng.uniform(0.0, 0.5), lean=rng.uniform(0.0, 0.2))
-    return Plan(*found, prop, handling, posture, leant_on=rolls)
+    return ClipPlan(*found, prop, handling, posture, leant_on=rolls)

@@ -13,8 +13,8 @@ from omomo_core.learning.synthesis.actor_path import ActorPath, actor_path
 from omomo_core.learning.synthesis.directions import ahead_of, left_of
 from omomo_core.learning.synthesis.holding import holds_of
 from omomo_core.learning.synthesis.holds import Handling, Hold
-from omomo_core.learning.synthesis.script import Episode, Script, Span, Stance
-from omomo_core.learning.synthesis.stage import Stage
+from omomo_core.learning.synthesis.script import Episode, PropPlacement, Script, Span
+from omomo_core.learning.synthesis.stage import StagedMotion
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
 
@@ -56,7 +56,9 @@ clears the head is held above it."""
 _LOWEST_FLIGHT = 0.02
 
 
-def direct(rng: np.random.Generator, body: BodyModel, stage: Stage, script: Script) -> Handling:
+def direct(
+    rng: np.random.Generator, body: BodyModel, stage: StagedMotion, script: Script
+) -> Handling:
     """Let the prop follow the script and the actor's base motion."""
     sigma = rng.uniform(6.0, 12.0)
     actor = actor_path(body, stage, sigma, sigma * 1.2)
@@ -144,7 +146,7 @@ def _near_distance(
     actor: ActorPath,
     script: Script,
     episode: Episode,
-    stance: Stance,
+    stance: PropPlacement,
     rows: np.ndarray,
     heights: Float[np.ndarray, " rows"],
 ) -> float:
@@ -174,7 +176,7 @@ _Box = tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]
 
 
 def _before(
-    script: Script, episode: Episode, stance: Stance
+    script: Script, episode: Episode, stance: PropPlacement
 ) -> tuple[list[_Box], Float[np.ndarray, " 3"]]:
     """Corners of the prop's parts as it is turned and tilted before the actor, and its palms.
 
@@ -187,7 +189,7 @@ def _before(
     return [(c.min(axis=0), c.max(axis=0)) for c in corners], palm
 
 
-def _aside(script: Script, episode: Episode, stance: Stance) -> float:
+def _aside(script: Script, episode: Episode, stance: PropPlacement) -> float:
     """Sideways offset: a thing in one hand hangs beside the leg."""
     outward = 1.0 if episode.hands[0] else -1.0
     if all(episode.hands):

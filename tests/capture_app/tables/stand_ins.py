@@ -11,7 +11,7 @@ from safetensors.numpy import save_file
 from capture_app.tables.methods import METHODS
 from omomo_core.errors import InputError
 from omomo_core.learning.evaluation.clips import RealClip
-from omomo_core.learning.evaluation.method import Method
+from omomo_core.learning.evaluation.method import EvaluatedMethod
 from omomo_core.learning.evaluation.recorded import RecordedPeople
 from omomo_core.learning.recordings.clips import Clip, save_clips
 from omomo_core.motion import HumanMotion
@@ -44,12 +44,12 @@ class Near:
         return [resembling(clip, away, seed + k) for k in range(samples)]
 
 
-def load(names: Sequence[str]) -> Mapping[str, Method]:
+def load(names: Sequence[str]) -> Mapping[str, EvaluatedMethod]:
     near = {name: Near(name, away) for name, away in AWAY.items()}
     return {**near, "recorded": RecordedPeople()}
 
 
-def never(names: Sequence[str]) -> Mapping[str, Method]:
+def never(names: Sequence[str]) -> Mapping[str, EvaluatedMethod]:
     raise AssertionError(f"{names} are asked again")
 
 

@@ -23,7 +23,7 @@ from omomo_core.body.trajectory_optimization.spline import Spline, gauss_newton_
 from omomo_core.body.trajectory_optimization.targets import SolverTargets
 from omomo_core.learning.synthesis.goals import targets_of
 from omomo_core.learning.synthesis.hands import Hands
-from omomo_core.learning.synthesis.shapes import Part, box
+from omomo_core.learning.synthesis.shapes import SolidPart, box
 from omomo_core.skeleton import joint
 
 FRAMES = 60
@@ -58,13 +58,17 @@ def standing(body: BodyModel) -> tuple[np.ndarray, np.ndarray]:
     return root, turned.numpy()
 
 
-def block(low: tuple[float, float, float], high: tuple[float, float, float]) -> Part:
+def block(low: tuple[float, float, float], high: tuple[float, float, float]) -> SolidPart:
     return box(low, high)
 
 
 def goals(
-    body: BodyModel, base: tuple[np.ndarray, np.ndarray], palms: np.ndarray | None, part: Part, load: float
-) -> SolverTargets:  # fmt: skip
+    body: BodyModel,
+    base: tuple[np.ndarray, np.ndarray],
+    palms: np.ndarray | None,
+    part: SolidPart,
+    load: float,
+) -> SolverTargets:
     held = 0.0 if palms is None else 1.0
     both = np.tile(np.zeros(3) if palms is None else palms, (FRAMES, 1, 1))
     hands = Hands(
@@ -80,7 +84,7 @@ def goals(
 FAR = block((5.0, 5.0, 0.0), (5.5, 5.5, 0.5))
 
 
-def depth(body: BodyModel, root: np.ndarray, rotations: np.ndarray, part: Part) -> float:
+def depth(body: BodyModel, root: np.ndarray, rotations: np.ndarray, part: SolidPart) -> float:
     flesh = build_anatomy(body)
     points, _ = anatomy_points(
         flesh, torch.as_tensor(root).float(), torch.as_tensor(rotations).float()

@@ -18,7 +18,7 @@ from omomo_core.learning.synthesis.actions.episodes import (
 )
 from omomo_core.learning.synthesis.manners import stance_for
 from omomo_core.learning.synthesis.props import Prop
-from omomo_core.learning.synthesis.script import Action, Episode, Stance
+from omomo_core.learning.synthesis.script import Action, Episode, PropPlacement
 
 _TALL = 1.1
 """Height of things that are carried upright, low over the floor, metres."""
@@ -98,8 +98,8 @@ def flip(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> 
     if grip[0].kind == "pole":
         return []
     start, middle, end = (stance_for(rng, action, grip[1], m) for m in range(3))
-    held = Stance(**(vars(middle) | {"pitch": quarter * rng.uniform(0.3, 0.7)}))
-    left = Stance(**(vars(end) | {"pitch": quarter}))
+    held = PropPlacement(**(vars(middle) | {"pitch": quarter * rng.uniform(0.3, 0.7)}))
+    left = PropPlacement(**(vars(end) | {"pitch": quarter}))
     support = draw_support(rng, prop, palm, scale)
     return [
         draw_episode(

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from omomo_core.learning.synthesis.props.blueprint import Bar
+from omomo_core.learning.synthesis.props.blueprint import GripBar
 from omomo_core.learning.synthesis.props.prop import Grasp, Use
 from omomo_core.learning.synthesis.props.rays import RayMesh
 
@@ -33,7 +33,7 @@ def hooked(
 
 
 def bar_grasps(
-    rng: np.random.Generator, mesh: RayMesh, bar: Bar, one_handed: bool, use: Use
+    rng: np.random.Generator, mesh: RayMesh, bar: GripBar, one_handed: bool, use: Use
 ) -> Grasp | None:
     """One way to take a bar, or None where its surface is not found (something covers it)."""
     along = (bar.b - bar.a) / np.linalg.norm(bar.b - bar.a)
@@ -52,7 +52,9 @@ def bar_grasps(
 _Wish = tuple[Float[np.ndarray, "2 3"], Float[np.ndarray, "2 3"], Float[np.ndarray, " 3"]]
 
 
-def _pole(rng: np.random.Generator, bar: Bar, along: Float[np.ndarray, " 3"], one: bool) -> _Wish:
+def _pole(
+    rng: np.random.Generator, bar: GripBar, along: Float[np.ndarray, " 3"], one: bool
+) -> _Wish:
     """A pole between the hands, one above the other; or in one fist."""
     low, high = sorted((float(bar.a[2]), float(bar.b[2])))
     low, high = max(low, min(_LOWEST, high)), max(min(high, _HIGHEST), low)
@@ -71,7 +73,7 @@ def _pole(rng: np.random.Generator, bar: Bar, along: Float[np.ndarray, " 3"], on
     return where, np.stack([_flat(i, along) for i in inward]), fingers
 
 
-def _across(rng: np.random.Generator, bar: Bar, one: bool) -> _Wish:
+def _across(rng: np.random.Generator, bar: GripBar, one: bool) -> _Wish:
     """A bar from left to right: from above, from behind, or from below."""
     middle, half = (bar.a + bar.b) / 2, abs(float(bar.b[1] - bar.a[1])) / 2
     apart = min(max(half - 0.04, 0.0), rng.uniform(0.05, 0.28)) if not one else 0.0
@@ -89,7 +91,7 @@ def _across(rng: np.random.Generator, bar: Bar, one: bool) -> _Wish:
     return where, np.stack([inward, inward]), np.sin(tilt) * _AHEAD + np.cos(tilt) * _UP
 
 
-def _lengthwise(rng: np.random.Generator, bar: Bar, along: Float[np.ndarray, " 3"]) -> _Wish:
+def _lengthwise(rng: np.random.Generator, bar: GripBar, along: Float[np.ndarray, " 3"]) -> _Wish:
     """A bar that points away, in a hand that hangs beside the body."""
     reach = np.clip(rng.normal(0.5, 0.12), 0.2, 0.8)
     where = bar.a + reach * (bar.b - bar.a)

@@ -6,13 +6,13 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from omomo_core.learning.synthesis.shapes import Part, Point
+from omomo_core.learning.synthesis.shapes import Point, SolidPart
 
 BarKind = Literal["pole", "rail", "handle"]
 
 
 @dataclass(frozen=True)
-class Bar:
+class GripBar:
     """Something long that a hand closes around."""
 
     kind: BarKind
@@ -27,9 +27,9 @@ class Blueprint:
     """A thing with its front at +x, standing on z = 0."""
 
     name: str
-    parts: list[Part]
+    parts: list[SolidPart]
     mass: float
-    bars: list[Bar] = field(default_factory=list)
+    bars: list[GripBar] = field(default_factory=list)
     sides: tuple[float, float, float, float] = (0.25, 0.25, 0.25, 0.25)
     """How often people stand behind it (-x), at its right (-y), before it (+x), at its left (+y)."""
     wheels: bool = False
@@ -40,9 +40,9 @@ class Blueprint:
     """False when only its bars are held."""
 
 
-def bar(kind: BarKind, a: Point, b: Point, *uses: str) -> Bar:
+def bar(kind: BarKind, a: Point, b: Point, *uses: str) -> GripBar:
     """A bar between two points."""
-    return Bar(kind, np.array(a, float), np.array(b, float), uses)
+    return GripBar(kind, np.array(a, float), np.array(b, float), uses)
 
 
 _QUARTERS = [

@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from omomo_core.learning.synthesis.props.blueprint import Bar, Blueprint, bar
-from omomo_core.learning.synthesis.shapes import Part, box, cylinder, rod, shell
+from omomo_core.learning.synthesis.props.blueprint import Blueprint, GripBar, bar
+from omomo_core.learning.synthesis.shapes import SolidPart, box, cylinder, rod, shell
 
 
 def small_box(rng: np.random.Generator) -> Blueprint:
@@ -118,7 +118,7 @@ def bucket(rng: np.random.Generator) -> Blueprint:
     """With its bow up or down."""
     height, r = rng.uniform(0.22, 0.36), rng.uniform(0.12, 0.17)
     parts = [shell(0.0, height, (r * rng.uniform(0.7, 0.9), r), 0.006, 22)]
-    bars: list[Bar] = []
+    bars: list[GripBar] = []
     if rng.random() < 0.75:
         bow, handle = _bow(r, height, r * rng.uniform(0.75, 1.0), 0.008)
         parts, bars = parts + bow, [handle]
@@ -154,7 +154,7 @@ def toolbox(rng: np.random.Generator) -> Blueprint:
     return Blueprint("toolbox", parts, rng.uniform(2, 10), [handle])
 
 
-def _bow(half: float, rim: float, rise: float, radius: float) -> tuple[list[Part], Bar]:
+def _bow(half: float, rim: float, rise: float, radius: float) -> tuple[list[SolidPart], GripBar]:
     """A raised handle across a vessel, along y."""
     angles = np.linspace(0.0, np.pi, 8)
     path = np.stack([0 * angles, half * np.cos(angles), rim + rise * np.sin(angles)], axis=1)

@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from omomo_core.errors import InputError
 from omomo_core.learning.synthesis.props.blueprint import Blueprint
-from omomo_core.learning.synthesis.shapes import Part
+from omomo_core.learning.synthesis.shapes import SolidPart
 
 _SIZES: dict[str, tuple[str, tuple[float, float, float], tuple[float, float, float], float]] = {
     "table_medium_long": ("largetable", (0.65, 1.1, 0.7), (0.95, 1.7, 0.78), 18),
@@ -88,7 +88,7 @@ class Furniture:
         return out
 
     @cached_property
-    def _meshes(self) -> list[tuple[str, list[Part]]]:
+    def _meshes(self) -> list[tuple[str, list[SolidPart]]]:
         """Kind and parts of each; read once, for every worker process."""
         return [
             (kind, _parts(path, kind.startswith(("table", "chair")))) for path, kind in self._files
@@ -106,17 +106,17 @@ class Furniture:
         return Blueprint(name, sized, mass * rng.uniform(0.7, 1.3))
 
 
-def _parts(path: Path, on_legs: bool) -> list[Part]:
+def _parts(path: Path, on_legs: bool) -> list[SolidPart]:
     """A mesh with z up and its front toward +x; what is low on a table or chair is rarely held."""
     vertices, faces = _read_obj(path)
     middles = vertices[faces][..., 2].mean(axis=1)
     low = on_legs & (middles < _LEGS * vertices[:, 2].max())
-    out: list[Part] = []
+    out: list[SolidPart] = []
     for chosen, grip in ((low, 0.1), (~low, 1.0)):
         if chosen.any():
             used, index = np.unique(faces[chosen], return_inverse=True)
             v = vertices[used]
-            out.append(Part(v, index.reshape(-1, 3), v.min(axis=0), v.max(axis=0), grip))
+            out.append(SolidPart(v, index.reshape(-1, 3), v.min(axis=0), v.max(axis=0), grip))
     return out
 
 

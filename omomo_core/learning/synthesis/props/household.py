@@ -3,7 +3,7 @@
 import numpy as np
 
 from omomo_core.learning.synthesis.props.blueprint import Blueprint, bar
-from omomo_core.learning.synthesis.shapes import Part, beam, box, cylinder
+from omomo_core.learning.synthesis.shapes import SolidPart, beam, box, cylinder
 
 
 def monitor(rng: np.random.Generator) -> Blueprint:
@@ -59,7 +59,7 @@ def ladder(rng: np.random.Generator) -> Blueprint:
     """A step ladder set up, folded, or a straight one."""
     height, y = rng.uniform(0.9, 1.75), rng.uniform(0.18, 0.25)
     open_by = float(rng.choice([0.03, rng.uniform(0.25, 0.5)]))
-    parts: list[Part] = []
+    parts: list[SolidPart] = []
     rungs = round(height / 0.27)
     for s in (-1, 1):
         parts += beam((-open_by, s * y, 0), (-0.012, s * y, height), (0, 1, 0), 0.022, 0.045)

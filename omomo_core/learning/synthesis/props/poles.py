@@ -3,7 +3,7 @@
 import numpy as np
 
 from omomo_core.learning.synthesis.props.blueprint import Blueprint, bar
-from omomo_core.learning.synthesis.shapes import Part, box, cylinder, rod
+from omomo_core.learning.synthesis.shapes import SolidPart, box, cylinder, rod
 
 _HELD = ("lift", "lift", "one_hand", "push", "tip")
 
@@ -51,7 +51,7 @@ def _rack(rng: np.random.Generator) -> Blueprint:
     y, height, r = rng.uniform(0.22, 0.6), rng.uniform(1.3, 1.75), rng.uniform(0.01, 0.016)
     foot, wheels = rng.uniform(0.18, 0.26), rng.random() < 0.5
     base = 0.06 if wheels else r
-    parts: list[Part] = []
+    parts: list[SolidPart] = []
     for s in (-1, 1):
         parts += rod((0, s * y, base), (0, s * y, height), r, 8)
         parts += rod((-foot, s * y, base), (foot, s * y, base), r, 8, 0.0)
@@ -94,14 +94,14 @@ def tripod(rng: np.random.Generator) -> Blueprint:
     return Blueprint("tripod", parts, rng.uniform(1, 5), bars, stands=not folded)
 
 
-def _foot(rng: np.random.Generator, r: float) -> list[Part]:
+def _foot(rng: np.random.Generator, r: float) -> list[SolidPart]:
     wide = rng.uniform(0.11, 0.18)
     style = rng.choice(["disc", "slab", "legs"], p=[0.5, 0.2, 0.3])
     if style == "disc":
         return [cylinder((0, 0), 0.0, rng.uniform(0.015, 0.04), (wide, wide * 0.95), 22, 0.0)]
     if style == "slab":
         return [box((-wide, -wide * 0.8, 0), (wide, wide * 0.8, 0.025), 0.0)]
-    out: list[Part] = []
+    out: list[SolidPart] = []
     number = int(rng.integers(3, 5))
     for k in range(number):
         angle = 2 * np.pi * (k + 0.5) / number

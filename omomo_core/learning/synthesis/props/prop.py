@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from omomo_core.learning.synthesis.props.scan import scanned
-from omomo_core.learning.synthesis.shapes import Part
+from omomo_core.learning.synthesis.shapes import SolidPart
 from omomo_core.motion import ObjectMesh
 
 Use = Literal["lift", "push", "one_hand", "tool", "tip"]
@@ -44,7 +44,7 @@ class Prop:
     """A thing with its possible grasps."""
 
     name: str
-    parts: list[Part]
+    parts: list[SolidPart]
     grasps: list[Grasp]
     mass: float = 5.0
     """Estimate, kilograms."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from omomo_core.learning.synthesis.props.blueprint import Blueprint, bar
-from omomo_core.learning.synthesis.shapes import Part, beam, box, cylinder, rod
+from omomo_core.learning.synthesis.shapes import SolidPart, beam, box, cylinder, rod
 
 
 def suitcase(rng: np.random.Generator) -> Blueprint:
@@ -101,7 +101,7 @@ def hand_truck(rng: np.random.Generator) -> Blueprint:
     )
 
 
-def _castors(x: float, y: float, under: float) -> list[Part]:
+def _castors(x: float, y: float, under: float) -> list[SolidPart]:
     return [
         cylinder((sx * x, sy * y), 0.0, under, (0.045, 0.04), 10, 0.0)
         for sx in (-1, 1)

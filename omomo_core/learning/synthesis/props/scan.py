@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.spatial import KDTree
 
-from omomo_core.learning.synthesis.shapes import Part, joined
+from omomo_core.learning.synthesis.shapes import SolidPart, joined
 
 MOST_VERTICES = 1500
 _FINEST = 0.025
@@ -17,7 +17,7 @@ _Mesh = tuple[Float[np.ndarray, "verts 3"], Int[np.ndarray, "faces 3"]]
 
 
 def scanned(
-    rng: np.random.Generator, parts: Sequence[Part], palms: Float[np.ndarray, "palms 3"]
+    rng: np.random.Generator, parts: Sequence[SolidPart], palms: Float[np.ndarray, "palms 3"]
 ) -> _Mesh:
     """Vertices and faces of an imperfect scan of these parts.
 

@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from omomo_core.learning.synthesis.props.blueprint import Bar, Blueprint, bar
-from omomo_core.learning.synthesis.shapes import Part, beam, box, cylinder, rod
+from omomo_core.learning.synthesis.props.blueprint import Blueprint, GripBar, bar
+from omomo_core.learning.synthesis.shapes import SolidPart, beam, box, cylinder, rod
 
 _LEG, _CHAIR_LEG = 0.1, 0.4
 """How readily legs are held: hardly, or to lift a light chair high."""
@@ -122,12 +122,12 @@ def armchair(rng: np.random.Generator) -> Blueprint:
     return Blueprint("armchair", parts, rng.uniform(16, 32), sides=(0.4, 0.2, 0.2, 0.2))
 
 
-def _top_rail(x: float, y: float, top: float) -> Bar:
+def _top_rail(x: float, y: float, top: float) -> GripBar:
     return bar("rail", (x, -y, top - 0.02), (x, y, top - 0.02), "push", "tip", "lift", "one_hand")
 
 
-def _legs(rng: np.random.Generator, x: float, y: float, seat: float, t: float) -> list[Part]:
-    out: list[Part] = []
+def _legs(rng: np.random.Generator, x: float, y: float, seat: float, t: float) -> list[SolidPart]:
+    out: list[SolidPart] = []
     for sx in (-1, 1):
         for sy in (-1, 1):
             a, b = sx * (x - t), sy * (y - t)
@@ -148,13 +148,13 @@ def _legs(rng: np.random.Generator, x: float, y: float, seat: float, t: float) -
 
 def _back(
     rng: np.random.Generator, x: tuple[float, float], y: float, seat: float, top: float
-) -> list[Part]:
+) -> list[SolidPart]:
     """What is between the posts: x at the seat and at the top, half its width, its heights."""
 
     def at(z: float) -> float:
         return float(np.interp(z, [seat, top], x))
 
-    def board(low: float, high: float, thick: float) -> list[Part]:
+    def board(low: float, high: float, thick: float) -> list[SolidPart]:
         return beam((at(low), 0, low), (at(high), 0, high), _ALONG_Y, 2 * y, thick)
 
     style = rng.choice(["slats", "rungs", "board"], p=[0.4, 0.35, 0.25])
@@ -174,9 +174,9 @@ def _back(
     return out
 
 
-def _arms(rng: np.random.Generator, x: float, y: float, seat: float) -> list[Part]:
+def _arms(rng: np.random.Generator, x: float, y: float, seat: float) -> list[SolidPart]:
     z, front = seat + rng.uniform(0.17, 0.24), x * rng.uniform(0.5, 0.95)
-    out: list[Part] = []
+    out: list[SolidPart] = []
     for sy in (-1, 1):
         low, high = sorted((sy * (y - 0.015), sy * (y + 0.035)))
         out.append(box((-x - 0.01, low, z), (front, high, z + 0.03)))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from omomo_core.learning.synthesis.props.blueprint import Blueprint, bar
-from omomo_core.learning.synthesis.shapes import Part, beam, box, cylinder, rod
+from omomo_core.learning.synthesis.shapes import SolidPart, beam, box, cylinder, rod
 
 _LEG = 0.15
 """Grip of a leg: rarely held."""
@@ -54,10 +54,10 @@ def _styles(round_top: bool, y: float) -> list[float]:
     return [0.65, 0.05, 0.18, 0.12] if y > 0.4 else [0.75, 0.1, 0.05, 0.1]
 
 
-def _four(rng: np.random.Generator, x: float, y: float, under: float) -> list[Part]:
+def _four(rng: np.random.Generator, x: float, y: float, under: float) -> list[SolidPart]:
     thick, splay = rng.uniform(0.015, 0.032), rng.choice([0.0, 0.0, rng.uniform(0.02, 0.07)])
     square = rng.random() < 0.6
-    out: list[Part] = []
+    out: list[SolidPart] = []
     for sx in (-1, 1):
         for sy in (-1, 1):
             top = (sx * (x - thick - splay), sy * (y - thick - splay), under)
@@ -73,7 +73,7 @@ def _four(rng: np.random.Generator, x: float, y: float, under: float) -> list[Pa
     return _grounded(out)
 
 
-def _apron(rng: np.random.Generator, x: float, y: float, under: float) -> list[Part]:
+def _apron(rng: np.random.Generator, x: float, y: float, under: float) -> list[SolidPart]:
     deep, t, inset = rng.uniform(0.05, 0.1), 0.02, 0.02
     low, x, y = under - deep, x - inset, y - inset
     return [
@@ -84,7 +84,7 @@ def _apron(rng: np.random.Generator, x: float, y: float, under: float) -> list[P
     ]
 
 
-def _pedestal(rng: np.random.Generator, x: float, y: float, under: float) -> list[Part]:
+def _pedestal(rng: np.random.Generator, x: float, y: float, under: float) -> list[SolidPart]:
     radius, wide = rng.uniform(0.02, 0.05), min(x, y) * rng.uniform(0.65, 0.95)
     out = [cylinder((0.0, 0.0), 0.03, under, (radius, radius), 14)]
     if rng.random() < 0.6:
@@ -95,10 +95,10 @@ def _pedestal(rng: np.random.Generator, x: float, y: float, under: float) -> lis
     return out
 
 
-def _trestle(rng: np.random.Generator, x: float, y: float, under: float) -> list[Part]:
+def _trestle(rng: np.random.Generator, x: float, y: float, under: float) -> list[SolidPart]:
     """Two end frames: an A or a post on a foot; a bar between them."""
     inner, t, splay = y * rng.uniform(0.75, 0.95), rng.uniform(0.015, 0.03), rng.uniform(0.0, 0.8)
-    out: list[Part] = []
+    out: list[SolidPart] = []
     for sy in (-1, 1):
         at = sy * inner
         for sx in (-1, 1):
@@ -112,7 +112,7 @@ def _trestle(rng: np.random.Generator, x: float, y: float, under: float) -> list
     return _grounded(out)
 
 
-def _panels(rng: np.random.Generator, x: float, y: float, under: float) -> list[Part]:
+def _panels(rng: np.random.Generator, x: float, y: float, under: float) -> list[SolidPart]:
     t = rng.uniform(0.018, 0.035)
     out = [box((-x, -y, 0), (x, -y + t, under)), box((-x, y - t, 0), (x, y, under))]
     if rng.random() < 0.6:
@@ -120,7 +120,7 @@ def _panels(rng: np.random.Generator, x: float, y: float, under: float) -> list[
     return out
 
 
-def _grounded(parts: list[Part]) -> list[Part]:
+def _grounded(parts: list[SolidPart]) -> list[SolidPart]:
     """Slanted pieces end a little below the floor: everything raised to stand on it."""
     lift = -min(float(p.low[2]) for p in parts)
     return [p.moved(np.eye(3), (0, 0, lift)) if p.low[2] < 1e-9 else p for p in parts]

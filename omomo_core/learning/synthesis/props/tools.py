@@ -3,8 +3,8 @@
 import numpy as np
 from jaxtyping import Float
 
-from omomo_core.learning.synthesis.props.blueprint import Bar, BarKind, Blueprint, bar
-from omomo_core.learning.synthesis.shapes import Part, beam, box, cylinder, rod
+from omomo_core.learning.synthesis.props.blueprint import BarKind, Blueprint, GripBar, bar
+from omomo_core.learning.synthesis.shapes import SolidPart, beam, box, cylinder, rod
 
 _TOWARD = (1.0, 0.0, 0.0, 0.0)
 
@@ -69,7 +69,7 @@ def _canister(rng: np.random.Generator) -> Blueprint:
 
 def _pole(
     rng: np.random.Generator, length: float, radius: float
-) -> tuple[Float[np.ndarray, " 3"], list[Part], Bar]:
+) -> tuple[Float[np.ndarray, " 3"], list[SolidPart], GripBar]:
     """Its upper end, its parts, and the stretch that hands take."""
     rise = np.radians(rng.uniform(42, 72) if rng.random() < 0.75 else rng.uniform(82, 90))
     u = np.array([-np.cos(rise), 0.0, np.sin(rise)])
@@ -81,11 +81,15 @@ def _pole(
 
 
 def _tool(
-    name: str, parts: list[Part], bars: list[Bar], mass: float, top: Float[np.ndarray, " 3"]
+    name: str,
+    parts: list[SolidPart],
+    bars: list[GripBar],
+    mass: float,
+    top: Float[np.ndarray, " 3"],
 ) -> Blueprint:
     """One that stands upright is carried; only a slanted one can sweep."""
     low = min(float(p.low[2]) for p in parts)
     parts = [p.moved(np.eye(3), (0, 0, -low)) for p in parts]
     if top[0] > -0.25:
-        bars = [Bar(b.kind, b.a, b.b, tuple(u for u in b.uses if u != "tool")) for b in bars]
+        bars = [GripBar(b.kind, b.a, b.b, tuple(u for u in b.uses if u != "tool")) for b in bars]
     return Blueprint(name, parts, mass, bars, _TOWARD, stands=False, whole=False)

@@ -7,8 +7,8 @@ from scipy.ndimage import gaussian_filter1d
 from omomo_core.body.model import BodyModel
 from omomo_core.learning.synthesis.actor_path import ActorPath, actor_path
 from omomo_core.learning.synthesis.holds import Handling
-from omomo_core.learning.synthesis.stage import Stage
-from omomo_core.learning.synthesis.tools.grip import Bar, grip_holds
+from omomo_core.learning.synthesis.stage import StagedMotion
+from omomo_core.learning.synthesis.tools.grip import ToolBar, grip_holds
 from omomo_core.learning.synthesis.tools.job import ToolJob
 
 _GRIP = 0.012
@@ -22,7 +22,7 @@ _NEAR, _FAR, _ASIDE = 0.27, 0.68, 0.24
 
 
 def direct_cart(
-    rng: np.random.Generator, body: BodyModel, stage: Stage, job: ToolJob
+    rng: np.random.Generator, body: BodyModel, stage: StagedMotion, job: ToolJob
 ) -> Handling | None:
     """Let a cart roll ahead of the walking actor, or be pulled along by one who walks backward.
 
@@ -34,7 +34,7 @@ def direct_cart(
     straight = path.straight(span)
     if abs(straight) < _STRAIGHT:
         return None
-    bar = Bar(job.grasp.points + job.grasp.inward * _GRIP, _THUMBS)
+    bar = ToolBar(job.grasp.points + job.grasp.inward * _GRIP, _THUMBS)
     handle = float(bar.centres[:, 0].mean())
     axle = float(job.prop.low[0]) + rng.uniform(0.1, 0.3) * float(
         np.ptp([job.prop.low[0], job.prop.high[0]])

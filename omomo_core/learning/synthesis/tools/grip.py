@@ -17,7 +17,7 @@ _SIDES = ("left", "right")
 
 
 @dataclass(frozen=True)
-class Bar:
+class ToolBar:
     """A straight piece of a prop that hands close around, prop frame."""
 
     centres: Float[np.ndarray, "2 3"]
@@ -30,7 +30,7 @@ def grip_holds(
     body: BodyModel,
     joints: Float[np.ndarray, "frames 24 3"],
     T_world_prop: Float[np.ndarray, "frames 4 4"],
-    bar: Bar,
+    bar: ToolBar,
     hands: tuple[bool, bool],
     span: tuple[int, int],
     times: tuple[int, int],

@@ -12,8 +12,8 @@ from omomo_core.body.model import BodyModel
 from omomo_core.learning.synthesis.directions import ahead_of, left_of
 from omomo_core.learning.synthesis.footage import heading
 from omomo_core.learning.synthesis.holds import Handling
-from omomo_core.learning.synthesis.stage import Stage
-from omomo_core.learning.synthesis.tools.grip import Bar, arm_lengths, grip_holds
+from omomo_core.learning.synthesis.stage import StagedMotion
+from omomo_core.learning.synthesis.tools.grip import ToolBar, arm_lengths, grip_holds
 from omomo_core.learning.synthesis.tools.job import ToolJob, sole
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
@@ -43,7 +43,7 @@ class _Tool:
     """Middle of the head on the floor."""
     middle: Float[np.ndarray, " 3"]
     """Of the hands, on the axis."""
-    bar: Bar
+    bar: ToolBar
     length: float
     """From the sole to the middle of the hands."""
     side: float
@@ -53,7 +53,7 @@ class _Tool:
 
 
 def direct_strokes(
-    rng: np.random.Generator, body: BodyModel, stage: Stage, job: ToolJob
+    rng: np.random.Generator, body: BodyModel, stage: StagedMotion, job: ToolJob
 ) -> Handling | None:
     """Let the head of a tool stroke the floor before the actor.
 
@@ -102,7 +102,7 @@ def _tool(job: ToolJob) -> _Tool:
     line = middle - foot
     length = float(np.linalg.norm(line))
     slant = float(np.arcsin(line[2] / length))
-    bar, side = Bar(centres, np.stack([up, up])), 1.0 - 2.0 * upper
+    bar, side = ToolBar(centres, np.stack([up, up])), 1.0 - 2.0 * upper
     return _Tool(vertices, foot, middle, bar, length, side, slant)
 
 

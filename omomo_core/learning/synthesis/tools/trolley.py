@@ -11,8 +11,8 @@ from omomo_core.body.model import BodyModel
 from omomo_core.geometry.easing import min_jerk
 from omomo_core.learning.synthesis.actor_path import ActorPath, actor_path
 from omomo_core.learning.synthesis.holds import Handling
-from omomo_core.learning.synthesis.stage import Stage
-from omomo_core.learning.synthesis.tools.grip import Bar, arm_lengths, grip_holds
+from omomo_core.learning.synthesis.stage import StagedMotion
+from omomo_core.learning.synthesis.tools.grip import ToolBar, arm_lengths, grip_holds
 from omomo_core.learning.synthesis.tools.job import ToolJob, sole
 from omomo_core.skeleton import joint
 
@@ -30,7 +30,7 @@ class _Case:
     vertices: Float[np.ndarray, "verts 3"]
     axle: float
     """x of the edge it is tipped over."""
-    bar: Bar
+    bar: ToolBar
     back: float
     """From the axle to the middle of the bar along x: negative when the bar is ahead of it."""
     height: float
@@ -64,7 +64,7 @@ class _Trail:
 
 
 def direct_trolley(
-    rng: np.random.Generator, body: BodyModel, stage: Stage, job: ToolJob
+    rng: np.random.Generator, body: BodyModel, stage: StagedMotion, job: ToolJob
 ) -> Handling | None:
     """Let a case follow the hand of the walking actor.
 
@@ -101,7 +101,7 @@ def _case(job: ToolJob) -> _Case:
     back = float(middle[0]) - axle
     # Whoever pulls it looks along -x: the right hand's thumb points to -y.
     thumbs = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
-    bar = Bar(np.stack([middle, middle]), thumbs)
+    bar = ToolBar(np.stack([middle, middle]), thumbs)
     return _Case(vertices, axle, bar, back, float(middle[2]))
 
 

@@ -32,7 +32,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
-class Standing:
+class StandingPoses:
     """Standing poses, each facing world x with the pelvis over the origin."""
 
     height: Float[np.ndarray, " poses"]
@@ -41,7 +41,7 @@ class Standing:
     toe_out: Float[np.ndarray, "poses 2"]
 
 
-def find_standing(footage: Footage, body: BodyModel) -> Standing:
+def find_standing(footage: Footage, body: BodyModel) -> StandingPoses:
     """Frames of the mocap in which somebody stands at ease, and their mirror images.
 
     Raises:
@@ -61,11 +61,11 @@ def find_standing(footage: Footage, body: BodyModel) -> Standing:
             fix="Give clips in which somebody stops and stands for a moment.",
         )
     heights, rotations, apart, toe_out = zip(*found, strict=True)
-    return Standing(np.array(heights), np.array(rotations), np.array(apart), np.array(toe_out))
+    return StandingPoses(np.array(heights), np.array(rotations), np.array(apart), np.array(toe_out))
 
 
 def bear(
-    rng: np.random.Generator, standing: Standing, changes: list[tuple[int, int]], frames: int
+    rng: np.random.Generator, standing: StandingPoses, changes: list[tuple[int, int]], frames: int
 ) -> Bearing:
     """Standing poses that change, one after another, during the given stretches of frames."""
     picks = rng.integers(len(standing.height), size=len(changes) + 1)

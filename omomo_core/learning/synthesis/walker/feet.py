@@ -8,7 +8,7 @@ from scipy.interpolate import PchipInterpolator
 
 from omomo_core.body.model import BodyModel
 from omomo_core.learning.synthesis.directions import about_z
-from omomo_core.learning.synthesis.walker.footsteps import Stance, Step
+from omomo_core.learning.synthesis.walker.footsteps import FootStance, Footstep
 from omomo_core.skeleton import joint
 
 FLAT = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
@@ -56,7 +56,9 @@ class _Track:
     planted: Float[np.ndarray, " frames"]
 
 
-def walk_feet(body: BodyModel, start: Stance, steps: list[Step], frames: int, lift: float) -> Feet:
+def walk_feet(
+    body: BodyModel, start: FootStance, steps: list[Footstep], frames: int, lift: float
+) -> Feet:
     """Ankles and feet for a plan of steps.
 
     Args:
@@ -87,7 +89,7 @@ def walk_feet(body: BodyModel, start: Stance, steps: list[Step], frames: int, li
 
 
 def _track(
-    steps: list[Step], place: Float[np.ndarray, " 2"], yaw: float, frames: int, lift: float
+    steps: list[Footstep], place: Float[np.ndarray, " 2"], yaw: float, frames: int, lift: float
 ) -> _Track:
     out = _Track(
         place=np.tile(place, (frames, 1)),

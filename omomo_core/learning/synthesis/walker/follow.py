@@ -7,7 +7,7 @@ from scipy.ndimage import binary_closing
 from omomo_core.geometry.runs import runs
 from omomo_core.learning.synthesis.walker.bearing import bear
 from omomo_core.learning.synthesis.walker.gait import step_along
-from omomo_core.learning.synthesis.walker.library import Library
+from omomo_core.learning.synthesis.walker.library import MotionLibrary
 from omomo_core.learning.synthesis.walker.path import RootPath
 from omomo_core.motion import FPS
 
@@ -16,7 +16,7 @@ _AT_REST = 0.02
 
 
 def follow(
-    rng: np.random.Generator, library: Library, path: RootPath
+    rng: np.random.Generator, library: MotionLibrary, path: RootPath
 ) -> tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 22 3 3"]]:
     """Walk, step and turn along a path.
 

@@ -28,7 +28,7 @@ _FORGET = round(1.0 * FPS)
 
 
 @dataclass(frozen=True)
-class Step:
+class Footstep:
     """One step of a foot (0 left, 1 right) and where it is put down."""
 
     foot: int
@@ -40,7 +40,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Stance:
+class FootStance:
     """Where both feet are when somebody stands at a path's frame: neutral, or at the start."""
 
     place: Float[np.ndarray, "frames 2 2"]
@@ -52,10 +52,10 @@ def neutral_stance(
     path: RootPath,
     apart: Float[np.ndarray, "frames 2 2"],
     yaw: Float[np.ndarray, "frames 2"],
-) -> Stance:
+) -> FootStance:
     """Feet under the body at every frame, from their places in the frame of the body."""
     turned = turned_by(path.heading[:, None], apart)
-    return Stance(path.position[:, None] + turned, path.heading[:, None] + yaw)
+    return FootStance(path.position[:, None] + turned, path.heading[:, None] + yaw)
 
 
 def both_down(speed: float) -> float:
@@ -69,8 +69,8 @@ def in_the_air(size: float) -> int:
 
 
 def plan_steps(
-    rng: np.random.Generator, path: RootPath, neutral: Stance, dwell: float
-) -> list[Step]:
+    rng: np.random.Generator, path: RootPath, neutral: FootStance, dwell: float
+) -> list[Footstep]:
     """Alternate the feet, each put down where the body will be halfway through its stance.
 
     Args:
@@ -88,9 +88,9 @@ def plan_steps(
 
 class _Planner:
     def __init__(
-        self, rng: np.random.Generator, path: RootPath, neutral: Stance, dwell: float
+        self, rng: np.random.Generator, path: RootPath, neutral: FootStance, dwell: float
     ) -> None:
-        self.steps: list[Step] = []
+        self.steps: list[Footstep] = []
         self._rng, self._neutral, self._dwell = rng, neutral, dwell
         velocity = np.gradient(path.position, axis=0) * FPS
         self._heading = path.heading
@@ -115,7 +115,7 @@ class _Planner:
         if size < _WORTH * 0.7:
             return frame + 1
         swing = in_the_air(size)
-        self.steps.append(Step(foot, frame, frame + swing, place, yaw))
+        self.steps.append(Footstep(foot, frame, frame + swing, place, yaw))
         self._place[foot], self._yaw[foot] = place, yaw
         return frame + swing + both
 

@@ -35,7 +35,7 @@ _LEAN = 0.045
 
 
 @dataclass(frozen=True)
-class Manner:
+class GaitStyle:
     """What differs from person to person."""
 
     over_stance: float
@@ -50,9 +50,9 @@ class Manner:
     """Factor on the time on both feet between steps."""
 
 
-def draw_manner(rng: np.random.Generator) -> Manner:
+def draw_manner(rng: np.random.Generator) -> GaitStyle:
     """A random person."""
-    return Manner(
+    return GaitStyle(
         over_stance=rng.uniform(0.18, 0.34),
         with_feet=rng.uniform(0.2, 0.5),
         arm_swing=rng.uniform(0.2, 0.75),
@@ -96,7 +96,7 @@ def step_along(
 
 
 def _pelvis_way(
-    path: RootPath, feet: Feet, bearing: Bearing, manner: Manner
+    path: RootPath, feet: Feet, bearing: Bearing, manner: GaitStyle
 ) -> Float[np.ndarray, "frames 2"]:
     """The path, with the pelvis shifted over the standing foot and drawn along by the feet."""
     under = turned_by(path.heading, bearing.apart.mean(axis=1))

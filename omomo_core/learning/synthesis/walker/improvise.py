@@ -5,9 +5,9 @@ import numpy as np
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.soles import sole_points
 from omomo_core.learning.recordings.grounding import foot_contacts
-from omomo_core.learning.synthesis.stage import Stage, idle_sway
+from omomo_core.learning.synthesis.stage import StagedMotion, idle_sway
 from omomo_core.learning.synthesis.walker.follow import follow
-from omomo_core.learning.synthesis.walker.library import Library
+from omomo_core.learning.synthesis.walker.library import MotionLibrary
 from omomo_core.learning.synthesis.walker.path import CHANCES, Chances, Move, draw_move, lay
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
@@ -35,7 +35,7 @@ _TRIES = 6
 
 def improvise(
     rng: np.random.Generator,
-    library: Library,
+    library: MotionLibrary,
     frames: int,
     pause_frames: list[int],
     walk: tuple[int, int] = (0, 10_000),
@@ -43,7 +43,7 @@ def improvise(
     *,
     comes: bool = True,
     goes: bool = True,
-) -> Stage | None:
+) -> StagedMotion | None:
     """Make up a base motion with a stop of each given length, in this order.
 
     Args:
@@ -67,7 +67,7 @@ def improvise(
         path = lay(parts, yaw=rng.uniform(-np.pi, np.pi))
         root, rotations = follow(rng, library, path)
         shown = slice(lead, lead + frames)
-        stage = Stage(root[shown], rotations[shown], idle_sway(rng, frames), pauses)
+        stage = StagedMotion(root[shown], rotations[shown], idle_sway(rng, frames), pauses)
         if _sound(library, stage):
             return stage
     return None
@@ -197,7 +197,7 @@ def _hurried(rng: np.random.Generator, frames: int) -> Move:
     return Move("shuffle", (far * np.cos(way), far * np.sin(way)), rng.normal(0.0, 0.2), frames)
 
 
-def _sound(library: Library, stage: Stage) -> bool:
+def _sound(library: MotionLibrary, stage: StagedMotion) -> bool:
     """In the stops both feet are on the floor near each other; legs never cross, or twist."""
     joints = joints_of(library.body, stage.root, stage.rotations)
     apart = joints[:, joint("left_ankle")] - joints[:, joint("right_ankle")]

@@ -6,21 +6,21 @@ import torch
 
 from omomo_core.body.model import BodyModel
 from omomo_core.learning.synthesis.footage import Footage
-from omomo_core.learning.synthesis.walker.bearing import Standing, find_standing
+from omomo_core.learning.synthesis.walker.bearing import StandingPoses, find_standing
 
 
 @dataclass(frozen=True)
-class Library:
+class MotionLibrary:
     """Small enough to be sent to every worker process once."""
 
     body: BodyModel
     """Bones and floor only: its surface is one triangle of no use."""
-    standing: Standing
+    standing: StandingPoses
     licence: str
     """Of all mocap in it."""
 
 
-def index(footage: Footage, body: BodyModel) -> Library:
+def index(footage: Footage, body: BodyModel) -> MotionLibrary:
     """Look up how people stand and walk in the mocap.
 
     Raises:
@@ -28,7 +28,7 @@ def index(footage: Footage, body: BodyModel) -> Library:
     """
     standing = find_standing(footage, body)
     licences = sorted({stretch.licence for stretch in footage.stretches})
-    return Library(_bones(body), standing, "; ".join(licences))
+    return MotionLibrary(_bones(body), standing, "; ".join(licences))
 
 
 def _bones(body: BodyModel) -> BodyModel:
