@@ -1,4 +1,4 @@
-"""Fingers that close on what a hand holds: a synergy grasp.
+"""Grasp: fingers close on the object that a hand holds, each by one synergy.
 
 Each finger has one degree of freedom, from an open hand to a fist, its joints in a fixed proportion;
 the thumb may also be turned, from beside the palm to against the fingers. Of these postures each
@@ -30,7 +30,7 @@ GATHER = 0.7
 """Share of the spread that fingers lose in a fist."""
 
 ALLOWED = 0.002
-"""Metres that flesh gives way."""
+"""Metres that fingers may be inside the surface, because flesh gives way."""
 NEAR = 0.006
 """Metres from the surface at which a finger touches it a third as much."""
 HARD = 3000.0
@@ -38,29 +38,29 @@ HARD = 3000.0
 IDLE, IDLE_TURN = 0.3, 0.5
 """Closing, and turn of the thumb, of fingers that meet nothing."""
 IDLE_COST = 0.05
-"""What closing farther from that costs: less than any touch is worth."""
+"""Cost of closing farther than that: less than any touch is worth."""
 CLOSINGS, STRIDE = 61, 6
-"""From open to fist, and between those that are tried first."""
+"""Postures from open to fist, and the stride between those that are tried first."""
 TURNS = torch.tensor([0.0, 0.35, 0.7, 1.0])
 """Turns of the thumb that are tried, 0 flat to 1 round."""
 OPPOSE = 1.0
 """How much more a touch of the thumb is worth when it is round."""
 EVERY, SMOOTH = 2, 2.0
-"""Frames from one that is looked at to the next; standard deviation of the filter between them."""
+"""Frames from one that is evaluated to the next; standard deviation of the filter between them."""
 CHUNK = 1024
 """Hands solved at once."""
 SPHERE_POSITIONS = torch.tensor([0.45, 0.95])
-"""Where the two spheres of a bone are on its length."""
+"""Positions of a bone's two spheres as shares of its length."""
 
 
 @dataclass(frozen=True)
 class ClosedFingers:
-    """Fingers of both hands, and what of them is still inside the object."""
+    """Finger rotations of both hands, and how deep fingers are inside the object."""
 
     fingers: Float[Tensor, "*b frames 30 3 3"]
     """Rotation of each finger joint relative to its parent."""
     depth: Float[Tensor, "*b frames 2"]
-    """Of the deepest finger of the left and the right hand, metres; 0 where none is inside."""
+    """Depth of the deepest finger of the left and the right hand, metres; 0 where none is inside."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def close_fingers(
     field: DistanceField,
     weight: Float[Tensor, "*b frames 2"],
 ) -> ClosedFingers:
-    """Close the fingers of both hands on an object.
+    """Return the fingers of both hands closed on an object.
 
     Args:
         body: whose hands; where they are free its fingers are relaxed.
@@ -140,7 +140,7 @@ def _postures(
     field: DistanceField,
     holds: Bool[Tensor, "times 2"],
 ) -> tuple[Float[Tensor, "times 2 5"], Float[Tensor, "times 2 1"]]:
-    """How far each finger closes (0 open to 1 fist), how far round each thumb is turned."""
+    """Return how far each finger closes (0 open to 1 fist), and how far each thumb is turned."""
     fingers, thumb = _choices(hands, FINGERS, TURNS[:1]), _choices(hands, slice(4, 5), TURNS)
     closing = torch.full((*holds.shape, 5), IDLE)
     turn = torch.full((*holds.shape, 1), IDLE_TURN)
@@ -156,7 +156,7 @@ def _postures(
 def _best(
     choices: _Choices, poses: _Poses, field: DistanceField
 ) -> tuple[Int[Tensor, "hands fingers"], Int[Tensor, "hands fingers"]]:
-    """Number of the turn and of the closing in which each finger holds best."""
+    """Return the indices of the turn and of the closing in which each finger holds best."""
     fingers, turns = choices.merit.shape[1:3]
     side, finger = poses[2][:, None, None, None], torch.arange(fingers)[:, None, None]
     turn, tried = torch.arange(turns)[:, None], torch.arange(0, CLOSINGS, STRIDE)
@@ -172,9 +172,9 @@ def _best(
 def _worth(
     choices: _Choices, which: tuple[Int[Tensor, "..."], ...], poses: _Poses, field: DistanceField
 ) -> Float[Tensor, "hands fingers turns tries"]:
-    """Share of a finger that touches, less what it is too deep, and the merit of its posture.
+    """Return the share of a finger that touches, less a cost of depth, plus the merit of its posture.
 
-    Postures beyond the surface, that a closing finger would have to pass through, do not count.
+    Postures that a closing finger reaches only through the surface do not count.
     """
     R_object_wrist, at, _ = poses
     centres = choices.centres[which]
@@ -189,7 +189,7 @@ def _worth(
 
 
 def _choices(hands: _Hands, which: slice, turns: Float[Tensor, " turns"]) -> _Choices:
-    """Every posture of some of a hand's fingers."""
+    """Return every posture of some of a hand's fingers."""
     closing = torch.linspace(0, 1, CLOSINGS)
     shape = (len(turns), CLOSINGS, 2)
     rotations = _rotations(
@@ -208,7 +208,7 @@ def _palm_penetration(
     centres: Float[Tensor, "2 fingers turns closings 6 3"],
     radius: Float[Tensor, "2 fingers 6"],
 ) -> Float[Tensor, "2 fingers turns closings"]:
-    """How deep the outer two bones of fingers are inside the palm's bones, metres."""
+    """Return how deep the outer two bones of fingers are inside the palm's bones, metres."""
     knuckles, flesh = hands.offsets[:, :2, 0], hands.spheres[:, :2, 0].mean(dim=2)
     palm = torch.stack([k * knuckles for k in (0.6, 0.8, 1.0)], dim=2) + (
         flesh - hands.offsets[:, :2, 1] * SPHERE_POSITIONS.mean()
@@ -250,7 +250,7 @@ def _centres(
 def _smoothed(
     x: Float[Tensor, "*b frames 2 n"], weight: Float[Tensor, "*b frames 2"], idle: float
 ) -> Float[Tensor, "*b frames 2 n"]:
-    """Smooth over time where hands hold, `idle` far from there."""
+    """Return `x` smoothed over the frames in which hands hold; `idle` far from them."""
     share = weight[..., None].clamp(min=1e-9)
     sums = (
         gaussian_filter1d(s.numpy(), SMOOTH, axis=-3, mode="nearest") for s in (x * share, share)

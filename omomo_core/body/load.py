@@ -33,7 +33,7 @@ _SMPLX_CREDIT = "SMPL-X body given by the user, under the SMPL-X licence of its 
 
 
 def load_body(path: Path | None = None) -> BodyModel:
-    """The body whose bone lengths and shape a motion uses.
+    """Return the body whose bone lengths and shape a motion uses.
 
     Args:
         path: a SMPL-X model file (``SMPLX_NEUTRAL.npz``), or nothing for the shipped body.

@@ -1,4 +1,4 @@
-"""How another skeleton's rest pose lies to ours, so that a rotation means the same to both.
+"""Rotations between the rest poses of another skeleton and ours, so that a pose means the same to both.
 
 Limbs are turned along ours. Collars are turned until the shoulders are where ours are, seen from the chest:
 where collars begin differs from skeleton to skeleton, and SMPL's T-pose raises the shoulders. The trunk

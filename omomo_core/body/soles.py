@@ -1,4 +1,4 @@
-"""Where the soles of a moving body are."""
+"""Points on the soles of a moving body."""
 
 import numpy as np
 import torch
@@ -19,7 +19,7 @@ def sole_points(
     root: Float[np.ndarray, "frames 3"],
     rotations: Float[np.ndarray, "frames 22 3 3"],
 ) -> Float[np.ndarray, "frames 4 3"]:
-    """Left heel, right heel, left ball, right ball of the foot, on the sole, world, metres."""
+    """Return left heel, right heel, left and right ball of the foot, on the soles; world, metres."""
     joints = forward_kinematics(body, torch.as_tensor(root), torch.as_tensor(rotations)).numpy()
     rest = body.rest_joints.double().numpy()
     floor = float(body.vertices[:, 1].min())

@@ -1,4 +1,4 @@
-"""Where on the object a hand is kept while it holds."""
+"""Anchors: the place on the object where a hand stays while it holds."""
 
 from collections.abc import Iterable
 
@@ -20,7 +20,7 @@ def anchor_spans(
     surface: Surface,
     T_world_object: Float[np.ndarray, "frames 4 4"],
 ) -> tuple[ContactSegment, ...]:
-    """Give each span the place on the surface that is nearest to the predicted palm.
+    """Return each span as a segment whose anchor is the surface point nearest to the predicted palm.
 
     Args:
         spans: those that are segments already keep their anchors; the others overlap the frames.
@@ -42,7 +42,7 @@ def anchor_spans(
 
 
 def _project_to_surface(palm: Float[np.ndarray, "3"], surface: Surface) -> Float[np.ndarray, "3"]:
-    """The palm moved to its thickness above the nearest point of the surface."""
+    """Return the palm joint at its thickness above the nearest point of the surface, object frame, metres."""
     _, nearest = surface.tree.query(palm)
     point, normal = surface.points[nearest], surface.normals[nearest]
     # Scans wind some faces the wrong way round. A palm with nothing of the object beyond it is

@@ -1,4 +1,4 @@
-"""From probabilities of contact to segments: the likeliest course of both hands together."""
+"""Decoding of contact probabilities into segments: the likeliest path of both hands together (Viterbi)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +16,7 @@ from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import HandMotion
 
 SHORTEST = 6
-"""Frames: contacts and pauses that are shorter vanish."""
+"""Contacts and pauses of fewer frames vanish."""
 CERTAIN = 3.0
 """Log odds (a probability of 0.95) beyond which a network's certainty counts no more."""
 CHANGE = SHORTEST * CERTAIN / 2
@@ -24,29 +24,29 @@ CHANGE = SHORTEST * CERTAIN / 2
 UNHELD = 1000.0
 """Cost of a frame in which an object that must be held is not."""
 FAR = 1.0
-"""Cost of holding with a palm a metre off: tells two hands apart that are equally unlikely."""
+"""Cost of holding with a palm a metre off: it decides between two hands that are equally unlikely."""
 HANDS = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
 """The four states: which of left and right hand holds."""
 
 
 @dataclass(frozen=True)
 class ContactPrefix:
-    """What is decided already of the first frames."""
+    """Contact segments that are fixed in the first frames."""
 
     frames: int
-    """Frames before this one."""
+    """How many first frames are fixed."""
     segments: Sequence[ContactSegment]
-    """Those that begin before it count. One that stops there or later is still held, until it is
+    """Those that begin in these frames count. One that stops at their end or later is still held until it is
     seen to end."""
 
     def trimmed(self) -> "ContactPrefix":
-        """Without the segments that are over before frame 0 or begin too late."""
+        """Return the prefix without segments that end before frame 0 or begin after it."""
         seen = [s for s in self.segments if s.start < self.frames and s.stop > 0]
         return ContactPrefix(self.frames, seen)
 
 
 NO_PREFIX = ContactPrefix(0, ())
-"""Nothing is decided yet."""
+"""No contact is fixed."""
 
 
 def decode(
@@ -92,7 +92,7 @@ def _costs(
     must_hold: Bool[np.ndarray, " frames"],
     prefix: ContactPrefix,
 ) -> Float[np.ndarray, "frames 4"]:
-    """What each state costs in each frame, in log odds."""
+    """Return the cost of each state in each frame, in log odds."""
     least = 1 / (1 + np.exp(CERTAIN))
     p = contact.clip(least, 1 - least)
     distance, _ = surface.tree.query(palms)
@@ -110,7 +110,7 @@ def _costs(
 
 
 def _viterbi(costs: Float[np.ndarray, "frames 4"]) -> Bool[np.ndarray, "frames 2"]:
-    """Viterbi: which hands hold in each frame of the cheapest course."""
+    """Return which hands hold in each frame of the cheapest path (Viterbi)."""
     changes = CHANGE * np.abs(HANDS[:, None] - HANDS).sum(axis=-1)
     best, total = np.zeros(costs.shape, int), costs[0]
     for frame in range(1, len(costs)):
@@ -121,7 +121,7 @@ def _viterbi(costs: Float[np.ndarray, "frames 4"]) -> Bool[np.ndarray, "frames 2
 
 
 def _backtrack(best: Int[np.ndarray, "frames 4"], last: int) -> Int[np.ndarray, " frames"]:
-    """The course that ends in a state, from the best predecessor of every state."""
+    """Return the path that ends in a state, from the best predecessor of every state."""
     course = np.empty(len(best), int)
     for frame in range(len(best) - 1, -1, -1):
         course[frame] = last
@@ -132,7 +132,7 @@ def _backtrack(best: Int[np.ndarray, "frames 4"], last: int) -> Int[np.ndarray, 
 def _spans(
     holding: Bool[np.ndarray, " frames"], hand: int, prefix: ContactPrefix
 ) -> list[ContactSpan]:
-    """One hand's runs, those of the first frames as they are given."""
+    """Return one hand's spans; those of the prefix are kept."""
     kept: list[ContactSpan] = [s for s in prefix.segments if s.hand == hand]
     found = [ContactSpan(hand, a, b) for a, b in runs(holding)]
     still = [s for s in kept if s.stop >= prefix.frames]

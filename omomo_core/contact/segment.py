@@ -1,4 +1,4 @@
-"""Contact that comes and goes: segments per hand, and palms that keep to them."""
+"""Contact segments per hand, and palms that follow their anchors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ def follow_anchors(
     predicted: HandMotion,
     T_world_object: Float[np.ndarray, "frames 4 4"],
 ) -> HandMotion:
-    """Palms that are on their anchors within segments and go smoothly to the prediction around them.
+    """Return palms that are on their anchors within segments and blend into the prediction around them.
 
     Where a hand's next segment begins before both blends are over, the palm goes directly from anchor
     to anchor.
@@ -66,7 +66,7 @@ def _anchor_path(
 ) -> tuple[
     Float[np.ndarray, "frames 3"], Float[np.ndarray, " frames"], Float[np.ndarray, " frames"]
 ]:
-    """One hand's way over the object (its frame), how far the palm obeys it, and contact weights."""
+    """Return one hand's path of anchors (object frame), how far the palm follows it, and contact weights."""
     t, last = np.arange(frames), len(held) - 1
     starts = np.array([s.start for s in held])
     ends = np.array([s.stop - 1 for s in held])
@@ -87,7 +87,7 @@ def _frames_to_segment(
     starts: Int[np.ndarray, " segments"],
     ends: Int[np.ndarray, " segments"],
 ) -> Float[np.ndarray, " frames"]:
-    """Frames to the nearest segment; 0 or less inside one."""
+    """Return the frames to the nearest segment; 0 or less inside one."""
     since = t - np.append(ends, -np.inf)[begun]
     until = np.append(starts, np.inf)[begun + 1] - t
     return np.minimum(since, until)

@@ -1,4 +1,4 @@
-"""How far the middle of a tilted object is beside what touches the floor."""
+"""Static stability: how far the centre of mass of a tilted object is beside its support on the floor."""
 
 from dataclasses import dataclass
 
@@ -8,21 +8,21 @@ from jaxtyping import Bool, Float, Int
 from omomo_core.geometry.object_features import ObjectFeatures
 
 SOLE = 0.02
-"""Metres: what is no higher than this above its lowest point may touch the floor."""
+"""Points no higher than this above the lowest one may touch the floor, metres."""
 _TILT = 0.01
-"""Radians between two tilts that are told apart."""
+"""Radians between two tilts that are distinguished."""
 _OUTLINE, _AROUND = 256, 32
-"""Directions in which the object's outline and its support are felt for."""
+"""Directions in which the object's outline and its support are sampled."""
 
 
 @dataclass(frozen=True)
 class Overhang:
-    """Where an object would fall, in its own frame; depends on nothing but which side of it is down."""
+    """Where an object would fall, in its own frame; it depends only on which side of it is down."""
 
     metres: Float[np.ndarray, " frames"]
-    """The centre of mass beside what touches the floor; negative where it is above it."""
+    """Distance of the centre of mass outside the support; negative where it is above the support."""
     direction: Float[np.ndarray, "frames 3"]
-    """Level unit vectors from the edge it stands on to its centre."""
+    """Horizontal unit vectors from the edge it stands on to its centre of mass."""
     edge: Float[np.ndarray, " frames"]
     """How far that edge lies along `way`, metres."""
     up: Float[np.ndarray, "frames 3"]
@@ -31,13 +31,13 @@ class Overhang:
     """How far its lowest point lies along `up`, metres."""
 
     def at(self, frames: Bool[np.ndarray, " frames"]) -> "Overhang":
-        """Only some of the frames."""
+        """Return the overhang of some of the frames."""
         kept = (self.metres, self.direction, self.edge, self.up, self.floor)
         return Overhang(*(x[frames] for x in kept))
 
 
 def overhang(take: ObjectFeatures, frames: Int[np.ndarray, " some"]) -> Overhang:
-    """Of an object in those frames, were its lowest point on the floor."""
+    """Return the overhang of an object in some frames, as if its lowest point were on the floor."""
     tilts, which = np.unique(
         np.round(take.motion.T_world_object[frames, 2, :3] / _TILT), axis=0, return_inverse=True
     )
@@ -65,7 +65,7 @@ def _overhang_row(
     floor = height.min()
     height = height - floor
     low, high = height <= SOLE, height > SOLE
-    # Where the hull's sides leave the sole: without them support would depend on the tessellation.
+    # Points where the hull's sides leave the sole: without them support would depend on the tessellation.
     share = (SOLE - height[low])[:, None] / (height[high] - height[low][:, None])
     rim = outline[low][:, None] + share[..., None] * (outline[high] - outline[low][:, None])
     touching = np.concatenate([outline[low], rim.reshape(-1, 3)])

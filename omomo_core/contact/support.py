@@ -1,4 +1,4 @@
-"""When an object must be held: nothing here moves, floats or leans by itself."""
+"""When an object must be held: it moves, is off the floor, or would tip over."""
 
 import numpy as np
 from jaxtyping import Bool
@@ -10,26 +10,25 @@ from omomo_core.geometry.object_features import ObjectFeatures
 MOVES, TURNS = 0.10, 0.5
 """m/s of the centre and rad/s above which an object does not move by itself."""
 STILL, LEVEL = 0.02, 0.1
-"""m/s and rad/s below which it may rest on something: a held object trembles."""
+"""m/s and rad/s below which it may rest on something; a held object trembles more."""
 RESTS = 15
-"""Frames that it has to be still to count as resting, and not to be, slowly, to count as moved."""
+"""Frames for which it has to be still to count as resting, or to move slowly to count as moved."""
 REACH = 0.03
 """Metres from the floor to its lowest point within which the floor carries it."""
 OVERHANG = 0.03
-"""Metres that its centre may be beside what touches the floor."""
+"""Largest overhang of its centre of mass that is stable, metres."""
 SHORTEST = 6
-"""Frames: what lasts less is noise of the tracker."""
+"""Runs of fewer frames are noise of the tracker."""
 REACHING = 30
 """Frames that hands may be on an object before it is first moved, and after it was last: people take hold at
 most a second before."""
 
 
 def must_be_held(take: ObjectFeatures) -> Bool[np.ndarray, " frames"]:
-    """Frames in which somebody holds the object.
+    """Return the frames in which somebody must hold the object.
 
-    Where it moves or turns; where it is off the floor and not still (still, it may stand on a table);
-    and where it is on the floor but tipped, so that it would fall. Each frame is judged by the 20
-    around it.
+    It must be held where it moves or turns, where it is off the floor and not still (a still one may stand on
+    a table), and where it is on the floor but tipped, so that it would fall.
     """
     speed, spin = (np.linalg.norm(x, axis=1) for x in (take.velocity, take.spin))
     low = take.lowest < REACH
@@ -42,14 +41,14 @@ def must_be_held(take: ObjectFeatures) -> Bool[np.ndarray, " frames"]:
 def touchable_range(
     take: ObjectFeatures, must_hold: Bool[np.ndarray, " frames"]
 ) -> tuple[int, int]:
-    """First frame, and the one after the last, in which hands may be on an object that rests at both ends.
+    """Return the first frame, and the one after the last, in which hands may be on the object.
 
     Args:
         take: the object and its motion.
         must_hold: frames in which somebody must hold it.
 
     Returns:
-        A second before it is first moved and a second after it was last; (frames, 0) where it never is.
+        One second before it is first moved and one second after it was last; (frames, 0) if it never moves.
     """
     moved = np.flatnonzero(must_hold | _drop_short_runs(~_still(take), RESTS))
     if not len(moved):
@@ -58,7 +57,7 @@ def touchable_range(
 
 
 def _still(take: ObjectFeatures) -> Bool[np.ndarray, " frames"]:
-    """Frames in which the object may be resting."""
+    """Return the frames in which the object may be resting."""
     speed, spin = (
         np.linalg.norm(uniform_filter1d(x, 5, axis=0, mode="nearest"), axis=1)
         for x in (take.velocity, take.spin)
@@ -67,6 +66,6 @@ def _still(take: ObjectFeatures) -> Bool[np.ndarray, " frames"]:
 
 
 def _drop_short_runs(x: Bool[np.ndarray, " frames"], shortest: int) -> Bool[np.ndarray, " frames"]:
-    """Only the runs of at least so many frames, and those that the take's ends cut short."""
+    """Return only the runs of at least so many frames, and those that the take's ends cut short."""
     whole = np.pad(x, shortest, mode="edge")
     return binary_opening(whole, np.ones(shortest))[shortest:-shortest]

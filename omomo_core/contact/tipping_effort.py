@@ -1,7 +1,7 @@
-"""How hard a tipped object is to hold up: nobody lifts a table's edge by the edge it stands on.
+"""Tipping effort: the force that holds up an object which stands on one edge.
 
-What stands on one edge is kept from falling by lifting it beyond that edge, the farther the lighter, or,
-where it is tall, by pushing its top across; the floor's friction bounds that push.
+A hand keeps it from falling by lifting it beyond that edge, the farther the lighter, or, where it is tall, by
+pushing its top across; the floor's friction bounds that push.
 """
 
 from dataclasses import dataclass
@@ -14,27 +14,27 @@ from omomo_core.contact.support import OVERHANG, REACH
 from omomo_core.geometry.object_features import ObjectFeatures
 
 FRICTION = 0.4
-"""Of wood, metal or plastic on a floor."""
+"""Coefficient of friction of wood, metal or plastic on a floor."""
 SHORTEST = 15
-"""Frames: what is tipped for less says nothing of who held it."""
+"""An object that is tipped in fewer frames does not tell from which side it is held."""
 _LEAST = 0.02
-"""Metres: a shorter lever counts as this."""
+"""Shortest lever arm, metres."""
 
 
 @dataclass(frozen=True)
 class TippingLever:
-    """The frames in which somebody holds an object up that stands on an edge."""
+    """The frames in which somebody holds up an object that stands on an edge."""
 
     frames: Int[np.ndarray, " tipped"]
     overhang: Overhang
-    """In those."""
+    """The overhang in those frames."""
 
     def effort(
         self,
         palms: Float[np.ndarray, "samples tipped 2 3"],
         held: Bool[np.ndarray, "samples tipped 2"],
     ) -> Float[np.ndarray, " samples"]:
-        """Force that holds it up, as a share of its weight; mean over frames with a hand on it, or NaN.
+        """Return the mean force that holds it up, as a share of its weight; NaN with too few held frames.
 
         Args:
             palms: left and right, in the object's frame, metres.
@@ -55,7 +55,7 @@ class TippingLever:
 def tipping_lever(
     take: ObjectFeatures, must_hold: Bool[np.ndarray, " frames"]
 ) -> TippingLever | None:
-    """Where an object is held up that stands on an edge; None if that is hardly anywhere.
+    """Return the frames in which an object stands on an edge and is held up; None if there are too few.
 
     Args:
         take: the object and its motion.

@@ -1,4 +1,4 @@
-"""Numbers that lie evenly, however many of them are taken and from wherever on."""
+"""A low-discrepancy sequence: any consecutive few of its numbers are spread evenly over [0, 1)."""
 
 from jaxtyping import Float, Int
 from torch import Tensor
@@ -7,7 +7,5 @@ GOLDEN = (5**0.5 - 1) / 2
 
 
 def golden_sequence(number: Int[Tensor, "*b"]) -> Float[Tensor, "*b"]:
-    """Places between 0 and 1 of the first numbers, any few that follow each other spread over all:
-    multiples of the golden section.
-    """
+    """Return the terms of the additive golden-ratio sequence in [0, 1) with these indices."""
     return (GOLDEN * (number + 0.5)) % 1.0

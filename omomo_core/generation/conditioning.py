@@ -1,4 +1,4 @@
-"""What is known of the person beforehand: where the hands are, what they hold, or the first pose."""
+"""Conditioning of the generator: palms, contacts, first pose or start position that are given."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,12 +26,12 @@ from omomo_core.stages.body import capture as body_stage
 TOUCH = 0.05
 """Metres between palm joint and surface that count as holding in a given pose."""
 SETTLED = 90
-"""Frames after which a first pose no longer pulls on the body: people keep their way of standing."""
+"""Frames over which a start pose pulls on the body: people keep their way of standing for a while."""
 
 
 @dataclass(frozen=True)
 class Pose:
-    """How a person stands in one frame, on the bones of the body that is asked for."""
+    """Pose of a person in one frame, on the bones of the body that is asked for."""
 
     root: Float[np.ndarray, "3"]
     """Pelvis joint, world, metres."""
@@ -41,16 +41,16 @@ class Pose:
 
 @dataclass(frozen=True)
 class Conditioning:
-    """What the generator need not guess."""
+    """What is given to the generator instead of being sampled."""
 
     hands: HandMotion | None = None
-    """The palms of every frame and which of them touch: stage 1 is left out."""
+    """Palms of every frame and which of them touch: stage 1 is left out."""
     start_pose: Pose | None = None
-    """Start from this pose."""
+    """The pose of the first frame."""
     start_position: Float[np.ndarray, "2"] | None = None
-    """Start about here, on the floor of the world, metres."""
+    """Where the person stands at first, about, on the floor of the world, metres."""
     contacts: Sequence[ContactSpan] | None = None
-    """What each hand holds and when, in every sample."""
+    """When each hand holds the object and where, in every sample."""
 
 
 UNCONDITIONED = Conditioning()
@@ -59,11 +59,11 @@ UNCONDITIONED = Conditioning()
 def start_constraint(
     conditioning: Conditioning, prefix: Prefix | None, clip: ObjectClip
 ) -> StartConstraint | None:
-    """What the palms of a take's first frame should be like.
+    """Return the constraint on the palms of a take's first frame, if there is one.
 
     Args:
-        conditioning: what is.
-        prefix: by the first pose, if that is known.
+        conditioning: what is given.
+        prefix: the first frame of a start pose, if one is given.
         clip: the object.
     """
     if prefix is not None and prefix.hands is not None:
@@ -77,7 +77,7 @@ def start_constraint(
 def prefix_from_pose(
     pose: Pose, clip: ObjectClip, retargeting: Retargeting, samples: int
 ) -> Prefix:
-    """A first frame that is known."""
+    """Return the prefix of one frame that a start pose makes, for each sample."""
     root, R = torch.from_numpy(pose.root).float(), torch.from_numpy(pose.rotations).float()
     palms = forward_kinematics(retargeting.body, root, R)[22:].double().numpy()
 
@@ -109,7 +109,7 @@ def prefix_from_pose(
 def _pose_features(
     root: Float[Tensor, "3"], R: Float[Tensor, "22 3 3"], retargeting: Retargeting
 ) -> Float[Tensor, " channels"]:
-    """Stage 2's of a pose, with the root in the networks' world."""
+    """Return stage 2's features of a pose, with the root in the networks' world."""
     moved, turned = retargeting.to_trained(root, R)
     joints = forward_kinematics(retargeting.trained, moved, turned)
     vectors = torch.cat([moved[None], joints[1:] - moved, rotmat_to_6d(turned).flatten(0, 1)])

@@ -1,4 +1,4 @@
-"""From stage 2's features to people: on the bones asked for, holding what they hold."""
+"""Decoding: from the features of stage 2 to people on the bones that are asked for, solved."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -29,17 +29,17 @@ from omomo_core.motion import HandMotion, HumanMotion
 from omomo_core.stages.body import capture as body_stage
 
 ROOT_AND_JOINTS = 24
-"""Vectors that stage 2's features begin with."""
+"""Vectors at the beginning of stage 2's features that are positions."""
 ON_FLOOR = 0.05
-"""Metres: an object that is no higher may be leant on."""
+"""Metres from the floor to the lowest point of an object that may be leant on."""
 
 
 @dataclass(frozen=True)
 class SampledBodies:
-    """Stage 2's people, before they keep any promise."""
+    """Bodies as stage 2 samples them, before anything is solved."""
 
     root: Float[Tensor, "samples frames 3"]
-    """Pelvis joint of the body asked for, world, metres."""
+    """Pelvis joint of the body that is asked for, world, metres."""
     rotations: Float[Tensor, "samples frames 22 3 3"]
     """Global R_world_joint."""
     foot_contact: Float[Tensor, "samples frames 4"]
@@ -48,8 +48,8 @@ class SampledBodies:
     def of(
         features: Float[Tensor, "samples frames channels"], retargeting: Retargeting
     ) -> "SampledBodies":
-        """People of the features that `sample_body` gives, on the bones asked for."""
-        # Patches of frames are decoded together; a light filter takes out what jumps between them.
+        """Return the bodies of features that `sample_body` returns, on the bones that are asked for."""
+        # Patches of frames are decoded together; a light filter takes out the jumps between them.
         smooth = np.asarray(gaussian_filter1d(features.numpy(), 1.0, axis=1, mode="nearest"))
         calm = [despike(smooth[k], ROOT_AND_JOINTS) for k in range(len(smooth))]
         x = torch.from_numpy(np.stack(calm))
@@ -71,18 +71,18 @@ def solve_people(
     palms_known: bool,
     on_progress: Callable[[float], None] = lambda done: None,
 ) -> tuple[list[Person], SolvedBodies]:
-    """The sampled people, with their palms where `hands` says.
+    """Return the people that are solved from the sampled bodies, with their palms where `hands` says.
 
     Args:
-        sampled: of stage 2.
+        sampled: bodies of stage 2.
         hands: palms and contact weights of each sample.
         segments: what they hold.
         clip: where the object is.
         object_model: the object.
         body: whose bones.
         prefix: the first frames, which stay as they are.
-        palms_known: the palms are known: arms follow them in every frame, not only where they hold.
-        on_progress: how far this is.
+        palms_known: the palms are given: arms follow them in every frame, not only where they hold.
+        on_progress: called with the fraction done.
     """
     R = sampled.rotations
     targets = interaction_targets(R, hands, segments, clip, object_model, palms_known=palms_known)
@@ -103,7 +103,7 @@ def interaction_targets(
     *,
     palms_known: bool = False,
 ) -> InteractionTargets:
-    """What sampled people are solved for.
+    """Return the targets that sampled bodies are solved for.
 
     Args:
         R: sampled global rotations.
@@ -138,8 +138,8 @@ def assemble_people(
     T_world_object: Float[np.ndarray, "frames 4 4"],
     obstacle: MeshObstacle,
 ) -> list[Person]:
-    """The samples that were solved, with fingers that close and what is wrong with them."""
-    # Solving in single precision leaves rotations a little off; what goes out is exact.
+    """Return people from solved bodies, with closed fingers, palm misses and penetration depths."""
+    # Solving in single precision leaves rotations a little off; they are made orthonormal again.
     root = solved.root.double()
     R = rotmat_from_6d(rotmat_to_6d(solved.rotations.double()))
     contact = np.stack([h.contact for h in hands])
@@ -169,6 +169,6 @@ def assemble_people(
 
 
 def balance_weight(clip: ObjectClip) -> Float[np.ndarray, " frames"]:
-    """1 where the weight must be over the feet, 0 where the object may be leant on."""
+    """Return 1 where the weight must be over the feet, 0 where the object may be leant on."""
     leaning = (clip.take.lowest < ON_FLOOR) & clip.must_hold
     return 1.0 - gaussian_filter1d(leaning.astype(float), 5.0, mode="nearest")

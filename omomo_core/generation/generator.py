@@ -22,7 +22,7 @@ def generate(
     progress: Progress = no_progress,
     conditioning: Conditioning = UNCONDITIONED,
 ) -> Generation:
-    """Generate the people who could have moved the object.
+    """Return K samples of a person who could have moved the object, ranked.
 
     Args:
         motion: the object, world z up with the floor at 0, metres, 30 fps, every frame valid.

@@ -1,4 +1,4 @@
-"""An object and a stretch of its motion at two sizes: as it is, and for the networks' stature."""
+"""An object and a clip of its motion at two sizes: as it is, and scaled to the networks' stature."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -18,7 +18,7 @@ from omomo_core.motion import ObjectMesh, ObjectMotion
 
 @dataclass(frozen=True)
 class ObjectClip:
-    """Another person's height is the same scene scaled: scale in, sample, scale out."""
+    """A clip of an object's motion: scaled for the networks' stature, and samples are scaled back."""
 
     take: ObjectFeatures
     """In metres."""
@@ -30,18 +30,18 @@ class ObjectClip:
 
     @cached_property
     def touchable_range(self) -> tuple[int, int]:
-        """First frame, and the one after the last, in which hands may be on what rests at both ends."""
+        """First frame, and the one after the last, in which hands may be on the object."""
         return touchable_range(self.take, self.must_hold)
 
     @cached_property
     def lever(self) -> TippingLever | None:
-        """Where it is held up while it stands on an edge; in trained size."""
+        """Where it is held up while it stands on an edge, at the trained size."""
         return tipping_lever(self.trained, self.must_hold)
 
 
 @dataclass(frozen=True)
 class ObjectModel:
-    """An object, and what is computed from its mesh once for a take of any length."""
+    """An object with its surface and its distance field, computed once for a take of any length."""
 
     mesh: ObjectMesh
     scale: float
@@ -54,7 +54,7 @@ class ObjectModel:
 
     @cached_property
     def obstacle(self) -> MeshObstacle:
-        """What no flesh should be in: the signed distance to the object, its frame, metres."""
+        """The object as an obstacle: the signed distance to its surface, its frame, metres."""
         return MeshObstacle(
             distance_field(self.mesh), torch.from_numpy(self.surface.centre).float()
         )
@@ -65,7 +65,7 @@ class ObjectModel:
         return mesh, self.surface.scaled(self.scale)
 
     def clip(self, T_world_object: Float[np.ndarray, "frames 4 4"]) -> ObjectClip:
-        """A stretch of its motion, world, metres."""
+        """Return a clip of the object's motion, given its poses in the world, metres."""
         valid = np.ones(len(T_world_object), bool)
         take = object_features(ObjectMotion(self.mesh, T_world_object, valid), self.surface)
         if self.scale == 1.0:

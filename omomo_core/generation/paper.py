@@ -1,7 +1,7 @@
 """The published generator: one window of four seconds, no release, nothing solved afterwards.
 
-Its networks see the object from where the person stands and faces in the first frame, which no phone
-knows: each sample tries another place around the object, and the ranking picks.
+Its networks see the object in the frame of the person in the first frame, which no phone knows. So each
+sample stands at another place around the object, and the ranking chooses.
 """
 
 import numpy as np
@@ -68,7 +68,7 @@ def _judged(
     clip: ObjectClip,
     object_model: ObjectModel,
 ) -> Person:
-    """Nothing is solved afterwards, but what is wrong is told all the same."""
+    """Return a person with palm misses and penetration depths, although nothing is solved here."""
     root, R, T = (
         torch.from_numpy(a) for a in (human.root, human.rotations, clip.take.motion.T_world_object)
     )

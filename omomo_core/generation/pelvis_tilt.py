@@ -1,6 +1,6 @@
-"""People bend in the small of the back: the pelvis tilts by a part of what the chest does.
+"""Pelvis tilt: people bend in the small of the back, so the pelvis takes only a part of the chest's pitch.
 
-Synthetic people, from whom stage 2 learned, hinge more at the hips, so sampled ones do.
+The synthetic people that stage 2 was trained on hinge more at the hips, and sampled ones do so too.
 """
 
 import roma
@@ -20,7 +20,7 @@ _CHEST = joint("spine3")
 def tilt_pelvis(
     body: BodyModel, root: Float[Tensor, "*b 3"], rotations: Float[Tensor, "*b 22 3 3"]
 ) -> tuple[Float[Tensor, "*b 3"], Float[Tensor, "*b 22 3 3"]]:
-    """The same people with the pelvis turned about the line through their hips, which stay where they are.
+    """Return root and rotations with the pelvis turned about the line through the hips, which stay in place.
 
     Args:
         body: whose bones.
@@ -36,7 +36,7 @@ def tilt_pelvis(
 
 
 def pitch(rotations: Float[Tensor, "*b 22 3 3"], of: int) -> Float[Tensor, "*b"]:
-    """How far a joint is tilted forward as the pelvis faces, radians."""
+    """Return how far a joint is pitched forward in the direction the pelvis faces, radians."""
     left, up = rotations[..., 0, :, 0], rotations[..., of, :, 1]
     ahead = torch.stack([left[..., 1], -left[..., 0]], dim=-1)
     ahead = ahead / ahead.norm(dim=-1, keepdim=True).clamp(min=1e-6)

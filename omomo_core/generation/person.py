@@ -1,4 +1,4 @@
-"""One generated person, with what they hold and what could not be satisfied."""
+"""One generated person: motion, contact segments and what could not be satisfied."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
@@ -13,19 +13,19 @@ from omomo_core.motion import HumanMotion
 
 @dataclass(frozen=True)
 class Person:
-    """A sample, or a stretch of one."""
+    """A sample, or a stretch of frames of one."""
 
     human: HumanMotion
     segments: tuple[ContactSegment, ...]
     """What each hand holds and when; empty where palms are given or follow the published rule."""
     miss: Float[np.ndarray, "frames 2"]
-    """How far each palm is from its place where it should hold, metres; 0 where it need not."""
+    """Distance of each palm from its target where it should hold, metres; 0 elsewhere."""
     depth: Float[np.ndarray, " frames"]
-    """How deep trunk, arms or legs are inside the object, metres."""
+    """Penetration depth of trunk, arms and legs, metres."""
 
 
 def stretch(person: Person, start: int, stop: int) -> Person:
-    """Frames `start` .. `stop`; segments keep the frames that they share with it."""
+    """Return frames `start` .. `stop` of a person; segments are cut to them."""
     human = HumanMotion(
         **{f.name: getattr(person.human, f.name)[start:stop] for f in fields(HumanMotion)}
     )
@@ -41,7 +41,7 @@ _S = TypeVar("_S", bound=ContactSpan)
 
 
 def shift_spans(segments: Sequence[_S], start: int, stop: int) -> tuple[_S, ...]:
-    """Spans as seen from frame `start`, cut to what they share with `start` .. `stop`."""
+    """Return spans counted from frame `start` and cut to `start` .. `stop`."""
     cut = [
         replace(s, start=max(s.start, start) - start, stop=min(s.stop, stop) - start)
         for s in segments
@@ -50,7 +50,7 @@ def shift_spans(segments: Sequence[_S], start: int, stop: int) -> tuple[_S, ...]
 
 
 def join(parts: Sequence[Person]) -> Person:
-    """Stretches that follow each other as one person; a segment cut between two is one again."""
+    """Return consecutive stretches as one person; a segment that was cut between two is one again."""
     human = HumanMotion(
         **{
             f.name: np.concatenate([getattr(p.human, f.name) for p in parts])

@@ -1,4 +1,4 @@
-"""The first frames of a chapter that are decided: by the chapter before it, or by a pose that is known."""
+"""Prefix: the fixed first frames of a chunk, by the chunk before it or by a start pose."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,27 +11,28 @@ from torch import Tensor
 from omomo_core.contact.segment import ContactSegment
 
 FADE = 20
-"""Frames over which what is decided pulls on those after it."""
+"""Frames over which a prefix pulls on the frames after it."""
 
 
 @dataclass(frozen=True)
 class FeaturePrefix:
-    """Features of the first frames that are given (raw units, world axes)."""
+    """Features of the first frames that are fixed (raw units, world axes)."""
 
     values: Float[Tensor, "samples first channels"]
     mask: Bool[Tensor, " channels"]
+    """Which features are fixed."""
     fade: int = FADE
     """Frames over which they pull on those after them."""
 
     @staticmethod
     def all(values: Float[Tensor, "samples first channels"]) -> "FeaturePrefix":
-        """All features given."""
+        """Return a prefix in which all features are fixed."""
         return FeaturePrefix(values, torch.ones(values.shape[-1], dtype=torch.bool))
 
     def impose(
         self, x: Float[Tensor, "samples frames channels"]
     ) -> Float[Tensor, "samples frames channels"]:
-        """The first frames as given; what that changes in the last of them fades out after it."""
+        """Return `x` with the prefix in its first frames; the change of its last frame fades out after it."""
         first = self.values.shape[1]
         change = torch.where(self.mask, self.values - x[:, :first], 0.0)
         rest = fade(x.shape[1] - first + 1, self.fade).to(x)[1:, None] * change[:, -1:]
@@ -40,27 +41,27 @@ class FeaturePrefix:
 
 @dataclass(frozen=True)
 class Prefix:
-    """Of each sample, in the first frames of a chapter."""
+    """The fixed first frames of a chunk, of each sample."""
 
     hands: FeaturePrefix | None
-    """Stage 1's features; None where palms are given."""
+    """Features of stage 1; None where palms are given."""
     body: FeaturePrefix
-    """Stage 2's features, with the root in the networks' world instead of the reference path's."""
+    """Features of stage 2, with the root in the networks' world instead of relative to the reference path."""
     root: Float[Tensor, "samples first 3"]
-    """Pelvis of the finished body, world, metres."""
+    """Pelvis of the solved body, world, metres."""
     rotations: Float[Tensor, "samples first 22 3 3"]
     palms: Float[np.ndarray, "samples first 2 3"]
     standing: Bool[np.ndarray, "samples first 2"]
     segments: Sequence[tuple[ContactSegment, ...]]
-    """What each hand holds in these frames, of each sample; none at all where that is open."""
+    """Contact segments of each sample in these frames; an empty list where contacts are not fixed."""
 
     @property
     def frames(self) -> int:
-        """How many are decided."""
+        """How many frames are fixed."""
         return self.root.shape[1]
 
 
 def fade(frames: int, until: int = FADE) -> Float[Tensor, " frames"]:
-    """1 at the first frame, smoothly to 0."""
+    """Return weights from 1 at the first frame, smoothly to 0 at frame `until`."""
     t = (torch.arange(frames) / until).clamp(max=1)
     return 1 - t * t * (3 - 2 * t)

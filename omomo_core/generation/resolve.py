@@ -1,6 +1,6 @@
-"""Contacts corrected by hand: a person is solved again where a correction touches them.
+"""Contacts corrected by hand: a person is solved again in the frames around each correction.
 
-The palms go to their new places as generated ones do, with the present motion in the place of the sample.
+The palms go to their new anchors as generated ones do, with the present motion in place of the sample.
 """
 
 from collections.abc import Sequence
@@ -27,15 +27,15 @@ from omomo_core.geometry.runs import runs
 from omomo_core.motion import HandMotion, HumanMotion
 
 AROUND = 20
-"""Frames before and after a changed contact in which the body goes over to what stays as it is."""
+"""Frames before and after a changed contact over which the body blends into the unchanged motion."""
 SAME = 1e-4
-"""Metres: anchors that are no farther apart are the same."""
+"""Largest distance of anchors that count as the same, metres."""
 
 
 def changed(
     before: Sequence[ContactSegment], after: Sequence[ContactSpan]
 ) -> tuple[ContactSpan, ...]:
-    """Contacts of either that are not in the other; one without an anchor is always new."""
+    """Return the contacts that only one of the two has; a contact without an anchor is always new."""
     gone = [s for s in before if not _among(s, after)]
     return (*gone, *(s for s in after if not _among(s, before)))
 
@@ -47,7 +47,7 @@ def resolve(
     object_model: ObjectModel,
     body: BodyModel,
 ) -> Person:
-    """Give a person other contacts.
+    """Return the person with other contacts, solved again around those that have changed.
 
     Args:
         person: as they move now, with their present contacts.
@@ -88,7 +88,7 @@ def _same(a: ContactSpan, b: ContactSpan) -> bool:
 
 
 def _free(contacts: Sequence[ContactSpan], frames: int) -> Float[np.ndarray, " frames"]:
-    """1 within the contacts, smoothly to 0 over AROUND frames on both sides."""
+    """Return 1 within the contacts, falling smoothly to 0 over AROUND frames on both sides."""
     t, near = np.arange(frames), np.zeros(frames)
     for s in contacts:
         away = np.maximum(s.start - t, t - (s.stop - 1))
@@ -104,7 +104,7 @@ def _interaction_targets(
     clip: ObjectClip,
     object_model: ObjectModel,
 ) -> InteractionTargets:
-    """What is asked for in all frames; away from the changed contacts, what is there."""
+    """Return the targets of all frames; away from the changed contacts they are the present motion."""
     T, present = clip.take.motion.T_world_object, human.joints[:, 22:]
     wrists = face_palms(_tensor(human.rotations[:, WRISTS]), fresh, object_model.surface, T)
     return InteractionTargets(
@@ -126,7 +126,7 @@ def _solved(
     body: BodyModel,
     obstacle: MeshObstacle,
 ) -> Person:
-    """One stretch of the person as wished for."""
+    """Return one stretch of the person, solved for the targets."""
     part = stretch(person, rows.start, rows.stop)
     targets = replace(
         targets,

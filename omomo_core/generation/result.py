@@ -1,4 +1,4 @@
-"""What a generator is asked for and what it returns."""
+"""Options and result of the generator."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,16 +9,16 @@ from omomo_core.generation.person import Person
 from omomo_core.motion import HumanMotion
 
 Progress = Callable[[str, float], None]
-"""(name of the step, fraction done)."""
+"""Progress callback: name of the step, fraction done."""
 
 
 def no_progress(step: str, fraction: float) -> None:
-    """Nobody wants to know."""
+    """Ignore the progress."""
 
 
 @dataclass(frozen=True)
 class GenerationOptions:
-    """How to generate."""
+    """Options of the generator: samples, seed, contact rule, sampler and its steps."""
 
     samples: int = 4
     seed: int = 0
@@ -29,14 +29,14 @@ class GenerationOptions:
 
 @dataclass(frozen=True)
 class Generation:
-    """K samples, judged."""
+    """K samples with their scores."""
 
     people: tuple[Person, ...]
     chosen: int
-    """Index of the sample to show: amid the others, with few faults."""
+    """Index of the sample to show: central among the samples, with few faults."""
     scores: tuple[dict[str, float], ...]
     notes: tuple[str, ...]
-    """What is still wrong with the chosen sample, in words."""
+    """Faults of the chosen sample, in sentences."""
 
     @property
     def motions(self) -> tuple[HumanMotion, ...]:
@@ -45,8 +45,8 @@ class Generation:
 
 
 def notes_of(scores: dict[str, float]) -> tuple[str, ...]:
-    """The faults of a sample that its user should know of."""
-    told = (
+    """Return the faults of a sample that its user should know of, in sentences."""
+    faults = (
         (
             "unheld",
             0.05,
@@ -55,4 +55,4 @@ def notes_of(scores: dict[str, float]) -> tuple[str, ...]:
         ("miss_cm", 1.0, "the palms miss the object by {:.1f} cm on average while holding it"),
         ("inside_cm", 1.0, "the body is {:.1f} cm inside the object on average"),
     )
-    return tuple(text.format(scores[key]) for key, limit, text in told if scores[key] > limit)
+    return tuple(text.format(scores[key]) for key, limit, text in faults if scores[key] > limit)

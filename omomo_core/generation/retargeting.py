@@ -1,4 +1,4 @@
-"""Between the body the networks were trained on and the one asked for, when their bones differ."""
+"""Retargeting between the body that the networks were trained on and the one that is asked for."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,11 +20,12 @@ _ALIKE = 1e-4
 
 @dataclass(frozen=True)
 class Retargeting:
-    """The hips carry over, their way on the floor by stature, their height by length of leg; so do the feet.
+    """Maps poses between two bodies: hips and feet keep their places, scaled to the other body.
 
-    A body that only has another stature gets the same scene scaled; one whose pelvis joint sits
-    elsewhere above its hips, or whose legs are long for its stature, still stands on the floor; one whose
-    hip joints lie closer together still stands as wide.
+    Horizontal distances scale with the stature, heights with the height of the hips. So a body that differs
+    in stature only moves as the same scene scaled; one whose pelvis joint lies elsewhere above its hips, or
+    whose legs are long for its stature, still stands on the floor; and one whose hip joints lie closer
+    together stands as wide.
     """
 
     trained: BodyModel
@@ -32,13 +33,13 @@ class Retargeting:
 
     @property
     def scale(self) -> float:
-        """Lengths of the trained body over those of the other."""
+        """Stature of the trained body over that of the other."""
         return self.trained.height / self.body.height
 
     def to_body(
         self, root: Float[Tensor, "*b 3"], rotations: Float[Tensor, "*b 22 3 3"]
     ) -> tuple[Float[Tensor, "*b 3"], Float[Tensor, "*b 22 3 3"]]:
-        """The body's pelvis joint and rotations from the trained body's, world, metres."""
+        """Return the body's pelvis joint (world, metres) and global rotations from the trained body's."""
         return self._carried(self.trained, self.body, root, rotations, 1 / self._size().to(root))
 
     def to_trained(

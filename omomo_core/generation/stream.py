@@ -1,7 +1,7 @@
-"""The generator over time: poses of the object in, finished stretches of K people out.
+"""The generator as a stream: poses of the object in, finished chunks of K people out.
 
-A take of any length is sampled in chapters that begin with what the one before has decided, so memory does
-not grow with it, and poses may still be arriving.
+A take of any length is generated in chunks that begin with a prefix from the chunk before, so memory does
+not grow with the take, and poses may still be arriving.
 """
 
 from collections.abc import Generator, Iterable, Iterator
@@ -66,7 +66,7 @@ def stream(
     *,
     chunk_sizes: ChunkSizes = LIVE,
 ) -> Iterator[GeneratedChunk]:
-    """Generate the people who could have moved the object, while its poses arrive.
+    """Yield the people who could have moved the object, while its poses arrive.
 
     Args:
         mesh: the object.
@@ -74,12 +74,12 @@ def stream(
         body: who moves it; another stature is the same scene scaled.
         stages: the trained networks (capture configuration).
         options: samples, seed, contact rule, sampler.
-        progress: told what is being done, for each chapter anew.
-        conditioning: what need not be guessed.
-        chunk_sizes: how long a stretch is sampled at once: `RECORDED` or `LIVE`.
+        progress: called with the name of the step and the fraction done, for each chunk anew.
+        conditioning: what is given instead of being sampled.
+        chunk_sizes: how many frames are generated at once: `RECORDED` or `LIVE`.
 
     Yields:
-        Stretches in the order of time, without gap or overlap. The same arguments give the same ones.
+        Chunks in the order of time, without gap or overlap. The same arguments give the same chunks.
     """
     maker = _ChunkGenerator(
         ObjectModel(mesh, stages.height / body.height),
@@ -103,7 +103,7 @@ def stream(
 
 @dataclass(frozen=True)
 class _Draft:
-    """A chapter as sampled and solved, all its frames."""
+    """A chunk as sampled and solved, with all its frames."""
 
     clip: ObjectClip
     hands: Float[Tensor, "samples frames 8"] | None
@@ -114,7 +114,7 @@ class _Draft:
     people: list[Person]
 
     def prefix(self, start: int, stop: int) -> Prefix:
-        """What the next chapter, which begins at `start`, must not change."""
+        """Return the prefix of the next chunk, which begins at `start`."""
         rows = slice(start, stop)
         return Prefix(
             hands=None if self.hands is None else FeaturePrefix.all(self.hands[:, rows]),
@@ -129,7 +129,7 @@ class _Draft:
 
 @dataclass(frozen=True)
 class _ChunkGenerator:
-    """Samples and solves one chapter after another."""
+    """Samples and solves one chunk after another."""
 
     object_model: ObjectModel
     retargeting: Retargeting
@@ -139,7 +139,7 @@ class _ChunkGenerator:
     generator: torch.Generator
 
     def draft(self, chunk: Chunk, conditioning: Conditioning, prefix: Prefix | None) -> _Draft:
-        """All frames of a chapter."""
+        """Return all frames of a chunk, sampled and solved."""
         clip = self.object_model.clip(chunk.T_world_object)
         if conditioning.start_pose is not None and chunk.first == 0:
             prefix = prefix_from_pose(
@@ -180,7 +180,7 @@ class _ChunkGenerator:
         T, R, object_model = clip.take.motion.T_world_object, sampled.rotations, self.object_model
 
         def followed(held: Held) -> list[HandMotion]:
-            # What has not changed is not blended a second time.
+            # Palms whose segments have not changed are not blended a second time.
             return [
                 hand
                 if all(a is b for a, b in zip(old, new, strict=True))
@@ -199,7 +199,7 @@ class _ChunkGenerator:
     def _hands(
         self, clip: ObjectClip, chunk: Chunk, conditioning: Conditioning, prefix: Prefix | None
     ) -> tuple[Tensor | None, list[HandMotion], list[tuple[ContactSegment, ...]]]:
-        """Stage 1, or what is given in its place."""
+        """Return the features, palms and segments of stage 1, or what is given in their place."""
         start, stop = chunk.first, chunk.first + len(chunk.T_world_object)
         if conditioning.hands is not None:
             given = HandMotion(

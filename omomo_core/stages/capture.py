@@ -11,8 +11,10 @@ from omomo_core.stages.windows import ObjectWindows
 BASIS_POINTS = 256
 PATCH = 4
 LEVEL_SHIFT = 4.0
-"""The features say everything many times over, so that only much noise hides how the feet go: 32 of 100
-training levels and sampling steps are above 900, where the motion is decided."""
+"""Training and sampling lean to high noise levels: 32 of 100 are above 900.
+
+The features are redundant, so only much noise hides the motion, and it is decided at those levels.
+"""
 
 
 def stage_config(stage: StageName, channels: int, condition: int) -> StageConfig:

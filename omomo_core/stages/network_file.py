@@ -122,7 +122,7 @@ class Header:
     """What the file of a network says of it."""
 
     notes: dict[str, str]
-    """How it was trained, as `save_network` was told."""
+    """The training notes that `save_network` was given."""
     parameters: int
     """Numbers that were learnt or measured."""
 

@@ -62,9 +62,9 @@ class Stage(nn.Module):
     ) -> Float[Tensor, "b frames channels"]:
         """x0 (normalised) from x_n (normalised) and a raw condition, in the precision of x."""
         precision = self.denoiser.out.weight.dtype
-        told = ((condition - self.c_mean) / self.c_std).to(precision)
+        normalised = ((condition - self.c_mean) / self.c_std).to(precision)
         code = None if shape is None else shape.to(precision)
-        x0 = self.denoiser(x.to(precision), told, code, level, valid).to(x.dtype)
+        x0 = self.denoiser(x.to(precision), normalised, code, level, valid).to(x.dtype)
         return x0.clamp(-1, 1) if self.config.clamp and not self.training else x0
 
 

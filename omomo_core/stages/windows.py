@@ -1,4 +1,4 @@
-"""What the stages see of a take: batches of windows, in the world, as tensors."""
+"""Windows: batches of stretches of a take as tensors, in the world, that the stages take in."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -51,7 +51,7 @@ class HumanWindows:
     reference: Float[Tensor, "b frames 2"]
     """Floor point that the body is measured from: `stages.body.capture.reference_path`."""
     upright: Float[Tensor, " b"]
-    """From 0, squatting as deep as anybody whose hands go as low, to 1, standing as straight."""
+    """Rank among people whose hands go as low: 0 squats the deepest, 1 stands the straightest."""
 
 
 def window_frames(frames: int) -> Int[Tensor, "windows window"]:

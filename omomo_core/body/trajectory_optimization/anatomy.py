@@ -1,4 +1,4 @@
-"""The body as the solver sees it: turning bones, flesh, masses and how far joints go."""
+"""Anatomy for the solver: turning bones, collision spheres, masses and joint ranges."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,14 +16,14 @@ from omomo_core.skeleton import BODY_JOINTS, MODEL_ABOVE, MODEL_PARENTS, joint
 _SIDES = ("left", "right")
 BONES = ("pelvis", "spine3", *(f"{s}_{n}" for n in ("collar", "shoulder", "elbow", "wrist", "hip",
                                                     "knee") for s in _SIDES))  # fmt: skip
-"""What turns on its own; feet keep their orientation."""
+"""Bones that turn on their own; feet keep their orientation."""
 _BETWEEN: dict[str, dict[str, float]] = {
     "spine1": {"pelvis": 2 / 3, "spine3": 1 / 3},
     "spine2": {"pelvis": 1 / 3, "spine3": 2 / 3},
     "neck": {"spine3": 0.75},
     "head": {"spine3": 0.5},
 }
-"""What turns with them: the spine bends evenly, the eyes stay where they look."""
+"""Joints that turn with those bones: the spine bends evenly, and the head half keeps its direction."""
 VALUES = 3 * (1 + len(BONES))
 """Per frame: a shift of the pelvis and one rotation vector per bone."""
 
@@ -39,7 +39,7 @@ _COARSE = tuple(BodySphere(start, end, share, (0.0, 0.0, 0.0), radius) for start
         (f"{s}_elbow", f"{s}_wrist", 0.5, 0.032),
     )),
 ))  # fmt: skip
-"""Balls along the bones: from, to, share of the way, radius at 1.72 m in metres.
+"""Coarse spheres along the bones: from, to, share of the way, radius at 1.72 m in metres.
 
 The skull is beyond its joint. Radii from segment girths (NASA-STD-3000 anthropometry), less what
 soft tissue gives in contact.
@@ -87,7 +87,7 @@ class Anatomy:
     follows: Float[Tensor, "points 24"]
     """Share of each joint in each point."""
     placing: Float[Tensor, "points vectors"]
-    """Share of each vector in each point: bones of the tree, then the ways from bones to balls."""
+    """Share of each vector in each point: bones of the tree, then the offsets from bones to spheres."""
     levers: Float[Tensor, "points bones vectors"]
     """Share of each vector in the lever with which a turning bone moves a point."""
     turning: Float[Tensor, "entries components"]
@@ -103,12 +103,12 @@ class Anatomy:
 
 @lru_cache(maxsize=4)
 def build_anatomy(body: BodyModel, *, clearance: float | None = None) -> Anatomy:
-    """Points in this order: two palms, two ankles, the centre of mass, then balls of flesh.
+    """Return the points of a body: two palms, two ankles, the centre of mass, then collision spheres.
 
     Args:
         body: whose bones.
-        clearance: metres added to the radii of balls that fill the body to its skin; None for the
-            coarser ones that synthesis keeps out of its props.
+        clearance: metres added to the radii of the spheres that fill the body to its skin; None for the
+            coarse spheres that the synthesis uses.
     """
     spheres = _COARSE if clearance is None else DENSE_SPHERES
     size = body.height / _STATURE

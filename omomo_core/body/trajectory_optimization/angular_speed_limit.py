@@ -1,4 +1,4 @@
-"""Arms that whirl while they come or go, slowed down before anything else is done."""
+"""Limit on the angular speed of arms, applied before the trajectory is optimised."""
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -21,7 +21,7 @@ _ARMS = tuple(joint(f"{side}_{name}") for name in ("shoulder", "elbow") for side
 def limit_arm_speed(
     rotations: Float[np.ndarray, "frames 22 3 3"],
 ) -> Float[np.ndarray, "frames 22 3 3"]:
-    """Spread the quickest turns of shoulders and elbows over the frames around them.
+    """Return rotations in which the quickest turns of shoulders and elbows are spread over time.
 
     Blending a recorded arm into one that holds can turn the upper arm about itself in an instant.
     Palms move a little, and have to be solved again.

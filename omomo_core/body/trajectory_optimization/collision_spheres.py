@@ -1,19 +1,19 @@
-"""Balls that fill the body to its skin, hands left out.
+"""Collision spheres that fill the body to its skin, hands left out.
 
-Fitted to the shipped body: each ball touches its skin from within, and most of the skin is less than a
-centimetre from one of them. They follow the bones of any other body.
+They are fitted to the shipped body: each sphere touches the skin from within, and most of the skin is less
+than a centimetre from one of them. They follow the bones of any other body.
 """
 
 from typing import NamedTuple
 
 
 class BodySphere(NamedTuple):
-    """A ball beside a bone, at 1.72 m, metres."""
+    """A sphere beside a bone of a body of 1.72 m, metres."""
 
     start: str
     end: str
     share: float
-    """Of the way from joint to joint; beyond 1 it is farther on."""
+    """Share of the way from joint to joint; beyond 1 it is farther on."""
     offset: tuple[float, float, float]
     """From there, at rest (x to the left, y up, z ahead); turns with the joint `start`."""
     radius: float

@@ -1,4 +1,4 @@
-"""What flesh must stay out of: an object as boxes, or as the signed distance to its surface.
+"""Obstacles for the solver: an object as boxes, or as the signed distance to its surface.
 
 Each is in the object's own frame, metres; its `middle` stands for the centre of mass.
 """
@@ -23,13 +23,13 @@ class BoxObstacle:
 
     @property
     def middle(self) -> Float[Tensor, "3"]:
-        """Of all the boxes."""
+        """Middle of the box around all parts."""
         return (self.low.amin(dim=0) + self.high.amax(dim=0)) / 2
 
     def depth(
         self, points: Float[Tensor, "times flesh 3"], radii: Float[Tensor, " flesh"]
     ) -> _Depth:
-        """How deep each ball is in the box it is deepest in (negative: apart), and the way out."""
+        """Return each sphere's depth in the box it is deepest in (negative: apart), and the direction out."""
         middle, half = (self.low + self.high) / 2, (self.high - self.low) / 2
         local = points[:, :, None] - middle
         beyond = local.abs() - half
@@ -45,7 +45,7 @@ class BoxObstacle:
 
 @dataclass(frozen=True)
 class MeshObstacle:
-    """Any mesh, by the signed distance to its surface."""
+    """A mesh, as the signed distance to its surface."""
 
     field: DistanceField
     middle: Float[Tensor, "3"]
@@ -53,9 +53,9 @@ class MeshObstacle:
     def depth(
         self, points: Float[Tensor, "times flesh 3"], radii: Float[Tensor, " flesh"]
     ) -> _Depth:
-        """How deep each ball is inside (negative: apart), and the way out by the gradient.
+        """Return each sphere's depth inside (negative: apart), and the direction out by the gradient.
 
-        The way is zero for balls that never touch.
+        The direction is zero for spheres that never touch.
         """
         depth = radii - self.field.at(points)
         hit, away = (depth > 0).any(dim=0), torch.zeros_like(points)

@@ -1,4 +1,4 @@
-"""How deep somebody is inside an object, as the solver sees both."""
+"""Penetration depth of a body in an object, by the solver's collision spheres."""
 
 from jaxtyping import Float
 from torch import Tensor
@@ -16,10 +16,10 @@ def penetration_depth(
     T_world_object: Float[Tensor, "frames 4 4"],
     obstacle: Obstacle,
 ) -> Float[Tensor, "*b frames"]:
-    """Deepest ball of flesh of trunk, arms and legs, metres; 0 where none is inside.
+    """Return the depth of the deepest sphere of trunk, arms and legs, metres; 0 where none is inside.
 
     Args:
-        body: whose flesh.
+        body: whose bones.
         root: pelvis joint, world, metres.
         rotations: global R_world_joint.
         T_world_object: pose of the object.

@@ -1,4 +1,4 @@
-"""The cost of a pose, as weighted squares with their derivatives in the bones' turns."""
+"""Residuals of a pose, weighted, with their derivatives in the bones' turns."""
 
 import roma
 import torch
@@ -15,7 +15,7 @@ _FLESH, _BALANCE, _LIMIT, _HAND = 50.0, 14.0, 3.0, 1.5
 _FOOT = 0.05
 """How far the foot supports beyond the lines from heel to ball, metres."""
 _ANYWHERE = 1e6
-"""Support of somebody in the air: there is no balance to keep."""
+"""Support of a body in the air: there is no balance to keep."""
 _DIRECTIONS = 16
 _PARENT_JOINTS = [joint(parent) for parent, _, _ in LIMITS]
 _CHILD_JOINTS = [joint(child) for _, child, _ in LIMITS]
@@ -25,11 +25,11 @@ _RANGES = torch.tensor([ranges for *_, ranges in LIMITS])
 
 _Rows = tuple[Float[Tensor, "times rows values"], Float[Tensor, "times rows"]]
 _Normals = tuple[list[int], Float[Tensor, "times rows 3"], Float[Tensor, "times rows"]]
-"""Which point each row is about, the way in which its cost grows, and its residual."""
+"""Point of each row, gradient of its residual in the point, and the residual."""
 
 
 def directions() -> Float[Tensor, "directions 3"]:
-    """Level directions all around."""
+    """Return horizontal unit vectors all around."""
     angle = torch.arange(_DIRECTIONS) * (2 * torch.pi / _DIRECTIONS)
     return torch.stack([angle.cos(), angle.sin(), torch.zeros(_DIRECTIONS)], dim=-1)
 
@@ -39,7 +39,7 @@ def support_extent(
     planted: Float[Tensor, "times 4"],
     centre: Float[Tensor, "times 3"],
 ) -> Float[Tensor, "times directions"]:
-    """How far somebody is supported in each of the directions, everywhere when in the air.
+    """Return how far the feet support the body in each direction, metres; anywhere when in the air.
 
     Args:
         soles: heels and balls of the feet.
@@ -55,7 +55,7 @@ def support_extent(
 def anatomy_points(
     anatomy: Anatomy, root: Float[Tensor, "times 3"], rotations: Float[Tensor, "times 22 3 3"]
 ) -> tuple[Float[Tensor, "times points 3"], Float[Tensor, "times vectors 3"]]:
-    """Points of the anatomy and the vectors they are made of, world, metres."""
+    """Return the points of the anatomy and the vectors they are made of, world, metres."""
     entries = rotations.flatten(1)
     points, vectors = (
         (entries @ how).unflatten(1, (-1, 3)) for how in (anatomy.spanning, anatomy.turning)
@@ -69,9 +69,9 @@ def linearise(
     root: Float[Tensor, "times 3"],
     rotations: Float[Tensor, "times 22 3 3"],
 ) -> _Rows:
-    """Jacobian and residual of all weighted squares but closeness and smoothness.
+    """Return Jacobian and residuals of all terms but closeness and smoothness.
 
-    Balls of flesh and joint ranges that cost nothing at any time have no rows.
+    Collision spheres and joint ranges that cost nothing at any time have no rows.
     """
     points, bones = anatomy_points(anatomy, root, rotations)
     terms = (
@@ -93,7 +93,7 @@ def linearise(
 
 
 def _reaching(targets: FrameTargets, points: Float[Tensor, "times points 3"]) -> _Normals:
-    """Palms and ankles to their places."""
+    """Residuals of palms and ankles from their targets."""
     weight = torch.cat([_PALM * targets.hold, _SWING + (_ANKLE - _SWING) * targets.planted], dim=1)
     error = (points[:, :4] - torch.cat([targets.palms, targets.ankles], dim=1)) * weight[..., None]
     normals = weight[..., None, None] * torch.eye(3)
@@ -103,7 +103,7 @@ def _reaching(targets: FrameTargets, points: Float[Tensor, "times points 3"]) ->
 def _colliding(
     anatomy: Anatomy, targets: FrameTargets, points: Float[Tensor, "times points 3"]
 ) -> _Normals:
-    """Balls of flesh out of the object."""
+    """Residuals of collision spheres inside the object."""
     R, at = targets.T_world_object[:, :3, :3], targets.T_world_object[:, :3, 3]
     local = (points[:, 5:] - at[:, None]) @ R
     depth, normal = targets.obstacle.depth(local, anatomy.radii)
@@ -116,7 +116,7 @@ def _colliding(
 def _balancing(
     anatomy: Anatomy, targets: FrameTargets, points: Float[Tensor, "times points 3"]
 ) -> _Normals:
-    """The centre of mass back over the feet, from the side on which it is farthest out."""
+    """Residual of the centre of mass beside the feet, in the direction in which it is farthest out."""
     weight, normal = overbalance(anatomy, targets, points[:, 4])
     share = anatomy.mass / (anatomy.mass + targets.carried_mass)
     strong = (_BALANCE * targets.balance * (weight > 0))[:, None]
@@ -126,7 +126,7 @@ def _balancing(
 def overbalance(
     anatomy: Anatomy, targets: FrameTargets, centre: Float[Tensor, "times 3"]
 ) -> tuple[Float[Tensor, " times"], Float[Tensor, "times 3"]]:
-    """How far the centre of mass with its load is out of the support, and in which direction."""
+    """Return how far the loaded centre of mass is outside the support, metres, and in which direction."""
     total = anatomy.mass + targets.carried_mass
     loaded = (anatomy.mass * centre + targets.carried_moment) / total[:, None]
     out, side = (loaded @ directions().T - targets.support).max(dim=-1)
@@ -134,7 +134,7 @@ def overbalance(
 
 
 def _turning(targets: FrameTargets, rotations: Float[Tensor, "times 22 3 3"]) -> _Rows:
-    """Joints back into their ranges, and hands as the grasp wants them."""
+    """Residuals of joints outside their ranges, and of wrists from their targets."""
     inverse = rotations[:, _PARENT_JOINTS].mT
     turned = inverse @ rotations[:, _CHILD_JOINTS]
     grasped = rotations[:, _WRISTS] @ targets.R_world_wrist.mT

@@ -1,4 +1,4 @@
-"""Gauss-Newton over a whole clip, then exact hands and feet."""
+"""Trajectory optimisation: Gauss-Newton on the splines of a whole clip, then exact hands and feet."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -26,13 +26,13 @@ from omomo_core.skeleton import joint
 _SPACING = 6.0
 """Frames between the coefficients of the corrections: nothing changes faster than at 2.5 Hz."""
 _STRIDE = 2
-"""Every other frame is looked at."""
+"""Every other frame is evaluated."""
 _SLOW = 0.3
 """Metres per second of the pelvis; a faster body need not be over its feet."""
 _STEP = 0.25
 """Longest step of any value of the corrections in one iteration, metres or radians."""
 _LEVEL, _HEIGHT = 6.0, 10.0
-"""Closeness of the pelvis to the first guess, 1 / m."""
+"""Closeness of the pelvis to the initial motion, 1 / m."""
 _TURN: dict[str, float] = {"pelvis": 2.0, "spine3": 1.5, "collar": 0.8, "shoulder": 0.12,
                            "elbow": 0.12, "wrist": 0.4, "hip": 0.12, "knee": 0.2}  # fmt: skip
 """Closeness of each bone's turn against its parent, 1 / rad."""
@@ -58,22 +58,22 @@ def optimise_trajectory(
     steps: int = 4,
     on_progress: Callable[[float], None] = lambda done: None,
 ) -> _Pose:
-    """Make a first guess of a whole clip physically and anatomically plausible.
+    """Return an initial motion corrected to be physically and anatomically plausible.
 
-    Smooth corrections of pelvis, trunk, shoulder girdle, arms and legs are found that weigh palms
-    and planted feet on their places, joint ranges, flesh outside the object, the weight over the feet
-    and closeness to the first guess; then arms and legs are solved exactly. Several clips with the
-    same object and of the same length are solved side by side.
+    Smooth corrections of pelvis, trunk, shoulder girdle, arms and legs minimise a weighted sum: palms and
+    planted feet off their targets, joint ranges, flesh inside the object, the weight beside the feet, and
+    distance from the initial motion. Then arms and legs are solved exactly. Several clips with the same
+    object and of the same length are solved side by side.
 
     Args:
         body: whose bones, flesh and weight to use.
-        root: pelvis of the first guess, world, metres.
+        root: pelvis of the initial motion, world, metres.
         rotations: its global R_world_joint.
-        targets: what has to be satisfied.
-        anatomy: what keeps out of the object; what synthesis keeps out of its props if not given.
+        targets: of hands and feet, and the obstacle.
+        anatomy: collision spheres; the coarse ones of the synthesis if not given.
         free: how far each frame may be corrected, from 0 (not at all) to 1.
         steps: Gauss-Newton iterations.
-        on_progress: after each of them, how far this is.
+        on_progress: called with the fraction done after each iteration.
 
     Returns:
         Root and rotations; held palms and planted feet are exact where the limbs reach.
@@ -132,7 +132,7 @@ class _InitialMotion:
 def _each(
     change: Callable[[np.ndarray], np.ndarray], rotations: Float[np.ndarray, "*b frames 22 3 3"]
 ) -> Float[np.ndarray, "*b frames 22 3 3"]:
-    """Every clip changed on its own."""
+    """Return the rotations with `change` applied to each clip."""
     clips = rotations.reshape(-1, *rotations.shape[-4:])
     return np.stack([change(clip) for clip in clips]).reshape(rotations.shape)
 
@@ -143,7 +143,7 @@ def _keep_approach(
     rotations: Float[np.ndarray, "*b frames 22 3 3"],
     targets: SolverTargets,
 ) -> SolverTargets:
-    """Hands that come or go keep the way the first guess has for them."""
+    """Return targets in which hands that come or go follow the initial motion."""
     palms = joints_of(body, root, rotations)[..., 22:, :]
     firm = targets.hold[..., None] >= 1.0
     return replace(
@@ -163,7 +163,7 @@ def _frame_targets(
     targets: SolverTargets,
     seen: Int[np.ndarray, " seen"],
 ) -> FrameTargets:
-    """Targets of all clips at the frames that are looked at, one after the other."""
+    """Return the targets of all clips at the evaluated frames, one clip after another."""
     clips = root.shape[:-2]
 
     def at(x: Float[np.ndarray, "..."], beside: int) -> Tensor:
@@ -194,18 +194,18 @@ def _frame_targets(
 
 
 def _stance(targets: SolverTargets) -> Float[np.ndarray, "*b frames 2"]:
-    """How firmly each foot stands, on heel or ball."""
+    """Return how firmly each foot stands, on heel or ball, in [0, 1]."""
     return firmness(targets.planted[..., :2] | targets.planted[..., 2:])
 
 
 def firmness(standing: Bool[np.ndarray, "*b frames 2"]) -> Float[np.ndarray, "*b frames 2"]:
-    """1 while a foot stands, falling smoothly to 0 in the air."""
+    """Return 1 while a foot stands, falling smoothly to 0 in the air."""
     down = maximum_filter1d(standing.astype(float), 9, axis=-2)
     return gaussian_filter1d(down, 1.5, axis=-2, mode="nearest")
 
 
 def _closeness() -> Float[Tensor, "values values"]:
-    """Quadratic form of corrections: turns count against the parent's, so arms follow the trunk."""
+    """Return the quadratic form of corrections; turns count relative to the parent's, so arms follow."""
     form = torch.diag(torch.tensor([_LEVEL, _LEVEL, _HEIGHT] + [0.0] * (VALUES - 3)) ** 2)
     for k, bone in enumerate(BONES):
         side, _, name = bone.rpartition("_")
@@ -232,7 +232,7 @@ def _solve_limbs(
     rotations: Float[Tensor, "*b frames 22 3 3"],
     targets: SolverTargets,
 ) -> _Pose:
-    """Palms that hold and feet that stand exactly on their places."""
+    """Return the motion with holding palms and standing feet exactly on their targets."""
     at = torch.as_tensor(root)
     standing = torch.as_tensor(_stance(targets))
     ankles = forward_kinematics(body, at, rotations)[..., _ANKLES, :]

@@ -1,7 +1,7 @@
-"""A hand whose arm would go through a thin board holds the board's other face.
+"""Choice of the contact face: a hand whose arm would go through a thin board holds the board's other face.
 
-Stage 1 knows palms to some centimetres, and a table's top is thinner: the nearest face may be the one that
-the arm cannot get to.
+Stage 1 predicts palms to some centimetres, and a table's top is thinner: the nearest face may be one that
+the arm cannot reach.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,11 +25,11 @@ from omomo_core.generation.solving.bodies import CLEARANCE
 from omomo_core.generation.solving.reach import solve_arms
 
 THICKEST, BESIDE = 0.08, 0.03
-"""Metres: a board is no thicker, and its other face is looked for so near the line through it."""
+"""Largest thickness of a board, and largest distance of its other face from the line through it, metres."""
 CROSSED = 0.5
 """Cost per frame (as of `sides.INSIDE`) under which an arm only brushes the board."""
 TWIST = 2.0
-"""Cost per frame of a hand whose back, not palm, is toward what it holds."""
+"""Cost per frame of a hand whose back, not palm, is towards what it holds."""
 
 Held = Sequence[tuple[ContactSegment, ...]]
 
@@ -43,7 +43,7 @@ def choose_contact_faces(
     targets_for: Callable[[Held], InteractionTargets],
     prefix_frames: int,
 ) -> list[tuple[ContactSegment, ...]]:
-    """The segments, those on other faces whose arms get there without going through the object.
+    """Return the segments, each on the face that its arm reaches without going through the object.
 
     Args:
         body: whose arms.
@@ -51,7 +51,7 @@ def choose_contact_faces(
         rotations: sampled global rotations.
         held: segments of each sample.
         object_model: the object.
-        targets_for: what bodies are solved for, given the segments.
+        targets_for: the solver targets of given segments.
         prefix_frames: segments that begin before this frame keep their faces.
     """
     turned = [tuple(_on_other_face(s, object_model, prefix_frames) for s in own) for own in held]
@@ -79,7 +79,7 @@ def choose_contact_faces(
 def _on_other_face(
     segment: ContactSegment, object_model: ObjectModel, prefix_frames: int
 ) -> ContactSegment:
-    """The same hold on the other face of the board, or itself where there is no such face."""
+    """Return the segment on the other face of the board, or itself where there is no such face."""
     surface, anchor = object_model.surface, segment.anchor
     out = anchor - surface.points[surface.tree.query(anchor)[1]]
     out = out / max(float(np.linalg.norm(out)), 1e-6)
@@ -103,7 +103,7 @@ def _cost(
     avoidance: CollisionAvoidance,
     targets: InteractionTargets,
 ) -> Float[Tensor, "samples seen 2"]:
-    """Of each arm that holds: what is inside the object, and how far its hand is turned."""
+    """Return each arm's cost: its penetration of the object, and how far its hand is turned."""
     turned = rotations.clone()
     turned[:, :, WRISTS] = targets.R_world_wrist
     R = solve_arms(body, root, turned, targets)[:, avoidance.seen]

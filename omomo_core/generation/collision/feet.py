@@ -1,4 +1,4 @@
-"""Feet that the object runs into stand elsewhere, or step out of its way."""
+"""Collision avoidance of the feet: feet that the object runs into stand elsewhere, or step out of its way."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -22,13 +22,13 @@ from omomo_core.geometry.runs import runs
 from omomo_core.skeleton import joint
 
 GRID, FARTHEST = 0.05, 0.2
-"""Metres between the places that are tried, and to the farthest of them."""
+"""Metres between the shifts that are tried, and to the farthest of them."""
 AWAY, MOVE, REACH = 4.0, 20.0, 4000.0
-"""Cost of a place, of a swing to another, and of a leg too short, 1 / m^2."""
+"""Cost of a shift, of a swing to another, and of a leg that is too short, 1 / m^2."""
 STEP = 0.15
-"""Cost of a step where the foot would have stood."""
+"""Cost of a step where the foot would have stayed planted."""
 HALF = 5
-"""Frames: half of such a step."""
+"""Frames of half such a step."""
 STRETCH = 0.985
 """Share of a straight leg's length that is within reach."""
 HIPS = (joint("left_hip"), joint("right_hip"))
@@ -42,12 +42,12 @@ def move_feet_clear(
     feet: list[FootPlan],
     avoidance: CollisionAvoidance,
 ) -> list[FootPlan]:
-    """Feet planned anew such that they and their legs are clear of the object.
+    """Return foot plans in which feet and legs are clear of the object.
 
     Args:
         body: whose legs.
         root: pelvis joint, world, metres.
-        rotations: global R_world_joint, of legs that stand as planned.
+        rotations: global R_world_joint, with legs solved onto the plans.
         feet: the plan of each sample.
         avoidance: the object.
     """
@@ -71,7 +71,7 @@ def _choose_shifts(
     avoidance: CollisionAvoidance,
     side: int,
 ) -> Float[Tensor, "samples seen 3"] | None:
-    """How far one foot is shifted when; None where it need not be."""
+    """Return the shifts of one foot over time, metres; None where none is needed."""
     tried = level_shifts(GRID, FARTHEST)
     share = torch.zeros(24)
     share[[ANKLES[side], TOES[side]]], share[KNEES[side]] = 1.0, 0.5
@@ -100,7 +100,7 @@ def _choose_shifts(
 def _shift_foot(
     plan: FootPlan, shift: Float[np.ndarray, "seen 3"], seen: Int[np.ndarray, " seen"], side: int
 ) -> FootPlan:
-    """A plan with one foot shifted: at once and for all while it stands, with a step where that changes."""
+    """Return a plan with one foot shifted, constantly while it is planted, with a step at each change."""
     if not shift.any():
         return plan
     ankles, standing = plan.ankles.copy(), plan.standing.copy()
@@ -123,14 +123,14 @@ def _shift_foot(
 
 
 def _bump(frames: int) -> Float[np.ndarray, " frames"]:
-    """Up to 1 and down again."""
+    """Return half a sine wave: from 0 to 1 and back."""
     return np.sin(np.pi * np.arange(1, frames + 1) / (frames + 1))
 
 
 def _mid_swing(
     standing: Bool[np.ndarray, " frames"], seen: Int[np.ndarray, " seen"]
 ) -> Bool[np.ndarray, " frames"]:
-    """Frames that are looked at, in the middle of a swing."""
+    """Return which of the evaluated frames are in the middle of a swing."""
     found = np.zeros(len(standing), bool)
     found[[at for at in seen if not standing[max(0, at - HALF) : at + HALF + 1].any()]] = True
     return found

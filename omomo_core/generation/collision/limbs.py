@@ -1,4 +1,4 @@
-"""Arms and legs in the object swing about the line from root to end; hands turn about their palms."""
+"""Collision avoidance of limbs: they swing about the line from root to end; hands turn about palms."""
 
 from dataclasses import replace
 
@@ -25,17 +25,17 @@ LIMBS = tuple(
     )
     for joints in zip(upper, middle, end, strict=True)
 )
-"""Upper joint, middle and end, radians that the limb swings at most, what that costs, 1 / rad^2."""
+"""Upper, middle and end joint, largest swing in radians, and its cost, 1 / rad^2."""
 SWINGS = 6
-"""Either way, that are tried."""
+"""Swings that are tried in each direction."""
 TURNS = torch.cartesian_prod(
     torch.tensor([0.0, 0.5, -0.5, 1.0, -1.0, 1.5, -1.5]), torch.tensor([0.0, 0.5, 1.0])
 )
-"""Of a hand, radians: about the line out of its palm, and the wrist up from the surface."""
+"""Turns of a hand that are tried, radians: about the palm's normal, and the wrist up from the surface."""
 STIFFNESS = 0.15
 """Cost of turning a hand, 1 / rad^2."""
 MOVE = 2.0
-"""Cost of going from one choice to the next, 1 / rad^2."""
+"""Cost of a change of choice, 1 / rad^2."""
 
 
 def swing_limbs_clear(
@@ -44,7 +44,7 @@ def swing_limbs_clear(
     rotations: Float[Tensor, "samples frames 22 3 3"],
     avoidance: CollisionAvoidance,
 ) -> Float[Tensor, "samples frames 22 3 3"]:
-    """Elbows and knees where arms and legs are clear of the object; palms and feet stay.
+    """Return rotations whose elbows and knees keep arms and legs clear of the object; palms and feet stay.
 
     Args:
         body: whose limbs.
@@ -90,7 +90,7 @@ def swing_limbs_clear(
 
 
 def _both_ways(farthest: float) -> Float[Tensor, "choices 1"]:
-    """Angles, none first."""
+    """Return the swings to try, radians, zero first."""
     one = torch.linspace(0, farthest, SWINGS + 1)[1:]
     return torch.cat([torch.zeros(1), one, -one])[:, None]
 
@@ -103,18 +103,18 @@ def turn_hands_clear(
     targets: InteractionTargets,
     avoidance: CollisionAvoidance,
 ) -> tuple[Float[Tensor, "samples frames 22 3 3"], InteractionTargets]:
-    """Hands that hold turned such that wrists and forearms are clear of the object; palms stay.
+    """Turn holding hands so that wrists and forearms are clear of the object; palms stay.
 
     Args:
         body: whose hands.
         root: pelvis joint, world, metres.
         rotations: global R_world_joint.
-        armed: the same, of arms that hold.
+        armed: the same with arms solved onto their targets.
         targets: what is held.
         avoidance: the object.
 
     Returns:
-        The rotations and the wish, with the hands turned.
+        The rotations and the targets with the hands turned.
     """
     at, R = root[:, avoidance.seen], armed[:, avoidance.seen]
     joints, out, grasp = (

@@ -1,4 +1,4 @@
-"""A body that is in the object steps aside as a whole, as far as its hands reach what they hold."""
+"""Collision avoidance of the root: a body inside the object moves as far as its hands still reach."""
 
 import torch
 from jaxtyping import Float
@@ -16,9 +16,9 @@ from omomo_core.generation.collision.sides import (
 from omomo_core.skeleton import joint
 
 GRID, FARTHEST = 0.0625, 0.25
-"""Metres between the places that are tried, and to the farthest of them."""
+"""Metres between the shifts that are tried, and to the farthest of them."""
 AWAY, MOVE, REACH = 3.0, 40.0, 4000.0
-"""Cost of a place, of going from one to the next, and of a palm out of reach, 1 / m^2."""
+"""Cost of a shift, of a change of shift, and of a palm out of reach, 1 / m^2."""
 STRETCH = 0.98
 """Share of a straight arm's length that is within reach."""
 SHOULDERS = (joint("left_shoulder"), joint("right_shoulder"))
@@ -32,12 +32,12 @@ def move_root_clear(
     targets: InteractionTargets,
     avoidance: CollisionAvoidance,
 ) -> Float[Tensor, "samples frames 3"]:
-    """The pelvis, shifted on the level to where the body is clear of the object.
+    """Return the pelvis shifted horizontally to where the body is clear of the object, world, metres.
 
     Args:
-        body: whose flesh.
+        body: whose bones.
         root: pelvis joint, world, metres.
-        rotations: global R_world_joint, of arms that hold.
+        rotations: global R_world_joint, with arms solved onto their targets.
         targets: what is held.
         avoidance: the object.
     """
@@ -67,7 +67,7 @@ def move_root_clear(
 def _shift_share(
     avoidance: CollisionAvoidance, targets: InteractionTargets
 ) -> Float[Tensor, "samples seen balls"]:
-    """Share of the body's shift in each ball: hands that hold stay, elbows go half the way."""
+    """Return the share of the root's shift in each sphere: holding hands stay, elbows go half the way."""
     share = torch.ones(
         *targets.hold[:, avoidance.seen].shape[:2], avoidance.anatomy.follows.shape[1]
     )
@@ -83,12 +83,12 @@ def reach_cost(
     ways: Float[Tensor, "samples seen choices 3"],
     hold: Float[Tensor, "samples seen"],
 ) -> Cost:
-    """What it costs that wrists get farther out of reach than they are by the first choice.
+    """Return the cost of wrists that are farther out of reach than by the first choice.
 
     Args:
         body: whose arms.
-        ways: from the shoulder to where the wrist must be, by each choice, metres.
-        hold: how strongly it must.
+        ways: from the shoulder to where the wrist must be by each choice, metres.
+        hold: how firmly the hand holds, in [0, 1].
     """
     rest, (shoulder, elbow, wrist) = body.rest_joints, (SHOULDERS[0], ELBOWS[0], WRISTS[0])
     length = (rest[elbow] - rest[shoulder]).norm() + (rest[wrist] - rest[elbow]).norm()

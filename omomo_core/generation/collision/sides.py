@@ -1,8 +1,8 @@
-"""On which side of an object somebody is: the cheapest course of a few choices over time.
+"""Choice of a side of the object: the cheapest path through a few choices over time (Viterbi).
 
-Flesh that is across a thin board is pushed out of both its faces at once, and stays. So sides are
-chosen first: every choice is tried in every frame, and the course through them is found that is least
-inside the object, least far from where the body is, and steady.
+Gradients push flesh across a thin board out of both its faces at once, and it stays. So sides are chosen
+first: every choice is tried in every evaluated frame, and the path is found that is least inside the object,
+nearest to the present body, and steady.
 """
 
 from collections.abc import Callable
@@ -20,22 +20,24 @@ from omomo_core.body.trajectory_optimization.residuals import anatomy_points
 from omomo_core.geometry.distance_field import DistanceField
 
 STRIDE, FINE = 5, 2
-"""Frames between choices, and (standard deviation) over which a choice passes into the next; of the
-last ones, for what is thin passes quickly by."""
+"""Frames between choices, which are also the standard deviation of the filter that blends them.
+
+The last swing of the limbs uses the finer interval, because a thin part passes quickly by.
+"""
 INSIDE = 400.0
-"""Cost of depth, 1 / m^2: 5 cm of one ball is 1."""
+"""Cost of penetration, 1 / m^2: 5 cm of one sphere cost 1."""
 _FIXED = 1e6
-"""Cost of changing what is decided."""
+"""Cost of changing a frame that is fixed."""
 
 Spheres = Float[Tensor, "samples seen balls 3"]
 Cost = Float[Tensor, "samples seen choices"]
 Places = Callable[[Tensor, Tensor, Tensor], Float[Tensor, "some choices 3"]]
-"""Where each choice puts some balls, given their samples, frames and numbers; world, metres."""
+"""Positions of some spheres by each choice, given their samples, frames and numbers; world, metres."""
 
 
 @dataclass(frozen=True)
 class CollisionAvoidance:
-    """An object around which somebody has to be, at the frames that are looked at."""
+    """An object that a body has to avoid, at the evaluated frames."""
 
     anatomy: Anatomy
     field: DistanceField
@@ -44,7 +46,7 @@ class CollisionAvoidance:
     free: Float[Tensor, " frames"]
     """How far each frame may be changed, from 0 to 1."""
     stride: int
-    """Frames between those."""
+    """Frames from one evaluated frame to the next."""
 
     @staticmethod
     def of(
@@ -54,7 +56,7 @@ class CollisionAvoidance:
         free: Float[Tensor, " frames"],
         stride: int = STRIDE,
     ) -> "CollisionAvoidance":
-        """Look at every few frames."""
+        """Evaluate every few frames."""
         frames = len(T_world_object)
         seen = np.unique(np.append(np.arange(0, frames, stride), frames - 1))
         T = torch.from_numpy(T_world_object[seen]).float()
@@ -65,7 +67,7 @@ class CollisionAvoidance:
         root: Float[Tensor, "samples seen 3"],
         rotations: Float[Tensor, "samples seen 22 3 3"],
     ) -> Spheres:
-        """All the flesh, world, metres."""
+        """Return the centres of all collision spheres, world, metres."""
         points, _ = anatomy_points(self.anatomy, root.flatten(0, 1), rotations.flatten(0, 1))
         return points[:, 5:].unflatten(0, root.shape[:2])
 
@@ -77,19 +79,19 @@ class CollisionAvoidance:
         places: Places,
         choices: int,
     ) -> Cost | None:
-        """What each choice costs for flesh that is inside the object; None where none is by now.
+        """Return the penetration cost of each choice; None where nothing is inside the object now.
 
         Args:
-            now: balls as they are, world, metres.
-            radii: theirs.
+            now: present spheres, world, metres.
+            radii: their radii, metres.
             far: how far a choice moves any of them at most, metres.
-            places: where each choice puts them.
-            choices: how many there are.
+            places: their positions by each choice.
+            choices: how many choices there are.
         """
         clear = self._distance(now, self.T_world_object) - radii
         if not ((clear < 0) & (self.free[self.seen] > 0.5)[:, None]).any():
             return None
-        # What is farther away than it can be moved is clear by any choice.
+        # A sphere that is farther away than it can be moved is clear by any choice.
         sample, frame, ball = (clear < far).nonzero(as_tuple=True)
         at = places(sample, frame, ball)
         depth = radii[ball, None] - self._distance(at, self.T_world_object[frame])
@@ -99,18 +101,18 @@ class CollisionAvoidance:
     def penetration_cost(
         self, at: Spheres, radii: Float[Tensor, " spheres"]
     ) -> Float[Tensor, "samples seen balls"]:
-        """What each ball costs for being inside the object.
+        """Return the cost of each sphere's penetration.
 
         Args:
-            at: balls, world, metres.
-            radii: theirs.
+            at: spheres, world, metres.
+            radii: their radii, metres.
         """
         return _squared_depth(radii - self._distance(at, self.T_world_object))
 
     def _distance(
         self, at: Float[Tensor, "*b some 3"], T: Float[Tensor, "*c 4 4"]
     ) -> Float[Tensor, "*b some"]:
-        """From places in the world to the object, in the pose that belongs to them."""
+        """Return the signed distance of points to the object in the pose of their frame, metres."""
         return self.field.at((at - T[..., None, :3, 3]) @ T[..., :3, :3])
 
     def cheapest_values(
@@ -119,12 +121,12 @@ class CollisionAvoidance:
         values: Float[Tensor, "choices n"],
         between: Float[Tensor, "*steps choices choices"],
     ) -> Float[Tensor, "samples seen n"]:
-        """Values along the cheapest course; the first choice is to leave everything as it is.
+        """Return the values along the cheapest path; the first choice changes nothing.
 
         Args:
             cost: of each choice.
-            values: what is chosen between.
-            between: what a change costs, always or (samples, seen - 1) for each.
+            values: of each choice.
+            between: cost of a change, one for all steps or one for each (samples, seen - 1).
         """
         kept = self.free[self.seen] < 0.5
         cost = cost.clone()
@@ -134,7 +136,7 @@ class CollisionAvoidance:
     def smoothed(
         self, chosen: Float[Tensor, "samples seen n"]
     ) -> Float[Tensor, "samples frames n"]:
-        """Choices in every frame, one passing smoothly into the next."""
+        """Return the chosen values in every frame, each blended smoothly into the next."""
         return self._between.to(chosen) @ chosen * self.free[:, None]
 
     @cached_property
@@ -151,7 +153,7 @@ def _squared_depth(depth: Tensor) -> Tensor:
 def viterbi(
     cost: Cost, between: Float[Tensor, "*steps choices choices"]
 ) -> Int[Tensor, "samples seen"]:
-    """Which choice to make when (Viterbi): the least sum of what choices and changes cost."""
+    """Return the path of choices with the least sum of costs and changes (Viterbi)."""
     steps = cost.shape[1] - 1
     change = between.expand(*cost.shape[:1], steps, *between.shape[-2:])
     best, came = cost[:, 0], list[Tensor]()
@@ -166,7 +168,7 @@ def viterbi(
 
 
 def level_shifts(step: float, farthest: float) -> Float[Tensor, "choices 3"]:
-    """Level shifts on a grid, none first, metres."""
+    """Return horizontal shifts on a grid within a circle, nearest first, metres."""
     count = round(farthest / step)
     axis = step * torch.arange(-count, count + 1)
     level = torch.cartesian_prod(axis, axis, torch.zeros(1))
@@ -175,5 +177,5 @@ def level_shifts(step: float, farthest: float) -> Float[Tensor, "choices 3"]:
 
 
 def squared_distances(values: Float[Tensor, "choices n"]) -> Float[Tensor, "choices choices"]:
-    """Squared distance from each choice to each."""
+    """Return the squared distance from each choice to each."""
     return (values[:, None] - values).square().sum(dim=-1)

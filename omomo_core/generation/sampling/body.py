@@ -1,4 +1,4 @@
-"""Sampling stage 2: a whole body for each guess of the palms."""
+"""Sampling of stage 2: a whole body for the palms of each sample."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -30,7 +30,7 @@ def sample_body(
     progress: Progress,
     prefix: Prefix | None,
 ) -> Float[Tensor, "samples frames channels"]:
-    """Features of people whose palms are where `hands` says, one for each; the root in the world.
+    """Return the features of a body for the palms of each sample; the root in the networks' world, metres.
 
     Args:
         clip: the object.
@@ -38,8 +38,8 @@ def sample_body(
         stage: the network.
         options: sampler and its steps.
         generator: source of randomness.
-        progress: told how far it is.
-        prefix: what is decided of the first frames.
+        progress: called with "body" and the fraction done.
+        prefix: the first frames, where they are fixed.
     """
     index = window_frames(clip.trained.frames)
     windows = object_windows(clip.trained, index, len(hands), BASIS_POINTS)
@@ -72,10 +72,11 @@ def sample_body(
 
 
 def posture_levels(samples: int, seed: int) -> Float[Tensor, " samples"]:
-    """How upright each sample stays, from deep squats (0) to straight legs (1).
+    """Return how upright each sample stays, from deep squats (0) to straight legs (1).
 
-    Evenly over all of them, and over any few neighbours, who hold the object from the same side. The same in
-    all stretches of a take: whoever squats once squats again. One sample is as most people.
+    Levels are spread evenly over all samples and over any few neighbours, which hold the object from the same
+    side. They are the same in all chunks of a take, so that a person who squats once squats again. A single
+    sample has the middle level.
     """
     first = torch.randint(1000, (1,), generator=torch.Generator().manual_seed(seed))
     rank = golden_sequence(first + torch.arange(samples)).argsort().argsort()

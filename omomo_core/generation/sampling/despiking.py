@@ -1,6 +1,6 @@
-"""Jumps of a sampled motion, spread over time before anything is solved.
+"""Despiking: jumps of a sampled motion are spread over time before anything is solved.
 
-Tokens of four frames are decoded together, and a network that changes its mind between two of them leaps.
+Tokens of four frames are decoded together, so a sample may jump between two of them.
 """
 
 import numpy as np
@@ -8,20 +8,20 @@ from jaxtyping import Float
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 FASTEST = 0.12
-"""Metres a frame (3.6 m/s) that no joint of somebody who moves a thing goes."""
+"""Metres a frame (3.6 m/s): faster joints are spikes."""
 WIDTH = 4.0
-"""Frames (standard deviation) over which a leap is spread."""
+"""Frames (standard deviation) over which a spike is spread."""
 _ROUNDS = 3
 
 
 def despike(
     x: Float[np.ndarray, "frames channels"], points: int
 ) -> Float[np.ndarray, "frames channels"]:
-    """Features without leaps.
+    """Return the features smoothed over time around frames in which a point moves too fast.
 
     Args:
         x: any features that may be averaged over time.
-        points: so many 3-vectors at the beginning of a row are places, metres, of which none leaps.
+        points: how many 3-vectors at the beginning of a row are positions, metres, whose speed counts.
     """
     for _ in range(_ROUNDS):
         way = np.diff(x[:, : 3 * points], axis=0, append=x[-1:, : 3 * points])

@@ -1,4 +1,4 @@
-"""Sampling stage 1: K guesses of where the palms are, and which hold what."""
+"""Sampling of stage 1: where the palms of K samples are, and what they hold when."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -48,20 +48,21 @@ def sample_hands(
     *,
     last: bool = True,
 ) -> Samples:
-    """Features of each sample: palms from the object's centre in the networks' world, contacts.
+    """Return the features of each sample: palms from the object's centre in the networks' world, contacts.
 
-    Where nothing goes on, more are drawn than are kept, each looking at the object from a heading of its own,
-    and `of_many` or `like_start` makes the samples of them; neighbours hold from the same side.
+    Without a prefix more hypotheses are sampled than are kept, each of which sees the object from a heading
+    of its own; `select_by_coverage` or `select_by_start` selects among them, and neighbours hold from the
+    same side.
 
     Args:
         clip: the object.
         stage: the network.
         options: how many samples, sampler and its steps.
         generator: source of randomness.
-        progress: told how far it is.
-        prefix: what goes on.
-        start: what else is known of the first frame.
-        last: the take ends with the scene.
+        progress: called with "hands" and the fraction done.
+        prefix: features of the first frames, where the take goes on.
+        start: what is known of a take's first frame.
+        last: the take ends with the clip.
     """
 
     def draw(samples: int) -> Samples:
@@ -89,15 +90,16 @@ def sample_hands(
 def release_resting_object(
     features: Samples, clip: ObjectClip, begun: Bool[Tensor, "#samples"], *, last: bool
 ) -> Samples:
-    """Samples of which nobody holds what rests long before it is first moved, or long after it was last.
+    """Return the samples without contacts long before the object is first moved, or long after it was last.
 
-    The networks may say so of what is pushed: people who push stood at it in most of what they have seen.
+    The networks predict such contacts of objects that are pushed, because in most of their training data
+    people already stood at them.
 
     Args:
-        features: as the network says them.
+        features: as the network predicts them.
         clip: the object.
         begun: which samples are known to hold it at the beginning.
-        last: the take ends with the scene; else nobody knows yet when the object is moved again.
+        last: the take ends with the clip; otherwise the object may be moved again after it.
     """
     first, stop = clip.touchable_range
     frames = torch.arange(features.shape[1])
@@ -111,7 +113,7 @@ def release_resting_object(
 def _holds_at_start(
     prefix: FeaturePrefix | None, start: StartConstraint | None
 ) -> Bool[Tensor, " samples"]:
-    """Which samples hold the object in the frames that are known."""
+    """Return which samples hold the object in the prefix or the start pose."""
     if prefix is not None:
         return (prefix.values[..., 3 * LAYOUT.vectors :] > 0).flatten(1).any(dim=1)
     posed = isinstance(start, StartPose) and bool((start.first[3 * LAYOUT.vectors :] > 0).any())
@@ -119,7 +121,7 @@ def _holds_at_start(
 
 
 def _window_conditions(clip: ObjectClip, samples: int, *, canonical: bool) -> WindowConditions:
-    """What the network is told by samples that look from the canonical heading, or each from its own."""
+    """Return the windows' conditions, seen from the canonical heading or from each sample's own."""
     windows = object_windows(
         clip.trained, window_frames(clip.trained.frames), samples, BASIS_POINTS
     )
@@ -137,14 +139,14 @@ def decode_hands(
     prefix: Prefix | None,
     contacts: Sequence[ContactSpan] | None = None,
 ) -> tuple[list[HandMotion], list[tuple[ContactSegment, ...]]]:
-    """Palms (world, metres) and contact weights of each sample, and its segments.
+    """Return palms (world, metres) and contact weights of each sample, and its contact segments.
 
     Args:
         features: of `sample_hands`.
         clip: the object.
         options: which contact rule.
-        prefix: what is decided of the first frames.
-        contacts: what each hand holds, if that is given; in frames of the scene.
+        prefix: the first frames, where they are fixed.
+        contacts: what each hand holds, if that is given; in frames of the clip.
     """
     centre = torch.from_numpy(clip.trained.centre).float().expand(len(features), -1, 3)
     palms, contact = hand_stage.unpack(features, centre)
@@ -184,7 +186,7 @@ def _follow_contacts(
 
 
 def _keep_anchor(contact: ContactSpan, given: ContactPrefix) -> ContactSpan:
-    """A contact that has begun in the decided frames keeps the place it got there."""
+    """Return a given contact with the anchor that it has in the prefix, if it begins there."""
     for s in given.segments:
         if s.hand == contact.hand and s.start <= contact.start < min(s.stop, given.frames):
             return replace(s, start=contact.start, stop=contact.stop)
@@ -192,7 +194,7 @@ def _keep_anchor(contact: ContactSpan, given: ContactPrefix) -> ContactSpan:
 
 
 def impose_palm_prefix(sampled: HandMotion, before: Float[np.ndarray, "first 2 3"]) -> HandMotion:
-    """Palms whose first frames are decided; what that changes fades out after them."""
+    """Return palms whose first frames are `before`; the change of the last of them fades out after it."""
     first = len(before)
     weight = fade(len(sampled.palms) - first + 1).double().numpy()[1:, None, None]
     rest = sampled.palms[first:] + weight * (before[-1] - sampled.palms[first - 1])

@@ -1,4 +1,4 @@
-"""Samples of the paper's networks: one window of four seconds, seen from where the person stands."""
+"""Sampling of the paper's networks: one window of four seconds, in the frame of the person."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -25,15 +25,15 @@ from omomo_core.stages.stage import Stage
 from omomo_core.stages.windows import WINDOW, ObjectWindows, object_windows, window_frames
 
 STANDING_DISTANCE = 0.35
-"""Metres between the object's side and the person assumed to stand before it."""
+"""Metres between the object's side and the person who is assumed to stand before it."""
 
 OnProgress = Callable[[float], None]
-"""Told the fraction done."""
+"""Progress callback: fraction done."""
 
 
 @dataclass(frozen=True)
 class PersonView:
-    """One window, once per sample, each seen from a place of its own (`human_frame`)."""
+    """One window of the object for each sample, each in a person's frame of its own (`human_frame`)."""
 
     take: ObjectFeatures
     object: ObjectWindows
@@ -42,7 +42,7 @@ class PersonView:
 
 
 def views_around(take: ObjectFeatures, count: int) -> PersonView:
-    """People stand around the object in its first frame and face it (-y in their own frame)."""
+    """Return views of people who stand around the object in its first frame and face it (their -y)."""
     yaw = torch.arange(count) * (2 * math.pi / count)
     reach = float(np.linalg.norm(take.surface.points - take.surface.centre, axis=1).max())
     back = torch.stack([-yaw.sin(), yaw.cos(), torch.zeros(count)], dim=-1)
@@ -51,7 +51,7 @@ def views_around(take: ObjectFeatures, count: int) -> PersonView:
 
 
 def views_from_pose(take: ObjectFeatures, pose: Pose, count: int) -> PersonView:
-    """Everybody stands where the pose of the first frame does."""
+    """Return views of people who all stand where the pose of the first frame does."""
     root, R = torch.from_numpy(pose.root)[None], torch.from_numpy(pose.rotations)[None, 0]
     origin, yaw = human_frame(root.float(), R.float())
     return _person_view(take, origin.expand(count, 3), yaw.expand(count))
@@ -64,7 +64,7 @@ def sample_palms(
     generator: torch.Generator,
     on_step: OnProgress,
 ) -> Float[np.ndarray, "samples frames 2 3"]:
-    """The first network's palms, as they come; world, metres."""
+    """Return the palms that the first network samples, without a contact rule; world, metres."""
     x = _sample(stage, *_object_inputs(view, stage), view.object.valid, options, generator, on_step)
     palms = hand_stage.unpack(x, view.origin, view.yaw)
     return palms[:, : view.take.frames].double().numpy()
@@ -79,7 +79,7 @@ def bodies_from_palms(
     generator: torch.Generator,
     on_step: OnProgress,
 ) -> list[HumanMotion]:
-    """The second network's people, one for the hands of each sample."""
+    """Return the people that the second network samples, one for the hands of each view."""
     held = torch.from_numpy(np.stack([h.palms for h in hands])).float()
     held = held[:, torch.arange(WINDOW).clamp(max=view.take.frames - 1)]
     wanted = torch.zeros(len(hands), WINDOW, body_stage.CHANNELS)
@@ -97,7 +97,7 @@ def bodies_from_object(
     generator: torch.Generator,
     on_step: OnProgress,
 ) -> list[HumanMotion]:
-    """The people of the network that knows no palms (`baselines.single_stage`)."""
+    """Return the people of the network that is conditioned on no palms (`baselines.single_stage`)."""
     x = _sample(stage, *_object_inputs(view, stage), view.object.valid, options, generator, on_step)
     return _people(view, x, body, [np.zeros((view.take.frames, 2))] * len(x))
 
@@ -110,7 +110,7 @@ def _person_view(
 
 
 def _object_inputs(view: PersonView, stage: Stage) -> tuple[Tensor, Tensor]:
-    """The object's centre and shape."""
+    """Return the condition and the shape code of the object in each view."""
     code = hand_stage.shape_code(view.object, view.yaw, stage.config.denoiser.patch)
     return hand_stage.condition(view.object, view.origin, view.yaw), code
 
@@ -148,7 +148,7 @@ def _people(
     body: BodyModel,
     contact: Sequence[Float[np.ndarray, "frames 2"]],
 ) -> list[HumanMotion]:
-    """Root and rotations count; the other joints follow from them, as published."""
+    """Return people by their sampled root and rotations; the other joints follow from them, as published."""
     joints, rotations = body_stage.unpack(x[:, : view.take.frames], view.origin, view.yaw)
     return [
         human_motion(root, R, body, c)
@@ -162,7 +162,7 @@ def human_motion(
     body: BodyModel,
     contact: Float[np.ndarray, "frames 2"],
 ) -> HumanMotion:
-    """A person on the bones of a body, fingers relaxed; nothing is said of the feet."""
+    """Return a motion on the bones of a body, with relaxed fingers and no foot contacts."""
     frames = len(root)
     return HumanMotion(
         root=root.double().numpy(),

@@ -42,13 +42,13 @@ def merge_windows(
 
 @dataclass(frozen=True)
 class WindowConditions:
-    """What a network is told of each window; the batch is samples x windows, sample-major."""
+    """What conditions the network in each window; the batch is samples x windows, sample-major."""
 
     valid: Bool[Tensor, "b window"]
     condition: Float[Tensor, "b window condition"]
     shape: Float[Tensor, "b tokens shape"]
     axes: Float[Tensor, "b _ 3 3"]
-    """R_world_axes of what the network says, for each window or each of its frames."""
+    """R_world_axes of the network's features, for each window or each of its frames."""
 
 
 def sample_take(
@@ -62,10 +62,9 @@ def sample_take(
     prefix: FeaturePrefix | None = None,
     on_step: Callable[[float], None],
 ) -> Float[Tensor, "samples frames channels"]:
-    """Features that the noise of K samples of a take becomes, raw units, world axes.
+    """Return the features of K samples of a take that are denoised from `noise`; raw units, world axes.
 
-    Features of the first frames that are known (`pin`) are put into every estimate, so that the other
-    frames follow them.
+    The features of a prefix replace those of every estimate (inpainting), so that the other frames follow.
     """
     samples, frames = noise.shape[:2]
     index, axes = window_frames(frames), conditions.axes

@@ -1,8 +1,7 @@
-"""Some of many guesses that stand for all of them.
+"""Selection of the samples that cover many palm hypotheses: greedy k-medoids, each moved to its kernel mean.
 
-Guesses of the palms are cheap and bodies are not: more are drawn than bodies are made, and those kept
-are the ones around which the others lie (greedy facility location), each the mean of its kind. One alone
-is that of the medoid.
+Hypotheses of the palms are cheap and bodies are not, so more of them are sampled than bodies are made. A
+single sample is the medoid of all hypotheses.
 """
 
 import numpy as np
@@ -17,40 +16,41 @@ from omomo_core.generation.selection.plausibility import Hypotheses, PalmHolds, 
 from omomo_core.stages.hands.capture import LAYOUT
 
 PER_SAMPLE, MOST = 5, 100
-"""Guesses for each that is kept, and at most."""
+"""Hypotheses for each sample that is kept, and the most of them in all."""
 STRIDE = 4
-"""Frames between those that are compared."""
+"""Frames from one that is compared to the next."""
 NEIGHBOURS, KERNEL_WIDTH = 5, 0.25
-"""Guesses that are much of a kind, unless their palms are farther apart than so many metres."""
+"""The kernel is as wide as the distance to the nearest so many hypotheses, and so many metres at most."""
 CONTACT_DISTANCE = 0.5
-"""Metres apart that guesses count as for each hand that holds in one of them only."""
+"""Metres that are added to a distance for each hand that holds in one of two hypotheses only."""
 KERNEL_SMOOTHING = 15.0
-"""Frames (standard deviation) over which guesses are compared to tell their kind."""
+"""Frames (standard deviation) over which distances for the kernel are averaged."""
 
 
 def select_by_coverage(features: Hypotheses, clip: ObjectClip, samples: int) -> Samples:
-    """Guesses that stand for all; who would lift the heavy side changes sides, and the last are opposite.
+    """Return the samples that cover all hypotheses best (k-medoids), some of them from the opposite side.
 
-    Those that hold the object as nobody would are left out, unless too few others are left.
+    A hypothesis that would lift the heavy side of a tipped object changes sides first. Implausible
+    hypotheses are left out, unless too few others are left.
 
     Args:
-        features: of all guesses, palms from the object's centre in axes whose third is up, contacts.
+        features: of all hypotheses, in axes whose third is up.
         clip: the object.
         samples: how many to keep.
     """
     x = move_to_lighter_side(features, clip)
-    likely = np.flatnonzero(PalmHolds.of(x, clip).plausible)
-    if len(likely) >= samples:
-        x = x[torch.from_numpy(likely)]
+    plausible = np.flatnonzero(PalmHolds.of(x, clip).plausible)
+    if len(plausible) >= samples:
+        x = x[torch.from_numpy(plausible)]
     kept = torch.from_numpy(k_medoids(_palms(x), samples))
     return add_opposite_side(kernel_mean(x)[kept], clip)
 
 
 def kernel_mean(features: Samples) -> Samples:
-    """Each guess amid those that are most like it, and so nearer to what they all guess.
+    """Return the kernel mean at each hypothesis, frame by frame: the average of those near it.
 
-    A guess errs in what all of its kind agree on and in what nobody can tell; the mean of its kind hardly in
-    the latter. Who is of a kind is seen anew all along the take.
+    A hypothesis errs in what all of its kind agree on and in what nobody can tell; their mean hardly errs
+    in the latter. The width of the kernel follows the distance to the nearest hypotheses in each frame.
     """
     palms, holds = _palms(features), (features[..., 3 * LAYOUT.vectors :] > 0).double().numpy()
     x: list[Tensor] = []
@@ -58,15 +58,15 @@ def kernel_mean(features: Samples) -> Samples:
         apart = np.linalg.norm(palms - one, axis=-1).mean(axis=-1)
         apart += CONTACT_DISTANCE * np.abs(holds - held).sum(axis=-1)
         apart = np.asarray(gaussian_filter1d(apart, KERNEL_SMOOTHING, axis=-1, mode="nearest"))
-        kind = np.sort(apart, axis=0)[: min(NEIGHBOURS, len(apart))][-1].clip(1e-6, KERNEL_WIDTH)
-        weight = np.exp(-((apart / kind) ** 2))
+        width = np.sort(apart, axis=0)[: min(NEIGHBOURS, len(apart))][-1].clip(1e-6, KERNEL_WIDTH)
+        weight = np.exp(-((apart / width) ** 2))
         weight = torch.from_numpy(weight / weight.sum(axis=0)).to(features)
         x.append((weight[..., None] * features).sum(dim=0))
     return torch.stack(x)
 
 
 def order_by_side(features: Samples) -> Samples:
-    """The same samples in the order of the side from which they hold the object: neighbours are alike."""
+    """Return the samples in the order of the side from which they hold the object: neighbours are alike."""
     held = (features[..., 3 * LAYOUT.vectors :] > 0).any(dim=-1, keepdim=True)
     middle = features[..., : 3 * LAYOUT.vectors].unflatten(-1, (2, 3)).mean(dim=-2)
     side = (middle * held).sum(dim=-2)
@@ -74,20 +74,20 @@ def order_by_side(features: Samples) -> Samples:
 
 
 def hypothesis_count(samples: int) -> int:
-    """How many to draw where so many are kept."""
+    """Return how many hypotheses to sample where so many samples are kept."""
     return max(samples, min(PER_SAMPLE * samples, MOST))
 
 
 def k_medoids(
     palms: Float[np.ndarray, "hypotheses frames 2 3"], samples: int
 ) -> Int[np.ndarray, " samples"]:
-    """Indices of the guesses to keep, the most telling first.
+    """Return the indices of the hypotheses to keep, the most central first (greedy k-medoids).
 
-    Each lowers most the sum, over all guesses, of the mean distance between the palms of a guess and
-    those of the nearest that is kept.
+    Each one lowers most the sum, over all hypotheses, of the mean distance between the palms of a
+    hypothesis and those of the nearest that is kept.
 
     Args:
-        palms: metres, in any axes that all guesses share.
+        palms: metres, in any axes that all hypotheses share.
         samples: how many to keep.
     """
     apart = _pairwise_distance(palms)
@@ -104,7 +104,7 @@ def k_medoids(
 def _pairwise_distance(
     palms: Float[np.ndarray, "hypotheses frames 2 3"],
 ) -> Float[np.ndarray, "hypotheses hypotheses"]:
-    """Mean distance between the palms of any two guesses, metres."""
+    """Return the mean distance between the palms of any two hypotheses, metres."""
     seen = palms[:, ::STRIDE]
     return np.stack([np.linalg.norm(seen - one, axis=-1).mean(axis=(1, 2)) for one in seen])
 

@@ -1,10 +1,10 @@
-"""Samples in which the person stands on the other side.
+"""Samples in which the person stands on the opposite side of the object.
 
-A guess given half a turn about the upright line through the object's centre keeps the left hand left and
+A hypothesis given half a turn about the vertical through the object's centre keeps the left hand left and
 the right hand right, and is as good wherever the object has a surface there too. Where the object stands
-on an edge, its weight tells which side is the right one. Where it does not, nobody can always tell from
-how a thing moves which side it was moved from, and the network is surer than it is right. The other side
-of a chair's back is another matter: there the hands are where they were, the left where the right was.
+on an edge, its weight tells the side. Elsewhere the object's motion does not always tell it, and the network
+is more certain than it is right. Exchanging the hands is another way to change sides: who holds a chair by
+its back may stand behind it or before it, and the palms stay in place while left and right change.
 """
 
 import numpy as np
@@ -17,11 +17,13 @@ from omomo_core.generation.selection.plausibility import PalmHolds, Samples
 ONE_IN = 5
 """One of so many samples changes sides."""
 LIGHTER = 0.9
-"""Where holding up what is tipped takes less than this share of the force, there people do it: 42 of 44
-synthetic people who tip something have no side that is so much lighter."""
+"""People hold up a tipped object from the side where it takes less than this share of the force.
+
+Of 44 synthetic people who tip something, 42 have no side that is so much lighter.
+"""
 
 SWAP_SMOOTHING = 5
-"""Frames (standard deviation) over which hands that change sides come to what they hold."""
+"""Frames (standard deviation) over which exchanged hands come to their contacts."""
 
 _HALF_TURN = torch.tensor([-1.0, -1.0, 1.0]).repeat(2)
 _OTHER_HAND = [3, 4, 5, 0, 1, 2, 7, 6]
@@ -29,7 +31,7 @@ _PLACES = torch.arange(len(_OTHER_HAND)) < len(_HALF_TURN)
 
 
 def move_to_lighter_side(features: Samples, clip: ObjectClip) -> Samples:
-    """The same samples; who tips the object from the side where it is heavy changes sides.
+    """Return the samples; one that tips the object from its heavy side is moved to the opposite side.
 
     Args:
         features: palms from the object's centre in axes whose third is up, contacts.
@@ -45,10 +47,10 @@ def move_to_lighter_side(features: Samples, clip: ObjectClip) -> Samples:
 
 
 def add_opposite_side(features: Samples, clip: ObjectClip) -> Samples:
-    """The same samples, of which the last give way to the other side of the first.
+    """Return the samples with the last of them replaced by the first, seen from the opposite side.
 
     Args:
-        features: as above, the most telling first.
+        features: as above, the most central first.
         clip: the object.
     """
     away = half_turn(features)
@@ -61,16 +63,16 @@ def add_opposite_side(features: Samples, clip: ObjectClip) -> Samples:
 
 
 def half_turn(features: Samples) -> Samples:
-    """Half a turn about the object's centre."""
+    """Return the samples half a turn about the vertical through the object's centre."""
     away = features.clone()
     away[..., : len(_HALF_TURN)] *= _HALF_TURN
     return away
 
 
 def swap_hands(features: Samples) -> Samples:
-    """From the other side to the same places: what the left hand held the right one holds.
+    """Return the samples with left and right hand exchanged: the person holds the same places from beyond.
 
-    Hands that hold nothing are as half a turn away.
+    Hands that hold nothing make half a turn instead.
     """
     held = (features[..., len(_HALF_TURN) :] > 0).any(dim=-1).numpy().astype(float)
     weight = torch.from_numpy(gaussian_filter1d(held, SWAP_SMOOTHING, axis=-1)).to(features)[

@@ -1,4 +1,4 @@
-"""Where guesses of the palms hold the object, and whether anybody would hold it so."""
+"""Plausibility of palm hypotheses: whether they hold the object where and as a person could."""
 
 from dataclasses import dataclass
 
@@ -17,15 +17,17 @@ Samples = Float[Tensor, "samples frames 8"]
 Hypotheses = Float[Tensor, "hypotheses frames 8"]
 """The same features of all hypotheses from which samples are selected."""
 GRASP = 0.15
-"""Metres between the surface and palms that hold it; contacts bring them onto it."""
+"""Metres: palms that hold are nearer than this to the surface; the contacts then move them onto it."""
 TURNED, LASTING = 60.0, 9
-"""Degrees by which the line between two palms that hold may leave its mean in the object, for so many frames.
-Guesses of several windows may hold from one side at first, then from another."""
+"""Degrees by which the line between two holding palms may leave its mean in the object, for so many frames.
+
+Hypotheses of several windows may hold from one side at first and from another later.
+"""
 
 
 @dataclass(frozen=True)
 class PalmHolds:
-    """Where samples hold the object, and how."""
+    """Where and when the palms of samples hold the object."""
 
     palms: Float[np.ndarray, "samples frames 2 3"]
     """In the object's frame, trained size."""
@@ -34,7 +36,7 @@ class PalmHolds:
 
     @staticmethod
     def of(features: Samples, clip: ObjectClip) -> "PalmHolds":
-        """Of samples as the network says them: palms from the object's centre, world axes, contacts."""
+        """Return the holds of samples, given the features of stage 1 in world axes."""
         centre = torch.from_numpy(clip.trained.centre).float().expand(len(features), -1, 3)
         palms, contact = hand_stage.unpack(features, centre)
         T = clip.trained.motion.T_world_object
@@ -42,24 +44,24 @@ class PalmHolds:
         return PalmHolds(local, (contact > 0.5).numpy(), clip)
 
     def as_good_as(self, other: "PalmHolds") -> Bool[np.ndarray, " samples"]:
-        """Whether it is about as near to the surface."""
+        """Whether each sample's palms are about as near to the surface as those of `other`."""
         return self.from_surface - other.from_surface < GRASP
 
     @property
     def from_surface(self) -> Float[np.ndarray, " samples"]:
-        """Mean metres between palms that hold and the object's surface; 0 where none holds."""
+        """Mean distance of holding palms from the object's surface, metres; 0 where none holds."""
         far = np.asarray(self.clip.trained.surface.tree.query(self.palms)[0]) / self.clip.scale
         count = np.maximum(self.held.sum(axis=(1, 2)), 1)
         return np.where(self.held, far, 0).sum(axis=(1, 2)) / count
 
     @property
     def plausible(self) -> Bool[np.ndarray, " samples"]:
-        """Whether the palms hold nothing but the object, and stay on their sides of it while both do."""
+        """Whether holding palms are at the surface, and stay on their sides of the object while both hold."""
         return (self.from_surface < GRASP) & (self._turn < TURNED)
 
     @property
     def _turn(self) -> Float[np.ndarray, " samples"]:
-        """Degrees at most, for a while, between the line from palm to palm and its mean in the object."""
+        """Largest lasting angle between the line from palm to palm and its mean in the object, degrees."""
         line = self.palms[:, :, 1] - self.palms[:, :, 0]
         line /= np.linalg.norm(line, axis=-1, keepdims=True).clip(1e-6)
         both: Bool[np.ndarray, "samples frames"] = np.asarray(self.held.all(axis=-1))
@@ -71,7 +73,7 @@ class PalmHolds:
 
     @property
     def effort(self) -> Float[np.ndarray, " samples"]:
-        """What it takes to hold up an object that is tipped."""
+        """Force that holds up a tipped object, as a share of its weight (`TippingLever.effort`)."""
         lever = self.clip.lever
         assert lever is not None
         return lever.effort(self.palms[:, lever.frames], self.held[:, lever.frames])

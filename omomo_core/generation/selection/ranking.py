@@ -1,4 +1,4 @@
-"""Which of K samples to show when nobody knows the truth."""
+"""Ranking of K samples without ground truth: the one to show is central and has few faults."""
 
 from collections.abc import Mapping, Sequence
 
@@ -13,7 +13,7 @@ from omomo_core.motion import HumanMotion
 
 
 def rank(people: Sequence[Person], must_hold: Bool[np.ndarray, " frames"]) -> Generation:
-    """The samples judged, with the one to show and what is wrong with it.
+    """Return the samples with their scores, the one to show, and what is wrong with it.
 
     Args:
         people: of the same take.
@@ -25,23 +25,23 @@ def rank(people: Sequence[Person], must_hold: Bool[np.ndarray, " frames"]) -> Ge
 
 
 def choose(motions: Sequence[HumanMotion], scores: Sequence[Mapping[str, float]]) -> int:
-    """Index of the sample to show: one amid the others and with few faults, by the sum of both ranks.
+    """Return the index of the sample with the lowest sum of two ranks: of its faults and of its distance.
 
-    The least faulty alone is often an outlier; the one amid the others alone may skate. Who leaps is shown
-    only where all do.
+    The sample with the fewest faults is often an outlier, and the most central one may skate. A sample that
+    leaps is shown only where all do.
     """
-    amid = rankdata(distance_to_others(np.stack([human.joints for human in motions])).round(6))
+    central = rankdata(distance_to_others(np.stack([human.joints for human in motions])).round(6))
     faults = rankdata([s["total"] for s in scores])
     leaps = np.array([s["leaping"] > 0 for s in scores])
-    return int(np.argmin(np.where(leaps & ~leaps.all(), np.inf, amid + faults)))
+    return int(np.argmin(np.where(leaps & ~leaps.all(), np.inf, central + faults)))
 
 
 def distance_to_others(
     points: Float[np.ndarray, "samples frames joints 3"],
 ) -> Float[np.ndarray, " samples"]:
-    """Mean distance of each sample's points from the others', but for the farthest quarter; metres.
+    """Return each sample's mean distance from the others, the farthest quarter left out; metres.
 
-    The least is amid the others. The few who stand on the object's other side by design do not count.
+    The few samples that stand on the opposite side by design (`opposite_side.py`) do not count.
     """
     far = np.stack([np.linalg.norm(points - one, axis=-1).mean(axis=(1, 2)) for one in points])
     near = np.sort(far, axis=1)[:, : len(points) - len(points) // 4]

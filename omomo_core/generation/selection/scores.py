@@ -1,4 +1,4 @@
-"""Judging a sample without knowing the truth: what a person who moves an object cannot do."""
+"""Scores of a sample without ground truth: faults that no person who moves an object has."""
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -21,7 +21,7 @@ _WEIGHTS = {
 
 
 def score(person: Person, must_hold: Bool[np.ndarray, " frames"]) -> dict[str, float]:
-    """Faults of one sample; "total" is what samples are ranked by, less is better.
+    """Return the faults of one sample; "total", their weighted sum, ranks the samples: less is better.
 
     Args:
         person: the sample.

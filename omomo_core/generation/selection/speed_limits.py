@@ -1,6 +1,6 @@
-"""Speeds of a person's joints and limbs, and where they exceed what recorded people reach.
+"""Speed limits: where a person's joints and limbs are faster than those of recorded people.
 
-A sample of the networks, or what the solver makes of it, sometimes leaps: somebody straddles the object,
+A sample of the networks, or what the solver makes of it, sometimes leaps: the person straddles the object,
 turns around within three frames, or throws a foot across the room.
 """
 
@@ -22,7 +22,7 @@ TURN = 3
 
 @dataclass(frozen=True)
 class SpeedLimits:
-    """The fastest that people are who do not run, jump, throw or dance.
+    """Largest speeds of people who do not run, jump, throw or dance.
 
     Each is the 99.9th percentile over the frames of recorded people (`benchmarks/speeds.py`), rounded up.
     """
@@ -58,7 +58,7 @@ class BodyPart:
 
 @dataclass(frozen=True)
 class Leap:
-    """A stretch in which a limb is faster than people are."""
+    """A stretch of frames in which a limb exceeds a speed limit."""
 
     part: BodyPart
     quantity: str
@@ -114,7 +114,7 @@ TURNING = (joint("pelvis"), joint("spine3"))
 def measure_speeds(
     joints: Float[np.ndarray, "frames 24 3"], turning: Float[np.ndarray, "frames 2 3 3"]
 ) -> dict[str, Float[np.ndarray, "steps parts"]]:
-    """Speeds of each quantity of `SpeedLimits` from each frame to the next.
+    """Return the speeds of each quantity of `SpeedLimits` from each frame to the next.
 
     Args:
         joints: world, metres; NaN where a joint is not known.
@@ -132,10 +132,10 @@ def measure_speeds(
 
 
 def find_leaps(human: HumanMotion, limits: SpeedLimits = HUMAN_LIMITS) -> tuple[Leap, ...]:
-    """Where somebody is faster than people are, in the order of time; once for each limb and stretch.
+    """Return where a person exceeds the limits, in the order of time, once for each limb and stretch.
 
-    Of the limb's parts that is told which is farthest beyond its limit: of those that move too fast or, where
-    none does, of those that turn.
+    A leap names the part of the limb that is farthest beyond its limit: of the parts that move too fast or,
+    where none does, of those that turn too fast.
     """
     limit = asdict(limits)
     columns = [
@@ -157,9 +157,9 @@ def find_leaps(human: HumanMotion, limits: SpeedLimits = HUMAN_LIMITS) -> tuple[
 
 
 def speed_excess(human: HumanMotion, limits: SpeedLimits = HUMAN_LIMITS) -> float:
-    """How much faster than people somebody is: the excess of the fastest part, summed over frames.
+    """Return the relative excess of the fastest part over its limit, summed over frames.
 
-    0 where nobody leaps; 1 for one frame at twice a limit.
+    It is 0 without a leap, and 1 for one frame at twice a limit.
     """
     limit, speeds = asdict(limits), _speeds_of(human)
     share = np.concatenate([speeds[name] / limit[name] for name in speeds], axis=1)

@@ -1,8 +1,8 @@
-"""Guesses of somebody of whom it is known where they stand at first, or how.
+"""Start constraint: selection of palm hypotheses by a start position or start pose that is known.
 
-Where somebody is before they take something tells from which side it is taken, more than the object does.
-So many guesses are made, each from all the sides that it can be made from; those are kept that begin most
-like what is known, and they go from it to what they hold.
+The place of a person before they take an object tells from which side they take it, more than the object's
+motion does. So every hypothesis is a candidate from three sides, those that begin nearest to the known start
+are kept, and their palms are blended from the start to where they hold.
 """
 
 import math
@@ -21,16 +21,16 @@ from omomo_core.generation.selection.plausibility import Hypotheses, PalmHolds, 
 from omomo_core.motion import FPS
 
 NEAR, FEWEST = 1.5, 4
-"""Candidates among which the samples are chosen: so many for each, at least."""
+"""Candidates for each sample, and the fewest of them in all."""
 SHORTEST, LONGEST = 10, 60
-"""Frames in which palms come from where they are known to be to where they were guessed."""
+"""Fewest and most frames in which palms blend from the known start to the hypothesis."""
 FASTEST = 1.8
-"""Metres a second at which somebody comes to where they were guessed to be."""
+"""Speed of that blend from a start position, metres a second, at most."""
 PACE, STEP = 0.8, 0.3
-"""Metres a second, on the whole, at which people go around a thing before they take it, from a stand to a
-stand; metres that take no time, because they lean and step while they reach."""
+"""Mean speed, metres a second from stand to stand, at which people walk around an object before they take it;
+and the metres that take no time, because people lean and step while they reach."""
 BEFORE, BESIDE = 0.4, 0.1
-"""From the pelvis to the middle of the palms, that hold something or do not; metres ahead."""
+"""Metres from the pelvis forward to the middle of the palms: where they hold, and where they do not."""
 _PLACES = 6
 
 First = Float[Tensor, "*b 8"]
@@ -38,38 +38,38 @@ First = Float[Tensor, "*b 8"]
 
 @dataclass(frozen=True)
 class StartPose:
-    """The palms of the first frame."""
+    """The palms of the first frame are known."""
 
     first: Float[Tensor, "8"]
-    """As a guess has them: from the object's centre, and contacts."""
+    """Features of one frame: palms from the object's centre, metres, and contacts."""
 
     @property
     def position(self) -> Float[Tensor, "2"]:
-        """Where, on the floor, from the object's centre, metres."""
+        """Where the person stands on the floor, from the object's centre, metres."""
         return _standing_position(self.first)
 
     def distance(self, first: First) -> Float[Tensor, "*b"]:
-        """Mean distance of the palms of guesses that begin with these features, metres."""
+        """Return the mean distance of palms from the known ones, given features of first frames; metres."""
         return _palms(first - self.first).norm(dim=-1).mean(dim=-1)
 
     def impose(self, features: Samples) -> Samples:
-        """The guesses, beginning with exactly these palms."""
+        """Return the samples with exactly these palms in their first frame."""
         return impose_start(features, self.first)
 
 
 @dataclass(frozen=True)
 class StartPosition:
-    """Where somebody stands."""
+    """The place where the person stands in the first frame is known."""
 
     position: Float[Tensor, "2"]
     """On the floor, from the object's centre, metres."""
 
     def distance(self, first: First) -> Float[Tensor, "*b"]:
-        """Distance on the floor of guesses that begin with these features, metres."""
+        """Return the distance on the floor from the known place, given features of first frames; metres."""
         return (_standing_position(first) - self.position).norm(dim=-1)
 
     def impose(self, features: Samples) -> Samples:
-        """The guesses from there, or from as near to it as there is time to come from."""
+        """Return the samples from that place, or from as near to it as there is time to come from."""
         way = self.position - _standing_position(features[:, 0])
         time = _frames_until_contact(features).amin(dim=-1).clamp(max=LONGEST) / FPS
         # The fade is 1.5 times as fast in its middle as on the whole.
@@ -88,31 +88,32 @@ StartConstraint = StartPose | StartPosition
 def select_by_start(
     features: Hypotheses, start: StartConstraint, clip: ObjectClip, samples: int
 ) -> Samples:
-    """Of guesses that begin most like what is known the ones that stand for all that do, beginning so.
+    """Return samples that begin at the known start and cover the hypotheses that begin nearest to it.
 
-    Who would have to run around the object, or holds it as nobody would, counts only where all do.
+    Hypotheses that are implausible, or whose person would have to run around the object, are taken only
+    where all are such.
 
     Args:
-        features: of all guesses, palms from the object's centre in axes whose third is up, contacts.
-        start: what is known.
+        features: of all hypotheses, in axes whose third is up.
+        start: what is known of the first frame.
         clip: the object.
         samples: how many to keep.
     """
     sides = _from_all_sides(kernel_mean(features))
-    off = start.distance(sides[:, :, 0])
-    likely = torch.from_numpy(np.stack([PalmHolds.of(side, clip).plausible for side in sides]))
-    likely &= ~_too_far_to_walk(sides, start.position)
-    off[~likely] += off.max() + 1
+    distance = start.distance(sides[:, :, 0])
+    plausible = torch.from_numpy(np.stack([PalmHolds.of(side, clip).plausible for side in sides]))
+    plausible &= ~_too_far_to_walk(sides, start.position)
+    distance[~plausible] += distance.max() + 1
     count = max(math.ceil(NEAR * samples), FEWEST)
-    count = min(count, max(int(likely.sum()), samples))
-    near = off.flatten().argsort(stable=True)[:count]
+    count = min(count, max(int(plausible.sum()), samples))
+    near = distance.flatten().argsort(stable=True)[:count]
     hypotheses = sides.flatten(0, 1)[near]
     kept = torch.from_numpy(k_medoids(_palms(hypotheses).double().numpy(), samples))
     return start.impose(hypotheses[kept])
 
 
 def impose_start(features: Samples, first: Float[Tensor, "*samples 8"]) -> Samples:
-    """Guesses that begin so; each hand is where it was guessed to be once it holds something."""
+    """Return samples that begin with `first`; each hand is unchanged once it holds something."""
     frames = features.shape[1]
     x = features.clone()
     change = first - features[:, 0]
@@ -128,7 +129,7 @@ def impose_start(features: Samples, first: Float[Tensor, "*samples 8"]) -> Sampl
 def _too_far_to_walk(
     features: Float[Tensor, "*b frames 8"], stands: Float[Tensor, "2"]
 ) -> Bool[Tensor, "*b"]:
-    """Whether there is too little time to walk around the object from a place to what is held first."""
+    """Whether there is too little time to walk around the object from a place to the first contact."""
     until = _frames_until_contact(features).amin(dim=-1)
     last = features.shape[-2] - 1
     index = until.clamp(max=last)[..., None, None].expand(*until.shape, 1, features.shape[-1])
@@ -142,13 +143,13 @@ def _too_far_to_walk(
 
 
 def _frames_until_contact(features: Float[Tensor, "*b frames 8"]) -> Int[Tensor, "*b 2"]:
-    """Frames before each hand holds something; LONGEST where it never does."""
+    """Return the frames before each hand holds something; LONGEST where it never does."""
     holds = features[..., _PLACES:] > 0
     return torch.where(holds.any(dim=-2), holds.int().argmax(dim=-2), LONGEST)
 
 
 def _standing_position(first: First) -> Float[Tensor, "*b 2"]:
-    """Where somebody stands whose palms are so, from the object's centre."""
+    """Return where a person with these palms stands on the floor, from the object's centre, metres."""
     left, right = _palms(first)[..., :2].unbind(dim=-2)
     across_body = left - right
     ahead = torch.stack([across_body[..., 1], -across_body[..., 0]], dim=-1)

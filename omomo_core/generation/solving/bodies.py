@@ -1,8 +1,8 @@
-"""Making sampled bodies keep their promises: planted feet stay, holding palms are where they hold.
+"""Solving of sampled bodies: planted feet stay in place, and holding palms are at their targets.
 
-First body, hands, feet and limbs choose a side of the object (`side`), and the pelvis goes to where arms
-and legs reach, then whole stretches are corrected smoothly (`polish`)
-against joint ranges, the object's surface and loss of balance, then arms and legs are solved exactly.
+First root, hands, feet and limbs choose a side of the object (`generation/collision/`), and the pelvis moves
+to where arms and legs reach. Then trajectory optimisation corrects the whole clip smoothly, against joint
+ranges, the object's surface and loss of balance. At last arms and legs are solved exactly.
 """
 
 from collections.abc import Callable
@@ -36,27 +36,30 @@ from omomo_core.generation.solving.reach import (
 )
 
 CLEARANCE = 0.02
-"""Metres that flesh keeps from the object: balls do not fill the skin to its last fold, the object is
-known to a grid's step, and choices pass smoothly into each other."""
+"""Metres that collision spheres keep from the object.
+
+The spheres do not fill the skin to its last fold, the distance field has a grid's resolution, and choices
+pass smoothly into each other.
+"""
 ITERATIONS = 5
-"""Gauss-Newton steps of the polish."""
+"""Gauss-Newton steps of the trajectory optimisation."""
 _BEFORE, _OPTIMISING = 0.3, 0.5
-"""Parts of the time that go by before the polish, and in it."""
+"""Shares of the time before the trajectory optimisation, and in it."""
 BATCH_FRAMES = 2400
-"""Frames that are polished side by side, of all samples together: bounds memory."""
+"""Frames of all samples together that are optimised side by side: bounds memory."""
 LEGS: tuple[LimbName, LimbName] = ("left_leg", "right_leg")
 
 
 @dataclass(frozen=True)
 class SolvedBodies:
-    """Bodies that keep their promises, or say where they could not."""
+    """Bodies whose feet and palms are at their targets, with how far palms miss them."""
 
     root: Float[Tensor, "samples frames 3"]
     rotations: Float[Tensor, "samples frames 22 3 3"]
     standing: Bool[np.ndarray, "samples frames 2"]
     """Left, right foot is planted."""
     miss: Float[Tensor, "samples frames 2"]
-    """How far each palm is from its place where it should hold, metres; 0 where it need not."""
+    """Distance of each palm from its target where it should hold, metres; 0 elsewhere."""
 
 
 def solve_bodies(
@@ -69,18 +72,18 @@ def solve_bodies(
     free: Float[Tensor, " frames"] | None = None,
     on_progress: Callable[[float], None] = lambda done: None,
 ) -> SolvedBodies:
-    """Solve K samples of one stretch.
+    """Solve K samples of one clip.
 
     Args:
         body: whose bones.
         root: sampled pelvis, world, metres.
         rotations: sampled global rotations.
         foot_contact: probability that left ankle, right ankle, left toe, right toe is planted.
-        targets: what hands hold, and what is in the way.
+        targets: what hands hold, and the obstacle.
         prefix: the first frames, which stay as they are.
         free: how far pelvis and trunk of each frame may leave the sample, from 0 (not at all) to 1,
             smooth; everywhere 1 if not given.
-        on_progress: how far this is.
+        on_progress: called with the fraction done.
     """
     free = torch.ones(root.shape[1]) if free is None else free
     if prefix is not None:
@@ -128,14 +131,14 @@ class _Pose:
 
 
 def _fade_after(first: int, frames: int) -> Float[Tensor, " frames"]:
-    """1 in the first frames, smoothly to 0 after them."""
+    """Return 1 in the first frames, falling smoothly to 0 after them."""
     return torch.cat([torch.ones(first - 1), fade(frames - first + 1)])
 
 
 def _continue_prefix(
     prefix: Prefix, root: Tensor, rotations: Tensor
 ) -> tuple[Float[Tensor, "samples frames 3"], Float[Tensor, "samples frames 22 3 3"]]:
-    """The first frames as decided; what that changes fades out after them."""
+    """Return bodies that begin with the prefix; the change of its last frame fades out after it."""
     first = prefix.frames
     weight = _fade_after(first, root.shape[1])[:, None]
     step = roma.rotmat_to_rotvec(rotations[:, first - 1].mT @ prefix.rotations[:, -1])
@@ -177,7 +180,7 @@ def _swing_clear(body: BodyModel, pose: _Pose, avoidance: CollisionAvoidance) ->
 
 
 def _free_feet(body: BodyModel, pose: _Pose, feet: list[FootPlan]) -> list[FootPlan]:
-    """Feet in the air go the way that the polish has found for them."""
+    """Return foot plans whose swings follow the optimised trajectory."""
     joints = forward_kinematics(body, pose.root, pose.rotations).double().numpy()
     found, planned = joints[..., ANKLES, :], np.stack([f.ankles for f in feet])
     firm = firmness(np.stack([f.standing for f in feet]))[..., None]
@@ -195,7 +198,7 @@ def _optimised(
     avoidance: CollisionAvoidance,
     on_progress: Callable[[float], None],
 ) -> _Pose:
-    """Every sample corrected as a whole, as many side by side as memory should hold."""
+    """Return every sample after trajectory optimisation, as many side by side as memory should hold."""
     samples, frames = pose.root.shape[:2]
     solver_targets, count = (
         _solver_targets(body, pose, feet, targets),

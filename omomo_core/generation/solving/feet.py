@@ -1,4 +1,4 @@
-"""Where planted feet stand: still, flat unless they roll over the toes, never below the floor."""
+"""Foot plans: planted feet stand still, flat unless they roll over the toes, and never below the floor."""
 
 from dataclasses import dataclass
 
@@ -18,14 +18,14 @@ SHORTEST = 4
 EASE = 2.0
 """Frames (standard deviation) over which a foot is turned to lie flat and is let go."""
 SETTLE = 10
-"""Frames over which a foot comes back to its plan after a chapter's first frames."""
+"""Frames over which a foot comes back to its plan after a prefix."""
 ANKLES = (joint("left_ankle"), joint("right_ankle"))
 TOES = (joint("left_foot"), joint("right_foot"))
 
 
 @dataclass(frozen=True)
 class FootPlan:
-    """Left and right foot of one body."""
+    """Planned left and right foot of one body."""
 
     ankles: Float[np.ndarray, "frames 2 3"]
     """World, metres."""
@@ -43,15 +43,15 @@ def plan_feet(
     foot_contact: Float[np.ndarray, "frames 4"],
     prefix_standing: Bool[np.ndarray, "first 2"] | None = None,
 ) -> FootPlan:
-    """Plan the feet of one sampled body.
+    """Return the foot plan of one sampled body.
 
     Args:
         body: whose feet.
         joints: of the sample, world, metres.
         rotations: global R_world_joint.
         foot_contact: probability that left ankle, right ankle, left toe, right toe is planted.
-        prefix_standing: which feet stand in the first frames, where that is decided; there the sample is the
-            finished body, and what stands stays where it is.
+        prefix_standing: which feet stand in the frames of a prefix; there the sample is the finished body,
+            and a foot that stands stays in place.
     """
     heel, toe = (foot_contact[:, k : k + 2] > PLANTED for k in (0, 2))
     prefix_standing = np.zeros((0, 2), bool) if prefix_standing is None else prefix_standing
@@ -82,7 +82,7 @@ def _flatten_plants(
     rolling: Bool[np.ndarray, " frames"],
     first: int,
 ) -> Float[np.ndarray, "frames 2 3 3"]:
-    """One heading for each plant; level but for an ankle that rises over its toes."""
+    """Return rotations with one heading for each plant, level but for an ankle that rises over its toes."""
     goal, weight = R.copy(), np.zeros(len(R))
     for a, b in plants:
         frames = np.arange(a, b)
@@ -122,7 +122,7 @@ def _lock_plants(
     levels: tuple[float, float],
     first: int,
 ) -> Float[np.ndarray, "frames 3"]:
-    """An ankle whose foot stands still in each plant; what that moves it fades between plants.
+    """Return an ankle whose foot stands still in each plant; the change is interpolated between plants.
 
     Where only the toe is down (`rolling`) the foot turns about it and the ankle rises.
     """
@@ -151,7 +151,7 @@ def _lock_plants(
 def _continue_prefix(
     planned: Float[np.ndarray, "frames 2 3"], prefix: Float[np.ndarray, "first 2 3"]
 ) -> Float[np.ndarray, "frames 2 3"]:
-    """The first frames as decided; a jump after them, that steps planned anew may make, fades out."""
+    """Return ankles that begin with the prefix; a jump after it, which new steps may make, fades out."""
     first = len(prefix)
     before = prefix[-2:].mean(axis=0)
     step = prefix[-1] - before if first > 1 else np.zeros((2, 3))

@@ -1,4 +1,4 @@
-"""Where the pelvis must be for arms to reach what they hold, and legs the floor."""
+"""Reach: the pelvis moves to where arms reach what they hold, and legs the floor."""
 
 from collections.abc import Sequence
 
@@ -16,15 +16,19 @@ from omomo_core.generation.collision.root import ELBOWS, SHOULDERS
 from omomo_core.generation.solving.feet import FootPlan
 
 STRETCH, LONGEST = 1.1, 0.999
-"""Share of a straight arm's length that the pelvis is moved to stay within, before and after the whole is
-corrected: that finds the last tenth itself, and better, because it also bends, turns and lifts shoulders."""
+"""Share of a straight arm's length that palms are brought within, before and after trajectory optimisation.
+
+The optimisation covers the last tenth itself, and better, because it also bends, turns and lifts shoulders.
+"""
 LEG_STRETCH = 0.995
 LOWEST = 0.05
-"""Metres that the pelvis is lowered at most for the legs to reach the floor: a foot that stands longer than
-its leg reaches leaves the floor, a person does not sink for it."""
+"""Metres that the pelvis is lowered at most for the legs to reach the floor.
+
+A foot that is planted for longer than its leg reaches leaves the floor; the person does not sink for it.
+"""
 ROUNDS, NEAR = 8, 0.0015
-"""Each of at most so many moves takes the pelvis about half the way that is left, until that is so little,
-metres."""
+"""Most moves of the pelvis, each of which takes about half of the way that is left, and the metres at which
+they end."""
 FARTHEST = 0.25
 """Metres that the pelvis is moved at most: beyond that the sample is wrong and must say so."""
 
@@ -37,7 +41,7 @@ def solve_arms(
     rotations: Float[Tensor, "samples frames 22 3 3"],
     targets: InteractionTargets,
 ) -> Float[Tensor, "samples frames 22 3 3"]:
-    """Arms whose palms are where they are wished, as far as they must be.
+    """Return rotations with both arms solved onto the palm targets, weighted by how firmly hands hold.
 
     Args:
         body: whose arms.
@@ -61,7 +65,7 @@ def move_root_within_reach(
     free: Float[Tensor, " frames"],
     stretch: float,
 ) -> Float[Tensor, "samples frames 3"]:
-    """Move the pelvis to where arms reach what they hold, and legs the floor.
+    """Return the pelvis moved to where arms reach what they hold, and legs the floor; world, metres.
 
     Args:
         body: whose arms and legs.
@@ -77,7 +81,7 @@ def move_root_within_reach(
         for _ in range(ROUNDS):
             towards = _towards(body, at, rotations, targets, stretch) * free[:, None]
             far = towards.norm(dim=-1, keepdim=True)
-            # Each sample by itself: what becomes of one does not hang on the others.
+            # Each sample stops by itself: its result does not depend on the others.
             lacking = far.amax(dim=1, keepdim=True) > NEAR
             if not lacking.any():
                 break
@@ -104,7 +108,7 @@ def _towards(
     targets: InteractionTargets,
     stretch: float,
 ) -> Float[Tensor, "samples frames 3"]:
-    """A smooth move of the pelvis that brings palms which are out of reach within it."""
+    """Return a smooth move of the pelvis towards palm targets that are out of reach, metres."""
     joints = forward_kinematics(body, root, rotations)
     rest, move = body.rest_joints, torch.zeros_like(root)
     for side in range(2):
@@ -124,7 +128,7 @@ def _drop(
     rotations: Float[Tensor, "samples frames 22 3 3"],
     feet: Sequence[FootPlan],
 ) -> Float[Tensor, "samples frames"]:
-    """How much lower the pelvis must be for the legs to reach the feet that stand."""
+    """Return how much lower the pelvis must be for the legs to reach the feet that stand, metres."""
     joints = forward_kinematics(body, root, rotations)
     ankles, standing = ankles_of(feet), torch.from_numpy(np.stack([f.standing for f in feet]))
     rest, drop = body.rest_joints, torch.zeros(root.shape[:2])

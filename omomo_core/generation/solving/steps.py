@@ -1,4 +1,4 @@
-"""Steps for feet that glide: a sampled body sometimes walks without moving its legs.
+"""Steps for gliding feet: a sampled body sometimes travels without moving its legs.
 
 Where neither foot stands although the body travels, the feet are given alternate steps whose stances lie
 under the hips in their middle, as in walking. The sampled feet say where the hips want them.
@@ -29,12 +29,12 @@ def add_steps(
     planted: Bool[np.ndarray, "frames 2"],
     prefix_standing: Bool[np.ndarray, "first 2"],
 ) -> tuple[Float[np.ndarray, "frames 2 3"], Bool[np.ndarray, "frames 2"]]:
-    """Replace gliding by steps.
+    """Return ankles with gliding replaced by steps.
 
     Args:
         ankles: sampled left and right ankle, world, metres.
-        planted: whether each is said to stand.
-        prefix_standing: whether each stands in the first frames, where ankles are as they shall be.
+        planted: whether the sample says that each stands.
+        prefix_standing: whether each stands in the frames of a prefix, where ankles stay as they are.
 
     Returns:
         Ankles that step where they glided, and which of them stand; elsewhere as given.

@@ -1,4 +1,4 @@
-"""Turning hands such that their palms face what they hold."""
+"""Wrist targets: hands are turned so that their palms face the surface that they hold."""
 
 from collections.abc import Sequence
 
@@ -12,9 +12,9 @@ from omomo_core.contact.segment import ContactSegment
 from omomo_core.geometry.surface import Surface
 
 TOLERANCE = 0.35
-"""Radians between palm and surface that nobody minds."""
+"""Radians between palm and surface that need no correction."""
 FARTHEST = 1.0
-"""Radians that a hand is turned at most: beyond that it holds by an edge."""
+"""Radians that a hand is turned at most: beyond that it holds an edge."""
 
 
 def face_palms(
@@ -23,7 +23,7 @@ def face_palms(
     surface: Surface,
     T_world_object: Float[np.ndarray, "frames 4 4"],
 ) -> Float[Tensor, "frames 2 3 3"]:
-    """Wrists turned by as little as brings each palm to face the surface at its anchor.
+    """Return R_world_wrist turned by as little as brings each palm to face the surface at its anchor.
 
     Args:
         R_world_wrist: of the sample; the palm looks along -y at rest.
@@ -45,7 +45,7 @@ def face_palms(
 
 
 def _toward(now: Float[Tensor, "n 3"], goal: Float[Tensor, "n 3"]) -> Float[Tensor, "n 3 3"]:
-    """The rotation that brings `now` within ENOUGH of `goal`, by FARTHEST at most."""
+    """Return the rotation that brings `now` within TOLERANCE of `goal`, by FARTHEST at most."""
     axis = torch.linalg.cross(now, goal)
     angle = torch.atan2(axis.norm(dim=-1), (now * goal).sum(dim=-1))
     turn = (angle - TOLERANCE).clamp(0.0, FARTHEST)

@@ -1,6 +1,6 @@
 """Stage 1 of the `capture` configuration: palms relative to the object, and contact per hand.
 
-The network sees and says everything in axes that are fixed to the object and canonical in the middle of
+The network sees and predicts everything in axes that are fixed to the object and canonical in the middle of
 the window: there a palm that holds the object stands still, however the object turns.
 """
 
@@ -20,7 +20,7 @@ CONDITION = 22
 DISTURBED = 0.4
 """Standard deviation of headings from that of travel, radians."""
 ELSEWHERE = 4
-"""One heading of so many is any."""
+"""One heading of so many is uniform over the circle."""
 
 CONFIG = stage_config("hands", LAYOUT.channels, CONDITION)
 
@@ -40,11 +40,11 @@ def training_yaw(windows: ObjectWindows) -> Float[Tensor, " b"]:
 
 
 def sampling_yaw(windows: ObjectWindows, samples: int) -> Float[Tensor, " b"]:
-    """Headings as they were in training, spread evenly over any number of guesses.
+    """Return headings distributed as in training, spread evenly over any number of samples.
 
     Args:
-        windows: of all guesses, those of one guess after another.
-        samples: how many.
+        windows: of all samples, those of one sample after another.
+        samples: how many samples.
     """
     yaw, travels = heading_of_travel(windows.centre, windows.valid)
     turn = torch.arange(samples).repeat_interleave(len(yaw) // samples)
