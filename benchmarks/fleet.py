@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import ClassVar
 from uuid import uuid4
 
+from capture_app.commands.request import Request
 from capture_app.jobs import __main__ as process
 from capture_app.jobs.fleet import Fleet
-from capture_app.jobs.orders import Order
 from capture_app.jobs.queue import JobQueue, open_queue
 from capture_app.jobs.record import OVER
 from capture_app.jobs.work import Attempt, Kind
@@ -27,7 +27,7 @@ from capture_app.jobs.worker import work
 _STAGES = ("first", "second", "third")
 
 
-class ShortOrder(Order):
+class ShortOrder(Request):
     KIND: ClassVar[str] = "short"
 
     seconds: float

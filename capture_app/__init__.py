@@ -11,14 +11,15 @@ if TYPE_CHECKING:
     from capture_app.calibration.calibrate import calibrate
     from capture_app.calibration.ways.requests import TrackerWay
     from capture_app.cli.train import train
-    from capture_app.comparison.film import CompareRequest, compare_motions
+    from capture_app.commands.render import CompareRequest, RenderRequest
+    from capture_app.commands.run import ResolveRequest, RunRequest
+    from capture_app.comparison.film import compare_motions
     from capture_app.exports.export import ExportOptions
     from capture_app.exports.formats import Kind
     from capture_app.exports.of_result import export_result
     from capture_app.inspection import inspect_take
     from capture_app.pipeline import run_take
-    from capture_app.rendering import RenderRequest, render_result
-    from capture_app.request import ResolveRequest, TakeRequest
+    from capture_app.rendering import render_result
     from capture_app.resolve import resolve_result
     from capture_app.result import Result, load_result
     from ingest.formats.detect import read_session
@@ -55,7 +56,7 @@ __all__ = [
     "RenderRequest",
     "ResolveRequest",
     "Result",
-    "TakeRequest",
+    "RunRequest",
     "TrackerWay",
     "calibrate",
     "compare_motions",
@@ -84,14 +85,15 @@ _MODULES = {
     "capture_app.calibration.calibrate": ("calibrate",),
     "capture_app.calibration.ways.requests": ("TrackerWay",),
     "capture_app.cli.train": ("train",),
-    "capture_app.comparison.film": ("CompareRequest", "compare_motions"),
+    "capture_app.commands.render": ("CompareRequest", "RenderRequest"),
+    "capture_app.comparison.film": ("compare_motions",),
     "capture_app.exports.export": ("ExportOptions",),
     "capture_app.exports.formats": ("Kind",),
     "capture_app.exports.of_result": ("export_result",),
     "capture_app.inspection": ("inspect_take",),
     "capture_app.pipeline": ("run_take",),
-    "capture_app.rendering": ("RenderRequest", "render_result"),
-    "capture_app.request": ("ResolveRequest", "TakeRequest"),
+    "capture_app.rendering": ("render_result",),
+    "capture_app.commands.run": ("ResolveRequest", "RunRequest"),
     "capture_app.resolve": ("resolve_result",),
     "capture_app.result": ("Result", "load_result"),
     "ingest.formats.detect": ("read_session",),

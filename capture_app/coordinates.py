@@ -1,6 +1,7 @@
-"""Places and directions, as a user writes them."""
+"""Places, directions and sizes of pictures, as a user writes them."""
 
 import math
+import re
 from typing import Literal, get_args
 
 from ingest.trajectory.reading import Top
@@ -58,3 +59,39 @@ def read_up(text: str | None, where: str) -> tuple[float, float, float] | Top | 
         fix="Write three numbers with commas between them, e.g. 0,1,0, or an axis of the mesh, e.g. "
         "object:z.",
     )
+
+
+def read_size(text: str, where: str) -> tuple[int, int]:
+    """Width and height of "960x540".
+
+    Raises:
+        InputError: it is written otherwise, or of a size nobody wants.
+    """
+    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text.strip().lower())
+    width, height = (int(found[1]), int(found[2])) if found else (0, 0)
+    if not (64 <= width <= 7680 and 64 <= height <= 4320):
+        raise InputError(
+            "size-invalid",
+            f"{text!r} is no picture size.",
+            where=where,
+            fix="Write width x height in pixels, e.g. 1280x720.",
+        )
+    return width, height
+
+
+def read_sheet(text: str, where: str) -> tuple[int, int]:
+    """Columns and rows of "4x3".
+
+    Raises:
+        InputError: it is written otherwise, or they are more than anybody can look at.
+    """
+    found = re.fullmatch(r"(\d{1,2})x(\d{1,2})", text.strip().lower())
+    columns, rows = (int(found[1]), int(found[2])) if found else (0, 0)
+    if not (1 <= columns <= 20 and 1 <= rows <= 20):
+        raise InputError(
+            "sheet-invalid",
+            f"{text!r} is no sheet of pictures.",
+            where=where,
+            fix="Write columns x rows, 20 of each at most, e.g. 4x3.",
+        )
+    return columns, rows

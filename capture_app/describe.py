@@ -1,9 +1,8 @@
 """The manifest of a finished run or correction."""
 
 from collections.abc import Iterator
-from dataclasses import asdict
-from pathlib import Path
 
+from capture_app.commands.run import ResolveRequest, RunRequest
 from capture_app.faults import unsatisfied
 from capture_app.made import Made
 from capture_app.manifest import (
@@ -13,12 +12,10 @@ from capture_app.manifest import (
     FloorRecord,
     Input,
     Manifest,
-    Option,
     Segment,
     sha256,
 )
 from capture_app.prepare import PreparedTake
-from capture_app.request import ResolveRequest, TakeRequest
 from capture_app.result import Result
 from capture_app.stood import stood_note
 from omomo_core.motion import FPS
@@ -26,7 +23,7 @@ from omomo_core.weights.load import SHIPPED
 
 
 def describe(
-    request: TakeRequest,
+    request: RunRequest,
     prepared: PreparedTake,
     made: Made,
     timings: dict[str, float],
@@ -38,9 +35,9 @@ def describe(
     return Manifest(
         inputs=tuple(
             Input.model_validate({"role": role, "path": str(path), "sha256": sha256(path)})
-            for role, path in inputs_of(request).items()
+            for role, path in request.inputs.items()
         ),
-        options=options_of(request),
+        options=request.recorded_options,
         segment=prepared.segment,
         floor=FloorRecord(height=floor.height, source=floor.source),
         mount_method=prepared.mount.method,
@@ -99,35 +96,6 @@ def _segment_note(segment: Segment) -> Iterator[str]:
             f"number {segment.index}, {segment.start / FPS:.1f} to {segment.stop / FPS:.1f} s. "
             "Choose another with --segment."
         )
-
-
-def inputs_of(request: TakeRequest) -> dict[str, Path]:
-    """Files and folders that a run reads, by role."""
-    given = {
-        "session": request.session,
-        "object": request.mesh,
-        "mount": request.mount,
-        "body": request.body,
-        "contacts": request.contacts,
-    }
-    return {role: path for role, path in given.items() if path is not None}
-
-
-def options_of(request: TakeRequest) -> dict[str, Option]:
-    """Every option of a run, as its manifest has them."""
-    return {
-        **asdict(request.options),
-        "animated": request.animated,
-        "node": request.node,
-        "configuration": request.configuration,
-        "weights": str(request.weights) if request.weights else None,
-        "height": request.height,
-        "stood": request.stood,
-        **asdict(request.reading),
-        "force": request.force,
-        "mesh_scale": request.mesh_scale,
-        "video_size": _size(request.video_size),
-    }
 
 
 def _size(pixels: tuple[int, int] | None) -> str | None:

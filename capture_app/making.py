@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from capture_app.chosen import draw_chosen, export_chosen
+from capture_app.commands.run import ResolveRequest, RunRequest
 from capture_app.made import Made, load_made, save_made
 from capture_app.manifest import MANIFEST, Manifest, write_manifest
 from capture_app.progress import Progress, StageClock
-from capture_app.request import ResolveRequest, TakeRequest
 from capture_app.result import Result, load_result
 from capture_app.staging import Staging
 from omomo_core.body.model import BodyModel
@@ -24,7 +24,7 @@ _LEFT = ".made.npz"
 """What was generated, to the last bit; gone when the result is complete."""
 
 
-Request = TypeVar("Request", TakeRequest, ResolveRequest)
+Request = TypeVar("Request", RunRequest, ResolveRequest)
 
 
 class ResultInMaking(ABC, Generic[Request]):

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from capture_app.describe import describe, inputs_of
+from capture_app.commands.run import RunRequest
+from capture_app.describe import describe
 from capture_app.made import Made
 from capture_app.making import ResultInMaking, make
 from capture_app.manifest import MOTION, Manifest
 from capture_app.prepare import PreparedTake, prepare_take
 from capture_app.progress import Progress, silent
-from capture_app.request import TakeRequest
 from capture_app.result import Result, save_motion
 from omomo_core.body.model import BodyModel
 from omomo_core.generation.conditioning import Conditioning
@@ -20,7 +20,7 @@ from omomo_core.generation.generator import generate
 from omomo_core.motion import ObjectMotion
 
 
-def run_take(request: TakeRequest, progress: Progress = silent) -> Result:
+def run_take(request: RunRequest, progress: Progress = silent) -> Result:
     """Turn a take into a result folder; nothing is left behind when it fails.
 
     Args:
@@ -38,7 +38,7 @@ def run_take(request: TakeRequest, progress: Progress = silent) -> Result:
     return make(TakeInMaking(request, progress))
 
 
-class TakeInMaking(ResultInMaking[TakeRequest]):
+class TakeInMaking(ResultInMaking[RunRequest]):
     """A take on its way to a result."""
 
     @property
@@ -66,7 +66,7 @@ class TakeInMaking(ResultInMaking[TakeRequest]):
 
     def generate(self) -> None:
         """Generate the samples and write motion.npz."""
-        take, options = self.prepared, self.request.options
+        take, options = self.prepared, self.request.generation
         stood = None if take.stood is None else np.array(take.stood)
         known = Conditioning(contacts=take.contacts, start_position=stood)
         made = generate(take.motion, take.body, take.stages, options, self.clock, known)
@@ -77,7 +77,7 @@ class TakeInMaking(ResultInMaking[TakeRequest]):
     @property
     def inputs(self) -> Mapping[str, Path]:
         """Session, object, mount, body and contacts, as far as they are given."""
-        return inputs_of(self.request)
+        return self.request.inputs
 
     @property
     def moved(self) -> ObjectMotion:
@@ -92,7 +92,7 @@ class TakeInMaking(ResultInMaking[TakeRequest]):
     @property
     def has_contacts(self) -> bool:
         """Not by the published rule."""
-        return self.request.segments
+        return self.request.has_segments
 
     def manifest(self, files: tuple[str, ...]) -> Manifest:
         """Of this run."""

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
+from capture_app.commands.run import RunRequest
 from capture_app.coordinates import Place
 from capture_app.inspection import Verdict, look_over, usable_take
 from capture_app.manifest import Segment
-from capture_app.request import TakeRequest
 from capture_app.stood import where_stood
 from ingest.animated.detect import read_animation
 from ingest.animated.take import AnimatedTake, to_animated_take
@@ -50,7 +50,7 @@ class PreparedTake:
     """On what the phone recorded; an object's own motion is not judged."""
 
 
-def prepare_take(request: TakeRequest) -> PreparedTake:
+def prepare_take(request: RunRequest) -> PreparedTake:
     """Read and check every input of a request.
 
     Raises:
@@ -75,9 +75,9 @@ def prepare_take(request: TakeRequest) -> PreparedTake:
     )
 
 
-def _recorded(request: TakeRequest, mount: Mount) -> tuple[ObjectTake, Verdict]:
+def _recorded(request: RunRequest, mount: Mount) -> tuple[ObjectTake, Verdict]:
     """What a phone that is clamped to the object recorded, and the verdict on it."""
-    if request.mesh is None:
+    if request.object is None:
         raise InputError(
             "object-needed",
             "The object's mesh is not given; a phone's log has none.",
@@ -92,13 +92,13 @@ def _recorded(request: TakeRequest, mount: Mount) -> tuple[ObjectTake, Verdict]:
             where="--node",
             fix="Leave out --node.",
         )
-    mesh = load_mesh(request.mesh, scale=request.mesh_scale * mount.object_scale)
+    mesh = load_mesh(request.object, scale=request.mesh_scale * mount.object_scale)
     session = read_session(request.session, request.reading.format)
-    seen = look_over(session, mesh, mount, request.reading, mesh_file=request.mesh)
+    seen = look_over(session, mesh, mount, request.reading, mesh_file=request.object)
     return usable_take(seen, force=request.force), seen.verdict
 
 
-def _animated(request: TakeRequest) -> AnimatedTake:
+def _animated(request: RunRequest) -> AnimatedTake:
     """The object's own motion."""
     floor = request.reading.floor
     if request.reading != Reading(floor, segment=request.reading.segment):
@@ -109,15 +109,15 @@ def _animated(request: TakeRequest) -> AnimatedTake:
             fix="Leave them out; the file says which way is up.",
         )
     animation = read_animation(request.session, request.node)
-    return to_animated_take(animation, request.mesh, scale=request.mesh_scale, floor=floor)
+    return to_animated_take(animation, request.object, scale=request.mesh_scale, floor=floor)
 
 
-def _no_mount(request: TakeRequest) -> Mount:
+def _no_mount(request: RunRequest) -> Mount:
     return Mount(np.eye(4), "none") if request.animated else identity_mount()
 
 
-def _check_contact_rule(request: TakeRequest) -> None:
-    if request.contacts and not request.segments:
+def _check_contact_rule(request: RunRequest) -> None:
+    if request.contacts and not request.has_segments:
         raise InputError(
             "contacts-unused",
             "The published contact rule and model find the contacts themselves; they take none that "
@@ -127,7 +127,7 @@ def _check_contact_rule(request: TakeRequest) -> None:
         )
 
 
-def _contacts(request: TakeRequest, motion: ObjectMotion) -> tuple[ContactSpan, ...] | None:
+def _contacts(request: RunRequest, motion: ObjectMotion) -> tuple[ContactSpan, ...] | None:
     if request.contacts is None:
         return None
     return read_contacts(request.contacts, len(motion.valid), sample_surface(motion.mesh))
@@ -140,7 +140,7 @@ def _choose(take: ObjectTake | AnimatedTake, wanted: int | None, session: Path) 
     return Segment(index=chosen + 1, count=len(take.segments), start=start, stop=stop)
 
 
-def _stages(request: TakeRequest) -> Stages:
+def _stages(request: RunRequest) -> Stages:
     stages = load_stages(request.configuration, request.weights)
     trained = stages.hands.config.configuration
     if trained != request.configuration:

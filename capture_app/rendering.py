@@ -1,50 +1,18 @@
 """A result drawn again: from elsewhere, another size, another sample, or as pictures."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Literal
 
+from capture_app.commands.render import RenderRequest
 from capture_app.overlay.eye import eye_of
 from capture_app.pictures import MOVING, frame_at, save_pictures, stride, told
 from capture_app.progress import Progress, silent
 from capture_app.result import body_of, load_result, sample_index
 from omomo_core.errors import InputError
 from omomo_core.whole_file import check_target
-from render.backends import Backend
 from render.contact_points import held_places
 from render.stills import contact_sheet
 from render.third_person import frames
 from render.views import shot
-
-View = Literal["third", "orbit", "follow", "top", "object"]
-
-
-@dataclass(frozen=True)
-class RenderRequest:
-    """What to draw, and where to write it; the ending of the file decides."""
-
-    result: Path
-    output: Path
-    """.mp4, .webp or .gif; .png with `still` or `sheet`."""
-    view: View = "third"
-    sample: int | None = None
-    """From 1; None for the chosen one."""
-    size: tuple[int, int] = (960, 540)
-    """Width and height in pixels."""
-    still: float | None = None
-    """Draw one picture, at this time in seconds."""
-    sheet: tuple[int, int] | None = None
-    """Draw so many columns and rows of pictures, evenly over the motion."""
-    markers: bool = True
-    smooth: bool | None = None
-    """Smooth edges; None: of pictures, not of videos."""
-    backend: Backend = "auto"
-
-    @property
-    def picture(self) -> bool:
-        """One file of PNG."""
-        return self.still is not None or self.sheet is not None
 
 
 def render_result(request: RenderRequest, progress: Progress = silent) -> None:

@@ -1,17 +1,15 @@
 """From a manifest back to the request that made it."""
 
 from pathlib import Path
-from typing import Any
 
+from capture_app.commands.request import validated
+from capture_app.commands.run import RunRequest
 from capture_app.manifest import Input, Manifest, sha256
-from capture_app.request import TakeRequest
-from ingest.trajectory.reading import Reading
 from omomo_core.errors import InputError
-from omomo_core.generation.result import GenerationOptions
 from omomo_core.weights.load import SHIPPED
 
 
-def request_of(manifest: Manifest, output: Path, *, replace: bool = False) -> TakeRequest:
+def request_of(manifest: Manifest, output: Path, *, replace: bool = False) -> RunRequest:
     """The same take again, into another folder.
 
     Raises:
@@ -19,33 +17,12 @@ def request_of(manifest: Manifest, output: Path, *, replace: bool = False) -> Ta
             result was corrected.
     """
     _check_not_corrected(manifest)
+    options = dict(manifest.options)
+    folder = Path(str(options["weights"] or SHIPPED / str(options["configuration"])))
+    _check_weights(manifest, folder)
     inputs = {item.role: unchanged(item) for item in manifest.inputs}
-    options: dict[str, Any] = dict(manifest.options)
-    generation, reading = (
-        {key: options.pop(key) for key in kind.__dataclass_fields__}
-        for kind in (GenerationOptions, Reading)
-    )
-    size, weights = options.pop("video_size"), options.pop("weights")
-    _check_weights(manifest, Path(weights or SHIPPED / options["configuration"]))
-    return TakeRequest(
-        session=inputs["session"],
-        mesh=inputs.get("object"),
-        mount=inputs.get("mount"),
-        body=inputs.get("body"),
-        contacts=inputs.get("contacts"),
-        output=output,
-        options=GenerationOptions(**generation),
-        weights=Path(weights) if weights else None,
-        reading=Reading(**reading),
-        video_size=_size(size) if size else None,
-        replace=replace,
-        **options,
-    )
-
-
-def _size(text: str) -> tuple[int, int]:
-    width, height = text.split("x")
-    return int(width), int(height)
+    said = {**options, **inputs, "output": output, "replace": replace}
+    return validated(RunRequest, said, "manifest-invalid", where=str(output))
 
 
 def _check_not_corrected(manifest: Manifest) -> None:

@@ -4,12 +4,12 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
 
+from capture_app.commands.run import ResolveRequest
 from capture_app.describe import describe_correction
 from capture_app.made import Made
 from capture_app.making import ResultInMaking, make
 from capture_app.manifest import CONTACTS, MOTION, Manifest
 from capture_app.progress import Progress, silent
-from capture_app.request import ResolveRequest
 from capture_app.rerun import unchanged
 from capture_app.result import Result, body_of, load_result, save_corrected
 from omomo_core.body.model import BodyModel

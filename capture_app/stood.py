@@ -7,9 +7,9 @@ import numpy as np
 import torch
 from jaxtyping import Bool, Float
 
+from capture_app.commands.run import RunRequest
 from capture_app.coordinates import Place
 from capture_app.manifest import Segment
-from capture_app.request import TakeRequest
 from ingest.mount import Mount
 from omomo_core.errors import InputError
 from omomo_core.geometry.distance_field import distance_field
@@ -35,7 +35,7 @@ UPRIGHT = 0.3
 
 
 def where_stood(
-    request: TakeRequest, motion: ObjectMotion, mount: Mount, segment: Segment
+    request: RunRequest, motion: ObjectMotion, mount: Mount, segment: Segment
 ) -> Place | None:
     """Where somebody stood; None where it is not said.
 
@@ -80,7 +80,7 @@ def stood_note(place: Place | None, human: HumanMotion) -> Iterator[str]:
         )
 
 
-def _check_phone(request: TakeRequest, segment: Segment) -> None:
+def _check_phone(request: RunRequest, segment: Segment) -> None:
     if request.animated:
         raise _wrong("no-phone", "An object's own motion has no phone.", "--stood phone")
     if segment.start > LATE * FPS:

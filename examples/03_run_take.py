@@ -11,17 +11,18 @@ from pathlib import Path
 
 import numpy as np
 
-from capture_app import GenerationOptions, InputError, TakeRequest, run_take
+from capture_app import InputError, RunRequest, run_take
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "example_output")
 
-request = TakeRequest(
+request = RunRequest(
     session=DEMO / SESSION,
-    mesh=DEMO / MESH,
+    object=DEMO / MESH,
     mount=DEMO / MOUNT,
     output=out / "motion",
-    options=GenerationOptions(samples=4, seed=0),
+    samples=4,
+    seed=0,
     height=1.72,
     video_size=None,
     replace=True,

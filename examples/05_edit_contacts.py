@@ -12,13 +12,21 @@ from pathlib import Path
 
 import numpy as np
 
-from capture_app import ResolveRequest, TakeRequest, load_result, resolve_result, run_take
+from capture_app import ResolveRequest, RunRequest, load_result, resolve_result, run_take
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "example_output")
 motion = out / "motion"
 if not motion.exists():
-    run_take(TakeRequest(DEMO / SESSION, DEMO / MESH, DEMO / MOUNT, motion, video_size=None))
+    run_take(
+        RunRequest(
+            session=DEMO / SESSION,
+            object=DEMO / MESH,
+            mount=DEMO / MOUNT,
+            output=motion,
+            video_size=None,
+        )
+    )
 
 # The left hand lets go half a second earlier, and holds the box 4 cm lower (its frame, metres).
 contacts = json.loads((motion / "contacts.json").read_text())
@@ -28,7 +36,9 @@ last["anchor"][2] -= 0.04
 edited = out / "contacts.json"
 edited.write_text(json.dumps(contacts, indent=2))
 
-request = ResolveRequest(motion, edited, out / "corrected", video_size=None, replace=True)
+request = ResolveRequest(
+    result=motion, contacts=edited, output=out / "corrected", video_size=None, replace=True
+)
 before, after = load_result(motion).best, resolve_result(request).best
 
 palms = np.linalg.norm(after.joints[:, 22:] - before.joints[:, 22:], axis=-1)

@@ -9,13 +9,21 @@ OUTPUT (example_output).
 import sys
 from pathlib import Path
 
-from capture_app import ExportOptions, InputError, Kind, TakeRequest, export_result, run_take
+from capture_app import ExportOptions, InputError, Kind, RunRequest, export_result, run_take
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "example_output")
 motion = out / "motion"
 if not motion.exists():
-    run_take(TakeRequest(DEMO / SESSION, DEMO / MESH, DEMO / MOUNT, motion, video_size=None))
+    run_take(
+        RunRequest(
+            session=DEMO / SESSION,
+            object=DEMO / MESH,
+            mount=DEMO / MOUNT,
+            output=motion,
+            video_size=None,
+        )
+    )
 
 # The ending says the format; axes and units are those that its readers expect.
 export_result(motion, out / "take.glb")

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from capture_app import (
     GenerationOptions,
-    TakeRequest,
+    RunRequest,
     evaluate,
     load_body,
     load_result,
@@ -29,7 +29,15 @@ clips = Path(sys.argv[2]) if len(sys.argv) > 2 else out / "clips"
 motion = out / "motion"
 if len(sys.argv) <= 2 and not clips.exists():
     if not motion.exists():
-        run_take(TakeRequest(DEMO / SESSION, DEMO / MESH, DEMO / MOUNT, motion, video_size=None))
+        run_take(
+            RunRequest(
+                session=DEMO / SESSION,
+                object=DEMO / MESH,
+                mount=DEMO / MOUNT,
+                output=motion,
+                video_size=None,
+            )
+        )
     result = load_result(motion)
     human, moved = result.best, result.object_motion
     # A clip's rest pose looks along x with z up, ours along z with y up.

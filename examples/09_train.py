@@ -11,12 +11,18 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from capture_app import Clip, TakeRequest, load_result, run_take, save_clips, train
+from capture_app import Clip, RunRequest, load_result, run_take, save_clips, train
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "example_output")
 steps = int(sys.argv[2]) if len(sys.argv) > 2 else 20
-request = TakeRequest(DEMO / SESSION, DEMO / MESH, DEMO / MOUNT, out / "motion", video_size=None)
+request = RunRequest(
+    session=DEMO / SESSION,
+    object=DEMO / MESH,
+    mount=DEMO / MOUNT,
+    output=out / "motion",
+    video_size=None,
+)
 if not request.output.exists():
     run_take(request)
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from capture_app import CaptureSession, TakeRequest, read_session, register_format, run_take
+from capture_app import CaptureSession, RunRequest, read_session, register_format, run_take
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 from ingest.formats.poses import check_poses
 
@@ -58,5 +58,12 @@ register_format(MyApp())
 session = read_session(log)
 print(f"{session.app}: {len(session.times)} poses")
 result = out / "from_my_app"
-take = TakeRequest(log, DEMO / MESH, DEMO / MOUNT, result, video_size=None, replace=True)
+take = RunRequest(
+    session=log,
+    object=DEMO / MESH,
+    mount=DEMO / MOUNT,
+    output=result,
+    video_size=None,
+    replace=True,
+)
 print(f"The person of this take: {run_take(take).best.joints.shape} joints (frames, 24, xyz)")

@@ -9,7 +9,8 @@ import typer
 from capture_app.cli import options as given
 from capture_app.cli.console import output as console
 from capture_app.cli.console import say
-from capture_app.coordinates import read_place, read_up
+from capture_app.cli.derived import derived
+from capture_app.commands.run import RunRequest
 from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -53,32 +54,14 @@ Workers = Annotated[
 ]
 
 
+@derived(RunRequest, leave_out=("session", "node", "contacts", "segment"))
 def batch(
     sessions: Sessions,
-    result: Results,
-    mesh: given.Mesh = None,
-    mount: given.Mount = None,
+    output: Results,
     database: Database = None,
     workers: Workers = None,
-    seed: given.Seed = 0,
-    samples: given.Samples = 4,
-    contact: given.Contact = given.ContactRule.segments,
-    config: given.Config = given.Configuration.capture,
-    weights: given.Weights = None,
-    steps: given.Steps = 10,
-    height: given.Height = None,
-    stood: given.Stood = None,
-    body: given.Body = None,
-    floor: given.Floor = None,
-    up: given.Up = None,
-    stitch: given.Stitch = False,
-    closure: given.Closure = False,
-    mesh_scale: given.MeshScale = 1.0,
-    format_: given.Format = None,
     video: given.Video = True,
-    video_size: given.Size = "960x540",
-    replace: given.Replace = False,
-    force: given.Force = False,
+    **said: Any,
 ) -> None:
     """Make the motions of all sessions in a folder or table; a bad session does not stop the others.
 
@@ -87,29 +70,11 @@ def batch(
 
     Example: `omocap batch takes --object chair.obj --mount chair_mount.json -o motions --workers 2`
     """
-    said: dict[str, Any] = {
-        "object": mesh,
-        "mount": mount,
-        "seed": seed,
-        "samples": samples,
-        "contact": contact.value,
-        "configuration": config.value,
-        "weights": weights and weights.absolute(),
-        "steps": steps,
-        "height": height,
-        "stood": read_place(stood, "--stood"),
-        "body": body,
-        "floor": floor,
-        "up": read_up(up, "--up"),
-        "format": format_,
-        "stitch": stitch,
-        "closure": closure,
-        "mesh_scale": mesh_scale,
-        "video_size": given.picture_size(video_size, "--video-size") if video else None,
-        "replace": replace,
-        "force": force,
-    }
-    _run(sessions, result, said, database, workers)
+    said["mount"] = said["mount"] and str(said["mount"])
+    said["weights"] = said["weights"] and said["weights"].absolute()
+    if not video:
+        said["video_size"] = None
+    _run(sessions, output, said, database, workers)
 
 
 def _run(

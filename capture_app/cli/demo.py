@@ -19,13 +19,13 @@ def demo(
     A simulated phone, clamped to a box, recorded how the box is lifted, carried and put down. The
     same as `omocap run` on that session; an earlier demo in the same place is replaced.
     """
+    from capture_app.commands.run import RunRequest
     from capture_app.pipeline import run_take
-    from capture_app.request import TakeRequest
     from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 
-    request = TakeRequest(
+    request = RunRequest(
         session=DEMO / SESSION,
-        mesh=DEMO / MESH,
+        object=DEMO / MESH,
         mount=DEMO / MOUNT,
         output=result,
         replace=True,

@@ -1,6 +1,5 @@
 """The words of the command line: arguments and options, each described once."""
 
-import re
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -215,7 +214,7 @@ Backend = Annotated[
 ]
 
 
-def mount_file(mount: str | None) -> Path | None:
+def mount_file(mount: Path | str | None) -> Path | None:
     """The mount's file, None for the word identity.
 
     Raises:
@@ -232,40 +231,4 @@ def mount_file(mount: str | None) -> Path | None:
             "file for --mount FILE. Only if the mesh was made in the axes of the phone's camera, pass "
             "--mount identity. A file of the object's own motion needs none: see docs/blender.md.",
         )
-    return None if mount == IDENTITY else Path(mount)
-
-
-def sheet_size(text: str, option: str) -> tuple[int, int]:
-    """Columns and rows of "4x3".
-
-    Raises:
-        InputError: it is written otherwise, or they are more than anybody can look at.
-    """
-    found = re.fullmatch(r"(\d{1,2})x(\d{1,2})", text.strip().lower())
-    columns, rows = (int(found[1]), int(found[2])) if found else (0, 0)
-    if not (1 <= columns <= 20 and 1 <= rows <= 20):
-        raise InputError(
-            "sheet-invalid",
-            f"{text!r} is no sheet of pictures.",
-            where=option,
-            fix="Write columns x rows, 20 of each at most, e.g. 4x3.",
-        )
-    return columns, rows
-
-
-def picture_size(text: str, option: str) -> tuple[int, int]:
-    """Width and height of "960x540".
-
-    Raises:
-        InputError: it is written otherwise, or of a size nobody wants.
-    """
-    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text.strip().lower())
-    width, height = (int(found[1]), int(found[2])) if found else (0, 0)
-    if not (64 <= width <= 7680 and 64 <= height <= 4320):
-        raise InputError(
-            "size-invalid",
-            f"{text!r} is no picture size.",
-            where=option,
-            fix="Write width x height in pixels, e.g. 1280x720.",
-        )
-    return width, height
+    return None if str(mount) == IDENTITY else Path(mount)

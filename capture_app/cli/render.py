@@ -1,21 +1,16 @@
 """`omocap render`: draw the video or a picture of a result."""
 
+from typing import Any
+
 from capture_app.cli import options as given
 from capture_app.cli.console import progress_bars, say
+from capture_app.cli.derived import derived
+from capture_app.commands.render import RenderRequest
+from capture_app.commands.request import validated
 
 
-def render(
-    result: given.Result,
-    file: given.OutputFile = None,
-    view: given.View = given.SeenFrom.third,
-    sample: given.Sample = None,
-    size: given.Size = "960x540",
-    still: given.Still = None,
-    sheet: given.Sheet = None,
-    markers: given.Markers = True,
-    smooth: given.Smooth = None,
-    backend: given.Backend = given.DrawingBackend.auto,
-) -> None:
+@derived(RenderRequest)
+def render(result: given.Result, output: given.OutputFile = None, **said: Any) -> None:
     """Draw a result again: from elsewhere, another size, another sample, or as pictures.
 
     The ending of the output file decides: .mp4, .webp or .gif (a small loop for a web page), or .png
@@ -23,36 +18,29 @@ def render(
 
     Example: `omocap render chair_motion --view orbit --size 1920x1080 -o chair.mp4`
     """
-    pixels = given.picture_size(size, "--size")
-    grid = given.sheet_size(sheet, "--sheet") if sheet else None
-    from capture_app.rendering import RenderRequest, render_result
+    from capture_app.rendering import render_result
     from capture_app.result import load_result, sample_index
 
-    index = sample_index(load_result(result), sample)
-    target = file or result / _default_name(index, view, still, sheet)
-    request = RenderRequest(
-        result,
-        target,
-        view=view.value,
-        sample=sample,
-        size=pixels,
-        still=still,
-        sheet=grid,
-        markers=markers,
-        smooth=smooth,
-        backend=backend.value,
+    # A view or a size that is mistyped is told before the result is read.
+    target = output or result
+    request = validated(
+        RenderRequest, {**said, "result": result, "output": target}, "option-invalid", prefix="--"
     )
+    index = sample_index(load_result(result), request.sample)
+    if output is None:
+        target = result / _default_name(index, request)
+        request = request.model_copy(update={"output": target})
     with progress_bars() as progress:
         render_result(request, progress)
     say("Done", str(target), "green")
 
 
-def _default_name(sample: int, view: given.SeenFrom, still: float | None, sheet: str | None) -> str:
+def _default_name(sample: int, request: RenderRequest) -> str:
     words = [f"sample_{sample + 1}"]
-    if view != given.SeenFrom.third:
-        words.append(view.value)
-    if still is not None:
-        words.append(f"{round(still * 30):05d}")
-    if sheet:
+    if request.view != "third":
+        words.append(request.view)
+    if request.still is not None:
+        words.append(f"{round(request.still * 30):05d}")
+    if request.sheet:
         words.append("sheet")
-    return "_".join(words) + (".png" if still is not None or sheet else ".mp4")
+    return "_".join(words) + (".png" if request.picture else ".mp4")

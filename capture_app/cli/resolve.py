@@ -3,6 +3,8 @@
 from capture_app.cli import options as given
 from capture_app.cli.console import progress_bars
 from capture_app.cli.summary import summarise
+from capture_app.commands.request import validated
+from capture_app.commands.run import ResolveRequest
 
 
 def resolve(
@@ -20,11 +22,11 @@ def resolve(
 
     Example: `omocap resolve chair_motion --contacts chair_motion/contacts.json -o chair_corrected`
     """
-    size = given.picture_size(video_size, "--video-size") if video else None
-    from capture_app.request import ResolveRequest
     from capture_app.resolve import resolve_result
 
-    request = ResolveRequest(result, contacts, output, video_size=size, replace=replace)
+    said = {"result": result, "contacts": contacts, "output": output, "replace": replace}
+    size = video_size if video else None
+    request = validated(ResolveRequest, {**said, "video_size": size}, "option-invalid", prefix="--")
     with progress_bars() as progress:
         made = resolve_result(request, progress)
     summarise(made)

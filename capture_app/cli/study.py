@@ -8,6 +8,7 @@ import typer
 from capture_app.cli import options as given
 from capture_app.cli.console import output as console
 from capture_app.cli.console import progress_bars, say
+from capture_app.coordinates import read_size
 
 app = typer.Typer(no_args_is_help=True, help="Ask people which motions they prefer.")
 
@@ -58,7 +59,7 @@ def make(
 
     Example: `omocap study make ours baseline recorded -o study --raters 20 --pairs 30`
     """
-    width, height = given.picture_size(size, "--size")
+    width, height = read_size(size, "--size")
     from capture_app.study.design import Plan
     from capture_app.study.films import FilmStyle
     from capture_app.study.key import KEY, PAGES

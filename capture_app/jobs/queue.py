@@ -10,10 +10,10 @@ from uuid import uuid4
 import sqlalchemy as sa
 from dbos import EnqueueOptions
 
+from capture_app.commands.request import Request
 from capture_app.jobs.database import Database
 from capture_app.jobs.engine import QUEUE, WORKFLOW, client_of
 from capture_app.jobs.ledger import count_death
-from capture_app.jobs.orders import Order
 from capture_app.jobs.record import OVER, JobRecord, State
 from capture_app.jobs.rows import new_workflow, record_of, row_of, rows
 from capture_app.jobs.tables import JOBS, WORKERS
@@ -36,7 +36,7 @@ def open_queue(database_url: str, *, patience: float = 30.0) -> "JobQueue":
     return JobQueue(Database(database_url, patience=patience))
 
 
-def order_id(order: Order) -> str:
+def order_id(order: Request) -> str:
     """An id for an order: the same for the same order, whatever it is called."""
     said = [order.KIND, order.model_dump(mode="json", exclude={"name"})]
     return sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()[:16]
@@ -78,7 +78,7 @@ class JobQueue:
         with self._database.begin() as c:
             return {state: count for state, count in c.execute(asked)}
 
-    def submit(self, order: Order, *, id: str | None = None) -> JobRecord:
+    def submit(self, order: Request, *, id: str | None = None) -> JobRecord:
         """Put one job into the queue; the same id again changes nothing.
 
         Args:
@@ -94,7 +94,7 @@ class JobQueue:
         assert record is not None
         return record
 
-    def submit_all(self, orders: Iterable[tuple[str, Order]]) -> int:
+    def submit_all(self, orders: Iterable[tuple[str, Request]]) -> int:
         """Put many jobs into the queue in one transaction: all or none.
 
         Returns:
@@ -110,7 +110,7 @@ class JobQueue:
                 self._enqueue(c, row["id"], row["workflow"])
         return len(new)
 
-    def adopt(self, id: str, order: Order, *, timings: Mapping[str, float], summary: Any) -> None:
+    def adopt(self, id: str, order: Request, *, timings: Mapping[str, float], summary: Any) -> None:
         """Note a job that was done before this queue knew of it; nothing where it does.
 
         Args:

@@ -8,14 +8,14 @@ from uuid import uuid4
 
 import sqlalchemy as sa
 
-from capture_app.jobs.orders import Order
+from capture_app.commands.request import Request
 from capture_app.jobs.record import JobRecord
 
 _TIMES = ("created", "started", "ended")
 _PLAIN = tuple(name for name in JobRecord.model_fields if name not in _TIMES)
 
 
-def row_of(job_id: str, order: Order) -> dict[str, Any]:
+def row_of(job_id: str, order: Request) -> dict[str, Any]:
     """A job that waits."""
     return {
         "id": job_id,

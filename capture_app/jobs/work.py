@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from capture_app.jobs.orders import Order
+from capture_app.commands.request import Request
 from capture_app.progress import Progress
 
 
@@ -50,7 +50,7 @@ class Work(Protocol):
 class Kind:
     """A kind of job."""
 
-    order: type[Order]
+    order: type[Request]
     start: Callable[[Any, Attempt], Work]
     """From an order of that type; what it needs is imported inside."""
     shares: Mapping[str, float]

@@ -2,16 +2,12 @@
 
 import json
 
+from capture_app.commands.render import CompareRequest, RenderRequest
+from capture_app.commands.request import Request
+from capture_app.commands.run import ResolveRequest, RunRequest
 from capture_app.exports.formats import FORMATS as EXPORTS
 from capture_app.exports.formats import Kind
-from capture_app.jobs.orders import (
-    CompareOrder,
-    ExportOrder,
-    Order,
-    RenderOrder,
-    ResolveOrder,
-    RunOrder,
-)
+from capture_app.jobs.orders import ExportOrder
 from capture_app.things import Info
 from capture_app.web.library.results import Results
 from capture_app.web.limited import work
@@ -34,7 +30,7 @@ from omomo_core.whole_file import write_whole
 _VIDEO = (960, 540)
 
 
-async def to_order(site: Site, id_: str, given: Ordered) -> Order:
+async def to_order(site: Site, id_: str, given: Ordered) -> Request:
     """The order of a job whose id is known; a new result has the job's id.
 
     Raises:
@@ -61,7 +57,7 @@ async def to_order(site: Site, id_: str, given: Ordered) -> Order:
             return calibrate_order(library, id_, given)
 
 
-async def _run(site: Site, id_: str, given: Run) -> RunOrder:
+async def _run(site: Site, id_: str, given: Run) -> RunRequest:
     library, shelves = site.library, site.library.shelves
     session = shelves["session"].content(given.session)
     mount = mount_of(library, given.mount)
@@ -74,7 +70,7 @@ async def _run(site: Site, id_: str, given: Run) -> RunOrder:
     facts = {"session": given.session, "object": given.object, "mount": given.mount, "parent": None}
     library.results.announce(id_, Info(name=name, facts=facts))
     options = given.options.model_dump(exclude={"video"})
-    return RunOrder(
+    return RunRequest(
         name=name,
         output=library.results.place(id_),
         session=session,
@@ -113,13 +109,13 @@ def _check_whole(given: Run) -> None:
         )
 
 
-def _resolve(results: Results, id_: str, given: Resolve) -> ResolveOrder:
+def _resolve(results: Results, id_: str, given: Resolve) -> ResolveRequest:
     before = results.get(given.result)
     name = given.name or f"{before.name}, corrected"
     contacts = results.contacts(id_)
     write_whole(contacts, json.dumps(given.contacts, allow_nan=False))
     results.announce(id_, Info(name=name, facts={**before.facts, "parent": given.result}))
-    return ResolveOrder(
+    return ResolveRequest(
         name=name,
         output=results.place(id_),
         result=results.content(given.result),
@@ -139,9 +135,9 @@ def _export(results: Results, id_: str, given: Export) -> ExportOrder:
     )
 
 
-def _render(results: Results, id_: str, given: Render) -> RenderOrder:
+def _render(results: Results, id_: str, given: Render) -> RenderRequest:
     words = [given.view, *_sample(given.sample), id_]
-    return RenderOrder(
+    return RenderRequest(
         name=f"{results.get(given.result).name}, seen {given.view}",
         output=results.make_exports(given.result) / f"{'-'.join(words)}.mp4",
         result=results.content(given.result),
@@ -149,9 +145,9 @@ def _render(results: Results, id_: str, given: Render) -> RenderOrder:
     )
 
 
-def _compare(results: Results, id_: str, given: Compare) -> CompareOrder:
+def _compare(results: Results, id_: str, given: Compare) -> CompareRequest:
     names = [results.get(result).name for result in given.results]
-    return CompareOrder(
+    return CompareRequest(
         name=f"{names[0]} and {len(names) - 1} more, compared",
         output=results.make_exports(given.results[0]) / f"compare-{id_}.mp4",
         motions=tuple(str(results.content(result)) for result in given.results),

@@ -10,12 +10,11 @@ import torch
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from capture_app.request import TakeRequest
+from capture_app.commands.run import RunRequest
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.person import Person
-from omomo_core.generation.result import GenerationOptions
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 from omomo_core.skeleton import ALL_PARENTS
 from omomo_core.stages.body import capture as body_stage
@@ -114,7 +113,7 @@ def object_motion() -> ObjectMotion:
     return ObjectMotion(ObjectMesh(corners, faces, "box"), T, valid, start_time=1.5)
 
 
-FAST = GenerationOptions(samples=2, steps=2)
+FAST = {"samples": 2, "steps": 2}
 
 
 @pytest.fixture(scope="session")
@@ -162,14 +161,14 @@ class Inputs:
         data = {"T_phone_object": T_phone_object.tolist(), "method": "made up"}
         self.mount.write_text(json.dumps(data))
 
-    def request(self, weights: Path) -> TakeRequest:
+    def request(self, weights: Path) -> RunRequest:
         """A quick run without a video."""
-        return TakeRequest(
+        return RunRequest(
             session=self.session,
-            mesh=self.mesh,
+            object=self.mesh,
             mount=self.mount,
             output=self.output,
-            options=FAST,
+            **FAST,
             weights=weights,
             video_size=None,
         )

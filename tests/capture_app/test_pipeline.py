@@ -1,6 +1,5 @@
 """The whole way from a phone's log to a result folder, with untrained weights."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,6 @@ from capture_app.manifest import read_manifest
 from capture_app.pipeline import run_take
 from capture_app.rerun import request_of
 from capture_app.result import body_of, load_result
-from ingest.trajectory.reading import Reading
 from omomo_core.errors import OmocapError
 
 # `inputs` writes the files of a good take: see conftest.py.
@@ -26,7 +24,7 @@ def silent(stage: str, fraction: float) -> None:
 
 def test_a_take_becomes_a_result_folder(inputs: Inputs, weights: Path) -> None:
     heard: list[tuple[str, float]] = []
-    request = replace(inputs.request(weights), video_size=(96, 64), height=1.6)
+    request = inputs.request(weights).model_copy(update={"video_size": (96, 64), "height": 1.6})
     made = run_take(request, lambda stage, fraction: heard.append((stage, fraction)))
 
     names = ["contacts.json", "manifest.json", "motion.glb", "motion.mp4", "motion.npz"]
@@ -66,9 +64,8 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_does_not(
 ) -> None:
     request = inputs.request(weights)
     run_take(request, silent)
-    run_take(replace(request, output=inputs.folder / "again"), silent)
-    other = replace(request.options, seed=1)
-    run_take(replace(request, output=inputs.folder / "other", options=other), silent)
+    run_take(request.model_copy(update={"output": inputs.folder / "again"}), silent)
+    run_take(request.model_copy(update={"output": inputs.folder / "other", "seed": 1}), silent)
     for name in ("motion.npz", "motion.glb"):
         first = (inputs.output / name).read_bytes()
         assert (inputs.folder / "again" / name).read_bytes() == first
@@ -76,8 +73,12 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_does_not(
 
 
 def test_a_manifest_makes_the_same_motion_again(inputs: Inputs, weights: Path) -> None:
-    reading = Reading(floor=-1.3, up=(0.0, 1.0, 0.0))
-    run_take(replace(inputs.request(weights), height=1.9, reading=reading), silent)
+    run_take(
+        inputs.request(weights).model_copy(
+            update={"height": 1.9, "floor": -1.3, "up": (0.0, 1.0, 0.0)}
+        ),
+        silent,
+    )
     manifest = read_manifest(inputs.output / "manifest.json")
     run_take(request_of(manifest, inputs.folder / "again"), silent)
     first = (inputs.output / "motion.npz").read_bytes()
@@ -98,7 +99,7 @@ def test_a_changed_input_is_not_run_again_silently(inputs: Inputs, weights: Path
 
 
 def test_the_body_of_a_result_has_its_height(inputs: Inputs, weights: Path) -> None:
-    run_take(replace(inputs.request(weights), height=1.5), silent)
+    run_take(inputs.request(weights).model_copy(update={"height": 1.5}), silent)
     result = load_result(inputs.output)
     assert body_of(result).height == pytest.approx(1.5, abs=1e-6)
 
@@ -110,17 +111,17 @@ def test_a_split_take_uses_the_longest_segment_and_says_so(inputs: Inputs, weigh
     with pytest.raises(OmocapError) as caught:  # under three seconds are left
         run_take(inputs.request(weights), silent)
     assert caught.value.code == "take-bad"
-    forced = replace(inputs.request(weights), force=True)
+    forced = inputs.request(weights).model_copy(update={"force": True})
     made = run_take(forced, silent)
     segment = made.manifest.segment
     assert (segment.index, segment.count) == (2, 2)
     assert made.object_motion.start_time == pytest.approx(segment.start / 30)
     assert any("--segment" in note for note in made.manifest.notes)
 
-    first = replace(forced, output=inputs.folder / "first", reading=Reading(segment=1))
+    first = forced.model_copy(update={"output": inputs.folder / "first", "segment": 1})
     made = run_take(first, silent)
     assert (made.manifest.segment.start, made.object_motion.start_time) == (0, 0.0)
-    third = replace(first, output=inputs.folder / "third", reading=Reading(segment=3))
+    third = first.model_copy(update={"output": inputs.folder / "third", "segment": 3})
     with pytest.raises(OmocapError) as caught:
         run_take(third, silent)
     assert caught.value.code == "segment-missing"
@@ -134,5 +135,5 @@ def test_an_interrupted_run_leaves_nothing(inputs: Inputs, weights: Path, stage:
 
     before = set(inputs.folder.iterdir())
     with pytest.raises(KeyboardInterrupt):
-        run_take(replace(inputs.request(weights), video_size=(96, 64)), interrupt)
+        run_take(inputs.request(weights).model_copy(update={"video_size": (96, 64)}), interrupt)
     assert set(inputs.folder.iterdir()) == before

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +9,12 @@ import numpy as np
 import pytest
 
 from capture_app.cli.app import invoke
+from capture_app.commands.run import ResolveRequest, RunRequest
 from capture_app.pipeline import run_take
-from capture_app.request import ResolveRequest, TakeRequest
 from capture_app.resolve import resolve_result
 from capture_app.result import Result, load_result
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 from omomo_core.contact.file import read_contacts
-from omomo_core.generation.result import GenerationOptions
 from omomo_core.geometry.surface import sample_surface
 from tests.capture_app.test_cli import assert_refused
 
@@ -31,12 +29,13 @@ def silent(stage: str, fraction: float) -> None:
 @pytest.fixture(scope="module")
 def demo(tmp_path_factory: pytest.TempPathFactory) -> Result:
     """The demonstration take with the shipped weights, quickly."""
-    request = TakeRequest(
-        DEMO / SESSION,
-        DEMO / MESH,
-        DEMO / MOUNT,
-        tmp_path_factory.mktemp("demo") / "result",
-        options=GenerationOptions(samples=2, steps=4),
+    request = RunRequest(
+        session=DEMO / SESSION,
+        object=DEMO / MESH,
+        mount=DEMO / MOUNT,
+        output=tmp_path_factory.mktemp("demo") / "result",
+        samples=2,
+        steps=4,
         video_size=None,
     )
     return run_take(request, silent)
@@ -51,7 +50,9 @@ def contacts(demo: Result) -> Contacts:
 def correct(demo: Result, contacts: Contacts, folder: Path) -> Result:
     edited = folder / "edited.json"
     edited.write_text(json.dumps(contacts))
-    request = ResolveRequest(demo.folder, edited, folder / "new", video_size=None)
+    request = ResolveRequest(
+        result=demo.folder, contacts=edited, output=folder / "new", video_size=None
+    )
     return resolve_result(request, silent)
 
 
@@ -89,7 +90,7 @@ def test_changed_contacts_are_not_run_again_silently(
 ) -> None:
     given = inputs.folder / "given.json"
     given.write_text('{"version": 1, "fps": 30, "frames": 91, "segments": []}')
-    made = run_take(replace(inputs.request(weights), contacts=given), silent)
+    made = run_take(inputs.request(weights).model_copy(update={"contacts": given}), silent)
     assert not any(person.human.hand_contact.any() for person in made.people)
     given.write_text(given.read_text() + "\n")
     words = ["rerun", str(made.folder), "-o", str(inputs.folder / "again")]
@@ -243,8 +244,10 @@ def test_bad_places_are_refused(
 def test_a_result_of_the_published_rule_has_no_contacts_to_correct(
     capsys: pytest.CaptureFixture[str], inputs: Inputs, weights: Path
 ) -> None:
-    options = GenerationOptions(samples=1, steps=2, contact="paper")
-    made = run_take(replace(inputs.request(weights), options=options), silent)
+    made = run_take(
+        inputs.request(weights).model_copy(update={"samples": 1, "steps": 2, "contact": "paper"}),
+        silent,
+    )
     assert not (made.folder / "contacts.json").exists()
     words = ["resolve", str(made.folder), "--contacts", "x.json", "-o", str(inputs.folder / "new")]
     assert_refused(capsys, inputs.folder, words, "result-without-contacts")
@@ -261,7 +264,9 @@ def test_an_interrupted_correction_leaves_nothing(
     contacts["segments"].pop()
     edited = tmp_path / "edited.json"
     edited.write_text(json.dumps(contacts))
-    request = ResolveRequest(demo.folder, edited, tmp_path / "new", video_size=(96, 64))
+    request = ResolveRequest(
+        result=demo.folder, contacts=edited, output=tmp_path / "new", video_size=(96, 64)
+    )
     with pytest.raises(KeyboardInterrupt):
         resolve_result(request, interrupt)
     assert list(tmp_path.iterdir()) == [edited]

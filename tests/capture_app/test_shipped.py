@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 import trimesh
 
+from capture_app.commands.run import RunRequest
 from capture_app.pipeline import run_take
-from capture_app.request import TakeRequest
 from capture_app.result import Result
 from capture_app.simulator.carried_box import box_mesh, carried_box
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 from omomo_core.errors import InputError
-from omomo_core.generation.result import GenerationOptions
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS
 
@@ -20,12 +19,12 @@ from omomo_core.motion import FPS
 def run(
     session: Path, mesh: Path, mount: Path | None, output: Path, *, force: bool = False
 ) -> Result:
-    request = TakeRequest(
+    request = RunRequest(
         session=session,
-        mesh=mesh,
+        object=mesh,
         mount=mount,
         output=output,
-        options=GenerationOptions(samples=2),
+        samples=2,
         video_size=None,
         force=force,
     )

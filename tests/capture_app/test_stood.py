@@ -1,6 +1,5 @@
 """Who says where they stood gets a motion that begins there; a place where nobody stands is refused."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,27 +9,26 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from capture_app.commands.run import RunRequest
 from capture_app.coordinates import read_place
 from capture_app.manifest import Segment
 from capture_app.pipeline import run_take
-from capture_app.request import TakeRequest
 from capture_app.rerun import request_of
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 from capture_app.stood import where_stood
 from ingest.mount import Mount
 from omomo_core.errors import InputError
-from omomo_core.generation.result import GenerationOptions
 from omomo_core.motion import ObjectMesh, ObjectMotion
 
 
-def request(output: Path) -> TakeRequest:
+def request(output: Path) -> RunRequest:
     """The demonstration: a box that stays for a while, then is carried off."""
-    return TakeRequest(
+    return RunRequest(
         session=DEMO / SESSION,
-        mesh=DEMO / MESH,
+        object=DEMO / MESH,
         mount=DEMO / MOUNT,
         output=output,
-        options=GenerationOptions(samples=1),
+        samples=1,
         video_size=None,
     )
 
@@ -42,7 +40,9 @@ def test_a_person_begins_where_they_stood(tmp_path: Path, degrees: float):
     box = np.array([0.0, 0.0])
     place = box + 1.0 * np.array([np.cos(angle), np.sin(angle)])
     stood = (float(place[0]), float(place[1]))
-    made = run_take(replace(request(tmp_path / "out"), stood=stood), lambda stage, done: None)
+    made = run_take(
+        request(tmp_path / "out").model_copy(update={"stood": stood}), lambda stage, done: None
+    )
     centre = made.object_motion.T_world_object[0, :2, 3]
     root = made.motions[0].root[0, :2]
     assert np.linalg.norm(root - place) < 0.35
@@ -56,7 +56,7 @@ def test_a_person_begins_where_they_stood(tmp_path: Path, degrees: float):
 
 def test_who_could_not_have_come_in_time_is_told_so(inputs: Any, weights: Path) -> None:
     """Farther away than anybody comes from in the time that there is."""
-    request = replace(inputs.request(weights), stood=(2.5, 1.5), video_size=None)
+    request = inputs.request(weights).model_copy(update={"stood": (2.5, 1.5), "video_size": None})
     made = run_take(request, lambda stage, done: None)
     root = made.motions[made.manifest.chosen].root[0, :2]
     told = [note for note in made.manifest.notes if "--stood" in note]
@@ -94,7 +94,7 @@ def _ask(
     deep: float = 0.3,
     **more: Any,
 ):
-    asked = replace(request(Path("nowhere")), stood=stood, **more)
+    asked = request(Path("nowhere")).model_copy(update={"stood": stood, **more})
     return where_stood(asked, _table(deep), Mount(np.linalg.inv(T_world_phone), "made up"), segment)
 
 
@@ -121,7 +121,7 @@ def test_nobody_stands_in_a_wardrobe(x: float, y: float):
     T = np.tile(np.eye(4), (30, 1, 1))
     T[:, 2, 3] = 1.0
     mesh = ObjectMesh(np.array(box.vertices), np.array(box.faces), "wardrobe")
-    asked = replace(request(Path("nowhere")), stood=(x, y))
+    asked = request(Path("nowhere")).model_copy(update={"stood": (x, y)})
     with pytest.raises(InputError) as refused:
         where_stood(asked, ObjectMotion(mesh, T, np.ones(30, bool)), Mount(np.eye(4), ""), HERE)
     assert refused.value.code == "stood-inside"

@@ -195,8 +195,27 @@ def test_the_published_model_makes_one_window_and_refuses_more():
     options = GenerationOptions(samples=2, steps=2, contact="paper")
     made = generate(carried(90), BODY, untrained("paper"), options, lambda name, done: None)
     assert made.motions[0].joints.shape == (90, 24, 3)
+    full = generate(carried(120), BODY, untrained("paper"), options, lambda name, done: None)
+    assert full.motions[0].joints.shape == (120, 24, 3)
     with pytest.raises(InputError, match="paper-too-long"):
         generate(carried(121), BODY, untrained("paper"), options, lambda name, done: None)
+
+
+def test_a_generator_says_of_each_stage_how_far_it_is():
+    told: dict[str, list[float]] = {}
+    options = GenerationOptions(samples=3, steps=2)
+    generate(
+        carried(40),
+        BODY,
+        untrained(),
+        options,
+        lambda name, done: told.setdefault(name, []).append(done),
+    )
+    assert list(told) == ["object", "hands", "contact", "body", "solve"]
+    for done in told.values():
+        assert done == sorted(done)
+        assert done[0] >= 0
+        assert done[-1] == pytest.approx(1)
 
 
 def test_by_the_published_rule_a_palm_that_comes_near_is_held_to_the_end():

@@ -96,3 +96,11 @@ def test_who_lifts_an_edge_from_the_edge_it_stands_on_changes_sides():
 def test_what_lies_flat_is_held_from_any_side():
     clip, both = _raised(0.0), torch.cat([_at(-0.6, 2), _at(0.6, 2)])
     torch.testing.assert_close(move_to_lighter_side(both, clip), both)
+
+
+def test_where_both_sides_bear_as_much_nobody_changes():
+    """From the ends of the edge that stays on the floor's other side: half a turn weighs the same."""
+    clip = _raised(0.3)
+    palms = torch.tensor([0.0, 0.4, 0.0, 0.0, 0.4, 0.0]).expand(4, LONG, 6)
+    held = torch.cat([palms, torch.ones(4, LONG, 2)], dim=-1)
+    torch.testing.assert_close(move_to_lighter_side(held, clip), held)

@@ -49,3 +49,8 @@ def test_whoever_bends_so_already_is_left_alone(degrees: float, yaw: float):
 def test_pitch_is_forward_as_the_pelvis_faces():
     np.testing.assert_allclose(np.degrees(float(pitch(stooping(70, 2.0), CHEST))), 70, atol=1e-4)
     np.testing.assert_allclose(np.degrees(float(pitch(stooping(120, -1.0), 0))), 120, atol=1e-4)
+
+
+def test_pitches_of_many_are_those_of_each():
+    people = torch.stack([stooping(70, 2.0), stooping(20, -1.0), stooping(-10, 0.3)])
+    torch.testing.assert_close(pitch(people, CHEST), torch.stack([pitch(R, CHEST) for R in people]))

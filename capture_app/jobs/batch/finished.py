@@ -4,8 +4,8 @@ import json
 import os
 from pathlib import Path
 
+from capture_app.commands.run import RunRequest
 from capture_app.jobs.batch.sessions import unused
-from capture_app.jobs.orders import RunOrder
 from capture_app.manifest import MANIFEST, Manifest, read_manifest
 from omomo_core.errors import InputError
 
@@ -21,22 +21,19 @@ def is_whole(folder: Path) -> bool:
     return True
 
 
-def made_by(order: RunOrder) -> Manifest | None:
+def made_by(order: RunRequest) -> Manifest | None:
     """The manifest of the result that stands where the order wants one, if this order made it.
 
     None where it is of other options or inputs, or of inputs that have changed since.
     """
-    from capture_app.describe import inputs_of, options_of
-    from capture_app.jobs.kinds.run import request_of
     from capture_app.rerun import unchanged
 
     try:
         manifest = read_manifest(order.output / MANIFEST)
-        request = request_of(order)
         paths = {item.role: Path(item.path) for item in manifest.inputs}
-        if manifest.correction is not None or paths != inputs_of(request):
+        if manifest.correction is not None or paths != order.inputs:
             return None
-        if _as_json(manifest.options) != _as_json(options_of(request)):
+        if _as_json(manifest.options) != _as_json(order.recorded_options):
             return None
         for item in manifest.inputs:
             unchanged(item)

@@ -4,21 +4,20 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
+from capture_app.commands.request import validated
+from capture_app.commands.run import RunRequest
 from capture_app.jobs.batch.finished import is_whole, made_by, put_aside
 from capture_app.jobs.kinds.folder import summary_of
-from capture_app.jobs.orders import RunOrder
 from capture_app.jobs.queue import JobQueue, order_id
 from ingest.animated.detect import is_animation
 from omomo_core.errors import InputError
 
 
-def order_of(said: dict[str, Any], output: Path) -> RunOrder:
+def order_of(said: dict[str, Any], output: Path) -> RunRequest:
     """The order for one session.
 
     Args:
-        said: about the run, by the names of `RunOrder`; mount "identity" is the phone's own frame.
+        said: about the run, by the names of `RunRequest`; mount "identity" is the phone's own frame.
         output: folder in which the result gets the session's name.
 
     Raises:
@@ -38,20 +37,13 @@ def order_of(said: dict[str, Any], output: Path) -> RunOrder:
     paths = {"session": session, "mount": mount, "output": output / said["name"]}
     if animated and said.get("stood") == "phone":
         paths["stood"] = None
-    try:
-        order = RunOrder.model_validate({**said, **paths, "animated": animated})
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise InputError(
-            "batch-option",
-            f"{'.'.join(map(str, first['loc']))}: {first['msg']}.",
-            where=said["name"],
-            fix="Correct it in the table or on the command line.",
-        ) from error
+    order = validated(
+        RunRequest, {**said, **paths, "animated": animated}, "batch-option", where=said["name"]
+    )
     return order.model_copy(update={role: path.absolute() for role, path in order.inputs.items()})
 
 
-def submit_batch(queue: JobQueue, orders: Sequence[RunOrder]) -> tuple[list[str], list[str]]:
+def submit_batch(queue: JobQueue, orders: Sequence[RunRequest]) -> tuple[list[str], list[str]]:
     """Put into the queue what is not done: what is there already is not doubled.
 
     What failed or was cancelled before is tried again, and so is what is done but has lost its result.

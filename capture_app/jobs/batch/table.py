@@ -5,17 +5,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from capture_app.coordinates import read_place, read_up
+from capture_app.commands.request import validated
+from capture_app.commands.run import RunRequest, TakeOptions
 from capture_app.jobs.batch.sessions import unused
-from capture_app.jobs.orders import RunOrder
 from omomo_core.errors import InputError
 
 _PATHS = ("session", "object", "mount", "contacts", "body", "weights")
-_COLUMNS = tuple(name for name in RunOrder.model_fields if name not in ("output", "animated"))
+_COLUMNS = tuple(name for name in RunRequest.model_fields if name not in ("output", "animated"))
 
 
 def read_table(file: Path) -> list[dict[str, Any]]:
-    """The lines of a CSV table: what is said in them about a run, by the names of `RunOrder`.
+    """The lines of a CSV table: what is said in them about a run, by the names of `RunRequest`.
 
     The column `session` is needed, each other one may be there. Paths are relative to the table's
     folder. An empty cell says nothing. Lines without a name are named after their session.
@@ -67,12 +67,11 @@ def _row(
     for name in _PATHS:
         if name in said and not (name == "mount" and said[name] == "identity"):
             said[name] = file.parent / said[name]
-    if "stood" in said:
-        said["stood"] = read_place(said["stood"], f"{file}, line {number}")
-    if "up" in said:
-        said["up"] = read_up(said["up"], f"{file}, line {number}")
-    if "video_size" in said:
-        said["video_size"] = said["video_size"].split("x")
+    options = {field: said[field] for field in TakeOptions.model_fields if field in said}
+    place = f"{file}, line {number}"
+    said |= validated(TakeOptions, options, "batch-option", where=place).model_dump(
+        exclude_unset=True
+    )
     name = unused(_word(said.get("name") or said["session"].stem), names)
     names[name] = said["session"]
     return {**said, "name": name}

@@ -3,13 +3,12 @@
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
+from capture_app.commands.run import RunRequest
 from capture_app.jobs.kinds.folder import FolderWork
-from capture_app.jobs.orders import RunOrder
 from capture_app.jobs.work import Attempt, Kind
 
 if TYPE_CHECKING:
     from capture_app.pipeline import TakeInMaking
-    from capture_app.request import TakeRequest
 
 _SHARES = {
     "read": 0.05,
@@ -39,45 +38,11 @@ class _TakeWork(FolderWork):
         self._attempt.tell({"verdict": self._take.prepared.verdict})
 
 
-def _start(order: RunOrder, attempt: Attempt) -> FolderWork:
+def _start(order: RunRequest, attempt: Attempt) -> FolderWork:
     from capture_app.pipeline import TakeInMaking
 
-    making = TakeInMaking(
-        request_of(order), attempt.progress, key=attempt.id, timings=attempt.timings
-    )
+    making = TakeInMaking(order, attempt.progress, key=attempt.id, timings=attempt.timings)
     return _TakeWork(making, attempt)
 
 
-def request_of(order: RunOrder) -> "TakeRequest":
-    """The same, as the pipeline takes it."""
-    from capture_app.request import TakeRequest
-    from ingest.trajectory.reading import Reading
-    from omomo_core.generation.result import GenerationOptions
-
-    return TakeRequest(
-        session=order.session,
-        mesh=order.object,
-        mount=order.mount,
-        output=order.output,
-        animated=order.animated,
-        node=order.node,
-        options=GenerationOptions(
-            order.samples, order.seed, order.contact, order.sampler, order.steps
-        ),
-        contacts=order.contacts,
-        configuration=order.configuration,
-        weights=order.weights,
-        body=order.body,
-        height=order.height,
-        stood=order.stood,
-        reading=Reading(
-            order.floor, order.up, order.stitch, order.closure, order.segment, order.format
-        ),
-        mesh_scale=order.mesh_scale,
-        video_size=order.video_size,
-        replace=order.replace,
-        force=order.force,
-    )
-
-
-KIND = Kind(RunOrder, _start, _SHARES)
+KIND = Kind(RunRequest, _start, _SHARES)

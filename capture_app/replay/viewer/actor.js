@@ -5,6 +5,14 @@ import { Motion } from "./motion.js";
 import { blend, FREE, HELD, LOST, MARK, MISSED, TINTS, TRACKING, TRAIL } from "./palette.js";
 import { ball, frustum, phone } from "./shapes.js";
 import { facing, multiply, placed, point } from "./vectors.js";
+/** @import {Column} from "./gpu.js"
+ *  @import {Moment} from "./motion.js"
+ *  @import {Lens, Pack, Segment, Surface} from "./pack.js"
+ *  @import {Theme} from "./palette.js"
+ *  @import {Layers, Solid, Stroke} from "./stage.js" */
+
+/** @typedef {WebGL2RenderingContext} Gl */
+/** @typedef {Omit<Solid, "mesh" | "sheen"> & {sheen?: number}} Look */
 
 const PALM_RADIUS = 0.03;
 const PATCH_RADIUS = 0.042;
@@ -14,33 +22,44 @@ const MISS = 0.01;
 const HANDS = ["left", "right"];
 
 export class Actor {
+  /** @param {Gl} gl @param {Pack} pack @param {number} slot */
   constructor(gl, pack, slot) {
     this.gl = gl;
     this.pack = pack;
     this.motion = new Motion(pack);
     this.tint = TINTS[slot % TINTS.length];
+    /** @type {Segment[] | null} */
     this.edited = null;
+    /** @type {number[][]} */
     this.marks = [];
-    this.upload(gl);
+    this.meshes = this.#meshes();
+    this.lines = this.#lines();
   }
 
   get contacts() {
     return this.edited ?? this.motion.contacts();
   }
 
-  // Puts everything on the card; again after the card was lost.
+  /** Puts everything on the card again after the card was lost. @param {Gl} gl */
   upload(gl) {
     this.gl = gl;
-    this.meshes = {
-      body: this.#mesh("body", [
-        { data: this.pack.array("skin_joints"), width: 4 },
-        { data: this.pack.array("skin_weights"), width: 4, normalized: true },
-      ]),
+    this.meshes = this.#meshes();
+    this.lines = this.#lines();
+  }
+
+  #meshes() {
+    const { gl, pack } = this;
+    return {
+      body: this.#body(),
       object: this.#mesh("object", []),
       ball: shape(gl, ball()),
-      phone: this.pack.array("phone_position") ? shape(gl, phone()) : null,
+      phone: pack.array("phone_position") ? shape(gl, phone()) : null,
     };
-    this.lines = { path: this.#path(), trail: this.#trail(), view: new Lines(gl), miss: new Lines(gl) };
+  }
+
+  #lines() {
+    const [view, miss] = [new Lines(this.gl), new Lines(this.gl)];
+    return { path: this.#path(), trail: this.#trail(), view, miss };
   }
 
   dispose() {
@@ -49,10 +68,13 @@ export class Actor {
     }
   }
 
-  // What to draw at a second.
+  /** What to draw at a second.
+   *  @param {number} time @param {Layers} layers @param {Theme} theme @param {boolean} inPhone */
   act(time, layers, theme, inPhone) {
     const now = this.motion.at(time);
+    /** @type {Solid[]} */
     const solids = [];
+    /** @param {Mesh | null} mesh @param {Look} look */
     const put = (mesh, look) => mesh && solids.push({ mesh, sheen: theme.sheen, ...look });
     if (layers.body && now.bones) {
       put(this.meshes.body, { bones: now.bones, color: this.tint.body, casts: true });
@@ -69,15 +91,26 @@ export class Actor {
     return { solids, strokes: this.#strokes(now, layers, inPhone) };
   }
 
+  #body() {
+    const [joints, weights] = [this.pack.array("skin_joints"), this.pack.array("skin_weights")];
+    if (!joints || !weights) return null;
+    return this.#mesh("body", [
+      { data: joints, width: 4 },
+      { data: weights, width: 4, normalized: true },
+    ]);
+  }
+
+  /** @param {Surface} name @param {Column[]} more */
   #mesh(name, more) {
     const vertices = this.pack.array(`${name}_vertices`);
     if (!vertices) return null;
+    /** @type {Column[]} */
     const columns = [
       { data: vertices, width: 3 },
-      { data: this.pack.array(`${name}_normals`), width: 3, normalized: true },
+      { data: this.pack.need(`${name}_normals`), width: 3, normalized: true },
       ...more,
     ];
-    return new Mesh(this.gl, columns, this.pack.array(`${name}_faces`));
+    return new Mesh(this.gl, columns, this.pack.need(`${name}_faces`));
   }
 
   // The phone's way, by how well it was tracked; in a bare session with what it saw now and then.
@@ -100,41 +133,48 @@ export class Actor {
     const pieces = [];
     for (let f = 0; f < this.motion.frames; f += every) {
       const { phone: T } = this.motion.at(f / this.pack.header.fps);
-      pieces.push(...seen(this.pack.header.phone, T, 0.09, [...TRACKING[0], 0.35]));
+      if (T) pieces.push(...seen(this.pack.header.phone, T, 0.09, [...TRACKING[0], 0.35]));
     }
     return pieces;
   }
 
   #trail() {
     const lines = new Lines(this.gl);
-    if (!this.meshes.object) return lines;
-    const centre = middle(this.pack.array("object_vertices"));
+    const vertices = this.pack.array("object_vertices");
+    if (!vertices) return lines;
+    const centre = middle(vertices);
     const { fps } = this.pack.header;
-    const way = Array.from({ length: this.motion.frames }, (_, f) =>
-      point(this.motion.at(f / fps).object, centre),
-    );
+    const places = Array.from({ length: this.motion.frames }, (_, f) => {
+      const { object } = this.motion.at(f / fps);
+      return object && point(object, centre);
+    });
+    const way = places.filter((place) => place !== null);
     return lines.set(way.slice(1).flatMap((p, f) => [...way[f], ...p, ...TRAIL, 0.85]));
   }
 
-  // Palms, and the places that hands hold at this frame.
+  /** Palms, and the places that hands hold at this frame. @param {Moment} now */
   #touch(now) {
     const palms = now.palms.map((p, hand) => ({
       place: placed(p, PALM_RADIUS),
       color: blend(FREE, HELD, now.held[hand]),
     }));
-    return [...palms, ...this.#held(now.frame).map((contact) => patch(contact, now.object))];
+    return [...palms, ...this.#held(now.frame).map((contact) => patch(contact, baseOf(now)))];
   }
 
+  /** @param {number} frame */
   #held(frame) {
-    return this.contacts.filter((c) => c.anchor && c.start <= frame && frame < c.stop);
+    const now = this.contacts.filter((c) => c.start <= frame && frame < c.stop);
+    return now.filter(isHeld);
   }
 
+  /** @param {Moment} now @param {number[]} at */
   #marked(now, at) {
-    const base = now.object ?? placed([0, 0, 0]);
-    return { place: multiply(base, placed(at, MARK_RADIUS)), color: MARK };
+    return { place: multiply(baseOf(now), placed(at, MARK_RADIUS)), color: MARK };
   }
 
+  /** @param {Moment} now @param {Layers} layers @param {boolean} inPhone */
   #strokes(now, layers, inPhone) {
+    /** @type {Stroke[]} */
     const strokes = [];
     if (layers.trail) strokes.push({ lines: this.lines.trail, count: now.frame, width: 2.2 });
     if (layers.path) strokes.push({ lines: this.lines.path, width: 2.2 });
@@ -143,43 +183,58 @@ export class Actor {
       strokes.push({ lines: this.lines.view.set(pieces), width: 1.4 });
     }
     if (layers.contacts && now.object) {
-      strokes.push({ lines: this.lines.miss.set(this.#missed(now)), width: 3 });
+      strokes.push({ lines: this.lines.miss.set(this.#missed(now, now.object)), width: 3 });
     }
     return strokes;
   }
 
-  // From palms that miss their places to these.
-  #missed(now) {
+  /** From palms that miss their places to these.
+   *  @param {Moment} now @param {Float32Array} T_world_object */
+  #missed(now, T_world_object) {
     return this.#held(now.frame).flatMap((contact) => {
       const palm = now.palms[HANDS.indexOf(contact.hand)];
-      const goal = point(now.object, contact.anchor);
+      const goal = point(T_world_object, contact.anchor);
       const off = palm ? Math.hypot(...palm.map((v, k) => v - goal[k])) : 0;
       return off > MISS ? [...palm, ...goal, ...MISSED, 1] : [];
     });
   }
 }
 
+/** Where the object is, or the world's origin where there is none. @param {Moment} now */
+function baseOf(now) {
+  return now.object ?? placed([0, 0, 0]);
+}
+
+/** @param {Segment} contact @returns {contact is Segment & {anchor: number[]}} */
+function isHeld(contact) {
+  return Boolean(contact.anchor);
+}
+
+/** @param {Segment & {anchor: number[]}} contact @param {Float32Array} T_world_object */
 function patch(contact, T_world_object) {
-  const at = contact.place
+  const at = contact.place && contact.normal
     ? facing(contact.normal, contact.place, PATCH_RADIUS, PATCH_THICKNESS)
     : placed(contact.anchor, PALM_RADIUS);
   return { place: multiply(T_world_object, at), color: HELD };
 }
 
+/** @param {Lens | null} lens @param {Float32Array} T @param {number} depth @param {number[]} color */
 function seen(lens, T, depth, color) {
   return frustum(lens, depth).flatMap(([a, b]) => [...point(T, a), ...point(T, b), ...color]);
 }
 
+/** @param {Gl} gl @param {ReturnType<typeof ball>} of */
 function shape(gl, { vertices, normals, faces }) {
   return new Mesh(gl, [{ data: vertices, width: 3 }, { data: normals, width: 3 }], faces);
 }
 
+/** @param {ArrayLike<number>} vertices */
 export function middle(vertices) {
   const low = [Infinity, Infinity, Infinity];
   const high = [-Infinity, -Infinity, -Infinity];
-  vertices.forEach((value, k) => {
-    low[k % 3] = Math.min(low[k % 3], value);
-    high[k % 3] = Math.max(high[k % 3], value);
-  });
+  for (let k = 0; k < vertices.length; k++) {
+    low[k % 3] = Math.min(low[k % 3], vertices[k]);
+    high[k % 3] = Math.max(high[k % 3], vertices[k]);
+  }
   return low.map((value, k) => (value + high[k]) / 2);
 }

@@ -12,7 +12,15 @@ import {
   scaled,
 } from "./vectors.js";
 import { middle } from "./actor.js";
+/** @import {Moment, Motion} from "./motion.js"
+ *  @import {Pack} from "./pack.js" */
 
+/** What is seen: from where, how wide, and around which place there is light and floor.
+ *  @typedef {{T_world_camera: Float32Array, projection: Float32Array, focus: number[], spread: number,
+ *    reach: number, sun: number}} View */
+/** @typedef {"orbit" | "follow" | "phone" | "object" | "top"} Mode */
+
+/** @type {Mode[]} */
 export const MODES = ["orbit", "follow", "phone", "object", "top"];
 const FOV = 0.62;
 const TOP_FOV = 0.3;
@@ -23,6 +31,7 @@ const FARTHEST = 60;
 
 export class Camera {
   constructor() {
+    /** @type {Mode} */
     this.mode = "orbit";
     this.yaw = 0.6;
     this.pitch = 0.28;
@@ -32,7 +41,7 @@ export class Camera {
     this.scene = { centre: [0, 0, 0.8], radius: 2, object: 0.4 };
   }
 
-  // Looks at the whole of some motions, from before the person.
+  /** Looks at the whole of some motions, from before the person. @param {Motion[]} motions */
   frame(motions) {
     const points = motions.flatMap((motion) => places(motion));
     const low = [0, 1, 2].map((k) => Math.min(...points.map((p) => p[k])));
@@ -48,20 +57,23 @@ export class Camera {
     this.pitch = 0.28;
   }
 
-  set(mode) {
-    if (!MODES.includes(mode)) throw new Error(`there is no camera ${mode}`);
+  /** @param {string} name */
+  set(name) {
+    const mode = MODES.find((known) => known === name);
+    if (!mode) throw new Error(`there is no camera ${name}`);
     if (mode === this.mode) return;
     this.mode = mode;
     this.pan = [0, 0, 0];
     this.zoom = 1;
   }
 
+  /** @param {number} dx @param {number} dy */
   turn(dx, dy) {
     this.yaw -= dx;
     this.pitch = Math.min(Math.max(this.pitch + dy, -0.15), STEEPEST);
   }
 
-  // By shares of the picture's height.
+  /** By shares of the picture's height. @param {number} dx @param {number} dy */
   move(dx, dy) {
     const T = this.#around([0, 0, 0], 1);
     const size = 2 * this.#distance() * Math.tan(this.#fov() / 2);
@@ -69,6 +81,7 @@ export class Camera {
     this.pan = add(this.pan, add(right, scaled([T[4], T[5], T[6]], dy * size)));
   }
 
+  /** @param {number} factor */
   closer(factor) {
     const { zoom } = this;
     this.zoom = zoom * factor;
@@ -76,16 +89,18 @@ export class Camera {
     if (distance < NEAREST || distance > FARTHEST) this.zoom = zoom;
   }
 
-  // {T_world_camera, projection, focus, spread, reach, sun} for a motion at a second.
+  /** For a motion at a second.
+   *  @param {Motion} motion @param {number} time @param {number} aspect @returns {View} */
   view(motion, time, aspect) {
     const now = motion.at(time);
     const focus = this.#focus(motion, now, time);
     const spread = this.mode === "object" ? Math.max(2, 3 * this.scene.object) : 2.6;
-    const through = this.mode === "phone" && now.phone;
     const distance = this.#distance() * Math.max(1, 0.9 / aspect);
     const reach = Math.max(6, this.scene.radius + 5, 1.6 * distance);
     const shared = { focus, spread, reach, sun: this.sun };
-    if (through) return { ...this.#through(motion, now.phone, aspect), ...shared };
+    if (this.mode === "phone" && now.phone) {
+      return { ...this.#through(motion, now.phone, aspect), ...shared };
+    }
     return {
       ...shared,
       T_world_camera: this.#around(add(this.#target(motion, now, time), this.pan), distance),
@@ -109,6 +124,7 @@ export class Camera {
     return (this.zoom * 1.08 * size) / half;
   }
 
+  /** @param {Motion} motion @param {Moment} now @param {number} time */
   #target(motion, now, time) {
     if (this.mode === "object" && now.object) return centreOfObject(motion.pack, now.object);
     if (this.mode === "follow") {
@@ -118,13 +134,15 @@ export class Camera {
     return this.scene.centre;
   }
 
-  // Middle of what casts a shadow.
+  /** Middle of what casts a shadow.
+   *  @param {Motion} motion @param {Moment} now @param {number} time */
   #focus(motion, now, time) {
     if (now.object && !now.joints) return centreOfObject(motion.pack, now.object);
     const [x, y] = now.joints ?? motion.centre(time, 0);
     return [x, y, 0.8];
   }
 
+  /** @param {number[]} target @param {number} distance */
   #around(target, distance) {
     const pitch = this.mode === "top" ? Math.PI / 2 - 1e-4 : this.pitch;
     const level = Math.cos(pitch);
@@ -132,7 +150,8 @@ export class Camera {
     return lookAt(add(target, scaled(away, distance)), target);
   }
 
-  // The phone's own picture, turned until up is at its top, as its film is.
+  /** The phone's own picture, turned until up is at its top, as its film is.
+   *  @param {Motion} motion @param {Float32Array} T_world_phone @param {number} aspect */
   #through(motion, T_world_phone, aspect) {
     const lens = motion.header.phone ?? { fov_y: 0.9, aspect: 4 / 3, turns: 0 };
     const angle = (-Math.PI / 2) * lens.turns;
@@ -148,20 +167,27 @@ export class Camera {
   }
 }
 
-// A ray through a point of the picture: x to the right, y up, from -1 to 1.
+/** A ray through a point of the picture: x to the right, y up, from -1 to 1.
+ *  @param {View} view @param {number} x @param {number} y */
 export function ray(view, x, y) {
   const T = view.T_world_camera;
   const toward = [x / view.projection[0], y / view.projection[5], -1];
   return { origin: [T[12], T[13], T[14]], toward: direction(T, toward) };
 }
 
+/** @type {WeakMap<Pack, number[]>} */
 const middles = new WeakMap();
 
+/** @param {Pack} pack @param {Float32Array} T */
 function centreOfObject(pack, T) {
-  if (!middles.has(pack)) middles.set(pack, middle(pack.array("object_vertices") ?? [0, 0, 0]));
-  return point(T, middles.get(pack));
+  const known = middles.get(pack);
+  if (known) return point(T, known);
+  const found = middle(pack.array("object_vertices") ?? [0, 0, 0]);
+  middles.set(pack, found);
+  return point(T, found);
 }
 
+/** @param {Pack} pack */
 function reachOf(pack) {
   const vertices = pack.array("object_vertices");
   if (!vertices) return 0;
@@ -173,7 +199,7 @@ function reachOf(pack) {
   return most;
 }
 
-// Points that the whole of a motion lies between.
+/** Points that the whole of a motion lies between. @param {Motion} motion */
 function places(motion) {
   const { pack, frames } = motion;
   const reach = reachOf(pack);
@@ -191,11 +217,13 @@ function places(motion) {
   return found;
 }
 
-// Which way the person looks at the start, or square to the way that the phone goes.
+/** Which way the person looks at the start, or square to the way that the phone goes.
+ *  @param {Motion} motion */
 function facingOf(motion) {
   const { joints } = motion.at(0);
   const names = motion.header.joint_names;
   if (joints) {
+    /** @param {string} name */
     const at = (name) => Array.from(joints.subarray(3 * names.indexOf(name)).subarray(0, 3));
     const [left, right] = [at("left_hip"), at("right_hip")];
     const ahead = cross(left.map((v, k) => v - right[k]), [0, 0, 1]);

@@ -1,16 +1,20 @@
 // Contacts of one sample that are being edited: segments of each hand that keep their distance.
 
+/** @import {Held, Segment} from "./pack.js" */
+
 export const HANDS = ["left", "right"];
 const TRAVEL = 3; // frames that a hand needs between two places
 const NEW_LENGTH = 15;
 const DECIMALS = 1e5;
 
 export class ContactEdits {
+  /** @param {Segment[]} segments @param {number} frames @param {number} fps */
   constructor(segments, frames, fps) {
     this.frames = frames;
     this.fps = fps;
     this.own = sorted(segments.map((segment) => ({ ...segment })));
     this.segments = this.own;
+    /** @type {Segment[][]} */
     this.past = [];
   }
 
@@ -23,7 +27,8 @@ export class ContactEdits {
     return this.#laidOut(this.segments);
   }
 
-  // Room of a segment: the frames between its neighbours of the same hand.
+  /** Room of a segment: the frames between its neighbours of the same hand.
+   *  @param {Segment} segment */
   room(segment) {
     const others = this.segments.filter((s) => s.hand === segment.hand && s !== segment);
     const before = others.filter((s) => s.start < segment.start).map((s) => s.stop + TRAVEL);
@@ -31,7 +36,8 @@ export class ContactEdits {
     return { low: Math.max(0, ...before), high: Math.min(this.frames, ...after) };
   }
 
-  // Moves one end, or the whole (`part` "start", "stop" or "whole"), by some frames.
+  /** Moves one end, or the whole (`part` "start", "stop" or "whole"), by some frames.
+   *  @param {Segment} segment @param {string} part @param {number} by */
   moved(segment, part, by) {
     const { low, high } = this.room(segment);
     const { start, stop } = segment;
@@ -42,8 +48,10 @@ export class ContactEdits {
     return this.#put(segment, { start: first, stop: first + length });
   }
 
-  // A new segment at a frame, as long as there is room; null where there is none.
+  /** A new segment at a frame, as long as there is room; null where there is none.
+   *  @param {string} hand @param {number} frame */
   add(hand, frame) {
+    /** @type {Segment} */
     const segment = { hand, start: frame, stop: frame + 1 };
     const { low, high } = this.room(segment);
     const taken = this.segments.some(
@@ -56,19 +64,21 @@ export class ContactEdits {
     return segment;
   }
 
+  /** @param {Segment} segment */
   remove(segment) {
     this.#keep();
     this.segments = this.segments.filter((s) => s !== segment);
   }
 
-  // The place that a hand holds, {anchor, place, normal} in the object's frame; null: the nearest.
+  /** The place that a hand holds, {anchor, place, normal} in the object's frame; null: the nearest.
+   *  @param {Segment} segment @param {Partial<Held> | null} at */
   hold(segment, at) {
     const { anchor, place, normal, ...rest } = segment;
     return this.#replace(segment, at ? { ...rest, ...at } : rest);
   }
 
   undo() {
-    if (this.past.length) this.segments = this.past.pop();
+    this.segments = this.past.pop() ?? this.segments;
   }
 
   reset() {
@@ -76,11 +86,14 @@ export class ContactEdits {
     this.segments = this.own;
   }
 
+  /** @param {Segment} segment @param {{start?: number, stop?: number}} change */
   #put(segment, change) {
-    const same = Object.entries(change).every(([key, value]) => segment[key] === value);
-    return same ? segment : this.#replace(segment, { ...segment, ...change });
+    const { start, stop } = { ...segment, ...change };
+    const same = start === segment.start && stop === segment.stop;
+    return same ? segment : this.#replace(segment, { ...segment, start, stop });
   }
 
+  /** @param {Segment} segment @param {Segment} changed */
   #replace(segment, changed) {
     this.#keep();
     this.segments = sorted(this.segments.map((s) => (s === segment ? changed : s)));
@@ -91,7 +104,9 @@ export class ContactEdits {
     this.past.push(this.segments);
   }
 
+  /** @param {Segment[]} segments */
   #laidOut(segments) {
+    /** @param {number[]} p */
     const rounded = (p) => p.map((value) => Math.round(value * DECIMALS) / DECIMALS);
     return {
       version: 1,
@@ -107,10 +122,12 @@ export class ContactEdits {
   }
 }
 
+/** @param {number} value @param {number} low @param {number} high */
 function clamp(value, low, high) {
   return Math.min(Math.max(value, low), high);
 }
 
+/** @param {Segment[]} segments */
 function sorted(segments) {
   return [...segments].sort((a, b) => a.start - b.start || HANDS.indexOf(a.hand) - HANDS.indexOf(b.hand));
 }

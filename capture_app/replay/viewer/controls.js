@@ -1,24 +1,30 @@
 // Mouse, fingers and keys on the picture.
 
+/** @import {Camera} from "./camera.js" */
+
 const TURN = 0.0055; // radians a pixel
 const KEY_TURN = 0.08;
 const STEP = 1.12;
 
-// Calls camera.turn, move and closer, then `changed`; returns what takes the listeners away.
+/** Where each finger is, by its pointer's id. @typedef {Map<number, [number, number]>} Fingers */
+
+/** Calls camera.turn, move and closer, then `changed`; returns what takes the listeners away.
+ *  @param {HTMLCanvasElement} canvas @param {Camera} camera @param {() => void} changed */
 export function control(canvas, camera, changed) {
+  /** @type {Fingers} */
   const fingers = new Map();
   const off = new AbortController();
-  const on = (kind, act, more = {}) =>
-    canvas.addEventListener(kind, act, { signal: off.signal, ...more });
+  const signal = off.signal;
 
-  on("pointerdown", (event) => {
+  /** @param {PointerEvent} event */
+  const press = (event) => {
     canvas.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, [event.clientX, event.clientY]);
-  });
-  for (const kind of ["pointerup", "pointercancel"]) {
-    on(kind, (event) => fingers.delete(event.pointerId));
-  }
-  on("pointermove", (event) => {
+  };
+  /** @param {PointerEvent} event */
+  const lift = (event) => fingers.delete(event.pointerId);
+  /** @param {PointerEvent} event */
+  const drag = (event) => {
     if (!fingers.has(event.pointerId)) return;
     const before = spread(fingers);
     fingers.set(event.pointerId, [event.clientX, event.clientY]);
@@ -30,31 +36,39 @@ export function control(canvas, camera, changed) {
     else camera.turn(dx * TURN, dy * TURN);
     if (fingers.size > 1 && after.size > 0) camera.closer(before.size / after.size);
     changed();
-  });
-  on("contextmenu", (event) => event.preventDefault());
-  on(
-    "wheel",
-    (event) => {
-      event.preventDefault();
-      camera.closer(Math.exp(Math.min(Math.max(event.deltaY, -120), 120) * 0.0015));
-      changed();
-    },
-    { passive: false },
-  );
-  on("keydown", (event) => {
+  };
+  /** @param {WheelEvent} event */
+  const roll = (event) => {
+    event.preventDefault();
+    camera.closer(Math.exp(Math.min(Math.max(event.deltaY, -120), 120) * 0.0015));
+    changed();
+  };
+  /** @param {KeyboardEvent} event */
+  const strike = (event) => {
     const act = KEYS[event.key];
     if (!act || event.ctrlKey || event.metaKey || event.altKey) return;
     act(camera, event.shiftKey);
     event.preventDefault();
     event.stopPropagation();
     changed();
-  });
+  };
+  canvas.addEventListener("pointerdown", press, { signal });
+  canvas.addEventListener("pointerup", lift, { signal });
+  canvas.addEventListener("pointercancel", lift, { signal });
+  canvas.addEventListener("pointermove", drag, { signal });
+  canvas.addEventListener("contextmenu", (event) => event.preventDefault(), { signal });
+  canvas.addEventListener("wheel", roll, { signal, passive: false });
+  canvas.addEventListener("keydown", strike, { signal });
   return () => off.abort();
 }
 
+/** @typedef {(camera: Camera, moving: boolean) => void} Act */
+
+/** @type {(x: number, y: number) => Act} */
 const arrow = (x, y) => (camera, moving) =>
   moving ? camera.move(-0.05 * x, -0.05 * y) : camera.turn(KEY_TURN * x, KEY_TURN * y);
 
+/** @type {Record<string, Act>} */
 const KEYS = {
   ArrowLeft: arrow(1, 0),
   ArrowRight: arrow(-1, 0),
@@ -65,7 +79,7 @@ const KEYS = {
   "-": (camera) => camera.closer(STEP),
 };
 
-// Middle of the fingers, and how far two of them are apart.
+/** Middle of the fingers, and how far two of them are apart. @param {Fingers} fingers */
 function spread(fingers) {
   const points = [...fingers.values()];
   const x = points.reduce((sum, p) => sum + p[0], 0) / points.length;

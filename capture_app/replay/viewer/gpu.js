@@ -1,36 +1,48 @@
 // Programs, meshes and lines on the graphics card.
 
+/** @typedef {WebGL2RenderingContext} Gl */
+/** A vertex attribute. @typedef {{data: Data, width: number, normalized?: boolean}} Column */
+/** @typedef {import("./pack.js").Numbers} Data */
+
 export class Program {
+  /** @param {Gl} gl @param {string} vertex @param {string} fragment */
   constructor(gl, vertex, fragment) {
     this.gl = gl;
     this.handle = gl.createProgram();
-    for (const [kind, text] of [
-      [gl.VERTEX_SHADER, vertex],
-      [gl.FRAGMENT_SHADER, fragment],
-    ]) {
-      const shader = gl.createShader(kind);
-      gl.shaderSource(shader, text);
-      gl.compileShader(shader);
-      gl.attachShader(this.handle, shader);
-      gl.deleteShader(shader);
-    }
+    this.#attach(gl.VERTEX_SHADER, vertex);
+    this.#attach(gl.FRAGMENT_SHADER, fragment);
     gl.linkProgram(this.handle);
+    /** @type {Map<string, WebGLUniformLocation | null>} */
     this.places = new Map();
+  }
+
+  /** @param {number} kind @param {string} text */
+  #attach(kind, text) {
+    const { gl } = this;
+    // Only a lost context makes no shader, and takes none.
+    const shader = gl.createShader(kind);
+    if (!shader) return;
+    gl.shaderSource(shader, text);
+    gl.compileShader(shader);
+    gl.attachShader(this.handle, shader);
+    gl.deleteShader(shader);
   }
 
   check() {
     const { gl, handle } = this;
     if (gl.getProgramParameter(handle, gl.LINK_STATUS) || gl.isContextLost()) return;
-    const logs = gl.getAttachedShaders(handle).map((shader) => gl.getShaderInfoLog(shader));
+    const logs = (gl.getAttachedShaders(handle) ?? []).map((shader) => gl.getShaderInfoLog(shader));
     throw new Error(`shader: ${gl.getProgramInfoLog(handle)} ${logs.join(" ")}`);
   }
 
+  /** @param {Record<string, number | number[] | Float32Array>} values */
   use(values) {
     this.gl.useProgram(this.handle);
     this.set(values);
   }
 
-  // Uniforms by name; the kind follows from the value.
+  /** Uniforms by name; the kind follows from the value.
+   *  @param {Record<string, number | number[] | Float32Array>} values */
   set(values) {
     const { gl } = this;
     for (const [name, value] of Object.entries(values)) {
@@ -44,19 +56,23 @@ export class Program {
     }
   }
 
+  /** @param {string} name */
   #place(name) {
-    if (!this.places.has(name)) {
-      this.places.set(name, this.gl.getUniformLocation(this.handle, name));
-    }
-    return this.places.get(name);
+    const known = this.places.get(name);
+    if (known !== undefined) return known;
+    const place = this.gl.getUniformLocation(this.handle, name);
+    this.places.set(name, place);
+    return place;
   }
 }
 
 export class Mesh {
-  // `columns` are vertex attributes in the order of their locations: {data, width, normalized}.
+  /** `columns` are vertex attributes in the order of their locations.
+   *  @param {Gl} gl @param {Column[]} columns @param {import("./pack.js").Faces} indices */
   constructor(gl, columns, indices) {
     this.gl = gl;
     this.vertexArray = gl.createVertexArray();
+    /** @type {WebGLBuffer[]} */
     this.buffers = [];
     gl.bindVertexArray(this.vertexArray);
     columns.forEach(({ data, width, normalized }, location) => {
@@ -80,6 +96,7 @@ export class Mesh {
     this.gl.deleteVertexArray(this.vertexArray);
   }
 
+  /** @param {number} target @param {Data} data */
   #buffer(target, data) {
     const buffer = this.gl.createBuffer();
     this.buffers.push(buffer);
@@ -91,6 +108,7 @@ export class Mesh {
 const PIECE = 10;
 
 export class Lines {
+  /** @param {Gl} gl */
   constructor(gl) {
     this.gl = gl;
     this.buffer = gl.createBuffer();
@@ -106,7 +124,7 @@ export class Lines {
     gl.bindVertexArray(null);
   }
 
-  // Pieces of ten numbers: from, to, colour with opacity.
+  /** Pieces of ten numbers: from, to, colour with opacity. @param {number[]} pieces */
   set(pieces) {
     this.gl.bindBuffer(this.gl.ARRAY_BUFFER, this.buffer);
     this.gl.bufferData(this.gl.ARRAY_BUFFER, new Float32Array(pieces), this.gl.DYNAMIC_DRAW);
@@ -114,6 +132,7 @@ export class Lines {
     return this;
   }
 
+  /** @param {number} count */
   draw(count = this.count) {
     this.gl.bindVertexArray(this.vertexArray);
     this.gl.drawArraysInstanced(this.gl.TRIANGLE_STRIP, 0, 4, Math.min(count, this.count));
@@ -125,13 +144,11 @@ export class Lines {
   }
 }
 
-function typeOf(gl, array) {
-  const types = [
-    [Float32Array, gl.FLOAT],
-    [Int8Array, gl.BYTE],
-    [Uint8Array, gl.UNSIGNED_BYTE],
-    [Uint16Array, gl.UNSIGNED_SHORT],
-    [Uint32Array, gl.UNSIGNED_INT],
-  ];
-  return types.find(([kind]) => array instanceof kind)[1];
+/** @param {Gl} gl @param {Data} data */
+function typeOf(gl, data) {
+  if (data instanceof Float32Array) return gl.FLOAT;
+  if (data instanceof Int8Array) return gl.BYTE;
+  if (data instanceof Uint8Array) return gl.UNSIGNED_BYTE;
+  if (data instanceof Uint16Array) return gl.UNSIGNED_SHORT;
+  return gl.UNSIGNED_INT;
 }

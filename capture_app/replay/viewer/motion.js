@@ -1,11 +1,17 @@
 // Where everything of a scene is at a moment, between its frames.
 
 import { between, mixed, point, pose } from "./vectors.js";
+/** @import {Moving, Pack} from "./pack.js" */
 
 const BROKEN = 2;
 const PALMS = ["left_middle1", "right_middle1"];
 
+/** The frames before and after a moment, the one that is nearest, and the share of the later.
+ *  @typedef {{frame: number, low: number, high: number, mix: number}} Step */
+/** @typedef {ReturnType<Motion["at"]>} Moment */
+
 export class Motion {
+  /** @param {Pack} pack */
   constructor(pack) {
     this.pack = pack;
     this.header = pack.header;
@@ -17,7 +23,7 @@ export class Motion {
     this.bones = new Float32Array(52 * 12);
   }
 
-  // The pose at a second; what it returns holds until the next call.
+  /** The pose at a second; what it returns holds until the next call. @param {number} time */
   at(time) {
     const exact = Math.min(Math.max(time, 0), this.duration) * this.header.fps;
     const frame = Math.min(Math.round(exact), this.frames - 1);
@@ -25,6 +31,7 @@ export class Motion {
     const high = Math.min(low + 1, this.frames - 1);
     const step = { frame, low, high, mix: Math.max(0, exact - low) };
     const has = this.pack.array("root") !== null;
+    const valid = this.pack.array("valid");
     if (has) this.#bend(step);
     return {
       frame,
@@ -32,13 +39,14 @@ export class Motion {
       joints: has ? this.joints : null,
       object: this.#rigid("object", step, this.#split("valid", 0, step)),
       phone: this.#rigid("phone", step, this.#split("tracking", BROKEN, step)),
-      valid: !this.pack.array("valid") || this.pack.array("valid")[frame] > 0,
+      valid: !valid || valid[frame] > 0,
       palms: has ? this.palmJoints.map((j) => Array.from(this.joints.subarray(3 * j, 3 * j + 3))) : [],
-      held: has ? [0, 1].map((hand) => this.#ofSample("hand_contact", frame, 2)[hand] / 255) : [],
+      held: has ? Array.from(this.#held(frame), (share) => share / 255) : [],
     };
   }
 
-  // Mean place of the person, else the object, else the phone, around a moment.
+  /** Mean place of the person, else the object, else the phone, around a moment.
+   *  @param {number} time @param {number} halfWidth @returns {number[]} */
   centre(time, halfWidth) {
     const way = this.way();
     const fps = this.header.fps;
@@ -54,14 +62,15 @@ export class Motion {
     const root = this.pack.array("root");
     const size = 3 * this.frames;
     if (root) return root.subarray(this.sample * size, (this.sample + 1) * size);
-    return this.pack.array("object_position") ?? this.pack.array("phone_position");
+    return this.pack.array("object_position") ?? this.pack.need("phone_position");
   }
 
   contacts() {
     return this.header.contacts[this.sample] ?? [];
   }
 
-  // One value a frame of this sample, out of an array (samples, frames, width).
+  /** One value a frame of this sample, out of an array (samples, frames, width).
+   *  @param {"palm_miss" | "inside"} name @param {number} width @param {number} column */
   series(name, width = 1, column = 0) {
     const array = this.pack.array(name);
     if (!array) return null;
@@ -69,35 +78,38 @@ export class Motion {
     return Float32Array.from({ length: this.frames }, (_, f) => array[start + f * width + column]);
   }
 
-  #ofSample(name, frame, width) {
-    const first = (this.sample * this.frames + frame) * width;
-    return this.pack.array(name).subarray(first, first + width);
+  /** Of each hand. @param {number} frame */
+  #held(frame) {
+    const first = (this.sample * this.frames + frame) * 2;
+    return this.pack.need("hand_contact").subarray(first, first + 2);
   }
 
-  // A tracker's pose means nothing between two frames of which one is a guess.
+  /** A tracker's pose means nothing between two frames of which one is a guess.
+   *  @param {"valid" | "tracking"} name @param {number} bad @param {Step} step */
   #split(name, bad, { low, high }) {
     const marks = this.pack.array(name);
     return marks !== null && (marks[low] === bad || marks[high] === bad);
   }
 
+  /** @param {Moving} name @param {Step} step @param {boolean} split */
   #rigid(name, { low, high, mix }, split) {
     const positions = this.pack.array(`${name}_position`);
     if (!positions) return null;
     const share = split ? Math.round(mix) : mix;
-    const turned = between(this.pack.array(`${name}_rotation`), 4 * low, 4 * high, share);
+    const turned = between(this.pack.need(`${name}_rotation`), 4 * low, 4 * high, share);
     return pose(turned, mixed(positions, 3 * low, 3 * high, share));
   }
 
+  /** @param {Step} step */
   #bend({ low, high, mix }) {
-    const { rest_joints: rest, rotations, root } = {
-      rest_joints: this.pack.array("rest_joints"),
-      rotations: this.pack.array("rotations"),
-      root: this.pack.array("root"),
-    };
+    const [rest, root] = [this.pack.need("rest_joints"), this.pack.need("root")];
+    const rotations = this.pack.need("rotations");
     const first = this.sample * this.frames;
     const parents = this.header.joint_parents;
+    /** @type {Float32Array[]} */
     const T = [];
     for (let j = 0; j < parents.length; j++) {
+      /** @param {number} f */
       const at = (f) => 4 * ((first + f) * parents.length + j);
       const q = between(rotations, at(low), at(high), mix);
       const place =
@@ -110,11 +122,13 @@ export class Motion {
     }
   }
 
+  /** @param {Float32Array} rest @param {number} j @param {number} parent */
   #bone(rest, j, parent) {
     return [0, 1, 2].map((k) => rest[3 * j + k] - rest[3 * parent + k]);
   }
 
-  // Three rows: the rotation, and what brings a vertex at rest to its place.
+  /** Three rows: the rotation, and what brings a vertex at rest to its place.
+   *  @param {number} j @param {Float32Array} T @param {Float32Array} rest */
   #setBone(j, T, rest) {
     for (let row = 0; row < 3; row++) {
       const r = [T[row], T[4 + row], T[8 + row]];

@@ -1,5 +1,42 @@
 // Reads a scene pack: a JSON header and plain arrays (capture_app/replay/layout.py).
 
+/** What docs/replay.md lists of a header.
+ *  @typedef {{
+ *    version: number, kind: "result" | "session" | "object", name: string,
+ *    fps: number, frames: number, samples: number, chosen: number, editable: boolean,
+ *    joint_names: string[], joint_parents: number[], contacts: Segment[][],
+ *    object: {name: string} | null, report: {verdict: string, app: string} | null,
+ *    events: Check[], faults: string[], notes: string[], phone: Lens | null,
+ *    arrays: Record<string, {dtype: keyof typeof TYPES, shape: number[], offset: number}>,
+ *  }} Header */
+/** When a hand holds the object, frames `start` to `stop` (exclusive), and where.
+ *  @typedef {{hand: string, start: number, stop: number} & Partial<Held>} Segment */
+/** `anchor` of the palm; `place` and `normal` on the surface beside it; all in the object's frame.
+ *  @typedef {{anchor: number[] | null, place: number[], normal: number[]}} Held */
+/** A check of the report that is not fine; `start` and `stop` in frames, null for the whole take.
+ *  @typedef {{name: string, severity: "bad" | "warn", message: string, fix: string,
+ *    start: number | null, stop: number | null}} Check */
+/** Angle of the phone's picture, and quarter turns that bring it upright.
+ *  @typedef {{fov_y: number, aspect: number, turns: number}} Lens */
+/** @typedef {"body" | "object"} Surface */
+/** @typedef {"object" | "phone"} Moving */
+/** @typedef {Float32Array<ArrayBuffer>} Floats */
+/** @typedef {Uint8Array<ArrayBuffer>} Bytes */
+/** @typedef {Uint16Array<ArrayBuffer> | Uint32Array<ArrayBuffer>} Faces */
+/** @typedef {Record<`${Surface}_vertices` | `${Moving}_position` | `${Moving}_rotation` | "rest_joints"
+ *    | "root" | "palm_miss" | "inside" | "phone_speed" | "film_times", Floats>
+ *  & Record<`${Surface}_normals`, Int8Array<ArrayBuffer>> & Record<`${Surface}_faces`, Faces>
+ *  & Record<"skin_joints" | "skin_weights" | "hand_contact" | "foot_contact" | "valid" | "tracking"
+ *    | "film_jpeg", Bytes>
+ *  & {rotations: Int16Array<ArrayBuffer>, film_offsets: Uint32Array<ArrayBuffer>}} Arrays */
+/** @typedef {Arrays[keyof Arrays]} Numbers */
+/** `array` is null where the pack has none of this name, and `need` refuses it.
+ *  @typedef {{
+ *    header: Header,
+ *    array: <K extends keyof Arrays>(name: K) => Arrays[K] | null,
+ *    need: <K extends keyof Arrays>(name: K) => Arrays[K],
+ *  }} Pack */
+
 const TYPES = {
   f4: Float32Array,
   i2: Int16Array,
@@ -9,12 +46,15 @@ const TYPES = {
   u4: Uint32Array,
 };
 
+/** @param {ArrayBuffer} buffer @returns {Pack} */
 export function readPack(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
+  /** @type {Header} */
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
   if (header.version !== 1) throw new Error(`scene packs of version ${header.version} are not read`);
   const first = Math.ceil((4 + length) / 8) * 8;
   const views = new Map();
+  /** @type {Pack["array"]} */
   const array = (name) => {
     const told = header.arrays[name];
     if (!told) return null;
@@ -24,5 +64,11 @@ export function readPack(buffer) {
     }
     return views.get(name);
   };
-  return { header, array };
+  /** @type {Pack["need"]} */
+  const need = (name) => {
+    const found = array(name);
+    if (!found) throw new Error(`the scene pack has no ${name}`);
+    return found;
+  };
+  return { header, array, need };
 }

@@ -2,7 +2,12 @@
 
 import { clock, element } from "./elements.js";
 import { TINTS } from "./palette.js";
+import { isPlaced } from "./reports.js";
+/** @import {Check, Header} from "./pack.js"
+ *  @import {Placed} from "./reports.js"
+ *  @import {Viewer} from "./viewer.js" */
 
+/** @type {Record<string, string>} */
 const CAMERAS = {
   follow: "Follow",
   orbit: "Whole way",
@@ -10,6 +15,7 @@ const CAMERAS = {
   phone: "Phone",
   top: "From above",
 };
+/** @type {Record<string, string>} */
 const LAYERS = {
   body: "Person",
   object: "Object",
@@ -22,6 +28,7 @@ const LAYERS = {
 };
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 
+/** @param {Element} host @param {Viewer} viewer @param {Header} header */
 export function cameraButtons(host, viewer, header) {
   const there = Object.keys(CAMERAS).filter((mode) => fits(mode, header));
   const buttons = there.map((mode) =>
@@ -36,12 +43,15 @@ export function cameraButtons(host, viewer, header) {
   mark();
 }
 
+/** @param {string} mode @param {Header} header */
 function fits(mode, { arrays }) {
-  const needed = { phone: "phone_position", object: "object_position" }[mode];
-  return !needed || needed in arrays;
+  if (mode === "phone") return "phone_position" in arrays;
+  return mode !== "object" || "object_position" in arrays;
 }
 
+/** @param {Element} host @param {Viewer} viewer @param {Header} header */
 export function layerBoxes(host, viewer, header) {
+  /** @type {Record<string, string>} */
   const needed = {
     body: "root",
     contacts: "root",
@@ -65,16 +75,19 @@ export function layerBoxes(host, viewer, header) {
   );
 }
 
+/** @param {HTMLSelectElement} select @param {Viewer} viewer */
 export function speedChoice(select, viewer) {
   select.replaceChildren(...SPEEDS.map((s) => element("option", { value: s, text: `${s}×` })));
   select.value = "1";
   select.addEventListener("change", () => (viewer.speed = Number(select.value)));
 }
 
+/** @param {Header} header @param {number} k */
 export function sampleName(header, k) {
   return `Sample ${k + 1}${k === header.chosen && header.samples > 1 ? " (best)" : ""}`;
 }
 
+/** @param {Element} host @param {Viewer} viewer @param {(string | undefined)[]} names */
 export function paneNames(host, viewer, names) {
   host.replaceChildren(
     ...viewer.panes().map(({ slot, x }, k, all) => {
@@ -83,15 +96,17 @@ export function paneNames(host, viewer, names) {
       dot.style.background = `rgb(${color.join(" ")})`;
       const name = element("span", {}, [dot, names[slot] ?? ""]);
       name.style.left = `${x + 12}px`;
-      if (all[0].x === all.at(-1).x) name.style.top = `${0.6 + 2.1 * k}rem`;
+      if (all.every((pane) => pane.x === all[0].x)) name.style.top = `${0.6 + 2.1 * k}rem`;
       return name;
     }),
   );
 }
 
-// The report, the faults and the notes; `chosen(event)` hears which place was clicked.
+/** The report, the faults and the notes; `chosen(event)` hears which place was clicked.
+ *  @param {HTMLElement} host @param {Header} header @param {(check: Placed) => void} chosen */
 export function reportPanel(host, header, chosen) {
   const { report, events, faults, notes } = header;
+  /** @type {HTMLElement[][]} */
   const parts = [];
   if (report) parts.push(titled(`Recording: ${report.verdict}`, events.map((e) => item(e, header, chosen))));
   const facts = [...faults, ...notes].map((text) => element("li", { text }));
@@ -100,32 +115,37 @@ export function reportPanel(host, header, chosen) {
   host.hidden = !events.length && !facts.length;
 }
 
+/** @param {Element} host @param {Check} event */
 export function markItem(host, event) {
-  for (const button of host.querySelectorAll(".item")) {
+  for (const button of /** @type {NodeListOf<HTMLElement>} */ (host.querySelectorAll(".item"))) {
     const current = button.dataset.at === keyOf(event);
     button.setAttribute("aria-current", String(current));
     if (current) button.scrollIntoView({ block: "nearest" });
   }
 }
 
+/** @param {string} text @param {HTMLElement[]} items */
 function titled(text, items) {
   return [element("h2", { text }), element("ul", {}, items)];
 }
 
+/** @param {Check} event @param {Header} header @param {(check: Placed) => void} chosen */
 function item(event, { fps }, chosen) {
-  const at = event.start === null ? "whole take" : clock(event.start / fps);
+  const placed = isPlaced(event) ? event : null;
+  const at = placed ? clock(placed.start / fps) : "whole take";
   const button = element("button", {
     type: "button",
     class: `item ${event.severity}`,
     "data-at": keyOf(event),
-    disabled: event.start === null,
-    onclick: () => chosen(event),
+    disabled: !placed,
+    onclick: () => placed && chosen(placed),
   });
   button.append(element("b", { text: `${event.name} (${at})` }), event.message);
   if (event.fix) button.append(element("span", { class: "fix", text: event.fix }));
   return element("li", {}, [button]);
 }
 
+/** @param {Check} event */
 function keyOf(event) {
   return `${event.name} ${event.start}`;
 }

@@ -2,36 +2,65 @@
 
 import { element } from "./elements.js";
 import { createFilm } from "./film.js";
+import { readPack } from "./pack.js";
 import * as panels from "./panels.js";
 import { readScenes } from "./scenes.js";
 import { createTimeline } from "./timeline.js";
 import { createViewer } from "./viewer.js";
+/** @import {Pack, Segment} from "./pack.js"
+ *  @import {Placed} from "./reports.js"
+ *  @import {Viewer} from "./viewer.js" */
 
 const CLICK = 4; // pixels that a click may wander
-const at = (id) => document.getElementById(id);
+
+/** An element of replay.html, which has it. @param {string} id */
+function at(id) {
+  const found = document.getElementById(id);
+  if (!found) throw new Error(`the page has no ${id}`);
+  return found;
+}
+
+/** @template {HTMLElement} E @param {string} id @param {new () => E} kind */
+function ofKind(id, kind) {
+  const found = at(id);
+  if (!(found instanceof kind)) throw new Error(`${id} is not a ${kind.name}`);
+  return found;
+}
+
+/** @param {string} id */
+const select = (id) => ofKind(id, HTMLSelectElement);
+
+/** Hears what the viewer or the timeline tells.
+ *  @template T @param {EventTarget} source @param {string} kind @param {(told: T) => void} act */
+function hear(source, kind, act) {
+  source.addEventListener(kind, (event) => event instanceof CustomEvent && act(event.detail));
+}
 
 class Page {
-  constructor(viewer, scenes) {
+  /** @param {Viewer} viewer that shows the first scene @param {Pack} pack of that scene
+   *  @param {ArrayBuffer[]} scenes */
+  constructor(viewer, pack, scenes) {
     this.viewer = viewer;
     this.scenes = scenes;
+    this.header = pack.header;
+    this.film = createFilm(pack);
+    this.timeline = createTimeline(at("timeline"), pack);
+    this.other = "";
   }
 
   async open() {
-    await this.viewer.load(this.scenes[0], { slot: 0 });
-    this.header = this.viewer.header(0);
-    this.film = createFilm(this.viewer.pack(0));
     at("film").hidden = !this.film;
     if (this.film) at("film").prepend(this.film.element);
     this.#name();
     this.#timeline();
     panels.cameraButtons(at("cameras"), this.viewer, this.header);
     panels.layerBoxes(at("layers"), this.viewer, this.header);
-    panels.speedChoice(at("speed"), this.viewer);
+    panels.speedChoice(select("speed"), this.viewer);
     panels.reportPanel(at("report"), this.header, (event) => this.#go(event));
     this.#choices();
     this.#transport();
     this.#editing();
-    this.viewer.addEventListener("time", ({ detail }) => this.#show(detail.time));
+    hear(this.viewer, "time", (/** @type {{time: number}} */ told) => this.#show(told.time));
     window.addEventListener("resize", () => this.#names());
     document.addEventListener("keydown", (event) => this.#key(event));
     this.#show(0);
@@ -52,21 +81,24 @@ class Page {
   }
 
   #timeline() {
-    this.timeline = createTimeline(at("timeline"), this.viewer.pack(0));
-    this.timeline.addEventListener("seek", ({ detail }) => {
+    /** @param {{time: number}} told */
+    const sought = ({ time }) => {
       this.viewer.pause();
-      this.viewer.seek(detail.time);
-    });
-    this.timeline.addEventListener("event", ({ detail }) =>
-      panels.markItem(at("report"), detail.event),
-    );
+      this.viewer.seek(time);
+    };
+    /** @param {{event: Placed}} told */
+    const chosen = ({ event }) => panels.markItem(at("report"), event);
+    hear(this.timeline, "seek", sought);
+    hear(this.timeline, "event", chosen);
   }
 
+  /** @param {number} time */
   #show(time) {
     this.timeline.time = time;
     if (this.film) this.film.time = time;
   }
 
+  /** @param {Placed} event */
   #go(event) {
     this.viewer.pause();
     this.viewer.seek(event.start / this.header.fps);
@@ -76,28 +108,31 @@ class Page {
   #choices() {
     const { samples, chosen } = this.header;
     const names = Array.from({ length: samples }, (_, k) => panels.sampleName(this.header, k));
-    fill(at("sample"), names.map((text, k) => [String(k), text]));
-    at("sample").value = String(chosen);
+    const [sample, compare, arrange] = ["sample", "compare", "arrange"].map(select);
+    fill(sample, names.map((text, k) => [String(k), text]));
+    sample.value = String(chosen);
     at("sample-label").hidden = samples < 2;
-    at("sample").addEventListener("change", () => this.#pickSample(Number(at("sample").value)));
+    sample.addEventListener("change", () => this.#pickSample(Number(sample.value)));
     const others = this.scenes.slice(1).map((_, k) => [`scene:${k + 1}`, `scene ${k + 2}`]);
     const own = samples > 1 ? names.map((text, k) => [`sample:${k}`, text]) : [];
-    fill(at("compare"), [["", "nothing"], ...others, ...own]);
+    fill(compare, [["", "nothing"], ...others, ...own]);
     at("compare-label").hidden = !others.length && !own.length;
-    at("compare").addEventListener("change", () => this.#compare(at("compare").value));
-    at("arrange").addEventListener("change", () => {
-      this.viewer.arrange(at("arrange").value);
+    compare.addEventListener("change", () => this.#compare(compare.value));
+    arrange.addEventListener("change", () => {
+      this.viewer.arrange(arrange.value);
       this.#names();
     });
   }
 
+  /** @param {number} k */
   #pickSample(k) {
     this.viewer.sample(0, k);
     this.timeline.sample = k;
     this.#names();
   }
 
-  // "" for nothing, "scene:1" for another scene, "sample:2" for another sample of this one.
+  /** "" for nothing, "scene:1" for another scene, "sample:2" for another sample of this one.
+   *  @param {string} what */
   async #compare(what) {
     const [kind, number] = what.split(":");
     if (!what) this.viewer.unload(1);
@@ -105,17 +140,20 @@ class Page {
       await this.viewer.load(this.scenes[0], { slot: 1, sample: Number(number) });
     } else await this.viewer.load(this.scenes[Number(number)], { slot: 1 });
     const header = this.viewer.header(1);
-    this.other = header && (kind === "sample" ? panels.sampleName(header, Number(number)) : header.name);
-    if (kind === "scene") at("compare").querySelector(`[value="${what}"]`).textContent = this.other;
-    at("compare").value = what;
+    const sample = header && kind === "sample";
+    this.other = sample ? panels.sampleName(header, Number(number)) : (header?.name ?? "");
+    const compare = select("compare");
+    compare.value = what;
+    if (kind === "scene") compare.selectedOptions[0].textContent = this.other;
     at("arrange-label").hidden = !what;
     this.viewer.frameAll();
     this.#names();
   }
 
   #names() {
-    const same = this.other?.startsWith("Sample");
-    const first = same ? panels.sampleName(this.header, Number(at("sample").value)) : this.header.name;
+    const same = this.other.startsWith("Sample");
+    const shown = Number(select("sample").value);
+    const first = same ? panels.sampleName(this.header, shown) : this.header.name;
     const names = this.viewer.header(1) ? [first, this.other] : [];
     panels.paneNames(at("panes"), this.viewer, names);
     at("panes").hidden = !names.length;
@@ -128,7 +166,8 @@ class Page {
       play.setAttribute("aria-label", this.viewer.playing ? "Pause" : "Play");
     };
     play.addEventListener("click", () => this.#toggle());
-    at("loop").addEventListener("change", () => (this.viewer.loop = at("loop").checked));
+    const loop = ofKind("loop", HTMLInputElement);
+    loop.addEventListener("change", () => (this.viewer.loop = loop.checked));
     this.viewer.addEventListener("play", mark);
     this.viewer.addEventListener("pause", mark);
   }
@@ -143,17 +182,22 @@ class Page {
     at("edit").hidden = !this.header.editable;
     at("edit").addEventListener("click", () => this.#edit(!timeline.editable));
     at("save").addEventListener("click", () => this.#save());
-    timeline.addEventListener("edit", ({ detail }) => viewer.contacts(0, detail.segments));
+    /** @param {{segments: Segment[]}} told */
+    const edited = ({ segments }) => viewer.contacts(0, segments);
+    hear(timeline, "edit", edited);
     timeline.addEventListener("select", () => this.#hint());
     const canvas = at("view");
+    /** @type {number[] | null} */
     let from = null;
     canvas.addEventListener("pointerdown", ({ clientX, clientY }) => (from = [clientX, clientY]));
     canvas.addEventListener("pointerup", (event) => {
-      const wandered = from && Math.hypot(event.clientX - from[0], event.clientY - from[1]);
+      const [x, y] = from ?? [event.clientX, event.clientY];
+      const wandered = Math.hypot(event.clientX - x, event.clientY - y);
       if (timeline.editable && timeline.selected && wandered <= CLICK) this.#hold(event);
     });
   }
 
+  /** @param {boolean} wanted */
   #edit(wanted) {
     this.timeline.editable = wanted;
     at("edit").setAttribute("aria-pressed", String(wanted));
@@ -172,6 +216,7 @@ class Page {
         : "Choose a contact, or add one.";
   }
 
+  /** @param {PointerEvent} event */
   #hold({ clientX, clientY }) {
     const { left, top } = at("view").getBoundingClientRect();
     const found = this.viewer.pick(clientX - left, clientY - top);
@@ -185,13 +230,17 @@ class Page {
     URL.revokeObjectURL(place);
   }
 
+  /** @param {KeyboardEvent} event */
   #key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    if (event.target.matches("input, select, textarea")) return;
+    const target = event.target instanceof Element ? event.target : document.body;
+    if (target.matches("input, select, textarea")) return;
+    /** @param {number} frames */
     const step = (frames) => () => {
       this.viewer.pause();
       this.viewer.seek(this.viewer.time + frames / this.header.fps);
     };
+    /** @type {Record<string, () => void>} */
     const acts = {
       ArrowLeft: step(-1),
       ArrowRight: step(1),
@@ -200,7 +249,7 @@ class Page {
       Home: step(-Infinity),
       End: step(Infinity),
     };
-    if (event.key === " " && !event.target.matches("button, summary")) acts[" "] = () => this.#toggle();
+    if (event.key === " " && !target.matches("button, summary")) acts[" "] = () => this.#toggle();
     const act = acts[event.key];
     if (!act) return;
     event.preventDefault();
@@ -208,23 +257,27 @@ class Page {
   }
 }
 
-function fill(select, options) {
-  select.replaceChildren(...options.map(([value, text]) => element("option", { value, text })));
+/** @param {HTMLSelectElement} into @param {string[][]} options */
+function fill(into, options) {
+  into.replaceChildren(...options.map(([value, text]) => element("option", { value, text })));
 }
 
 async function start() {
   try {
     const scenes = await readScenes();
     if (!scenes.length) throw new Error("This page shows no scene.");
-    const page = new Page(await createViewer(at("view")), scenes);
+    const viewer = await createViewer(ofKind("view", HTMLCanvasElement));
+    await viewer.load(scenes[0], { slot: 0 });
+    const page = new Page(viewer, readPack(scenes[0]), scenes);
     await page.open();
     at("wait").textContent = "";
-    window.replay = page;
+    Object.assign(window, { replay: page });
   } catch (problem) {
+    const message = problem instanceof Error ? problem.message : String(problem);
     at("wait").textContent =
-      problem.message === "webgl"
+      message === "webgl"
         ? "This browser draws no 3D (WebGL 2). Use another one, or switch on its graphics acceleration."
-        : `The scene cannot be shown. ${problem.message}`;
+        : `The scene cannot be shown. ${message}`;
   }
 }
 

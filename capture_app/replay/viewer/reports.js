@@ -1,23 +1,35 @@
 // The lane of what the report says: a flag where a check concerns a part of the take.
 
 import { clock, element } from "./elements.js";
+/** @import {Check, Header} from "./pack.js" */
+
+/** A check that has a place. @typedef {Check & {start: number, stop: number}} Placed */
 
 const LEAST = 0.012; // share of the lane that a flag takes at least
 const ROWS = 3;
 const WORDS = { bad: "Problem", warn: "Look here" };
 
-// null when no check has a place.
+/** null when no check has a place.
+ *  @param {Header} header @param {(check: Placed) => void} chosen */
 export function reportLane(header, chosen) {
-  const placed = header.events.filter((event) => event.start !== null);
+  const placed = header.events.filter(isPlaced);
   if (!placed.length) return null;
+  /** @type {number[]} */
   const ends = [];
   const flags = placed.map((event) => flag(event, header, ends, chosen));
   const lane = element("div", { class: "tl-lane tl-reports", role: "group" }, flags);
   lane.setAttribute("aria-label", `Report: ${placed.length} place${placed.length === 1 ? "" : "s"}`);
-  lane.style.setProperty("--rows", Math.min(ROWS, ends.length));
+  lane.style.setProperty("--rows", String(Math.min(ROWS, ends.length)));
   return lane;
 }
 
+/** @param {Check} check @returns {check is Placed} */
+export function isPlaced(check) {
+  return check.start !== null;
+}
+
+/** @param {Placed} event @param {Header} header @param {number[]} ends where the last flag of each row ends
+ *  @param {(check: Placed) => void} chosen */
 function flag(event, { frames, fps }, ends, chosen) {
   const from = event.start / frames;
   const to = Math.max((event.stop + 1) / frames, from + LEAST);
@@ -33,6 +45,6 @@ function flag(event, { frames, fps }, ends, chosen) {
   });
   made.style.left = `${100 * Math.min(from, 1 - LEAST)}%`;
   made.style.width = `${100 * (to - from)}%`;
-  made.style.setProperty("--row", row);
+  made.style.setProperty("--row", String(row));
   return made;
 }

@@ -57,6 +57,7 @@ const RIGID = `
 uniform mat4 place;
 mat4 model() { return place; }`;
 
+/** @param {string} model */
 const meshVertex = (model) => `${HEAD}
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;

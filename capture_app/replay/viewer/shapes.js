@@ -1,5 +1,7 @@
 // Small shapes: a ball, the phone, and the lines of what it sees.
 
+/** @import {Lens} from "./pack.js" */
+
 export function ball(rows = 10, columns = 18) {
   const points = [];
   const faces = [];
@@ -49,7 +51,8 @@ export function phone() {
   };
 }
 
-// From the camera to the corners of its picture `depth` metres ahead, and around them.
+/** From the camera to the corners of its picture `depth` metres ahead, and around them.
+ *  @param {Lens | null} lens @param {number} depth */
 export function frustum(lens, depth) {
   const y = depth * Math.tan((lens?.fov_y ?? 0.9) / 2);
   const x = y * (lens?.aspect ?? 4 / 3);

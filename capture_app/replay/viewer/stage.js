@@ -2,6 +2,8 @@
 
 import { Mesh, Program } from "./gpu.js";
 import * as shaders from "./shaders.js";
+/** @import {Lines} from "./gpu.js"
+ *  @import {Theme} from "./palette.js" */
 import { lookAt, multiply, parallel, rigidInverse } from "./vectors.js";
 
 const SHADOW_SIZE = 2048;
@@ -9,7 +11,18 @@ const ELEVATION = 0.9;
 const BLUR = 0.04;
 const FLOOR_SIDES = 48;
 
+/** A surface to draw: where it is (`place`) or how it is bent (`bones`), and its looks.
+ *  @typedef {{mesh: Mesh, place?: Float32Array, bones?: Float32Array, color: number[], sheen: number,
+ *    casts?: boolean}} Solid */
+/** @typedef {{lines: Lines, count?: number, width: number}} Stroke */
+/** What one slot shows. @typedef {{solids: Solid[], strokes: Stroke[]}} Scene */
+/** @typedef {{x: number, y: number, width: number, height: number}} Box */
+/** @typedef {import("./camera.js").View & {ratio: number}} View */
+/** @typedef {Record<string, boolean>} Layers */
+/** @typedef {Record<string, number | number[] | Float32Array>} Uniforms */
+
 export class Stage {
+  /** @param {WebGL2RenderingContext} gl */
   constructor(gl) {
     this.gl = gl;
     const lit = shaders.MESH_FRAGMENT;
@@ -23,11 +36,14 @@ export class Stage {
     };
     Object.values(this.programs).forEach((program) => program.check());
     this.floor = disc(gl);
+    this.shadow = gl.createTexture();
+    this.target = gl.createFramebuffer();
     this.#makeShadow();
   }
 
-  // pane: {x, y, width, height} in pixels from the bottom left; view: {T_world_camera, projection,
-  // centre, reach}; scene: {solids, strokes} of the slots that it shows.
+  /** `pane`: in pixels from the bottom left; `scenes` of the slots that it shows.
+   *  @param {Box} pane @param {View} view @param {Scene[]} scenes @param {Theme} theme
+   *  @param {Layers} layers */
   draw(pane, view, scenes, theme, layers) {
     const solids = scenes.flatMap((scene) => scene.solids);
     const lightMatrix = this.#shade(solids, view, layers.shadow);
@@ -36,13 +52,15 @@ export class Stage {
     gl.scissor(pane.x, pane.y, pane.width, pane.height);
     gl.enable(gl.SCISSOR_TEST);
     gl.enable(gl.DEPTH_TEST);
-    gl.clearColor(...theme.background, 1);
+    const [red, green, blue] = theme.background;
+    gl.clearColor(red, green, blue, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const viewProjection = multiply(view.projection, rigidInverse(view.T_world_camera));
     const light = this.#light(theme, lightMatrix, layers, view.sun);
     this.#drawFloor({ viewProjection, ...light }, view, theme, layers);
     const eye = view.T_world_camera.subarray(12, 15);
-    this.#drawSolids(solids, ["skinned", "rigid"], { viewProjection, eye, ...light });
+    const { skinned, rigid } = this.programs;
+    this.#drawSolids(solids, skinned, rigid, { viewProjection, eye, ...light });
     const strokes = scenes.flatMap((scene) => scene.strokes);
     this.#drawLines(strokes, viewProjection, pane, view.ratio);
     gl.disable(gl.SCISSOR_TEST);
@@ -57,7 +75,6 @@ export class Stage {
 
   #makeShadow() {
     const { gl } = this;
-    this.shadow = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, this.shadow);
     gl.texStorage2D(gl.TEXTURE_2D, 1, gl.DEPTH_COMPONENT24, SHADOW_SIZE, SHADOW_SIZE);
     for (const [name, value] of [
@@ -70,13 +87,13 @@ export class Stage {
     ]) {
       gl.texParameteri(gl.TEXTURE_2D, name, value);
     }
-    this.target = gl.createFramebuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, this.shadow, 0);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
 
-  // What the sun sees, from where it stands above the middle of the scene.
+  /** What the sun sees, from where it stands above the middle of the scene.
+   *  @param {Solid[]} solids @param {View} view @param {boolean} wanted */
   #shade(solids, view, wanted) {
     const { gl } = this;
     const eye = sun(view.sun).map((s, k) => view.focus[k] + 2 * s * view.spread);
@@ -88,11 +105,13 @@ export class Stage {
     gl.depthMask(true);
     gl.clear(gl.DEPTH_BUFFER_BIT);
     const casting = wanted ? solids.filter((solid) => solid.casts) : [];
-    this.#drawSolids(casting, ["skinnedDepth", "rigidDepth"], { viewProjection: lightMatrix });
+    const { skinnedDepth, rigidDepth } = this.programs;
+    this.#drawSolids(casting, skinnedDepth, rigidDepth, { viewProjection: lightMatrix });
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     return lightMatrix;
   }
 
+  /** @param {Theme} theme @param {Float32Array} lightMatrix @param {Layers} layers @param {number} azimuth */
   #light(theme, lightMatrix, layers, azimuth) {
     this.gl.activeTexture(this.gl.TEXTURE0);
     this.gl.bindTexture(this.gl.TEXTURE_2D, this.shadow);
@@ -108,6 +127,7 @@ export class Stage {
     };
   }
 
+  /** @param {Uniforms} shared @param {View} view @param {Theme} theme @param {Layers} layers */
   #drawFloor(shared, view, theme, layers) {
     const { tile, background, line } = theme;
     this.programs.floor.use({
@@ -122,21 +142,14 @@ export class Stage {
     this.floor.draw();
   }
 
-  #drawSolids(solids, [skinned, rigid], shared) {
-    for (const [name, some] of [
-      [skinned, solids.filter((solid) => solid.bones)],
-      [rigid, solids.filter((solid) => !solid.bones)],
-    ]) {
-      if (!some.length) continue;
-      const program = this.programs[name];
-      program.use(shared);
-      for (const { mesh, bones, place, color, sheen } of some) {
-        program.set({ ...(bones ? { bones } : { place }), color, sheen });
-        mesh.draw();
-      }
-    }
+  /** @param {Solid[]} solids @param {Program} skinned @param {Program} rigid
+   *  @param {Uniforms} shared */
+  #drawSolids(solids, skinned, rigid, shared) {
+    draw(skinned, solids.filter((solid) => solid.bones), shared);
+    draw(rigid, solids.filter((solid) => !solid.bones), shared);
   }
 
+  /** @param {Stroke[]} strokes @param {Float32Array} viewProjection @param {Box} pane @param {number} ratio */
   #drawLines(strokes, viewProjection, pane, ratio) {
     const { gl } = this;
     gl.enable(gl.BLEND);
@@ -155,11 +168,23 @@ export class Stage {
   }
 }
 
+/** @param {Program} program @param {Solid[]} solids @param {Uniforms} shared */
+function draw(program, solids, shared) {
+  if (!solids.length) return;
+  program.use(shared);
+  for (const { mesh, bones, place, color, sheen } of solids) {
+    program.set({ ...(bones && { bones }), ...(place && { place }), color, sheen });
+    mesh.draw();
+  }
+}
+
+/** @param {number} azimuth */
 function sun(azimuth) {
   const level = Math.cos(ELEVATION);
   return [level * Math.cos(azimuth), level * Math.sin(azimuth), Math.sin(ELEVATION)];
 }
 
+/** @param {WebGL2RenderingContext} gl */
 function disc(gl) {
   const vertices = [0, 0, 0];
   const faces = [];

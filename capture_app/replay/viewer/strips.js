@@ -2,8 +2,16 @@
 
 import { ContactEdits, HANDS } from "./contact_edits.js";
 import { element } from "./elements.js";
+/** @import {Pack, Segment} from "./pack.js" */
+
+/** A bar, and its ends while it can be edited.
+ *  @typedef {{whole: HTMLElement, start?: HTMLElement, stop?: HTMLElement}} Handles */
+/** @typedef {keyof Handles} Part */
 
 const PAGE = 10;
+/** @type {("start" | "stop")[]} */
+const ENDS = ["start", "stop"];
+/** @type {Record<string, number>} */
 const STEPS = {
   ArrowLeft: -1,
   ArrowRight: 1,
@@ -14,34 +22,47 @@ const STEPS = {
 };
 
 export class Strips {
-  // tell(kind, detail) hears "edit" and "select"; frame() is that of the playhead.
+  /** tell(kind, detail) hears "edit" and "select"; frame() is that of the playhead.
+   *  @param {Pack} pack @param {number} sample
+   *  @param {(kind: string, detail: object) => void} tell @param {() => number} frame */
   constructor(pack, sample, tell, frame) {
     this.header = pack.header;
     this.tell = tell;
     this.frame = frame;
     this.editable = false;
+    /** @type {Segment | null} */
     this.selected = null;
+    /** @type {Map<Segment, Handles>} */
     this.bars = new Map();
     this.lanes = HANDS.map((hand) => ({
       hand,
       label: `${hand === "left" ? "Left" : "Right"} hand`,
       lane: element("div", { class: "tl-lane tl-contacts", role: "group" }),
     }));
-    this.show(sample);
+    this.edits = this.#editsOf(sample);
+    this.draw();
   }
 
+  /** @param {number} sample */
   show(sample) {
-    const { contacts, frames, fps } = this.header;
-    this.edits = new ContactEdits(contacts[sample] ?? [], frames, fps);
+    this.edits = this.#editsOf(sample);
     this.select(null);
     this.draw();
   }
 
+  /** @param {number} sample */
+  #editsOf(sample) {
+    const { contacts, frames, fps } = this.header;
+    return new ContactEdits(contacts[sample] ?? [], frames, fps);
+  }
+
+  /** @param {boolean} editable */
   setEditable(editable) {
     this.editable = editable;
     this.draw();
   }
 
+  /** @param {Segment | null} segment */
   select(segment) {
     if (segment === this.selected) return;
     this.selected = segment;
@@ -49,7 +70,8 @@ export class Strips {
     this.tell("select", { segment });
   }
 
-  // `act` changes the edits and returns the segment to select.
+  /** `act` changes the edits and returns the segment to select.
+   *  @param {(edits: ContactEdits) => Segment | null | void} act */
   edit(act) {
     const before = this.edits.segments;
     const segment = act(this.edits) ?? null;
@@ -59,17 +81,21 @@ export class Strips {
     this.tell("edit", { contacts: this.edits.file(), segments: this.edits.segments });
   }
 
+  /** @param {string} hand */
   add(hand) {
     this.edit((edits) => edits.add(hand, this.frame()));
-    this.bars.get(this.selected)?.whole.focus();
+    this.#handles(this.selected)?.whole.focus();
   }
 
   remove() {
-    if (!this.selected) return;
-    const { hand } = this.selected;
-    this.edit((edits) => edits.remove(this.selected));
-    const next = this.edits.segments.find((s) => s.hand === hand);
-    this.bars.get(next)?.whole.focus();
+    const { selected } = this;
+    if (!selected) return;
+    this.edit((edits) => {
+      edits.remove(selected);
+      return null;
+    });
+    const next = this.edits.segments.find((s) => s.hand === selected.hand);
+    this.#handles(next)?.whole.focus();
   }
 
   draw() {
@@ -81,8 +107,11 @@ export class Strips {
     }
   }
 
+  /** @param {Segment} segment @param {string} name */
   #bar(segment, name) {
+    /** @param {number} frame */
     const at = (frame) => `${(100 * frame) / this.header.frames}%`;
+    /** @param {number} frame */
     const seconds = (frame) => (frame / this.header.fps).toFixed(2);
     const place = segment.anchor ? "" : ", at the nearest place";
     const whole = element("button", {
@@ -95,18 +124,20 @@ export class Strips {
     const bar = element("div", { class: `tl-hold${segment.anchor ? "" : " tl-free"}` }, [whole]);
     bar.style.left = at(segment.start);
     bar.style.width = at(segment.stop - segment.start);
+    /** @type {Handles} */
     const parts = { whole };
-    if (this.editable) {
-      for (const part of ["start", "stop"]) {
-        parts[part] = this.#end(segment, part, name);
-        bar.append(parts[part]);
-      }
+    this.#listen(whole, segment, "whole");
+    for (const part of this.editable ? ENDS : []) {
+      const end = this.#end(segment, part, name);
+      this.#listen(end, segment, part);
+      bar.append(end);
+      parts[part] = end;
     }
-    for (const [part, handle] of Object.entries(parts)) this.#listen(handle, segment, part);
     this.bars.set(segment, parts);
     return bar;
   }
 
+  /** @param {Segment} segment @param {"start" | "stop"} part @param {string} name */
   #end(segment, part, name) {
     const { low, high } = this.edits.room(segment);
     const value = segment[part];
@@ -122,11 +153,15 @@ export class Strips {
     });
   }
 
+  /** @param {HTMLElement} handle @param {Segment} segment @param {Part} part */
   #listen(handle, segment, part) {
     handle.addEventListener("focus", () => this.select(segment));
     handle.addEventListener("click", () => this.select(segment));
     if (!this.editable) return;
-    handle.addEventListener("pointerdown", (event) => this.#drag(event, segment, part));
+    handle.addEventListener("pointerdown", (event) => {
+      const lane = handle.closest(".tl-lane");
+      if (lane) this.#drag(event, lane, segment, part);
+    });
     handle.addEventListener("keydown", (event) => {
       if (event.key in STEPS) {
         this.#move(segment, part, STEPS[event.key] * (event.shiftKey ? PAGE : 1));
@@ -139,9 +174,15 @@ export class Strips {
     });
   }
 
+  /** @param {Segment} segment @param {Part} part @param {number} by */
   #move(segment, part, by) {
     this.edit((edits) => edits.moved(segment, part, by));
-    this.bars.get(this.selected)?.[part].focus();
+    this.#handles(this.selected)?.[part]?.focus();
+  }
+
+  /** @param {Segment | null | undefined} segment */
+  #handles(segment) {
+    return segment ? this.bars.get(segment) : undefined;
   }
 
   #press() {
@@ -151,17 +192,18 @@ export class Strips {
     }
   }
 
-  // One drag is one step of undo.
-  #drag(event, segment, part) {
+  /** One drag is one step of undo.
+   *  @param {PointerEvent} event @param {Element} lane @param {Segment} segment @param {Part} part */
+  #drag(event, lane, segment, part) {
     if (event.button !== 0) return;
     event.preventDefault();
     this.select(segment);
-    const lane = event.currentTarget.closest(".tl-lane");
-    const width = lane.getBoundingClientRect().width;
+    const { width } = lane.getBoundingClientRect();
     const from = event.clientX;
     let current = segment;
     let done = 0;
     const off = new AbortController();
+    /** @param {PointerEvent} now */
     const move = (now) => {
       const by = Math.round(((now.clientX - from) / width) * this.header.frames);
       if (by === done) return;
@@ -172,7 +214,7 @@ export class Strips {
     };
     const end = () => {
       off.abort();
-      this.bars.get(current)?.[part].focus();
+      this.#handles(current)?.[part]?.focus();
     };
     window.addEventListener("pointermove", move, { signal: off.signal });
     window.addEventListener("pointerup", end, { signal: off.signal });

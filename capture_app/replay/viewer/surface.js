@@ -3,15 +3,21 @@
 const SHARPEST = 2; // pixels of the canvas to one of the page, at most
 
 export class Surface {
-  // `changed()` when it has to be drawn again, `restored()` when its context is a new one.
+  /** `changed()` when it has to be drawn again, `restored()` when its context is a new one.
+   *  @param {HTMLCanvasElement} canvas @param {() => void} changed @param {() => void} restored */
   constructor(canvas, changed, restored) {
+    /** @type {WebGLContextAttributes} */
+    const wanted = { antialias: true, powerPreference: "high-performance" };
+    const gl = canvas.getContext("webgl2", wanted);
+    if (!gl) throw new Error("webgl");
     this.canvas = canvas;
-    this.gl = canvas.getContext("webgl2", { antialias: true, powerPreference: "high-performance" });
-    if (!this.gl) throw new Error("webgl");
+    this.gl = gl;
     if (!canvas.hasAttribute("tabindex")) canvas.tabIndex = 0;
     canvas.style.touchAction = "none";
     this.lost = false;
     this.off = new AbortController();
+    this.watch = new ResizeObserver(changed);
+    this.watch.observe(canvas);
     this.#listen(changed, restored);
   }
 
@@ -29,10 +35,11 @@ export class Surface {
     return ratio;
   }
 
-  clear(color) {
+  /** @param {number[]} color */
+  clear([red, green, blue]) {
     const { gl } = this;
     gl.viewport(0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight);
-    gl.clearColor(...color, 1);
+    gl.clearColor(red, green, blue, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
   }
 
@@ -41,11 +48,11 @@ export class Surface {
     this.watch.disconnect();
   }
 
+  /** @param {() => void} changed @param {() => void} restored */
   #listen(changed, restored) {
     const { signal } = this.off;
-    this.watch = new ResizeObserver(changed);
-    this.watch.observe(this.canvas);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", changed, { signal });
+    /** @param {Event} event */
     const lose = (event) => {
       event.preventDefault();
       this.lost = true;

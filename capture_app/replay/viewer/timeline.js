@@ -1,33 +1,40 @@
 // The timeline of a scene: a scrubber, and under it what happens when. docs/replay.md tells how to use it.
 
-import { bandLane, curveLane } from "./curves.js";
 import { clock, element } from "./elements.js";
-import { Motion } from "./motion.js";
+import { lanesOf } from "./lanes.js";
 import { reportLane } from "./reports.js";
 import { Strips } from "./strips.js";
+import { tickSeconds } from "./ticks.js";
+/** @import {Pack} from "./pack.js"
+ *  @import {Picked} from "./pick.js"
+ *  @import {Placed} from "./reports.js" */
 
-const TRACKING = ["good", "limited", "lost"];
-const TICKS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600];
-const MOST_TICKS = 12;
-const FULL_MISS = 0.05; // metres that fill the lane of misses at least
-const FULL_SPEED = 0.5; // m/s
+/** @typedef {{sample?: number, editable?: boolean}} Options */
+/** A word or number beside a lane that follows the playhead.
+ *  @typedef {{told: HTMLElement, at: (frame: number) => string}} Readout */
 
+/** @param {Element} host @param {Pack} pack @param {Options} options */
 export function createTimeline(host, pack, options = {}) {
   return new Timeline(host, pack, options);
 }
 
-class Timeline extends EventTarget {
+export class Timeline extends EventTarget {
   #pack;
   #root;
   #rows;
-  #scrubber;
-  #status;
+  #scrubber = element("div");
   #tools;
+  /** @type {HTMLButtonElement[]} */
+  #buttons = [];
+  #status;
+  /** @type {Strips | null} */
   #strips = null;
+  /** @type {Readout[]} */
   #readouts = [];
   #sample;
   #time = 0;
 
+  /** @param {Element} host @param {Pack} pack @param {Options} options */
   constructor(host, pack, { sample = pack.header.chosen, editable = false }) {
     super();
     this.#pack = pack;
@@ -40,7 +47,7 @@ class Timeline extends EventTarget {
     if (pack.header.samples) {
       const frame = () => this.#frame();
       this.#strips = new Strips(pack, sample, (kind, detail) => this.#tell(kind, detail), frame);
-      this.#makeTools();
+      this.#makeTools(this.#strips);
     }
     this.#build();
     this.#rows.addEventListener("pointerdown", (event) => this.#press(event));
@@ -92,11 +99,13 @@ class Timeline extends EventTarget {
     return this.#strips?.selected ?? null;
   }
 
-  // What a pick on the object gave ({anchor, point_object, normal_object}), a place of the palm, or null.
+  /** What a pick on the object gave ({anchor, point_object, normal_object}), a place of the palm, or null.
+   *  @param {Picked | number[] | null} at */
   setAnchor(at) {
-    if (!this.selected) return;
+    const { selected } = this;
+    if (!selected) return;
     const held = Array.isArray(at) ? { anchor: at } : at && heldAt(at);
-    this.#strips.edit((edits) => edits.hold(this.selected, held));
+    this.#strips?.edit((edits) => edits.hold(selected, held));
   }
 
   undo() {
@@ -123,7 +132,7 @@ class Timeline extends EventTarget {
     this.#readouts = [];
     this.#rows.replaceChildren(this.#head());
     for (const { label, lane } of this.#strips?.lanes ?? []) this.#row(label, lane);
-    this.#curves();
+    for (const { name, lane, at } of lanesOf(this.#pack, this.#sample)) this.#row(name, lane, at);
     const reports = reportLane(this.#pack.header, (event) => this.#choose(event));
     if (reports) this.#row("Report", reports);
     this.#rows.append(element("div", { class: "tl-playhead", "aria-hidden": "true" }));
@@ -140,8 +149,7 @@ class Timeline extends EventTarget {
       "aria-valuemin": "0",
       "aria-valuemax": String(frames - 1),
     });
-    const step = TICKS.find((size) => this.#duration / size <= MOST_TICKS) ?? 1200;
-    for (let second = 0; second <= this.#duration; second += step) {
+    for (const second of tickSeconds(this.#duration)) {
       const text = `${Number(second.toFixed(1))}${second ? "" : " s"}`;
       const tick = element("span", { class: "tl-tick", text, "aria-hidden": "true" });
       tick.style.left = `${(100 * (second * fps + 0.5)) / frames}%`;
@@ -153,6 +161,7 @@ class Timeline extends EventTarget {
     return element("div", { class: "tl-row tl-head" }, [label, this.#scrubber]);
   }
 
+  /** @param {string} name @param {HTMLElement} lane @param {Readout["at"] | null} at */
   #row(name, lane, at = null) {
     const told = element("output", { class: "tl-now" });
     if (at) this.#readouts.push({ told, at });
@@ -160,47 +169,27 @@ class Timeline extends EventTarget {
     this.#rows.append(element("div", { class: "tl-row" }, [label, lane]));
   }
 
-  #curves() {
-    const motion = new Motion(this.#pack);
-    motion.sample = this.#sample;
-    if (this.#pack.array("palm_miss")) {
-      const [left, right] = [0, 1].map((hand) => motion.series("palm_miss", 2, hand));
-      const values = left.map((value, f) => Math.max(value, right[f]));
-      const about = { top: FULL_MISS, unit: "cm" };
-      this.#curve("Palm off", { ...about, values, kind: "tl-one", label: "Palm off its place" });
-      const inside = motion.series("inside");
-      this.#curve("Inside", { ...about, values: inside, kind: "tl-two", label: "Body in the object" });
-    }
-    const states = this.#pack.array("tracking");
-    if (!states) return;
-    const band = bandLane({ states, names: TRACKING, label: tracked(states) });
-    this.#row("Tracking", band.lane, band.at);
-    const values = this.#pack.array("phone_speed");
-    const label = "Speed of the phone";
-    this.#curve("Speed", { values, top: FULL_SPEED, unit: "m/s", label, kind: "tl-one" });
-  }
-
-  #curve(name, about) {
-    const { lane, at } = curveLane(about);
-    this.#row(name, lane, at);
-  }
-
-  #makeTools() {
-    const add = (hand) => () => this.#add(hand);
+  /** @param {Strips} strips */
+  #makeTools(strips) {
+    /** @type {(text: string, onclick: () => void) => HTMLButtonElement} */
     const tool = (text, onclick) => element("button", { type: "button", class: "tl-tool", text, onclick });
-    this.#tools.append(
-      tool("Add left", add("left")),
-      tool("Add right", add("right")),
-      tool("Delete", () => this.#strips.remove()),
+    this.#buttons = [
+      tool("Delete", () => strips.remove()),
       tool("Undo", () => this.undo()),
       tool("Reset", () => this.reset()),
+    ];
+    this.#tools.append(
+      tool("Add left", () => this.#add(strips, "left")),
+      tool("Add right", () => this.#add(strips, "right")),
+      ...this.#buttons,
     );
   }
 
-  #add(hand) {
-    const count = this.#strips.edits.segments.length;
-    this.#strips.add(hand);
-    const added = this.#strips.edits.segments.length > count;
+  /** @param {Strips} strips @param {string} hand */
+  #add(strips, hand) {
+    const count = strips.edits.segments.length;
+    strips.add(hand);
+    const added = strips.edits.segments.length > count;
     this.#status.textContent = added
       ? ""
       : `The ${hand} hand has no room for another contact at ${clock(this.#time)}.`;
@@ -208,40 +197,46 @@ class Timeline extends EventTarget {
 
   #enable() {
     if (!this.#strips) return;
-    const [, , remove, undo, reset] = this.#tools.children;
+    const [remove, undo, reset] = this.#buttons;
     remove.disabled = !this.selected;
     undo.disabled = !this.#strips.edits.past.length;
     reset.disabled = !this.dirty;
   }
 
+  /** @param {Placed} event */
   #choose(event) {
     this.#seek(event.start);
     this.#tell("event", { event });
   }
 
-  // Anywhere on the lanes but on a thing of its own.
+  /** Anywhere on the lanes but on a thing of its own. @param {PointerEvent} event */
   #press(event) {
-    const lane = event.target.closest(".tl-lane, .tl-scrubber");
-    if (!lane || event.button !== 0 || event.target.closest("button, .tl-end")) return;
+    const { target } = event;
+    const lane = target instanceof Element && target.closest(".tl-lane, .tl-scrubber");
+    if (!lane || event.button !== 0 || target.closest("button, .tl-end")) return;
     event.preventDefault();
     this.#scrubber.focus({ preventScroll: true });
     const off = new AbortController();
+    /** @param {PointerEvent} now */
     const scrub = ({ clientX }) => {
       const { left, width } = lane.getBoundingClientRect();
       this.#seek(Math.floor(((clientX - left) / width) * this.#pack.header.frames));
     };
     scrub(event);
     window.addEventListener("pointermove", scrub, { signal: off.signal });
-    for (const kind of ["pointerup", "pointercancel"]) {
-      window.addEventListener(kind, () => off.abort(), { signal: off.signal });
-    }
+    window.addEventListener("pointerup", () => off.abort(), { signal: off.signal });
+    window.addEventListener("pointercancel", () => off.abort(), { signal: off.signal });
   }
 
+  /** @param {KeyboardEvent} event */
   #key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches("input, select")) return;
+    const { target } = event;
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (target instanceof Element && target.matches("input, select")) return;
     const frame = this.#frame();
     const second = Math.round(this.#pack.header.fps);
-    const on = event.target === this.#scrubber;
+    const on = target === this.#scrubber;
+    /** @type {Record<string, number>} */
     const places = {
       ",": frame - 1,
       ".": frame + 1,
@@ -262,6 +257,7 @@ class Timeline extends EventTarget {
     this.#seek(places[event.key]);
   }
 
+  /** @param {number} frame */
   #seek(frame) {
     const { fps, frames } = this.#pack.header;
     this.time = Math.min(Math.max(frame, 0), frames - 1) / fps;
@@ -276,17 +272,14 @@ class Timeline extends EventTarget {
     this.#scrubber.setAttribute("aria-valuetext", `${clock(this.#time)} of ${whole}`);
   }
 
+  /** @param {string} kind @param {object} detail */
   #tell(kind, detail) {
     this.#enable();
     this.dispatchEvent(new CustomEvent(kind, { detail }));
   }
 }
 
+/** @param {Picked} picked */
 function heldAt({ anchor, point_object: place, normal_object: normal }) {
   return { anchor, place, normal };
-}
-
-function tracked(states) {
-  const good = states.filter((state) => state === 0).length / states.length;
-  return `Tracking is good in ${Math.round(100 * good)} % of the take`;
 }

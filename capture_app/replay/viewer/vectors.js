@@ -1,21 +1,33 @@
 // Vectors, rotations and 4 x 4 matrices (column by column, as WebGL takes them). World: z up, metres.
 
+/** Numbers of which the first are meant: of a vector, a quaternion, a whole array of them.
+ *  @typedef {ArrayLike<number>} Vector */
+/** Sixteen numbers. @typedef {ArrayLike<number>} Matrix */
+
+/** @type {(a: Vector, b: Vector) => number[]} */
 export const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+/** @type {(a: Vector, b: Vector) => number[]} */
 export const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+/** @type {(a: Vector, s: number) => number[]} */
 export const scaled = (a, s) => [a[0] * s, a[1] * s, a[2] * s];
+/** @type {(a: Vector, b: Vector) => number} */
 export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+/** @type {(a: Vector) => number} */
 export const norm = (a) => Math.hypot(a[0], a[1], a[2]);
+/** @type {(a: Vector, b: Vector) => number[]} */
 export const cross = (a, b) => [
   a[1] * b[2] - a[2] * b[1],
   a[2] * b[0] - a[0] * b[2],
   a[0] * b[1] - a[1] * b[0],
 ];
 
+/** @param {Vector} a */
 export function unit(a) {
   const length = norm(a);
   return length > 1e-12 ? scaled(a, 1 / length) : [0, 0, 1];
 }
 
+/** @param {Matrix} a @param {Matrix} b */
 export function multiply(a, b) {
   const out = new Float32Array(16);
   for (let column = 0; column < 4; column++) {
@@ -28,15 +40,18 @@ export function multiply(a, b) {
   return out;
 }
 
-// A frame with these axes and this origin.
+/** A frame with these axes and this origin.
+ *  @param {number[]} x @param {number[]} y @param {number[]} z @param {number[]} p */
 export function frame(x, y, z, p) {
   return new Float32Array([...x, 0, ...y, 0, ...z, 0, ...p, 1]);
 }
 
+/** @param {number[]} p @param {number} size */
 export function placed(p, size = 1) {
   return frame([size, 0, 0], [0, size, 0], [0, 0, size], p);
 }
 
+/** @param {number[]} q of unit length: x, y, z, w @param {number[]} p */
 export function pose(q, p) {
   const [x, y, z, w] = q;
   return frame(
@@ -47,15 +62,17 @@ export function pose(q, p) {
   );
 }
 
+/** @param {Matrix} T @param {Vector} p */
 export function point(T, p) {
   return [0, 1, 2].map((k) => T[k] * p[0] + T[4 + k] * p[1] + T[8 + k] * p[2] + T[12 + k]);
 }
 
+/** @param {Matrix} T @param {Vector} d */
 export function direction(T, d) {
   return [0, 1, 2].map((k) => T[k] * d[0] + T[4 + k] * d[1] + T[8 + k] * d[2]);
 }
 
-// Of a rotation with a translation.
+/** Of a rotation with a translation. @param {Matrix} T */
 export function rigidInverse(T) {
   const axes = [0, 1, 2].map((row) => [T[row], T[4 + row], T[8 + row]]);
   const p = [T[12], T[13], T[14]];
@@ -63,7 +80,8 @@ export function rigidInverse(T) {
   return frame(axes[0], axes[1], axes[2], moved);
 }
 
-// A camera (x right, y up, looking along -z) at `eye` that looks at `target` with a level horizon.
+/** A camera (x right, y up, looking along -z) at `eye` that looks at `target` with a level horizon.
+ *  @param {number[]} eye @param {number[]} target */
 export function lookAt(eye, target) {
   const back = unit(sub(eye, target));
   const level = cross([0, 0, 1], back);
@@ -71,6 +89,7 @@ export function lookAt(eye, target) {
   return frame(right, cross(back, right), back, eye);
 }
 
+/** @param {number} fovY @param {number} aspect @param {number} near @param {number} far */
 export function perspective(fovY, aspect, near, far) {
   const f = 1 / Math.tan(fovY / 2);
   const out = new Float32Array(16);
@@ -82,7 +101,8 @@ export function perspective(fovY, aspect, near, far) {
   return out;
 }
 
-// A box of `radius` across and `depth` deep around the origin, seen along -z.
+/** A box of `radius` across and `depth` deep around the origin, seen along -z.
+ *  @param {number} radius @param {number} depth */
 export function parallel(radius, depth) {
   const out = placed([0, 0, 0]);
   out[0] = out[5] = 1 / radius;
@@ -90,7 +110,8 @@ export function parallel(radius, depth) {
   return out;
 }
 
-// Any frame whose z is this direction.
+/** Any frame whose z is this direction.
+ *  @param {number[]} z @param {number[]} p @param {number} size @param {number} thickness */
 export function facing(z, p, size, thickness) {
   const along = unit(z);
   const aside = Math.abs(along[0]) < 0.7 ? [1, 0, 0] : [0, 1, 0];
@@ -98,13 +119,15 @@ export function facing(z, p, size, thickness) {
   return frame(scaled(x, size), scaled(cross(along, x), size), scaled(along, thickness), p);
 }
 
-// Between two quaternions that lie near each other, in arrays of any number type.
+/** Between two quaternions that lie near each other, in arrays of any number type.
+ *  @param {Vector} array @param {number} a @param {number} b @param {number} mix */
 export function between(array, a, b, mix) {
   const q = [0, 1, 2, 3].map((k) => array[a + k] * (1 - mix) + array[b + k] * mix);
   const length = Math.hypot(...q) || 1;
   return q.map((value) => value / length);
 }
 
+/** @param {Vector} array @param {number} a @param {number} b @param {number} mix */
 export function mixed(array, a, b, mix) {
   return [0, 1, 2].map((k) => array[a + k] * (1 - mix) + array[b + k] * mix);
 }

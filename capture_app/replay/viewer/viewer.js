@@ -4,33 +4,38 @@ import { Actor } from "./actor.js";
 import { Camera, ray } from "./camera.js";
 import { control } from "./controls.js";
 import { readPack } from "./pack.js";
-import { THEMES } from "./palette.js";
+import { themeOf } from "./palette.js";
 import { onFloor, pickObject } from "./pick.js";
 import { panesOf, pixels, projected } from "./panes.js";
+import { playedOn } from "./playback.js";
 import { Stage } from "./stage.js";
 import { Surface } from "./surface.js";
 import { multiply, point, rigidInverse } from "./vectors.js";
+/** @import {Segment} from "./pack.js" @import {Pane} from "./panes.js" @import {Picked} from "./pick.js" */
 
 const LAYERS = ["body", "object", "phone", "path", "contacts", "trail", "grid", "shadow"];
 
+/** @param {HTMLCanvasElement} canvas */
 export async function createViewer(canvas) {
   return new Viewer(canvas);
 }
 
-class Viewer extends EventTarget {
+export class Viewer extends EventTarget {
   #surface;
   #stage;
   #camera = new Camera();
-  #actors = new Map();
+  #actors = /** @type {Map<number, Actor>} */ (new Map());
+  /** @type {Record<string, boolean>} */
   #layers = Object.fromEntries(LAYERS.map((name) => [name, true]));
   #arranged = "side";
   #time = 0;
   #playing = false;
   #asked = 0;
-  #drawn = null;
+  #drawn = /** @type {number | null} */ (null);
   #theme = "auto";
   #release;
 
+  /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     super();
     this.speed = 1;
@@ -60,6 +65,7 @@ class Viewer extends EventTarget {
     return { ...this.#layers };
   }
 
+  /** @param {ArrayBuffer} buffer @param {{slot?: number, sample?: number}} where */
   async load(buffer, { slot = 0, sample } = {}) {
     const actor = new Actor(this.#surface.gl, readPack(buffer), slot);
     this.#actors.get(slot)?.dispose();
@@ -70,6 +76,7 @@ class Viewer extends EventTarget {
     this.#change();
   }
 
+  /** @param {number} slot */
   unload(slot) {
     this.#actors.get(slot)?.dispose();
     this.#actors.delete(slot);
@@ -77,6 +84,7 @@ class Viewer extends EventTarget {
     this.#change();
   }
 
+  /** @param {number} time */
   seek(time) {
     const wanted = Math.min(Math.max(time, 0), this.duration);
     if (wanted === this.#time) return;
@@ -100,6 +108,7 @@ class Viewer extends EventTarget {
     this.#tell("pause", {});
   }
 
+  /** @param {string} mode */
   camera(mode) {
     this.#camera.set(mode);
     this.#tell("camera", { mode });
@@ -112,12 +121,14 @@ class Viewer extends EventTarget {
     this.#change();
   }
 
+  /** @param {Record<string, boolean>} layers */
   show(layers) {
     for (const name of LAYERS) if (name in layers) this.#layers[name] = Boolean(layers[name]);
     this.#tell("layers", this.layers);
     this.#change();
   }
 
+  /** @param {number} slot @param {number} k */
   sample(slot, k) {
     const actor = this.#actor(slot);
     actor.motion.sample = k;
@@ -126,14 +137,17 @@ class Viewer extends EventTarget {
     this.#change();
   }
 
+  /** @param {number} slot */
   header(slot) {
     return this.#actors.get(slot)?.pack.header ?? null;
   }
 
+  /** @param {number} slot */
   pack(slot) {
     return this.#actors.get(slot)?.pack ?? null;
   }
 
+  /** @param {string} how */
   arrange(how) {
     if (how !== "side" && how !== "over") throw new Error(`there is no arrangement ${how}`);
     this.#arranged = how;
@@ -143,22 +157,25 @@ class Viewer extends EventTarget {
   // Where each slot is shown, in CSS pixels of the canvas.
   panes() {
     const slots = [...this.#actors.keys()].sort((a, b) => a - b);
-    const { clientWidth, clientHeight } = this.#surface.canvas;
-    return panesOf(slots, this.#arranged, clientWidth, clientHeight);
+    const { clientWidth: width, clientHeight: height } = this.#surface.canvas;
+    return panesOf(slots, this.#arranged, width, height);
   }
 
+  /** @param {number} slot @param {Segment[] | null} segments */
   contacts(slot, segments) {
     this.#actor(slot).edited = segments;
     this.#change();
   }
 
+  /** @param {number} slot @param {number[][]} points */
   mark(slot, points) {
     this.#actor(slot).marks = points;
     this.#change();
   }
 
+  /** @param {number} x @param {number} y */
   pick(x, y) {
-    let best = null;
+    let best = /** @type {Picked & {slot: number} | null} */ (null);
     for (const pane of this.panes()) {
       if (x < pane.x || x >= pane.x + pane.width) continue;
       const { motion, pack } = this.#actor(pane.slot);
@@ -170,32 +187,39 @@ class Viewer extends EventTarget {
     return best;
   }
 
-  // The floor of the first scene under a point of the picture; null above the horizon.
+  /** The floor under a point of the picture; null above the horizon. @param {number} x @param {number} y */
   floor(x, y) {
     return onFloor(this.#ray(this.panes()[0], x, y));
   }
 
-  // A point of the world in the axes of a slot's object, as it is now.
+  /** A point of the world in the axes of a slot's object, as it is now.
+   *  @param {number[]} place @param {number} slot */
   fromObject(place, slot = 0) {
-    return point(rigidInverse(this.#actor(slot).motion.at(this.#time).object), place);
+    const { object } = this.#actor(slot).motion.at(this.#time);
+    if (!object) throw new Error(`slot ${slot} has no object`);
+    return point(rigidInverse(object), place);
   }
 
+  /** @param {Pane} pane @param {number} x @param {number} y */
   #ray(pane, x, y) {
     return ray(this.#view(pane), (2 * (x - pane.x)) / pane.width - 1, 1 - (2 * y) / pane.height);
   }
 
-  // Where a point of the world is in a slot's picture: {x, y, depth}, CSS pixels and metres.
+  /** Where a point of the world is in a slot's picture: {x, y, depth}, CSS pixels and metres.
+   *  @param {number[]} place @param {number} slot */
   project(place, slot = 0) {
-    const pane = this.panes().find((shown) => shown.slot === slot);
+    const [pane] = this.panes().filter((shown) => shown.slot === slot);
     const { T_world_camera: T, projection } = this.#view(pane);
     return projected(multiply(projection, rigidInverse(T)), pane, place);
   }
 
+  /** @param {number} slot */
   joints(slot) {
     const { joints } = this.#actor(slot).motion.at(this.#time);
     return joints ? Float32Array.from(joints) : null;
   }
 
+  /** @param {string} name */
   theme(name) {
     this.#theme = name;
     this.#change();
@@ -213,7 +237,7 @@ class Viewer extends EventTarget {
 
   draw() {
     if (!this.#surface.drawable) return;
-    const theme = THEMES[this.#dark() ? "dark" : "light"];
+    const theme = themeOf(this.#theme);
     const ratio = this.#surface.fit();
     const panes = this.panes();
     const groups = this.#arranged === "over" ? [panes] : panes.map((pane) => [pane]);
@@ -229,10 +253,12 @@ class Viewer extends EventTarget {
     if (!panes.length) this.#surface.clear(theme.background);
   }
 
+  /** @param {Pane} pane */
   #view(pane) {
     return this.#camera.view(this.#actor(pane.slot).motion, this.#time, pane.width / pane.height);
   }
 
+  /** @param {number} slot */
   #actor(slot) {
     const actor = this.#actors.get(slot);
     if (!actor) throw new Error(`slot ${slot} is empty`);
@@ -245,15 +271,11 @@ class Viewer extends EventTarget {
     this.#change();
   }
 
-  #dark() {
-    if (this.#theme !== "auto") return this.#theme === "dark";
-    return matchMedia("(prefers-color-scheme: dark)").matches;
-  }
-
   #change() {
     if (!this.#asked) this.#asked = requestAnimationFrame((now) => this.#tick(now));
   }
 
+  /** @param {number} now */
   #tick(now) {
     this.#asked = 0;
     if (this.#playing) {
@@ -264,17 +286,14 @@ class Viewer extends EventTarget {
     this.draw();
   }
 
+  /** @param {number} seconds */
   #advance(seconds) {
-    const { duration } = this;
-    const next = this.#time + seconds;
-    if (next <= duration) this.seek(next);
-    else if (this.loop) this.seek(next % duration);
-    else {
-      this.seek(duration);
-      this.pause();
-    }
+    const { time, stops } = playedOn(this.#time, seconds, this.duration, this.loop);
+    this.seek(time);
+    if (stops) this.pause();
   }
 
+  /** @param {string} kind @param {object} detail */
   #tell(kind, detail) {
     this.dispatchEvent(new CustomEvent(kind, { detail }));
   }

@@ -1,6 +1,6 @@
 // The page of omocap: one document, a view for each address.
 import { api, connection } from "./core/api.js";
-import { h, put } from "./core/dom.js";
+import { h, here, put } from "./core/dom.js";
 import { poll } from "./core/poll.js";
 import { Router } from "./core/router.js";
 import { ended } from "./core/words.js";
@@ -17,7 +17,10 @@ import { result } from "./views/result.js";
 import { scan } from "./views/scan.js";
 import { session } from "./views/session.js";
 import { start } from "./views/start.js";
+/** @import {Job} from "./core/answers.js"
+ *  @import {ViewOf} from "./core/router.js" */
 
+/** @type {[RegExp, ViewOf][]} */
 const ROUTES = [
   [/^\/$/, start],
   [/^\/library$/, library],
@@ -32,21 +35,21 @@ const ROUTES = [
   [/^/, missing],
 ];
 
-const main = document.getElementById("main");
+const main = here("main");
 const router = new Router(main, ROUTES, (error) =>
   error.status === 401 ? login(() => router.show({ again: true })) : troublePage(error),
 );
 
-/** The link of the place one is at is marked. */
+/** The link of the place one is at is marked. @param {string} path */
 function markNavigation(path) {
   for (const link of document.querySelectorAll("header nav a")) {
-    if (link.hash === `#${path}`) link.setAttribute("aria-current", "page");
+    if (link.getAttribute("href") === `#${path}`) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");
   }
 }
 
 function watchConnection() {
-  const banner = document.getElementById("banner");
+  const banner = here("banner");
   connection.addEventListener("lost", () =>
     put(
       banner,
@@ -65,11 +68,13 @@ function watchConnection() {
 
 /** How many jobs are at work, in the header, in every tab. */
 function watchJobs() {
-  const place = document.getElementById("running");
+  const place = here("running");
   const forever = new AbortController().signal;
   poll(
     async () => {
-      const live = (await api("/api/jobs?limit=20").catch(() => [])).filter((one) => !ended(one));
+      /** @type {Job[]} */
+      const jobs = await api("/api/jobs?limit=20").catch(() => []);
+      const live = jobs.filter((one) => !ended(one));
       const words = live.length === 1 ? "1 job at work" : `${live.length} jobs at work`;
       const link = h(
         "a",
@@ -84,14 +89,16 @@ function watchJobs() {
   );
 }
 
-document.getElementById("skip").addEventListener("click", (event) => {
+here("skip").addEventListener("click", (event) => {
   event.preventDefault();
   main.focus();
 });
 // A file that misses the drop area must not replace the page.
 for (const event of ["dragover", "drop"])
   addEventListener(event, (given) => given.preventDefault());
-document.addEventListener("shown", (event) => markNavigation(event.detail.path));
+document.addEventListener("shown", (event) => {
+  if (event instanceof CustomEvent) markNavigation(event.detail.path);
+});
 watchConnection();
 watchJobs();
 router.show();

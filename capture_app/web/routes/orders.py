@@ -4,6 +4,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Discriminator, Field, Tag
 
+from capture_app.commands.render import RenderOptions
+from capture_app.commands.run import TakeOptions
 from capture_app.exports.bone_names import Bones
 from capture_app.things import Name
 from capture_app.web.library.ids import Id
@@ -20,33 +22,17 @@ from capture_app.web.routes.calibrations import (
     like,
 )
 from capture_app.web.sources import MountChoice
-from ingest.trajectory.reading import Top
 
 _EXAMPLE_ID = "0123456789abcdef"
-_Number = Annotated[float, Field(allow_inf_nan=False)]
 _Size = tuple[Annotated[int, Field(ge=64, le=3840)], Annotated[int, Field(ge=64, le=2160)]]
+_Number = Annotated[float, Field(allow_inf_nan=False)]
 
 
-class RunOptions(BaseModel):
+class RunOptions(TakeOptions):
     """How to make a motion; see `omocap run --help`."""
 
     model_config = like(samples=4, seed=0, height=1.72, up="object:z", floor=-0.8)
 
-    samples: Annotated[int, Field(ge=1, le=64)] = 4
-    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
-    steps: Annotated[int, Field(ge=1, le=1000)] = 10
-    height: Annotated[float, Field(ge=0.8, le=2.6)] | None = None
-    stood: tuple[_Number, _Number] | Literal["phone"] | None = None
-    contact: Literal["segments", "paper"] = "segments"
-    segment: Annotated[int, Field(ge=1, lt=2**31)] | None = None
-    floor: _Number | None = None
-    up: tuple[_Number, _Number, _Number] | Top | None = None
-    """A direction in the phone's world, or the axis of the mesh that is up where the object rests."""
-    format: Annotated[str, Field(max_length=100)] | None = None
-    """Name of the app to read the log as that of; see `omocap formats`."""
-    stitch: bool = False
-    closure: bool = False
-    force: bool = False
     video: bool = True
 
 
@@ -105,16 +91,15 @@ class Export(BaseModel):
     sample: Annotated[int, Field(ge=1, le=64)] | None = None
 
 
-class Render(BaseModel):
+class Render(RenderOptions):
     """A result becomes a video."""
 
     model_config = like(kind="render", result=_EXAMPLE_ID, view="orbit", size=[960, 540])
 
     kind: Literal["render"]
     result: Id
-    view: Literal["third", "orbit", "follow", "top", "object"] = "third"
-    sample: Annotated[int, Field(ge=1, le=64)] | None = None
     size: _Size = (960, 540)
+    """At most what others who wait can bear."""
 
 
 class Compare(BaseModel):

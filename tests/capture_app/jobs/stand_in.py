@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import ClassVar
 
-from capture_app.jobs.orders import Order
+from capture_app.commands.request import Request
 from capture_app.jobs.work import Attempt, Kind
 from capture_app.staging import Staging
 from omomo_core.errors import InputError
@@ -16,7 +16,7 @@ from omomo_core.errors import InputError
 STEPS = ("first", "second", "third")
 
 
-class StandInOrder(Order):
+class StandInOrder(Request):
     KIND: ClassVar[str] = "stand-in"
     READS: ClassVar[tuple[str, ...]] = ("source",)
 

@@ -14,12 +14,11 @@ import pytest
 from waiting import until
 
 from capture_app.cli.app import invoke
+from capture_app.commands.run import RunRequest
 from capture_app.jobs.batch.order import order_of, submit_batch
 from capture_app.jobs.batch.results import write_results
 from capture_app.jobs.batch.sessions import find_sessions
 from capture_app.jobs.batch.table import read_table
-from capture_app.jobs.kinds.run import request_of
-from capture_app.jobs.orders import RunOrder
 from capture_app.jobs.queue import open_queue
 from capture_app.pipeline import run_take
 from omomo_core.errors import InputError
@@ -73,7 +72,7 @@ def test_a_table_says_what_is_particular_to_each_session(tmp_path: Path) -> None
         "session": tmp_path / "one",
         "object": tmp_path / "chair.obj",
         "mount": "identity",
-        "height": "1.8",
+        "height": 1.8,
         "up": (0.0, 1.0, 0.0),
         "name": "one",
         "stood": (0.5, -1.0),
@@ -106,6 +105,8 @@ def test_a_place_before_the_phone_is_not_asked_of_an_animation(tmp_path: Path) -
         ("session,object\na,b,c\n", "batch-table-line"),
         ("session,name\n,x\n", "batch-table-line"),
         ("session,stood\na,here\n", "place-invalid"),
+        ("session,up\na,above\n", "direction-invalid"),
+        ("session,height\na,9\n", "batch-option"),
     ],
 )
 def test_a_table_that_is_not_understood_is_refused_with_its_line(
@@ -145,18 +146,20 @@ def test_the_same_batch_again_doubles_nothing_and_tries_again_what_failed(tmp_pa
 
 
 @pytest.fixture
-def made(inputs, weights: Path, tmp_path: Path) -> RunOrder:
+def made(inputs, weights: Path, tmp_path: Path) -> RunRequest:
     """An order whose result stands where it wants it, though no queue knows of it."""
     said = {
         "session": inputs.session, "object": inputs.mesh, "mount": inputs.mount, "name": "take",
         "samples": 1, "steps": 1, "weights": weights, "video_size": None, "stood": (0.5, -1.0),
     }  # fmt: skip
     order = order_of(said, tmp_path / "out")
-    run_take(request_of(order), lambda stage, done: None)
+    run_take(order, lambda stage, done: None)
     return order
 
 
-def test_what_was_done_stays_done_when_the_database_is_lost(made: RunOrder, tmp_path: Path) -> None:
+def test_what_was_done_stays_done_when_the_database_is_lost(
+    made: RunRequest, tmp_path: Path
+) -> None:
     queue = open_queue(str(tmp_path / "new.sqlite"))
     other = made.model_copy(update={"seed": 1})
     ids, notes = submit_batch(queue, [made, other])
@@ -174,7 +177,7 @@ def test_what_was_done_stays_done_when_the_database_is_lost(made: RunOrder, tmp_
     again.close()
 
 
-def test_a_damaged_result_is_put_aside_and_made_again(made: RunOrder, tmp_path: Path) -> None:
+def test_a_damaged_result_is_put_aside_and_made_again(made: RunRequest, tmp_path: Path) -> None:
     queue = open_queue(str(tmp_path / "jobs.sqlite"))
     (id_,), _ = submit_batch(queue, [made])
     assert submit_batch(queue, [made]) == ([id_], [])

@@ -5,14 +5,17 @@ from pathlib import Path
 
 import pytest
 
+from capture_app.commands.render import CompareRequest, RenderRequest
+from capture_app.commands.request import Request
+from capture_app.commands.run import ResolveRequest
 from capture_app.jobs.kinds import KINDS
-from capture_app.jobs.orders import CompareOrder, ExportOrder, Order, RenderOrder, ResolveOrder
+from capture_app.jobs.orders import ExportOrder
 from capture_app.jobs.work import Attempt
 from capture_app.manifest import read_manifest
 from capture_app.pipeline import run_take
 
 
-def do(order: Order) -> tuple[list[str], dict[str, object], list[str]]:
+def do(order: Request) -> tuple[list[str], dict[str, object], list[str]]:
     """All stages at once: the stages heard of, the summary, the log."""
     heard: list[str] = []
     told: dict[str, object] = {}
@@ -41,12 +44,12 @@ def test_export_render_compare_and_resolve(result: Path, tmp_path: Path) -> None
     assert told["files"] == ["a.csv"]
     assert (tmp_path / "a.csv").stat().st_size > 1000
 
-    still = RenderOrder(result=result, output=tmp_path / "a.png", size=(64, 64), still=0.5)
+    still = RenderRequest(result=result, output=tmp_path / "a.png", size=(64, 64), still=0.5)
     assert "video" in do(still)[0]
     assert (tmp_path / "a.png").stat().st_size > 100
 
     both = (f"{result}#1", f"{result}#2")
-    page = CompareOrder(motions=both, output=tmp_path / "b.png", size=(64, 64), sheet=2)
+    page = CompareRequest(motions=both, output=tmp_path / "b.png", size=(64, 64), sheet=2)
     assert list(page.inputs.values()) == [result, result]
     do(page)
     assert (tmp_path / "b.png").stat().st_size > 100
@@ -54,7 +57,7 @@ def test_export_render_compare_and_resolve(result: Path, tmp_path: Path) -> None
     edited = json.loads((result / "contacts.json").read_text())
     edited["segments"] = edited["segments"][1:]
     (tmp_path / "edited.json").write_text(json.dumps(edited))
-    order = ResolveOrder(
+    order = ResolveRequest(
         result=result, contacts=tmp_path / "edited.json", output=tmp_path / "c", video_size=None
     )
     _, told, log = do(order)

@@ -8,8 +8,11 @@ from power import Disk, disk
 from scipy.spatial.transform import Rotation
 
 from capture_app.calibration.ways.requests import TrackerWay
+from capture_app.commands.render import RenderRequest
+from capture_app.commands.request import Request
+from capture_app.commands.run import RunRequest
 from capture_app.jobs.kinds import KINDS
-from capture_app.jobs.orders import CalibrateOrder, ExportOrder, Order, RenderOrder, RunOrder
+from capture_app.jobs.orders import CalibrateOrder, ExportOrder
 from capture_app.jobs.work import Attempt
 from capture_app.simulator.carried_box import clamped_phone
 from capture_app.simulator.phone import simulate
@@ -20,7 +23,7 @@ from omomo_core.motion import FPS
 assert disk
 
 
-def cut_after_each_stage(order: Order, disk: Disk) -> None:
+def cut_after_each_stage(order: Request, disk: Disk) -> None:
     """Each stage counts as finished once it is settled; nothing of it may be lost then."""
     attempt = Attempt("0" * 16, lambda stage, done: None, lambda said: None, lambda about: None)
     work = KINDS[order.KIND].start(order, attempt)
@@ -45,7 +48,7 @@ def test_a_model_disk_forgets_what_was_not_flushed(tmp_path: Path, disk: Disk) -
 
 
 def test_a_motion_a_video_and_an_export(inputs, weights: Path, tmp_path: Path, disk: Disk) -> None:
-    order = RunOrder(
+    order = RunRequest(
         session=inputs.session,
         object=inputs.mesh,
         mount=inputs.mount,
@@ -60,7 +63,7 @@ def test_a_motion_a_video_and_an_export(inputs, weights: Path, tmp_path: Path, d
     (tmp_path / "exports").mkdir()
     result, exports = order.output, tmp_path / "exports"
     cut_after_each_stage(ExportOrder(result=result, output=exports / "a.csv", to="csv"), disk)
-    still = RenderOrder(result=result, output=exports / "a.png", size=(64, 64), still=0.5)
+    still = RenderRequest(result=result, output=exports / "a.png", size=(64, 64), still=0.5)
     cut_after_each_stage(still, disk)
 
 
@@ -92,7 +95,7 @@ def test_inputs_are_read_once_to_be_hashed(
         return digest(file, name)
 
     monkeypatch.setattr(hashlib, "file_digest", heard)
-    order = RunOrder(
+    order = RunRequest(
         session=inputs.session,
         object=inputs.mesh,
         mount=inputs.mount,

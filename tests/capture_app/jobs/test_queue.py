@@ -8,13 +8,13 @@ import pytest
 from stand_in import StandInOrder
 from waiting import orders
 
-from capture_app.jobs.orders import RunOrder
+from capture_app.commands.run import RunRequest
 from capture_app.jobs.queue import JobQueue, open_queue, order_id
 from omomo_core.errors import InputError
 
 
 def test_a_new_job_waits_and_tells_what_was_ordered(queue: JobQueue, tmp_path: Path) -> None:
-    order = RunOrder(
+    order = RunRequest(
         name="Chair", session=tmp_path / "take", object=tmp_path / "a.obj", output=tmp_path / "out"
     )
     made = queue.submit(order)

@@ -1,13 +1,12 @@
 """A result that one process began and another one finished is the same, to the last bit but for its film."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from capture_app.commands.run import RunRequest
 from capture_app.jobs.kinds import KINDS
-from capture_app.jobs.orders import RunOrder
 from capture_app.jobs.work import Attempt, Work
 from capture_app.manifest import CONTACTS, GLB, MOTION, VIDEO
 from capture_app.pipeline import run_take
@@ -17,7 +16,7 @@ from render.video import read_frames
 STAGES = ["read", "generate", "export", "video", "poster", "finish"]
 
 
-def begin(order: RunOrder, told: dict[str, object]) -> Work:
+def begin(order: RunRequest, told: dict[str, object]) -> Work:
     attempt = Attempt("0" * 16, lambda stage, done: None, lambda sentence: None, told.update)
     return KINDS["run"].start(order, attempt)
 
@@ -27,10 +26,10 @@ def begin(order: RunOrder, told: dict[str, object]) -> Work:
     ["export", *(pytest.param(s, marks=pytest.mark.slow) for s in ("generate", "video", "finish"))],
 )
 def test_a_resumed_run_is_the_same(inputs, weights: Path, killed_in: str) -> None:
-    request = replace(inputs.request(weights), video_size=(64, 64))
+    request = inputs.request(weights).model_copy(update={"video_size": (64, 64)})
     run_take(request, lambda stage, done: None)
     again = inputs.folder / "again"
-    order = RunOrder(
+    order = RunRequest(
         session=inputs.session,
         object=inputs.mesh,
         mount=inputs.mount,

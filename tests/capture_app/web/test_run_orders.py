@@ -6,8 +6,7 @@ import httpx
 import numpy as np
 import pytest
 
-from capture_app.jobs.kinds.run import request_of
-from capture_app.jobs.orders import RunOrder
+from capture_app.commands.run import RunRequest
 from capture_app.web.site import Site
 from ingest.trajectory.reading import AS_LOGGED, Reading
 from omomo_core.errors import InputError
@@ -35,7 +34,7 @@ def report(client: httpx.Client, session: str, **said: object) -> dict:
     return answer.json()
 
 
-def ordered(client: httpx.Client, site: Site, **wanted: object) -> RunOrder:
+def ordered(client: httpx.Client, site: Site, **wanted: object) -> RunRequest:
     """The order as its worker reads it; the job is forgotten again."""
     answer = client.post("/api/jobs", json={"kind": "run", **wanted})
     assert answer.status_code == 201, answer.text
@@ -44,7 +43,7 @@ def ordered(client: httpx.Client, site: Site, **wanted: object) -> RunOrder:
         text = c.exec_driver_sql("SELECT [order] FROM omocap_jobs WHERE id = ?", (id_,)).scalar()
     client.post(f"/api/jobs/{id_}/cancel")
     assert client.delete(f"/api/jobs/{id_}").status_code == 204
-    return RunOrder.model_validate(json.loads(text or ""))
+    return RunRequest.model_validate(json.loads(text or ""))
 
 
 def test_a_phones_recording_without_a_mount_is_refused_before_a_job_is_made(
@@ -100,7 +99,7 @@ def test_a_run_and_its_report_are_told_the_same(
     client.get(
         at, params={k: v for k, v in example.items() if k != "session"} | SAID | {"up": word}
     )
-    assert asked == [request_of(order).reading]
+    assert asked == [order.reading]
     assert all(getattr(asked[0], key) != getattr(AS_LOGGED, key) for key in vars(AS_LOGGED))
 
 

@@ -2,13 +2,20 @@
 import { h } from "../core/dom.js";
 import { choice, field, number } from "../parts/fields.js";
 import { PointPicker } from "../parts/pick_points.js";
+/** @import {Boards} from "../core/answers.js" */
+
+/** Lengths in mm. @typedef {{columns: number, rows: number, square: number, marker: number,
+ *    dictionary: string}} Board */
+/** @typedef {{width: number, height: number}} Size */
 
 const OTHER = "other";
 const RULER = 150; // mm, the long ruler of the sheet
+/** @type {Record<string, number>} */
 const UNITS = { mm: 1, cm: 10, m: 1000, in: 25.4 };
 const TEXT = /^(\d+)x(\d+):([\d.]+)(mm|cm|m|in):([\d.]+)(mm|cm|m|in):(\w+)$/i;
 
-/** "5x7:35mm:26mm:DICT" -> {columns, rows, square, marker, dictionary} in mm, or null. */
+/** "5x7:35mm:26mm:DICT" -> its numbers in mm, or null.
+ *  @param {string} text @returns {Board | null} */
 export function parseBoard(text) {
   const found = TEXT.exec(text.trim());
   if (!found) return null;
@@ -22,7 +29,7 @@ export function parseBoard(text) {
   };
 }
 
-/** The text of a board whose squares are longer by this factor. */
+/** The text of a board whose squares are longer by this factor. @param {Board} board */
 export function boardText(board, factor = 1) {
   const [square, marker] = [board.square, board.marker].map(
     (side) => `${Number((side * factor).toFixed(4))}mm`,
@@ -31,7 +38,8 @@ export function boardText(board, factor = 1) {
 }
 
 /** Which board. `boards`: as the server lists them; `changed()` when it is another.
- *  {node, read() -> text or "", size() -> {width, height} in mm or null} */
+ *  {node, read() -> text or "", size() -> {width, height} in mm or null}
+ *  @param {Boards} boards @param {{changed?: () => void, print?: boolean, none?: string}} more */
 export function boardField(boards, { changed = () => {}, print = true, none = "" } = {}) {
   const papers = Object.keys(boards).map((name) => [name, `${name} sheet`]);
   const paper = choice("The board", [
@@ -49,7 +57,6 @@ export function boardField(boards, { changed = () => {}, print = true, none = ""
     unit: "mm",
     min: 120,
     max: 180,
-
     hint: "Printers shrink a little: that does no harm if it is said. Empty: 150.",
   });
   const sheet = h("a", { class: "button", download: "board.pdf" }, "Get the sheet to print (PDF)");
@@ -92,6 +99,7 @@ export function boardField(boards, { changed = () => {}, print = true, none = ""
   };
 }
 
+/** @type {Record<string, [number, number]>} */
 const CORNERS = {
   "top left, where the arrows start": [0, 0],
   "top right": [1, 0],
@@ -99,7 +107,8 @@ const CORNERS = {
   "bottom left": [0, 1],
 };
 
-/** Where the board is on the object, by its corners. {node, stage, show(id), read(size)} */
+/** Where the board is on the object, by its corners. {node, picker, show(id), read(size)}
+ *  @param {AbortSignal} signal */
 export function boardPlace(signal) {
   const picker = new PointPicker({
     names: Object.keys(CORNERS),
@@ -113,22 +122,25 @@ export function boardPlace(signal) {
           : "Good.",
     signal,
   });
+  /** @param {Size} size */
   const read = ({ width, height }) => ({
     points: picker.points.map(({ name, at }) => ({
       board_mm: [CORNERS[name][0] * width, CORNERS[name][1] * height],
       object: at,
     })),
   });
+  /** @param {string | null} id */
+  const show = (id) => picker.show(id);
   const node = h(
     "div",
     { class: "split even" },
     h("div", { class: "stack" }, picker.stage.node, picker.status),
     picker.content,
   );
-  return { node, picker, show: (id) => picker.show(id), read };
+  return { node, picker, show, read };
 }
 
-/** What to do, one thing each. */
+/** What to do, one thing each. @param {string[] | undefined} lines */
 export function todo(lines) {
   if (!lines?.length) return null;
   if (lines.length === 1) return h("p", { class: "todo" }, lines[0]);

@@ -1,9 +1,11 @@
 // The numbers of a camera, for who has calibrated it; without them they are found from the film.
 import { h } from "../core/dom.js";
 import { field, number } from "../parts/fields.js";
+/** @import {NumberAsked} from "../parts/fields.js" */
 
 /** `pose`: also ask where it stood. {node, read() -> null or the camera} */
 export function cameraFields({ pose = false } = {}) {
+  /** @param {string} label @param {NumberAsked} more */
   const ask = (label, more = {}) => number(label, { unit: "px", min: 0, ...more });
   const fields = {
     fx: ask("fx"),
@@ -41,7 +43,7 @@ export function cameraFields({ pose = false } = {}) {
   return { node, read };
 }
 
-/** Sixteen numbers as four rows, or null. */
+/** Sixteen numbers as four rows, or null. @param {string} label @param {string} hint */
 export function matrixField(label, hint) {
   const input = h("textarea", { rows: 4 });
   const read = () => {
@@ -51,11 +53,13 @@ export function matrixField(label, hint) {
   return { node: field(label, input, hint), read };
 }
 
+/** @param {string} label */
 function numbers(label) {
   const input = h("input");
   return { node: field(label, input), read: () => numbersIn(input.value) };
 }
 
+/** @param {string} text */
 function numbersIn(text) {
   return text
     .split(/[\s,]+/)

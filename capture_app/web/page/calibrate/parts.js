@@ -3,18 +3,26 @@ import { api } from "../core/api.js";
 import { h } from "../core/dom.js";
 import { brought } from "../parts/brought.js";
 import { boardField, boardPlace, todo } from "./board.js";
+/** @import {Child} from "../core/dom.js"
+ *  @import {Look} from "../parts/brought.js"
+ *  @import {Context} from "./recorded.js" */
 
-/** The steps of a way as the server tells them. */
+/** @typedef {Record<string, string[]>} Steps */
+/** What else a look needs to know. @typedef {() => Record<string, string>} More */
+
+/** The steps of a way as the server tells them.
+ *  @param {Context} context @param {string} key @returns {Steps} */
 export function stepsOf({ guide }, key) {
   return guide.ways[key].steps;
 }
 
-/** A look at something that was brought. */
+/** A look at something that was brought. @param {string} of @param {More} more @returns {Look} */
 export function looker(of, more = () => ({})) {
   return (id, signal) =>
     api(`/api/calibration/look?${new URLSearchParams({ of, id, ...more() })}`, { signal });
 }
 
+/** @param {Context} context @param {{look?: string, more?: More, text?: string}} asked */
 export function recording(
   context,
   { look, more, text = "The folder your logger app wrote, or a zip of it." },
@@ -27,11 +35,12 @@ export function recording(
     text,
     folder: true,
     signal: context.signal,
-    look: look && looker(look, more),
+    look: look ? looker(look, more) : null,
   });
 }
 
-/** The board and its place, as two parts. `more`: things to be looked at again for another board. */
+/** The board and its place, as two parts. `again`: have things to be looked at again for another board.
+ *  @param {Context} context @param {Steps} steps @param {() => void} again */
 export function boardParts(context, steps, again) {
   const board = boardField(context.guide.boards, { changed: () => again() });
   const place = boardPlace(context.signal);
@@ -52,6 +61,7 @@ export function boardParts(context, steps, again) {
   };
 }
 
+/** @param {string} words @param {Child} content */
 export function folded(words, content) {
   return h("details", {}, h("summary", {}, words), content);
 }

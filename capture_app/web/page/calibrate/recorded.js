@@ -6,12 +6,22 @@ import { attempt } from "../parts/fields.js";
 import { objectField } from "../parts/mount_form.js";
 import { numbered } from "../parts/numbered.js";
 import { freshKey } from "../parts/order_form.js";
+/** @import {Choices, Guide, Item, Mount, Session, Thing} from "../core/answers.js"
+ *  @import {Child} from "../core/dom.js"
+ *  @import {Choice} from "../parts/fields.js" */
 
-/** A form of numbered parts.
- *  `build(context, thing)` -> {name, parts: [{title, content}], read() -> the order without kind,
- *  name and object, show(object)?}. */
+/** What the forms of the ways are made of, and for.
+ *  @typedef {{choices: Choices, objects: Thing[], sessions: Session[], videos: Item[],
+ *    materials: Item[], mounts: Mount[], guide: Guide, object: string | null, back: string | null,
+ *    signal: AbortSignal}} Context */
+/** @typedef {{title: string, content: Child[]}} Part */
+/** What of a way is its own; `read()` gives the order without kind, name and object.
+ *  @typedef {{name: string, parts: Part[], read: () => Record<string, unknown>,
+ *    show?: (object: string | null) => void}} Way */
+
+/** A form of numbered parts. @param {(context: Context, thing: Choice) => Way} build */
 export function recordedForm(build) {
-  return (context) => {
+  return (/** @type {Context} */ context) => {
     const { objects, object, back } = context;
     const thing = objectField(objects, object, (id) => made.show?.(id));
     const made = build(context, thing);
@@ -73,12 +83,13 @@ const NEEDED = {
   mount: "the mount so far",
 };
 
-/** Say what is still to be brought, before anything is sent. */
+/** Say what is still to be brought, before anything is sent.
+ *  @param {{place?: {points: unknown[]}, [key: string]: unknown}} order */
 function refuseMissing(order) {
   const missing = Object.entries(NEEDED)
     .filter(([key]) => key in order && !order[key])
     .map(([, words]) => words);
-  if ("place" in order && order.place.points.length < 3) missing.push("three corners of the board");
+  if (order.place && order.place.points.length < 3) missing.push("three corners of the board");
   if (!missing.length) return;
   throw new ApiError(0, {
     code: "missing",

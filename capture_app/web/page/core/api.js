@@ -4,10 +4,21 @@
 export const connection = new EventTarget();
 let lost = false;
 
+/** What is told besides belongs to the one kind of error.
+ *  @typedef {{code: string, what: string, where?: string, fix?: string, [more: string]: unknown}} Told */
+/** @typedef {{method?: string, json?: unknown, body?: BodyInit, headers?: Record<string, string>,
+ *    signal?: AbortSignal}} Asked */
+
 export class ApiError extends Error {
+  /** @param {number} status @param {Told} told */
   constructor(status, { code, what, where = "", fix = "", ...rest }) {
     super(what);
-    Object.assign(this, { status, code, what, where, fix, rest });
+    this.status = status;
+    this.code = code;
+    this.what = what;
+    this.where = where;
+    this.fix = fix;
+    this.rest = rest;
   }
 
   get offline() {
@@ -16,7 +27,8 @@ export class ApiError extends Error {
 }
 
 /** Ask the server. `json` is sent as a body and the answer's JSON returned (null for none).
- *  Throws ApiError, or AbortError when `signal` was raised. */
+ *  Throws ApiError, or AbortError when `signal` was raised.
+ *  @param {string} path @param {Asked} asked */
 export async function api(path, { method, json, body, headers = {}, signal } = {}) {
   const answer = await reach(path, {
     method: method ?? (json === undefined ? "GET" : "POST"),
@@ -28,24 +40,25 @@ export async function api(path, { method, json, body, headers = {}, signal } = {
   throw await refused(answer);
 }
 
-/** The bytes of a scene pack, as an ArrayBuffer. */
+/** The bytes of a scene pack. @param {string} path @param {AbortSignal} signal */
 export async function bytes(path, signal) {
   const answer = await reach(path, { signal });
   if (!answer.ok) throw await refused(answer);
   return answer.arrayBuffer();
 }
 
-/** An error of any origin, as words for a person. */
+/** An error of any origin, as words for a person. @param {unknown} error */
 export function inWords(error) {
   if (error instanceof ApiError) return error;
   return new ApiError(0, {
     code: "page",
     what: "The page came upon something it did not expect.",
-    where: String(error?.message ?? error),
+    where: error instanceof Error ? error.message : String(error),
     fix: "Load the page again. Nothing on the server is lost.",
   });
 }
 
+/** @param {string} path @param {RequestInit} options */
 async function reach(path, options) {
   try {
     const answer = await fetch(path, { ...options, credentials: "same-origin" });
@@ -62,6 +75,7 @@ async function reach(path, options) {
   }
 }
 
+/** @param {Response} answer */
 async function refused(answer) {
   const fallback = {
     code: `http-${answer.status}`,
@@ -89,6 +103,7 @@ function answered() {
   connection.dispatchEvent(new Event("back"));
 }
 
+/** @param {number} wait */
 function knock(wait) {
   setTimeout(async () => {
     if (!lost) return;

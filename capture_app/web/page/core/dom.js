@@ -2,64 +2,84 @@
 
 const SVG = "http://www.w3.org/2000/svg";
 
-/** An element. `props`: attributes, `on: {event: handler}`, `style: {property: value}`, or
- *  properties of the element (value, checked, disabled, hidden, ...). Children: nodes, text, arrays,
- *  and null or false for nothing. */
+/** Nodes, text, arrays of them, and null or false for nothing.
+ *  @typedef {Node | string | number | boolean | null | undefined | Child[]} Child */
+/** @typedef {{[K in keyof HTMLElementEventMap]?: (event: HTMLElementEventMap[K]) => void}} Heard */
+/** Attributes, `on: {event: handler}`, `style: {property: value}`, or properties of the element
+ *  (value, checked, disabled, hidden, ...).
+ *  @typedef {Record<string, string | number | boolean | null | undefined | Heard
+ *    | Record<string, string>> & {on?: Heard, style?: Record<string, string>}} Props */
+
+/** An element.
+ *  @template {keyof HTMLElementTagNameMap} K @param {K} tag @param {Props} props
+ *  @param {Child[]} children */
 export function h(tag, props = {}, ...children) {
   const element = document.createElement(tag);
-  for (const [key, value] of Object.entries(props ?? {})) set(element, key, value);
+  for (const [key, value] of Object.entries(props)) set(element, key, value);
   fill(element, children);
   return element;
 }
 
-/** An element of a picture. */
+/** An element of a picture.
+ *  @param {string} tag @param {Record<string, string | number>} attributes @param {Child[]} children */
 export function svg(tag, attributes = {}, ...children) {
   const element = document.createElementNS(SVG, tag);
-  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, String(value));
   fill(element, children);
   return element;
 }
 
-/** Put these children in place of those that are there. */
+/** Put these children in place of those that are there.
+ *  @template {Element} E @param {E} element @param {Child[]} children */
 export function put(element, ...children) {
   element.replaceChildren();
   fill(element, children);
   return element;
 }
 
-/** Set text only when it changes, so that screen readers and selections are left alone. */
+/** Set text only when it changes, so that screen readers and selections are left alone.
+ *  @param {Element} element @param {string} text */
 export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
 let made = 0;
 
-/** An id that no other element has, to tie a label to its field. */
+/** An id that no other element has, to tie a label to its field. @param {string} word */
 export function freshId(word) {
   made += 1;
   return `${word}-${made}`;
 }
 
+/** @param {HTMLElement} element @param {string} key @param {Props[string]} value */
 function set(element, key, value) {
   if (value === null || value === undefined) return;
-  if (key === "on") {
-    for (const [event, handler] of Object.entries(value)) element.addEventListener(event, handler);
-  } else if (key === "style") {
-    for (const [name, text] of Object.entries(value)) element.style.setProperty(name, text);
+  if (typeof value === "object") {
+    for (const [name, one] of Object.entries(value)) {
+      if (typeof one === "function") element.addEventListener(name, one);
+      else element.style.setProperty(name, one);
+    }
   } else if (key === "class") {
-    element.className = value;
-  } else if (typeof value === "boolean" && key in element) {
-    element[key] = value;
-  } else if (key === "value" || key === "srcObject") {
-    element[key] = value;
+    element.className = String(value);
+  } else if ((typeof value === "boolean" && key in element) || key === "value") {
+    Reflect.set(element, key, value);
   } else {
-    element.setAttribute(key, value);
+    element.setAttribute(key, String(value));
   }
 }
 
+/** @param {Element} element @param {Child[]} children */
 function fill(element, children) {
-  for (const child of children.flat(Infinity)) {
+  for (const child of children) {
     if (child === null || child === undefined || child === false) continue;
-    element.append(child instanceof Node ? child : String(child));
+    if (Array.isArray(child)) fill(element, child);
+    else element.append(child instanceof Node ? child : String(child));
   }
+}
+
+/** The element of the page itself with this id. @param {string} id */
+export function here(id) {
+  const found = document.getElementById(id);
+  if (!found) throw new Error(`the page has no ${id}`);
+  return found;
 }

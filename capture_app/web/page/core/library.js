@@ -3,13 +3,17 @@ import { api } from "./api.js";
 import { h } from "./dom.js";
 import { go } from "./router.js";
 import { confirmed, renamed } from "../parts/dialog.js";
+/** @import {Item, Shelf} from "./answers.js"
+ *  @import {Child} from "./dom.js" */
 
+/** @type {Record<Shelf, string>} */
 export const ONE = { sessions: "recording", objects: "object", mounts: "mount", results: "motion" };
 
-/** Rename and delete buttons of an item; `changed(item)` after a new name. */
+/** Rename and delete buttons of an item; `changed(item)` after a new name.
+ *  @param {Shelf} kind @param {Item} item @param {(item: Item) => void} changed */
 export function itemButtons(kind, item, changed) {
   const rename = async () => {
-    await renamed(item.name, async (name) => {
+    await renamed(item.name, async (/** @type {string} */ name) => {
       Object.assign(
         item,
         await api(`/api/${kind}/${item.id}`, { method: "PATCH", json: { name } }),
@@ -27,6 +31,7 @@ export function itemButtons(kind, item, changed) {
   ];
 }
 
+/** @param {Shelf} kind @param {Item} item */
 async function remove(kind, item) {
   const done = await confirmed({
     title: `Delete “${item.name}”?`,
@@ -37,7 +42,8 @@ async function remove(kind, item) {
   if (done) go("#/library");
 }
 
-/** A heading that follows the item's name, with what can be done to the item. */
+/** A heading that follows the item's name, with what can be done to the item.
+ *  @param {Shelf} kind @param {Item} item @param {Child} line @param {Child[]} more */
 export function itemHead(kind, item, line, ...more) {
   const name = h("h1", {}, item.name);
   const changed = () => {

@@ -1,10 +1,12 @@
 // What a screen reader is told when something changes that the eye sees by itself.
 
+import { here } from "./dom.js";
+
 let last = "";
 
-/** Say a sentence once, politely. */
+/** Say a sentence once, politely. @param {string} sentence */
 export function announce(sentence) {
   if (sentence === last) return;
   last = sentence;
-  document.getElementById("live").textContent = sentence;
+  here("live").textContent = sentence;
 }

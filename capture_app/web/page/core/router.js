@@ -2,21 +2,29 @@
 import { inWords } from "./api.js";
 import { put } from "./dom.js";
 import { announce } from "./live.js";
+/** @import {ApiError} from "./api.js" */
 
-/** {path, query} of an address. */
+/** What a view is made for: parts of the address, and when it is left.
+ *  @typedef {{params: Record<string, string>, query: URLSearchParams, signal: AbortSignal}} Visit */
+/** @typedef {{title: string, node: Node, update?: (query: URLSearchParams) => void,
+ *    failed?: boolean}} View */
+/** @typedef {(visit: Visit) => Promise<View>} ViewOf */
+
+/** {path, query} of an address. @param {string} hash */
 export function parse(hash) {
   const [path, query = ""] = hash.replace(/^#/, "").split("?");
   return { path: path || "/", query: new URLSearchParams(query) };
 }
 
-/** The address of a path and its query; empty values are left out. */
+/** The address of a path and its query; empty values are left out.
+ *  @param {string} path @param {Record<string, string | null | undefined>} query */
 export function address(path, query = {}) {
-  const kept = Object.entries(query).filter(([, value]) => value);
+  const kept = Object.entries(query).flatMap(([name, value]) => (value ? [[name, value]] : []));
   const text = new URLSearchParams(kept).toString();
   return `#${path}${text ? `?${text}` : ""}`;
 }
 
-/** Go there; `replace` leaves no step to go back to. */
+/** Go there; `replace` leaves no step to go back to. @param {string} hash */
 export function go(hash, { replace = false } = {}) {
   if (replace) location.replace(hash);
   else location.hash = hash;
@@ -27,9 +35,15 @@ export function go(hash, { replace = false } = {}) {
  *  `update(query)` is called in place of a new view when only the query changes.
  *  trouble: error -> node. */
 export class Router {
+  /** @param {HTMLElement} main @param {[RegExp, ViewOf][]} routes
+   *  @param {(error: ApiError) => Node} trouble */
   constructor(main, routes, trouble) {
-    Object.assign(this, { main, routes, trouble });
+    this.main = main;
+    this.routes = routes;
+    this.trouble = trouble;
+    /** @type {string | null} */
     this.path = null;
+    /** @type {View | null} */
     this.view = null;
     this.leaving = new AbortController();
     addEventListener("hashchange", () => this.show());
@@ -39,16 +53,22 @@ export class Router {
   async show({ again = false } = {}) {
     if (location.hash && !location.hash.startsWith("#/")) return;
     const { path, query } = parse(location.hash);
-    if (!again && path === this.path && this.view?.update) return this.view.update(query);
+    if (!again && path === this.path && this.view?.update) {
+      this.view.update(query);
+      return;
+    }
     const first = this.path === null;
     this.leaving.abort();
     this.leaving = new AbortController();
-    Object.assign(this, { path, view: null });
+    this.path = path;
+    this.view = null;
     await this.open(path, query, this.leaving.signal, first || again);
   }
 
+  /** @param {string} path @param {URLSearchParams} query @param {AbortSignal} signal @param {boolean} quiet */
   async open(path, query, signal, quiet) {
     this.main.setAttribute("aria-busy", "true");
+    /** @type {View} */
     let view;
     try {
       view = await this.make(path, query, signal);
@@ -65,15 +85,17 @@ export class Router {
     document.dispatchEvent(new CustomEvent("shown", { detail: { path } }));
   }
 
+  /** @param {string} path @param {URLSearchParams} query @param {AbortSignal} signal */
   make(path, query, signal) {
     for (const [pattern, view] of this.routes) {
       const match = pattern.exec(path);
       if (match) return view({ params: match.groups ?? {}, query, signal });
     }
-    return this.routes.at(-1)[1]({ params: {}, query, signal });
+    throw new Error(`no view is for ${path}`);
   }
 }
 
+/** @param {HTMLElement} main @param {string} title */
 function arrive(main, title) {
   const heading = main.querySelector("h1");
   scrollTo(0, 0);

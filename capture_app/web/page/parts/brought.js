@@ -7,10 +7,18 @@ import { dropArea } from "../upload/drop.js";
 import { order } from "../upload/gather.js";
 import { choice } from "./fields.js";
 import { trouble } from "./trouble.js";
+/** @import {Item, Looked} from "../core/answers.js" */
+
+/** @typedef {"session" | "video" | "material"} Kind */
+/** @typedef {(id: string, signal: AbortSignal) => Promise<Looked>} Look */
+/** @typedef {{label: string, kind: Kind, items: Item[], current?: string | null, title: string,
+ *    text?: string, accept?: string, folder?: boolean, signal: AbortSignal, look?: Look | null,
+ *    changed?: (id: string) => void}} Asked */
 
 /** kind: of the upload; items: those that are stored, of any kinds; `title`, `text`, `accept` and
  *  `folder` of the drop area; `look(id)` -> a promise of {good, doubts, notes}, or null for none.
- *  {node, read(), lookAgain()}; "changed" is told by `changed(id)`. */
+ *  {node, read(), lookAgain()}; "changed" is told by `changed(id)`.
+ *  @param {Asked} asked */
 export function brought({
   label,
   kind,
@@ -26,9 +34,10 @@ export function brought({
 }) {
   const told = h("div", { "aria-live": "polite" });
   const place = h("div", { class: "stack" });
+  /** @param {Item} one */
   const words = (one) => `${one.name}, ${ago(one.created)}`;
   const stored = choice(label, [["", "None yet"], ...items.map((one) => [one.id, words(one)])], {
-    value: items.some(({ id }) => id === current) ? current : "",
+    value: items.find(({ id }) => id === current)?.id ?? "",
   });
   let looking = new AbortController();
   const lookAgain = async () => {
@@ -36,8 +45,8 @@ export function brought({
     looking = new AbortController();
     const inner = AbortSignal.any([signal, looking.signal]);
     put(told);
-    const asked = look && stored.read() ? look(stored.read(), inner) : null;
-    if (!asked) return;
+    if (!look || !stored.read()) return;
+    const asked = look(stored.read(), inner);
     put(told, h("p", { class: "hint waiting" }, "Looking at it…"));
     try {
       put(told, found(await asked));
@@ -57,6 +66,7 @@ export function brought({
     small: true,
     took: async (roots) => {
       const [item] = await begin(roots, place, [order(kind, roots)]);
+      /** @type {Item} */
       const one = await api(`/api/${SHELVES[kind]}/${item.id}`);
       stored.input.append(h("option", { value: one.id }, words(one)));
       put(place);
@@ -75,6 +85,7 @@ export function brought({
 
 const SHELVES = { session: "sessions", video: "videos", material: "materials" };
 
+/** @param {Looked} looked */
 function found({ good, doubts, notes }) {
   return [
     h("p", { class: "good" }, h("span", { "aria-hidden": "true" }, "✓ "), good),

@@ -2,11 +2,15 @@
 import { h } from "../core/dom.js";
 import { KINDS, STATES, ago, ended, sides, span } from "../core/words.js";
 import { stageWords } from "./stages.js";
+/** @import {Bounds, Job, Motion, Mount, Session, Shelf, Thing} from "../core/answers.js" */
+
+/** @typedef {Session | Thing | Mount} Stored */
 
 const TRIES = 5;
 const WAIT = 3000; // milliseconds
 
-/** A small picture of a thing; a new one is drawn after it was asked for, so it is asked again. */
+/** A small picture of a thing; a new one is drawn after it was asked for, so it is asked again.
+ *  @param {Shelf} kind @param {string} id @param {number} width @param {number} height */
 export function poster(kind, id, width, height) {
   const src = `/api/${kind}/${id}/picture`;
   let tries = 0;
@@ -27,7 +31,7 @@ export function poster(kind, id, width, height) {
   return picture;
 }
 
-/** A result: picture, name, where it comes from. */
+/** A result: picture, name, where it comes from. @param {Motion} result */
 export function resultCard(result) {
   return h(
     "a",
@@ -48,32 +52,30 @@ export function resultCard(result) {
   );
 }
 
-/** A session, object or mount in a list. */
+/** A session, object or mount in a list.
+ *  @param {Shelf} kind @param {Stored} item @param {HTMLElement[]} buttons */
 export function itemRow(kind, item, ...buttons) {
   const path = `#/${kind}/${item.id}`;
-  const pictured = kind === "objects" || (kind === "mounts" && item.object);
+  const pictured = "extents" in item || ("object" in item && item.object);
   return h(
     "li",
     { class: pictured ? "row-item pictured" : "row-item" },
     pictured && h("span", { class: "thumb" }, poster(kind, item.id, 56, 56)),
     h("a", { href: path, class: "row-name" }, item.name),
-    h(
-      "span",
-      { class: "hint" },
-      [details(kind, item), ago(item.created)].filter(Boolean).join(" · "),
-    ),
+    h("span", { class: "hint" }, [details(item), ago(item.created)].filter(Boolean).join(" · ")),
     buttons.length > 0 && h("span", { class: "row" }, buttons),
   );
 }
 
-/** What is worth knowing about an item, in a line. */
-export function details(kind, item) {
-  if (kind === "objects") return item.extents ? sides(item.extents) : "";
-  if (kind === "mounts") return mountWords(item);
+/** What is worth knowing about an item, in a line. @param {Stored} item */
+export function details(item) {
+  if ("extents" in item) return sides(item.extents);
+  if ("method" in item) return mountWords(item);
   const seconds = item.seconds ? span(item.seconds) : "";
   return [item.app, seconds].filter(Boolean).join(" · ");
 }
 
+/** @type {Record<string, string>} */
 const METHODS = {
   board: "a board and a second camera",
   session: "scan and clamp in one recording",
@@ -87,25 +89,25 @@ const METHODS = {
   identity: "taken as the phone itself",
 };
 
-/** How a mount was found, and within what it is true 95 times of 100. */
+/** How a mount was found, and within what it is true 95 times of 100. @param {Mount} mount */
 export function mountWords(mount) {
   const way = METHODS[mount.method] ?? mount.method;
   if (mount.method === "identity") return way;
   return `by ${way}, ${boundWords(mount.bounds)}`;
 }
 
-/** {mm, deg} in words. */
+/** In words. @param {Bounds | null} bounds */
 export function boundWords(bounds) {
   if (!bounds) return "error unknown";
   return `within ${few(bounds.mm)} mm and ${few(bounds.deg)}°`;
 }
 
-/** A number with decimals where they say something. */
+/** A number with decimals where they say something. @param {number} value */
 export function few(value) {
   return value.toFixed(value < 0.1 ? 2 : value < 10 ? 1 : 0);
 }
 
-/** A job in a list, with its progress. */
+/** A job in a list, with its progress. @param {Job} job */
 export function jobRow(job) {
   const live = !ended(job);
   return h(

@@ -1,7 +1,11 @@
 // A take report: the verdict in large words, what to do first, each check with what, where, fix.
 import { h } from "../core/dom.js";
-import { capital, count } from "../core/words.js";
+import { capital, count, stretch } from "../core/words.js";
+/** @import {Check, Report, Severity} from "../core/answers.js" */
 
+/** Shows a second of the recording. @typedef {(seconds: number) => void} Seek */
+
+/** @type {Record<string, [Severity, string]>} */
 const VERDICTS = {
   good: ["ok", "This recording is good"],
   "usable with limits": ["warn", "This recording is usable with limits"],
@@ -10,7 +14,7 @@ const VERDICTS = {
 };
 const BADGES = { ok: "✓ good", warn: "! look", bad: "✕ bad" };
 
-/** The verdict box. */
+/** The verdict box. @param {Report} report */
 export function verdict(report) {
   const [kind, words] = VERDICTS[report.verdict] ?? ["warn", capital(report.verdict)];
   return h(
@@ -24,7 +28,8 @@ export function verdict(report) {
   );
 }
 
-/** All checks, the worst first; those that are well are folded up. `seek(seconds)` shows a place. */
+/** All checks, the worst first; those that are well are folded up. `seek` shows a place.
+ *  @param {Check[]} checks @param {Seek | null} seek */
 export function checkList(checks, seek = null) {
   const troubles = ["bad", "warn"].flatMap((kind) => checks.filter((one) => one.severity === kind));
   const well = checks.filter((one) => one.severity === "ok");
@@ -51,6 +56,7 @@ export function checkList(checks, seek = null) {
   );
 }
 
+/** @param {Check} check @param {Seek | null} seek */
 function item(check, seek) {
   return h(
     "li",
@@ -68,6 +74,7 @@ function item(check, seek) {
   );
 }
 
+/** @param {Check} check @param {Seek | null} seek */
 function where(check, seek) {
   if (!check.seconds) {
     return (
@@ -75,11 +82,12 @@ function where(check, seek) {
       h("span", { class: "hint" }, `poses ${check.frames[0]} to ${check.frames[1] - 1}`)
     );
   }
-  const words = check.seconds.map((time) => time.toFixed(1)).join(" to ") + " s";
-  if (!seek) return h("span", { class: "hint" }, words);
+  const words = stretch(check.seconds);
+  const first = check.seconds.find((time) => time !== null);
+  if (!seek || first === undefined) return h("span", { class: "hint" }, words);
   return h(
     "button",
-    { type: "button", class: "link", on: { click: () => seek(check.seconds[0]) } },
+    { type: "button", class: "link", on: { click: () => seek(first) } },
     `Show ${words}`,
   );
 }

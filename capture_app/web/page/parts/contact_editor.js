@@ -5,12 +5,15 @@ import { announce } from "../core/live.js";
 import { go } from "../core/router.js";
 import { attempt, button } from "./fields.js";
 import { freshKey } from "./order_form.js";
+/** @import {Segment} from "/static/viewer/pack.js"
+ *  @import {Result} from "../core/answers.js"
+ *  @import {Stage} from "./stage.js" */
 
 const HELP =
   "Drag a contact on the timeline or its ends; with the keyboard: Tab to it, " +
   "Enter, arrows. “Add” puts one at the playhead.";
 
-/** Buttons under the stage of a result. */
+/** Buttons under the stage of a result. @param {Result} item @param {Stage} stage */
 export function contactEditor(item, stage) {
   const editor = new Editor(item, stage);
   stage.addEventListener("opened", () => editor.attach());
@@ -18,11 +21,16 @@ export function contactEditor(item, stage) {
 }
 
 class Editor {
+  /** @type {string | null} */
+  key = null;
+
+  /** @param {Result} item @param {Stage} stage */
   constructor(item, stage) {
-    Object.assign(this, { item, stage });
+    this.item = item;
+    this.stage = stage;
     this.edit = button("Correct the contacts", () => this.begin());
     this.place = button("Put this hand elsewhere", () => this.pick(!this.picking));
-    this.stop = button("Stop correcting", () => (this.timeline.reset(), this.finish()));
+    this.stop = button("Stop correcting", () => (this.timeline?.reset(), this.finish()));
     this.solve = button("Solve again", () => this.send(), { class: "main" });
     this.hint = h("p", { class: "hint", role: "status" });
     this.problem = h("div");
@@ -39,29 +47,33 @@ class Editor {
     this.reset();
   }
 
+  /** That of the one motion that is shown. */
   get timeline() {
-    return this.stage.timelines[0];
+    return this.stage.timelines.at(0);
   }
 
   /** After a scene was opened. */
   attach() {
-    this.timeline?.addEventListener("edit", (event) => this.edited(event.detail.segments));
+    this.timeline?.addEventListener("edit", (event) => {
+      if (event instanceof CustomEvent) this.edited(event.detail.segments);
+    });
     this.timeline?.addEventListener("select", () => this.refresh());
     this.reset();
   }
 
   /** Nothing is corrected yet. */
   reset() {
-    const one = this.stage.scenes?.length === 1 ? this.timeline : null;
-    const sample = this.stage.scenes?.[0].sample;
-    const able = one && this.stage.viewer.header(0).editable && sample === (this.item.chosen ?? 0);
-    this.edit.hidden = !able;
+    const [scene, another] = this.stage.scenes;
+    const editable = this.timeline && this.stage.viewer?.header(0)?.editable;
+    const best = scene?.sample === (this.item.chosen ?? 0);
+    this.edit.hidden = Boolean(another) || !editable || !best;
     this.tools.hidden = true;
     this.pick(false);
     say(this.hint, "");
   }
 
   begin() {
+    if (!this.timeline) return;
     this.timeline.editable = true;
     this.edit.hidden = true;
     this.tools.hidden = false;
@@ -70,27 +82,30 @@ class Editor {
   }
 
   finish() {
-    this.timeline.editable = false;
-    this.stage.viewer.contacts(0, null);
+    if (this.timeline) this.timeline.editable = false;
+    this.stage.viewer?.contacts(0, null);
     this.reset();
     this.edit.focus();
   }
 
+  /** @param {Segment[]} segments */
   edited(segments) {
-    this.stage.viewer.contacts(0, segments);
+    this.stage.viewer?.contacts(0, segments);
     this.refresh();
   }
 
   refresh() {
-    this.solve.disabled = !this.timeline.dirty;
-    this.place.disabled = !this.timeline.selected;
-    if (!this.timeline.selected) this.pick(false);
+    const selected = this.timeline?.selected;
+    this.solve.disabled = !this.timeline?.dirty;
+    this.place.disabled = !selected;
+    if (!selected) this.pick(false);
   }
 
   get picking() {
     return this.stage.picker === this;
   }
 
+  /** @param {boolean} on */
   pick(on) {
     if (on || this.picking) this.stage.clicksFor(on ? this : null);
     this.letGo(on);
@@ -103,18 +118,22 @@ class Editor {
     this.place.setAttribute("aria-pressed", String(on));
   }
 
+  /** @param {MouseEvent} event */
   clicked(event) {
     if (!this.picking || this.stage.dragged(event)) return;
-    const hit = this.stage.viewer.pick(event.offsetX, event.offsetY);
-    if (!hit) return say(this.hint, "That is beside the object. Click on it.");
-    this.timeline.setAnchor(hit);
+    const hit = this.stage.viewer?.pick(event.offsetX, event.offsetY);
+    if (!hit) {
+      say(this.hint, "That is beside the object. Click on it.");
+      return;
+    }
+    this.timeline?.setAnchor(hit);
     this.pick(false);
     say(this.hint, "The hand will hold there.");
     announce("The hand will hold there.");
   }
 
   send() {
-    this.key ??= freshKey();
+    const key = (this.key ??= freshKey());
     return attempt(this.solve, this.problem, async () => {
       const name = `${this.item.name}, corrected`;
       const video = Boolean(this.item.video);
@@ -122,10 +141,10 @@ class Editor {
         kind: "resolve",
         name,
         result: this.item.id,
-        contacts: this.timeline.contacts,
+        contacts: this.timeline?.contacts,
         video,
       };
-      const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": this.key } });
+      const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": key } });
       go(`#/jobs/${job.id}`);
     });
   }

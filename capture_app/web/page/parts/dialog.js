@@ -3,12 +3,18 @@ import { inWords } from "../core/api.js";
 import { freshId, h, put } from "../core/dom.js";
 import { trouble } from "./trouble.js";
 
-/** Ask before something that cannot be undone. Resolves to whether `act` was done. */
+/** @typedef {() => Promise<unknown>} Act */
+/** @typedef {{title: string, yes: string, act: Act, content: Node, danger?: boolean,
+ *    only?: boolean}} Question */
+
+/** Ask before something that cannot be undone. Resolves to whether `act` was done.
+ *  @param {{title: string, text: string, yes: string, act: Act}} asked */
 export function confirmed({ title, text, yes, act }) {
   return ask({ title, yes, act, danger: true, content: h("p", {}, text) });
 }
 
-/** Ask for a name; `act(name)` keeps it. */
+/** Ask for a name; `act(name)` keeps it.
+ *  @param {string} name @param {(name: string) => Promise<unknown>} act */
 export function renamed(name, act) {
   const field = h("input", { value: name, maxlength: 120, required: true, autofocus: true });
   const content = h("label", { class: "field" }, h("span", {}, "Name"), field);
@@ -20,11 +26,12 @@ export function renamed(name, act) {
   });
 }
 
-/** Show content with one button that closes it. */
+/** Show content with one button that closes it. @param {string} title @param {Node} content */
 export function shown(title, content) {
   return ask({ title, yes: "Close", content, act: async () => {}, only: true });
 }
 
+/** @param {Question} question @returns {Promise<boolean>} */
 function ask({ title, yes, act, content, danger = false, only = false }) {
   const id = freshId("dialog");
   const problem = h("div");
@@ -54,6 +61,7 @@ function ask({ title, yes, act, content, danger = false, only = false }) {
   });
 }
 
+/** @param {Act} act @param {HTMLButtonElement} button @param {HTMLElement} problem */
 async function carryOut(act, button, problem) {
   button.disabled = true;
   try {

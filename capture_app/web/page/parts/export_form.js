@@ -7,7 +7,12 @@ import { ended } from "../core/words.js";
 import { attempt, choice } from "./fields.js";
 import { fileList } from "./files.js";
 import { trouble } from "./trouble.js";
+/** @import {Choices, Job, Result} from "../core/answers.js" */
 
+/** Where what happens is told, and what follows a file. @typedef {{status: HTMLElement,
+ *    problem: HTMLElement, signal: AbortSignal, made: () => Promise<void>}} Telling */
+
+/** @type {Record<string, string>} */
 const FORMATS = {
   glb: "GLB: Blender, Unity, Unreal",
   bvh: "BVH: any animation program",
@@ -16,9 +21,12 @@ const FORMATS = {
   amass: "npz: SMPL-X, for research",
   csv: "CSV: for spreadsheets",
 };
+/** @type {Record<string, string>} */
 const BONES = { smplx: "SMPL-X", mixamo: "Mixamo", unreal: "Unreal", unity: "Unity", vrm: "VRM" };
 
-/** Format and its few options, the job, and the file when it is there. `made()` after each file. */
+/** Format and its few options, the job, and the file when it is there. `made()` after each file.
+ *  @param {Result} item @param {Choices} choices
+ *  @param {{chosen: number, signal: AbortSignal, made: () => Promise<void>}} more */
 export function exportForm(item, choices, { chosen, signal, made }) {
   const to = choice(
     "Format",
@@ -35,7 +43,7 @@ export function exportForm(item, choices, { chosen, signal, made }) {
   );
   const up = choice("Up axis", [["", "as usual there"]]);
   const axes = () => {
-    const { ups } = choices.exports.find((one) => one.to === to.read());
+    const ups = choices.exports.find((one) => one.to === to.read())?.ups ?? [];
     put(
       up.input,
       h("option", { value: "" }, "as usual there"),
@@ -80,24 +88,29 @@ export function exportForm(item, choices, { chosen, signal, made }) {
   );
 }
 
+/** @param {object} order @param {Telling} telling */
 async function carryOut(order, { status, problem, signal, made }) {
   put(status, "Writing…");
   const { id } = await api("/api/jobs", { json: order, signal });
-  let job;
+  let job = /** @type {Job | null} */ (null);
+  /** @param {unknown} error */
   const failed = (error) => {
     throw error;
   };
-  await poll(
-    async () => ended((job = await api(`/api/jobs/${id}`, { signal }))),
-    400,
-    signal,
-    failed,
-  );
-  if (signal.aborted) return;
+  const look = async () => {
+    /** @type {Job} */
+    const now = await api(`/api/jobs/${id}`, { signal });
+    job = now;
+    return ended(now);
+  };
+  await poll(look, 400, signal, failed);
+  if (signal.aborted || !job) return;
   say(status, "");
-  if (job.state !== "done")
-    return put(problem, trouble(job.error ?? { what: "The export was cancelled." }));
-  put(status, "Here it is: ", fileList(job.files));
+  if (job.state !== "done") {
+    put(problem, trouble(job.error ?? { what: "The export was cancelled." }));
+    return;
+  }
+  put(status, "Here it is: ", fileList(job.files ?? []));
   announce("The file is written.");
   await made();
 }

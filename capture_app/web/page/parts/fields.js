@@ -2,8 +2,18 @@
 import { inWords } from "../core/api.js";
 import { freshId, h, put } from "../core/dom.js";
 import { trouble } from "./trouble.js";
+/** @import {Props} from "../core/dom.js" */
 
-/** A labelled field around an input or select. */
+/** A field of a form and what it says. @template V @template {HTMLElement} [I=HTMLElement]
+ *  @typedef {{node: HTMLElement, input: I, read: () => V}} Field */
+/** @typedef {Field<number | null, HTMLInputElement>} NumberField */
+/** @typedef {Field<string, HTMLSelectElement>} Choice */
+/** @typedef {Field<boolean, HTMLInputElement>} Tick */
+/** @typedef {{value?: number | string, min?: number, max?: number, step?: number | string,
+ *    unit?: string, hint?: string, required?: boolean}} NumberAsked */
+
+/** A labelled field around an input or select.
+ *  @param {string} label @param {HTMLElement} input */
 export function field(label, input, hint = "") {
   const id = freshId("hint");
   if (hint) input.setAttribute("aria-describedby", id);
@@ -15,7 +25,8 @@ export function field(label, input, hint = "") {
   );
 }
 
-/** A number field; `unit` stands behind it. */
+/** A number field; `unit` stands behind it.
+ *  @param {string} label @param {NumberAsked} asked @returns {NumberField} */
 export function number(
   label,
   { value = "", min, max, step = "any", unit = "", hint = "", required = false },
@@ -43,23 +54,27 @@ export function number(
   return { node, input, read: () => (input.value === "" ? null : input.valueAsNumber) };
 }
 
-/** A choice from [[value, words]]. */
+/** A choice from [[value, words]].
+ *  @param {string} label @param {string[][]} options
+ *  @param {{value?: string, hint?: string}} asked @returns {Choice} */
 export function choice(label, options, { value = options[0]?.[0], hint = "" } = {}) {
   const input = h(
     "select",
     {},
     options.map(([key, words]) => h("option", { value: key }, words)),
   );
-  input.value = value;
+  if (value !== undefined) input.value = value;
   return { node: field(label, input, hint), input, read: () => input.value };
 }
 
-/** A button that does something at once; `more` of its attributes. */
+/** A button that does something at once; `more` of its attributes.
+ *  @param {string} words @param {() => void} click @param {Props} more */
 export function button(words, click, more = {}) {
   return h("button", { type: "button", on: { click }, ...more }, words);
 }
 
-/** A box to tick. */
+/** A box to tick.
+ *  @param {string} label @param {{checked?: boolean, hint?: string}} asked @returns {Tick} */
 export function tick(label, { checked = false, hint = "" } = {}) {
   const input = h("input", { type: "checkbox", checked });
   const id = freshId("hint");
@@ -73,27 +88,32 @@ export function tick(label, { checked = false, hint = "" } = {}) {
   return { node, input, read: () => input.checked };
 }
 
-/** A button that is busy while `act` runs, and shows what went wrong in `place`. */
+/** A button that is busy while `act` runs, and shows what went wrong in `place`.
+ *  @param {string} words @param {() => Promise<unknown>} act
+ *  @param {{kind?: string, place?: HTMLElement | null}} look */
 export function doing(words, act, { kind = "", place = null } = {}) {
-  const button = h("button", { type: "button", class: kind }, words);
-  button.addEventListener("click", () => attempt(button, place, act));
-  return button;
+  const made = h("button", { type: "button", class: kind }, words);
+  made.addEventListener("click", () => attempt(made, place, act));
+  return made;
 }
 
-/** Run `act` once: the button waits, an error is shown in `place`. Returns what `act` returned. */
-export async function attempt(button, place, act) {
-  button.setAttribute("aria-disabled", "true");
-  if (button.dataset.busy) return undefined;
-  button.dataset.busy = "yes";
+/** Run `act` once: the button that was pressed waits, an error is shown in `place`. Returns what
+ *  `act` returned.
+ *  @template T @param {HTMLElement} pressed @param {HTMLElement | null} place
+ *  @param {() => Promise<T>} act @returns {Promise<T | undefined>} */
+export async function attempt(pressed, place, act) {
+  pressed.setAttribute("aria-disabled", "true");
+  if (pressed.dataset.busy) return undefined;
+  pressed.dataset.busy = "yes";
   if (place) put(place);
   try {
     return await act();
   } catch (error) {
-    if (error?.name === "AbortError") return undefined;
+    if (error instanceof Error && error.name === "AbortError") return undefined;
     if (place) put(place, trouble(inWords(error)));
     return undefined;
   } finally {
-    delete button.dataset.busy;
-    button.removeAttribute("aria-disabled");
+    delete pressed.dataset.busy;
+    pressed.removeAttribute("aria-disabled");
   }
 }

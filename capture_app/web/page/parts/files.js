@@ -2,7 +2,7 @@
 import { h } from "../core/dom.js";
 import { size } from "../core/words.js";
 
-/** [{name, size, href}] as a list of links. */
+/** A list of links. @param {import("../core/answers.js").Made[]} files */
 export function fileList(files) {
   if (files.length === 0) return null;
   return h(

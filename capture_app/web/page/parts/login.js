@@ -3,7 +3,7 @@ import { api } from "../core/api.js";
 import { h } from "../core/dom.js";
 import { attempt, field } from "./fields.js";
 
-/** A page that asks for the token; `entered()` when it was right. */
+/** A page that asks for the token; `entered()` when it was right. @param {() => void} entered */
 export function login(entered) {
   const token = h("input", { type: "password", required: true, autocomplete: "current-password" });
   const problem = h("div");

@@ -5,6 +5,7 @@ import { showAxes } from "./axes.js";
 import { choice, number } from "./fields.js";
 import { mountForm, objectField, phoneFields } from "./mount_form.js";
 import { Stage } from "./stage.js";
+/** @import {Context} from "../calibrate/recorded.js" */
 
 const AXES = ["+x", "-x", "+y", "-y", "+z", "-z"].map((axis) => [axis, axis]);
 const SURE = [
@@ -13,6 +14,7 @@ const SURE = [
   ["10", "By eye (1 cm, 10°)"],
 ];
 
+/** @param {Context} context */
 export function drawingForm({ choices, objects, object, back, signal }) {
   const stage = new Stage({
     label: "The object in 3D, with the phone's point on it",
@@ -21,6 +23,7 @@ export function drawingForm({ choices, objects, object, back, signal }) {
   });
   const size = h("p", { class: "hint" });
   showAxes(stage);
+  /** @param {string | null} id */
   const show = (id) => {
     const item = objects.find((one) => one.id === id);
     stage.node.hidden = !item;

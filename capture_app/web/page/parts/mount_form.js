@@ -3,10 +3,12 @@ import { api } from "../core/api.js";
 import { h } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { attempt, choice, number } from "./fields.js";
+/** @import {Thing} from "../core/answers.js" */
 
 const RULER = "";
 
-/** A form around fields that makes a mount; `read()` gives the body of POST /api/mounts. */
+/** A form around fields that makes a mount; `read()` gives the body of POST /api/mounts.
+ *  @param {{back: string | null, name: string, content: Node, read: () => object}} asked */
 export function mountForm({ back, name, content, read }) {
   const title = h("input", { value: name, maxlength: 120, required: true });
   const problem = h("div");
@@ -34,7 +36,7 @@ export function mountForm({ back, name, content, read }) {
   );
 }
 
-/** Which phone: a known model, or one that is measured. */
+/** Which phone: a known model, or one that is measured. @param {string[]} phones */
 export function phoneFields(phones) {
   const model = choice(
     "Phone",
@@ -71,7 +73,8 @@ export function phoneFields(phones) {
   };
 }
 
-/** Which object the mount is for; `changed(id)` when another is chosen. */
+/** Which object the mount is for; `changed(id)` when another is chosen.
+ *  @param {Thing[]} objects @param {string | null} current @param {(id: string) => void} changed */
 export function objectField(objects, current, changed) {
   const options = [["", "Choose the object"], ...objects.map(({ id, name }) => [id, name])];
   const object = choice("Object", options, { value: current ?? "" });

@@ -2,6 +2,7 @@
 import { h } from "../core/dom.js";
 import { mountForm } from "./mount_form.js";
 
+/** @param {{back: string | null}} context */
 export function identityForm({ back }) {
   const content = h(
     "p",

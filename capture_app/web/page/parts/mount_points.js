@@ -3,7 +3,9 @@ import { h } from "../core/dom.js";
 import { mountForm, objectField, phoneFields } from "./mount_form.js";
 import { phonePicture } from "./phone_picture.js";
 import { PointPicker } from "./pick_points.js";
+/** @import {Context} from "../calibrate/recorded.js" */
 
+/** @param {Context} context */
 export function pointsForm({ choices, objects, object, back, signal }) {
   const picker = new PointPicker({
     names: cornersFirst(choices.phone_points),
@@ -32,12 +34,14 @@ export function pointsForm({ choices, objects, object, back, signal }) {
   );
 }
 
-/** Corners are easy to see, and far apart. */
+/** Corners are easy to see, and far apart. @param {string[]} names */
 function cornersFirst(names) {
+  /** @param {string} name */
   const corner = (name) => Number(/^(top|bottom) (left|right)/.test(name));
   return [...names].sort((a, b) => corner(b) - corner(a));
 }
 
+/** @param {{chosen: string, left: number}} now */
 function words({ chosen, left }) {
   if (left > 0)
     return `Click where the phone's “${chosen}” is on the object. ${left} more at least.`;

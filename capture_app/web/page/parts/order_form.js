@@ -4,14 +4,19 @@ import { freshId, h, say } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { attempt, choice, number, tick } from "./fields.js";
 import { readingFields, readingQuery } from "./reading_fields.js";
+/** @import {Choices, Report, RunDefaults, Session} from "../core/answers.js" */
+
+/** Ids of what a motion is made with. @typedef {{object: string | null, mount: string | null}} With */
 
 const NOT_USABLE = "not usable";
 const FORCE = "Use a recording that is not usable";
 
+/** @type {(keyof ReturnType<typeof optionFields>)[]} */
 const FOLDED = ["stood", "steps", "seed", "contact", "video", "force"];
 
 /** A form for POST /api/jobs of kind run: {node, update({object, mount}), judge(report), reading()}.
- *  session: the item; choices: of the server; changed(): what is said of the recording is another. */
+ *  session: the item; choices: of the server; changed(): what is said of the recording is another.
+ *  @param {Session} session @param {Choices} choices @param {() => void} changed */
 export function orderForm(session, choices, changed) {
   const reading = readingFields(choices.formats);
   const fields = { ...optionFields(choices.run), ...reading };
@@ -38,7 +43,9 @@ export function orderForm(session, choices, changed) {
     problem,
   );
   const key = freshKey();
+  /** @type {With} */
   let chosen = { object: null, mount: null };
+  /** @type {Partial<Report> | null} */
   let report = null;
   const weigh = () => {
     say(why, obstacle(chosen, report, fields.force.read()));
@@ -58,12 +65,14 @@ export function orderForm(session, choices, changed) {
   });
   known.addEventListener("change", changed);
   fields.force.input.addEventListener("change", weigh);
+  /** @param {With} now */
   const update = ({ object, mount }) => {
     chosen = { object, mount };
     // An animation has no mount, and no phone before which anybody could stand.
     fields.stood.node.hidden = !mount;
     weigh();
   };
+  /** @param {Partial<Report> | null} found */
   const judge = (found) => {
     report = found;
     if (found?.verdict === NOT_USABLE) more.open = true;
@@ -72,11 +81,13 @@ export function orderForm(session, choices, changed) {
   return { node, update, judge, reading: () => readingQuery(reading) };
 }
 
+/** @param {{node: HTMLElement}[]} fields */
 function nodes(fields) {
   return fields.map((one) => one.node);
 }
 
-/** Why no motion can be made as it is, in a sentence; "" when it can. report: null while it is made. */
+/** Why no motion can be made as it is, in a sentence; "" when it can. report: null while it is made.
+ *  @param {With} chosen @param {Partial<Report> | null} report @param {boolean} forced */
 function obstacle({ object, mount }, report, forced) {
   if (!report) return "The recording is being looked at.";
   if (report.animated) return "";
@@ -84,12 +95,13 @@ function obstacle({ object, mount }, report, forced) {
     const what = [object ? "" : "the object", mount ? "" : "the mount"].filter(Boolean);
     return `Choose ${what.join(" and ")} first. Only an animation that brings its own object needs neither.`;
   }
-  const able = report.segments?.length > 0;
+  const able = (report.segments?.length ?? 0) > 0;
   if (report.verdict !== NOT_USABLE || (able && forced)) return "";
   const force = able ? ` To use it all the same, tick “${FORCE}” above.` : "";
   return `This recording is not usable: ${report.reason}${force}`;
 }
 
+/** @param {RunDefaults} defaults */
 function optionFields(defaults) {
   const stood = tick("They stood before the phone's screen when it began", {
     hint: "Who taps the phone on the object to record does.",

@@ -3,7 +3,8 @@ import { svg } from "../core/dom.js";
 
 const [WIDTH, HEIGHT, EDGE] = [56, 112, 12];
 
-/** `point`: such as "top left back corner"; left and right as one looks at the screen. */
+/** `point`: such as "top left back corner"; left and right as one looks at the screen.
+ *  @param {string} point */
 export function phonePicture(point) {
   const back = /back|lens/.test(point);
   const middle = WIDTH / 2;

@@ -1,7 +1,9 @@
 // Choose one stored thing: radio buttons as cards.
 import { freshId, h } from "../core/dom.js";
 
-/** items: [{id, name, line}]; `chosen(id)` when one is taken. */
+/** items: [{id, name, line}]; `chosen(id)` when one is taken.
+ *  @param {string} legend @param {{id: string, name: string, line: string}[]} items
+ *  @param {string | null} current @param {(id: string) => void} chosen */
 export function pickList(legend, items, current, chosen) {
   const name = freshId("pick");
   return h(

@@ -7,6 +7,8 @@ import { dropArea } from "../upload/drop.js";
 import { order } from "../upload/gather.js";
 import { boundWords, mountWords } from "./cards.js";
 import { pickList } from "./pick_list.js";
+/** @import {Mount} from "../core/answers.js"
+ *  @import {Choosing} from "./pick_object.js" */
 
 // In place of a mount's id, as the API has it.
 const OWN_FRAME = {
@@ -16,9 +18,12 @@ const OWN_FRAME = {
 };
 const FAR = { mm: 20, deg: 3 };
 
-/** The choice; those made for the object come first. `here`: where to come back to. */
+/** The choice; those made for the object come first. `here`: where to come back to.
+ *  @param {Mount[]} mounts @param {string | null} current
+ *  @param {Choosing & {object: string | null}} choosing */
 export function pickMount(mounts, current, { object, here, chosen }) {
   const place = h("div", { class: "stack" });
+  /** @param {Mount} mount */
   const fit = (mount) => Number(mount.object === object && object !== null);
   const items = [...mounts]
     .sort((a, b) => fit(b) - fit(a))
@@ -59,7 +64,7 @@ export function pickMount(mounts, current, { object, here, chosen }) {
   );
 }
 
-/** A word of warning where the mount may be far off. */
+/** A word of warning where the mount may be far off. @param {Mount | undefined} mount */
 export function mountWarning(mount) {
   if (!mount) return null;
   const told = [...(mount.warnings ?? [])];

@@ -7,10 +7,14 @@ import { begin } from "../upload/begin.js";
 import { dropArea } from "../upload/drop.js";
 import { order } from "../upload/gather.js";
 import { pickList } from "./pick_list.js";
+/** @import {Thing} from "../core/answers.js" */
+
+/** @typedef {{here: string, chosen: (id: string) => void}} Choosing */
 
 export const MESHES = ".obj,.ply,.stl,.glb,.gltf,.usdz,.usda,.usdc,.mtl,.png,.jpg,.bin";
 
-/** The choice; `chosen(id)` when there is another. `here`: where to come back to. */
+/** The choice; `chosen(id)` when there is another. `here`: where to come back to.
+ *  @param {Thing[]} objects @param {string | null} current @param {Choosing} choosing */
 export function pickObject(objects, current, { here, chosen }) {
   const place = h("div", { class: "stack" });
   const items = objects.map(({ id, name, extents }) => ({
@@ -44,7 +48,7 @@ export function pickObject(objects, current, { here, chosen }) {
   );
 }
 
-/** What is odd about the object's mesh. */
+/** What is odd about the object's mesh. @param {Thing | undefined} object */
 export function suspicious(object) {
   if (!object?.warnings?.length) return null;
   return h(

@@ -4,14 +4,26 @@ import { announce } from "../core/live.js";
 import { choice, number } from "./fields.js";
 import { Stage } from "./stage.js";
 
+/** A point that was placed, in metres. @typedef {{name: string, at: number[]}} Point */
+/** @typedef {{names: string[], enough: number, label: string, signal: AbortSignal,
+ *    words: (now: {chosen: string, left: number}) => string,
+ *    picture?: ((name: string) => Node) | null}} Asked */
+
 /** `names` of the points; `enough`: so many are needed; `label` of the choice between them.
  *  `words({chosen, left})` -> what to do next; `picture(name)` -> a drawing of it, if there is one. */
 export class PointPicker extends EventTarget {
-  points = []; // [{name, at: [x, y, z] metres}]
+  /** @type {Point[]} */
+  points = [];
+  /** @type {string | null} */
+  object = null;
 
+  /** @param {Asked} asked */
   constructor({ names, enough, label, words, picture = null, signal }) {
     super();
-    Object.assign(this, { names, enough, words, drawing: picture });
+    this.names = names;
+    this.enough = enough;
+    this.words = words;
+    this.drawing = picture;
     this.stage = new Stage({
       label: "The object in 3D. Click where the point is",
       signal,
@@ -61,7 +73,7 @@ export class PointPicker extends EventTarget {
     );
   }
 
-  /** Begin anew on this object, or on none. */
+  /** Begin anew on this object, or on none. @param {string | null} id */
   show(id) {
     this.object = id;
     this.points = [];
@@ -70,6 +82,7 @@ export class PointPicker extends EventTarget {
     this.refresh();
   }
 
+  /** @param {MouseEvent} event */
   clicked(event) {
     if (this.stage.dragged(event)) return;
     const hit = this.stage.viewer?.pick(event.offsetX, event.offsetY);
@@ -77,6 +90,7 @@ export class PointPicker extends EventTarget {
     else say(this.status, "That is beside the object. Drag to turn it, click on its surface.");
   }
 
+  /** @param {number[]} at */
   add(at) {
     const name = this.point.read();
     this.points = [...this.points.filter((one) => one.name !== name), { name, at: [...at] }];
@@ -86,6 +100,7 @@ export class PointPicker extends EventTarget {
     this.refresh();
   }
 
+  /** @param {Point} point */
   remove(point) {
     this.points = this.points.filter((one) => one !== point);
     this.point.input.value = point.name;
@@ -108,6 +123,7 @@ export class PointPicker extends EventTarget {
     this.dispatchEvent(new Event("change"));
   }
 
+  /** @param {Point} point */
   row(point) {
     const remove = h(
       "button",

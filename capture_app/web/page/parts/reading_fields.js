@@ -2,18 +2,22 @@
 import { h } from "../core/dom.js";
 import { choice, field, number, tick } from "./fields.js";
 
+/** A field of which only what it says matters. @typedef {{node: HTMLElement, read: () => unknown}} Said */
+
 const DIRECTION = "direction";
 const NUMBER = String.raw`\s*[\-+]?(\d+\.?\d*|\.\d+)\s*`;
 const AXES = ["x", "y", "z", "-x", "-y", "-z"];
 
-/** Which app recorded it, found out unless chosen: {node, read()}. formats: names of apps. */
+/** Which app recorded it, found out unless chosen: {node, read()}. formats: names of apps.
+ *  @param {string[]} formats */
 export function formatField(formats) {
   const known = formats.map((name) => [name, name]);
   const app = choice("Recorded with", [["", "found by what it holds"], ...known]);
   return { ...app, read: () => app.read() || null };
 }
 
-/** Fields by the names of the options of a run: {node, read()}. formats: names of apps. */
+/** Fields by the names of the options of a run: {node, read()}. formats: names of apps.
+ *  @param {string[]} formats */
 export function readingFields(formats) {
   return {
     floor: number("Height of the floor", {
@@ -36,12 +40,12 @@ export function readingFields(formats) {
   };
 }
 
-/** What is said in them, as the query of a report has it. */
+/** What is said in them, as the query of a report has it. @param {Record<string, Said>} fields */
 export function readingQuery(fields) {
-  return Object.entries(fields)
-    .map(([name, one]) => [name, one.read()])
-    .filter(([, value]) => value !== null && value !== false)
-    .map(([name, value]) => [name, String(value)]);
+  return Object.entries(fields).flatMap(([name, one]) => {
+    const value = one.read();
+    return value === null || value === false ? [] : [[name, String(value)]];
+  });
 }
 
 function up() {

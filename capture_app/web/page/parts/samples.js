@@ -3,10 +3,12 @@ import { freshId, h } from "../core/dom.js";
 
 const MOST = 6; // beside each other
 
-/** Radio buttons for the tries; `show(samples)` with indices from 0. None for a single one. */
+/** Radio buttons for the tries; `show(samples)` with indices from 0. None for a single one.
+ *  @param {number} samples @param {number} chosen @param {(samples: number[]) => void} show */
 export function samplePicker(samples, chosen, show) {
   if (!(samples > 1)) return null;
   const name = freshId("sample");
+  /** @param {string} words @param {number[]} list */
   const option = (words, list) =>
     h(
       "label",

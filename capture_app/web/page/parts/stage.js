@@ -3,16 +3,34 @@ import { bytes, inWords } from "../core/api.js";
 import { h, put } from "../core/dom.js";
 import { stageControls } from "./stage_controls.js";
 import { trouble } from "./trouble.js";
+/** @import {Film} from "/static/viewer/film.js"
+ *  @import {Timeline} from "/static/viewer/timeline.js"
+ *  @import {Viewer} from "/static/viewer/viewer.js" */
+
+/** What is shown in a slot; `plain`: without a timeline.
+ *  @typedef {{url: string, name: string, sample?: number, plain?: boolean}} Scene */
+/** Who takes the clicks on the picture. @typedef {{letGo: () => void}} Owner */
 
 /** A 3D view that lives until `signal` is raised. */
 export class Stage extends EventTarget {
+  /** @type {Viewer | null} */
   viewer = null;
+  /** @type {Timeline[]} */
   timelines = [];
+  /** @type {number[][]} */
   points = [];
+  /** @type {Scene[]} */
+  scenes = [];
+  /** @type {Film | null} */
+  film = null;
+  /** @type {Owner | null} */
+  picker = null;
 
+  /** @param {{label: string, signal: AbortSignal, controls?: boolean}} asked */
   constructor({ label, signal, controls = true }) {
     super();
-    Object.assign(this, { signal, controls });
+    this.signal = signal;
+    this.controls = controls;
     this.canvas = h("canvas", {
       tabindex: "0",
       role: "img",
@@ -38,83 +56,96 @@ export class Stage extends EventTarget {
     this.node = h("div", { class: "stage" }, this.frame, this.bar, this.tracks);
   }
 
-  /** Show scenes [{url, name, sample?}] in slots 0, 1, ... in place of what was shown. */
+  /** Show scenes [{url, name, sample?}] in slots 0, 1, ... in place of what was shown.
+   *  @param {Scene[]} scenes */
   async open(scenes) {
     put(this.message, h("p", { class: "waiting" }, "Setting up the scene…"));
     try {
-      await this.ready();
-      await this.fetch(scenes);
+      const viewer = await this.ready();
+      if (viewer) await this.fetch(viewer, scenes);
       put(this.message);
     } catch (error) {
       if (this.signal.aborted) return;
-      put(this.message, error.message === "webgl" ? withoutWebGL() : trouble(inWords(error)));
+      const without = error instanceof Error && error.message === "webgl";
+      put(this.message, without ? withoutWebGL() : trouble(inWords(error)));
     }
   }
 
+  /** The viewer, made the first time; null when the view was left meanwhile. */
   async ready() {
-    if (this.viewer) return;
+    if (this.viewer) return this.viewer;
     const { createViewer } = await import("/static/viewer/viewer.js");
-    if (this.signal.aborted) return;
-    this.viewer = await createViewer(this.canvas);
+    if (this.signal.aborted) return null;
+    const viewer = await createViewer(this.canvas);
+    this.viewer = viewer;
     this.signal.addEventListener("abort", () => this.close());
-    if (!this.controls) return;
-    this.viewer.addEventListener("time", () => this.tick());
-    put(this.bar, stageControls(this.viewer));
+    if (!this.controls) return viewer;
+    viewer.addEventListener("time", () => this.tick(viewer));
+    put(this.bar, stageControls(viewer));
+    return viewer;
   }
 
-  async fetch(scenes) {
+  /** @param {Viewer} viewer @param {Scene[]} scenes */
+  async fetch(viewer, scenes) {
     const packs = await Promise.all(scenes.map(({ url }) => bytes(url, this.signal)));
-    for (let slot = 0; slot < (this.scenes?.length ?? 0); slot += 1) this.viewer.unload(slot);
+    for (const slot of this.scenes.keys()) viewer.unload(slot);
     this.scenes = scenes;
     for (const [slot, pack] of packs.entries()) {
-      await this.viewer.load(pack, { slot, sample: scenes[slot].sample });
+      await viewer.load(pack, { slot, sample: scenes[slot].sample });
     }
     if (this.signal.aborted) return;
-    await this.drawTracks();
-    await this.showFilm();
+    await this.drawTracks(viewer);
+    await this.showFilm(viewer);
     this.label();
     this.mark(this.points);
     this.dispatchEvent(new Event("opened"));
   }
 
-  async drawTracks() {
+  /** @param {Viewer} viewer */
+  async drawTracks(viewer) {
     this.timelines.forEach((one) => one.dispose());
     this.timelines = [];
     put(this.tracks);
     const { createTimeline } = await import("/static/viewer/timeline.js");
-    for (const slot of this.scenes.keys()) {
-      const header = this.viewer.header(slot);
-      if (!this.controls || header.frames < 2 || this.scenes[slot].plain) continue;
-      this.timelines.push(this.track(createTimeline, slot));
+    for (const [slot, scene] of this.scenes.entries()) {
+      const pack = viewer.pack(slot);
+      if (!this.controls || !pack || pack.header.frames < 2 || scene.plain) continue;
+      const timeline = createTimeline(this.track(scene), pack, { sample: scene.sample });
+      timeline.addEventListener("seek", () => viewer.seek(timeline.time));
+      this.timelines.push(timeline);
     }
   }
 
-  track(createTimeline, slot) {
-    const { name, sample } = this.scenes[slot];
+  /** Where the timeline of a scene goes. @param {Scene} scene */
+  track({ name }) {
     const host = h("div", { class: "stage-track" });
     this.tracks.append(this.scenes.length > 1 ? h("p", { class: "hint" }, name) : "", host);
-    const timeline = createTimeline(host, this.viewer.pack(slot), { sample });
-    timeline.addEventListener("seek", (event) => this.viewer.seek(event.detail.time));
-    return timeline;
+    return host;
   }
 
-  tick() {
-    for (const timeline of this.timelines) timeline.time = this.viewer.time;
-    if (this.film) this.film.time = this.viewer.time;
+  /** @param {Viewer} viewer */
+  tick({ time }) {
+    for (const timeline of this.timelines) timeline.time = time;
+    if (this.film) this.film.time = time;
   }
 
-  /** What the phone filmed, in a corner, where one recording is shown. */
-  async showFilm() {
+  /** What the phone filmed, in a corner, where one recording is shown.
+   *  @param {Viewer} viewer */
+  async showFilm(viewer) {
     this.film?.dispose();
     const { createFilm } = await import("/static/viewer/film.js");
-    this.film = this.scenes.length === 1 ? createFilm(this.viewer.pack(0)) : null;
+    const pack = this.scenes.length === 1 ? viewer.pack(0) : null;
+    this.film = pack && createFilm(pack);
     put(this.picture, this.film?.element);
-    if (this.film) this.film.time = this.viewer.time;
+    if (this.film) this.film.time = viewer.time;
   }
 
   /** Names over the panes of a comparison. */
   label() {
-    if (this.scenes.length < 2) return put(this.names);
+    if (this.scenes.length < 2 || !this.viewer) {
+      put(this.names);
+      return;
+    }
     put(
       this.names,
       this.viewer
@@ -129,18 +160,20 @@ export class Stage extends EventTarget {
     );
   }
 
-  /** Balls at points of the first scene's object; kept for the next scene. */
+  /** Balls at points of the first scene's object; kept for the next scene.
+   *  @param {number[][]} points */
   mark(points) {
     this.points = points;
     if (this.viewer?.header(0)) this.viewer.mark(0, points);
   }
 
-  /** Whether a click on the picture is but the end of a drag that turned the view. */
+  /** Whether a click on the picture is but the end of a drag that turned the view.
+   *  @param {MouseEvent} event */
   dragged({ offsetX, offsetY }) {
     return Math.hypot(offsetX - this.down[0], offsetY - this.down[1]) > 4;
   }
 
-  /** Whose the clicks on the picture are: of one part at a time. */
+  /** Whose the clicks on the picture are: of one part at a time. @param {Owner | null} owner */
   clicksFor(owner) {
     const before = this.picker;
     this.picker = owner;

@@ -1,5 +1,6 @@
 // Buttons and choices of the 3D view.
 import { h, say } from "../core/dom.js";
+/** @import {Viewer} from "/static/viewer/viewer.js" */
 
 const CAMERAS = [
   ["orbit", "Free"],
@@ -26,11 +27,12 @@ const LAYERS = [
   ["shadow", "Shadow"],
 ];
 
-/** Play, clock, speed, camera and layers for a viewer: a list of nodes. */
+/** Play, clock, speed, camera and layers for a viewer: a list of nodes. @param {Viewer} viewer */
 export function stageControls(viewer) {
   return [play(viewer), clock(viewer), speed(viewer), camera(viewer), layers(viewer)];
 }
 
+/** @param {Viewer} viewer */
 function play(viewer) {
   const button = h("button", { type: "button", class: "main play" }, "Play");
   const show = () => say(button, viewer.playing ? "Pause" : "Play");
@@ -39,6 +41,7 @@ function play(viewer) {
   return button;
 }
 
+/** @param {Viewer} viewer */
 function clock(viewer) {
   const node = h("span", { class: "clock figures" });
   const show = () => say(node, `${viewer.time.toFixed(1)} / ${viewer.duration.toFixed(1)} s`);
@@ -47,18 +50,21 @@ function clock(viewer) {
   return node;
 }
 
+/** @param {Viewer} viewer */
 function speed(viewer) {
-  return select("Speed", SPEEDS, "1", (value) => (viewer.speed = Number(value)));
+  return select("Speed", SPEEDS, "1", (value) => (viewer.speed = Number(value))).node;
 }
 
+/** @param {Viewer} viewer */
 function camera(viewer) {
-  const node = select("Camera", CAMERAS, viewer.cameraMode ?? "orbit", (value) =>
-    viewer.camera(value),
-  );
-  viewer.addEventListener("camera", () => (node.querySelector("select").value = viewer.cameraMode));
+  const change = (/** @type {string} */ mode) => viewer.camera(mode);
+  const { node, input } = select("Camera", CAMERAS, viewer.cameraMode, change);
+  viewer.addEventListener("camera", () => (input.value = viewer.cameraMode));
   return node;
 }
 
+/** @param {string} label @param {string[][]} options @param {string} value
+ *  @param {(value: string) => void} changed */
 function select(label, options, value, changed) {
   const input = h(
     "select",
@@ -66,12 +72,13 @@ function select(label, options, value, changed) {
     options.map(([key, words]) => h("option", { value: key }, words)),
   );
   input.value = value;
-  return h("label", { class: "inline" }, h("span", {}, label), input);
+  return { node: h("label", { class: "inline" }, h("span", {}, label), input), input };
 }
 
+/** @param {Viewer} viewer */
 function layers(viewer) {
   const boxes = LAYERS.map(([key, words]) => {
-    const input = h("input", { type: "checkbox", checked: viewer.layers?.[key] ?? true });
+    const input = h("input", { type: "checkbox", checked: viewer.layers[key] });
     input.addEventListener("change", () => viewer.show({ [key]: input.checked }));
     return h("label", { class: "tick" }, input, h("span", {}, words));
   });
@@ -86,16 +93,19 @@ function layers(viewer) {
   return node;
 }
 
-/** As a menu does: by Escape, and by a click beside it. */
+/** As a menu does: by Escape, and by a click beside it. @param {HTMLDetailsElement} details */
 function closesByItself(details) {
-  const beside = (event) => details.contains(event.target) || (details.open = false);
+  /** @param {PointerEvent} event */
+  const beside = ({ target }) => {
+    if (!(target instanceof Node && details.contains(target))) details.open = false;
+  };
   details.addEventListener("toggle", () => {
-    const change = details.open ? "addEventListener" : "removeEventListener";
-    document[change]("pointerdown", beside);
+    if (details.open) document.addEventListener("pointerdown", beside);
+    else document.removeEventListener("pointerdown", beside);
   });
   details.addEventListener("keydown", (event) => {
     if (event.key !== "Escape") return;
     details.open = false;
-    details.querySelector("summary").focus();
+    details.querySelector("summary")?.focus();
   });
 }

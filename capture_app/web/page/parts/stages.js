@@ -1,15 +1,16 @@
 // The stages of a job, each with its state and time.
 import { h } from "../core/dom.js";
 import { STAGES, span, stagesOf } from "../core/words.js";
+/** @import {Job} from "../core/answers.js" */
 
-/** The stage a job is in, in words. */
+/** The stage a job is in, in words. @param {Job} job */
 export function stageWords(job) {
   return STAGES[job.stage] ?? (job.stage || "Starting");
 }
 
-/** All stages of a job as a list. */
+/** All stages of a job as a list. @param {Job} job */
 export function stageList(job) {
-  const video = job.options?.video_size != null;
+  const video = Boolean(job.options?.video_size);
   const known = stagesOf(job.kind, video);
   const seen = [...Object.keys(job.timings), job.stage].filter(Boolean);
   const stages = [
@@ -23,6 +24,7 @@ export function stageList(job) {
   );
 }
 
+/** @param {string} stage @param {Job} job */
 function item(stage, job) {
   const now = job.state === "running" && job.stage === stage;
   const taken = job.timings[stage];

@@ -5,6 +5,8 @@ import { announce } from "../core/live.js";
 import { go } from "../core/router.js";
 import { attempt, button, number } from "./fields.js";
 import { freshKey } from "./order_form.js";
+/** @import {Result} from "../core/answers.js"
+ *  @import {Stage} from "./stage.js" */
 
 // Options that a result is made again with.
 const REPEATED = [
@@ -22,7 +24,8 @@ const REPEATED = [
   "force",
 ];
 
-/** Buttons under the stage of a result that can be made again from its recording; else nothing. */
+/** Buttons under the stage of a result that can be made again from its recording; else nothing.
+ *  @param {Result} item @param {Stage} stage */
 export function stood(item, stage) {
   const { manifest } = item;
   const given = manifest.inputs.some(({ role }) => role === "contacts" || role === "body");
@@ -38,8 +41,14 @@ const FARTHEST = 4;
 const WHERE = "Click on the floor where the person stood when the take began, or type the place.";
 
 class Stood {
+  /** @type {number[] | null} */
+  place = null;
+  key = "";
+
+  /** @param {Result} item @param {Stage} stage */
   constructor(item, stage) {
-    Object.assign(this, { item, stage, place: null });
+    this.item = item;
+    this.stage = stage;
     this.begin = button("They stood elsewhere", () => this.pick());
     this.make = button("Make it again from there", () => this.send(), { class: "main" });
     this.stop = button("Leave it as it is", () => this.finish());
@@ -71,7 +80,7 @@ class Stood {
   }
 
   reset() {
-    this.begin.hidden = this.stage.scenes?.length !== 1;
+    this.begin.hidden = this.stage.scenes.length !== 1;
     this.tools.hidden = true;
     if (this.stage.picker === this) this.stage.clicksFor(null);
     say(this.hint, "");
@@ -90,8 +99,8 @@ class Stood {
   /** Where the place is meant; false if the view was there already. */
   toStart() {
     const { viewer } = this.stage;
-    viewer.pause();
-    const moved = viewer.time > 0;
+    viewer?.pause();
+    const moved = viewer !== null && viewer.time > 0;
     if (moved) viewer.seek(0);
     return moved;
   }
@@ -108,11 +117,18 @@ class Stood {
     this.begin.focus();
   }
 
+  /** @param {MouseEvent} event */
   clicked(event) {
     if (this.stage.picker !== this || this.stage.dragged(event)) return;
-    if (this.toStart()) return say(this.hint, "This is how the take begins. Click again.");
-    const place = this.stage.viewer.floor(event.offsetX, event.offsetY);
-    if (!place) return say(this.hint, "That is above the horizon. Click on the floor.");
+    if (this.toStart()) {
+      say(this.hint, "This is how the take begins. Click again.");
+      return;
+    }
+    const place = this.stage.viewer?.floor(event.offsetX, event.offsetY);
+    if (!place) {
+      say(this.hint, "That is above the horizon. Click on the floor.");
+      return;
+    }
     for (const [k, { input }] of this.typed.entries()) input.value = place[k].toFixed(2);
     this.put();
   }
@@ -124,9 +140,10 @@ class Stood {
 
   /** Take the place that the fields say. */
   put() {
-    const place = this.typed.map((one) => one.read());
-    const said = place.every(Number.isFinite);
-    const post = said ? POST.map((z) => this.stage.viewer.fromObject([...place, z])) : [];
+    const place = this.typed.map((one) => one.read() ?? NaN);
+    const { viewer } = this.stage;
+    const said = viewer !== null && place.every(Number.isFinite);
+    const post = said ? POST.map((z) => viewer.fromObject([...place, z])) : [];
     const near = said && Math.hypot(...post[0]) < FARTHEST;
     this.stage.mark(near ? post : []);
     this.make.disabled = !near;

@@ -1,7 +1,10 @@
 // What went wrong, calmly: what, where, and how to fix it.
 import { h } from "../core/dom.js";
+/** @import {ApiError} from "../core/api.js"
+ *  @import {Problem} from "../core/answers.js" */
 
-/** A box for an error of the server; `buttons` are ways out of it. */
+/** A box for an error of the server; `buttons` are ways out of it.
+ *  @param {Problem} error @param {HTMLElement[]} buttons */
 export function trouble(error, ...buttons) {
   return h(
     "div",
@@ -13,7 +16,7 @@ export function trouble(error, ...buttons) {
   );
 }
 
-/** A whole page that cannot be shown. */
+/** A whole page that cannot be shown. @param {ApiError} error */
 export function troublePage(error) {
   const gone = error.status === 404;
   const fix = "It may have been deleted. Everything that is there stands in the library.";

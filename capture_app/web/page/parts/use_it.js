@@ -2,7 +2,8 @@
 import { h } from "../core/dom.js";
 import { address, parse } from "../core/router.js";
 
-/** A link that uses the item there; null without a recording. kind: "mount" or "object". */
+/** A link that uses the item there; null without a recording. kind: "mount" or "object".
+ *  @param {string} kind @param {{id: string}} item @param {string | null} back */
 export function useIt(kind, item, back) {
   if (!back?.startsWith("#/sessions/")) return null;
   const { path, query } = parse(back);

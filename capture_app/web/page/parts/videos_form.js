@@ -7,6 +7,9 @@ import { cameraFields } from "../calibrate/camera.js";
 import { brought } from "./brought.js";
 import { attempt, choice, number, tick } from "./fields.js";
 import { freshKey } from "./order_form.js";
+/** @import {Guide, Item, Result, Session} from "../core/answers.js" */
+
+/** @typedef {{guide: Guide, videos: Item[], sessions: Session[], signal: AbortSignal}} Context */
 
 const VIEWS = {
   third: "from the side",
@@ -21,7 +24,7 @@ const THINGS = [
   ["hidden", "nothing of it"],
 ];
 
-/** A video from a camera of its own. */
+/** A video from a camera of its own. @param {Result} item */
 export function renderForm(item) {
   const view = choice("Seen", Object.entries(VIEWS));
   return orderForm(
@@ -35,7 +38,8 @@ export function renderForm(item) {
   );
 }
 
-/** The person in a film of the take: the phone's own, or that of a camera that watched. */
+/** The person in a film of the take: the phone's own, or that of a camera that watched.
+ *  @param {Result} item @param {Context} context */
 export function overlayForm(item, context) {
   const other = otherFilm(item, context);
   const film = choice("Into", [
@@ -72,6 +76,7 @@ export function overlayForm(item, context) {
   ]);
 }
 
+/** @param {Result} item @param {Context} context */
 function otherFilm(item, { guide, videos, sessions, signal }) {
   const film = brought({
     label: "The film",
@@ -98,7 +103,7 @@ function otherFilm(item, { guide, videos, sessions, signal }) {
     where.node,
   );
   const numbers = h("details", {}, h("summary", {}, "The camera's numbers"), camera.node);
-  known.addEventListener("toggle", () => known.open && where.show(item.object));
+  known.addEventListener("toggle", () => known.open && where.show(item.object ?? null));
   const show = () => {
     const by = place.read();
     board.node.hidden = !["object", "room"].includes(by);
@@ -118,12 +123,13 @@ function otherFilm(item, { guide, videos, sessions, signal }) {
     }
     const by = place.read();
     const boarded = ["object", "room"].includes(by);
-    const points = where.picker.points.length;
+    const size = board.size();
+    const placed = by === "object" && where.picker.points.length > 0;
     return {
       video: film.read(),
       board: boarded ? board.read() : null,
       board_at: by === "room" ? "room" : "object",
-      place: by === "object" && points && board.size() ? where.read(board.size()) : null,
+      place: placed && size ? where.read(size) : null,
       camera: numbers.hidden ? null : camera.read(),
       shared_world: by === "shared",
     };
@@ -134,7 +140,8 @@ function otherFilm(item, { guide, videos, sessions, signal }) {
   };
 }
 
-/** A form that orders a job and goes to it. */
+/** A form that orders a job and goes to it.
+ *  @param {string} words @param {() => object} read @param {HTMLElement[]} fields */
 function orderForm(words, read, fields) {
   const problem = h("div");
   const button = h("button", { type: "submit" }, words);

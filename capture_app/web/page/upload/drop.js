@@ -1,8 +1,13 @@
 // A place where files are dropped, or chosen by buttons.
 import { h } from "../core/dom.js";
 import { fromDrop, fromField } from "./gather.js";
+/** @import {Root} from "./gather.js" */
 
-/** The drop area. `took(roots)` gets what was dropped or chosen. `accept`: endings for the dialog. */
+/** @typedef {(roots: Root[]) => unknown} Took */
+
+/** The drop area. `took(roots)` gets what was dropped or chosen. `accept`: endings for the dialog.
+ *  @param {{title: string, text: string, took: Took, folder?: boolean, accept?: string,
+ *    small?: boolean}} asked */
 export function dropArea({ title, text, took, folder = true, accept = "", small = false }) {
   const files = h("input", { type: "file", multiple: true, accept, hidden: true });
   const tree = h("input", { type: "file", webkitdirectory: "", hidden: true });
@@ -44,6 +49,7 @@ export function dropArea({ title, text, took, folder = true, accept = "", small 
   return area;
 }
 
+/** @param {HTMLElement} area @param {Took} took */
 function receive(area, took) {
   let inside = 0;
   const lit = () => area.classList.toggle("over", inside > 0);
@@ -54,7 +60,7 @@ function receive(area, took) {
     event.preventDefault();
     inside = 0;
     lit();
-    const roots = await fromDrop(event.dataTransfer);
+    const roots = event.dataTransfer ? await fromDrop(event.dataTransfer) : [];
     if (roots.length) took(roots);
   });
 }

@@ -5,33 +5,39 @@ const MESH = /\.(obj|ply|stl|glb|gltf|usd[acz]?)$/i;
 const BESIDE = /\.(mtl|png|jpe?g|bin)$/i;
 const MOUNT = /mount[^/]*\.json$/i;
 
+/** @typedef {{path: string, file: File}} Placed a file, and its path inside what was dropped */
 /** One thing that was dropped: a folder or a file by itself.
- *  @typedef {{name: string, folder: boolean, files: {path: string, file: File}[]}} Root */
+ *  @typedef {{name: string, folder: boolean, files: Placed[]}} Root */
+/** What is sent as one thing. @typedef {{kind: string, name: string, files: Placed[]}} Order */
 
 /** The roots of a drop. Must be called within the drop event: its list is emptied afterwards.
- *  @returns {Promise<Root[]>} */
+ *  @param {DataTransfer} transfer @returns {Promise<Root[]>} */
 export function fromDrop(transfer) {
-  const entries = [...transfer.items].map((item) => item.webkitGetAsEntry?.()).filter(Boolean);
+  const told = [...transfer.items].map((item) => item.webkitGetAsEntry?.() ?? null);
+  const entries = told.filter((entry) => entry !== null);
   if (entries.length) return Promise.all(entries.map(root)).then(tidy);
   return Promise.resolve(tidy([...transfer.files].map(single)));
 }
 
-/** The roots of a file field, a folder's or that of single files. @returns {Root[]} */
+/** The roots of a file field, a folder's or that of single files.
+ *  @param {HTMLInputElement} input @returns {Root[]} */
 export function fromField(input) {
-  const files = [...input.files];
+  const files = [...(input.files ?? [])];
   if (!files.some((file) => file.webkitRelativePath)) return tidy(files.map(single));
+  /** @type {Map<string, Root>} */
   const roots = new Map();
   for (const file of files) {
     const [name, ...rest] = file.webkitRelativePath.split("/");
-    if (!roots.has(name)) roots.set(name, { name, folder: true, files: [] });
-    roots.get(name).files.push({ path: rest.join("/"), file });
+    const folder = roots.get(name) ?? { name, folder: true, files: [] };
+    folder.files.push({ path: rest.join("/"), file });
+    roots.set(name, folder);
   }
   return tidy([...roots.values()]);
 }
 
 /** What was dropped, by what it is: a recording, the mesh of an object, a mount file. Only what was
  *  dropped beside the recording's folder is taken for another thing: a session may hold meshes.
- *  @returns {{kind: string, name: string, files: {path: string, file: File}[]}[]} */
+ *  @param {Root[]} roots @returns {Order[]} */
 export function sorted(roots) {
   const loose = roots.filter((one) => !one.folder);
   const meshes = loose.filter((one) => MESH.test(one.name));
@@ -46,51 +52,66 @@ export function sorted(roots) {
   return orders;
 }
 
-/** One order of one kind, whatever the files look like. */
+/** One order of one kind, whatever the files look like.
+ *  @param {string} kind @param {Root[]} roots @returns {Order} */
 export function order(kind, roots) {
   const alone = roots.length === 1 && roots[0].folder;
   const files = alone ? roots[0].files : roots.flatMap(within);
   return { kind, name: roots[0].name.replace(/\.(zip|tar|tgz|tar\.gz|r3d)$/i, ""), files };
 }
 
+/** @param {Root} one */
 function within(one) {
   if (!one.folder) return one.files;
   return one.files.map(({ path, file }) => ({ path: `${one.name}/${path}`, file }));
 }
 
+/** @param {File} file @returns {Root} */
 function single(file) {
   return { name: file.name, folder: false, files: [{ path: file.name, file }] };
 }
 
+/** @param {Root[]} roots */
 function tidy(roots) {
   return roots
     .map((one) => ({ ...one, files: one.files.filter(({ path }) => !JUNK.test(path)) }))
     .filter((one) => one.files.length > 0);
 }
 
+/** @param {FileSystemEntry} entry @returns {Promise<Root>} */
 async function root(entry) {
-  if (entry.isFile) return single(await fileOf(entry));
-  return { name: entry.name, folder: true, files: await walk(entry, "") };
+  if (isFolder(entry)) return { name: entry.name, folder: true, files: await walk(entry, "") };
+  return single(await fileOf(entry));
 }
 
+/** @param {FileSystemDirectoryEntry} folder @param {string} prefix */
 async function walk(folder, prefix) {
+  /** @type {Placed[]} */
   const found = [];
   const reader = folder.createReader();
   // A reader gives at most a hundred entries at a time, and none when it is through.
   for (let some = await readSome(reader); some.length; some = await readSome(reader)) {
     for (const entry of some) {
       const path = `${prefix}${entry.name}`;
-      if (entry.isDirectory) found.push(...(await walk(entry, `${path}/`)));
+      if (isFolder(entry)) found.push(...(await walk(entry, `${path}/`)));
       else found.push({ path, file: await fileOf(entry) });
     }
   }
   return found;
 }
 
+/** @param {FileSystemEntry} entry @returns {entry is FileSystemDirectoryEntry} */
+function isFolder(entry) {
+  return entry.isDirectory;
+}
+
+/** @param {FileSystemDirectoryReader} reader @returns {Promise<FileSystemEntry[]>} */
 function readSome(reader) {
   return new Promise((resolve, reject) => reader.readEntries(resolve, reject));
 }
 
+/** @param {FileSystemEntry} entry @returns {Promise<File>} */
 function fileOf(entry) {
-  return new Promise((resolve, reject) => entry.file(resolve, reject));
+  const one = /** @type {FileSystemFileEntry} */ (entry);
+  return new Promise((resolve, reject) => one.file(resolve, reject));
 }

@@ -1,10 +1,13 @@
 // An upload as it is seen: how far, how long still, pause, cancel, and what went wrong.
+import { inWords } from "../core/api.js";
 import { h, put, say } from "../core/dom.js";
 import { announce } from "../core/live.js";
 import { count, size, span } from "../core/words.js";
 import { attempt } from "../parts/fields.js";
 import { trouble } from "../parts/trouble.js";
+/** @import {Upload} from "./send.js" */
 
+/** @type {Record<string, string>} */
 const KIND = {
   session: "Recording",
   object: "Object",
@@ -12,6 +15,7 @@ const KIND = {
   video: "Film",
   material: "Files",
 };
+/** @type {[string, number][]} */
 const UNITS = [
   ["metres", 1],
   ["centimetres", 0.01],
@@ -19,7 +23,8 @@ const UNITS = [
   ["inches", 0.0254],
 ];
 
-/** A card for an Upload; it goes on living while the upload does. `gone` is called when cancelled. */
+/** A card for an Upload; it goes on living while the upload does. `gone` is called when cancelled.
+ *  @param {Upload} upload */
 export function uploadPanel(upload, gone = () => {}) {
   const bar = h("progress", {
     max: 1000,
@@ -63,6 +68,7 @@ export function uploadPanel(upload, gone = () => {}) {
   return node;
 }
 
+/** @param {Upload} upload */
 function words(upload) {
   const { state, received, size: whole } = upload;
   const far = `${size(received)} of ${size(whole)}`;
@@ -83,28 +89,31 @@ function words(upload) {
   }[state];
 }
 
+/** @param {Upload} upload @param {HTMLElement} problem */
 function told(upload, problem) {
   if (problem.dataset.state === upload.state) return;
   problem.dataset.state = upload.state;
   put(problem);
-  if (upload.state === "failed") put(problem, trouble(upload.error, ...unitButtons(upload)));
+  const { error } = upload;
+  if (error && upload.state === "failed") put(problem, trouble(error, ...unitButtons(upload)));
   if (["waiting", "paused", "done"].includes(upload.state)) announce(words(upload));
 }
 
-/** A mesh in another unit than metres: one click says which. */
+/** A mesh in another unit than metres: one click says which. @param {Upload} upload */
 function unitButtons(upload) {
-  if (upload.error.code !== "mesh-units") return [];
+  if (upload.error?.code !== "mesh-units") return [];
   return UNITS.slice(1).map(([unit, scale]) =>
     h("button", { type: "button", on: { click: () => again(upload, scale) } }, `It is in ${unit}`),
   );
 }
 
+/** @param {Upload} upload @param {number} scale */
 async function again(upload, scale) {
   upload.stop = new AbortController();
   try {
     await upload.finish({ scale });
   } catch (error) {
-    upload.error = error;
+    upload.error = inWords(error);
     upload.become("failed");
   }
 }

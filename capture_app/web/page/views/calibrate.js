@@ -6,7 +6,12 @@ import * as recorded from "../calibrate/ways.js";
 import { drawingForm } from "../parts/mount_drawing.js";
 import { identityForm } from "../parts/mount_identity.js";
 import { pointsForm } from "../parts/mount_points.js";
+/** @import {Context} from "../calibrate/recorded.js"
+ *  @import {Visit} from "../core/router.js" */
 
+/** Title, words, and the form. @typedef {[string, string, (context: Context) => Node]} Way */
+
+/** @type {Record<string, Way>} */
 const RECORDED = {
   board: [
     "Board, and a second camera on a tripod",
@@ -44,6 +49,7 @@ const RECORDED = {
     recorded.floor,
   ],
 };
+/** @type {Record<string, Way>} */
 const BY_HAND = {
   points: [
     "Click points on the object",
@@ -65,7 +71,7 @@ const BY_HAND = {
 const WAYS = { ...RECORDED, ...BY_HAND };
 const BROUGHT = ["choices", "objects", "sessions", "videos", "materials", "mounts", "calibration"];
 
-/** `#/calibrate?object=ID&way=points&back=...` */
+/** `#/calibrate?object=ID&way=points&back=...` @param {Visit} visit */
 export async function calibrate({ query, signal }) {
   const [choices, objects, sessions, videos, materials, mounts, guide] = await Promise.all(
     BROUGHT.map((what) => api(`/api/${what}`, { signal })),
@@ -89,33 +95,41 @@ export async function calibrate({ query, signal }) {
     page,
   );
   let inner = new AbortController();
+  /** @param {URLSearchParams} now */
   const update = (now) => {
     inner.abort();
     inner = new AbortController();
     const way = now.get("way");
     drawWays(ways, way, now);
+    /** @type {Context} */
     const context = {
       ...{ choices, objects, sessions, videos, materials, mounts, guide },
       object: now.get("object"),
       back: now.get("back"),
       signal: AbortSignal.any([signal, inner.signal]),
     };
-    put(page, WAYS[way]?.[2](context));
+    put(page, way && WAYS[way]?.[2](context));
   };
   update(query);
   return { title: "Find the mount", node, update };
 }
 
+/** @param {HTMLElement} place @param {string | null} current @param {URLSearchParams} query */
 function drawWays(place, current, query) {
-  const focused = document.activeElement?.value;
+  const active = document.activeElement;
+  const focused = active instanceof HTMLInputElement && active.value === current;
   put(
     place,
     group("Record something: the surest", RECORDED, current, query),
     group("Without a recording", BY_HAND, current, query),
   );
-  if (focused && focused === current) place.querySelector(`input[value="${current}"]`)?.focus();
+  /** @type {HTMLInputElement | null} */
+  const again = place.querySelector(`input[value="${current}"]`);
+  if (focused) again?.focus();
 }
 
+/** @param {string} legend @param {Record<string, Way>} ways @param {string | null} current
+ *  @param {URLSearchParams} query */
 function group(legend, ways, current, query) {
   const kept = Object.fromEntries(query);
   return h(

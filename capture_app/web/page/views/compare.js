@@ -5,8 +5,11 @@ import { address, go } from "../core/router.js";
 import { span } from "../core/words.js";
 import { doing } from "../parts/fields.js";
 import { Stage } from "../parts/stage.js";
+/** @import {Motion, Result} from "../core/answers.js"
+ *  @import {Visit} from "../core/router.js" */
 
 const MOST = 4;
+/** @type {[string, string, (score: number) => string][]} */
 const SCORES = [
   ["unheld", "Moves without a hand on it", (x) => `${(100 * x).toFixed(0)} %`],
   ["miss_cm", "Palms off their places", (x) => `${x.toFixed(1)} cm`],
@@ -16,17 +19,25 @@ const SCORES = [
   ["total", "Score, less is better", (x) => x.toFixed(2)],
 ];
 
-/** `#/compare?results=ID,ID,...` */
+/** `#/compare?results=ID,ID,...` @param {Visit} visit */
 export async function compare({ query, signal }) {
   const results = await api("/api/results", { signal });
   const page = new Comparison(results, signal);
   page.update(query);
-  return { title: "Compare", node: page.node, update: (next) => page.update(next) };
+  const update = (/** @type {URLSearchParams} */ next) => page.update(next);
+  return { title: "Compare", node: page.node, update };
 }
 
 class Comparison {
+  /** @type {string[]} */
+  chosen = [];
+  /** @type {Map<string, HTMLInputElement> | null} */
+  boxes = null;
+
+  /** @param {Motion[]} results @param {AbortSignal} signal */
   constructor(results, signal) {
-    Object.assign(this, { results, signal });
+    this.results = results;
+    this.signal = signal;
     this.stage = new Stage({ label: "The motions beside each other in 3D", signal });
     this.stage.addEventListener("opened", () => this.arrange());
     this.picks = h("fieldset", { class: "picks" });
@@ -62,6 +73,7 @@ class Comparison {
     );
   }
 
+  /** @param {URLSearchParams} query */
   update(query) {
     const asked = (query.get("results") ?? "").split(",");
     this.chosen = asked.filter((id) => this.results.some((one) => one.id === id)).slice(0, MOST);
@@ -83,12 +95,13 @@ class Comparison {
     this.drawNumbers();
   }
 
+  /** @param {string} id */
   named(id) {
-    return this.results.find((one) => one.id === id).name;
+    return this.results.find((one) => one.id === id)?.name ?? "";
   }
 
   arrange() {
-    this.stage.viewer.arrange(this.over.checked ? "over" : "side");
+    this.stage.viewer?.arrange(this.over.checked ? "over" : "side");
     this.stage.label();
   }
 
@@ -97,7 +110,8 @@ class Comparison {
       for (const [id, box] of this.boxes) box.checked = this.chosen.includes(id);
       return;
     }
-    this.boxes = new Map();
+    const boxes = new Map();
+    this.boxes = boxes;
     put(
       this.picks,
       h("legend", { class: "unseen" }, "Motions"),
@@ -107,7 +121,7 @@ class Comparison {
           checked: this.chosen.includes(one.id),
           on: { change: () => this.toggle(one.id, box.checked) },
         });
-        this.boxes.set(one.id, box);
+        boxes.set(one.id, box);
         const line = [one.object_name, one.seconds && span(one.seconds), one.parent && "corrected"]
           .filter(Boolean)
           .join(" · ");
@@ -121,6 +135,7 @@ class Comparison {
     );
   }
 
+  /** @param {string} id @param {boolean} on */
   toggle(id, on) {
     const kept = this.chosen.filter((one) => one !== id);
     const next = on ? [...kept, id].slice(-MOST) : kept;
@@ -133,9 +148,11 @@ class Comparison {
   }
 
   async drawNumbers() {
+    /** @type {Result[]} */
     const all = await Promise.all(
       this.chosen.map((id) => api(`/api/results/${id}`, { signal: this.signal })),
     );
+    /** @param {typeof SCORES[number]} score */
     const row = ([key, words, show]) =>
       h(
         "tr",

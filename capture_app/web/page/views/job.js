@@ -1,5 +1,5 @@
 // A job: what it is doing, how long still, cancel; it may be left and come back to.
-import { api } from "../core/api.js";
+import { api, inWords } from "../core/api.js";
 import { h, put, say } from "../core/dom.js";
 import { announce } from "../core/live.js";
 import { poll } from "../core/poll.js";
@@ -9,23 +9,33 @@ import { doing } from "../parts/fields.js";
 import { fileList } from "../parts/files.js";
 import { stageList, stageWords } from "../parts/stages.js";
 import { trouble, troublePage } from "../parts/trouble.js";
+/** @import {Job, Made} from "../core/answers.js"
+ *  @import {Visit} from "../core/router.js" */
 
 const EVERY = 500; // milliseconds
 
-/** `#/jobs/ID?from=...&back=...` */
+/** `#/jobs/ID?from=...&back=...` @param {Visit} visit */
 export async function job({ params, query, signal }) {
+  /** @type {Job} */
   const first = await api(`/api/jobs/${params.id}`, { signal });
   const page = new JobPage(first, { from: query.get("from"), back: query.get("back") }, signal);
   page.watch();
   return { title: first.name || KINDS[first.kind], node: page.node };
 }
 
+/** @type {Record<string, string>} */
 const MADE = { results: "See the motion", mounts: "See the mount", objects: "See the object" };
 
 class JobPage {
-  /** from: address that it was ordered at; back: where its maker was before that. */
+  /** from: address that it was ordered at; back: where its maker was before that.
+   *  @param {Job} record @param {{from: string | null, back: string | null}} origin
+   *  @param {AbortSignal} signal */
   constructor(record, { from, back }, signal) {
-    Object.assign(this, { record, from, back, signal, path: `/api/jobs/${record.id}` });
+    this.record = record;
+    this.from = from;
+    this.back = back;
+    this.signal = signal;
+    this.path = `/api/jobs/${record.id}`;
     this.state = h("p", { class: "verdict-words" });
     this.bar = h("progress", { max: 1, value: 0, "aria-label": "Progress of the whole job" });
     this.line = h("p", { class: "hint figures" });
@@ -77,19 +87,18 @@ class JobPage {
       async () => {
         this.record = await api(this.path, { signal: this.signal });
         this.show(this.record);
-        if (this.record.state === "done" && this.record.made) {
-          go(this.made(this.record), { replace: true });
-        }
+        const { made } = this.record;
+        if (made && this.record.state === "done") go(this.made(made), { replace: true });
         return ended(this.record);
       },
       EVERY,
       this.signal,
-      (error) => put(this.node, troublePage(error)),
+      (error) => put(this.node, troublePage(inWords(error))),
     );
   }
 
-  /** Address of what it made. */
-  made({ made }) {
+  /** Address of what it made. @param {string} made */
+  made(made) {
     return address(`/${made}`, { back: this.back });
   }
 
@@ -99,6 +108,7 @@ class JobPage {
     this.watch();
   }
 
+  /** @param {Job} record */
   show(record) {
     const words = record.state === "running" ? `${stageWords(record)}…` : STATES[record.state];
     say(this.state, words);
@@ -112,15 +122,16 @@ class JobPage {
     this.showOutcome(record);
   }
 
+  /** @param {Job} record */
   showOutcome(record) {
     if (this.outcome.dataset.state === record.state) return;
     this.outcome.dataset.state = record.state;
     if (!ended(record)) put(this.outcome);
     else if (record.state === "done") put(this.outcome, this.done(record));
-    else put(this.outcome, record.error && trouble(record.error), this.waysOn(record));
+    else put(this.outcome, record.error && trouble(record.error), this.waysOn());
   }
 
-  waysOn(record) {
+  waysOn() {
     const problem = h("div");
     return [
       h(
@@ -134,11 +145,12 @@ class JobPage {
     ];
   }
 
+  /** @param {Job} record */
   done(record) {
     if (record.made)
       return h(
         "a",
-        { class: "button main large", href: this.made(record) },
+        { class: "button main large", href: this.made(record.made) },
         MADE[record.made.split("/")[0]],
       );
     const files = record.files ?? [];
@@ -149,6 +161,7 @@ class JobPage {
     ];
   }
 
+  /** @param {string[]} lines */
   drawLog(lines) {
     const there = this.log.childElementCount;
     if (lines.length < there) put(this.log);
@@ -156,6 +169,7 @@ class JobPage {
   }
 }
 
+/** @param {Job} record */
 function timeWords(record) {
   if (record.waits) return record.waits;
   if (!record.started) return "";
@@ -169,12 +183,13 @@ function timeWords(record) {
     .join(" · ");
 }
 
+/** @param {string} from */
 function backWords(from) {
   if (from.startsWith("#/sessions/")) return "Back to the recording";
   return from.startsWith("#/results/") ? "Back to the motion" : "Back, to change something";
 }
 
-/** What a browser shows by itself. */
+/** What a browser shows by itself. @param {Made} file */
 function shown(file) {
   if (file.name.endsWith(".mp4"))
     return h("video", { controls: true, preload: "auto", src: file.href, class: "film" });

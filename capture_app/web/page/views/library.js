@@ -3,24 +3,28 @@ import { api } from "../core/api.js";
 import { h } from "../core/dom.js";
 import { itemRow, jobRow, resultCard } from "../parts/cards.js";
 import { size } from "../core/words.js";
+/** @import {Item, Shelf} from "../core/answers.js"
+ *  @import {Visit} from "../core/router.js"
+ *  @import {Stored} from "../parts/cards.js" */
 
+/** @type {[Exclude<Shelf, "results">, string][]} */
 const PARTS = [
   ["sessions", "Recordings"],
   ["objects", "Objects"],
   ["mounts", "Mounts"],
 ];
 
-/** `#/library` */
+/** `#/library` @param {Visit} visit */
 export async function library({ signal }) {
   const kinds = ["results", ...PARTS.map(([kind]) => kind), "jobs", "health"];
   const [results, sessions, objects, mounts, jobs, health] = await Promise.all(
     kinds.map((what) => api(`/api/${what}`, { signal })),
   );
+  /** @type {Record<string, Stored[]>} */
   const lists = { sessions, objects, mounts };
-  const used = [...results, ...sessions, ...objects, ...mounts].reduce(
-    (sum, one) => sum + one.size,
-    0,
-  );
+  /** @type {Item[]} */
+  const all = [...results, ...sessions, ...objects, ...mounts];
+  const used = all.reduce((sum, one) => sum + one.size, 0);
   const node = h(
     "div",
     { class: "stack wide" },
@@ -65,11 +69,7 @@ export async function library({ signal }) {
         "details",
         {},
         h("summary", {}, `Jobs (${jobs.length})`),
-        h(
-          "ul",
-          { class: "rows" },
-          jobs.map((job) => jobRow(job)),
-        ),
+        h("ul", { class: "rows" }, jobs.map(jobRow)),
       ),
   );
   return { title: "Library", node };

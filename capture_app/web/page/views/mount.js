@@ -7,9 +7,12 @@ import { few, mountWords } from "../parts/cards.js";
 import { mountWarning } from "../parts/pick_mount.js";
 import { Stage } from "../parts/stage.js";
 import { useIt } from "../parts/use_it.js";
+/** @import {Mount} from "../core/answers.js"
+ *  @import {Visit} from "../core/router.js" */
 
-/** `#/mounts/ID?back=...` */
+/** `#/mounts/ID?back=...` @param {Visit} visit */
 export async function mount({ params, query, signal }) {
+  /** @type {Mount} */
   const item = await api(`/api/mounts/${params.id}`, { signal });
   const facts = [
     ["Place", item.bounds && `± ${few(item.bounds.mm)} mm`],
@@ -47,7 +50,8 @@ export async function mount({ params, query, signal }) {
   return { title: item.name, node };
 }
 
-/** The phone on the object in 3D, and what its camera sees. */
+/** The phone on the object in 3D, and what its camera sees.
+ *  @param {Mount} item @param {AbortSignal} signal */
 function onObject(item, signal) {
   const stage = new Stage({ label: "The phone on the object in 3D", signal, controls: false });
   stage.open([{ url: `/api/mounts/${item.id}/scene`, name: item.name }]);
@@ -59,7 +63,8 @@ function onObject(item, signal) {
   );
 }
 
-/** {"rms_mm": 1.2} -> [["Left over (rms)", "1.2 mm"]]; nothing for what tells only programs. */
+/** {"rms_mm": 1.2} -> [["Left over (rms)", "1.2 mm"]]; nothing for what tells only programs.
+ *  @param {string} key @param {number} value */
 function residual(key, value) {
   const [, what, unit] = /^(.*)_(mm|m|deg|px|%|s)$/.exec(key) ?? [null, key, ""];
   // The clocks of two devices differ by anything.

@@ -9,6 +9,8 @@ import { useIt } from "../parts/use_it.js";
 import { checkList } from "../parts/checks.js";
 import { choice, doing } from "../parts/fields.js";
 import { Stage } from "../parts/stage.js";
+/** @import {Thing} from "../core/answers.js"
+ *  @import {Visit} from "../core/router.js" */
 
 const UNITS = [
   ["1", "metres"],
@@ -17,9 +19,10 @@ const UNITS = [
   ["0.0254", "inches"],
 ];
 
-/** `#/objects/ID?back=...` */
+/** `#/objects/ID?back=...` @param {Visit} visit */
 export async function object({ params, query, signal }) {
   const path = `/api/objects/${params.id}`;
+  /** @type {Thing} */
   const item = await api(path, { signal });
   const stage = new Stage({ label: `The object ${item.name} in 3D`, signal, controls: false });
   const facts = h("div");
@@ -54,6 +57,7 @@ export async function object({ params, query, signal }) {
   return { title: item.name, node };
 }
 
+/** @param {Thing} item */
 function told(item) {
   const facts = [
     ["Size", sides(item.extents)],
@@ -75,18 +79,21 @@ function told(item) {
   ];
 }
 
-/** How good the scan is that it was made by. */
+/** How good the scan is that it was made by. @param {Thing} item @param {string} path */
 function scanned(item, path) {
   if (!item.scan) return null;
-  const picture = (name, alt) =>
-    h("img", {
+  /** @param {string} name @param {string} alt */
+  const picture = (name, alt) => {
+    const shown = h("img", {
       src: `${path}/scan/${name}`,
       alt,
       loading: "lazy",
       class: "film",
       // A mesh of another app has no film.
-      on: { error: (event) => event.target.remove() },
+      on: { error: () => shown.remove() },
     });
+    return shown;
+  };
   return h(
     "section",
     { class: "stack" },
@@ -120,6 +127,7 @@ const SCANS = {
   bad: "This scan is not usable as it is",
 };
 
+/** @param {Thing} item @param {string} path @param {() => void} show */
 function unit(item, path, show) {
   const problem = h("div");
   const other = !UNITS.some(([key]) => Number(key) === item.scale);

@@ -11,9 +11,13 @@ import { samplePicker } from "../parts/samples.js";
 import { Stage } from "../parts/stage.js";
 import { stood } from "../parts/stood.js";
 import { overlayForm, renderForm } from "../parts/videos_form.js";
+/** @import {Choices, Made, Motion, Result} from "../core/answers.js"
+ *  @import {Visit} from "../core/router.js"
+ *  @import {Context} from "../parts/videos_form.js" */
 
-/** `#/results/ID` */
+/** `#/results/ID` @param {Visit} visit */
 export async function result({ params, signal }) {
+  /** @type {Result} */
   const item = await api(`/api/results/${params.id}`, { signal });
   const [choices, guide, videos, sessions, parent] = await Promise.all([
     ...["choices", "calibration", "videos", "sessions"].map((what) =>
@@ -23,6 +27,7 @@ export async function result({ params, signal }) {
   ]);
   const stage = new Stage({ label: `The motion ${item.name} in 3D`, signal });
   const url = `/api/results/${item.id}/scene`;
+  /** @param {number[]} samples */
   const show = (samples) =>
     stage.open(samples.map((sample) => ({ url, sample, name: `Try ${sample + 1}` })));
   const chosen = item.chosen ?? 0;
@@ -56,6 +61,7 @@ export async function result({ params, signal }) {
   return { title: item.name, node };
 }
 
+/** @param {Result} item */
 function line(item) {
   return [
     item.object_name,
@@ -66,8 +72,9 @@ function line(item) {
     .join(" · ");
 }
 
+/** @param {Result} item @param {Motion | null} parent */
 function origin(item, parent) {
-  const both = item.parent && address("/compare", { results: `${item.parent},${item.id}` });
+  const both = address("/compare", { results: `${item.parent},${item.id}` });
   return [
     item.session && [
       " · ",
@@ -86,11 +93,14 @@ function origin(item, parent) {
   ];
 }
 
+/** @param {Result} item @param {Choices} choices @param {number} chosen @param {AbortSignal} signal */
 function use(item, choices, chosen, signal) {
   const files = h("div");
+  /** @param {Made[]} all */
   const list = (all) => put(files, fileList(all));
   list([...item.files.filter(({ name }) => !name.endsWith(".mp4")), ...item.exports]);
   const refresh = async () => {
+    /** @type {Result} */
     const now = await api(`/api/results/${item.id}`);
     list([...now.files.filter(({ name }) => !name.endsWith(".mp4")), ...now.exports]);
   };
@@ -103,6 +113,7 @@ function use(item, choices, chosen, signal) {
   );
 }
 
+/** @param {Result} item */
 function share(item) {
   return h(
     "section",
@@ -121,6 +132,7 @@ function share(item) {
   );
 }
 
+/** @param {Result} item */
 function words(item) {
   const told = [...(item.faults ?? []), ...(item.notes ?? [])];
   return h(
@@ -141,6 +153,7 @@ function words(item) {
   );
 }
 
+/** @param {Result} item */
 function film(item) {
   if (!item.video) return null;
   return h(
@@ -152,6 +165,7 @@ function film(item) {
   );
 }
 
+/** @param {Result} item @param {Context} context */
 function moreVideos(item, context) {
   return h(
     "section",
@@ -167,6 +181,7 @@ function moreVideos(item, context) {
   );
 }
 
+/** @param {Result} item */
 function making(item) {
   const { manifest } = item;
   const seconds = Object.values(manifest.timings).reduce((sum, time) => sum + time, 0);
@@ -186,7 +201,9 @@ function making(item) {
     h(
       "dl",
       { class: "facts" },
-      told.map(([key, value]) => h("div", {}, h("dt", {}, key), h("dd", {}, String(value ?? "–")))),
+      told.map(([key, value]) =>
+        h("div", {}, h("dt", {}, String(key)), h("dd", {}, String(value ?? "–"))),
+      ),
     ),
     h("p", { class: "hint" }, manifest.body.credit),
   );

@@ -8,6 +8,8 @@ import { attempt, choice, number, tick } from "../parts/fields.js";
 import { numbered } from "../parts/numbered.js";
 import { freshKey } from "../parts/order_form.js";
 import { formatField } from "../parts/reading_fields.js";
+/** @import {Boards, Choices, Guide, Item, Session} from "../core/answers.js"
+ *  @import {Visit} from "../core/router.js" */
 
 const HOW = [
   "Leave the object where it stands, alone. Nobody moves it, or anything near it, while you film.",
@@ -22,7 +24,12 @@ const WITH = {
   material: "Photos, or a mesh of another app",
 };
 
-/** `#/scan?source=ID&back=...` */
+/** @typedef {"session" | "video" | "material"} Kind */
+/** @typedef {{sessions: Session[], videos: Item[], materials: Item[], guide: Guide, choices: Choices,
+ *    signal: AbortSignal}} Context */
+/** @typedef {ReturnType<typeof sourcesOf>} Sources */
+
+/** `#/scan?source=ID&back=...` @param {Visit} visit */
 export async function scan({ query, signal }) {
   const [sessions, videos, materials, guide, choices] = await Promise.all(
     ["sessions", "videos", "materials", "calibration", "choices"].map((what) =>
@@ -34,6 +41,7 @@ export async function scan({ query, signal }) {
 }
 
 class ScanPage {
+  /** @param {Context} context @param {URLSearchParams} query */
   constructor(context, query) {
     this.context = context;
     this.back = query.get("back");
@@ -53,7 +61,7 @@ class ScanPage {
   }
 
   get source() {
-    return this.sources[this.kind.read()];
+    return this.sources[/** @type {Kind} */ (this.kind.read())];
   }
 
   show() {
@@ -150,7 +158,10 @@ class ScanPage {
   }
 }
 
+/** @param {Context} context @param {string | null} current @param {() => void} changed */
 function sourcesOf({ sessions, videos, materials, signal }, current, changed) {
+  /** @param {Kind} kind @param {Item[]} items @param {string} title @param {string} text
+   *  @param {{folder?: boolean, accept?: string}} more */
   const one = (kind, items, title, text, more) =>
     brought({ label: "The film", kind, items, current, title, text, signal, changed, ...more });
   return {
@@ -174,10 +185,12 @@ function sourcesOf({ sessions, videos, materials, signal }, current, changed) {
   };
 }
 
+/** @param {Sources} sources */
 function kindOf(sources) {
-  return Object.keys(sources).find((kind) => sources[kind].read()) ?? "session";
+  return Object.entries(sources).find(([, one]) => one.read())?.[0] ?? "session";
 }
 
+/** @param {Boards} boards */
 function sizeFields(boards) {
   const words = h("p", { class: "hint" });
   const height = number("Height of the object", {
@@ -194,7 +207,7 @@ function sizeFields(boards) {
   );
   return {
     node,
-    hint: (logged) =>
+    hint: (/** @type {boolean} */ logged) =>
       put(
         words,
         logged
@@ -205,6 +218,7 @@ function sizeFields(boards) {
   };
 }
 
+/** @param {string[]} formats */
 function moreFields(formats) {
   return {
     format: formatField(formats),

@@ -11,27 +11,44 @@ import { pickObject } from "../parts/pick_object.js";
 import { orderForm } from "../parts/order_form.js";
 import { Stage } from "../parts/stage.js";
 import { trouble } from "../parts/trouble.js";
+/** @import {Choices, Mount, Report, Session, Thing} from "../core/answers.js"
+ *  @import {Visit} from "../core/router.js"
+ *  @import {With} from "../parts/order_form.js" */
 
-/** `#/sessions/ID?object=ID&mount=ID` */
+/** Ids in the address. @typedef {With} Chosen */
+/** @typedef {{objects: Thing[], mounts: Mount[], choices: Choices, signal: AbortSignal}} Context */
+
+/** `#/sessions/ID?object=ID&mount=ID` @param {Visit} visit */
 export async function session({ params, query, signal }) {
+  /** @type {Session} */
   const item = await api(`/api/sessions/${params.id}`, { signal });
   const [objects, mounts, choices] = await Promise.all(
     ["objects", "mounts", "choices"].map((what) => api(`/api/${what}`, { signal })),
   );
   const take = new Take(item, { objects, mounts, choices, signal });
   take.update(query);
-  return { title: item.name, node: take.node, update: (next) => take.update(next) };
+  const update = (/** @type {URLSearchParams} */ next) => take.update(next);
+  return { title: item.name, node: take.node, update };
 }
 
 class Take {
+  /** @type {Chosen | null} */
+  chosen = null;
+  /** @type {AbortController | null} */
+  looking = null;
+
+  /** @param {Session} item @param {Context} context */
   constructor(item, { objects, mounts, choices, signal }) {
-    Object.assign(this, { item, objects, mounts, signal });
+    this.item = item;
+    this.objects = objects;
+    this.mounts = mounts;
+    this.signal = signal;
     this.stage = new Stage({ label: "The recording in 3D", signal });
     this.told = h("div", { "aria-live": "polite" });
     this.checks = h("div");
     this.object = h("div");
     this.mount = h("div");
-    this.order = orderForm(item, choices, () => this.look());
+    this.order = orderForm(item, choices, () => this.chosen && this.look(this.chosen));
     this.node = h(
       "div",
       { class: "stack wide" },
@@ -45,20 +62,23 @@ class Take {
     );
   }
 
+  /** @param {URLSearchParams} query */
   update(query) {
     const before = this.chosen;
-    this.chosen = { object: query.get("object"), mount: query.get("mount") };
-    this.drawPicks();
-    if (before && before.object === this.chosen.object && before.mount === this.chosen.mount)
-      return;
-    this.look();
+    const chosen = { object: query.get("object"), mount: query.get("mount") };
+    this.chosen = chosen;
+    this.drawPicks(chosen);
+    if (before && before.object === chosen.object && before.mount === chosen.mount) return;
+    this.look(chosen);
   }
 
-  drawPicks() {
+  /** @param {Chosen} chosen */
+  drawPicks(chosen) {
     const focused = document.activeElement;
-    const { object, mount } = this.chosen;
-    const choose = (more) => go(address(`/sessions/${this.item.id}`, { ...this.chosen, ...more }));
-    const here = address(`/sessions/${this.item.id}`, this.chosen);
+    const { object, mount } = chosen;
+    /** @param {Partial<Chosen>} more */
+    const choose = (more) => go(address(`/sessions/${this.item.id}`, { ...chosen, ...more }));
+    const here = address(`/sessions/${this.item.id}`, chosen);
     put(
       this.object,
       pickObject(this.objects, object, { here, chosen: (id) => choose({ object: id }) }),
@@ -67,17 +87,21 @@ class Take {
       this.mount,
       pickMount(this.mounts, mount, { object, here, chosen: (id) => choose({ mount: id }) }),
     );
-    this.order.update(this.chosen);
+    this.order.update(chosen);
     this.focusAgain(focused);
   }
 
-  /** A radio button that was drawn anew keeps the focus. */
+  /** A radio button that was drawn anew keeps the focus. @param {Element | null} focused */
   focusAgain(focused) {
-    if (focused?.type !== "radio" || focused.isConnected) return;
-    this.node.querySelector(`input[type=radio][value="${focused.value}"]`)?.focus();
+    if (!(focused instanceof HTMLInputElement) || focused.isConnected) return;
+    if (focused.type !== "radio") return;
+    /** @type {HTMLInputElement | null} */
+    const again = this.node.querySelector(`input[type=radio][value="${focused.value}"]`);
+    again?.focus();
   }
 
-  async look() {
+  /** @param {Chosen} chosen */
+  async look(chosen) {
     this.looking?.abort();
     this.looking = new AbortController();
     const signal = AbortSignal.any([this.signal, this.looking.signal]);
@@ -91,27 +115,30 @@ class Take {
     );
     this.node.setAttribute("aria-busy", "true");
     this.order.judge(null);
-    const ids = Object.entries(this.chosen).filter(([, id]) => id);
+    const ids = Object.entries(chosen).flatMap(([name, id]) => (id ? [[name, id]] : []));
     const query = new URLSearchParams([...ids, ...this.order.reading()]);
     const base = `/api/sessions/${this.item.id}`;
     // What could not be judged is left to the run, which looks for itself.
-    let report = {};
+    let report = /** @type {Report | null} */ (null);
     try {
-      report = await api(`${base}/report?${query}`, { signal });
-      this.order.judge(report);
-      this.show(report, `${base}/report.html?${query}`);
+      /** @type {Report} */
+      const found = await api(`${base}/report?${query}`, { signal });
+      report = found;
+      this.order.judge(found);
+      this.show(found, `${base}/report.html?${query}`);
       await this.stage.open(
-        report.checks.length ? [{ url: `${base}/scene?${query}`, name: this.item.name }] : [],
+        found.checks.length ? [{ url: `${base}/scene?${query}`, name: this.item.name }] : [],
       );
     } catch (error) {
       if (!signal.aborted) {
         put(this.told, trouble(inWords(error)));
-        this.order.judge(report);
+        this.order.judge(report ?? {});
       }
     }
     if (!signal.aborted) this.node.removeAttribute("aria-busy");
   }
 
+  /** @param {Report} report @param {string} page address of the one to print */
   show(report, page) {
     put(this.told, verdict(report), facts(report));
     put(
@@ -133,12 +160,14 @@ class Take {
   }
 }
 
+/** @param {string} text */
 function hint(text) {
   return h("p", { class: "hint" }, text);
 }
 
+/** @param {Report} report */
 function facts(report) {
-  const of = report.facts ?? {};
+  const of = report.facts;
   const told = [
     ["Recorded with", report.app],
     ["Length", of.seconds && span(of.seconds)],

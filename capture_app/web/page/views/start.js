@@ -11,10 +11,13 @@ import { begin } from "../upload/begin.js";
 import { dropArea } from "../upload/drop.js";
 import { uploadPanel } from "../upload/panel.js";
 import { running } from "../upload/send.js";
+/** @import {Job, Motion, Session, Unfinished} from "../core/answers.js"
+ *  @import {Visit} from "../core/router.js"
+ *  @import {Root} from "../upload/gather.js" */
 
 const SHOWN = 8;
 
-/** `#/` */
+/** `#/` @param {Visit} visit */
 export async function start({ signal }) {
   const [results, sessions, jobs, uploads] = await Promise.all(
     ["results", "sessions", "jobs", "uploads"].map((what) => api(`/api/${what}`, { signal })),
@@ -46,6 +49,7 @@ export async function start({ signal }) {
   return { title: "Start", node };
 }
 
+/** @param {HTMLElement} place */
 function hero(place) {
   const problem = h("div");
   const area = dropArea({
@@ -82,12 +86,14 @@ async function example() {
   go(address(`/sessions/${session}`, { object, mount }));
 }
 
+/** @param {Root[]} roots @param {HTMLElement} place @param {HTMLElement} problem */
 async function take(roots, place, problem) {
   put(problem);
   try {
     const items = await begin(roots, place);
-    const of = (kind) => items.find((item) => item.kind === kind)?.id;
-    const [session, object, mount] = ["session", "object", "mount"].map(of);
+    const [session, object, mount] = ["session", "object", "mount"].map(
+      (kind) => items.find((item) => item.kind === kind)?.id,
+    );
     if (!place.isConnected) return;
     if (session) go(address(`/sessions/${session}`, { object, mount }));
     else go(object ? `#/objects/${object}` : `#/mounts/${mount}`);
@@ -96,6 +102,7 @@ async function take(roots, place, problem) {
   }
 }
 
+/** @param {Unfinished[]} uploads */
 function unfinished(uploads) {
   return uploads
     .filter(({ id }) => !running.has(id))
@@ -135,6 +142,7 @@ function unfinished(uploads) {
     });
 }
 
+/** @param {HTMLElement} place @param {Job[]} jobs */
 function showJobs(place, jobs) {
   const live = jobs.filter((job) => !ended(job));
   if (live.length === 0) return put(place) && false;
@@ -154,6 +162,7 @@ function showJobs(place, jobs) {
   return false;
 }
 
+/** @param {Motion[]} results */
 function resultsPart(results) {
   if (results.length === 0) return null;
   return h(
@@ -164,6 +173,7 @@ function resultsPart(results) {
   );
 }
 
+/** @param {Session[]} sessions */
 function sessionsPart(sessions) {
   if (sessions.length === 0) return null;
   return h(
@@ -178,6 +188,7 @@ function sessionsPart(sessions) {
   );
 }
 
+/** @param {unknown[]} list */
 function more(list) {
   return list.length > SHOWN && h("a", { href: "#/library" }, `All ${list.length}`);
 }

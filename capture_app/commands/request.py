@@ -1,0 +1,87 @@
+"""Request: what all commands have in common, and how what a user typed becomes one."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, TypeVar
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from capture_app.coordinates import read_size
+from omomo_core.errors import InputError
+
+
+class Request(BaseModel):
+    """A file or folder to be made, and from what; it can be stored, sent and compared."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    KIND: ClassVar[str]
+    """Of the job that does it, see `capture_app.jobs.kinds`."""
+    READS: ClassVar[tuple[str, ...]] = ()
+    """Fields that are paths of inputs."""
+
+    name: str = ""
+    """What its owner calls the job."""
+    output: Path
+    """The file or folder to make."""
+
+    @property
+    def inputs(self) -> dict[str, Path]:
+        """The inputs that are given, by role."""
+        given: dict[str, Path | None] = {role: getattr(self, role) for role in self.READS}
+        return {role: path for role, path in given.items() if path is not None}
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What else is asked for, as JSON has it."""
+        return self.model_dump(mode="json", exclude={"name", "output", *self.READS})
+
+
+Asked = TypeVar("Asked", bound=BaseModel)
+
+
+def validated(model: type[Asked], said: Mapping[str, Any], code: str, **context: str) -> Asked:
+    """Return the request, or a part of one, that was typed on a command line or in a table.
+
+    Args:
+        model: of the request or the part.
+        said: values by the names of its fields; text is parsed.
+        code: of the error where a value is out of bounds.
+        context: `where` is the place in errors; else `prefix` and the name of the field are.
+
+    Raises:
+        InputError: with that code, or that of the parser of a field.
+    """
+    try:
+        return model.model_validate(said, context=context)
+    except ValidationError as error:
+        first = error.errors()[0]
+        field = ".".join(map(str, first["loc"]))
+        raise InputError(
+            code,
+            f"{field}: {first['msg']}.",
+            where=context.get("where") or f"{context.get('prefix', '')}{field}",
+            fix="Correct it in the table or on the command line.",
+        ) from error
+
+
+def place_of(info: Any) -> str:
+    """Return where the user typed a field, for the error about it.
+
+    Args:
+        info: the ValidationInfo that pydantic gives to a validator.
+    """
+    context: dict[str, str] = info.context or {}
+    name = (info.field_name or "").replace("_", "-")
+    return context.get("where") or f"{context.get('prefix', '')}{name}"
+
+
+def _size(value: object, info: Any) -> object:
+    return read_size(value, place_of(info)) if isinstance(value, str) else value
+
+
+VideoSize = Annotated[
+    tuple[Annotated[int, Field(ge=16, le=7680)], Annotated[int, Field(ge=16, le=4320)]],
+    BeforeValidator(_size),
+]
+"""Width and height in pixels; text is written as 960x540."""

@@ -1,0 +1,216 @@
+"""RunRequest: everything that can be said about a take that is to become a motion.
+
+An option is added here, in one place: `omocap run`, `omocap batch` and its tables, jobs, POST /api/jobs,
+the manifest and `omocap rerun` take it from here.
+"""
+
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+from pydantic import BaseModel, BeforeValidator, Field, FiniteFloat
+
+from capture_app.commands.request import Request, VideoSize, place_of
+from capture_app.coordinates import read_place, read_up
+from ingest.trajectory.reading import Reading, Top
+
+if TYPE_CHECKING:
+    from omomo_core.generation.result import GenerationOptions
+
+
+def _stood(value: object, info: Any) -> object:
+    return read_place(value, place_of(info)) if isinstance(value, str) else value
+
+
+def _up(value: object, info: Any) -> object:
+    return read_up(value, place_of(info)) if isinstance(value, str) else value
+
+
+Stood = Annotated[tuple[FiniteFloat, FiniteFloat] | Literal["phone"], BeforeValidator(_stood)]
+Up = Annotated[tuple[FiniteFloat, FiniteFloat, FiniteFloat] | Top, BeforeValidator(_up)]
+
+
+class TakeOptions(BaseModel):
+    """What the page, the command line and tables alike can say about a take and its motion."""
+
+    samples: Annotated[
+        int, Field(ge=1, le=64, description="Motions to make; the best is chosen.")
+    ] = 4
+    seed: Annotated[
+        int, Field(ge=0, lt=2**63, description="The same seed gives the same motion.")
+    ] = 0
+    steps: Annotated[
+        int, Field(ge=1, le=1000, description="Steps of the sampler; more is slower and finer.")
+    ] = 10
+    contact: Annotated[
+        Literal["segments", "paper"],
+        Field(
+            description="Hands hold the object while it needs it (segments), or from the first touch "
+            "to the end as published (paper)."
+        ),
+    ] = "segments"
+    height: Annotated[
+        float | None, Field(ge=0.8, le=2.6, description="Height of the person in metres.")
+    ] = None
+    stood: Annotated[
+        Stood | None,
+        Field(
+            description="About where the person stood when the take began: the word phone, before its "
+            "screen, for who tapped it to record; or, where a result has it wrong, x,y on the floor of "
+            "its world in metres, e.g. 0.8,-1.2. It says where its person stands."
+        ),
+    ] = None
+    floor: Annotated[
+        FiniteFloat | None,
+        Field(
+            description="Height of the floor in the phone's world, metres (0 is where recording began, "
+            "so it is negative). Found where the object rests if not given. In an animation, the "
+            "height in its file; the object's lowest point if not given."
+        ),
+    ] = None
+    up: Annotated[
+        Up | None,
+        Field(
+            description="Which way is up, where the log does not say: a direction in the phone's world, "
+            "e.g. 0,1,0; or the axis of the mesh that points up where the object rests, e.g. object:z "
+            "or object:-y."
+        ),
+    ] = None
+    stitch: Annotated[
+        bool,
+        Field(
+            description="Move what follows a tracking jump back to where it belongs, instead of "
+            "splitting the take there."
+        ),
+    ] = False
+    closure: Annotated[
+        bool,
+        Field(
+            description="The object ends on the mark where it began: take the drift in between out."
+        ),
+    ] = False
+    segment: Annotated[
+        int | None,
+        Field(
+            ge=1,
+            lt=2**31,
+            description="Which stretch of a take that tracking failures split, from 1; the longest if "
+            "not given.",
+        ),
+    ] = None
+    format: Annotated[
+        str | None,
+        Field(
+            max_length=100,
+            description="Read the log as that of this app (a name that `omocap formats` lists), "
+            "whatever it looks like.",
+        ),
+    ] = None
+    force: Annotated[
+        bool, Field(description="Use a take that `omocap inspect` calls not usable.")
+    ] = False
+
+    @property
+    def reading(self) -> Reading:
+        """What the user knows better than the log."""
+        return Reading(**{field.name: getattr(self, field.name) for field in fields(Reading)})
+
+
+class RunRequest(TakeOptions, Request):
+    """A take becomes a motion: its inputs, and all options."""
+
+    KIND: ClassVar[str] = "run"
+    READS: ClassVar[tuple[str, ...]] = ("session", "object", "mount", "body", "contacts")
+
+    session: Path
+    """What the phone's logger wrote, or a file of the object's own motion."""
+    object: Annotated[
+        Path | None,
+        Field(
+            description="Mesh of the object: OBJ, PLY, STL or GLB, in metres. An animated GLB or USD "
+            "has its own."
+        ),
+    ] = None
+    mount: Annotated[
+        Path | None,
+        Field(
+            description="Mount file: where the object is as the phone sees it. Or the word identity, "
+            "when the mesh is made in the phone's own axes. An object's own motion takes none; TUM "
+            "text is a phone's log with a mount, the object's motion without."
+        ),
+    ] = None
+    """None where the phone's frame is the object's."""
+    node: Annotated[
+        str | None,
+        Field(
+            description="Name of the object in an animated GLB or USD in which several things move."
+        ),
+    ] = None
+    animated: bool = False
+    """The session is the object's own motion; there is no phone and no mount."""
+    contacts: Annotated[
+        Path | None,
+        Field(
+            description="Which hand holds the object when and where: a contacts.json to obey instead "
+            "of deciding it."
+        ),
+    ] = None
+    configuration: Annotated[Literal["capture", "paper"], Field(description="Trained model.")] = (
+        "capture"
+    )
+    weights: Annotated[
+        Path | None, Field(description="Folder of your own weights, from `omocap train`.")
+    ] = None
+    body: Annotated[Path | None, Field(description="Your own SMPL-X model file, as the body.")] = (
+        None
+    )
+    sampler: Literal["ddpm", "ddim", "dpm++"] = "dpm++"
+    mesh_scale: Annotated[
+        float, Field(ge=1e-6, description="Factor to metres, e.g. 0.01 for a mesh in centimetres.")
+    ] = 1.0
+    video_size: Annotated[
+        VideoSize | None, Field(description="Width x height of the pictures in pixels.")
+    ] = (960, 540)
+    """None makes no video."""
+    replace: Annotated[bool, Field(description="Replace an earlier result of the same name.")] = (
+        False
+    )
+
+    @property
+    def generation(self) -> "GenerationOptions":
+        """How the motion is generated."""
+        from omomo_core.generation.result import GenerationOptions
+
+        names = (field.name for field in fields(GenerationOptions))
+        return GenerationOptions(**{name: getattr(self, name) for name in names})
+
+    @property
+    def has_segments(self) -> bool:
+        """Whether hands hold in segments, and not by the published rule."""
+        return self.contact == "segments" and self.configuration == "capture"
+
+    @property
+    def recorded_options(self) -> dict[str, Any]:
+        """Every option as the manifest has it: what a re-run needs beside the inputs."""
+        left_out = {"name", "output", "replace", *self.READS}
+        options = self.model_dump(exclude=left_out)
+        size, weights = self.video_size, self.weights
+        return options | {
+            "weights": str(weights) if weights else None,
+            "video_size": f"{size[0]}x{size[1]}" if size else None,
+        }
+
+
+class ResolveRequest(Request):
+    """A result with corrected contacts becomes another one."""
+
+    KIND: ClassVar[str] = "resolve"
+    READS: ClassVar[tuple[str, ...]] = ("result", "contacts")
+
+    result: Path
+    contacts: Path
+    """All contacts of its chosen sample as they should be."""
+    video_size: VideoSize | None = (960, 540)
+    """Width and height in pixels; None makes no video."""
+    replace: bool = False
+    """Put the result in place of an earlier one."""

@@ -1,0 +1,51 @@
+// What the server answers, as types: capture_app/web/routes/ says where each comes from.
+
+/** @typedef {"sessions" | "objects" | "mounts" | "results"} Shelf */
+/** A file to download. @typedef {{name: string, size: number, href: string}} Made */
+/** What every thing of the library has; of a result that is asked for by itself, `files` are listed.
+ *  @typedef {{id: string, name: string, created: string, size: number}} Item */
+/** @typedef {Item & {files: number, app?: string, seconds?: number}} Session */
+/** @typedef {Item & {extents: number[], faces: number, vertices: number, warnings: string[],
+ *    scale: number, scan?: {severity: Severity, checks: Check[]}}} Thing an object */
+/** Within what a mount is true 95 times of 100. @typedef {{mm: number, deg: number}} Bounds */
+/** @typedef {Item & {method: string, bounds: Bounds | null, residuals: Record<string, number>,
+ *    warnings?: string[], phone?: string, date?: string, object?: string | null}} Mount */
+/** @typedef {Item & {session?: string | null, object?: string | null, mount?: string | null,
+ *    parent?: string | null, object_name?: string, seconds?: number, samples: number,
+ *    chosen?: number, video?: string | null, faults?: string[], notes?: string[]}} Motion */
+/** @typedef {Motion & {manifest: Manifest, files: Made[], exports: Made[]}} Result */
+/** @typedef {{
+ *    inputs: {role: string}[], options: Record<string, unknown>, correction: unknown,
+ *    scores: Record<string, number>[], chosen: number, timings: Record<string, number>,
+ *    body: {height: number, credit: string}, mount_method: string | null,
+ *    versions: {omocap: string},
+ *  }} Manifest */
+/** What went wrong, and how to mend it.
+ *  @typedef {{what: string, where?: string, fix?: string, code?: string}} Problem */
+/** @typedef {{
+ *    id: string, kind: string, name: string, state: string, stage: string, fraction: number,
+ *    log: string[], timings: Record<string, number>, options: {video_size?: number[] | null},
+ *    error: Problem | null, started: string | null, ended: string | null, waits?: string,
+ *    made?: string | null, result?: string | null, files?: Made[],
+ *  }} Job */
+/** @typedef {"ok" | "warn" | "bad"} Severity */
+/** @typedef {{name: string, severity: Severity, message: string, fix: string,
+ *    frames: [number, number] | null, seconds: [number | null, number | null] | null}} Check */
+/** @typedef {{
+ *    verdict: string, reason: string, advice: string, app: string, animated: boolean,
+ *    checks: Check[], segments: [number, number][], floor: string, facts: Facts,
+ *  }} Report */
+/** @typedef {{seconds: number | null, rate: number | null, stretches: number | null,
+ *    longest: number | null}} Facts */
+/** @typedef {{phones: string[], phone_points: string[], exports: {to: string, ups: string[]}[],
+ *    bones: string[], fps: number[], formats: string[], run: RunDefaults}} Choices */
+/** @typedef {{samples: number, steps: number, seed: number, video: boolean}} RunDefaults */
+/** @typedef {Record<string, {text: string}>} Boards */
+/** @typedef {{ways: Record<string, {steps: Record<string, string[]>}>, boards: Boards}} Guide */
+/** @typedef {{good: string, doubts: string[], notes: string[]}} Looked */
+/** @typedef {{id: string, kind: string, name: string, size: number, received: number}} Unfinished */
+/** How much of each file of an upload has arrived.
+ *  @typedef {{id: string, files: Arrived[]}} Announced */
+/** @typedef {{index: number, path: string, size: number, received: number}} Arrived */
+
+export {};
