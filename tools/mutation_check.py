@@ -25,7 +25,7 @@ REPO = Path(__file__).resolve().parent.parent
 ROOMS = {
     "contact": (
         "omomo_core/contact",
-        "tests/core/contact tests/core/test_generation_holding.py tests/core/test_generation_resting.py",
+        "tests/core/contact tests/core/test_generation_plausibility.py tests/core/test_generation_resting.py",
     ),
     "generation": ("omomo_core/generation", "tests/core/test_generation*.py"),
     "diffusion": (

@@ -1,4 +1,8 @@
-"""Static stability: how far the centre of mass of a tilted object is beside its support on the floor."""
+"""Static stability: the overhang of a tilted object beside its support, and the force that holds it up.
+
+A hand keeps an object that stands on one edge from falling by lifting it beyond that edge, the farther the
+lighter, or, where it is tall, by pushing its top across; the floor's friction bounds that push.
+"""
 
 from dataclasses import dataclass
 
@@ -7,12 +11,22 @@ from jaxtyping import Bool, Float, Int
 
 from omomo_core.geometry.object_features import ObjectFeatures
 
+REACH = 0.03
+"""Metres from the floor to its lowest point within which the floor carries it."""
+OVERHANG = 0.03
+"""Largest overhang of its centre of mass that is stable, metres."""
 SOLE = 0.02
 """Points no higher than this above the lowest one may touch the floor, metres."""
 _TILT = 0.01
 """Radians between two tilts that are distinguished."""
 _OUTLINE, _AROUND = 256, 32
 """Directions in which the object's outline and its support are sampled."""
+FRICTION = 0.4
+"""Coefficient of friction of wood, metal or plastic on a floor."""
+TIPPED = 15
+"""An object that is tipped in fewer frames does not tell from which side it is held."""
+_LEAST = 0.02
+"""Shortest lever arm, metres."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +38,7 @@ class Overhang:
     direction: Float[np.ndarray, "frames 3"]
     """Horizontal unit vectors from the edge it stands on to its centre of mass."""
     edge: Float[np.ndarray, " frames"]
-    """How far that edge lies along `way`, metres."""
+    """How far that edge lies along `direction`, metres."""
     up: Float[np.ndarray, "frames 3"]
     """The world's up."""
     floor: Float[np.ndarray, " frames"]
@@ -77,3 +91,51 @@ def _overhang_row(
     beside = around @ centre - edges
     k = beside.argmax()
     return np.array([beside[k], *around[k], edges[k], *up, floor])
+
+
+@dataclass(frozen=True)
+class TippingLever:
+    """The frames in which somebody holds up an object that stands on an edge."""
+
+    frames: Int[np.ndarray, " tipped"]
+    overhang: Overhang
+    """The overhang in those frames."""
+
+    def effort(
+        self,
+        palms: Float[np.ndarray, "samples tipped 2 3"],
+        held: Bool[np.ndarray, "samples tipped 2"],
+    ) -> Float[np.ndarray, " samples"]:
+        """Return the mean force that holds it up, as a share of its weight; NaN with too few held frames.
+
+        Args:
+            palms: left and right, in the object's frame, metres.
+            held: which of them hold it.
+        """
+        out = (
+            np.einsum("kthi,ti->kth", palms, self.overhang.direction) - self.overhang.edge[:, None]
+        )
+        high = np.einsum("kthi,ti->kth", palms, self.overhang.up) - self.overhang.floor[:, None]
+        arm = np.where(held, np.maximum(out, FRICTION * high), -np.inf).max(axis=2)
+        force = self.overhang.metres / arm.clip(_LEAST)
+        by_hand = held.any(axis=2)
+        count = by_hand.sum(axis=1)
+        total = np.where(by_hand, force, 0).sum(axis=1)
+        return np.where(count < TIPPED, np.nan, total / count.clip(1))
+
+
+def tipping_lever(
+    take: ObjectFeatures, must_hold: Bool[np.ndarray, " frames"]
+) -> TippingLever | None:
+    """Return the frames in which an object stands on an edge and is held up; None if there are too few.
+
+    Args:
+        take: the object and its motion.
+        must_hold: frames in which somebody must hold it.
+    """
+    frames = np.flatnonzero(must_hold & (take.lowest < REACH))
+    falls = overhang(take, frames)
+    kept = falls.metres > OVERHANG
+    if kept.sum() < TIPPED:
+        return None
+    return TippingLever(frames[kept], falls.at(kept))

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Bool
 from scipy.ndimage import binary_opening, uniform_filter1d
 
-from omomo_core.contact.static_stability import overhang
+from omomo_core.contact.static_stability import OVERHANG, REACH, overhang
 from omomo_core.geometry.object_features import ObjectFeatures
 
 MOVES, TURNS = 0.10, 0.5
@@ -13,10 +13,6 @@ STILL, LEVEL = 0.02, 0.1
 """m/s and rad/s below which it may rest on something; a held object trembles more."""
 RESTS = 15
 """Frames for which it has to be still to count as resting, or to move slowly to count as moved."""
-REACH = 0.03
-"""Metres from the floor to its lowest point within which the floor carries it."""
-OVERHANG = 0.03
-"""Largest overhang of its centre of mass that is stable, metres."""
 SHORTEST = 6
 """Runs of fewer frames are noise of the tracker."""
 REACHING = 30

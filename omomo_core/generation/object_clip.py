@@ -8,8 +8,8 @@ import torch
 from jaxtyping import Bool, Float
 
 from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
+from omomo_core.contact.static_stability import TippingLever, tipping_lever
 from omomo_core.contact.support import must_be_held, touchable_range
-from omomo_core.contact.tipping_effort import TippingLever, tipping_lever
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.geometry.object_features import ObjectFeatures, object_features
 from omomo_core.geometry.surface import Surface, sample_surface
