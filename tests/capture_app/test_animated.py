@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -69,13 +68,14 @@ def test_every_kind_is_prepared(
     inputs: Inputs, weights: Path, write: Callable[[Path], Path]
 ) -> None:
     session = write(inputs.folder)
-    request = replace(inputs.request(weights), session=session, mount=None, animated=True)
+    said = {"session": session, "mount": None, "animated": True}
+    request = inputs.request(weights).model_copy(update=said)
     prepared = prepare_take(request)
     np.testing.assert_allclose(prepared.motion.T_world_object, poses(), atol=1e-6)
     assert prepared.mount.method == "none"
     assert (prepared.segment.start, prepared.segment.stop) == (0, 61)
     with pytest.raises(InputError) as caught:
-        prepare_take(replace(request, mesh=None))
+        prepare_take(request.model_copy(update={"object": None}))
     assert caught.value.code == "object-needed"
 
 
@@ -92,9 +92,8 @@ def result_glb(inputs: Inputs, human, body) -> tuple[Path, ObjectMotion]:
 
 def test_the_object_of_our_own_glb_is_found(inputs: Inputs, weights: Path, result_glb) -> None:
     path, moved = result_glb
-    request = replace(
-        inputs.request(weights), session=path, mesh=None, mount=None, animated=True, node="object"
-    )
+    said = {"session": path, "object": None, "mount": None, "animated": True, "node": "object"}
+    request = inputs.request(weights).model_copy(update=said)
     prepared = prepare_take(request)
     T, mesh = prepared.motion.T_world_object, prepared.motion.mesh
     assert len(T) == 40

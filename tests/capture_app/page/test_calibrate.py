@@ -47,6 +47,9 @@ def test_points_typed_give_a_mount_with_its_error(tabs, server, example):
 def test_points_are_clicked_on_the_object(tabs, server, example):
     page = _start(tabs, server, example, "points")
     canvas = page.locator(".stage canvas")
+    # The object is there when nothing is fetched any more, and is drawn a moment later.
+    page.wait_for_load_state("networkidle")
+    page.wait_for_timeout(1000)
     expect(page.locator(".stage-message p")).to_have_count(0)
     canvas.click(position={"x": 5, "y": 5})
     expect(page.get_by_text("That is beside the object.")).to_be_visible()
