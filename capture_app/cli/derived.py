@@ -1,11 +1,8 @@
 """derived: the options of a command, made from the model of what it asks for."""
 
 import inspect
-import types
 from collections.abc import Callable, Collection
-from enum import Enum
-from pathlib import Path
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, get_origin
 
 import annotated_types
 import typer
@@ -13,15 +10,15 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from capture_app.commands.inputs import Flag
-
-_PLAIN = (int, float, bool, str, Path)
+from capture_app.commands.typed import typed_as
 
 
 def derived(
     model: type[BaseModel], *, leave_out: Collection[str] = (), only: Collection[str] | None = None
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command, which takes `**said`, an option for each described field of a model.
+    """Give a command an option for each described field of a model.
 
+    The command takes them as `**said`, or by name where it needs one in particular.
     Texts, bounds, defaults and choices are the model's. What is no plain type is typed as text, and the
     model parses it.
 
@@ -32,18 +29,19 @@ def derived(
     """
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        made = {
+            name: _parameter(name, field)
+            for name, field in model.model_fields.items()
+            if field.description and name not in leave_out and (only is None or name in only)
+        }
         own = [
             parameter
             for parameter in inspect.signature(command).parameters.values()
-            if parameter.kind is not inspect.Parameter.VAR_KEYWORD
+            if parameter.kind is not inspect.Parameter.VAR_KEYWORD and parameter.name not in made
         ]
-        made = [
-            _parameter(name, field)
-            for name, field in model.model_fields.items()
-            if field.description and name not in leave_out and (only is None or name in only)
-        ]
-        command.__signature__ = inspect.Signature([*own, *made])  # type: ignore[attr-defined]
-        command.__annotations__ = {p.name: p.annotation for p in (*own, *made)}
+        parameters = [*own, *made.values()]
+        command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+        command.__annotations__ = {p.name: p.annotation for p in parameters}
         return command
 
     return decorate
@@ -52,7 +50,7 @@ def derived(
 def _parameter(name: str, field: FieldInfo) -> inspect.Parameter:
     flags = [mark.name for mark in field.metadata if isinstance(mark, Flag)]
     flag = flags[0] if flags else f"--{name.replace('_', '-')}"
-    kind = _typed(field.annotation)
+    kind = typed_as(field.annotation)
     if field.default is True or kind == bool | None:
         flag = f"{flag}/--no-{flag[2:]}"
     least: Any = next((m.ge for m in field.metadata if isinstance(m, annotated_types.Ge)), None)
@@ -71,29 +69,6 @@ def _parameter(name: str, field: FieldInfo) -> inspect.Parameter:
         default=default,
         annotation=Annotated[kind, option],
     )
-
-
-def _typed(annotation: Any) -> Any:
-    """The type that typer parses: the field's own if it is plain, texts for a list, else text."""
-    members = _members(annotation)
-    parts = [part for part in members if part is not types.NoneType]
-    kind: Any = parts[0] if len(parts) == 1 else str
-    if get_origin(kind) is tuple and get_args(kind)[-1] is Ellipsis:
-        return list[str]
-    if get_origin(kind) is Literal:
-        kind = Literal[tuple(map(str, get_args(kind)))]
-    elif kind not in _PLAIN and not (isinstance(kind, type) and issubclass(kind, Enum)):
-        kind = str
-    return kind | None if len(parts) < len(members) else kind
-
-
-def _members(annotation: Any) -> list[Any]:
-    """The members of a union, without what annotates them."""
-    if get_origin(annotation) is Annotated:
-        return _members(get_args(annotation)[0])
-    if get_origin(annotation) in (Union, types.UnionType):
-        return [part for member in get_args(annotation) for part in _members(member)]
-    return [annotation]
 
 
 def _text(default: Any, kind: Any) -> Any:
