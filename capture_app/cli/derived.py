@@ -3,6 +3,7 @@
 import inspect
 import types
 from collections.abc import Callable, Collection
+from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -11,9 +12,9 @@ import typer
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from capture_app.commands.inputs import Flag
+
 _PLAIN = (int, float, bool, str, Path)
-_FLAGS = {"configuration": "--config", "any_object": "--any", "figures": "--json"}
-"""Fields whose option has another name."""
 
 
 def derived(
@@ -49,17 +50,18 @@ def derived(
 
 
 def _parameter(name: str, field: FieldInfo) -> inspect.Parameter:
-    flag = _FLAGS.get(name, f"--{name.replace('_', '-')}")
+    flags = [mark.name for mark in field.metadata if isinstance(mark, Flag)]
+    flag = flags[0] if flags else f"--{name.replace('_', '-')}"
     kind = _typed(field.annotation)
     if field.default is True or kind == bool | None:
         flag = f"{flag}/--no-{flag[2:]}"
     least: Any = next((m.ge for m in field.metadata if isinstance(m, annotated_types.Ge)), None)
     most: Any = next((m.le for m in field.metadata if isinstance(m, annotated_types.Le)), None)
-    default = _text(field.default)
+    default = inspect.Parameter.empty if field.is_required() else _text(field.default, kind)
     option = typer.Option(
         flag,
         help=field.description,
-        show_default=default is not None and default is not False,
+        show_default=default not in (None, False, "", [], inspect.Parameter.empty),
         min=least,
         max=most,
     )
@@ -72,12 +74,17 @@ def _parameter(name: str, field: FieldInfo) -> inspect.Parameter:
 
 
 def _typed(annotation: Any) -> Any:
-    """The type that typer parses: the field's own if it is plain, else text."""
-    parts = [part for part in _members(annotation) if part is not types.NoneType]
-    kind = parts[0] if len(parts) == 1 else str
-    if kind not in _PLAIN and get_origin(kind) is not Literal:
+    """The type that typer parses: the field's own if it is plain, texts for a list, else text."""
+    members = _members(annotation)
+    parts = [part for part in members if part is not types.NoneType]
+    kind: Any = parts[0] if len(parts) == 1 else str
+    if get_origin(kind) is tuple and get_args(kind)[-1] is Ellipsis:
+        return list[str]
+    if get_origin(kind) is Literal:
+        kind = Literal[tuple(map(str, get_args(kind)))]
+    elif kind not in _PLAIN and not (isinstance(kind, type) and issubclass(kind, Enum)):
         kind = str
-    return kind | None if len(parts) < len(_members(annotation)) else kind
+    return kind | None if len(parts) < len(members) else kind
 
 
 def _members(annotation: Any) -> list[Any]:
@@ -89,6 +96,8 @@ def _members(annotation: Any) -> list[Any]:
     return [annotation]
 
 
-def _text(default: Any) -> Any:
-    """A size is shown as it is typed."""
-    return "x".join(map(str, default)) if isinstance(default, tuple) else default
+def _text(default: Any, kind: Any) -> Any:
+    """The default as it is typed: a size as 960x540, a number of a choice as text."""
+    if isinstance(default, tuple):
+        return "x".join(map(str, default)) if default else []
+    return str(default) if get_origin(kind) is Literal else default

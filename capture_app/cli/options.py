@@ -46,6 +46,14 @@ OutputFile = Annotated[
     Path | None,
     _option("-o", "--output", text="File to write; in the result folder if not given."),
 ]
+ExportFile = Annotated[
+    Path | None,
+    _option(
+        "-o",
+        "--output",
+        text="File to write, or a folder for it; in the result folder if not given.",
+    ),
+]
 OptionalMesh = Annotated[
     Path | None, _option("--object", text="Mesh of the object, to find its floor.")
 ]

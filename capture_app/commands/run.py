@@ -8,8 +8,9 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import BaseModel, BeforeValidator, Field, FiniteFloat
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat
 
+from capture_app.commands.inputs import Flag
 from capture_app.commands.request import Request, VideoSize, place_of
 from capture_app.coordinates import read_place, read_up
 from ingest.trajectory.reading import Reading, Top
@@ -32,6 +33,8 @@ Up = Annotated[tuple[FiniteFloat, FiniteFloat, FiniteFloat] | Top, BeforeValidat
 
 class TakeOptions(BaseModel):
     """What the page, the command line and tables alike can say about a take and its motion."""
+
+    model_config = ConfigDict(extra="forbid")
 
     samples: Annotated[
         int, Field(ge=1, le=64, description="Motions to make; the best is chosen.")
@@ -155,9 +158,9 @@ class RunRequest(TakeOptions, Request):
             "of deciding it."
         ),
     ] = None
-    configuration: Annotated[Literal["capture", "paper"], Field(description="Trained model.")] = (
-        "capture"
-    )
+    configuration: Annotated[
+        Literal["capture", "paper"], Flag("--config"), Field(description="Trained model.")
+    ] = "capture"
     weights: Annotated[
         Path | None, Field(description="Folder of your own weights, from `omocap train`.")
     ] = None
