@@ -8,11 +8,10 @@ import igl
 import numpy as np
 
 from capture_app.calibration.guide.finding import Finding
-from capture_app.calibration.guide.phone_steps import AXES
+from capture_app.calibration.guide.phone_steps import AXES, ENOUGH
 from capture_app.calibration.guide.sitting import astray
 from capture_app.calibration.guide.step import AgainError, Known, Step, Words
 from capture_app.calibration.guide.talk import Talk, as_path
-from capture_app.calibration.picking import ENOUGH
 from ingest.calibration.board.place import BoardPlace, load_place, place_from_points
 from ingest.calibration.board.sheet import PAPERS, preset_for
 from ingest.calibration.board.spec import Board, parse_board

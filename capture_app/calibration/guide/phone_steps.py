@@ -9,7 +9,6 @@ from capture_app.calibration.guide.finding import Finding
 from capture_app.calibration.guide.sitting import astray
 from capture_app.calibration.guide.step import AgainError, Known, Step, Words
 from capture_app.calibration.guide.talk import Talk, as_path
-from capture_app.calibration.picking import ENOUGH, POINTS
 from ingest.calibration.drawing.directions import numbers, rotation_in_words
 from ingest.calibration.drawing.drawing import MEASURED, PRINTED
 from ingest.calibration.phone.body import body_point, phone_named
@@ -25,6 +24,30 @@ _PRECISIONS = (
     ("printed or milled after the drawing", PRINTED),
     ("measured with a ruler and by eye", MEASURED),
 )
+ENOUGH = 3
+"""Points that give a mount."""
+POINTS: tuple[str, ...] = (
+    "top left back corner",
+    "top right back corner",
+    "bottom left back corner",
+    "bottom right back corner",
+    "top middle back",
+    "bottom middle back",
+    "left middle back",
+    "right middle back",
+    "top left front corner",
+    "top right front corner",
+    "bottom left front corner",
+    "bottom right front corner",
+    "top middle front",
+    "bottom middle front",
+    "left middle front",
+    "right middle front",
+    "centre back",
+    "centre front",
+    "lens",
+)
+"""Points of the phone that are offered."""
 _HELD_OFF = 0.3
 """Metres from the surface to a phone in a clamp, at most."""
 
@@ -54,12 +77,7 @@ MODEL = Step("The phone", (), _ask_model, ("--phone", "MODEL"))
 
 
 def _ask_points(talk: Talk, known: Known) -> Words:
-    if talk.yes("Click the points on the mesh in a browser?", default=True):
-        from capture_app.calibration.pick import pick_points
-
-        found = pick_points(known.solid, lambda page: talk.tell(f"Open {page} in a browser."))
-    else:
-        found = _typed_points(talk)
+    found = _typed_points(talk)
     path = found if isinstance(found, Path) else _kept(talk, known, found)
     if not talk.accept(_check_pairs(load_pairs(path), known)):
         raise AgainError
@@ -77,7 +95,7 @@ def _kept(talk: Talk, known: Known, pairs: Sequence[Pair]) -> Path:
 def _typed_points(talk: Talk) -> Path | list[Pair]:
     """As many as the person knows, of the points that have names; or a file."""
     talk.tell(
-        f"{AXES} Enter skips a point that you cannot reach; the word done ends the list. You may "
+        f"{AXES} To click the points on the mesh, open the page instead (omocap serve). Enter skips a point that you cannot reach; the word done ends the list. You may "
         "also give a file of pairs (CSV or JSON), such as one that was kept."
     )
     pairs: list[Pair] = []

@@ -76,7 +76,7 @@ RECIPES: Sequence[Recipe] = (
     Recipe(
         "points",
         "points",
-        "only a ruler, or the mesh to click on (quick, rough)",
+        "only a ruler (quick, rough)",
         (files.MESH, MODEL, PICKED),
     ),
 )

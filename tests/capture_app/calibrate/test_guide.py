@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 import typer
 
+from capture_app.calibration.guide.phone_steps import POINTS
 from capture_app.calibration.guide.recipes import RECIPES
 from capture_app.calibration.guide.step import Known, Recipe
 from capture_app.calibration.guide.talk import Talk
 from capture_app.calibration.guide.walk import Walk
-from capture_app.calibration.picking import POINTS
 from capture_app.cli.app import invoke
 from capture_app.cli.calibrate.app import app as calibrate
 from capture_app.cli.console import output
