@@ -95,8 +95,9 @@ def _kept(talk: Talk, known: Known, pairs: Sequence[Pair]) -> Path:
 def _typed_points(talk: Talk) -> Path | list[Pair]:
     """As many as the person knows, of the points that have names; or a file."""
     talk.tell(
-        f"{AXES} To click the points on the mesh, open the page instead (omocap serve). Enter skips a point that you cannot reach; the word done ends the list. You may "
-        "also give a file of pairs (CSV or JSON), such as one that was kept."
+        f"{AXES} To click the points on the mesh, open the page instead (omocap serve). Enter skips a "
+        "point that you cannot reach; the word done ends the list. You may also give a file of pairs (CSV "
+        "or JSON), such as one that was kept."
     )
     pairs: list[Pair] = []
     for name in POINTS:
