@@ -49,7 +49,7 @@ def points(
     back"; left and right are as you look at the screen. Four or five points, far apart and not in
     one plane, show mistakes. To click the points on the mesh, use the page: `omocap serve`.
     """
-    from capture_app.cli.calibrate.finish import check_output, finish, solid_of
+    from capture_app.cli.calibrate.finish import check_output, finish, mesh_file_of
     from capture_app.cli.calibrate.phone import maybe_phone
     from ingest.calibration.points.correspondences import Pair, load_pairs, save_pairs, typed_pair
     from ingest.calibration.points.picked import mount_from_pairs
@@ -67,4 +67,4 @@ def points(
     if scale:
         sure = 196 * picked.fit.scale_sigma
         say("Scale", f"{picked.fit.scale:.4g} within {sure:.1f} % (95 %)", "bold")
-    finish(picked.mount, mount_file, solid_of(mesh))
+    finish(picked.mount, mount_file, mesh_file_of(mesh))
