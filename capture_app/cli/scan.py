@@ -14,6 +14,9 @@ from capture_app.commands.scan import ScanRequest
 if TYPE_CHECKING:
     pass
 
+if TYPE_CHECKING:
+    from capture_app.scanning.scan import ObjectScan
+
 Source = Annotated[
     Path,
     typer.Argument(
