@@ -14,18 +14,12 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from omomo_core.body.config import LIMB
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.skeleton import PALM_JOINTS, joint
 
 LimbName = Literal["left_arm", "right_arm", "left_leg", "right_leg"]
-
-STRETCH = 0.9995
-"""Of the full length: an unreachable target leaves the limb almost, never quite, straight."""
-_COS_FOLDED = -0.94
-"""Cosine of the largest flexion, 160 degrees: calf against thigh."""
-_STRAIGHT = 0.05
-"""Sine of the flexion (3 degrees) under which the anatomical hinge decides the bend plane."""
 
 
 @dataclass(frozen=True)
@@ -124,8 +118,8 @@ def _solve(
     carried = _frame(along, normal) @ _frame(along_old, normal_old).mT
 
     wanted = goal.norm(dim=-1, keepdim=True)
-    nearest = (a**2 + b**2 + 2 * a * b * _COS_FOLDED).sqrt()
-    span = wanted.clamp(min=nearest, max=STRETCH * (a + b))
+    nearest = (a**2 + b**2 + 2 * a * b * LIMB.folded_cosine).sqrt()
+    span = wanted.clamp(min=nearest, max=LIMB.stretch * (a + b))
     cos = (a**2 + span**2 - b**2) / (2 * a * span)
     upper_new = cos * along + (1 - cos**2).sqrt() * torch.linalg.cross(along, normal)
     fore_new = (span * along - a * upper_new) / b
@@ -140,7 +134,7 @@ def _bend_normal(upper: _Vec, fore: _Vec, hinge: _Vec, along: _Vec) -> _Vec:
     """Axis about which the limb flexes: its present bend, never against the hinge."""
     bend = torch.linalg.cross(upper, fore)
     natural = (bend * hinge).sum(-1, keepdim=True)
-    return _perpendicular(bend + (_STRAIGHT - natural).clamp(min=0.0) * hinge, along)
+    return _perpendicular(bend + (LIMB.straight_sine - natural).clamp(min=0.0) * hinge, along)
 
 
 def _transport(normal: _Vec, old: _Vec, new: _Vec) -> _Vec:

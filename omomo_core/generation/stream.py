@@ -17,7 +17,7 @@ from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.contact.segment import ContactSegment, follow_anchors
-from omomo_core.generation.chunks import LIVE, Chunk, ChunkSizes, split_into_chunks
+from omomo_core.generation.chunks import Chunk, split_into_chunks
 from omomo_core.generation.collision.contact_face import Held, choose_contact_faces
 from omomo_core.generation.conditioning import (
     UNCONDITIONED,
@@ -25,6 +25,7 @@ from omomo_core.generation.conditioning import (
     prefix_from_pose,
     start_constraint,
 )
+from omomo_core.generation.config import LIVE, ChunkSizes
 from omomo_core.generation.decoding import SampledBodies, interaction_targets, solve_people
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.person import Person, shift_spans, stretch

@@ -9,11 +9,10 @@ from scipy.linalg import solveh_banded
 from torch import Tensor
 
 from omomo_core.blas import one_blas_thread
+from omomo_core.body.trajectory_optimization.config import SOLVER
 
 _ORDER = 4
 """Coefficients that touch one frame."""
-_RIDGE = 1e-6
-"""Keeps coefficients that nothing decides at rest."""
 
 
 @dataclass(frozen=True)
@@ -110,5 +109,5 @@ def _lower(bands: Float[Tensor, "order count n n"]) -> Float[np.ndarray, "rows u
     for a in range(n):
         out[:, a, : order * n - a] = column[:, a, a:]
         out[:, a, order * n - a :] = 0.0
-    out[:, :, 0] += _RIDGE
+    out[:, :, 0] += SOLVER.ridge
     return out.reshape(count * n, order * n).T
