@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from ingest.trajectory.config import TRAJECTORY, TrajectoryConfig
 from omomo_core.body.config import BODY, BodyConfig
 from omomo_core.config import Number, settings_of
 from omomo_core.contact.config import CONTACT, ContactConfig
@@ -13,6 +14,7 @@ from omomo_core.generation.config import GENERATION, GenerationConfig
 class MotionConfig:
     """The numbers of every room."""
 
+    trajectory: TrajectoryConfig = TRAJECTORY
     contact: ContactConfig = CONTACT
     body: BodyConfig = BODY
     generation: GenerationConfig = GENERATION

@@ -12,6 +12,7 @@ ROOMS = (
     "omomo_core/contact",
     "omomo_core/generation",
     "omomo_core/body",
+    "ingest/trajectory",
 )
 NO_SETTINGS = {
     # The body's shape and mass, measured or fitted once: data, as the mesh is.
@@ -23,6 +24,11 @@ NO_SETTINGS = {
     "omomo_core/body/limbs.py": {"_LIMBS"},
     # Signs of a half turn.
     "omomo_core/generation/selection/opposite_side.py": {"_HALF_TURN"},
+    # Axes, weights of a difference, a factor of statistics, and what stamps are rounded to.
+    "ingest/trajectory/gravity.py": {"_Y"},
+    "ingest/trajectory/rests.py": {"_SIXTH"},
+    "ingest/trajectory/smooth.py": {"_MAD"},
+    "ingest/trajectory/resample.py": {"_SAME_TIME"},
     # Parts of the time that a progress bar shows.
     "omomo_core/generation/solving/bodies.py": {"_BEFORE", "_OPTIMISING"},
 }
