@@ -214,7 +214,7 @@ def _palm_penetration(
 def _rotations(
     hands: _Hands, closing: Float[Tensor, "*b 2 5"], turn: Float[Tensor, "*b 2 1"]
 ) -> Float[Tensor, "*b 2 5 3 3 3"]:
-    """Rotation of each finger joint relative to its parent in a posture."""
+    """Return the rotation of each finger joint relative to its parent in a posture."""
     # The palm is in the way of a thumb beside it: only a round one bends.
     bend = torch.cat([closing[..., FINGERS], closing[..., THUMB:] * turn**2], dim=-1)
     angle = _OPEN + bend[..., None] * (_FIST - _OPEN)
@@ -231,7 +231,7 @@ def _rotations(
 def _centres(
     hands: _Hands, rotations: Float[Tensor, "*b 2 5 3 3 3"]
 ) -> Float[Tensor, "*b 2 5 3 2 3"]:
-    """Spheres of bent fingers, from the wrist joint, wrist axes, metres."""
+    """Return the centres of the spheres of bent fingers, from the wrist joint, wrist axes, metres."""
     turned, joint = torch.eye(3), torch.zeros(3)
     found: list[Tensor] = []
     for k in range(3):
@@ -276,7 +276,7 @@ def _hands(body: BodyModel) -> _Hands:
 def _flesh(
     body: BodyModel, joints: Float[Tensor, "2 5 3 3"], bones: Float[Tensor, "2 5 3 3"]
 ) -> tuple[Float[Tensor, "2 5 3 2 3"], Float[Tensor, "2 5 3 2"]]:
-    """Two spheres in each bone, as thick as the skin that follows it."""
+    """Return the centres and radii of two spheres in each bone, as thick as the skin that follows it."""
     strongest = body.skin_weights.argmax(dim=1, keepdim=True)
     follows = body.skin_joints.gather(1, strongest)[:, 0]
     spheres, radii = torch.zeros(30, 2, 3), torch.zeros(30, 2)

@@ -41,7 +41,7 @@ _LAYOUT = (
 
 
 def write_contacts(path: Path, segments: Sequence[ContactSegment], frames: int) -> None:
-    """Write the contacts of a take of so many frames, one a line in the order they begin."""
+    """Write the contacts of a take of `frames` frames, one segment a line in the order of their starts."""
     lines = [
         json.dumps(
             {
@@ -59,7 +59,7 @@ def write_contacts(path: Path, segments: Sequence[ContactSegment], frames: int) 
 
 
 def read_contacts(path: Path, frames: int, surface: Surface) -> tuple[ContactSpan, ...]:
-    """Read what each hand holds.
+    """Return what each hand holds, as a contact file says.
 
     Args:
         path: the file, laid out as this module's description shows.
@@ -96,7 +96,7 @@ def read_contacts(path: Path, frames: int, surface: Surface) -> tuple[ContactSpa
 
 
 def _load(path: Path) -> dict[str, object]:
-    """The file's object, of a version that is understood."""
+    """Return the JSON object of a contact file, after its size and version are checked."""
     if not path.is_file():
         raise InputError(
             "contacts-missing", "There is no such file.", where=str(path), fix="Check the path."
@@ -144,7 +144,7 @@ def _check_keys(
 
 
 def _span(entry: object, frames: int, surface: Surface, where: str) -> ContactSpan:
-    """One entry of the list."""
+    """Return the span that one entry of `segments` describes."""
     if not isinstance(entry, dict):
         raise InputError("contacts-keys", "This is no object in braces.", where=where, fix=_LAYOUT)
     _check_keys(entry, ("hand", "start", "stop"), ("anchor",), where)
@@ -208,7 +208,7 @@ def _is_number(x: object) -> bool:
 
 
 def _check_overlap(spans: Sequence[ContactSpan], path: Path) -> None:
-    """No hand is in two places."""
+    """Refuse spans of one hand that overlap, or that leave it too little time between two places."""
     for hand, name in enumerate(HANDS):
         order = sorted(
             (k for k, s in enumerate(spans) if s.hand == hand), key=lambda k: spans[k].start

@@ -15,7 +15,7 @@ from omomo_core.contact.segment import ContactSpan
 def split_at_regrasps(
     span: ContactSpan, palm: Float[np.ndarray, "frames 3"], free: Bool[np.ndarray, " frames"]
 ) -> tuple[ContactSpan, ...]:
-    """The span, or its parts with a short gap of hand travel between each two.
+    """Return the parts of a span between which the hand travels to another place, or the whole span.
 
     Args:
         span: one hand's contact; a segment's anchor stays with the first part.
@@ -40,7 +40,7 @@ _Travel = tuple[int, int]
 
 
 def _travels(palm: Float[np.ndarray, "frames 3"]) -> list[_Travel]:
-    """Where the palm's place before differs most from its place after."""
+    """Return the travels between places: where the palm's place before differs most from that after."""
     if len(palm) < 2 * REGRASP.stay:
         return []
     places = np.median(sliding_window_view(palm, REGRASP.stay, axis=0), axis=-1)
@@ -63,7 +63,7 @@ def _travels(palm: Float[np.ndarray, "frames 3"]) -> list[_Travel]:
 def _triples(
     travels: list[_Travel], palm: Float[np.ndarray, "frames 3"]
 ) -> list[tuple[_Travel, _Travel, _Travel]]:
-    """Each travel between its neighbours; the ends of the contact count as such."""
+    """Return each travel with the one before and the one after; the contact's ends count as travels."""
     all_of_it = [(0, 0), *travels, (len(palm), len(palm))]
     return [(a, b, c) for (a, b), (_, c) in pairwise(pairwise(all_of_it))]
 
@@ -71,7 +71,7 @@ def _triples(
 def _moved(
     palm: Float[np.ndarray, "frames 3"], before: _Travel, now: _Travel, after: _Travel
 ) -> float:
-    """Metres between the places on both sides of a travel; 0 where the palm does not stay."""
+    """Return the metres between the places before and after a travel; 0 where the palm does not stay."""
     sides = palm[before[1] : now[0]], palm[now[1] : after[0]]
     if min(len(side) for side in sides) < REGRASP.stay // 2:
         return 0.0

@@ -54,7 +54,7 @@ def _overhang_row(
     centre: Float[np.ndarray, "3"],
     up: Float[np.ndarray, "3"],
 ) -> Float[np.ndarray, "9"]:
-    """One row of an `Overhang`.
+    """Return one row of an `Overhang`: metres, direction, edge, up, floor.
 
     Args:
         outline: corners of the object's convex hull, its frame, metres.

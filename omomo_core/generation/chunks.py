@@ -11,7 +11,7 @@ from omomo_core.generation.config import ChunkSizes
 
 @dataclass(frozen=True)
 class Chunk:
-    """Frames `first` .. `first + len(T_world_object)` of the take."""
+    """A stretch of the take: frames `first` .. `first + len(T_world_object)`."""
 
     first: int
     T_world_object: Float[np.ndarray, "frames 4 4"]

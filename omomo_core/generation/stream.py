@@ -48,7 +48,7 @@ Of takes of 4 s one thread makes 1 sample in 0.43 s and 4 in 0.77; two threads m
 
 @dataclass(frozen=True)
 class GeneratedChunk:
-    """Finished frames `first` .. `first + frames` of a take, of each sample."""
+    """A finished stretch of each sample: frames `first` .. `first + frames` of the take."""
 
     first: int
     people: tuple[Person, ...]
@@ -230,7 +230,7 @@ class _ChunkGenerator:
 
 @contextmanager
 def threads_for(frames: int) -> Generator[None]:
-    """Run torch with as many threads as help; afterwards it has as many as before.
+    """Limit torch to as many threads as help; afterwards it has as many as before.
 
     Args:
         frames: of all samples together.

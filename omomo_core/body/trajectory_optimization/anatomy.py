@@ -121,8 +121,9 @@ def build_anatomy(body: BodyModel, *, clearance: float | None = None) -> Anatomy
 
 
 def _to_skull(body: BodyModel) -> Float[Tensor, "3"]:
-    """From the joint of the head to the middle of its skin, at rest: skeletons have that joint at
-    the nape or between the ears.
+    """Return the vector from the head joint to the middle of the head's skin, at rest, metres.
+
+    Skeletons have that joint at the nape or between the ears.
     """
     main = body.skin_joints.gather(1, body.skin_weights.argmax(dim=1, keepdim=True))[:, 0]
     skin = body.vertices[main == joint("head")]
@@ -130,12 +131,12 @@ def _to_skull(body: BodyModel) -> Float[Tensor, "3"]:
 
 
 def centre_of_mass(joints: Float[np.ndarray, "*b 24 3"]) -> Float[np.ndarray, "*b 3"]:
-    """Centre of mass of a pose from its joints, metres."""
+    """Return the centre of mass of a pose, given its joints; metres."""
     return np.einsum("j,...jx->...x", _mass_shares().double().numpy(), joints)
 
 
 def _turning(above: list[int], offsets: Float[Tensor, "vectors 3"]) -> Float[Tensor, "entries c"]:
-    """Each vector is its joint's rotation times an offset: linear in the rotation's entries."""
+    """Return the matrix from the entries of all rotations to the offsets that they turn."""
     matrix = torch.zeros(22, 3, 3, len(above), 3)
     for row in range(3):
         matrix[above, row, :, range(len(above)), row] = offsets
@@ -151,7 +152,7 @@ def _mass_shares() -> Float[Tensor, " 24"]:
 
 
 def _tree() -> Float[Tensor, "24 24"]:
-    """1 where the second joint's bone is on the way from the pelvis to the first joint."""
+    """Return a matrix with 1 where the second joint's bone lies between the pelvis and the first joint."""
     matrix = np.zeros((24, 24), np.float32)
     for j, parent in enumerate(MODEL_PARENTS):
         if parent >= 0:

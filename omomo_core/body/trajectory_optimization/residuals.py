@@ -92,7 +92,7 @@ def linearise(
 
 
 def _reaching(targets: FrameTargets, points: Float[Tensor, "times points 3"]) -> _Normals:
-    """Residuals of palms and ankles from their targets."""
+    """Return the residuals of palms and ankles from their targets."""
     weight = torch.cat(
         [
             RESIDUALS.palm * targets.hold,
@@ -109,7 +109,7 @@ def _reaching(targets: FrameTargets, points: Float[Tensor, "times points 3"]) ->
 def _colliding(
     anatomy: Anatomy, targets: FrameTargets, points: Float[Tensor, "times points 3"]
 ) -> _Normals:
-    """Residuals of collision spheres inside the object."""
+    """Return the residuals of collision spheres inside the object."""
     R, at = targets.T_world_object[:, :3, :3], targets.T_world_object[:, :3, 3]
     local = (points[:, 5:] - at[:, None]) @ R
     depth, normal = targets.obstacle.depth(local, anatomy.radii)
@@ -122,7 +122,7 @@ def _colliding(
 def _balancing(
     anatomy: Anatomy, targets: FrameTargets, points: Float[Tensor, "times points 3"]
 ) -> _Normals:
-    """Residual of the centre of mass beside the feet, in the direction in which it is farthest out."""
+    """Return the residual of the centre of mass beside the feet, in the direction of the largest excess."""
     weight, normal = overbalance(anatomy, targets, points[:, 4])
     share = anatomy.mass / (anatomy.mass + targets.carried_mass)
     strong = (RESIDUALS.balance * targets.balance * (weight > 0))[:, None]
@@ -140,7 +140,7 @@ def overbalance(
 
 
 def _turning(targets: FrameTargets, rotations: Float[Tensor, "times 22 3 3"]) -> _Rows:
-    """Residuals of joints outside their ranges, and of wrists from their targets."""
+    """Return the residuals of joints outside their ranges, and of wrists from their targets."""
     inverse = rotations[:, _PARENT_JOINTS].mT
     turned = inverse @ rotations[:, _CHILD_JOINTS]
     grasped = rotations[:, _WRISTS] @ targets.R_world_wrist.mT

@@ -115,7 +115,7 @@ class _InitialMotion:
     def corrected(
         self, anatomy: Anatomy, values: Float[Tensor, "*b coefficients values"]
     ) -> tuple[Float[Tensor, "*b frames 3"], Float[Tensor, "*b frames 22 3 3"]]:
-        """Shift the pelvis and turn the bones about world axes."""
+        """Return the motion with the pelvis shifted and the bones turned about world axes."""
         now = (self.basis @ values).unflatten(-1, (-1, 3))
         turns = anatomy.mixing @ now[..., 1:, :]
         return self.root + now[..., 0, :], roma.rotvec_to_rotmat(turns) @ self.rotations
@@ -159,7 +159,7 @@ def _frame_targets(
     clips = root.shape[:-2]
 
     def at(x: Float[np.ndarray, "..."], beside: int) -> Tensor:
-        """Of each clip at those frames; behind the axis of frames are `beside` others."""
+        """Return an array at the evaluated frames of all clips; it has `beside` axes after that of frames."""
         x = np.broadcast_to(x, (*clips, *x.shape[x.ndim - beside - 1 :]))
         return _float(x.take(seen, axis=len(clips))).flatten(0, -beside - 1)
 
@@ -226,7 +226,7 @@ def _closeness() -> Float[Tensor, "values values"]:
 
 
 def _orthonormal(turned: Float[Tensor, "*b 3 3"]) -> Float[Tensor, "*b 3 3"]:
-    """Remove the shear that single precision leaves (two Newton steps to the nearest rotation)."""
+    """Return rotations without the shear that single precision leaves (two Newton steps)."""
     for _ in range(2):
         turned = 1.5 * turned - 0.5 * turned @ turned.mT @ turned
     return turned

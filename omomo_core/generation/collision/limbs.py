@@ -96,7 +96,7 @@ def turn_hands_clear(
     targets: InteractionTargets,
     avoidance: CollisionAvoidance,
 ) -> tuple[Float[Tensor, "samples frames 22 3 3"], InteractionTargets]:
-    """Turn holding hands so that wrists and forearms are clear of the object; palms stay.
+    """Return holding hands turned so that wrists and forearms are clear of the object; palms stay.
 
     Args:
         body: whose hands.
@@ -146,7 +146,7 @@ def turn_hands_clear(
 
 
 def _turned(angles: Float[Tensor, "*b 2"], side: int) -> Float[Tensor, "*b 3 3"]:
-    """Rotations of a left (0) or right (1) hand, whose palm looks along -y and fingers outward at rest."""
+    """Return turns of a left (0) or right (1) hand, whose palm looks along -y and fingers outward at rest."""
     heading, lift = angles.split(1, dim=-1)
     up = lift * torch.tensor([0.0, 0.0, 2.0 * side - 1.0])
     about = heading * torch.tensor([0.0, 1.0, 0.0])

@@ -47,7 +47,7 @@ class CollisionAvoidance:
         free: Float[Tensor, " frames"],
         stride: int = SIDES.stride,
     ) -> "CollisionAvoidance":
-        """Evaluate every few frames."""
+        """Return the object at every `stride`-th frame and the last one."""
         frames = len(T_world_object)
         seen = np.unique(np.append(np.arange(0, frames, stride), frames - 1))
         T = torch.from_numpy(T_world_object[seen]).float()

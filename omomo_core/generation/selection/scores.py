@@ -36,7 +36,7 @@ def score(person: Person, must_hold: Bool[np.ndarray, " frames"]) -> dict[str, f
 
 
 def _skate(human: HumanMotion) -> float:
-    """Mean horizontal speed of planted ankles and toes, cm/s."""
+    """Return the mean horizontal speed of planted ankles and toes, cm/s."""
     feet = human.joints[:, FEET, :2]
     speed = 100 * FPS * np.linalg.norm(np.diff(feet, axis=0), axis=-1)
     planted = human.foot_contact[1:] > 0.5
@@ -44,7 +44,7 @@ def _skate(human: HumanMotion) -> float:
 
 
 def _lowest_foot(human: HumanMotion) -> Float[np.ndarray, " frames"]:
-    """Height of the lowest toe joint over that of the whole motion, metres."""
+    """Return the height of the lower toe joint above its floor in the whole motion, metres."""
     lowest = human.joints[:, FEET[2:], 2].min(axis=1)
     return lowest - np.quantile(lowest, SCORE.floor_quantile)
 

@@ -44,7 +44,7 @@ class Leap:
 
     @property
     def turns(self) -> bool:
-        """Speed and limit are degrees a second, not metres."""
+        """Whether speed and limit are in degrees a second, not metres a second."""
         return self.quantity not in _POINTS
 
 
@@ -143,14 +143,14 @@ def _speeds_of(human: HumanMotion) -> dict[str, Float[np.ndarray, "steps parts"]
 
 
 def _swing(line: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, " steps"]:
-    """Degrees a second by which a line turns from each frame to the next."""
+    """Return how fast a line turns from each frame to the next, degrees a second."""
     along = line / np.linalg.norm(line, axis=1, keepdims=True).clip(1e-9)
     cosine = (along[1:] * along[:-1]).sum(axis=1)
     return np.degrees(np.arccos(cosine.clip(-1, 1))) * FPS
 
 
 def _turn(R: Float[np.ndarray, "frames 2 3 3"]) -> Float[np.ndarray, "steps 2"]:
-    """Degrees a second about the vertical: the greatest of the turns over a few frames around a step."""
+    """Return the fastest turn about the vertical over a few frames around each step, degrees a second."""
     steps = max(len(R) - 1, 0)
     if steps < SCORE.turn_frames:
         return np.zeros((steps, 2))

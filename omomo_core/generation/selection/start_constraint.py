@@ -28,7 +28,7 @@ First = Float[Tensor, "*b 8"]
 
 @dataclass(frozen=True)
 class StartPose:
-    """The palms of the first frame are known."""
+    """A start constraint: the palms of the first frame are known."""
 
     first: Float[Tensor, "8"]
     """Features of one frame: palms from the object's centre, metres, and contacts."""
@@ -49,7 +49,7 @@ class StartPose:
 
 @dataclass(frozen=True)
 class StartPosition:
-    """The place where the person stands in the first frame is known."""
+    """A start constraint: the place where the person stands in the first frame is known."""
 
     position: Float[Tensor, "2"]
     """On the floor, from the object's centre, metres."""

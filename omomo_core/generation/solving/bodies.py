@@ -60,7 +60,7 @@ def solve_bodies(
     free: Float[Tensor, " frames"] | None = None,
     on_progress: Callable[[float], None] = lambda done: None,
 ) -> SolvedBodies:
-    """Solve K samples of one clip.
+    """Return K samples of one clip with planted feet in place and holding palms at their targets.
 
     Args:
         body: whose bones.

@@ -104,7 +104,7 @@ def _flatten_plants(
 
 
 def _facing(yaw: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 3 3"]:
-    """R_world_joint of a level foot: its z ahead, its y up."""
+    """Return R_world_joint of a level foot: its z ahead, its y up."""
     c, s, o = np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)
     x, y, z = np.stack([-s, c, o], -1), np.stack([o, o, o + 1], -1), np.stack([c, s, o], -1)
     return np.stack([x, y, z], axis=-1)
@@ -159,5 +159,5 @@ def _continue_prefix(
 
 
 def _level(body: BodyModel, name: int) -> float:
-    """Height of a foot's joint when it stands, metres."""
+    """Return the height of a foot's joint when it stands, metres."""
     return float(body.rest_joints[name, 1] - body.vertices[:, 1].min())

@@ -81,7 +81,7 @@ def move_root_within_reach(
 
 
 def ankles_of(feet: Sequence[FootPlan]) -> Float[Tensor, "samples frames 2 3"]:
-    """Left and right ankle of each plan, world, metres."""
+    """Return the left and right ankle of each plan, world, metres."""
     return torch.from_numpy(np.stack([f.ankles for f in feet])).float()
 
 

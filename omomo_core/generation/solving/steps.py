@@ -42,7 +42,7 @@ def add_steps(
 
 
 def _glides(speed: Float[np.ndarray, "frames 2"]) -> list[tuple[int, int]]:
-    """Stretches in which no foot stands, short interruptions bridged."""
+    """Return the stretches in which no foot stands, short interruptions bridged."""
     gliding = speed.min(axis=1) > STEPS.standing_speed
     gliding = binary_closing(np.pad(gliding, STEPS.longest_gap), np.ones(STEPS.longest_gap))[
         STEPS.longest_gap : -STEPS.longest_gap
