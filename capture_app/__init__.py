@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from capture_app.calibration.calibrate import calibrate
-    from capture_app.calibration.ways.requests import TrackerWay
     from capture_app.cli.train import train
+    from capture_app.commands.calibrate.by_camera import TrackerWay
+    from capture_app.commands.export import ExportRequest
     from capture_app.commands.render import CompareRequest, RenderRequest
     from capture_app.commands.run import ResolveRequest, RunRequest
     from capture_app.comparison.film import compare_motions
-    from capture_app.exports.export import ExportOptions
-    from capture_app.exports.formats import Kind
     from capture_app.exports.of_result import export_result
     from capture_app.inspection import inspect_take
     from capture_app.pipeline import run_take
@@ -44,11 +43,10 @@ __all__ = [
     "CaptureSession",
     "Clip",
     "CompareRequest",
-    "ExportOptions",
+    "ExportRequest",
     "GenerationOptions",
     "HumanMotion",
     "InputError",
-    "Kind",
     "Mount",
     "ObjectMesh",
     "ObjectMotion",
@@ -83,12 +81,11 @@ __all__ = [
 
 _MODULES = {
     "capture_app.calibration.calibrate": ("calibrate",),
-    "capture_app.calibration.ways.requests": ("TrackerWay",),
+    "capture_app.commands.calibrate.by_camera": ("TrackerWay",),
     "capture_app.cli.train": ("train",),
     "capture_app.commands.render": ("CompareRequest", "RenderRequest"),
     "capture_app.comparison.film": ("compare_motions",),
-    "capture_app.exports.export": ("ExportOptions",),
-    "capture_app.exports.formats": ("Kind",),
+    "capture_app.commands.export": ("ExportRequest",),
     "capture_app.exports.of_result": ("export_result",),
     "capture_app.inspection": ("inspect_take",),
     "capture_app.pipeline": ("run_take",),

@@ -1,4 +1,4 @@
-"""Places, directions and sizes of pictures, as a user writes them."""
+"""Places, directions, boxes, times and sizes of pictures, as a user writes them."""
 
 import math
 import re
@@ -6,6 +6,10 @@ from typing import Literal, get_args
 
 from ingest.trajectory.reading import Top
 from omomo_core.errors import InputError
+
+_SIX = 6
+INTRINSICS = "Write fx,fy,cx,cy in pixels of the photos, e.g. 3050,3050,2016,1512."
+"""What to do where they are not understood."""
 
 Place = tuple[float, float]
 """On the floor of a result's world, metres."""
@@ -61,6 +65,27 @@ def read_up(text: str | None, where: str) -> tuple[float, float, float] | Top | 
     )
 
 
+def read_box(text: str, where: str) -> tuple[float, ...]:
+    """The six numbers of "x,y,z,x,y,z": two corners of a box, metres.
+
+    Raises:
+        InputError: "scan-box": it is written otherwise.
+    """
+    try:
+        corners = tuple(float(part) for part in text.split(","))
+        if len(corners) == _SIX and all(map(math.isfinite, corners)):
+            return corners
+    except ValueError:
+        pass
+    raise InputError(
+        "scan-box",
+        f"{text!r} is no box.",
+        where=where,
+        fix="Write its lowest and its highest corner in metres, z up, such as "
+        "-0.3,-0.2,0,0.4,0.5,1.1; report.json of the scan says the box that was used.",
+    )
+
+
 def read_size(text: str, where: str) -> tuple[int, int]:
     """Width and height of "960x540".
 
@@ -95,3 +120,50 @@ def read_sheet(text: str, where: str) -> tuple[int, int]:
             fix="Write columns x rows, 20 of each at most, e.g. 4x3.",
         )
     return columns, rows
+
+
+def read_ruler(text: str, where: str) -> tuple[float, float, float, float]:
+    """The four measurements of a phone, mm: "WIDTH HEIGHT TOP SIDE".
+
+    Raises:
+        InputError: "drawing-numbers".
+    """
+    from ingest.calibration.drawing.directions import numbers
+
+    width, height, top, side = numbers(text, 4, where).tolist()
+    return width, height, top, side
+
+
+def read_intrinsics(text: str, where: str) -> tuple[float, ...]:
+    """The focal lengths and the centre of "fx,fy,cx,cy", pixels.
+
+    Raises:
+        InputError: "intrinsics-unreadable".
+    """
+    try:
+        fx, fy, cx, cy = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(
+            "intrinsics-unreadable", f"{text!r} are no intrinsics.", where=where, fix=INTRINSICS
+        ) from None
+    return fx, fy, cx, cy
+
+
+def read_span(text: str, where: str) -> tuple[float, float]:
+    """The stretch of time of "12.5:14", seconds.
+
+    Raises:
+        InputError: "still-unreadable".
+    """
+    try:
+        start, stop = (float(part) for part in text.split(":"))
+        if not 0 <= start < stop:
+            raise ValueError("the first comes before the second")
+    except ValueError:
+        raise InputError(
+            "still-unreadable",
+            f"{text!r} is no stretch of time.",
+            where=where,
+            fix="Write two numbers of seconds with a colon, e.g. 12.5:14.",
+        ) from None
+    return start, stop

@@ -9,7 +9,7 @@ OUTPUT (example_output).
 import sys
 from pathlib import Path
 
-from capture_app import ExportOptions, InputError, Kind, RunRequest, export_result, run_take
+from capture_app import ExportRequest, InputError, RunRequest, export_result, run_take
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "example_output")
@@ -26,16 +26,16 @@ if not motion.exists():
     )
 
 # The ending says the format; axes and units are those that its readers expect.
-export_result(motion, out / "take.glb")
-export_result(motion, out / "take.csv")
+export_result(ExportRequest(result=motion, output=out / "take.glb"))
+export_result(ExportRequest(result=motion, output=out / "take.csv"))
 
 # Options say more: a second sample, frames a second, axes, units.
-options = ExportOptions(Kind.bvh, fps=60.0, up="y", units="cm")
-for path in export_result(motion, out / "take.bvh", sample=2, options=options).files:
+bvh = ExportRequest(result=motion, output=out / "take.bvh", sample=2, fps=60, up="y", units="cm")
+for path in export_result(bvh).files:
     print(f"BVH at 60 fps: {path}")
 
 try:
-    export_result(motion, out / "take.usdc", options=ExportOptions(Kind.usd, fps=24.0))
+    export_result(ExportRequest(result=motion, output=out / "take.usdc", fps=24))
 except InputError as problem:
     print(f"No USD: {problem}")
 

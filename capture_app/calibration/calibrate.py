@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from capture_app.calibration.ways.find import find_mount
-from capture_app.calibration.ways.requests import AnyWay
 from capture_app.calibration.written import write_mount
+from capture_app.commands.calibrate.request import AnyWay
 from capture_app.progress import Progress, silent
 from ingest.mount import Mount
 

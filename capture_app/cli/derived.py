@@ -1,26 +1,24 @@
 """derived: the options of a command, made from the model of what it asks for."""
 
 import inspect
-import types
 from collections.abc import Callable, Collection
-from pathlib import Path
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, get_origin
 
 import annotated_types
 import typer
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-_PLAIN = (int, float, bool, str, Path)
-_FLAGS = {"configuration": "--config", "any_object": "--any", "figures": "--json"}
-"""Fields whose option has another name."""
+from capture_app.commands.inputs import Flag
+from capture_app.commands.typed import typed_as
 
 
 def derived(
     model: type[BaseModel], *, leave_out: Collection[str] = (), only: Collection[str] | None = None
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command, which takes `**said`, an option for each described field of a model.
+    """Give a command an option for each described field of a model.
 
+    The command takes them as `**said`, or by name where it needs one in particular.
     Texts, bounds, defaults and choices are the model's. What is no plain type is typed as text, and the
     model parses it.
 
@@ -31,35 +29,37 @@ def derived(
     """
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        made = {
+            name: _parameter(name, field)
+            for name, field in model.model_fields.items()
+            if field.description and name not in leave_out and (only is None or name in only)
+        }
         own = [
             parameter
             for parameter in inspect.signature(command).parameters.values()
-            if parameter.kind is not inspect.Parameter.VAR_KEYWORD
+            if parameter.kind is not inspect.Parameter.VAR_KEYWORD and parameter.name not in made
         ]
-        made = [
-            _parameter(name, field)
-            for name, field in model.model_fields.items()
-            if field.description and name not in leave_out and (only is None or name in only)
-        ]
-        command.__signature__ = inspect.Signature([*own, *made])  # type: ignore[attr-defined]
-        command.__annotations__ = {p.name: p.annotation for p in (*own, *made)}
+        parameters = [*own, *made.values()]
+        command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+        command.__annotations__ = {p.name: p.annotation for p in parameters}
         return command
 
     return decorate
 
 
 def _parameter(name: str, field: FieldInfo) -> inspect.Parameter:
-    flag = _FLAGS.get(name, f"--{name.replace('_', '-')}")
-    kind = _typed(field.annotation)
+    flags = [mark.name for mark in field.metadata if isinstance(mark, Flag)]
+    flag = flags[0] if flags else f"--{name.replace('_', '-')}"
+    kind = typed_as(field.annotation)
     if field.default is True or kind == bool | None:
         flag = f"{flag}/--no-{flag[2:]}"
     least: Any = next((m.ge for m in field.metadata if isinstance(m, annotated_types.Ge)), None)
     most: Any = next((m.le for m in field.metadata if isinstance(m, annotated_types.Le)), None)
-    default = _text(field.default)
+    default = inspect.Parameter.empty if field.is_required() else _text(field.default, kind)
     option = typer.Option(
         flag,
         help=field.description,
-        show_default=default is not None and default is not False,
+        show_default=default not in (None, False, "", [], inspect.Parameter.empty),
         min=least,
         max=most,
     )
@@ -71,24 +71,8 @@ def _parameter(name: str, field: FieldInfo) -> inspect.Parameter:
     )
 
 
-def _typed(annotation: Any) -> Any:
-    """The type that typer parses: the field's own if it is plain, else text."""
-    parts = [part for part in _members(annotation) if part is not types.NoneType]
-    kind = parts[0] if len(parts) == 1 else str
-    if kind not in _PLAIN and get_origin(kind) is not Literal:
-        kind = str
-    return kind | None if len(parts) < len(_members(annotation)) else kind
-
-
-def _members(annotation: Any) -> list[Any]:
-    """The members of a union, without what annotates them."""
-    if get_origin(annotation) is Annotated:
-        return _members(get_args(annotation)[0])
-    if get_origin(annotation) in (Union, types.UnionType):
-        return [part for member in get_args(annotation) for part in _members(member)]
-    return [annotation]
-
-
-def _text(default: Any) -> Any:
-    """A size is shown as it is typed."""
-    return "x".join(map(str, default)) if isinstance(default, tuple) else default
+def _text(default: Any, kind: Any) -> Any:
+    """The default as it is typed: a size as 960x540, a number of a choice as text."""
+    if isinstance(default, tuple):
+        return "x".join(map(str, default)) if default else []
+    return str(default) if get_origin(kind) is Literal else default

@@ -10,7 +10,10 @@ from rich.text import Text
 
 from capture_app.cli import options as given
 from capture_app.cli.console import output, report, say
-from capture_app.coordinates import read_up
+from capture_app.cli.derived import derived
+from capture_app.commands.reading import ReadingOptions
+from capture_app.commands.request import validated
+from capture_app.commands.run import RunRequest
 from ingest.report.check import folded
 from omomo_core.errors import InputError
 
@@ -37,27 +40,24 @@ Images = Annotated[
 ]
 
 
+@derived(ReadingOptions)
+@derived(RunRequest, only=("mount", "mesh_scale"))
 def inspect(
     session: given.Session,
     mesh: given.OptionalMesh = None,
-    mount: given.Mount = None,
-    floor: given.Floor = None,
-    up: given.Up = None,
-    stitch: given.Stitch = False,
-    closure: given.Closure = False,
-    mesh_scale: given.MeshScale = 1.0,
-    segment: given.Segment = None,
-    format_: given.Format = None,
     images: Images = False,
     html: HtmlFile = None,
     as_json: given.AsJson = False,
+    *,
+    mount: Path | None = None,
+    mesh_scale: float = 1.0,
+    **said: Any,
 ) -> None:
     """Check a recording: tracking, rate, speeds, gravity, IMU, floor, mesh, mount, video.
 
     Tells which stretches of it `omocap run` can use. Exit code 0, or 2 when a run would refuse it.
     """
     from capture_app.inspection import inspect_take, refuse_bad
-    from ingest.trajectory.reading import Reading
 
     # Without the object the phone alone is inspected, and needs no mount.
     place = given.mount_file(mount) if mesh else None
@@ -65,7 +65,7 @@ def inspect(
         session,
         mesh,
         place,
-        reading=Reading(floor, read_up(up, "--up"), stitch, closure, segment, format_),
+        reading=validated(ReadingOptions, said, "option-invalid", prefix="--").reading,
         mesh_scale=mesh_scale,
         images=images,
     )

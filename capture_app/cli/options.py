@@ -46,53 +46,18 @@ OutputFile = Annotated[
     Path | None,
     _option("-o", "--output", text="File to write; in the result folder if not given."),
 ]
+ExportFile = Annotated[
+    Path | None,
+    _option(
+        "-o",
+        "--output",
+        text="File to write, or a folder for it; in the result folder if not given.",
+    ),
+]
 OptionalMesh = Annotated[
     Path | None, _option("--object", text="Mesh of the object, to find its floor.")
 ]
-Mount = Annotated[
-    str | None,
-    _option(
-        text="Mount file: where the object is as the phone sees it. Or the word identity, when the "
-        "mesh is made in the phone's own axes. An object's own motion takes none; TUM text is a "
-        "phone's log with a mount, the object's motion without.",
-    ),
-]
 Seed = Annotated[int, typer.Option(help="The same seed gives the same motion.", min=0)]
-CorrectedContacts = Annotated[
-    Path, _option("--contacts", text="The result's contacts.json as you want it.")
-]
-Up = Annotated[
-    str | None,
-    _option(
-        text="Which way is up, where the log does not say: a direction in the phone's world, e.g. 0,1,0; or "
-        "the axis of the mesh that points up where the object rests, e.g. object:z or object:-y."
-    ),
-]
-Stitch = Annotated[
-    bool,
-    _option(
-        "--stitch",
-        text="Move what follows a tracking jump back to where it belongs, instead of splitting the "
-        "take there.",
-    ),
-]
-Closure = Annotated[
-    bool,
-    _option(
-        "--closure",
-        text="The object ends on the mark where it began: take the drift in between out.",
-    ),
-]
-MeshScale = Annotated[
-    float, typer.Option(help="Factor to metres, e.g. 0.01 for a mesh in centimetres.", min=1e-6)
-]
-Segment = Annotated[
-    int | None,
-    _option(
-        text="Which stretch of a take that tracking failures split, from 1; the longest if not "
-        "given.",
-    ),
-]
 Format = Annotated[
     str | None,
     _option(
@@ -101,28 +66,10 @@ Format = Annotated[
     ),
 ]
 Video = Annotated[bool, typer.Option(help="Draw a video.")]
-Size = Annotated[str, typer.Option(help="Width x height of the pictures in pixels.")]
 Replace = Annotated[bool, _option("--replace", text="Replace an earlier result of the same name.")]
 AsJson = Annotated[bool, _option("--json", text="Print the report as JSON, for programs.")]
-Sample = Annotated[int | None, _option(text="Which sample, from 1; the chosen one if not given.")]
-Smooth = Annotated[
-    bool | None,
-    typer.Option(
-        "--smooth/--no-smooth",
-        help="Smooth edges; a video takes half as long again. PNGs have them if not told otherwise.",
-        show_default=False,
-    ),
-]
 Backend = Annotated[
     DrawingBackend, typer.Option(help="OpenGL (pyrender), or a ray caster that needs none.")
-]
-Floor = Annotated[
-    float | None,
-    _option(
-        text="Height of the floor in the phone's world, metres (0 is where recording began, so it "
-        "is negative). Found where the object rests if not given. In an animation, the height in "
-        "its file; the object's lowest point if not given.",
-    ),
 ]
 Steps = Annotated[
     int, typer.Option(help="Steps of the sampler; more is slower and finer.", min=1, max=1000)

@@ -2,13 +2,16 @@
 
 import webbrowser
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from capture_app.cli import options as given
 from capture_app.cli.console import say
-from capture_app.coordinates import read_up
+from capture_app.cli.derived import derived
+from capture_app.commands.reading import ReadingOptions
+from capture_app.commands.request import validated
+from capture_app.commands.run import RunRequest
 from omomo_core.whole_file import check_target, write_whole
 
 Seen = Annotated[
@@ -39,17 +42,19 @@ Browser = Annotated[bool, typer.Option(help="Open the page in the browser.")]
 Film = Annotated[bool, typer.Option(help="Put what the phone filmed into the page, too.")]
 
 
+@derived(ReadingOptions, only=("up", "format"))
+@derived(RunRequest, only=("mount", "mesh_scale"))
 def replay(
     path: Seen,
     second: Second = None,
     mesh: Mesh = None,
-    mount: given.Mount = None,
-    mesh_scale: given.MeshScale = 1.0,
     file: Page = None,
     browser: Browser = True,
     film: Film = True,
-    up: given.Up = None,
-    format_: given.Format = None,
+    *,
+    mount: Path | None = None,
+    mesh_scale: float = 1.0,
+    **said: Any,
 ) -> None:
     """Show a result or a recorded session in 3D: scrub, follow, compare, correct contacts.
 
@@ -60,7 +65,6 @@ def replay(
     """
     from capture_app.replay.open import is_result, open_scene
     from capture_app.replay.share import share_page
-    from ingest.trajectory.reading import Reading
 
     name = path.resolve().name
     own = path / "replay.html" if is_result(path) else Path(f"{name}_replay.html")
@@ -68,7 +72,7 @@ def replay(
     check_target(target, (".html",))
     place = given.mount_file(mount) if mesh else None
     paths = [path] if second is None else [path, second]
-    reading = Reading(up=read_up(up, "--up"), format=format_)
+    reading = validated(ReadingOptions, said, "option-invalid", prefix="--").reading
     packs = [open_scene(p, mesh, place, mesh_scale, film=film, reading=reading) for p in paths]
     page = share_page(packs, title=name)
     write_whole(target, page)

@@ -1,19 +1,18 @@
 """`omocap resolve`: correct which hand holds when and where."""
 
+from typing import Any
+
 from capture_app.cli import options as given
 from capture_app.cli.console import progress_bars
+from capture_app.cli.derived import derived
 from capture_app.cli.summary import summarise
 from capture_app.commands.request import validated
 from capture_app.commands.run import ResolveRequest
 
 
+@derived(ResolveRequest)
 def resolve(
-    result: given.Result,
-    contacts: given.CorrectedContacts,
-    output: given.ResultFolder,
-    video: given.Video = True,
-    video_size: given.Size = "960x540",
-    replace: given.Replace = False,
+    result: given.Result, output: given.ResultFolder, video: given.Video = True, **said: Any
 ) -> None:
     """Solve the motion again where you have corrected its contacts.
 
@@ -24,9 +23,10 @@ def resolve(
     """
     from capture_app.resolve import resolve_result
 
-    said = {"result": result, "contacts": contacts, "output": output, "replace": replace}
-    size = video_size if video else None
-    request = validated(ResolveRequest, {**said, "video_size": size}, "option-invalid", prefix="--")
+    if not video:
+        said["video_size"] = None
+    said |= {"result": result, "output": output}
+    request = validated(ResolveRequest, said, "option-invalid", prefix="--")
     with progress_bars() as progress:
         made = resolve_result(request, progress)
     summarise(made)

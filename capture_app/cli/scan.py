@@ -1,42 +1,18 @@
 """`omocap scan`: a film or photos of an object, or a mesh of another app, become its mesh."""
 
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from capture_app.cli import options as given
 from capture_app.cli.console import output as console
 from capture_app.cli.console import say
+from capture_app.cli.derived import derived
+from capture_app.commands.request import validated
+from capture_app.commands.scan import ScanRequest
 
 if TYPE_CHECKING:
-    from capture_app.scanning.request import ScanRequest
     from capture_app.scanning.scan import Scan
-
-
-class By(StrEnum):
-    """What the surface is measured by."""
-
-    auto = "auto"
-    stereo = "stereo"
-    depth = "depth"
-    both = "both"
-
-
-class Units(StrEnum):
-    """Of a ready mesh."""
-
-    m = "m"
-    cm = "cm"
-    mm = "mm"
-    inches = "in"
-    ft = "ft"
-
-
-def _option(*names: str, text: str) -> typer.models.OptionInfo:
-    return typer.Option(*names, help=text, show_default=False)
-
 
 Source = Annotated[
     Path,
@@ -46,89 +22,14 @@ Source = Annotated[
         show_default=False,
     ),
 ]
-Output = Annotated[Path, _option("-o", "--output", text="Mesh to write: .glb, .ply or .obj.")]
-Height = Annotated[
-    float | None,
-    _option("--height", text="The object's height in metres, where nothing else tells its size."),
+Output = Annotated[
+    Path,
+    typer.Option("-o", "--output", help="Mesh to write: .glb, .ply or .obj.", show_default=False),
 ]
-BoardText = Annotated[
-    str | None,
-    _option(
-        "--board",
-        text="A printed board lies beside the object and gives the size: A4, or such as "
-        "5x7:35mm:26mm:DICT_5X5_100.",
-    ),
-]
-LengthText = Annotated[
-    str | None,
-    _option(
-        "--length",
-        text="A length between two points picked in pictures gives the size: "
-        "METRES:PICTURE,X,Y;PICTURE,X,Y:PICTURE,X,Y;PICTURE,X,Y.",
-    ),
-]
-NoPoses = Annotated[bool, _option("--no-poses", text="Leave out the poses that the phone logged.")]
-Axes = Annotated[
-    str,
-    typer.Option("--camera-axes", help="How logged poses are to be read, if an error says so."),
-]
-Metric = Annotated[
-    bool, _option("--metric", text="The COLMAP model is in metres already, and z is up.")
-]
-Images = Annotated[
-    Path | None, _option("--images", text="Folder of the pictures of a COLMAP model.")
-]
-Pictures = Annotated[int, typer.Option("--frames", help="Pictures to use.", min=12, max=400)]
-BoxText = Annotated[
-    str | None,
-    _option(
-        "--box",
-        text="Where the object is: lowest and highest corner x,y,z,x,y,z in metres, as in the "
-        "report of an earlier scan. Found if not given.",
-    ),
-]
-Method = Annotated[
-    By,
-    typer.Option(
-        help="Measure the surface by matching pictures (stereo), by the phone's LiDAR (depth), or by "
-        "both; auto takes all there is."
-    ),
-]
-Vertices = Annotated[int, typer.Option(help="Of the mesh, about.", min=500, max=100_000)]
-UnitName = Annotated[Units | None, _option("--units", text="Of a mesh of another app.")]
-ObjectName = Annotated[
-    str | None, _option("--object-name", text="Which object of a mesh that holds several.")
-]
-Keep = Annotated[
-    bool,
-    typer.Option(
-        "--keep/--no-keep",
-        help="Keep what is slow to make, so that other options for the same film take seconds.",
-    ),
-]
-Replace = Annotated[bool, _option("--replace", text="Replace an earlier mesh of the same name.")]
 
 
-def scan(
-    source: Source,
-    mesh: Output,
-    height: Height = None,
-    board: BoardText = None,
-    length: LengthText = None,
-    no_poses: NoPoses = False,
-    camera_axes: Axes = "logged",
-    metric: Metric = False,
-    images: Images = None,
-    format_: given.Format = None,
-    frames: Pictures = 80,
-    box: BoxText = None,
-    method: Method = By.auto,
-    vertices: Vertices = 10_000,
-    units: UnitName = None,
-    object_name: ObjectName = None,
-    keep: Keep = True,
-    replace: Replace = False,
-) -> None:
+@derived(ScanRequest)
+def scan(source: Source, mesh: Output, **said: Any) -> None:
     """Make the object's mesh from a film of it: metres, z up, standing on its base.
 
     Walk around the object twice, once level with it and once from above. Beside object.glb comes the
@@ -136,34 +37,10 @@ def scan(
     `omocap calibrate scan`. An interrupted scan goes on when the same command is given again.
     """
     from capture_app.cli.console import progress_bars
-    from capture_app.scanning.request import ScanRequest
     from capture_app.scanning.scan import scan_object
-    from capture_app.scanning.words import given_box, picked_length
-    from ingest.calibration.board.spec import parse_board
-    from ingest.scan.cameras.options import CameraOptions
 
-    request = ScanRequest(
-        source=source,
-        output=mesh,
-        images=images,
-        format=format_,
-        frames=frames,
-        cameras=CameraOptions(
-            poses=not no_poses,
-            axes=camera_axes,
-            board=None if board is None else parse_board(board),
-            length=picked_length(length),
-            height=height,
-            metric=metric,
-        ),
-        box=given_box(box),
-        method=method.value,
-        vertices=vertices,
-        unit=None if units is None else units.value,
-        object_name=object_name,
-        keep=keep,
-        replace=replace,
-    )
+    asked = {**said, "source": source, "output": mesh}
+    request = validated(ScanRequest, asked, "option-invalid", prefix="--")
     with progress_bars() as progress:
         made = scan_object(request, progress)
     _show(made)
@@ -204,7 +81,7 @@ def _headline(made: "Scan") -> None:
     say("Not usable as it is", f"{why}; {output}, made in {took}, is for looking at.", "red")
 
 
-def _next(request: "ScanRequest", made: "Scan") -> str:
+def _next(request: ScanRequest, made: "Scan") -> str:
     """How the phone is found in this scan once it is clamped."""
     from capture_app.scanning.folder import MODEL
 

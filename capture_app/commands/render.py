@@ -3,8 +3,9 @@
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BaseModel, BeforeValidator, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
+from capture_app.commands.inputs import Flag
 from capture_app.commands.request import Request, VideoSize, place_of
 from capture_app.coordinates import read_sheet
 
@@ -38,6 +39,8 @@ DrawnBy = Annotated[
 
 class RenderOptions(BaseModel):
     """What the page, too, can say about a video of a result."""
+
+    model_config = ConfigDict(extra="forbid")
 
     view: Annotated[
         View,
@@ -102,7 +105,9 @@ class CompareRequest(Request):
     heat: Annotated[
         bool, Field(description="Colour bodies by their distance from the first one.")
     ] = False
-    any_object: Annotated[bool, Field(description="Allow motions of different objects.")] = False
+    any_object: Annotated[
+        bool, Flag("--any"), Field(description="Allow motions of different objects.")
+    ] = False
     labels: tuple[str, ...] = ()
     """One for each motion, or none."""
     size: Annotated[
@@ -116,7 +121,9 @@ class CompareRequest(Request):
         int | None,
         Field(ge=1, le=24, description="One PNG with so many moments of each motion in a row."),
     ] = None
-    figures: Annotated[Path | None, Field(description="File to write every figure to.")] = None
+    figures: Annotated[
+        Path | None, Flag("--json"), Field(description="File to write every figure to.")
+    ] = None
     markers: Markers = True
     smooth: Smooth = None
     backend: DrawnBy = "auto"

@@ -37,6 +37,13 @@ class Request(BaseModel):
         return self.model_dump(mode="json", exclude={"name", "output", *self.READS})
 
 
+class ItemRequest(Request):
+    """Something for the library of the page; as a job, its output is the folder of the item."""
+
+    facts: Annotated[dict[str, Any], Field(default_factory=dict)]
+    """What the library notes of it beside what is found out."""
+
+
 Asked = TypeVar("Asked", bound=BaseModel)
 
 

@@ -8,11 +8,12 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import BaseModel, BeforeValidator, Field, FiniteFloat
+from pydantic import BeforeValidator, Field, FiniteFloat
 
+from capture_app.commands.inputs import Flag
+from capture_app.commands.reading import ReadingOptions
 from capture_app.commands.request import Request, VideoSize, place_of
-from capture_app.coordinates import read_place, read_up
-from ingest.trajectory.reading import Reading, Top
+from capture_app.coordinates import read_place
 
 if TYPE_CHECKING:
     from omomo_core.generation.result import GenerationOptions
@@ -22,15 +23,13 @@ def _stood(value: object, info: Any) -> object:
     return read_place(value, place_of(info)) if isinstance(value, str) else value
 
 
-def _up(value: object, info: Any) -> object:
-    return read_up(value, place_of(info)) if isinstance(value, str) else value
-
-
 Stood = Annotated[tuple[FiniteFloat, FiniteFloat] | Literal["phone"], BeforeValidator(_stood)]
-Up = Annotated[tuple[FiniteFloat, FiniteFloat, FiniteFloat] | Top, BeforeValidator(_up)]
+
+Size = Annotated[VideoSize | None, Field(description="Width x height of the pictures in pixels.")]
+Replace = Annotated[bool, Field(description="Replace an earlier result of the same name.")]
 
 
-class TakeOptions(BaseModel):
+class TakeOptions(ReadingOptions):
     """What the page, the command line and tables alike can say about a take and its motion."""
 
     samples: Annotated[
@@ -60,60 +59,9 @@ class TakeOptions(BaseModel):
             "its world in metres, e.g. 0.8,-1.2. It says where its person stands."
         ),
     ] = None
-    floor: Annotated[
-        FiniteFloat | None,
-        Field(
-            description="Height of the floor in the phone's world, metres (0 is where recording began, "
-            "so it is negative). Found where the object rests if not given. In an animation, the "
-            "height in its file; the object's lowest point if not given."
-        ),
-    ] = None
-    up: Annotated[
-        Up | None,
-        Field(
-            description="Which way is up, where the log does not say: a direction in the phone's world, "
-            "e.g. 0,1,0; or the axis of the mesh that points up where the object rests, e.g. object:z "
-            "or object:-y."
-        ),
-    ] = None
-    stitch: Annotated[
-        bool,
-        Field(
-            description="Move what follows a tracking jump back to where it belongs, instead of "
-            "splitting the take there."
-        ),
-    ] = False
-    closure: Annotated[
-        bool,
-        Field(
-            description="The object ends on the mark where it began: take the drift in between out."
-        ),
-    ] = False
-    segment: Annotated[
-        int | None,
-        Field(
-            ge=1,
-            lt=2**31,
-            description="Which stretch of a take that tracking failures split, from 1; the longest if "
-            "not given.",
-        ),
-    ] = None
-    format: Annotated[
-        str | None,
-        Field(
-            max_length=100,
-            description="Read the log as that of this app (a name that `omocap formats` lists), "
-            "whatever it looks like.",
-        ),
-    ] = None
     force: Annotated[
         bool, Field(description="Use a take that `omocap inspect` calls not usable.")
     ] = False
-
-    @property
-    def reading(self) -> Reading:
-        """What the user knows better than the log."""
-        return Reading(**{field.name: getattr(self, field.name) for field in fields(Reading)})
 
 
 class RunRequest(TakeOptions, Request):
@@ -155,9 +103,9 @@ class RunRequest(TakeOptions, Request):
             "of deciding it."
         ),
     ] = None
-    configuration: Annotated[Literal["capture", "paper"], Field(description="Trained model.")] = (
-        "capture"
-    )
+    configuration: Annotated[
+        Literal["capture", "paper"], Flag("--config"), Field(description="Trained model.")
+    ] = "capture"
     weights: Annotated[
         Path | None, Field(description="Folder of your own weights, from `omocap train`.")
     ] = None
@@ -168,13 +116,9 @@ class RunRequest(TakeOptions, Request):
     mesh_scale: Annotated[
         float, Field(ge=1e-6, description="Factor to metres, e.g. 0.01 for a mesh in centimetres.")
     ] = 1.0
-    video_size: Annotated[
-        VideoSize | None, Field(description="Width x height of the pictures in pixels.")
-    ] = (960, 540)
+    video_size: Size = (960, 540)
     """None makes no video."""
-    replace: Annotated[bool, Field(description="Replace an earlier result of the same name.")] = (
-        False
-    )
+    replace: Replace = False
 
     @property
     def generation(self) -> "GenerationOptions":
@@ -208,9 +152,7 @@ class ResolveRequest(Request):
     READS: ClassVar[tuple[str, ...]] = ("result", "contacts")
 
     result: Path
-    contacts: Path
-    """All contacts of its chosen sample as they should be."""
-    video_size: VideoSize | None = (960, 540)
-    """Width and height in pixels; None makes no video."""
-    replace: bool = False
-    """Put the result in place of an earlier one."""
+    contacts: Annotated[Path, Field(description="The result's contacts.json as you want it.")]
+    video_size: Size = (960, 540)
+    """None makes no video."""
+    replace: Replace = False

@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from capture_app.commands.export import ExportOptions
 from capture_app.exports.amass import write_amass
 from capture_app.exports.bone_names import BONE_NAMES, Bones
 from capture_app.exports.bvh import write_bvh
 from capture_app.exports.fbx import find_blender, write_fbx
-from capture_app.exports.formats import Kind, Units, Up, frame_of
+from capture_app.exports.formats import ExportFormat, Units, UpAxis, format_of_ending, frame_of
 from capture_app.exports.glb import write_glb_take
 from capture_app.exports.own_bones import take_on_own_bones
 from capture_app.exports.refit import take_on_target
@@ -19,23 +20,8 @@ from capture_app.exports.target_files import read_target
 from capture_app.exports.usd import write_usd
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
-from omomo_core.motion import FPS, HumanMotion, ObjectMotion
+from omomo_core.motion import HumanMotion, ObjectMotion
 from omomo_core.whole_file import whole_files
-
-
-@dataclass(frozen=True)
-class ExportOptions:
-    """How a file shall be; None leaves it to the format."""
-
-    kind: Kind
-    fps: float = FPS
-    up: Up | None = None
-    units: Units | None = None
-    bones: Bones = Bones.smplx
-    skeleton: Path | None = None
-    """BVH or GLB whose bones the motion shall move, or a SMPL-X model file."""
-    blender: str | None = None
-    """Executable that writes FBX."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +40,9 @@ def export(
     object_motion: ObjectMotion,
     body: BodyModel,
     options: ExportOptions,
+    *,
+    skeleton: Path | None = None,
+    blender: str | None = None,
 ) -> Exported:
     """Write a motion for another program; all files appear whole or not at all.
 
@@ -62,24 +51,27 @@ def export(
         human: at 30 fps.
         object_motion: as many frames.
         body: whose bones `human` moves.
-        options: what to write.
+        options: how the file shall be; its `sample` is not looked at.
+        skeleton: BVH or GLB whose bones the motion shall move, or a SMPL-X model file.
+        blender: executable that writes FBX, if it is not on the PATH.
 
     Raises:
         InputError: options do not fit the format or each other, the skeleton is not usable, a
             program or package is missing, or the file cannot be written.
     """
-    frame = frame_of(options.kind, options.bones, options.up, options.units)
-    target = None if options.skeleton is None else read_target(options.skeleton)
-    _check(options, target)
-    blender = find_blender(options.blender) if options.kind is Kind.fbx else ""
-    sampled = at_rate(human, object_motion, body, options.fps)
+    to = options.to or format_of_ending(path)
+    frame = frame_of(to, options.bones, options.up, options.units)
+    target = None if skeleton is None else read_target(skeleton)
+    _check(to, options.bones, target)
+    program = find_blender(blender) if to is ExportFormat.fbx else ""
+    sampled = at_rate(human, object_motion, body, float(options.fps))
     if target is None:
         take, notes = take_on_own_bones(sampled, body, BONE_NAMES[options.bones]), ()
     else:
         take, notes = take_on_target(sampled, body, target)
-    files = (path, object_file(path)) if options.kind is Kind.bvh else (path,)
+    files = (path, object_file(path)) if to is ExportFormat.bvh else (path,)
     with whole_files(*files) as partials:
-        _write(partials, take, options, frame, target, blender)
+        _write(partials, take, to, frame, options.bones, target, program)
     return Exported(files, notes)
 
 
@@ -88,20 +80,20 @@ def object_file(path: Path) -> Path:
     return path.with_name(f"{path.stem}_object{path.suffix}")
 
 
-def _check(options: ExportOptions, target: Target | None) -> None:
-    if options.skeleton is not None and options.bones is not Bones.smplx:
+def _check(to: ExportFormat, bones: Bones, target: Target | None) -> None:
+    if target is not None and bones is not Bones.smplx:
         raise InputError(
             "bones-and-skeleton",
             "A skeleton brings its own names of bones.",
-            where=f"--bones {options.bones}",
+            where=f"--bones {bones}",
             fix="Leave --bones out.",
         )
     foreign = target is not None and target.smplx is None
-    if options.kind is Kind.amass and (foreign or options.bones is not Bones.smplx):
+    if to is ExportFormat.amass and (foreign or bones is not Bones.smplx):
         raise InputError(
             "amass-bones",
             "AMASS files hold SMPL-X poses and no other skeleton's.",
-            where="--skeleton" if foreign else f"--bones {options.bones}",
+            where="--skeleton" if foreign else f"--bones {bones}",
             fix="Leave it out, or give a SMPL-X model file with --skeleton.",
         )
 
@@ -109,21 +101,22 @@ def _check(options: ExportOptions, target: Target | None) -> None:
 def _write(
     partials: tuple[Path, ...],
     take: Take,
-    options: ExportOptions,
-    frame: tuple[Up, Units],
+    to: ExportFormat,
+    frame: tuple[UpAxis, Units],
+    bones: Bones,
     target: Target | None,
     blender: str,
 ) -> None:
-    path, (up, units), kind = partials[0], frame, options.kind
-    if kind is Kind.glb:
-        write_glb_take(path, take, vrm=options.bones is Bones.vrm)
-    elif kind is Kind.bvh:
+    path, (up, units) = partials[0], frame
+    if to is ExportFormat.glb:
+        write_glb_take(path, take, vrm=bones is Bones.vrm)
+    elif to is ExportFormat.bvh:
         write_bvh(path, partials[1], placed(take, up, units))
-    elif kind is Kind.usd:
+    elif to is ExportFormat.usd:
         write_usd(path, placed(take, up, units), up, units)
-    elif kind is Kind.fbx:
+    elif to is ExportFormat.fbx:
         write_fbx(path, take, up, units, blender)
-    elif kind is Kind.amass:
+    elif to is ExportFormat.amass:
         write_amass(path, take, None if target is None else target.smplx)
     else:
         write_table(path, placed(take, up, units), units)

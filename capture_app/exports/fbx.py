@@ -5,7 +5,7 @@ import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from capture_app.exports.formats import Units, Up
+from capture_app.exports.formats import Units, UpAxis
 from capture_app.exports.glb import write_glb_take
 from capture_app.exports.take import Take
 from omomo_core.errors import InputError
@@ -15,7 +15,7 @@ _PATIENCE = 900.0
 """Seconds; a minute of motion takes about one."""
 
 
-def write_fbx(path: Path, take: Take, up: Up, units: Units, blender: str) -> None:
+def write_fbx(path: Path, take: Take, up: UpAxis, units: Units, blender: str) -> None:
     """Write a GLB, and have Blender write what it reads there as FBX.
 
     Args:

@@ -8,12 +8,12 @@ from typing import Literal
 from capture_app.exports.bone_names import Bones
 from omomo_core.errors import InputError
 
-Up = Literal["y", "z"]
+UpAxis = Literal["y", "z"]
 Units = Literal["m", "cm"]
 
 
-class Kind(StrEnum):
-    """What to write; dae is only there to be answered."""
+class ExportFormat(StrEnum):
+    """What to write; dae is there to be refused with a reason."""
 
     glb = "glb"
     bvh = "bvh"
@@ -25,25 +25,27 @@ class Kind(StrEnum):
 
 
 @dataclass(frozen=True)
-class Format:
+class FileLayout:
     """What a file of one kind looks like; the first of several choices is the usual one."""
 
     endings: tuple[str, ...]
-    ups: tuple[Up, ...]
+    ups: tuple[UpAxis, ...]
     units: tuple[Units, ...]
     says: bool = False
     """The file itself says its axes and its unit, so that every program reads it right."""
 
 
-FORMATS: dict[Kind, Format] = {
-    Kind.glb: Format((".glb", ".vrma"), ("y",), ("m",)),
-    Kind.bvh: Format((".bvh",), ("y", "z"), ("cm", "m")),
-    Kind.usd: Format((".usdc", ".usda", ".usdz", ".usd"), ("z", "y"), ("m", "cm"), says=True),
-    Kind.fbx: Format((".fbx",), ("y", "z"), ("cm", "m")),
-    Kind.amass: Format((".npz",), ("z",), ("m",)),
-    Kind.csv: Format((".csv",), ("z", "y"), ("m", "cm")),
+FORMATS: dict[ExportFormat, FileLayout] = {
+    ExportFormat.glb: FileLayout((".glb", ".vrma"), ("y",), ("m",)),
+    ExportFormat.bvh: FileLayout((".bvh",), ("y", "z"), ("cm", "m")),
+    ExportFormat.usd: FileLayout(
+        (".usdc", ".usda", ".usdz", ".usd"), ("z", "y"), ("m", "cm"), says=True
+    ),
+    ExportFormat.fbx: FileLayout((".fbx",), ("y", "z"), ("cm", "m")),
+    ExportFormat.amass: FileLayout((".npz",), ("z",), ("m",)),
+    ExportFormat.csv: FileLayout((".csv",), ("z", "y"), ("m", "cm")),
 }
-_HOME: dict[Bones, tuple[Up, Units]] = {
+_HOME: dict[Bones, tuple[UpAxis, Units]] = {
     Bones.unreal: ("z", "cm"),
     Bones.unity: ("y", "m"),
     Bones.vrm: ("y", "m"),
@@ -51,13 +53,13 @@ _HOME: dict[Bones, tuple[Up, Units]] = {
 """Axes and unit of the programs themselves."""
 
 
-def format_of(kind: Kind) -> Format:
+def layout_of(kind: ExportFormat) -> FileLayout:
     """What the files of a kind look like.
 
     Raises:
         InputError: "format-not-written" for COLLADA.
     """
-    if kind is Kind.dae:
+    if kind is ExportFormat.dae:
         raise InputError(
             "format-not-written",
             "COLLADA is not written: no maintained library writes its skins and animations, and "
@@ -68,7 +70,7 @@ def format_of(kind: Kind) -> Format:
     return FORMATS[kind]
 
 
-def kind_of(path: Path) -> Kind:
+def format_of_ending(path: Path) -> ExportFormat:
     """The format that a file's ending says.
 
     Raises:
@@ -86,20 +88,22 @@ def kind_of(path: Path) -> Kind:
     )
 
 
-def frame_of(kind: Kind, bones: Bones, up: Up | None, units: Units | None) -> tuple[Up, Units]:
-    """Up axis and units of a file: as asked for, or as those expect it who will read it.
+def frame_of(
+    kind: ExportFormat, bones: Bones, up: UpAxis | None, units: Units | None
+) -> tuple[UpAxis, Units]:
+    """UpAxis axis and units of a file: as asked for, or as those expect it who will read it.
 
     Raises:
         InputError: "frame-fixed" when the format does not leave the choice.
     """
-    form = format_of(kind)
+    form = layout_of(kind)
     home_up, home_units = _HOME[bones] if form.says and bones in _HOME else (None, None)
     _allowed(kind, "--up", up, form.ups)
     _allowed(kind, "--units", units, form.units)
     return up or home_up or form.ups[0], units or home_units or form.units[0]
 
 
-def _allowed(kind: Kind, option: str, wanted: str | None, choices: tuple[str, ...]) -> None:
+def _allowed(kind: ExportFormat, option: str, wanted: str | None, choices: tuple[str, ...]) -> None:
     if wanted is not None and wanted not in choices:
         raise InputError(
             "frame-fixed",
@@ -110,21 +114,20 @@ def _allowed(kind: Kind, option: str, wanted: str | None, choices: tuple[str, ..
         )
 
 
-def target_of(output: Path | None, folder: Path, name: str, kind: Kind) -> Path:
-    """The file to write.
+def target_of(output: Path, name: str, to: ExportFormat) -> Path:
+    """Return the file to write.
 
     Args:
-        output: what the user gave: a file, a folder to put it in, or nothing.
-        folder: where it goes then.
-        name: of the file without its ending, where the user gave none.
-        kind: of file.
+        output: what the user gave: a file, or a folder to put it in.
+        name: of the file in that folder, without its ending.
+        to: its format.
 
     Raises:
         InputError: "output-ending" when a file's ending is not one of the format's.
     """
-    endings = format_of(kind).endings
-    if output is None or output.is_dir():
-        return (output or folder) / f"{name}{endings[0]}"
+    endings = layout_of(to).endings
+    if output.is_dir():
+        return output / f"{name}{endings[0]}"
     if output.suffix.lower() not in endings:
         raise InputError(
             "output-ending",

@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from capture_app.exports.formats import Units, Up
+from capture_app.exports.formats import Units, UpAxis
 from omomo_core.motion import ObjectMesh
 
 Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """R_yup_world: our z up becomes y up, our -y becomes +z."""
 _PER_METRE: dict[Units, float] = {"m": 1.0, "cm": 100.0}
-_ROTATION: dict[Up, Float[np.ndarray, "3 3"]] = {"z": np.eye(3), "y": Y_UP}
+_ROTATION: dict[UpAxis, Float[np.ndarray, "3 3"]] = {"z": np.eye(3), "y": Y_UP}
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Locals:
     rotations: Float[np.ndarray, "*frames joints 3 3"]
 
 
-def placed(take: Take, up: Up, units: Units) -> Take:
+def placed(take: Take, up: UpAxis, units: Units) -> Take:
     """A take of our world (z up, metres) in another: every vector is turned, then scaled.
 
     Vectors in a joint's or the object's own frame are only scaled.

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from capture_app.exports.formats import Units, Up
+from capture_app.exports.formats import Units, UpAxis
 from capture_app.exports.glb import BLUE, ORANGE
 from capture_app.exports.shading import creased
 from capture_app.exports.take import Skeleton, Take, pose_locals, rest_locals
@@ -22,7 +22,7 @@ _Surface = tuple[Float[np.ndarray, "v 3"], Float[np.ndarray, "v 3"], Int[np.ndar
 """Vertices, normals, triangles."""
 
 
-def write_usd(path: Path, take: Take, up: Up, units: Units) -> None:
+def write_usd(path: Path, take: Take, up: UpAxis, units: Units) -> None:
     """Write a stage: /take/person (SkelRoot) with skeleton, animation and body, and /take/object
     (a mesh that moves).
 
@@ -62,7 +62,7 @@ def _save(stage: Any, path: Path) -> None:
         _pxr("UsdUtils").CreateNewUsdzPackage(asset, str(path))
 
 
-def _stage(take: Take, up: Up, units: Units) -> Any:
+def _stage(take: Take, up: UpAxis, units: Units) -> Any:
     Usd, UsdGeom = _pxr("Usd"), _pxr("UsdGeom")
     stage = Usd.Stage.CreateInMemory()
     UsdGeom.SetStageUpAxis(stage, up.upper())

@@ -1,15 +1,15 @@
 """From what a user says of a film to where its camera was."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64
 
+from capture_app.commands.overlay import OverlayRequest
 from capture_app.overlay.aligned import Aligned, own_film, watched
 from capture_app.overlay.clock import clock_offset
 from capture_app.overlay.eye import mount_of, session_of
-from capture_app.overlay.in_scan import Scan, by_scan
+from capture_app.overlay.in_scan import by_scan
 from capture_app.overlay.placing import (
     Place,
     arkit_world,
@@ -33,44 +33,22 @@ from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 
 
-@dataclass(frozen=True)
-class Said:
-    """What the user says of a film and its camera."""
-
-    video: Path | None = None
-    """A video file, or the session of a second phone; None is the clamped phone's own film."""
-    camera: Path | None = None
-    """Intrinsics, and T_world_camera if they are known."""
-    board: str | None = None
-    """The board that the film shows, in words of `parse_board`."""
-    in_room: bool = False
-    """The board did not move; else it was fixed to the object."""
-    board_place: Path | None = None
-    """Where the board is on the object, or in the result's world."""
-    shared_world: bool = False
-    """The second phone logged in the ARKit world of the clamped one."""
-    scan: Scan | None = None
-    """Of the object and its room, that a camera's pictures are found again in."""
-    offset: float | None = None
-    """Seconds to add to the film's clock; None finds it."""
-
-
-def find(result: Result, said: Said, progress: Progress) -> Aligned:
+def find(result: Result, request: OverlayRequest, progress: Progress) -> Aligned:
     """The film on the result's clock, with its camera in the result's world.
 
     Args:
         result: what was generated.
-        said: of the film.
+        request: what the user says of the film and its camera.
         progress: told the stage "board" or "localise".
 
     Raises:
         InputError: the film, its camera or its place cannot be known; see the parts.
     """
-    if said.video is None:
-        return own_film(result, said.offset or 0.0)
-    if _is_session(said.video):
-        return _second_phone(result, said, read_session(said.video), progress)
-    return _tripod(result, said, said.video, progress)
+    if request.video is None:
+        return own_film(result, request.offset or 0.0)
+    if _is_session(request.video):
+        return _second_phone(result, request, read_session(request.video), progress)
+    return _tripod(result, request, request.video, progress)
 
 
 def _is_session(path: Path) -> bool:
@@ -80,16 +58,16 @@ def _is_session(path: Path) -> bool:
     )
 
 
-def _tripod(result: Result, said: Said, video: Path, progress: Progress) -> Aligned:
-    camera = load_camera(said.camera) if said.camera else None
-    if said.board:
-        board = parse_board(said.board)
+def _tripod(result: Result, request: OverlayRequest, video: Path, progress: Progress) -> Aligned:
+    camera = load_camera(request.camera) if request.camera else None
+    if request.board:
+        board = parse_board(request.board)
         track = track_video(video, board, camera, progress=progress)
         watcher = on_tripod(video, track.camera)
-        if not said.in_room:
-            return watched(result, watcher, _by_board_on_object(result, said, board, track))
-        return _rested(result, said, watcher, _by_board_in_room(result, said, board, track))
-    if camera is None or said.camera is None:
+        if request.board_at == "object":
+            return watched(result, watcher, _by_board_on_object(result, request, board, track))
+        return _rested(result, request, watcher, _by_board_in_room(result, request, board, track))
+    if camera is None or request.camera is None:
         raise InputError(
             "camera-needed",
             "Nothing says what the camera of this video is, nor where it stood.",
@@ -98,26 +76,29 @@ def _tripod(result: Result, said: Said, video: Path, progress: Progress) -> Alig
             "board that it filmed.",
         )
     watcher = on_tripod(video, camera)
-    if said.scan:
-        T = by_scan(said.scan, result.object_motion, watcher, progress)
-        return _rested(result, said, watcher, T)
-    T_world_camera = pose_in(said.camera)
+    if request.scan:
+        T = by_scan(request, result.object_motion, watcher, progress)
+        return _rested(result, request, watcher, T)
+    T_world_camera = pose_in(request.camera)
     if T_world_camera is None:
         raise InputError(
             "camera-place-needed",
             "The camera file does not say where the camera stood.",
-            where=str(said.camera),
+            where=str(request.camera),
             fix='Add "T_world_camera", four rows of four numbers in the result\'s world; or give '
             "--board with the board that it filmed, or --scan with a scan of the place.",
         )
-    return _rested(result, said, watcher, T_world_camera)
+    return _rested(result, request, watcher, T_world_camera)
 
 
 def _rested(
-    result: Result, said: Said, watcher: Watcher, T_world_camera: Float64[np.ndarray, "4 4"]
+    result: Result,
+    request: OverlayRequest,
+    watcher: Watcher,
+    T_world_camera: Float64[np.ndarray, "4 4"],
 ) -> Aligned:
     """The film of a camera that stood there; its clock by what moves in it, if it is not given."""
-    offset = said.offset
+    offset = request.offset
     if offset is None:
         fx, fy, cx, cy = watcher.intrinsics[0]
         K = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]])
@@ -127,18 +108,18 @@ def _rested(
 
 
 def _second_phone(
-    result: Result, said: Said, session: CaptureSession, progress: Progress
+    result: Result, request: OverlayRequest, session: CaptureSession, progress: Progress
 ) -> Aligned:
     watcher = by_phone(session)
-    if said.board:
-        board = parse_board(said.board)
+    if request.board:
+        board = parse_board(request.board)
         track = track_session(session, board, progress=progress)
-        if not said.in_room:
-            return watched(result, watcher, _by_board_on_object(result, said, board, track))
-        T_world_rest = _by_board_in_room(result, said, board, track)
-    elif said.scan:
-        T_world_rest = by_scan(said.scan, result.object_motion, watcher, progress)
-    elif said.shared_world:
+        if request.board_at == "object":
+            return watched(result, watcher, _by_board_on_object(result, request, board, track))
+        T_world_rest = _by_board_in_room(result, request, board, track)
+    elif request.scan:
+        T_world_rest = by_scan(request, result.object_motion, watcher, progress)
+    elif request.shared_world:
         T_world_rest = arkit_world(result.object_motion, session_of(result), mount_of(result))
     else:
         raise InputError(
@@ -148,20 +129,22 @@ def _second_phone(
             fix="Add --shared-world if both phones logged in one ARKit world; or give --board with "
             "the board that it filmed, or --scan with a scan of the place.",
         )
-    return watched(result, watcher, Place(T_world_rest, _offset(said)))
+    return watched(result, watcher, Place(T_world_rest, _offset(request)))
 
 
-def _by_board_on_object(result: Result, said: Said, board: Board, track: BoardTrack) -> Place:
-    where = said.board_place
+def _by_board_on_object(
+    result: Result, request: OverlayRequest, board: Board, track: BoardTrack
+) -> Place:
+    where = request.board_place
     T_object_board = load_place(where, board).T_object_board if where else None
-    return by_board_on_object(result.object_motion, track, T_object_board, said.offset)
+    return by_board_on_object(result.object_motion, track, T_object_board, request.offset)
 
 
 def _by_board_in_room(
-    result: Result, said: Said, board: Board, track: BoardTrack
+    result: Result, request: OverlayRequest, board: Board, track: BoardTrack
 ) -> Float64[np.ndarray, "4 4"]:
     """T_world_rest of what saw the board."""
-    where = said.board_place
+    where = request.board_place
     T_world_board = load_pose(where) if where else _seen_by_phone(result, board)
     return by_board_in_room(T_world_board, stream_of(track).T)
 
@@ -172,8 +155,8 @@ def _seen_by_phone(result: Result, board: Board) -> Float64[np.ndarray, "4 4"]:
     return board_in_room(T_world_arkit, stream_of(track_session(session, board)).T)
 
 
-def _offset(said: Said) -> float:
-    if said.offset is None:
+def _offset(request: OverlayRequest) -> float:
+    if request.offset is None:
         raise InputError(
             "offset-needed",
             "Nothing shows how the film's clock and that of the motion hang together.",
@@ -181,4 +164,4 @@ def _offset(said: Said) -> float:
             fix="Give --offset SECONDS: what to add to the film's time to get the motion's, such as "
             "the time in the motion minus that in the film at which the object leaves the floor.",
         )
-    return said.offset
+    return request.offset

@@ -1,12 +1,10 @@
 """by_scan: where a camera that watched stood, by what it sees of a scan of the object and its room."""
 
-from dataclasses import dataclass
-from pathlib import Path
-
 import cv2
 import numpy as np
 from jaxtyping import Float64
 
+from capture_app.commands.overlay import OverlayRequest
 from capture_app.overlay.placing import agreed
 from capture_app.overlay.watcher import Watcher
 from capture_app.progress import Progress
@@ -21,26 +19,14 @@ from omomo_core.motion import FPS, ObjectMotion
 _PICTURES = 5
 
 
-@dataclass(frozen=True)
-class Scan:
-    """A COLMAP model of the object where it stood before it was moved."""
-
-    model: Path
-    images: Path | None = None
-    """Folder of its pictures; may be missing where there is a database beside the model."""
-    to_object: Path | None = None
-    """File of the similarity from the model into the object's frame; None where it is in that."""
-    seconds: float = 0.0
-    """Of the motion, at which the object stood where it was scanned."""
-
-
 def by_scan(
-    scan: Scan, moved: ObjectMotion, watcher: Watcher, progress: Progress
+    request: OverlayRequest, moved: ObjectMotion, watcher: Watcher, progress: Progress
 ) -> Float64[np.ndarray, "4 4"]:
     """T_world_rest: from the frame in which the watcher moves into the world of the motion.
 
     Args:
-        scan: the surroundings count as much as the object, which may be elsewhere in the film.
+        request: with a scan, whose surroundings count as much as the object: it may be elsewhere in
+            the film.
         moved: the object.
         watcher: a few of its pictures are found again in the scan.
         progress: told the stage "localise".
@@ -48,10 +34,12 @@ def by_scan(
     Raises:
         InputError: those of `read_landmarks`; of `localise` when no picture is found again.
     """
-    T_world_scanned = moved.T_world_object[_frame(scan, moved)]
-    T, scale = (np.eye(4), 1.0) if scan.to_object is None else load_similarity(scan.to_object)
+    assert request.scan is not None
+    T_world_scanned = moved.T_world_object[_frame(request.scanned_at, moved)]
+    to_object = request.model_to_object
+    T, scale = (np.eye(4), 1.0) if to_object is None else load_similarity(to_object)
     T[:3, :3] *= scale
-    landmarks = read_landmarks(scan.model, scan.images, None, T)
+    landmarks = read_landmarks(request.scan, request.scan_images, None, T)
     count = len(watcher.film.times)
     chosen = np.unique(np.linspace(0, count - 1, _PICTURES).round().astype(int))
     rest: list[np.ndarray] = []
@@ -71,12 +59,12 @@ def by_scan(
     return agreed(np.array(rest))
 
 
-def _frame(scan: Scan, moved: ObjectMotion) -> int:
-    frame = round(scan.seconds * FPS)
+def _frame(seconds: float, moved: ObjectMotion) -> int:
+    frame = round(seconds * FPS)
     if not 0 <= frame < len(moved.valid):
         raise InputError(
             "scan-time",
-            f"The motion has no second {scan.seconds:g}: it lasts {len(moved.valid) / FPS:.2f} s.",
+            f"The motion has no second {seconds:g}: it lasts {len(moved.valid) / FPS:.2f} s.",
             where="--scanned-at",
             fix="Give a second of the motion at which the object stood where it was scanned.",
         )

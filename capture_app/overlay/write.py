@@ -1,34 +1,17 @@
 """overlay_result: a result drawn into a film of the take, as a video."""
 
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 
+from capture_app.commands.overlay import OverlayRequest
 from capture_app.overlay.aligned import Aligned, draw, shows
-from capture_app.overlay.find import Said, find
+from capture_app.overlay.find import find
 from capture_app.progress import Progress
 from capture_app.result import load_result, sample_index
 from omomo_core.whole_file import check_target
-from render.backends import Backend
 from render.overlay import OverlayStyle
 from render.video import write_moving
 
 FORMATS = (".mp4", ".webp", ".gif")
-
-
-@dataclass(frozen=True)
-class OverlayRequest:
-    """What to draw, into which film, and where to write it."""
-
-    result: Path
-    output: Path
-    """Its ending decides."""
-    said: Said = field(default_factory=Said)
-    """Of the film and its camera."""
-    sample: int | None = None
-    """From 1; None for the chosen one."""
-    style: OverlayStyle = field(default_factory=OverlayStyle)
-    smooth: bool = False
-    backend: Backend = "auto"
 
 
 @dataclass(frozen=True)
@@ -54,23 +37,23 @@ def overlay_result(request: OverlayRequest, progress: Progress) -> Overlaid:
     check_target(request.output, FORMATS)
     result = load_result(request.result)
     index = sample_index(result, request.sample)
-    aligned = find(result, request.said, progress)
+    aligned = find(result, request, progress)
     pictures = draw(
         result,
         index,
         aligned,
-        request.style,
+        OverlayStyle(request.object_style, request.opacity, request.wipe),
         backend=request.backend,
         samples=4 if request.smooth else 0,
     )
     count = len(aligned.seconds)
     told = (progress("video", (k + 1) / count) or p for k, p in enumerate(pictures))
     write_moving(request.output, told, aligned.fps)
-    return _told(request.said, aligned, seen=shows(result, index, aligned))
+    return _told(request, aligned, seen=shows(result, index, aligned))
 
 
-def _told(said: Said, aligned: Aligned, *, seen: bool) -> Overlaid:
-    found = said.video is not None and said.offset is None
+def _told(request: OverlayRequest, aligned: Aligned, *, seen: bool) -> Overlaid:
+    found = request.video is not None and request.offset is None
     notes = [f"The film begins at --offset {aligned.offset:.2f} of the motion."] if found else []
     if not seen:
         notes.append("The film never shows the place where the person was.")

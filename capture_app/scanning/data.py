@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from capture_app.scanning.request import ScanRequest
+from capture_app.commands.scan import ScanRequest
 from ingest.scan.clean.clean import CleanMesh
 from ingest.scan.found import Found
 from ingest.scan.quality.report import ScanReport

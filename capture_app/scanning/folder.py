@@ -2,7 +2,7 @@
 
 import shutil
 
-from capture_app.scanning.request import ScanRequest
+from capture_app.commands.scan import ScanRequest
 from ingest.report.scanned import REPORT_DATA, REPORT_PAGE
 from ingest.scan.clean.save import FORMATS
 from omomo_core.errors import InputError

@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 from jaxtyping import UInt8
 
+from capture_app.commands.scan import ScanRequest
 from capture_app.report_page.checks import listed
 from capture_app.report_page.style import STYLE
 from capture_app.scanning.circle import circle
-from capture_app.scanning.request import ScanRequest
 from ingest.report.check import Severity
 from ingest.scan.clean.clean import CleanMesh
 from ingest.scan.found import Found

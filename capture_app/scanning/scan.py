@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capture_app.commands.scan import ScanRequest
 from capture_app.progress import Progress, StageClock
 from capture_app.scanning.folder import MODEL, open_folder, tidy
-from capture_app.scanning.request import ScanRequest
 from capture_app.scanning.write import write_report
 from ingest.scan.cameras.register import register
 from ingest.scan.clean.clean import CleanMesh, clean
@@ -78,9 +78,9 @@ def find_object(request: ScanRequest, clock: Progress) -> Found:
     picked = pick_frames(source, work, count=request.frames, progress=clock)
     registered = register(source, picked, work, options=request.cameras, progress=clock)
     clock("cameras", 1.0)
-    aim = aim_at(registered.views, request.box)
+    aim = aim_at(registered.views, request.given_box)
     depths = measure_depths(registered, aim, work, method=request.method, progress=clock)
-    region = find_region(registered, request.box, cloud(depths, aim))
+    region = find_region(registered, request.given_box, cloud(depths, aim))
     surface = dense_surface(depths, region, progress=clock)
     clock("clean", 0.0)
     cleaned = clean(

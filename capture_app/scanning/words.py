@@ -1,35 +1,9 @@
-"""What is typed for a scan, understood: a box, and a length between two picked points."""
-
-import numpy as np
+"""picked_length: a length between two points that were picked in pictures, as it is typed."""
 
 from ingest.scan.cameras.options import Length, Sight
-from ingest.scan.region.region import GivenBox
 from omomo_core.errors import InputError
 
-_SIX, _TWO = 6, 2
-
-
-def given_box(text: str | None) -> GivenBox | None:
-    """The box of "x0,y0,z0,x1,y1,z1": lowest and highest corner, metres.
-
-    Raises:
-        InputError: "scan-box".
-    """
-    if text is None:
-        return None
-    try:
-        values = np.array([float(part) for part in text.split(",")])
-        if len(values) != _SIX:
-            raise ValueError("not six numbers")
-    except ValueError:
-        raise InputError(
-            "scan-box",
-            f"{text!r} is no box.",
-            where="--box",
-            fix="Write its lowest and its highest corner in metres, z up, such as "
-            "-0.3,-0.2,0,0.4,0.5,1.1; report.json of the scan says the box that was used.",
-        ) from None
-    return GivenBox(np.minimum(values[:3], values[3:]), np.maximum(values[:3], values[3:]))
+_TWO = 2
 
 
 def picked_length(text: str | None) -> Length | None:

@@ -5,11 +5,11 @@ import json
 import numpy as np
 from jaxtyping import UInt8
 
+from capture_app.commands.scan import ScanRequest
 from capture_app.scanning.data import report_data
 from capture_app.scanning.folder import OUTLINE, VIEWS
 from capture_app.scanning.page import scan_page
 from capture_app.scanning.pictures import outline_picture, views_picture
-from capture_app.scanning.request import ScanRequest
 from ingest.report.scanned import REPORT_DATA, REPORT_PAGE
 from ingest.scan.clean.clean import CleanMesh
 from ingest.scan.found import Found

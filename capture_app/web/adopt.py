@@ -3,16 +3,17 @@
 from pathlib import Path
 from typing import Any
 
+from capture_app.commands.inputs import ItemKind
 from capture_app.facts import mesh_facts, mount_facts
 from capture_app.things import FILES, Info
-from capture_app.web.library.uploads import Kind, Upload
+from capture_app.web.library.uploads import Upload
 from capture_app.web.problems import Refused
 from capture_app.web.site import Site
 from ingest.mesh import FORMATS
 from omomo_core.errors import InputError
 
 VIDEOS = (".mp4", ".mov", ".m4v")
-_ENDINGS: dict[Kind, tuple[str, ...]] = {
+_ENDINGS: dict[ItemKind, tuple[str, ...]] = {
     "video": VIDEOS,
     "mount": (".json",),
     "contacts": (".json",),
@@ -80,7 +81,7 @@ def _files(what: str) -> InputError:
     return InputError("upload-files", what, fix="Choose the files again.")
 
 
-async def adopt(site: Site, id_: str, scale: float) -> Kind:
+async def adopt(site: Site, id_: str, scale: float) -> ItemKind:
     """Put a whole upload on its shelf; who asks again after that gets the same answer.
 
     Args:

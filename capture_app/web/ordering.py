@@ -1,18 +1,24 @@
 """to_order: what a client orders, with paths in the library in place of ids."""
 
 import json
+from typing import cast
 
+from capture_app.commands.calibrate.by_phone import ScanWay
+from capture_app.commands.calibrate.request import AnyWay, CalibrateRequest
+from capture_app.commands.export import ExportRequest
+from capture_app.commands.overlay import OverlayRequest
 from capture_app.commands.render import CompareRequest, RenderRequest
 from capture_app.commands.request import Request
 from capture_app.commands.run import ResolveRequest, RunRequest
-from capture_app.exports.formats import FORMATS as EXPORTS
-from capture_app.exports.formats import Kind
-from capture_app.jobs.orders import ExportOrder
+from capture_app.commands.scan import ScanRequest
+from capture_app.exports.formats import layout_of
 from capture_app.things import Info
+from capture_app.web.by_id import with_paths
+from capture_app.web.library.library import Library
 from capture_app.web.library.results import Results
 from capture_app.web.limited import work
-from capture_app.web.ordering_things import calibrate_order, overlay_order, scan_order
 from capture_app.web.problems import Refused
+from capture_app.web.routes.calibrations import WAYS, Calibration
 from capture_app.web.routes.orders import (
     Compare,
     Export,
@@ -24,7 +30,7 @@ from capture_app.web.routes.orders import (
     Scan,
 )
 from capture_app.web.site import Site
-from capture_app.web.sources import IDENTITY, mount_of, solid_of
+from capture_app.web.sources import IDENTITY, mount_of, scan_of, solid_of
 from omomo_core.whole_file import write_whole
 
 _VIDEO = (960, 540)
@@ -44,17 +50,17 @@ async def to_order(site: Site, id_: str, given: Ordered) -> Request:
         case Resolve():
             return _resolve(library.results, id_, given)
         case Export():
-            return _export(library.results, id_, given)
+            return _export(library, id_, given)
         case Render():
             return _render(library.results, id_, given)
         case Compare():
             return _compare(library.results, id_, given)
         case Overlay():
-            return overlay_order(library, id_, given)
+            return _overlay(library, id_, given)
         case Scan():
-            return scan_order(library, id_, given)
+            return _scan(library, id_, given)
         case _:
-            return calibrate_order(library, id_, given)
+            return _calibrate(library, id_, given)
 
 
 async def _run(site: Site, id_: str, given: Run) -> RunRequest:
@@ -124,15 +130,17 @@ def _resolve(results: Results, id_: str, given: Resolve) -> ResolveRequest:
     )
 
 
-def _export(results: Results, id_: str, given: Export) -> ExportOrder:
-    words = [given.to, given.bones.value, f"{given.fps}fps", *_sample(given.sample)]
-    ending = EXPORTS[Kind(given.to)].endings[0]
-    return ExportOrder(
-        name=f"{results.get(given.result).name} as {given.to}",
-        output=results.make_exports(given.result) / f"{'-'.join([*words, id_])}{ending}",
-        result=results.content(given.result),
-        **given.model_dump(exclude={"kind", "result"}),
-    )
+def _export(library: Library, id_: str, given: Export) -> ExportRequest:
+    results, said = library.results, with_paths(library, id_, given, ExportRequest)
+    sample = _sample(said.get("sample"))
+    words = [given.to, said["bones"].value, f"{said['fps']}fps", *sample, id_]
+    said |= {
+        "name": f"{results.get(given.result).name} as {given.to}",
+        "output": results.make_exports(given.result)
+        / f"{'-'.join(words)}{layout_of(given.to).endings[0]}",
+        "result": results.content(given.result),
+    }
+    return ExportRequest(**said)
 
 
 def _render(results: Results, id_: str, given: Render) -> RenderRequest:
@@ -152,6 +160,45 @@ def _compare(results: Results, id_: str, given: Compare) -> CompareRequest:
         output=results.make_exports(given.results[0]) / f"compare-{id_}.mp4",
         motions=tuple(str(results.content(result)) for result in given.results),
         samples=given.samples,
+    )
+
+
+def _overlay(library: Library, id_: str, given: Overlay) -> OverlayRequest:
+    results, said = library.results, with_paths(library, id_, given, OverlayRequest)
+    if "board_place" in said and said["board_at"] == "room":
+        raise Refused(
+            422,
+            "overlay-board-place",
+            "A board that lies in the room has no place on the object.",
+            where="place",
+            fix="Leave its place out: the clamped phone saw the board, too.",
+        )
+    said |= {
+        "name": f"{results.get(given.result).name} in the film",
+        "output": results.make_exports(given.result) / f"overlay-{id_}.mp4",
+        "result": results.content(given.result),
+    }
+    return OverlayRequest(**said)
+
+
+def _scan(library: Library, id_: str, given: Scan) -> ScanRequest:
+    """A scan; its object has the job's id."""
+    output = library.shelves["object"].folder / id_
+    return ScanRequest(output=output, **with_paths(library, id_, given, ScanRequest))
+
+
+def _calibrate(library: Library, id_: str, given: Calibration) -> CalibrateRequest:
+    """A calibration; its mount has the job's id."""
+    solid, way = solid_of(library, given.object), WAYS[type(given)]
+    if way is ScanWay and getattr(given, "model", None) is None:
+        scan_of(library, given.object)
+    said = with_paths(library, id_, given, way)
+    said |= {"object": solid.path, "mesh_scale": solid.scale}
+    return CalibrateRequest(
+        name=given.name,
+        output=library.shelves["mount"].folder / id_,
+        facts={"object": given.object},
+        way=cast("AnyWay", way(**said)),
     )
 
 

@@ -1,11 +1,13 @@
 """What a report, a scene or a job reads: ids of the library turned into paths."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, create_model
+from pydantic.fields import FieldInfo
 
-from capture_app.coordinates import read_up
+from capture_app.commands.reading import ReadingOptions
+from capture_app.commands.typed import typed_as
 from capture_app.scanning.folder import MODEL
 from capture_app.solid import Solid
 from capture_app.things import FILES
@@ -21,19 +23,24 @@ IDENTITY = "identity"
 MountChoice = Id | Literal["identity"]
 
 
-class ReadAs(BaseModel):
-    """In the query of a report or a scene: what its reader would tell a run."""
-
+class _SeenWith(BaseModel):
     object: Id | None = None
     mount: MountChoice | None = None
-    floor: Annotated[float, Field(allow_inf_nan=False)] | None = None
-    """Height above the session's origin along up, metres; negative below where it started."""
-    up: Annotated[str, Field(max_length=100)] | None = None
-    """A direction in the phone's world, "0,1,0", or the axis of the mesh that is up, "object:z"."""
-    segment: Annotated[int, Field(ge=1, lt=2**31)] | None = None
-    format: Annotated[str, Field(max_length=100)] | None = None
-    stitch: bool = False
-    closure: bool = False
+
+
+def _in_query(field: FieldInfo) -> Any:
+    """A field as the query of an address has it: what is not plain is text."""
+    kind = typed_as(field.annotation)
+    if kind == str | None:
+        return kind, Field(default=None, max_length=100, description=field.description)
+    return field.annotation, field
+
+
+_READING = {name: _in_query(field) for name, field in ReadingOptions.model_fields.items()}
+
+
+class ReadAs(create_model("_Reading", __base__=_SeenWith, **_READING)):
+    """In the query of a report or a scene: what its reader would tell a run."""
 
     @property
     def reading(self) -> Reading:
@@ -42,8 +49,7 @@ class ReadAs(BaseModel):
         Raises:
             InputError: "direction-invalid".
         """
-        up = read_up(self.up, "up")
-        return Reading(self.floor, up, self.stitch, self.closure, self.segment, self.format)
+        return ReadingOptions(**self.model_dump(exclude={"object", "mount"})).reading
 
 
 def solid_of(library: Library, id_: str) -> Solid:

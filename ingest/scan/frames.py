@@ -12,6 +12,7 @@ from jaxtyping import Float64, Int64
 from ingest.formats.depth_png import save_millimetres
 from ingest.formats.pictures import picture_size
 from ingest.report.check import Check
+from ingest.scan.choices import PICTURES
 from ingest.scan.sharpness import Looks, look
 from ingest.scan.sources.stills import Stills, narrowed
 from ingest.scan.types import Frame, Frames, Progress, ScanSource, no_progress
@@ -19,8 +20,6 @@ from ingest.scan.work import Work, key_of, state_of
 from omomo_core.errors import InputError
 
 STAGE = "frames"
-COUNT = 80
-"""Pictures that are picked, if there are as many."""
 FEWEST = 12
 MAX_SIDE = 1600
 """Pixels of the longer side of what is kept; larger pictures are slower and tell no more."""
@@ -35,7 +34,7 @@ def pick_frames(
     source: ScanSource,
     folder: Path,
     *,
-    count: int = COUNT,
+    count: int = PICTURES,
     progress: Progress = no_progress,
 ) -> Frames:
     """Pick pictures and write them, upright, into the work folder as `images` and `depth`.

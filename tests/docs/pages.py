@@ -35,8 +35,9 @@ class Block:
 
 
 def pages() -> list[str]:
-    """README and everything in docs/, as paths in the repository."""
-    return ["README.md", *sorted(f"docs/{path.name}" for path in (REPO / "docs").glob("*.md"))]
+    """README, CONTRIBUTING and everything in docs/, as paths in the repository."""
+    inside = sorted(f"docs/{path.name}" for path in (REPO / "docs").glob("*.md"))
+    return ["README.md", "CONTRIBUTING.md", *inside]
 
 
 def markdown() -> list[str]:

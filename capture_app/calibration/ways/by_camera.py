@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from capture_app.calibration.ways.requests import BoardWay, TrackerWay, Way
+from capture_app.commands.calibrate.by_camera import BoardWay, TrackerWay
+from capture_app.commands.calibrate.way import Way
 from capture_app.progress import Progress
 from ingest.archive import is_archive
 from ingest.calibration.board.camera import load_camera

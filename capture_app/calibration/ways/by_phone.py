@@ -5,9 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from capture_app.calibration.ways.requests import FloorWay, ScanWay, SessionWay
 from capture_app.calibration.ways.stills import chosen_stills
+from capture_app.commands.calibrate.by_phone import FloorWay, ScanWay, SessionWay
 from capture_app.progress import Progress
+from capture_app.scanning.folder import IMAGES, MODEL
 from capture_app.solid import Solid
 from ingest.calibration.board.place import load_place
 from ingest.calibration.board.spec import parse_board
@@ -24,6 +25,7 @@ from ingest.calibration.still import CARRIED
 from ingest.formats.detect import read_session
 from ingest.mount import Mount
 from ingest.mount_file import load_mount
+from ingest.report.scanned import work_folder
 from ingest.scan.sources.model import model_in
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
@@ -34,9 +36,8 @@ def by_session(way: SessionWay, progress: Progress) -> Mount:
     """By one recording in which the object is seen first and the phone clamped afterwards.
 
     Raises:
-        InputError: "session-ways", those of what is read, and of `session_mount`.
+        InputError: those of what is read, and of `session_mount`.
     """
-    _check_one_way(way)
     log, solid = read_session(way.session, way.format), Solid(way.object, way.mesh_scale).load()
     stills, note = chosen_stills(log, way.stills, way.clamped_at, CARRIED)
     placed = _placed(way, log, solid, stills[0].start, progress)
@@ -59,32 +60,16 @@ def _placed(
     return placed_by_board(log, track_session(log, board, progress=progress), place, before)
 
 
-def _check_one_way(way: SessionWay) -> None:
-    if sum(one is not None for one in (way.scan, way.object_pose, way.board)) != 1:
-        raise InputError(
-            "session-ways",
-            "Where the object stood must be said in exactly one way.",
-            where="--scan, --object-pose, --board",
-            fix="Give the scan's mesh, or the object's pose in the session's world, or the board "
-            "that the phone filmed on it.",
-        )
-    if (way.board is None) != (way.place is None):
-        raise InputError(
-            "session-ways",
-            "A board and its place on the object belong together.",
-            where="--board, --board-place",
-            fix="Give both.",
-        )
-
-
 def by_scan(way: ScanWay, progress: Progress) -> Mount:
     """By the clamped phone's pictures found in a scan; progress is told the stage "localise".
 
     Raises:
-        InputError: "scan-ways", "intrinsics-unreadable", those of what is read, and of `scan_mount`.
+        InputError: "scan-missing", those of what is read, and of `scan_mount`.
     """
     places, note = _places(way)
-    T, scale = (np.eye(4), 1.0) if way.to_object is None else load_similarity(way.to_object)
+    T, scale = (
+        (np.eye(4), 1.0) if way.model_to_object is None else load_similarity(way.model_to_object)
+    )
     T[:3, :3] *= scale
     landmarks = read_landmarks(*_model(way), way.database, T)
     mount = scan_mount(landmarks, places, scale_sd=way.scale_sd / 100, progress=progress)
@@ -93,37 +78,29 @@ def by_scan(way: ScanWay, progress: Progress) -> Mount:
 
 def _model(way: ScanWay) -> tuple[Path, Path | None]:
     """The model's folder, also where the folder around it is given, and that of its pictures."""
+    if way.model is None:
+        work = work_folder(way.object)
+        if not (work / MODEL).is_dir():
+            raise InputError(
+                "scan-missing",
+                "The scan that made this mesh is not beside it: there are no pictures to find the phone "
+                "in.",
+                where=str(work),
+                fix="Name the COLMAP model of the object's scan, or make the mesh with `omocap scan`.",
+            )
+        return work / MODEL, way.images or work / IMAGES
     model = model_in(way.model) if way.model.is_dir() else None
     beside = way.model / "images"
     return model or way.model, way.images or (beside if beside.is_dir() else None)
 
 
 def _places(way: ScanWay) -> tuple[list[Views], str]:
-    if (way.session is None) == (way.photos is None):
-        raise InputError(
-            "scan-ways",
-            "What the clamped phone saw must be given in exactly one way.",
-            where="--session, --photos",
-            fix="Give its session with the film, or a folder of photos with --intrinsics.",
-        )
     if way.photos is not None:
-        return [views_in(way.photos, _intrinsics(way))], ""
+        return [views_in(way.photos, np.array(way.intrinsics))], ""
     assert way.session is not None
     log = read_session(way.session, way.format)
     stills, note = chosen_stills(log, way.stills, way.clamped_at, 0.0)
     return [views_of(log, one) for one in stills], note
-
-
-def _intrinsics(way: ScanWay) -> np.ndarray:
-    values = np.array(way.intrinsics or ())
-    if values.shape != (4,) or not (np.isfinite(values).all() and (values[:2] > 0).all()):
-        raise InputError(
-            "intrinsics-unreadable",
-            "Photos need the camera's focal length and centre.",
-            where="--intrinsics",
-            fix="Write fx,fy,cx,cy in pixels of the photos, e.g. 3050,3050,2016,1512.",
-        )
-    return values
 
 
 def by_floor(way: FloorWay) -> Mount:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from capture_app.calibration.phones import need, phone_of
-from capture_app.calibration.ways.requests import ScreenWay
+from capture_app.commands.calibrate.by_camera import ScreenWay
 from ingest.archive import is_archive, unpack
 from ingest.calibration.board.camera import load_camera
 from ingest.calibration.board.place import load_place
@@ -15,15 +15,13 @@ from ingest.calibration.screen.shown import ScreenPose, load_screen_pose, screen
 from ingest.calibration.screen.views import Photo, photos, views_in_model, views_with_board
 from ingest.mount import Mount
 from ingest.mount_file import load_mount
-from omomo_core.errors import InputError
 
 
 def by_screen(way: ScreenWay) -> Mount:
     """By the board on the screen, seen together with the object.
 
     Raises:
-        InputError: "phone-needed", "screen-reference", those of what is read, and of
-            `mount_from_screen`.
+        InputError: "phone-needed", those of what is read, and of `mount_from_screen`.
     """
     phone = need(phone_of(way.phone, way.ruler))
     shown = shown_board(phone, way.turned)
@@ -49,25 +47,14 @@ def see(way: ScreenWay, shown: Board) -> Views:
     """Read the pictures into poses, by the board on the object or by the scan's model.
 
     Raises:
-        InputError: "screen-reference" when neither or both are given, or of what is read.
+        InputError: of what is read.
     """
-    if (way.model is None) == (way.board is None):
-        raise InputError(
-            "screen-reference",
-            "What tells where the object is in the pictures is not given, or given twice.",
-            fix="Name either --board with --place or --model.",
-        )
     if way.model is not None:
         T, scale = load_similarity(way.to_object) if way.to_object else (None, 1.0)
         return views_in_model(_photos(way.photos), shown, way.model, T, scale)
-    fixed = parse_board(way.board or "")
-    if way.place is None:
-        raise InputError(
-            "screen-reference",
-            "Where the board is on the object is not given.",
-            where="--place",
-            fix="Measure three of its corners on the mesh; see `omocap calibrate board --help`.",
-        )
+    assert way.board is not None
+    assert way.place is not None
+    fixed = parse_board(way.board)
     camera = load_camera(way.camera) if way.camera else None
     place = load_place(way.place, fixed)
     return views_with_board(_photos(way.photos), shown, fixed, place, camera)

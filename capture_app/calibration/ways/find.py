@@ -3,14 +3,9 @@
 from capture_app.calibration.ways.by_camera import by_board, by_tracker
 from capture_app.calibration.ways.by_phone import by_floor, by_scan, by_session
 from capture_app.calibration.ways.by_screen import by_screen
-from capture_app.calibration.ways.requests import (
-    AnyWay,
-    BoardWay,
-    FloorWay,
-    ScanWay,
-    ScreenWay,
-    SessionWay,
-)
+from capture_app.commands.calibrate.by_camera import BoardWay, ScreenWay
+from capture_app.commands.calibrate.by_phone import FloorWay, ScanWay, SessionWay
+from capture_app.commands.calibrate.request import AnyWay
 from capture_app.progress import Progress
 from ingest.mount import Mount
 

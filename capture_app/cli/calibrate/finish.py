@@ -1,13 +1,16 @@
 """What every calibration ends with: the mount file, and what it says in millimetres and degrees."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.markup import escape
 from scipy.spatial.transform import Rotation
 
-from capture_app.calibration.ways.requests import AnyWay
 from capture_app.cli.console import output, say
+from capture_app.commands.calibrate.way import Way
+from capture_app.commands.request import validated
 from capture_app.solid import Solid
 from ingest.mount import Mount
 from ingest.uncertainty import bounds_95
@@ -46,15 +49,21 @@ def check_free(path: Path) -> None:
         )
 
 
-def carry_out(way: AnyWay, path: Path) -> None:
+def carry_out(model: type[Way], said: Mapping[str, Any], path: Path) -> None:
     """Find a mount by a recorded way, write it and print what was found.
 
+    Args:
+        model: of the way.
+        said: values of its fields as they were typed.
+        path: of the mount file.
+
     Raises:
-        InputError: see `check_output` and `capture_app.calibration.calibrate`.
+        InputError: see `validated`, `check_output` and `capture_app.calibration.calibrate`.
     """
     from capture_app.calibration.calibrate import calibrate
     from capture_app.cli.console import progress_bars
 
+    way: Any = validated(model, said, "option-invalid", prefix="--")
     check_output(path)
     with progress_bars() as progress:
         mount = calibrate(way, path, progress, picture=_picture(path))

@@ -1,11 +1,13 @@
 """`omocap calibrate screen`: the phone shows a board, another camera sees it with the object."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from capture_app.cli.calibrate import options as given
+from capture_app.cli.derived import derived
+from capture_app.commands.calibrate.by_camera import ScreenWay
+from capture_app.commands.request import validated
 
 Pictures = Annotated[
     Path | None,
@@ -26,10 +28,6 @@ File = Annotated[
 Show = Annotated[
     bool, typer.Option("--show", help="Write the picture to open full screen on the phone.")
 ]
-PhoneFile = Annotated[
-    Path | None,
-    typer.Option(help="Where this very phone's screen is, from --learn.", show_default=False),
-]
 Learn = Annotated[
     Path | None,
     typer.Option(
@@ -38,64 +36,15 @@ Learn = Annotated[
         show_default=False,
     ),
 ]
-BoardText = Annotated[
-    str | None,
-    typer.Option(help="The board on the object, as printed on its sheet.", show_default=False),
-]
-Place = Annotated[
-    Path | None,
-    typer.Option(help="Where that board is on the object: JSON or CSV.", show_default=False),
-]
-CameraFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--camera",
-        help="Intrinsics of the camera that took the pictures; calibrated from the board if not "
-        "given.",
-        show_default=False,
-    ),
-]
-Model = Annotated[
-    Path | None,
-    typer.Option(
-        help="Instead of a board: the COLMAP model of the scan, which has these pictures in it.",
-        show_default=False,
-    ),
-]
-ToObject = Annotated[
-    Path | None,
-    typer.Option(
-        help="4x4 matrix that maps the model into the mesh's frame; none if the mesh was made in "
-        "the model's own.",
-        show_default=False,
-    ),
-]
-Turned = Annotated[
-    int,
-    typer.Option(help="By how many degrees clockwise the picture stood on the screen: 0, 90..."),
-]
-Scale = Annotated[
-    bool,
-    typer.Option("--scale", help="The model has no scale of its own: take it from the screen."),
-]
 
 
+@derived(ScreenWay)
 def screen(
     file: File,
     pictures: Pictures = None,
-    phone: given.MaybePhone = None,
-    ruler: given.Ruler = None,
     show: Show = False,
-    board: BoardText = None,
-    place: Place = None,
-    camera: CameraFile = None,
-    model: Model = None,
-    to_object: ToObject = None,
-    phone_file: PhoneFile = None,
     learn: Learn = None,
-    turned: Turned = 0,
-    scale: Scale = False,
-    mesh: given.MaybeObject = None,
+    **said: Any,
 ) -> None:
     """Find the mount from pictures of the phone's screen, which shows a board, and the object.
 
@@ -104,31 +53,17 @@ def screen(
     another camera, in which the screen and a board fixed on the object are seen (or scan the object
     with the phone on it).
     """
-    from capture_app.calibration.ways.requests import ScreenWay
     from capture_app.cli.calibrate.finish import carry_out, check_free
-    from capture_app.cli.calibrate.phone import needed_phone, ruler_of
+    from capture_app.cli.calibrate.phone import needed_phone
     from capture_app.cli.calibrate.screen_steps import learn_screen, needed_pictures, write_picture
 
     if show:
         check_free(file)
-        write_picture(needed_phone(phone, ruler), file)
+        write_picture(needed_phone(said["phone"], said["ruler"]), file)
         return
-    way = ScreenWay(
-        object=mesh,
-        phone=phone or "",
-        ruler=ruler_of(ruler),
-        photos=needed_pictures(pictures),
-        board=board,
-        place=place,
-        camera=camera,
-        model=model,
-        to_object=to_object,
-        phone_file=phone_file,
-        turned=turned,
-        scale=scale,
-    )
+    asked = {**said, "photos": needed_pictures(pictures)}
     if learn:
         check_free(file)
-        learn_screen(way, learn, file)
+        learn_screen(validated(ScreenWay, asked, "option-invalid", prefix="--"), learn, file)
     else:
-        carry_out(way, file)
+        carry_out(ScreenWay, asked, file)

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from capture_app.calibration.ways.requests import ScreenWay
 from capture_app.cli.console import output
+from capture_app.commands.calibrate.by_camera import ScreenWay
 from ingest.calibration.phone.body import Phone
 from omomo_core.errors import InputError
 

@@ -3,14 +3,14 @@
 from pathlib import Path
 from typing import Any
 
+from capture_app.commands.calibrate.request import CalibrateRequest
 from capture_app.jobs.kinds.thing import ThingWork
-from capture_app.jobs.orders import CalibrateOrder
 from capture_app.jobs.work import Attempt, Kind
 from capture_app.progress import Progress
 from capture_app.things import FILES, PICTURE
 
 
-def _start(order: CalibrateOrder, attempt: Attempt) -> ThingWork:
+def _start(order: CalibrateRequest, attempt: Attempt) -> ThingWork:
     from capture_app.calibration.calibrate import calibrate
     from capture_app.facts import mount_facts
     from capture_app.posters import mount_poster
@@ -27,4 +27,4 @@ def _start(order: CalibrateOrder, attempt: Attempt) -> ThingWork:
     return ThingWork(order, attempt, make)
 
 
-KIND = Kind(CalibrateOrder, _start, {"board": 0.7, "localise": 0.7, "calibrate": 0.3})
+KIND = Kind(CalibrateRequest, _start, {"board": 0.7, "localise": 0.7, "calibrate": 0.3})

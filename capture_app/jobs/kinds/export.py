@@ -1,34 +1,23 @@
 """A result becomes a file of another program."""
 
+from capture_app.commands.export import ExportRequest
 from capture_app.jobs.kinds.file import FileWork
-from capture_app.jobs.orders import ExportOrder
 from capture_app.jobs.work import Attempt, Kind
 
 
-def _start(order: ExportOrder, attempt: Attempt) -> FileWork:
-    from capture_app.exports.bone_names import Bones
-    from capture_app.exports.export import ExportOptions, object_file
-    from capture_app.exports.formats import Kind as Format
+def _start(request: ExportRequest, attempt: Attempt) -> FileWork:
+    from capture_app.exports.export import object_file
     from capture_app.exports.of_result import export_result
-
-    options = ExportOptions(
-        kind=Format(order.to),
-        fps=float(order.fps),
-        up=order.up,
-        units=order.units,
-        bones=Bones(order.bones),
-        skeleton=order.skeleton,
-    )
 
     def write() -> None:
         attempt.progress("export", 0.0)
-        written = export_result(order.result, order.output, order.sample, options)
+        written = export_result(request)
         attempt.progress("export", 1.0)
         for note in written.notes:
             attempt.say(note)
         attempt.tell({"files": [path.name for path in written.files]})
 
-    return FileWork("export", write, [order.output, object_file(order.output)])
+    return FileWork("export", write, [request.output, object_file(request.output)])
 
 
-KIND = Kind(ExportOrder, _start, {"export": 1.0})
+KIND = Kind(ExportRequest, _start, {"export": 1.0})

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from capture_app.jobs.orders import ThingOrder
+from capture_app.commands.request import ItemRequest
 from capture_app.jobs.work import Attempt
 from capture_app.progress import Progress, StageClock
 from capture_app.staging import Staging
@@ -17,7 +17,7 @@ Make = Callable[[Path, Progress], dict[str, Any]]
 class ThingWork:
     """A thing in the making; what an earlier attempt left in its folder may be gone on with."""
 
-    def __init__(self, order: ThingOrder, attempt: Attempt, make: Make) -> None:
+    def __init__(self, order: ItemRequest, attempt: Attempt, make: Make) -> None:
         """Nothing is read yet."""
         self._order, self._attempt, self._fill = order, attempt, make
         self._staging = Staging(order.output, key=attempt.id)

@@ -5,14 +5,15 @@ import re
 import shutil
 from pathlib import Path
 
+from capture_app.commands.inputs import ItemKind
 from capture_app.things import FILES, now
 from capture_app.web.library.folders import keep, sweep_trash
 from capture_app.web.library.notes import Notes
 from capture_app.web.library.results import Results
 from capture_app.web.library.shelf import Shelf, missing
-from capture_app.web.library.uploads import Kind, Uploads
+from capture_app.web.library.uploads import Uploads
 
-SHELVES: dict[Kind, str] = {
+SHELVES: dict[ItemKind, str] = {
     "session": "sessions",
     "object": "objects",
     "mount": "mounts",
@@ -37,7 +38,7 @@ class Library:
         self.cache = self.root / "cache"
         """For what can be made again from nothing that was brought."""
         self.notes = Notes(self.root / "orders")
-        self.shelves: dict[Kind, Shelf] = {
+        self.shelves: dict[ItemKind, Shelf] = {
             kind: Shelf(self.root / name, kind) for kind, name in SHELVES.items()
         }
         self.results = Results(self.root / "results")
@@ -85,7 +86,7 @@ class Library:
         inside = path.relative_to(self.results.folder).parts
         return inside[0].partition(".")[0] if inside else None
 
-    def content(self, id_: str, *kinds: Kind) -> Path:
+    def content(self, id_: str, *kinds: ItemKind) -> Path:
         """What readers are given of a thing of any of these kinds.
 
         Raises:
@@ -124,7 +125,7 @@ class Library:
     @property
     def _shown(self) -> tuple[Path, ...]:
         """Folders of what has a page of its own."""
-        shown: tuple[Kind, ...] = ("session", "object", "mount")
+        shown: tuple[ItemKind, ...] = ("session", "object", "mount")
         return (*(self.shelves[kind].folder for kind in shown), self.results.folder)
 
     @property

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from datetime import datetime
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
-from typing import Literal
 
 from pydantic import BaseModel, Field, ValidationError
 
+from capture_app.commands.inputs import ItemKind
 from capture_app.things import FILES, Name, now, save_info
 from capture_app.web.library.folders import keep_tree, remove_folder
 from capture_app.web.library.ids import new_id
@@ -21,7 +21,6 @@ from capture_app.web.library.members import member_paths
 from capture_app.web.library.shelf import missing
 from capture_app.web.problems import Refused
 
-Kind = Literal["session", "object", "mount", "video", "contacts", "material"]
 """Material is all else that a calibration, an overlay or a scan reads: photos, a log, a model."""
 UPLOAD = "upload.json"
 _REMEMBERED = 16
@@ -40,7 +39,7 @@ class Announced(BaseModel):
 class Upload(BaseModel):
     """upload.json."""
 
-    kind: Kind
+    kind: ItemKind
     name: Name
     created: datetime = Field(default_factory=now)
     files: list[Announced]
@@ -59,7 +58,7 @@ class Uploads:
         # Read for every piece that comes, and as long as the list of its files.
         self._read = lru_cache(_REMEMBERED)(self._load)
 
-    def begin(self, kind: Kind, name: str, files: Sequence[Announced]) -> str:
+    def begin(self, kind: ItemKind, name: str, files: Sequence[Announced]) -> str:
         """Make room for files whose sizes are within the limits.
 
         Returns:

@@ -6,16 +6,16 @@ from typing import Any
 
 from fastapi import APIRouter
 
+from capture_app.commands.inputs import ItemKind
 from capture_app.facts import mesh_facts, mount_facts
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 from capture_app.things import FILES, Info
 from capture_app.web.library.folders import keep_tree
-from capture_app.web.library.uploads import Kind
 from capture_app.web.site import Here, Site
 
 router = APIRouter(prefix="/api/example", tags=["example"])
 
-_THINGS: dict[Kind, tuple[str, str]] = {
+_THINGS: dict[ItemKind, tuple[str, str]] = {
     "session": ("e0e0e0e0e0e0e001", SESSION),
     "object": ("e0e0e0e0e0e0e002", MESH),
     "mount": ("e0e0e0e0e0e0e003", MOUNT),
@@ -26,7 +26,7 @@ _THINGS: dict[Kind, tuple[str, str]] = {
 @router.post("")
 async def example(site: Here) -> dict[str, str]:
     """Put the example into the library, unless it is there."""
-    facts: dict[Kind, dict[str, Any]] = {
+    facts: dict[ItemKind, dict[str, Any]] = {
         "session": {},
         "object": {"mesh": MESH, **await site.heavy.run(mesh_facts, DEMO / MESH, 1.0)},
         "mount": await site.heavy.run(mount_facts, DEMO / MOUNT),
@@ -38,7 +38,7 @@ async def example(site: Here) -> dict[str, str]:
     return {kind: id_ for kind, (id_, _) in _THINGS.items()}
 
 
-def _copy(site: Site, kind: Kind, id_: str, source: Path, facts: dict[str, Any]) -> None:
+def _copy(site: Site, kind: ItemKind, id_: str, source: Path, facts: dict[str, Any]) -> None:
     staging = site.library.scratch / id_
     shutil.rmtree(staging, ignore_errors=True)
     target = staging / FILES / source.name

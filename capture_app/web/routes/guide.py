@@ -6,10 +6,10 @@ from fastapi import APIRouter, Query
 from fastapi.responses import FileResponse
 from pydantic import BaseModel
 
+from capture_app.commands.inputs import Words
 from capture_app.web.cache import key
 from capture_app.web.library.ids import Id
 from capture_app.web.limited import looks, sheets
-from capture_app.web.routes.calibrations import Words
 from capture_app.web.served import served
 from capture_app.web.site import Here
 from ingest.calibration.board.sheet import PAPERS

@@ -6,12 +6,12 @@ from typing import Any
 from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
 
+from capture_app.commands.inputs import ItemKind
 from capture_app.facts import mesh_facts
 from capture_app.things import Info, Name
 from capture_app.web.in_use import refuse_in_use
 from capture_app.web.library.ids import Id
 from capture_app.web.library.library import SHELVES
-from capture_app.web.library.uploads import Kind
 from capture_app.web.site import Here
 from capture_app.web.sources import solid_of
 
@@ -54,7 +54,7 @@ def item(id_: str, info: Info) -> Item:
     return Item(id=id_, **{**info.facts, **head})
 
 
-def routes(kind: Kind) -> APIRouter:
+def routes(kind: ItemKind) -> APIRouter:
     """The routes of one kind."""
     router = APIRouter(prefix=f"/api/{SHELVES[kind]}", tags=[SHELVES[kind]])
 

@@ -4,10 +4,15 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Discriminator, Field, Tag
 
+from capture_app.commands.export import ExportRequest
+from capture_app.commands.inputs import like
+from capture_app.commands.overlay import OverlayRequest
 from capture_app.commands.render import RenderOptions
 from capture_app.commands.run import TakeOptions
-from capture_app.exports.bone_names import Bones
+from capture_app.commands.scan import ScanRequest
+from capture_app.exports.formats import ExportFormat
 from capture_app.things import Name
+from capture_app.web.by_id import by_id
 from capture_app.web.library.ids import Id
 from capture_app.web.routes.calibrations import (
     ByBoard,
@@ -16,16 +21,11 @@ from capture_app.web.routes.calibrations import (
     ByScreen,
     BySession,
     ByTracker,
-    Camera,
-    Place,
-    Words,
-    like,
 )
 from capture_app.web.sources import MountChoice
 
 _EXAMPLE_ID = "0123456789abcdef"
 _Size = tuple[Annotated[int, Field(ge=64, le=3840)], Annotated[int, Field(ge=64, le=2160)]]
-_Number = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class RunOptions(TakeOptions):
@@ -76,6 +76,7 @@ class Resolve(BaseModel):
     video: bool = True
 
 
+@by_id(ExportRequest, leave_out=("name", "output", "blender"))
 class Export(BaseModel):
     """A result becomes a file of another program."""
 
@@ -83,12 +84,7 @@ class Export(BaseModel):
 
     kind: Literal["export"]
     result: Id
-    to: Literal["glb", "bvh", "usd", "fbx", "amass", "csv"]
-    fps: Literal[24, 25, 30, 60] = 30
-    bones: Bones = Bones.smplx
-    up: Literal["y", "z"] | None = None
-    units: Literal["m", "cm"] | None = None
-    sample: Annotated[int, Field(ge=1, le=64)] | None = None
+    to: ExportFormat
 
 
 class Render(RenderOptions):
@@ -113,33 +109,21 @@ class Compare(BaseModel):
     """All samples of each, not only the chosen one."""
 
 
+@by_id(OverlayRequest, leave_out=("name", "output", "result", "backend"))
 class Overlay(BaseModel):
     """A result drawn into a film of the take.
 
     Without `video` the clamped phone's own film. Where its camera stood is told by `board`, by
-    `camera` with T_world_camera, or, for a second phone, by `shared_world`.
+    `camera` with T_world_camera, by `scan`, or, for a second phone, by `shared_world`.
     """
 
     model_config = like(kind="overlay", result=_EXAMPLE_ID, video=_EXAMPLE_ID, board="A4")
 
     kind: Literal["overlay"]
     result: Id
-    video: Id | None = None
-    """A video, or the session of a second phone."""
-    camera: Camera | None = None
-    board: Words | None = None
-    board_at: Literal["object", "room"] = "object"
-    place: Place | None = None
-    """Of the board on the object."""
-    shared_world: bool = False
-    offset: _Number | None = None
-    """Seconds to add to the film's time to get the motion's; found where it can be."""
-    thing: Literal["outline", "drawn", "hidden"] = "outline"
-    opacity: Annotated[float, Field(ge=0, le=1)] = 1.0
-    wipe: bool = False
-    sample: Annotated[int, Field(ge=1, le=64)] | None = None
 
 
+@by_id(ScanRequest, leave_out=("output", "facts", "keep", "replace"))
 class Scan(BaseModel):
     """A film or photos of an object, or a mesh of another app, become an object of the library."""
 
@@ -147,21 +131,6 @@ class Scan(BaseModel):
 
     kind: Literal["scan"]
     name: Name
-    source: Id
-    """A session, a video, or material: photos, a COLMAP model, a mesh."""
-    height: Annotated[float, Field(gt=0, le=10)] | None = None
-    """Of the object, metres; where nothing else says how large it is."""
-    board: Words | None = None
-    """A printed board that lies beside it."""
-    format: Annotated[str, Field(max_length=100)] | None = None
-    """Name of the app to read a recording as that of; see `omocap formats`."""
-    frames: Annotated[int, Field(ge=12, le=400)] = 80
-    poses: bool = True
-    """Use the poses that the phone logged."""
-    box: tuple[_Number, _Number, _Number, _Number, _Number, _Number] | None = None
-    """Lowest and highest corner, metres, where the wrong thing was cut out."""
-    method: Literal["auto", "stereo", "depth", "both"] = "auto"
-    vertices: Annotated[int, Field(ge=500, le=100_000)] = 10_000
 
 
 def _tag(given: Any) -> str:

@@ -7,10 +7,11 @@ from fastapi import APIRouter, Body, Path, Query, Request
 from pydantic import BaseModel, Field
 from starlette.requests import ClientDisconnect
 
+from capture_app.commands.inputs import ItemKind
 from capture_app.things import Name
 from capture_app.web.adopt import adopt, check_announced
 from capture_app.web.library.ids import Id
-from capture_app.web.library.uploads import Announced, Kind, Upload
+from capture_app.web.library.uploads import Announced, Upload
 from capture_app.web.problems import Refused
 from capture_app.web.site import Here, Site
 
@@ -18,7 +19,7 @@ from capture_app.web.site import Here, Site
 class Begin(BaseModel):
     """Files that shall come."""
 
-    kind: Kind
+    kind: ItemKind
     name: Name
     files: list[Announced]
 
@@ -53,7 +54,7 @@ class Received(BaseModel):
 class Adopted(BaseModel):
     """What an upload became."""
 
-    kind: Kind
+    kind: ItemKind
     id: str
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64, UInt8
 
 from ingest.report.check import Check, graded
+from ingest.scan.choices import VERTICES
 from ingest.scan.clean.decimate import decimated, handed_on
 from ingest.scan.clean.frame import object_frame
 from ingest.scan.clean.holes import filled
@@ -15,8 +16,6 @@ from ingest.scan.types import Region, ScanMesh
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 
-VERTICES = 10_000
-"""Of a mesh, if nothing else is said: plenty for a motion."""
 FEWEST_VERTICES, MOST_VERTICES = 500, 100_000
 _WALL = 0.01
 """Metres from a side of the region where a surface is cut by it."""

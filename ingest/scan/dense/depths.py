@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from ingest.formats.depth_png import load_millimetres
+from ingest.scan.choices import Method
 from ingest.scan.dense.depth_map import DepthMap
 from ingest.scan.dense.picture import SmallPictures
 from ingest.scan.dense.stereo import stereo_maps
@@ -15,7 +16,6 @@ from ingest.scan.region.aim import Aim
 from ingest.scan.types import Progress, Registered, View, no_progress
 from omomo_core.errors import InputError
 
-Method = Literal["auto", "stereo", "depth", "both"]
 _WIDTH = 480
 """Pixels of the pictures that are matched."""
 

@@ -1,15 +1,13 @@
 """In which unit a mesh is, guessed from its size where its file does not say."""
 
-from typing import Literal
-
 import numpy as np
 from jaxtyping import Float64
 
 from ingest.mesh import MAX_EXTENT, MIN_EXTENT
 from ingest.report.check import Check
+from ingest.scan.choices import Unit
 from omomo_core.errors import InputError
 
-Unit = Literal["m", "cm", "mm", "in", "ft"]
 METRES: dict[Unit, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 NAMES: dict[Unit, str] = {
     "m": "metres", "cm": "centimetres", "mm": "millimetres", "in": "inches", "ft": "feet"

@@ -156,7 +156,8 @@ def test_a_phone_is_learned_and_used(tmp_path: Path, monkeypatch: pytest.MonkeyP
     from ingest.mount_file import save_mount
 
     save_mount(Mount(truth, "board", covariance=1e-6 * np.eye(6)), tmp_path / "board.json")
-    words = (tmp_path, "--phone", "iPhone 15", "-o")
+    reference = ("--board", "A4", "--place", tmp_path / "place.json")
+    words = (tmp_path, "--phone", "iPhone 15", *reference, "-o")
     _run(screen, *words, tmp_path / "phone.json", "--learn", tmp_path / "board.json")
     learned = json.loads((tmp_path / "phone.json").read_text())
     np.testing.assert_allclose(learned["T_phone_screen"], truth @ inverse(np.eye(4)), atol=1e-9)

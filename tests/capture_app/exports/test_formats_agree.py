@@ -11,9 +11,10 @@ import pytest
 from pxr import Gf, Usd, UsdGeom, UsdSkel
 from scipy.spatial.transform import Rotation
 
+from capture_app.commands.export import ExportOptions
 from capture_app.exports.bone_names import BONE_NAMES, Bones
-from capture_app.exports.export import ExportOptions, export
-from capture_app.exports.formats import Kind
+from capture_app.exports.export import export
+from capture_app.exports.formats import ExportFormat
 from capture_app.exports.resample import Sampled, at_rate
 from omomo_core.body.model import BodyModel
 from omomo_core.learning.recordings.bvh import read_bvh
@@ -36,7 +37,7 @@ SCALE = {"m": 1.0, "cm": 100.0}
 class Case:
     """One motion with options that its number draws."""
 
-    def __init__(self, number: int, kind: Kind, small_motion: Any, body: BodyModel) -> None:
+    def __init__(self, number: int, kind: ExportFormat, small_motion: Any, body: BodyModel) -> None:
         self.human, self.moved = small_motion(number)
         self.body, self.kind = body, kind
         self.fps = RATES[number % 4]
@@ -48,7 +49,7 @@ class Case:
 
     def write(self, path: Path, **options: Any) -> Path:
         given = {"bones": self.bones, "fps": self.fps, **options}
-        export(path, self.human, self.moved, self.body, ExportOptions(self.kind, **given))
+        export(path, self.human, self.moved, self.body, ExportOptions(to=self.kind, **given))
         return path
 
     def free(self) -> dict[str, Any]:
@@ -62,7 +63,7 @@ class Case:
 
 
 @pytest.fixture
-def case(small_motion: Any, shipped: BodyModel) -> Callable[[int, Kind], Case]:
+def case(small_motion: Any, shipped: BodyModel) -> Callable[[int, ExportFormat], Case]:
     return lambda number, kind: Case(number, kind, small_motion, shipped)
 
 
@@ -82,7 +83,7 @@ def homogeneous(R: np.ndarray, place: np.ndarray) -> np.ndarray:
 @EACH
 def test_glb(motions: range, case: Any, true_joints: Any, read_glb: Any, tmp_path: Path) -> None:
     for number in motions:
-        one = case(number, Kind.glb)
+        one = case(number, ExportFormat.glb)
         reader = read_glb(one.write(tmp_path / "a.glb"))
         true = true_joints(one.sampled)
         frames = len(true)
@@ -96,7 +97,7 @@ def test_glb(motions: range, case: Any, true_joints: Any, read_glb: Any, tmp_pat
 @EACH
 def test_bvh(motions: range, case: Any, true_joints: Any, tmp_path: Path) -> None:
     for number in motions:
-        one = case(number, Kind.bvh)
+        one = case(number, ExportFormat.bvh)
         path = one.write(tmp_path / "a.bvh", **one.free())
         read = read_bvh(path, metres_per_unit=1.0)
         thing = read_bvh(tmp_path / "a_object.bvh", metres_per_unit=1.0)
@@ -116,7 +117,7 @@ def test_bvh(motions: range, case: Any, true_joints: Any, tmp_path: Path) -> Non
 @EACH
 def test_bvh_as_bvhio_reads_it(motions: range, case: Any, true_joints: Any, tmp_path: Path) -> None:
     for number in motions:
-        one = case(number, Kind.bvh)
+        one = case(number, ExportFormat.bvh)
         path = one.write(tmp_path / "a.bvh", **one.free())
         true = true_joints(one.sampled)
         root = bvhio.readAsHierarchy(str(path))
@@ -131,7 +132,7 @@ def test_bvh_as_bvhio_reads_it(motions: range, case: Any, true_joints: Any, tmp_
 @EACH
 def test_usd(motions: range, case: Any, true_joints: Any, tmp_path: Path) -> None:
     for number in motions:
-        one = case(number, Kind.usd)
+        one = case(number, ExportFormat.usd)
         ending = ("usda", "usdc", "usd", "usdz")[number % 4]
         path = one.write(tmp_path / f"{number}.{ending}", **one.free())
         stage = Usd.Stage.Open(str(path))
@@ -167,7 +168,7 @@ def usd_poses(stage: Usd.Stage, frames: int) -> tuple[dict[str, np.ndarray], np.
 @EACH
 def test_csv(motions: range, case: Any, true_joints: Any, tmp_path: Path) -> None:
     for number in motions:
-        one = case(number, Kind.csv)
+        one = case(number, ExportFormat.csv)
         with one.write(tmp_path / "a.csv", **one.free()).open(newline="") as file:
             header, *rows = csv.reader(file)
         column = dict(zip(header, np.array(rows, float).T, strict=True))
@@ -193,7 +194,7 @@ def test_amass(
     """Posed on our bones by the definition of SMPL's poses: chained axis-angles, y-up template."""
     rest = shipped.rest_joints.double().numpy()
     for number in motions:
-        one = case(number, Kind.amass)
+        one = case(number, ExportFormat.amass)
         with np.load(one.write(tmp_path / "a.npz", bones=Bones.smplx)) as file:
             data = dict(file)
         assert float(data["mocap_frame_rate"]) == one.fps

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom, UsdSkel
 
+from capture_app.commands.export import ExportOptions
 from capture_app.exports import export as exporting
 from capture_app.exports.bone_names import BONE_NAMES, Bones
-from capture_app.exports.export import ExportOptions, export, object_file
-from capture_app.exports.formats import FORMATS, Kind, frame_of, kind_of, target_of
+from capture_app.exports.export import export, object_file
+from capture_app.exports.formats import FORMATS, ExportFormat, format_of_ending, frame_of, target_of
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.skeleton import ALL_JOINTS
@@ -24,9 +25,12 @@ Write = Any
 @pytest.fixture
 def write(small_motion: Any, shipped: BodyModel) -> Write:
     human, moved = small_motion(2)
-    return lambda path, kind, **rest: export(
-        path, human, moved, shipped, ExportOptions(kind, **rest)
-    )
+
+    def write(path: Path, to: ExportFormat, **said: Any) -> Any:
+        programs = {name: said.pop(name, None) for name in ("skeleton", "blender")}
+        return export(path, human, moved, shipped, ExportOptions(to=to, **said), **programs)
+
+    return write
 
 
 @pytest.mark.parametrize("bones", list(Bones))
@@ -37,19 +41,25 @@ def test_every_joint_has_one_name_in_every_program(bones: Bones) -> None:
 
 
 def test_programs_expect_what_they_are_given() -> None:
-    assert frame_of(Kind.bvh, Bones.smplx, None, None) == ("y", "cm")
-    assert frame_of(Kind.usd, Bones.smplx, None, None) == ("z", "m")
-    assert frame_of(Kind.usd, Bones.unreal, None, None) == ("z", "cm")
-    assert frame_of(Kind.usd, Bones.unity, None, None) == ("y", "m")
-    assert frame_of(Kind.usd, Bones.unreal, "y", "m") == ("y", "m")
-    assert frame_of(Kind.csv, Bones.unreal, None, None) == ("z", "m")
+    assert frame_of(ExportFormat.bvh, Bones.smplx, None, None) == ("y", "cm")
+    assert frame_of(ExportFormat.usd, Bones.smplx, None, None) == ("z", "m")
+    assert frame_of(ExportFormat.usd, Bones.unreal, None, None) == ("z", "cm")
+    assert frame_of(ExportFormat.usd, Bones.unity, None, None) == ("y", "m")
+    assert frame_of(ExportFormat.usd, Bones.unreal, "y", "m") == ("y", "m")
+    assert frame_of(ExportFormat.csv, Bones.unreal, None, None) == ("z", "m")
 
 
 @pytest.mark.parametrize(
     ("kind", "up", "units"),
-    [(Kind.glb, "z", None), (Kind.glb, None, "cm"), (Kind.amass, "y", None)],
+    [
+        (ExportFormat.glb, "z", None),
+        (ExportFormat.glb, None, "cm"),
+        (ExportFormat.amass, "y", None),
+    ],
 )
-def test_axes_that_a_format_does_not_have_are_refused(kind: Kind, up: Any, units: Any) -> None:
+def test_axes_that_a_format_does_not_have_are_refused(
+    kind: ExportFormat, up: Any, units: Any
+) -> None:
     with pytest.raises(InputError) as caught:
         frame_of(kind, Bones.smplx, up, units)
     assert caught.value.code == "frame-fixed"
@@ -57,47 +67,47 @@ def test_axes_that_a_format_does_not_have_are_refused(kind: Kind, up: Any, units
 
 def test_collada_is_answered_with_glb(write: Write, tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
-        write(tmp_path / "a.dae", Kind.dae)
+        write(tmp_path / "a.dae", ExportFormat.dae)
     assert caught.value.code == "format-not-written"
     assert "glb" in caught.value.fix
 
 
 def test_names_of_files(tmp_path: Path) -> None:
-    assert target_of(None, tmp_path, "chair", Kind.usd) == tmp_path / "chair.usdc"
-    assert target_of(tmp_path, Path("x"), "chair", Kind.bvh) == tmp_path / "chair.bvh"
-    assert target_of(Path("a.USDA"), Path("x"), "chair", Kind.usd) == Path("a.USDA")
+    assert target_of(tmp_path, "chair", ExportFormat.usd) == tmp_path / "chair.usdc"
+    assert target_of(tmp_path, "chair", ExportFormat.bvh) == tmp_path / "chair.bvh"
+    assert target_of(Path("a.USDA"), "chair", ExportFormat.usd) == Path("a.USDA")
     with pytest.raises(InputError, match="must end in"):
-        target_of(Path("a.fbx"), Path("x"), "chair", Kind.glb)
+        target_of(Path("a.fbx"), "chair", ExportFormat.glb)
 
 
 def test_an_ending_says_the_format() -> None:
     for kind, form in FORMATS.items():
-        assert [kind_of(Path(f"chair{ending}")) for ending in form.endings] == [kind] * len(
-            form.endings
-        )
-    assert kind_of(Path("chair.GLB")) is Kind.glb
+        assert [format_of_ending(Path(f"chair{ending}")) for ending in form.endings] == [
+            kind
+        ] * len(form.endings)
+    assert format_of_ending(Path("chair.GLB")) is ExportFormat.glb
     for name in ("chair", "chair.dae", "chair.mp4"):
         with pytest.raises(InputError, match=r"\.glb.*\.bvh") as caught:
-            kind_of(Path(name))
+            format_of_ending(Path(name))
         assert caught.value.code == "output-ending"
 
 
 def test_amass_takes_no_other_names(write: Write, tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
-        write(tmp_path / "a.npz", Kind.amass, bones=Bones.unity)
+        write(tmp_path / "a.npz", ExportFormat.amass, bones=Bones.unity)
     assert caught.value.code == "amass-bones"
 
 
 def test_a_skeleton_brings_its_names(write: Write, tmp_path: Path) -> None:
-    write(tmp_path / "own.glb", Kind.glb)
+    write(tmp_path / "own.glb", ExportFormat.glb)
     with pytest.raises(InputError) as caught:
-        write(tmp_path / "a.glb", Kind.glb, bones=Bones.vrm, skeleton=tmp_path / "own.glb")
+        write(tmp_path / "a.glb", ExportFormat.glb, bones=Bones.vrm, skeleton=tmp_path / "own.glb")
     assert caught.value.code == "bones-and-skeleton"
 
 
-@pytest.mark.parametrize("kind", [k for k in FORMATS if k is not Kind.fbx])
+@pytest.mark.parametrize("kind", [k for k in FORMATS if k is not ExportFormat.fbx])
 def test_a_full_disk_leaves_nothing(
-    write: Write, tmp_path: Path, kind: Kind, monkeypatch: pytest.MonkeyPatch
+    write: Write, tmp_path: Path, kind: ExportFormat, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ending = FORMATS[kind].endings[0]
     path = tmp_path / f"a{ending}"
@@ -118,21 +128,21 @@ def test_a_full_disk_leaves_nothing(
 def test_a_folder_is_no_file(write: Write, tmp_path: Path) -> None:
     (tmp_path / "a.glb").mkdir()
     with pytest.raises(InputError) as caught:
-        write(tmp_path / "a.glb", Kind.glb)
+        write(tmp_path / "a.glb", ExportFormat.glb)
     assert caught.value.code == "output-is-folder"
     with pytest.raises(InputError) as caught:
-        write(tmp_path / "none" / "a.glb", Kind.glb)
+        write(tmp_path / "none" / "a.glb", ExportFormat.glb)
     assert caught.value.code == "output-not-writable"
 
 
 def test_bvh_says_where_the_object_went(write: Write, tmp_path: Path) -> None:
     path = tmp_path / "a.bvh"
-    assert write(path, Kind.bvh).files == (path, object_file(path))
+    assert write(path, ExportFormat.bvh).files == (path, object_file(path))
     assert {p.name for p in tmp_path.iterdir()} == {"a.bvh", "a_object.bvh"}
 
 
 def test_usd_skins_the_body(write: Write, tmp_path: Path) -> None:
-    write(tmp_path / "a.usda", Kind.usd)
+    write(tmp_path / "a.usda", ExportFormat.usd)
     stage = Usd.Stage.Open(str(tmp_path / "a.usda"))
     body = stage.GetPrimAtPath("/take/person/body")
     binding = UsdSkel.BindingAPI(body)
@@ -146,7 +156,7 @@ def test_usd_skins_the_body(write: Write, tmp_path: Path) -> None:
 
 
 def test_vrm_names_are_an_animation_of_vrm(write: Write, tmp_path: Path, read_glb: Any) -> None:
-    write(tmp_path / "a.vrma", Kind.glb, bones=Bones.vrm)
+    write(tmp_path / "a.vrma", ExportFormat.glb, bones=Bones.vrm)
     gltf = read_glb(tmp_path / "a.vrma").gltf
     bones = gltf.extensions["VRMC_vrm_animation"]["humanoid"]["humanBones"]
     assert gltf.extensionsUsed == ["VRMC_vrm_animation"]
@@ -157,7 +167,7 @@ def test_vrm_names_are_an_animation_of_vrm(write: Write, tmp_path: Path, read_gl
 
 
 def test_unreals_root_follows_on_the_floor(write: Write, tmp_path: Path, read_glb: Any) -> None:
-    write(tmp_path / "a.glb", Kind.glb, bones=Bones.unreal)
+    write(tmp_path / "a.glb", ExportFormat.glb, bones=Bones.unreal)
     reader = read_glb(tmp_path / "a.glb")
     frames = len(reader.times())
     root, pelvis = (reader.world(n, frames=frames)[:, :3, 3] for n in ("root", "pelvis"))
@@ -171,7 +181,7 @@ def test_fbx_without_blender_is_told(
     monkeypatch.setattr(shutil, "which", lambda name: None)
     for blender in (None, "/nowhere/blender"):
         with pytest.raises(InputError) as caught:
-            write(tmp_path / "a.fbx", Kind.fbx, blender=blender)
+            write(tmp_path / "a.fbx", ExportFormat.fbx, blender=blender)
         assert caught.value.code == "blender-missing"
     assert not list(tmp_path.iterdir())
 
@@ -187,13 +197,13 @@ def test_fbx_is_what_blender_wrote(write: Write, tmp_path: Path) -> None:
     """A stand-in that is called as Blender is; the real one is checked by tools/check_in_blender.sh."""
     script = 'while [ "$1" != -- ]; do shift; done; head -c 4 "$2" > "$3"; echo "$4 $5 $6" >> "$3"'
     blender = fake_blender(tmp_path, script)
-    write(tmp_path / "a.fbx", Kind.fbx, blender=blender, fps=24.0, up="z")
+    write(tmp_path / "a.fbx", ExportFormat.fbx, blender=blender, fps=24, up="z")
     assert (tmp_path / "a.fbx").read_text() == "glTF24 z cm\n"
 
 
 def test_a_blender_that_fails_is_told(write: Write, tmp_path: Path) -> None:
     blender = fake_blender(tmp_path, "echo 'no such operator' >&2; exit 1")
     with pytest.raises(InputError, match="no such operator") as caught:
-        write(tmp_path / "a.fbx", Kind.fbx, blender=blender)
+        write(tmp_path / "a.fbx", ExportFormat.fbx, blender=blender)
     assert caught.value.code == "blender-failed"
     assert not (tmp_path / "a.fbx").exists()

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from capture_app.commands.export import ExportOptions
 from capture_app.exports.bone_names import BONE_NAMES, Bones
 from capture_app.exports.bvh import write_bvh
-from capture_app.exports.export import ExportOptions, export
-from capture_app.exports.formats import Kind
+from capture_app.exports.export import export
+from capture_app.exports.formats import ExportFormat
 from capture_app.exports.glb import write_glb_take
 from capture_app.exports.own_bones import take_on_own_bones
 from capture_app.exports.refit import take_on_target
@@ -204,8 +205,8 @@ def test_our_own_skeleton_changes_nothing(
     tmp_path: Path, holding: Sampled, shipped: BodyModel, read_glb: Any
 ) -> None:
     moving = (holding.human, holding.object_motion, shipped)
-    export(tmp_path / "own.glb", *moving, ExportOptions(Kind.glb, bones=Bones.mixamo))
-    export(tmp_path / "again.glb", *moving, ExportOptions(Kind.glb, skeleton=tmp_path / "own.glb"))
+    export(tmp_path / "own.glb", *moving, ExportOptions(to=ExportFormat.glb, bones=Bones.mixamo))
+    export(tmp_path / "again.glb", *moving, ExportOptions(), skeleton=tmp_path / "own.glb")
     a, b = (read_glb(tmp_path / name) for name in ("own.glb", "again.glb"))
     for name in BONE_NAMES[Bones.mixamo].of.values():
         first, second = (r.world(name, frames=FRAMES)[:, :3, 3] for r in (a, b))
@@ -222,8 +223,14 @@ def test_smplx_poses_are_those_of_the_model(
     raise_shoulders(rest)
     path = tmp_path / "SMPLX_FAKE.npz"
     write_smplx(path, rest)
-    options = ExportOptions(Kind.amass, skeleton=path)
-    export(tmp_path / "a.npz", holding.human, holding.object_motion, shipped, options)
+    export(
+        tmp_path / "a.npz",
+        holding.human,
+        holding.object_motion,
+        shipped,
+        ExportOptions(to=ExportFormat.amass),
+        skeleton=path,
+    )
     with np.load(tmp_path / "a.npz") as file:
         data = dict(file)
     assert bool(data["exact"])

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from capture_app.commands.export import ExportRequest
 from capture_app.commands.render import CompareRequest, RenderRequest
 from capture_app.commands.request import Request
 from capture_app.commands.run import ResolveRequest
 from capture_app.jobs.kinds import KINDS
-from capture_app.jobs.orders import ExportOrder
 from capture_app.jobs.work import Attempt
 from capture_app.manifest import read_manifest
 from capture_app.pipeline import run_take
@@ -40,7 +40,7 @@ def result(inputs, weights: Path) -> Path:
 
 
 def test_export_render_compare_and_resolve(result: Path, tmp_path: Path) -> None:
-    _, told, _ = do(ExportOrder(result=result, to="csv", output=tmp_path / "a.csv"))
+    _, told, _ = do(ExportRequest(result=result, to="csv", output=tmp_path / "a.csv"))
     assert told["files"] == ["a.csv"]
     assert (tmp_path / "a.csv").stat().st_size > 1000
 

@@ -7,12 +7,13 @@ import pytest
 from power import Disk, disk
 from scipy.spatial.transform import Rotation
 
-from capture_app.calibration.ways.requests import TrackerWay
+from capture_app.commands.calibrate.by_camera import TrackerWay
+from capture_app.commands.calibrate.request import CalibrateRequest
+from capture_app.commands.export import ExportRequest
 from capture_app.commands.render import RenderRequest
 from capture_app.commands.request import Request
 from capture_app.commands.run import RunRequest
 from capture_app.jobs.kinds import KINDS
-from capture_app.jobs.orders import CalibrateOrder, ExportOrder
 from capture_app.jobs.work import Attempt
 from capture_app.simulator.carried_box import clamped_phone
 from capture_app.simulator.phone import simulate
@@ -62,7 +63,7 @@ def test_a_motion_a_video_and_an_export(inputs, weights: Path, tmp_path: Path, d
     cut_after_each_stage(order, disk)
     (tmp_path / "exports").mkdir()
     result, exports = order.output, tmp_path / "exports"
-    cut_after_each_stage(ExportOrder(result=result, output=exports / "a.csv", to="csv"), disk)
+    cut_after_each_stage(ExportRequest(result=result, output=exports / "a.csv", to="csv"), disk)
     still = RenderRequest(result=result, output=exports / "a.png", size=(64, 64), still=0.5)
     cut_after_each_stage(still, disk)
 
@@ -76,7 +77,7 @@ def test_a_mount(tmp_path: Path, disk: Disk) -> None:
     np.savetxt(tmp_path / "poses.txt", rows)
     (tmp_path / "mounts").mkdir()
     way = TrackerWay(session=tmp_path / "log", poses=tmp_path / "poses.txt")
-    cut_after_each_stage(CalibrateOrder(output=tmp_path / "mounts" / "one", way=way), disk)
+    cut_after_each_stage(CalibrateRequest(output=tmp_path / "mounts" / "one", way=way), disk)
 
 
 def test_inputs_are_read_once_to_be_hashed(

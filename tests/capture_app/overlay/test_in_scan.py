@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from capture_app.commands.overlay import OverlayRequest
 from capture_app.overlay.film import Film
-from capture_app.overlay.in_scan import Scan, by_scan
+from capture_app.overlay.in_scan import by_scan
 from capture_app.overlay.watcher import Watcher
 from capture_app.simulator.scan_model import drawn_model
 from capture_app.simulator.scan_scene import ScanScene, film, intrinsics, orbit_poses, scan_scene
@@ -25,7 +26,7 @@ class Scanned:
     """A scan of a chair in a room, and the chair's motion in a world of its own."""
 
     scene: ScanScene
-    scan: Scan
+    scan: OverlayRequest
     moved: ObjectMotion
     T_motion_room: np.ndarray
 
@@ -41,7 +42,13 @@ def scanned(tmp_path_factory: pytest.TempPathFactory) -> Scanned:
     T = np.tile(T_motion_room @ scene.T_world_object, (31, 1, 1))
     T[10:, 2, 3] += 0.5  # lifted after a third of a second
     moved = ObjectMotion(scene.mesh, T, np.ones(31, bool))
-    scan = Scan(model.sparse, model.images, folder / "to_object.txt")
+    scan = OverlayRequest(
+        result=folder,
+        output=folder / "film.mp4",
+        scan=model.sparse,
+        scan_images=model.images,
+        model_to_object=folder / "to_object.txt",
+    )
     return Scanned(scene, scan, moved, T_motion_room)
 
 
@@ -74,12 +81,12 @@ def test_a_moving_phone_is_found_in_the_world_of_the_motion(scanned: Scanned) ->
 
 def test_the_time_of_the_scan_is_that_of_the_motion(scanned: Scanned) -> None:
     seen = watcher(scanned, walk(scanned)[:1], np.eye(4))
-    late = Scan(scanned.scan.model, scanned.scan.images, scanned.scan.to_object, seconds=1.0)
+    late = scanned.scan.model_copy(update={"scanned_at": 1.0})
     found = by_scan(late, scanned.moved, seen, lambda stage, done: None)
     assert found[2, 3] == pytest.approx(0.5, abs=0.03)
     with pytest.raises(InputError) as refused:
         by_scan(
-            Scan(scanned.scan.model, scanned.scan.images, scanned.scan.to_object, 9.0),
+            scanned.scan.model_copy(update={"scanned_at": 9.0}),
             scanned.moved,
             seen,
             lambda stage, done: None,

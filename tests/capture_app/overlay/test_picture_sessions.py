@@ -4,13 +4,15 @@ import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import cv2
 import numpy as np
 import pytest
 
-from capture_app.overlay.find import Said, find
-from capture_app.overlay.write import OverlayRequest, overlay_result
+from capture_app.commands.overlay import OverlayRequest
+from capture_app.overlay.find import find
+from capture_app.overlay.write import overlay_result
 from capture_app.result import Result
 from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.phone import simulate
@@ -52,12 +54,16 @@ def taken(watched: Watched, tmp_path_factory: pytest.TempPathFactory) -> Taken:
     return Taken(pictured, replace(watched, motion=motion, human=standing(FRAMES, -0.5)))
 
 
+def _of(**said: Any) -> OverlayRequest:
+    return OverlayRequest(result=Path("result"), output=Path("film.mp4"), **said)
+
+
 @pytest.mark.parametrize(
     "app", [arkit_recorder, nerfcapture, nerfstudio, polycam, record3d, scanner_3d]
 )
 def test_they_are_the_film_of_the_clamped_phone(taken: Taken, tmp_path: Path, app: ModuleType):
     source = app.write(taken.session, tmp_path / "take")
-    aligned = find(taken.result(tmp_path, source), Said(), lambda stage, done: None)
+    aligned = find(taken.result(tmp_path, source), _of(), lambda stage, done: None)
     expected = taken.session.video_times
     assert expected is not None
     np.testing.assert_allclose(aligned.seconds, expected - expected[0], atol=0.02)
@@ -71,7 +77,7 @@ def test_the_person_is_drawn_into_them(taken: Taken, tmp_path: Path):
     source = polycam.write(taken.session, tmp_path / "take")
     result = taken.result(tmp_path, source)
     film = tmp_path / "film.mp4"
-    overlay_result(OverlayRequest(result.folder, film), lambda stage, done: None)
+    overlay_result(OverlayRequest(result=result.folder, output=film), lambda stage, done: None)
     times = taken.session.video_times
     assert times is not None
     drawn = read_frames(film, range(len(times)))
@@ -87,7 +93,7 @@ def test_a_second_phones_are_found_however_they_are_given(taken: Taken, tmp_path
     if given == "archive":
         paths[given] = Path(shutil.make_archive(str(tmp_path / "take"), "zip", source))
     result = taken.result(tmp_path, source)
-    said = Said(paths[given], shared_world=True, offset=-float(taken.session.times[0]))
+    said = _of(video=paths[given], shared_world=True, offset=-float(taken.session.times[0]))
     aligned = find(result, said, lambda stage, done: None)
     times = taken.session.video_times
     assert times is not None
@@ -100,5 +106,5 @@ def test_a_video_and_what_is_neither_are_no_sessions(taken: Taken, tmp_path: Pat
     other.write_bytes(bytes(range(256)) * 20)
     for path in (other, tmp_path / "nowhere.mp4"):
         with pytest.raises(InputError) as caught:
-            find(result, Said(path), lambda stage, done: None)
+            find(result, _of(video=path), lambda stage, done: None)
         assert caught.value.code == "camera-needed"

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from capture_app.commands.overlay import OverlayRequest
 from capture_app.overlay.aligned import own_film
 from capture_app.overlay.eye import eye_of, mount_of, session_of
-from capture_app.overlay.find import Said, find
+from capture_app.overlay.find import find
 from capture_app.overlay.placing import (
     Place,
     arkit_world,
@@ -87,7 +88,13 @@ def test_a_film_of_the_board_alone_tells_camera_and_clock(
     small = replace(watched.witness, camera=watched.witness.camera.at(960, 540), rate=6.0)
     record_witness(tmp_path / "witness.mp4", watched.motion, BOARD, PLACE, small)
     camera = tmp_path / "camera.json" if known else None
-    said = Said(video=tmp_path / "witness.mp4", camera=camera, board="A4")
+    said = OverlayRequest(
+        result=result.folder,
+        output=tmp_path / "film.mp4",
+        video=tmp_path / "witness.mp4",
+        camera=camera,
+        board="A4",
+    )
     aligned = find(result, said, lambda name, done: None)
     assert aligned.seconds[0] == pytest.approx(small.start, abs=0.01)
     middle = watched.motion.T_world_object[:, :3, 3].mean(axis=0)

@@ -62,7 +62,7 @@ def test_session_with_its_object_is_written_here(
     opened: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    replay(DEMO / SESSION, mesh=DEMO / MESH, mount=str(DEMO / MOUNT), browser=False)
+    replay(DEMO / SESSION, mesh=DEMO / MESH, mount=DEMO / MOUNT, browser=False)
     written = tmp_path / "session_replay.html"
     (scene,) = _scenes(written)
     assert scene["object"]["name"] == "box"
@@ -76,7 +76,10 @@ def test_what_cannot_be_shown_leaves_no_file(result: Path, tmp_path: Path) -> No
     for code, act in (
         ("output-ending", lambda: replay(result, file=tmp_path / "x.txt")),
         ("session-missing", lambda: replay(tmp_path / "nothing", file=file)),
-        ("object-unused", lambda: replay(result, mesh=DEMO / MESH, mount="identity", file=file)),
+        (
+            "object-unused",
+            lambda: replay(result, mesh=DEMO / MESH, mount=Path("identity"), file=file),
+        ),
         ("mount-needed", lambda: replay(DEMO / SESSION, mesh=DEMO / MESH, file=file)),
     ):
         with pytest.raises(InputError) as problem:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from capture_app.scanning.request import ScanRequest
+from capture_app.commands.scan import ScanRequest
 from capture_app.scanning.scan import scan_object
 from tests.capture_app.scanning.filmed import Scanned, film_small
 
@@ -11,7 +11,9 @@ from tests.capture_app.scanning.filmed import Scanned, film_small
 def scanned(tmp_path_factory: pytest.TempPathFactory) -> Scanned:
     folder = tmp_path_factory.mktemp("scanning")
     film = film_small(folder / "film")
-    request = ScanRequest(film.path, folder / "box.glb", method="depth", vertices=2000)
+    request = ScanRequest(
+        source=film.path, output=folder / "box.glb", method="depth", vertices=2000
+    )
     told: list[tuple[str, float]] = []
     made = scan_object(request, lambda stage, done: told.append((stage, done)))
     return Scanned(film, made, tuple(told))

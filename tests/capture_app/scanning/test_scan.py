@@ -1,20 +1,18 @@
 """From a film to an object's mesh: right, where it says it is, and whole or not at all."""
 
 import json
-from dataclasses import replace
 
 import igl
 import numpy as np
 import pytest
 import torch
 
+from capture_app.commands.scan import ScanRequest
 from capture_app.scanning.folder import tidy
-from capture_app.scanning.request import ScanRequest
 from capture_app.scanning.scan import scan_object
 from ingest.calibration.scan.landmarks import read_landmarks
 from ingest.colmap import pycolmap
 from ingest.mesh import load_mesh
-from ingest.scan.cameras.options import CameraOptions
 from ingest.scan.region.region import GivenBox
 from omomo_core.errors import InputError
 from omomo_core.geometry.distance_field import distance_field
@@ -82,7 +80,8 @@ def test_progress_goes_on_within_the_long_stages(scanned):
 def test_what_was_made_is_not_made_again(scanned, tmp_path):
     T = scanned.scan.cleaned.T_world_object
     part = GivenBox.around(T[:3, 3], np.array([0.2, 0.2, 0.5]))
-    request = replace(scanned.scan.request, box=part, vertices=800, replace=True)
+    update = {"box": (*part.low, *part.high), "vertices": 800, "replace": True}
+    request = scanned.scan.request.model_copy(update=update)
     told: list[str] = []
     again = scan_object(request, lambda stage, done: told.append(stage))
     assert not {"features", "match"} & set(told)
@@ -91,7 +90,7 @@ def test_what_was_made_is_not_made_again(scanned, tmp_path):
 
 
 def test_a_mesh_of_that_name_stays(scanned):
-    request = replace(scanned.scan.request, replace=False)
+    request = scanned.scan.request.model_copy(update={"replace": False})
     before = request.output.read_bytes()
     with pytest.raises(InputError) as caught:
         scan_object(request, lambda stage, done: None)
@@ -103,7 +102,7 @@ def test_a_folder_of_somebody_else_is_left_alone(scanned, tmp_path):
     other = tmp_path / "thing.scan"
     other.mkdir()
     (other / "letter.txt").write_text("mine")
-    request = replace(scanned.scan.request, output=tmp_path / "thing.glb")
+    request = scanned.scan.request.model_copy(update={"output": tmp_path / "thing.glb"})
     with pytest.raises(InputError) as caught:
         scan_object(request, lambda stage, done: None)
     assert caught.value.code == "scan-folder"
@@ -111,8 +110,8 @@ def test_a_folder_of_somebody_else_is_left_alone(scanned, tmp_path):
 
 
 def test_nothing_appears_when_a_scan_fails(scanned, tmp_path):
-    box = replace(scanned.scan.request, output=tmp_path / "thing.glb", frames=12)
-    nowhere = replace(box, source=scanned.film.path / "absent")
+    box = scanned.scan.request.model_copy(update={"output": tmp_path / "thing.glb", "frames": 12})
+    nowhere = box.model_copy(update={"source": scanned.film.path / "absent"})
     with pytest.raises(InputError):
         scan_object(nowhere, lambda stage, done: None)
     assert not (tmp_path / "thing.glb").exists()
@@ -124,7 +123,7 @@ def test_tidy_leaves_the_report_and_the_model(scanned, tmp_path):
         (work / name).mkdir(parents=True)
     for name in ("report.html", "database.db", "frames.json"):
         (work / name).write_text("")
-    tidy(replace(scanned.scan.request, output=tmp_path / "thing.glb"))
+    tidy(scanned.scan.request.model_copy(update={"output": tmp_path / "thing.glb"}))
     assert {file.name for file in work.iterdir()} == {"model", "images", "report.html"}
 
 
@@ -136,10 +135,10 @@ def test_a_model_that_somebody_made_becomes_the_same_mesh(scanned, tmp_path, kin
     (tmp_path / "model").mkdir()
     (model.write_text if kind == "text" else model.write)(tmp_path / "model")
     request = ScanRequest(
-        tmp_path / "model",
-        tmp_path / "again.glb",
+        source=tmp_path / "model",
+        output=tmp_path / "again.glb",
         images=scanned.scan.request.work / "images",
-        cameras=CameraOptions(metric=True),
+        metric=True,
     )
     made = scan_object(request, lambda stage, done: None)
     assert made.found.method == "stereo"

@@ -1,17 +1,33 @@
 """Boxes and lengths as they are typed."""
 
-import numpy as np
+from pathlib import Path
 
-from capture_app.scanning.words import given_box, picked_length
+import numpy as np
+import pytest
+
+from capture_app.commands.request import validated
+from capture_app.commands.scan import ScanRequest
+from capture_app.scanning.words import picked_length
 from ingest.scan.cameras.options import Length, Sight
+from omomo_core.errors import InputError
+
+ASKED = {"source": Path("film"), "output": Path("chair.glb")}
 
 
 def test_a_box_in_any_order_of_its_corners():
-    box = given_box("1,0.5,2,-1,0,0.25")
+    request = validated(ScanRequest, {**ASKED, "box": "1,0.5,2,-1,0,0.25"}, "invalid")
+    box = request.given_box
     assert box is not None
     np.testing.assert_array_equal(box.low, [-1, 0, 0.25])
     np.testing.assert_array_equal(box.high, [1, 0.5, 2])
-    assert given_box(None) is None
+    assert validated(ScanRequest, ASKED, "invalid").given_box is None
+
+
+@pytest.mark.parametrize("text", ["1,2,3", "1,2,3,4,5,high", "1,2,3,4,5,nan", ""])
+def test_what_is_no_box_is_refused(text: str):
+    with pytest.raises(InputError) as caught:
+        validated(ScanRequest, {**ASKED, "box": text}, "invalid", prefix="--")
+    assert (caught.value.code, caught.value.where) == ("scan-box", "--box")
 
 
 def test_a_length_between_two_picked_points():

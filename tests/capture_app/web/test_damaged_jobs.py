@@ -8,7 +8,7 @@ from pathlib import Path
 import httpx
 import pytest
 
-from capture_app.jobs.orders import ExportOrder
+from capture_app.commands.export import ExportRequest
 from capture_app.jobs.queue import open_queue
 from capture_app.web.library.library import Library
 from capture_app.web.server import open_jobs
@@ -29,7 +29,7 @@ def used(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (library.results.folder / f".{RESULT}.0123456789abcdef.part").mkdir()
     queue = open_queue(library.database)
     for k in range(JOBS):
-        queue.submit(ExportOrder(name=f"{k}", result=place, to="csv", output=place / f"{k}.csv"))
+        queue.submit(ExportRequest(name=f"{k}", result=place, to="csv", output=place / f"{k}.csv"))
     # As a killed server leaves it: the log is not folded into the file.
     copy = root.with_name("killed")
     shutil.copytree(root, copy)
@@ -57,7 +57,7 @@ def test_a_log_that_was_cut_or_overwritten(used: Path, tmp_path: Path, seed: int
     records = queue.list(limit=1000)
     assert len(records) <= JOBS
     assert bool(said) == bool(list(library.root.glob("jobs-damaged-*")))
-    queue.submit(ExportOrder(result=library.root, to="csv", output=library.root / "a.csv"))
+    queue.submit(ExportRequest(result=library.root, to="csv", output=library.root / "a.csv"))
     queue.close()
     assert [id_ for id_, _ in library.results.list()] == [RESULT]
 

@@ -1,0 +1,64 @@
+"""ExportRequest: what can be said about a result that is to become a file of another program."""
+
+from pathlib import Path
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from capture_app.commands.request import Request
+from capture_app.exports.bone_names import Bones
+from capture_app.exports.formats import ExportFormat, Units, UpAxis
+
+
+def _number(value: object) -> object:
+    return int(value) if isinstance(value, str) and value.isdecimal() else value
+
+
+class ExportOptions(BaseModel):
+    """How the file shall be; None leaves it to the format."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    to: Annotated[
+        ExportFormat | None,
+        Field(description="Format; that of the output file's ending if not given."),
+    ] = None
+    fps: Annotated[
+        Literal[24, 25, 30, 60], BeforeValidator(_number), Field(description="Frames a second.")
+    ] = 30
+    up: Annotated[
+        UpAxis | None,
+        Field(description="Up axis; what the format's readers expect if not given."),
+    ] = None
+    units: Annotated[
+        Units | None, Field(description="Unit; what the format's readers expect if not given.")
+    ] = None
+    bones: Annotated[Bones, Field(description="Program whose names the bones shall have.")] = (
+        Bones.smplx
+    )
+    sample: Annotated[
+        int | None,
+        Field(ge=1, le=64, description="Which sample, from 1; the chosen one if not given."),
+    ] = None
+
+
+class ExportRequest(ExportOptions, Request):
+    """A sample of a result becomes a file of another program.
+
+    The output is the file, or a folder for it.
+    """
+
+    KIND: ClassVar[str] = "export"
+    READS: ClassVar[tuple[str, ...]] = ("result", "skeleton")
+
+    result: Path
+    skeleton: Annotated[
+        Path | None,
+        Field(
+            description="Character to move instead of ours: BVH, GLB or VRM with bones named as one of "
+            "--bones does, or a SMPL-X model file."
+        ),
+    ] = None
+    blender: Annotated[
+        str | None, Field(description="Blender that writes FBX, if it is not on the PATH.")
+    ] = None

@@ -1,0 +1,96 @@
+"""How the inputs of a request are named: a path here, an id of the library or a JSON value over HTTP."""
+
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Number = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
+Words = Annotated[str, Field(max_length=200)]
+Point = tuple[Number, Number, Number]
+_Row = tuple[Number, Number, Number, Number]
+Matrix = tuple[_Row, _Row, _Row, _Row]
+"""A pose, row by row; a similarity where its rotation may be scaled."""
+
+PLACE_EXAMPLE = {
+    "points": [
+        {"board_mm": [0, 0], "object": [0.17, -0.06, 0.13]},
+        {"board_mm": [175, 0], "object": [0.17, 0.12, 0.12]},
+        {"board_mm": [175, 245], "object": [0.17, 0.1, -0.13]},
+    ]
+}
+
+
+def like(**example: Any) -> ConfigDict:
+    """Return the configuration of a model of HTTP that has this example."""
+    return ConfigDict(
+        extra="forbid", allow_inf_nan=False, json_schema_extra={"examples": [example]}
+    )
+
+
+class PlacePoint(BaseModel):
+    """A point of a printed board, and where it is on the object."""
+
+    model_config = like(**PLACE_EXAMPLE["points"][0])
+
+    board_mm: tuple[Number, Number]
+    """x and y on the print, from the corner where the arrows start."""
+    object: Point
+    """Metres in the object's frame."""
+
+
+class Place(BaseModel):
+    """Where a board is on the object."""
+
+    model_config = like(**PLACE_EXAMPLE)
+
+    points: Annotated[list[PlacePoint], Field(min_length=3, max_length=200)]
+    sigma_mm: Annotated[float, Field(gt=0, le=100)] = 2.0
+
+
+class Camera(BaseModel):
+    """The intrinsics of a camera, in pixels of its pictures, and its pose where that is known."""
+
+    model_config = like(fx=1430, fy=1430, cx=960, cy=540, width=1920, height=1080)
+
+    fx: Annotated[float, Field(gt=0, le=1e6)]
+    fy: Annotated[float, Field(gt=0, le=1e6)]
+    cx: Number
+    cy: Number
+    distortion: Annotated[list[Number], Field(max_length=14)] = []
+    """OpenCV's k1 k2 p1 p2 k3 ..."""
+    width: Annotated[int, Field(ge=16, le=16384)]
+    height: Annotated[int, Field(ge=16, le=16384)]
+    T_world_camera: Matrix | None = None
+    """Its pose in the world of a result: x right, y down, z ahead."""
+
+
+ItemKind = Literal["session", "object", "mount", "video", "contacts", "material"]
+"""What can be in the library of the page."""
+
+
+@dataclass(frozen=True)
+class Flag:
+    """Marks a field whose command-line option is not named like the field."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class FromLibrary:
+    """Marks a path that a client of the page names by the id of something in the library."""
+
+    kinds: tuple[ItemKind, ...]
+    """What it may be."""
+
+
+@dataclass(frozen=True)
+class Inline:
+    """Marks a path to a small file that a client of the page sends as a JSON value instead."""
+
+    value: Any
+    """Type of the value: a model, or Matrix."""
+    file: str
+    """Name of the file that is written from it."""
+    name: str | None = None
+    """Name of the field over HTTP, where it is another one."""

@@ -1,0 +1,159 @@
+"""ScanRequest: what can be said about a film, photos or a mesh that are to become an object's mesh."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat, model_validator
+
+from capture_app.commands.inputs import Flag, FromLibrary, Words
+from capture_app.commands.request import ItemRequest, place_of
+from capture_app.coordinates import read_box
+from ingest.scan.choices import PICTURES, VERTICES, Method, Unit
+
+if TYPE_CHECKING:
+    from ingest.scan.cameras.options import CameraOptions
+    from ingest.scan.region.region import GivenBox
+
+
+def _box(value: object, info: Any) -> object:
+    return read_box(value, place_of(info)) if isinstance(value, str) else value
+
+
+Corners = tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat]
+
+
+class ScanOptions(BaseModel):
+    """What page and command line alike can say about a scan."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    height: Annotated[
+        float | None,
+        Field(
+            gt=0,
+            le=10,
+            description="The object's height in metres, where nothing else tells its size.",
+        ),
+    ] = None
+    board: Annotated[
+        Words | None,
+        Field(
+            description="A printed board lies beside the object and gives the size: A4, or such as "
+            "5x7:35mm:26mm:DICT_5X5_100."
+        ),
+    ] = None
+    length: Annotated[
+        str | None,
+        Field(
+            max_length=2000,
+            description="A length between two points picked in pictures gives the size: "
+            "METRES:PICTURE,X,Y;PICTURE,X,Y:PICTURE,X,Y;PICTURE,X,Y.",
+        ),
+    ] = None
+    poses: Annotated[bool, Field(description="Use the poses that the phone logged.")] = True
+    camera_axes: Annotated[
+        Words, Field(description="How logged poses are to be read, if an error says so.")
+    ] = "logged"
+    metric: Annotated[
+        bool, Field(description="The COLMAP model is in metres already, and z is up.")
+    ] = False
+    format: Annotated[
+        str | None,
+        Field(
+            max_length=100,
+            description="Read the log as that of this app (a name that `omocap formats` lists), "
+            "whatever it looks like.",
+        ),
+    ] = None
+    frames: Annotated[int, Field(ge=12, le=400, description="Pictures to use.")] = PICTURES
+    box: Annotated[
+        Annotated[Corners, BeforeValidator(_box)] | None,
+        Field(
+            description="Where the object is: lowest and highest corner x,y,z,x,y,z in metres, as in "
+            "the report of an earlier scan. Found if not given."
+        ),
+    ] = None
+    method: Annotated[
+        Method,
+        Field(
+            description="Measure the surface by matching pictures (stereo), by the phone's LiDAR "
+            "(depth), or by both; auto takes all there is."
+        ),
+    ] = "auto"
+    vertices: Annotated[
+        int, Field(ge=500, le=100_000, description="Vertices of the mesh, about.")
+    ] = VERTICES
+    unit: Annotated[
+        Unit | None, Flag("--units"), Field(description="Unit of a mesh of another app.")
+    ] = None
+    object_name: Annotated[
+        Words | None, Field(description="Which object of a mesh that holds several.")
+    ] = None
+
+    @model_validator(mode="after")
+    def _readable(self) -> "ScanOptions":
+        _ = self.cameras
+        return self
+
+    @property
+    def cameras(self) -> "CameraOptions":
+        """How to find the cameras, and what gives the scale.
+
+        Raises:
+            InputError: "scan-length", or those of `parse_board`.
+        """
+        from capture_app.scanning.words import picked_length
+        from ingest.calibration.board.spec import parse_board
+        from ingest.scan.cameras.options import CameraOptions
+
+        return CameraOptions(
+            poses=self.poses,
+            axes=self.camera_axes,
+            board=None if self.board is None else parse_board(self.board),
+            length=picked_length(self.length),
+            height=self.height,
+            metric=self.metric,
+        )
+
+    @property
+    def given_box(self) -> "GivenBox | None":
+        """Where the object is, if it is not to be found."""
+        import numpy as np
+
+        from ingest.scan.region.region import GivenBox
+
+        if self.box is None:
+            return None
+        corners = np.array(self.box).reshape(2, 3)
+        return GivenBox(corners.min(axis=0), corners.max(axis=0))
+
+
+class ScanRequest(ScanOptions, ItemRequest):
+    """A film or photos of an object, or another app's mesh, become the object's mesh.
+
+    The output is the mesh: .glb, .ply or .obj. A job's is the folder of a library item instead.
+    """
+
+    KIND: ClassVar[str] = "scan"
+    READS: ClassVar[tuple[str, ...]] = ("source", "images")
+
+    source: Annotated[Path, FromLibrary(("session", "video", "material"))]
+    """A session with pictures, photos, a video, a COLMAP model, or a mesh that another app made."""
+    images: Annotated[
+        Path | None, Field(description="Folder of the pictures of a COLMAP model.")
+    ] = None
+    keep: Annotated[
+        bool,
+        Field(
+            description="Keep what is slow to make, so that other options for the same film take "
+            "seconds."
+        ),
+    ] = True
+    replace: Annotated[bool, Field(description="Replace an earlier mesh of the same name.")] = False
+
+    @property
+    def work(self) -> Path:
+        """The folder beside the mesh: report, pictures, COLMAP model, and kept stages."""
+        from ingest.report.scanned import work_folder
+
+        return work_folder(self.output)

@@ -1,0 +1,12 @@
+"""What a user may choose of a scan; it imports nothing, so that the command line starts at once."""
+
+from typing import Literal
+
+Method = Literal["auto", "stereo", "depth", "both"]
+"""The surface is measured by matching pictures (stereo), by LiDAR (depth), by both, or by all there is."""
+Unit = Literal["m", "cm", "mm", "in", "ft"]
+"""Of a mesh that another app made."""
+PICTURES = 80
+"""Pictures of a film to use."""
+VERTICES = 10_000
+"""Of the mesh, about."""
