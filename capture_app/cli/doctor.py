@@ -11,7 +11,7 @@ from capture_app.cli import options as given
 from capture_app.cli.console import output
 
 if TYPE_CHECKING:
-    from capture_app.doctor import Check
+    from capture_app.doctor import HealthCheck
     from omomo_core.config import Number
 
 _COLOUR = {"ok": "green", "warn": "yellow", "bad": "red"}
@@ -41,7 +41,7 @@ def doctor(config: Config = False, as_json: given.AsJson = False) -> None:
         raise typer.Exit(2)
 
 
-def _print_checks(checks: list["Check"]) -> None:
+def _print_checks(checks: list["HealthCheck"]) -> None:
     table = Table(box=None, pad_edge=False, show_header=False)
     for check in checks:
         found = Text(check.found)
