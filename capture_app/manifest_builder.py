@@ -69,7 +69,8 @@ def correction_manifest(
     first = before.manifest
     return Manifest(
         inputs=first.inputs,
-        options={**first.options, "video_size": _size(request.video_size)},
+        options=first.options
+        | {"video_size": _size(request.video_size), "video_view": request.video_view},
         config=recorded_config(),
         segment=first.segment,
         floor=first.floor,

@@ -15,6 +15,7 @@ from omomo_core.generation.person import Person
 from omomo_core.motion import FPS, HumanMotion, ObjectMotion
 from render.third_person import frames
 from render.video import write_video
+from render.views import View, shot
 
 
 def export_sample(
@@ -40,16 +41,18 @@ def draw_sample(
     object_motion: ObjectMotion,
     body: BodyModel,
     size: tuple[int, int],
+    view: View,
     progress: Progress,
 ) -> None:
     """Write the video.
 
     Args:
-        folder, person, moved, body: as for `export_sample`.
+        folder, person, object_motion, body: as for `export_sample`.
         size: width and height in pixels.
-        progress: told the stage "video".
+        view: where it is seen from.
+        progress: progress callback of the stage "video".
     """
-    pictures = _watched(person.human, object_motion, body, size, progress)
+    pictures = _watched(person.human, object_motion, body, size, view, progress)
     write_video(folder / VIDEO, pictures, FPS)
 
 
@@ -58,9 +61,22 @@ def _watched(
     object_motion: ObjectMotion,
     body: BodyModel,
     size: tuple[int, int],
+    view: View,
     progress: Progress,
 ) -> Iterator[UInt8[np.ndarray, "h w 3"]]:
-    """The video's pictures, told to `progress` as they are drawn."""
-    for k, picture in enumerate(frames(human, object_motion, body, width=size[0], height=size[1])):
+    """The video's pictures; `progress` is called as they are drawn."""
+    width, height = size
+    seen = shot(view, human, object_motion, width, height)
+    pictures = frames(
+        human,
+        object_motion,
+        body,
+        width=width,
+        height=height,
+        cameras=seen.cameras,
+        extra=seen.tracks,
+        pixels_per_metre=seen.pixels_per_metre,
+    )
+    for k, picture in enumerate(pictures):
         yield picture
         progress("video", (k + 1) / len(human.root))

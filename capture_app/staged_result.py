@@ -102,9 +102,9 @@ class StagedResult(ABC, Generic[Request]):
         """Draw the chosen sample."""
         if size := self.request.video_size:
             person = self.sample.person
-            draw_sample(
-                self.staging.folder, person, self.object_motion, self.body, size, self.clock
-            )
+            view = self.request.video_view
+            motion, body = self.object_motion, self.body
+            draw_sample(self.staging.folder, person, motion, body, size, view, self.clock)
 
     def finish(self) -> None:
         """Write the manifest and put the folder in place; nothing to do where that is done."""

@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, Field, FiniteFloat
 
 from capture_app.commands.inputs import Flag
 from capture_app.commands.reading import ReadingOptions
+from capture_app.commands.render import View
 from capture_app.commands.request import Request, VideoSize, place_of
 from capture_app.coordinates import read_place
 
@@ -26,6 +27,9 @@ def _stood(value: object, info: Any) -> object:
 Stood = Annotated[tuple[FiniteFloat, FiniteFloat] | Literal["phone"], BeforeValidator(_stood)]
 
 Size = Annotated[VideoSize | None, Field(description="Width x height of the pictures in pixels.")]
+VideoView = Annotated[
+    View, Flag("--view"), Field(description="View of the video; see `omocap render --help`.")
+]
 Replace = Annotated[bool, Field(description="Replace an earlier result of the same name.")]
 
 
@@ -118,6 +122,7 @@ class RunRequest(TakeOptions, Request):
     ] = 1.0
     video_size: Size = (960, 540)
     """None makes no video."""
+    video_view: VideoView = "third"
     replace: Replace = False
 
     @property
@@ -155,4 +160,5 @@ class ResolveRequest(Request):
     contacts: Annotated[Path, Field(description="The result's contacts.json as you want it.")]
     video_size: Size = (960, 540)
     """None makes no video."""
+    video_view: VideoView = "third"
     replace: Replace = False

@@ -13,6 +13,7 @@ from capture_app.pipeline import run_take
 from capture_app.rerun import request_of
 from capture_app.result import body_of, load_result
 from omomo_core.errors import OmocapError
+from render.video import read_frames
 
 # `inputs` writes the files of a good take: see conftest.py.
 Inputs = Any
@@ -38,6 +39,19 @@ def test_a_take_becomes_a_result_folder(inputs: Inputs, weights: Path) -> None:
     assert len(made.motions) == len(made.manifest.scores) == 2
     with av.open(str(inputs.output / "motion.mp4")) as video:
         assert sum(1 for _ in video.decode(video=0)) == frames
+
+
+def test_the_video_is_seen_from_where_it_is_asked_for(inputs: Inputs, weights: Path) -> None:
+    asked = {"video_size": (96, 64), "samples": 1}
+    first = run_take(inputs.request(weights).model_copy(update=asked), silent)
+    again = {"replace": True, "video_view": "top"}
+    usual = read_frames(first.folder / "motion.mp4", [0])[0].astype(int)
+    above = run_take(inputs.request(weights).model_copy(update=asked | again), silent)
+    seen = read_frames(above.folder / "motion.mp4", [0])[0].astype(int)
+    assert np.abs(usual - seen).max() > 40
+    for was, now in zip(first.motions, above.motions, strict=True):
+        np.testing.assert_array_equal(was.joints, now.joints)
+    assert request_of(above.manifest, inputs.output).video_view == "top"
 
 
 def test_the_object_moves_as_the_phone_did(inputs: Inputs, weights: Path) -> None:
