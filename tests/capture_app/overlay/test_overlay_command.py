@@ -19,7 +19,6 @@ from capture_app.overlay.aligned import watched as seen_by
 from capture_app.overlay.placing import Place
 from capture_app.overlay.watcher import on_tripod
 from capture_app.result import load_result
-from capture_app.simulator.witness import object_poses
 from ingest.calibration.board.lens import distorted
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from omomo_core.errors import InputError
@@ -33,6 +32,7 @@ from render.props import floor, rigid_object
 from render.retimed import retimed
 from render.scene import Scene
 from render.video import read_frames, write_video
+from tests.simulator.witness import object_poses
 
 # Made in conftest.py.
 Watched = Any

@@ -10,9 +10,6 @@ import pycolmap
 import pytest
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.scan_log import scan_log, with_pictures
-from capture_app.simulator.scan_model import SimulatedModel, drawn_model, triangulated_model
-from capture_app.simulator.scan_scene import ScanScene, film, intrinsics, orbit_poses, scan_scene
 from ingest.calibration.scan.landmarks import Landmarks, read_landmarks
 from ingest.calibration.scan.localise import View, localise
 from ingest.calibration.scan.scan import scan_mount
@@ -22,6 +19,9 @@ from ingest.mount import Mount
 from ingest.session import CaptureSession
 from ingest.uncertainty import between, bounds_95
 from omomo_core.errors import InputError
+from tests.simulator.scan_log import scan_log, with_pictures
+from tests.simulator.scan_model import SimulatedModel, drawn_model, triangulated_model
+from tests.simulator.scan_scene import ScanScene, film, intrinsics, orbit_poses, scan_scene
 
 WIDTH = 640
 AT = (15.8, 16.7, 22.2, 23.1)

@@ -9,10 +9,6 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.scan_camera import PERFECT
-from capture_app.simulator.scan_objects import carton
-from capture_app.simulator.scan_scene import ScanScene, scan_scene
-from capture_app.simulator.scan_views import true_views
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from ingest.formats.depth_png import load_millimetres
 from ingest.scan.clean.pieces import main_piece
@@ -32,6 +28,10 @@ from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from render.scene import Drawable
 from tests.ingest.scan.orbiting import ring
+from tests.simulator.scan_camera import PERFECT
+from tests.simulator.scan_objects import carton
+from tests.simulator.scan_scene import ScanScene, scan_scene
+from tests.simulator.scan_views import true_views
 
 WIDTH = 144
 

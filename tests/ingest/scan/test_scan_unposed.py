@@ -8,8 +8,6 @@ import cv2
 import numpy as np
 import pytest
 
-from capture_app.simulator.scan_film import ScanFilm, around, film_photos
-from capture_app.simulator.scan_scene import scan_scene
 from ingest.calibration.board.spec import PRESETS
 from ingest.scan.cameras.measured import by_length, crossing, project
 from ingest.scan.cameras.options import CameraOptions, Length, Sight
@@ -21,6 +19,8 @@ from ingest.uncertainty import rotation
 from omomo_core.errors import InputError
 from render.cameras import look_at
 from tests.ingest.scan.filmed import STEADY, off, with_board
+from tests.simulator.scan_film import ScanFilm, around, film_photos
+from tests.simulator.scan_scene import scan_scene
 
 BOARD = PRESETS["A3"]
 
