@@ -166,18 +166,6 @@ class Region:
 
 
 @dataclass(frozen=True)
-class SurfacePoints:
-    """Points of a surface, in the world."""
-
-    points: Float64[np.ndarray, "points 3"]
-    normals: Float64[np.ndarray, "points 3"]
-    """Unit, outwards: towards the cameras that saw them."""
-    colours: UInt8[np.ndarray, "points 3"]
-    weight: Float32[np.ndarray, " points"]
-    """How many pictures agree, or the like; more is surer."""
-
-
-@dataclass(frozen=True)
 class ScanMesh:
     """A surface with its colours, metres."""
 
