@@ -1,19 +1,20 @@
 """What makes two trackers' motions doubtful, and what is said then."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
 from ingest.calibration.hand_eye.drift import check_drift, drift_of, undrifted
 from ingest.calibration.hand_eye.guess import first_guess, motions
 from ingest.calibration.hand_eye.model import Fit
-from ingest.calibration.hand_eye.readings import READINGS, OtherReading
 from ingest.calibration.hand_eye.samples import Samples
 from ingest.calibration.hand_eye.streams import PoseStream
 from ingest.calibration.hand_eye.timing import Offset
 from omomo_core.errors import InputError
+from omomo_core.geometry.transforms import inverse
 
 _LEAST_TURN = np.radians(8.0)
 _MOST_WILD = 0.45
@@ -32,6 +33,18 @@ LEAST_SAMPLES = 8
 
 Gather = Callable[[PoseStream, PoseStream], Samples]
 """Pairs two streams' poses of the same moments."""
+
+
+Poses = Float64[np.ndarray, "poses 4 4"]
+
+
+@dataclass(frozen=True)
+class OtherReading:
+    """A way in which a file of poses is often wrong."""
+
+    fault: str
+    fix: str
+    read: Callable[[Poses], Poses]
 
 
 def check_turns(phone: PoseStream) -> None:
@@ -124,7 +137,7 @@ def _better_reading(
 ) -> tuple[str, OtherReading | None]:
     """The other reading of one of the streams that fits by far the best, if there is one."""
     found: list[tuple[float, str, OtherReading]] = []
-    for reading in READINGS:
+    for reading in _READINGS:
         again = replace(phone, T=reading.read(phone.T))
         by_phone = _loose(gather(again, target))
         again = replace(target, T=reading.read(target.T))
@@ -148,3 +161,51 @@ def _loose(samples: Samples) -> float:
     turn = left[:, :3, :3] @ right[:, :3, :3].swapaxes(-1, -2)
     shift = np.linalg.norm(left[:, :3, 3] - right[:, :3, 3], axis=1)
     return float(np.median(Rotation.from_matrix(turn).magnitude() + shift))
+
+
+def _order(T: Poses, order: list[int]) -> Poses:
+    """The rotations if the numbers of their quaternions stood in another order."""
+    out = T.copy()
+    quaternion = Rotation.from_matrix(T[:, :3, :3]).as_quat()
+    out[:, :3, :3] = Rotation.from_quat(quaternion[:, order]).as_matrix()
+    return out
+
+
+def _turned_back(T: Poses) -> Poses:
+    out = T.copy()
+    out[:, :3, :3] = T[:, :3, :3].swapaxes(-1, -2)
+    return out
+
+
+def _mirrored(T: Poses) -> Poses:
+    flip = np.diag([1.0, 1.0, -1.0, 1.0])
+    return flip @ T @ flip
+
+
+_READINGS = (
+    OtherReading(
+        "is inverted",
+        "Its poses must map the moving thing's points into the resting frame; invert each.",
+        inverse,
+    ),
+    OtherReading(
+        "has quaternions with w first, read as if x were first",
+        "Write quaternions as x, y, z, w.",
+        lambda T: _order(T, [1, 2, 3, 0]),
+    ),
+    OtherReading(
+        "has quaternions with x first, read as if w were first",
+        "Write quaternions as x, y, z, w.",
+        lambda T: _order(T, [3, 0, 1, 2]),
+    ),
+    OtherReading(
+        "has its rotations inverted but not its positions",
+        "Give both of the moving thing in the resting frame.",
+        _turned_back,
+    ),
+    OtherReading(
+        "is mirrored (left-handed)",
+        "Turn the left-handed axes of its program (Unity, Unreal) into right-handed ones.",
+        _mirrored,
+    ),
+)

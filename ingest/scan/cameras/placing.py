@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from jaxtyping import Float64
 
 from ingest.colmap import pycolmap
+from ingest.formats.depth_png import load_millimetres
 from ingest.report.check import Check
-from ingest.scan.cameras.depth_scale import depth_scale
 from ingest.scan.cameras.gravity import looked_at, upright
 from ingest.scan.cameras.measured import by_board, by_length
 from ingest.scan.cameras.metric import Similarity, to_phone
@@ -25,6 +26,8 @@ _USUAL = 1.5
 """Metres from which people film; for a scan whose size is told at its end."""
 _DIFFERENT = 0.02
 """Part by which two scales differ that do not agree."""
+_FEWEST = 100
+"""Points with a depth."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +82,7 @@ def place(
     T = poses_of(model, names)
     distance = np.median(np.linalg.norm(T[:, :3, 3] - looked_at(T), axis=1))
     # Depth maps join in what follows only if the metre is theirs meanwhile.
-    metres = depth_scale(model, frames) or _USUAL / float(distance)
+    metres = _depth_scale(model, frames) or _USUAL / float(distance)
     laid(model, Similarity(metres, np.eye(3), np.zeros(3)))
     return Placed(Scale(0.5, "height", f"the object's height of {options.height} m"), up)
 
@@ -129,3 +132,41 @@ def _compared(factor: float, before: Scale | None, scale: Scale) -> tuple[Check,
     )
     fix = "Measure the object, and check the board's squares with a ruler."
     return (Check("scale", "warn", message, None, fix),)
+
+
+def _depth_scale(model: pycolmap.Reconstruction, frames: Mapping[str, Frame]) -> float | None:
+    """Metres in one unit of a reconstruction: sparse points against depth maps, median.
+
+    Args:
+        model: the reconstruction, of any size.
+        frames: its pictures by their name.
+
+    Returns:
+        None where too few points have a depth.
+    """
+    ratios = [
+        _ratios(model, image, frames[image.name])
+        for image in model.images.values()
+        if image.has_pose and image.name in frames
+    ]
+    found = np.concatenate([np.empty(0), *ratios])
+    return float(np.median(found)) if len(found) >= _FEWEST else None
+
+
+def _ratios(
+    model: pycolmap.Reconstruction, image: pycolmap.Image, frame: Frame
+) -> Float64[np.ndarray, " points"]:
+    seen = [point for point in image.points2D if point.has_point3D()]
+    if frame.depth is None or not seen:
+        return np.empty(0)
+    depth = load_millimetres(frame.depth)
+    camera = model.cameras[image.camera_id]
+    scale = np.array(depth.shape[::-1]) / [camera.width, camera.height]
+    # COLMAP counts pixels from the corner of the first one.
+    u, v = (np.array([point.xy for point in seen]) * scale).astype(int).T
+    measured = depth[v.clip(0, depth.shape[0] - 1), u.clip(0, depth.shape[1] - 1)]
+    T = image.cam_from_world().matrix()
+    places = np.array([model.points3D[point.point3D_id].xyz for point in seen])
+    z = places @ T[2, :3] + T[2, 3]
+    known = (measured > 0) & (z > 0)
+    return measured[known] / z[known]

@@ -15,11 +15,10 @@ from ingest.scan.clean.pieces import main_piece
 from ingest.scan.dense import stereo
 from ingest.scan.dense.cloud import cloud
 from ingest.scan.dense.dense import dense_surface
-from ingest.scan.dense.depth_map import agreed, pixel_rays, stereo_depth
+from ingest.scan.dense.depth_map import agreed, pixel_rays, smoothed, stereo_depth
 from ingest.scan.dense.depths import measure_depths
-from ingest.scan.dense.neighbours import depth_range, neighbours
 from ingest.scan.dense.picture import SmallPictures, at_pixels, matrix_for
-from ingest.scan.dense.smoothing import smoothed
+from ingest.scan.dense.stereo import depth_range, neighbours
 from ingest.scan.dense.surface import seen_at, solid_surface
 from ingest.scan.dense.volume import Box, Volume
 from ingest.scan.region.aim import Aim
