@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from capture_app.calibration.picking import ENOUGH, POINTS, Picking
-from ingest.calibration.points.correspondences import Pair
+from ingest.calibration.points.correspondences import PointPair
 from omomo_core.motion import ObjectMesh
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ class PickPage:
         if self.picking.enough:
             self._done.set()
 
-    def wait(self) -> Sequence[Pair]:
+    def wait(self) -> Sequence[PointPair]:
         """The pairs, once Finish was pressed."""
         while not self._done.wait(0.2):  # in short waits, so that Ctrl-C ends it
             pass
@@ -96,7 +96,7 @@ class PickPage:
         self._list.content = f"| | point | on the object (m) |\n|-|-|-|\n{rows}{more}"
         self._finish.disabled = not self.picking.enough
 
-    def _mark(self, k: int, pair: Pair) -> tuple[Any, Any]:
+    def _mark(self, k: int, pair: PointPair) -> tuple[Any, Any]:
         scene, radius = self._server.scene, 0.012 * self._size
         ball = scene.add_icosphere(
             f"/picked/{k}/point", radius=radius, color=_MARK, position=pair.object
@@ -125,7 +125,7 @@ def _show(server: "ViserServer", mesh: ObjectMesh, size: float) -> None:
 
 def pick_points(
     mesh: ObjectMesh, tell: Callable[[str], None], *, sigma: float | None = None
-) -> Sequence[Pair]:
+) -> Sequence[PointPair]:
     """Let a person match points of the phone with the mesh in a browser.
 
     Args:

@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 from jaxtyping import Float64
 
-from ingest.calibration.points.correspondences import Pair
+from ingest.calibration.points.correspondences import PointPair
 from ingest.calibration.points.fit import PICKING
 from omomo_core.motion import ObjectMesh
 
@@ -41,10 +41,10 @@ class Picking:
     def __init__(self, mesh: ObjectMesh, sigma: float = PICKING) -> None:
         self._solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
         self._sigma = sigma
-        self._pairs: list[Pair] = []
+        self._pairs: list[PointPair] = []
 
     @property
-    def pairs(self) -> Sequence[Pair]:
+    def pairs(self) -> Sequence[PointPair]:
         """In the order picked."""
         return tuple(self._pairs)
 
@@ -74,7 +74,7 @@ class Picking:
         name: str,
         origin: tuple[float, float, float],
         direction: tuple[float, float, float],
-    ) -> Pair | None:
+    ) -> PointPair | None:
         """Match a point of the phone with where the ray meets the mesh; None beside it.
 
         A point that was matched before moves there.
@@ -84,7 +84,7 @@ class Picking:
             return None
         self._pairs = [pair for pair in self._pairs if pair.phone != name]
         self._pairs.append(
-            Pair(name, (place[0].item(), place[1].item(), place[2].item()), self._sigma)
+            PointPair(name, (place[0].item(), place[1].item(), place[2].item()), self._sigma)
         )
         return self._pairs[-1]
 

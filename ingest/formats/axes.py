@@ -9,7 +9,7 @@ from jaxtyping import Float64
 from ingest.axes import T_OPENCV_ARKIT_CAMERA, T_ZUP_ARKIT
 from ingest.formats.pick import head_lines
 from ingest.formats.poses import check_poses, poses_from_quaternions
-from ingest.formats.table import Table
+from ingest.formats.table import NumberTable
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 
@@ -39,7 +39,7 @@ def opencv_poses(
 
 
 def session_of_poses(
-    app: str, path: Path, table: Table, times: Float64[np.ndarray, " frames"], usual: str
+    app: str, path: Path, table: NumberTable, times: Float64[np.ndarray, " frames"], usual: str
 ) -> CaptureSession:
     """The session of a log that holds camera poses alone, in axes that it may state in comments.
 

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from ingest.formats.cameras import one_size
 from ingest.formats.pick import first_row, floats
 from ingest.formats.poses import check_poses, poses_from_quaternions
-from ingest.formats.table import Table, TextRows, numbers, read_rows
+from ingest.formats.table import NumberTable, TextRows, numbers, read_rows
 from ingest.session import CaptureSession, DepthLog
 from omomo_core.errors import InputError
 
@@ -110,7 +110,7 @@ def _log(path: Path) -> Path:
     return path / "poses.txt" if path.is_dir() else path
 
 
-def _tracking_ok(text: TextRows, table: Table) -> Bool[np.ndarray, " frames"]:
+def _tracking_ok(text: TextRows, table: NumberTable) -> Bool[np.ndarray, " frames"]:
     statuses = [row[1] for row in text.rows]
     for i, status in enumerate(statuses):
         if status not in STATUSES:

@@ -16,8 +16,8 @@ VERSION = "1"
 
 
 @dataclass(frozen=True)
-class Work:
-    """A folder of finished stages, each with the key of what it was made from."""
+class StageCache:
+    """A folder that keeps finished stages, each with the key of its inputs."""
 
     folder: Path
 

@@ -13,7 +13,7 @@ from capture_app.calibration.picking import ENOUGH, POINTS
 from ingest.calibration.drawing.directions import numbers, rotation_in_words
 from ingest.calibration.drawing.drawing import MEASURED, PRINTED
 from ingest.calibration.phone.body import body_point, phone_named
-from ingest.calibration.points.correspondences import Pair, load_pairs, save_pairs
+from ingest.calibration.points.correspondences import PointPair, load_pairs, save_pairs
 from ingest.calibration.points.picked import MAX_OFFSET, mount_from_pairs
 from omomo_core.errors import InputError
 
@@ -66,7 +66,7 @@ def _ask_points(talk: Talk, known: Known) -> Words:
     return [str(path)]
 
 
-def _kept(talk: Talk, known: Known, pairs: Sequence[Pair]) -> Path:
+def _kept(talk: Talk, known: Known, pairs: Sequence[PointPair]) -> Path:
     """What was typed is written before it is judged, so that a wrong number can be mended."""
     path = known.fresh("points.json")
     save_pairs(pairs, path)
@@ -74,25 +74,25 @@ def _kept(talk: Talk, known: Known, pairs: Sequence[Pair]) -> Path:
     return path
 
 
-def _typed_points(talk: Talk) -> Path | list[Pair]:
+def _typed_points(talk: Talk) -> Path | list[PointPair]:
     """As many as the person knows, of the points that have names; or a file."""
     talk.tell(
         f"{AXES} Enter skips a point that you cannot reach; the word done ends the list. You may "
         "also give a file of pairs (CSV or JSON), such as one that was kept."
     )
-    pairs: list[Pair] = []
+    pairs: list[PointPair] = []
     for name in POINTS:
         answer = talk.until_right(lambda name=name: _typed_point(talk, name, len(pairs)))
         if isinstance(answer, Path):
             return answer
         if answer == "done":
             break
-        if isinstance(answer, Pair):
+        if isinstance(answer, PointPair):
             pairs.append(answer)
     return pairs
 
 
-def _typed_point(talk: Talk, name: str, count: int) -> Pair | Path | str:
+def _typed_point(talk: Talk, name: str, count: int) -> PointPair | Path | str:
     """The pair of a point, a file of pairs, "done", or nothing."""
     answer = talk.ask(f"{name} ({count} so far)", "")
     if answer in ("", "done"):
@@ -100,10 +100,10 @@ def _typed_point(talk: Talk, name: str, count: int) -> Pair | Path | str:
     if (path := as_path(answer)).is_file():
         return path
     x, y, z = numbers(answer, 3, name).tolist()
-    return Pair(name, (x, y, z))
+    return PointPair(name, (x, y, z))
 
 
-def _check_pairs(pairs: list[Pair], known: Known) -> Finding:
+def _check_pairs(pairs: list[PointPair], known: Known) -> Finding:
     picked = mount_from_pairs(pairs, known.model)
     names, places = [pair.name for pair in pairs], np.array([pair.object for pair in pairs])
     doubts = astray(known.solid, names, places, _HELD_OFF)

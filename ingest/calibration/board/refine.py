@@ -16,8 +16,8 @@ _DONE = 1e-7
 
 
 @dataclass(frozen=True)
-class Fit:
-    """A pose per frame and what it leaves over."""
+class BoardFit:
+    """The pose of the board in each frame, and its residuals."""
 
     T: Float64[np.ndarray, "frames 4 4"]
     """T_camera_board."""
@@ -31,7 +31,7 @@ def fit(
     sightings: Sightings,
     used: Bool[np.ndarray, "frames corners"],
     start: Float64[np.ndarray, "frames 4 4"],
-) -> Fit:
+) -> BoardFit:
     """The poses nearest to `start` at which the corners used reproject best."""
     T = start.copy()
     damping = np.full(len(T), 1e-3)
@@ -54,7 +54,7 @@ def fit(
         damping[k] *= np.where(better, 0.2, 8.0)
         open_[k] = (np.abs(step).max(axis=1) > _DONE) & (damping[k] < 1e6)
     off = np.linalg.norm(residuals(sightings, T), axis=-1) * sightings.seen
-    return Fit(T, off, cost)
+    return BoardFit(T, off, cost)
 
 
 def covariances(

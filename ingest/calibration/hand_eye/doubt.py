@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from ingest.calibration.hand_eye.drift import check_drift, drift_of, undrifted
 from ingest.calibration.hand_eye.guess import first_guess, motions
-from ingest.calibration.hand_eye.model import Fit
+from ingest.calibration.hand_eye.model import HandEyeFit
 from ingest.calibration.hand_eye.samples import Samples
 from ingest.calibration.hand_eye.streams import PoseStream
 from ingest.calibration.hand_eye.timing import Offset
@@ -80,21 +80,21 @@ def other_motion(offset: Offset) -> InputError:
     )
 
 
-def moves_as_one(fit: Fit) -> bool:
+def moves_as_one(fit: HandEyeFit) -> bool:
     """Whether the mount explains most of the samples, and closely."""
     mm, deg = rms(fit)
     close = deg < _LOOSE_DEG and mm < _LOOSE_MM
     return bool(1 - fit.kept.mean() < _MOST_WILD and close and (fit.walk < _MOST_WALK).all())
 
 
-def rms(fit: Fit) -> tuple[float, float]:
+def rms(fit: HandEyeFit) -> tuple[float, float]:
     """mm, deg over the samples kept."""
     square = (fit.errors[fit.kept] ** 2).reshape(-1, 2, 3).sum(axis=-1).mean(axis=0)
     return 1e3 * float(np.sqrt(square[1])), float(np.degrees(np.sqrt(square[0])))
 
 
 def check_fit(
-    fit: Fit, samples: Samples, streams: tuple[PoseStream, PoseStream], gather: Gather
+    fit: HandEyeFit, samples: Samples, streams: tuple[PoseStream, PoseStream], gather: Gather
 ) -> None:
     """Refuse trackers that do not move as one thing, and say why if another reading explains it."""
     one = moves_as_one(fit)
@@ -116,7 +116,7 @@ def check_fit(
         )
 
 
-def _apart(fit: Fit) -> InputError:
+def _apart(fit: HandEyeFit) -> InputError:
     mm, deg = rms(fit)
     walk = fit.walk * [np.degrees(1), 1e3]
     return InputError(

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from ingest.calibration.session.align import (
     REACH,
-    Surface,
+    SampledSurface,
     cost,
     differ,
     fit,
@@ -107,7 +107,7 @@ def _same_vertices(mesh: ObjectMesh, scan: ObjectMesh) -> Float64[np.ndarray, "4
 def _covariance(
     T: Float64[np.ndarray, "4 4"],
     points: Float64[np.ndarray, "points 3"],
-    surface: Surface,
+    surface: SampledSurface,
     error: float,
     mesh: ObjectMesh,
 ) -> Float64[np.ndarray, "6 6"]:

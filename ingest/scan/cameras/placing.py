@@ -31,8 +31,8 @@ _FEWEST = 100
 
 
 @dataclass(frozen=True)
-class Placed:
-    """What a reconstruction was placed by."""
+class ModelPlacement:
+    """What gave a reconstruction its scale and its upright."""
 
     scale: Scale
     up: Up
@@ -48,7 +48,7 @@ def place(
     gravity: bool,
     straightened: Path,
     progress: Progress,
-) -> Placed:
+) -> ModelPlacement:
     """Lay a reconstruction into the world, in place.
 
     A board goes before a picked length, that before the phone's poses, and those before a height,
@@ -67,7 +67,7 @@ def place(
         InputError: of `by_board` and `by_length`.
     """
     if options.metric:
-        return Placed(Scale(0.005, "given", "the model's own, as somebody says"), "given")
+        return ModelPlacement(Scale(0.005, "given", "the model's own, as somebody says"), "given")
     names = names_of(model)
     placed = _by_phone(model, names, frames) if logged else None
     up: Up = "arkit"
@@ -78,13 +78,13 @@ def place(
     if options.board is not None or options.length is not None:
         return _measured(model, names, frames, options, placed, up, straightened, progress)
     if placed is not None:
-        return Placed(placed, up)
+        return ModelPlacement(placed, up)
     T = poses_of(model, names)
     distance = np.median(np.linalg.norm(T[:, :3, 3] - looked_at(T), axis=1))
     # Depth maps join in what follows only if the metre is theirs meanwhile.
     metres = _depth_scale(model, frames) or _USUAL / float(distance)
     laid(model, Similarity(metres, np.eye(3), np.zeros(3)))
-    return Placed(Scale(0.5, "height", f"the object's height of {options.height} m"), up)
+    return ModelPlacement(Scale(0.5, "height", f"the object's height of {options.height} m"), up)
 
 
 def _by_phone(
@@ -106,7 +106,7 @@ def _measured(
     up: Up,
     straightened: Path,
     progress: Progress,
-) -> Placed:
+) -> ModelPlacement:
     """The size by a board or a length; place and up stay where a phone or the floor says them."""
     views = views_of(model, names, frames, straightened)
     if options.board is not None:
@@ -120,7 +120,7 @@ def _measured(
         assert options.length is not None
         factor, scale = by_length(views, options.length)
     laid(model, Similarity(factor, np.eye(3), np.zeros(3)))
-    return Placed(scale, up, _compared(factor, before, scale))
+    return ModelPlacement(scale, up, _compared(factor, before, scale))
 
 
 def _compared(factor: float, before: Scale | None, scale: Scale) -> tuple[Check, ...]:

@@ -14,7 +14,7 @@ from capture_app.cli.calibrate.drawing import drawing
 from capture_app.cli.calibrate.points import points
 from capture_app.cli.calibrate.screen import screen
 from ingest.calibration.phone.body import body_point, phone_body, phone_named
-from ingest.calibration.points.correspondences import Pair
+from ingest.calibration.points.correspondences import PointPair
 from ingest.mount import Mount
 from ingest.mount_file import load_mount
 from omomo_core.errors import InputError
@@ -81,7 +81,7 @@ def test_points_refused(tmp_path: Path):
 def test_points_picked_on_the_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     mesh = tmp_path / "box.obj"
     trimesh.creation.box((0.3, 0.3, 0.3)).export(mesh)
-    picked = [Pair(name, tuple(body_point(PHONE, name).tolist())) for name in CORNERS]
+    picked = [PointPair(name, tuple(body_point(PHONE, name).tolist())) for name in CORNERS]
     monkeypatch.setattr("capture_app.calibration.pick.pick_points", lambda *_, **__: picked)
     path = tmp_path / "mount.json"
     _run(points, "-o", path, "--pick", "--object", mesh, "--phone", "iPhone 15")
@@ -138,7 +138,7 @@ def test_the_picture_for_the_screen(tmp_path: Path):
 
 
 def test_a_phone_is_learned_and_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    from ingest.calibration.screen.screen import Views
+    from ingest.calibration.screen.screen import ScreenViews
     from ingest.calibration.screen.shown import screen_board, screen_of_board
     from omomo_core.geometry.transforms import inverse
 
@@ -146,7 +146,7 @@ def test_a_phone_is_learned_and_used(tmp_path: Path, monkeypatch: pytest.MonkeyP
     T_camera_screen[:3, 3] = [0.0, 0.0, 0.5]
     T_camera_board = T_camera_screen @ screen_of_board(screen_board(PHONE), 0)
     small = np.tile(1e-8 * np.eye(6), (2, 1, 1))
-    views = Views(
+    views = ScreenViews(
         np.tile(T_camera_board, (2, 1, 1)), small, np.tile(T_camera_screen, (2, 1, 1)), small,
         np.eye(4), small[0],
     )  # fmt: skip

@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from ingest.calibration.scan.landmarks import Landmarks, read_landmarks
-from ingest.calibration.scan.localise import View, localise
+from ingest.calibration.scan.localise import PhonePicture, localise
 from ingest.calibration.scan.scan import scan_mount
 from ingest.calibration.scan.views import Views, views_in, views_of
 from ingest.calibration.still import clamped_stills
@@ -67,7 +67,7 @@ def _views(scene: ScanScene, poses: dict[str, np.ndarray]) -> list[Views]:
     pictures = film(scene, poses.values(), WIDTH)
     greys = [np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)) for picture, _ in pictures]
     return [
-        Views(name, (View(name, grey, intrinsics(WIDTH)),))
+        Views(name, (PhonePicture(name, grey, intrinsics(WIDTH)),))
         for name, grey in zip(poses, greys, strict=True)
     ]
 
