@@ -1,6 +1,6 @@
 """Closed-form fits: the nearest rotation of a matrix, and the similarity between two point sets."""
 
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 import roma
@@ -15,7 +15,8 @@ def nearest_rotation(
 
     With M = sum of a_i b_i^T this is the R of least squares with a = R b (Kabsch).
     """
-    return roma.special_procrustes(torch.from_numpy(np.ascontiguousarray(M))).numpy()
+    R = roma.special_procrustes(torch.from_numpy(np.ascontiguousarray(M)))
+    return cast(torch.Tensor, R).numpy()
 
 
 class SimilarityTransform(NamedTuple):
