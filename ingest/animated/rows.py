@@ -33,7 +33,7 @@ def numbers(rows: TextRows, width: int, columns: Sequence[int]) -> NumberTable:
 
 
 def not_finite(where: str) -> InputError:
-    """What is said of a pose with NaN or infinity."""
+    """The error for a pose with NaN or infinity."""
     return InputError(
         "pose-not-finite",
         "The pose has NaN or infinity where a number belongs.",

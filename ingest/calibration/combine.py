@@ -1,4 +1,4 @@
-"""combine: several results of one mount become one that is surer than each."""
+"""combine: fuse several results of one mount, weighted by their covariances."""
 
 from collections.abc import Sequence
 from dataclasses import replace

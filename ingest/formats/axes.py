@@ -34,7 +34,7 @@ def arkit_poses(
 def opencv_poses(
     T_world_phone: Float64[np.ndarray, "frames 4 4"],
 ) -> Float64[np.ndarray, "frames 4 4"]:
-    """The inverse of `arkit_poses`."""
+    """Poses with ARKit's camera axes as poses with OpenCV's; inverse of `arkit_poses`."""
     return T_ZUP_ARKIT @ T_world_phone @ T_OPENCV_ARKIT_CAMERA
 
 

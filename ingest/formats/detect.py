@@ -1,4 +1,4 @@
-"""Which app wrote this? read_session finds the session, looks at the content and reads it."""
+"""read_session: find a session, recognise its format by the content, and read it."""
 
 import re
 from collections.abc import Sequence

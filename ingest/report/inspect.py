@@ -1,4 +1,4 @@
-"""inspect_session: every check on a take."""
+"""inspect_session: all checks of a take."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Whether the images fit the poses: axes read wrong put what two images share in no one place."""
+"""Test of the poses' axes by the epipolar geometry of pairs of images."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

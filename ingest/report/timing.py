@@ -17,11 +17,11 @@ _DROP_WINDOW, _DROP = 61, 1.6
 _MILLISECOND = 1e-3
 _LENGTH_UNITS = (("centimetres", 1e-2), ("millimetres", 1e-3))
 _TOO_FAST, _FAST = 3.0, (0.1, 2.0)
-"""m/s: nobody's in the fastest tenth of a take, and what is somebody's."""
+"""m/s at the 90th percentile of a take: more than anybody moves, and the usual range."""
 
 
 def duration(session: CaptureSession) -> Check:
-    """How long the take is."""
+    """Check of the length of the take."""
     seconds = float(session.times[-1] - session.times[0])
     message = f"{seconds:.1f} s, {len(session.times)} poses"
     if seconds > _LONG_SECONDS:

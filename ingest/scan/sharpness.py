@@ -27,7 +27,7 @@ _FLOW = 160
 
 @dataclass(frozen=True)
 class Looks:
-    """What the candidates look like, seen once and small."""
+    """Sharpness and content of the candidate pictures, from reduced copies."""
 
     candidates: tuple[int, ...]
     """Places of the pictures that could be decoded."""
@@ -40,7 +40,7 @@ class Looks:
 
     @property
     def blurred(self) -> Bool[np.ndarray, " candidates"]:
-        """Whether a picture is of no use."""
+        """Whether a picture is too blurred to be used."""
         return (self.sharpness < _BLURRED) | (self.blur > _SOFT)
 
 

@@ -19,7 +19,7 @@ Progress = Callable[[str, float], None]
 
 
 def no_progress(stage: str, done: float) -> None:
-    """Tells nobody."""
+    """Progress callback that does nothing."""
 
 
 @runtime_checkable
@@ -28,7 +28,7 @@ class Pictures(Protocol):
 
     @property
     def names(self) -> Sequence[str]:
-        """Of all of them in their order, for people; each once."""
+        """Names of all pictures in their order, each unique."""
         ...
 
     def greys(self, wanted: Sequence[int], width: int) -> Iterator[tuple[int, Grey]]:

@@ -63,7 +63,7 @@ def covariances(
     T: Float64[np.ndarray, "frames 4 4"],
     sigma: Float64[np.ndarray, " frames"],
 ) -> Float64[np.ndarray, "frames 6 6"]:
-    """Of poses that corners with errors of `sigma` pixels along each axis lead to.
+    """Covariances of the poses, for corners with errors of `sigma` pixels along each axis.
 
     Of `ingest.uncertainty`: rotation (rad), then translation (m), in the camera's axes.
     """
@@ -86,7 +86,7 @@ def residuals(
 def jacobian(
     sightings: Sightings, T: Float64[np.ndarray, "frames 4 4"]
 ) -> Float64[np.ndarray, "frames corners 2 6"]:
-    """Of the projection (pixels) to a step of `ingest.uncertainty.moved`."""
+    """Jacobian of the projection (pixels) by a step of `ingest.uncertainty.moved`."""
     arm = sightings.points @ T[:, :3, :3].swapaxes(1, 2)
     P = arm + T[:, None, :3, 3]
     depth = np.where(P[..., 2:] > 1e-6, P[..., 2:], 1e-6)

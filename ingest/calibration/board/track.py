@@ -59,7 +59,7 @@ class BoardTrack:
 
 @dataclass
 class _Seen:
-    """What is kept of the pictures: little, however many there are."""
+    """What is kept of the pictures; its size does not grow with their number."""
 
     source: str
     size: tuple[int, int] = (0, 0)
@@ -189,7 +189,7 @@ def _look(pictures: Iterator[Picture], board: Board, source: str) -> _Seen:
 
 
 def _explained(seen: _Seen, board: Board, shown: int) -> InputError:
-    """What is wrong with pictures that hardly show the board."""
+    """The error for pictures that hardly show the board."""
     if shown and fits(seen.samples, board):
         return InputError(
             "board-few",

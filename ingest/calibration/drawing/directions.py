@@ -1,4 +1,4 @@
-"""How the phone is turned, in the words that people use or in numbers, and what contradicts itself."""
+"""The phone's rotation from named directions or from numbers, with checks for contradictions."""
 
 import re
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""When the object stands on the floor, as far as the phone alone can tell."""
+"""Find the intervals in which the object stands on the floor, from the phone's poses alone."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -45,7 +45,7 @@ class Contact:
 
     @property
     def height(self) -> float:
-        """Of the camera over the origin of the session's world, metres."""
+        """Height of the camera over the origin of the session's world, metres."""
         return float(self.place[2])
 
     @property

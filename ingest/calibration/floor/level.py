@@ -1,4 +1,4 @@
-"""How high the floor is in a session's world, and how one may know."""
+"""Height of the floor in a session's world, and the evidence for it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""How far gravity, floor and tracking may be off, and what that does to the residuals of contacts."""
+"""Noise of gravity, floor and tracking, propagated to the residuals of contacts."""
 
 from collections.abc import Sequence
 
@@ -29,7 +29,7 @@ def contact_covariance(
     level: FloorLevel,
     T_phone_object: Float64[np.ndarray, "4 4"],
 ) -> Float64[np.ndarray, "n n"]:
-    """Of the residuals that `ingest.calibration.floor.refine` makes: two tilts each, then all heights.
+    """Covariance of the residuals of `ingest.calibration.floor.refine`: two tilts each, then all heights.
 
     What several contacts share (the session's gravity, a side of the mesh, drift) makes them err
     alike, so that a hundred contacts are not ten times as sure as one.

@@ -56,7 +56,7 @@ class FloorProblem:
         return np.concatenate([*tilts, heights])
 
     def jacobian(self, T: Float64[np.ndarray, "4 4"]) -> Float64[np.ndarray, "n 6"]:
-        """Of `errors`, by a step of `ingest.uncertainty.moved`."""
+        """Jacobian of `errors` by a step of `ingest.uncertainty.moved`."""
         none = np.zeros((2, 3))
         tilts = [
             np.hstack([-tangent(contact.down).T @ skew(T[:3, :3] @ side.down), none])

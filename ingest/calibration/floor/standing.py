@@ -1,4 +1,4 @@
-"""On which side the object stands when, under a mount that is roughly right."""
+"""Assign to each contact with the floor the side on which the object stands, given a rough mount."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""What the floor fixed of a mount, and what it left open, in words."""
+"""Sentences that say which directions of a mount the floor determines, and which it leaves open."""
 
 from collections.abc import Sequence
 
@@ -72,7 +72,7 @@ def what_was_fixed(
 def _directions(
     T_phone_object: Float64[np.ndarray, "4 4"], standing: StandingContact
 ) -> dict[str, Float64[np.ndarray, "n 6"]]:
-    """From the mount's error to that of tilt and heading (rad), height and place of the feet (m)."""
+    """Matrix that maps the mount's error to that of tilt and heading (rad), height and feet (m)."""
     down, across = standing.contact.down, tangent(standing.contact.down).T
     turn, none = np.eye(3), np.zeros((3, 3))
     feet = np.concatenate(

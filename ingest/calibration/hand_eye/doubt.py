@@ -1,4 +1,4 @@
-"""What makes two trackers' motions doubtful, and what is said then."""
+"""Checks of two trackers' motions: too little turning, different motions, another convention of poses."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -40,7 +40,7 @@ Poses = Float64[np.ndarray, "poses 4 4"]
 
 @dataclass(frozen=True)
 class OtherReading:
-    """A way in which a file of poses is often wrong."""
+    """A common mistake in a file of poses, and the function that undoes it."""
 
     fault: str
     fix: str
@@ -61,7 +61,7 @@ def check_turns(phone: PoseStream) -> None:
 
 
 def short() -> InputError:
-    """Too little was seen by both."""
+    """The error when too few poses of both trackers coincide."""
     return InputError(
         "calibration-short",
         f"Both trackers saw the object together in fewer than {LEAST_SAMPLES} poses.",
@@ -70,7 +70,7 @@ def short() -> InputError:
 
 
 def other_motion(offset: Offset) -> InputError:
-    """They followed different motions."""
+    """The error when the two trackers followed different motions."""
     return InputError(
         "calibration-clocks",
         "The phone and the other tracker never turn alike, whatever the offset of their clocks "
@@ -88,7 +88,7 @@ def moves_as_one(fit: HandEyeFit) -> bool:
 
 
 def rms(fit: HandEyeFit) -> tuple[float, float]:
-    """mm, deg over the samples kept."""
+    """Root mean square of the residuals of the samples kept: mm, deg."""
     square = (fit.errors[fit.kept] ** 2).reshape(-1, 2, 3).sum(axis=-1).mean(axis=0)
     return 1e3 * float(np.sqrt(square[1])), float(np.degrees(np.sqrt(square[0])))
 
@@ -151,7 +151,7 @@ def _better_reading(
 
 
 def _loose(samples: Samples) -> float:
-    """What the closed form leaves over, in radians: the median over relative motions."""
+    """Residual of the closed form, in radians: the median over relative motions."""
     rng = np.random.default_rng(0)
     moved = motions(samples, rng)
     if len(moved.A) < LEAST_SAMPLES:

@@ -38,7 +38,7 @@ class Drift:
 
     @property
     def per_metre(self) -> float:
-        """Of drift per metre walked."""
+        """Drift per metre walked."""
         return self.metres / max(self.walked, 1e-3)
 
 

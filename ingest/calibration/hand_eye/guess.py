@@ -1,4 +1,4 @@
-"""A first mount in closed form from relative motions, whatever part of the poses is wrong.
+"""A first mount in closed form from relative motions, robust against wrong poses.
 
 A X = X B for relative motions A of the phone and B of the target. Rotations by matching rotation
 vectors (Park and Martin 1994), found by consensus; then translations, linear.

@@ -1,4 +1,4 @@
-"""What is solved for, and how far it is from what both trackers saw.
+"""The unknowns of the hand-eye calibration, and their residuals.
 
 P_i X = Z_i O_i, with P the phone in its world, O the target in its camera, X the mount and Z the
 place of that camera in the phone's world. ARKit drifts: Z is another one at each sample.
@@ -50,7 +50,7 @@ def world(fit: HandEyeFit) -> Float64[np.ndarray, "n 4 4"]:
 
 
 def errors(fit: HandEyeFit, samples: Samples) -> Float64[np.ndarray, "n 6"]:
-    """What is left between the target as the phone has it and as the camera has it."""
+    """Residuals between the target's pose by the phone and by the camera."""
     seen = world(fit) @ samples.T_camera_target
     carried = samples.T_world_phone @ fit.T_phone_target
     carried[:, :3, 3] += fit.scale * _undrifted_place(fit, samples)
@@ -60,7 +60,7 @@ def errors(fit: HandEyeFit, samples: Samples) -> Float64[np.ndarray, "n 6"]:
 def jacobians(
     fit: HandEyeFit, samples: Samples
 ) -> tuple[Float64[np.ndarray, "n 6 8"], Float64[np.ndarray, "n 6 6"]]:
-    """Of the errors, by mount, offset and scale, and by the drift at each sample."""
+    """Jacobians of the errors by mount, offset and scale, and by the drift at each sample."""
     n = len(samples.times)
     R_P = samples.T_world_phone[:, :3, :3]
     arm = R_P @ fit.T_phone_target[:3, 3]
@@ -83,7 +83,7 @@ def _undrifted_place(fit: HandEyeFit, samples: Samples) -> Float64[np.ndarray, "
 
 
 def target_velocity(fit: HandEyeFit, samples: Samples) -> Float64[np.ndarray, "n 6"]:
-    """Of the target in the phone's world: rad/s, m/s; what an error of a stamp moves it along."""
+    """Velocity of the target in the phone's world (rad/s, m/s), along which an error of a stamp moves it."""
     turning, moving = samples.velocity[:, :3], samples.velocity[:, 3:]
     arm = samples.T_world_phone[:, :3, :3] @ fit.T_phone_target[:3, 3]
     return np.concatenate([turning, moving + np.cross(turning, arm)], axis=1)

@@ -67,7 +67,7 @@ def refine(
 
 
 def mount_covariance(fit: HandEyeFit, samples: Samples) -> Float64[np.ndarray, "6 6"]:
-    """Of the mount, for samples whose errors go on from one to the next, and turns that jitter.
+    """Covariance of the mount, for errors correlated over time and jitter of the rotations.
 
     A jitter of the phone's turns looks like turning, and would show a little of every direction:
     what it can show is taken out of the information.

@@ -17,7 +17,7 @@ TARGET_SD = np.array([np.radians(0.3)] * 3 + [0.003] * 3)
 
 @dataclass(frozen=True)
 class Samples:
-    """Pairs of poses of one moment."""
+    """Simultaneous poses of phone and target, in pairs."""
 
     times: Float64[np.ndarray, " n"]
     """On the target's clock, seconds."""
@@ -28,7 +28,7 @@ class Samples:
     """Of the phone in its world: rad/s, m/s."""
 
     def only(self, kept: Bool[np.ndarray, " n"]) -> "Samples":
-        """Some of the samples."""
+        """The samples that the mask selects."""
         return Samples(
             self.times[kept],
             self.T_world_phone[kept],

@@ -1,4 +1,4 @@
-"""How much more the stretches of a recording disagree about the mount than their noise says.
+"""Disagreement of the parts of a recording about the mount, relative to their noise.
 
 The errors of trackers go on from one moment to the next in more ways than a model of them has: a tag's
 place errs with the side it is seen from, stamps wander, odometry errs while it turns. So the recording
@@ -57,7 +57,7 @@ def _beyond(pull: Float64[np.ndarray, "n 3"], many: int) -> float:
 def _innovations(
     fit: HandEyeFit, samples: Samples
 ) -> tuple[Float64[np.ndarray, "n 6 14"], Float64[np.ndarray, "n 6"]]:
-    """What each kept sample says that those before it have not said, in units of its spread.
+    """Innovation of each kept sample given those before it, in standard deviations.
 
     Of the errors, and of their slopes by mount, offset, scale and where the drift began.
     """

@@ -1,4 +1,4 @@
-"""The mount from two trackers of one motion: closed form, then refined, then doubted."""
+"""The mount from two trackers of one motion: closed form, refinement, checks."""
 
 from dataclasses import dataclass
 
@@ -90,7 +90,7 @@ def solve(phone: PoseStream, target: PoseStream, *, one_by_one: bool = False) ->
 
 @dataclass(frozen=True)
 class _Attempt:
-    """A fit, and what it was made from."""
+    """A fit, with the samples and the offset that it was solved from."""
 
     fit: HandEyeFit
     samples: Samples

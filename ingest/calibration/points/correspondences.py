@@ -44,7 +44,7 @@ class PointPair:
 
     @property
     def name(self) -> str:
-        """For messages."""
+        """The point's name in messages."""
         return self.phone if isinstance(self.phone, str) else _written(self.phone)
 
 

@@ -95,7 +95,7 @@ def views_in(folder: Path, intrinsics: Float64[np.ndarray, "4"]) -> Views:
 
 
 def _scaled(intrinsics: Float64[np.ndarray, "4"], factor: float) -> Float64[np.ndarray, "4"]:
-    """For a picture smaller by a factor; pixel centres are at whole numbers."""
+    """Intrinsics of a picture that is smaller by a factor; pixel centres are at whole numbers."""
     fx, fy, cx, cy = intrinsics
     centre = (np.array([cx, cy]) + 0.5) * factor - 0.5
     return np.array([fx * factor, fy * factor, *centre])

@@ -111,7 +111,7 @@ def _covariance(
     error: float,
     mesh: ObjectMesh,
 ) -> Float64[np.ndarray, "6 6"]:
-    """Of an alignment with a scan whose patches are off by `error` metres, each by itself."""
+    """Covariance of an alignment with a scan whose patches err independently by `error` metres."""
     area = float(trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).area)
     J, _ = planes(T, points, surface, REACH)
     patches = area * len(J) / len(points) / _PATCH**2
@@ -121,7 +121,7 @@ def _covariance(
 
 
 def _of_scan() -> Float64[np.ndarray, "6 6"]:
-    """What a scan errs by as a whole."""
+    """Covariance of the error of a scan as a whole."""
     return np.diag(np.repeat([_SURFACE_TURN**2, _SURFACE**2], 3))
 
 

@@ -23,7 +23,7 @@ _TOLD = 0.9
 def record_of(
     placed: ModelPlacement, left_out: Sequence[LeftOut], notes: Sequence[Check]
 ) -> dict[str, Any]:
-    """What a finished stage says beside its model."""
+    """The record of a finished stage, stored beside its model."""
     return {
         "scale": asdict(placed.scale),
         "up": placed.up,

@@ -157,7 +157,7 @@ def _shown(
     faces: Int64[np.ndarray, "faces 3"],
     seen: Bool[np.ndarray, " verts"],
 ) -> Check:
-    """By area, as flat places have few vertices; without what the object stands on."""
+    """Check of the share of unseen surface, by area, without the base of the object."""
     area = np.asarray(igl.doublearea(own, faces), np.float64)
     area[(own[faces, 2] < _BASE).all(axis=1)] = 0.0
     unseen = 1 - float((area * seen[faces].mean(axis=1)).sum() / max(area.sum(), 1e-12))
@@ -206,7 +206,7 @@ def _handed_on(
     colours: UInt8[np.ndarray, "old 3"] | None,
     seen: Bool[np.ndarray, " old"],
 ) -> tuple[UInt8[np.ndarray, "new 3"] | None, Bool[np.ndarray, " new"]]:
-    """Of each new vertex: the mean colour of the old ones nearest to it, and whether most were seen.
+    """Return each new vertex's mean colour of the old ones nearest to it, and whether most were seen.
 
     Args:
         old, new: vertices, metres.

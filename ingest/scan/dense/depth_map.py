@@ -86,7 +86,7 @@ def agreed(
     within: float,
     enough: int,
 ) -> DepthMap:
-    """What other views confirm, averaged with what they see; 0 elsewhere.
+    """Depth that other views confirm, averaged with theirs; 0 elsewhere.
 
     Args:
         depth, matrix: of the view and its intrinsics.

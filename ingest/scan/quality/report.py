@@ -1,4 +1,4 @@
-"""ScanReport: the verdicts on a scan."""
+"""ScanReport: the checks of a scan's pictures, cameras and mesh."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -63,7 +63,7 @@ def cut_off(checks: Sequence[Check]) -> bool:
 
 
 def inspect_scan(found: Found) -> ScanReport:
-    """Look a scan over."""
+    """Check a scan."""
     coverage = coverage_of(found)
     around = coverage_checks(coverage)
     cut = cut_off((*around, *found.cleaned.mesh.notes))
@@ -167,7 +167,7 @@ def _points_on(found: Found) -> int:
 
 
 def _area_of(found: Found) -> float:
-    """Of the surface, square metres."""
+    """Area of the surface, square metres."""
     a, b, c = (found.cleaned.mesh.vertices[found.cleaned.mesh.faces[:, k]] for k in range(3))
     return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
 

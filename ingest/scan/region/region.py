@@ -37,7 +37,7 @@ class GivenBox:
 
     @classmethod
     def around(cls, bottom: Float64[np.ndarray, "3"], size: Float64[np.ndarray, "3"]) -> "GivenBox":
-        """From the middle of its bottom and its sides, metres."""
+        """Box from the middle of its bottom and its sides, metres."""
         half = np.array([size[0] / 2, size[1] / 2, 0.0])
         return cls(bottom - half, bottom + half + [0.0, 0.0, size[2]])
 
@@ -61,7 +61,7 @@ def find_region(
     box: GivenBox | None = None,
     dense: Float64[np.ndarray, "places 3"] | None = None,
 ) -> Region:
-    """Where the object is.
+    """Find the floor and the box of the object.
 
     Args:
         registered: cameras and sparse points.

@@ -30,7 +30,7 @@ class StandingStructure:
 def standing_at(
     points: Float64[np.ndarray, "points 3"], distance: float
 ) -> StandingStructure | None:
-    """The thing nearest to the floor frame's z axis.
+    """The structure nearest to the floor frame's z axis.
 
     Parts are joined in plan, not in space: a pole without detail still joins a lamp's shade with its
     foot, and everything stands on the floor.

@@ -180,7 +180,7 @@ def _metres(
 
 
 def _colours(parts: list[trimesh.Trimesh]) -> UInt8[np.ndarray, "vertices 3"] | None:
-    """Of the vertices, taken from their texture where that is what they have."""
+    """Colours of the vertices, sampled from the texture where they have one."""
     visuals: list[Any] = [part.visual for part in parts]
     if not any(visual.defined for visual in visuals):
         return None

@@ -70,7 +70,7 @@ def read_source(
 
 
 def _with_a_way_out(error: InputError) -> InputError:
-    """What a scan can do without, and a take cannot."""
+    """The error with one more fix: to scan from the pictures alone."""
     if error.code not in _PHOTOS_ALONE:
         return error
     fix = f"{error.fix} Or use the pictures alone (--no-poses) and give the object's height (--height "

@@ -1,4 +1,4 @@
-"""Film: the frames of a video as pictures, never more than one of them in memory."""
+"""VideoFrames: the frames of a video as pictures, never more than one of them in memory."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
