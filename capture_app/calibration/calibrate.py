@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from capture_app.calibration.ways.find import find_mount
-from capture_app.calibration.written import write_mount
+from capture_app.calibration.write_mount import write_mount
 from capture_app.commands.calibrate.request import AnyWay
 from capture_app.progress import Progress, silent
 from ingest.mount import Mount
@@ -27,4 +27,4 @@ def calibrate(
         InputError: see `find_mount` and `write_mount`; nothing is written then.
     """
     mount = find_mount(way, progress)
-    return write_mount(mount, path, way.solid, way.phone, picture=picture)
+    return write_mount(mount, path, way.mesh_file, way.phone, picture=picture)

@@ -52,14 +52,14 @@ def _show(made: "Scan") -> None:
     """Where everything is, and what the user should know about it."""
     from ingest.report.scanned import REPORT_PAGE
 
-    request, report, solid = made.request, made.report, made.cleaned.mesh
+    request, report, mesh = made.request, made.report, made.cleaned.mesh
     sides = " x ".join(
-        f"{side:.2f}" for side in solid.vertices.max(axis=0) - solid.vertices.min(axis=0)
+        f"{side:.2f}" for side in mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0)
     )
     _headline(made)
     tight = "closed" if made.cleaned.watertight else "open"
     tight += " by what is made up" if made.cleaned.watertight and report.cut_off else ""
-    console.print(f"{sides} m, {len(solid.vertices):,} vertices, {tight}", highlight=False)
+    console.print(f"{sides} m, {len(mesh.vertices):,} vertices, {tight}", highlight=False)
     for check in (*report.of("bad"), *report.of("warn")):
         colour = "red" if check.severity == "bad" else "yellow"
         say(check.name.capitalize(), f"{check.message} {check.fix}".strip(), colour)

@@ -49,7 +49,7 @@ def serve(
 
     Nothing leaves this machine. Ctrl-C stops it; a job in the middle goes on at the next start.
     """
-    from capture_app.web.server import Wish, open_browser
+    from capture_app.web.server import ServerConfig, open_browser
     from capture_app.web.server import serve as run
 
     def started(address: str) -> None:
@@ -58,5 +58,5 @@ def serve(
         if not no_browser:
             open_browser(address)
 
-    wish = Wish(library.expanduser(), host, port, token, tuple(allow_host or ()), workers)
-    run(wish, started, lambda sentence: say("Note", sentence, "bold yellow"))
+    config = ServerConfig(library.expanduser(), host, port, token, tuple(allow_host or ()), workers)
+    run(config, started, lambda sentence: say("Note", sentence, "bold yellow"))

@@ -10,8 +10,8 @@ import signal
 import sys
 import threading
 
-from capture_app.jobs.faults import no_room
 from capture_app.jobs.fleet import DATABASE, FOLLOW, LOG, NO_ROOM
+from capture_app.jobs.job_errors import no_room
 from capture_app.jobs.worker import work
 from omomo_core.errors import InputError
 

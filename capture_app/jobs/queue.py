@@ -13,10 +13,10 @@ from dbos import EnqueueOptions
 from capture_app.commands.request import Request
 from capture_app.jobs.database import Database
 from capture_app.jobs.engine import QUEUE, WORKFLOW, client_of
-from capture_app.jobs.ledger import count_death
+from capture_app.jobs.mapping import new_workflow, record_of, row_of, rows
 from capture_app.jobs.record import OVER, JobRecord, State
-from capture_app.jobs.rows import new_workflow, record_of, row_of, rows
 from capture_app.jobs.tables import JOBS, WORKERS
+from capture_app.jobs.worker_store import count_death
 from omomo_core.errors import InputError
 
 _AT_ONCE = 500

@@ -17,13 +17,13 @@ from typing import NoReturn
 from uuid import uuid4
 
 from capture_app.jobs import engine
+from capture_app.jobs.claimed_job import ClaimedJob
 from capture_app.jobs.database import Database
-from capture_app.jobs.faults import no_room
 from capture_app.jobs.fleet import LOST, NO_ROOM
+from capture_app.jobs.job_errors import no_room
 from capture_app.jobs.kinds import KINDS
-from capture_app.jobs.ledger import Ledger, worker_name
-from capture_app.jobs.task import Task
-from capture_app.jobs.work import Kind
+from capture_app.jobs.protocol import JobKind
+from capture_app.jobs.worker_store import WorkerStore, worker_name
 
 _log = logging.getLogger(__name__)
 
@@ -45,7 +45,7 @@ class Tempo:
 
 
 def work(
-    database_url: str, *, tempo: Tempo | None = None, kinds: Mapping[str, Kind] = KINDS
+    database_url: str, *, tempo: Tempo | None = None, kinds: Mapping[str, JobKind] = KINDS
 ) -> None:
     """Do jobs until SIGTERM or SIGINT.
 
@@ -58,12 +58,12 @@ def work(
 class Worker:
     """This process. The threads: the jobs' (of DBOS), the pulse, and the main one, which sweeps."""
 
-    def __init__(self, database: Database, tempo: Tempo, kinds: Mapping[str, Kind]) -> None:
+    def __init__(self, database: Database, tempo: Tempo, kinds: Mapping[str, JobKind]) -> None:
         """Nothing is done yet."""
         name = worker_name(os.getpid(), uuid4().hex[:6])
-        self._ledger = Ledger(database, name)
+        self._ledger = WorkerStore(database, name)
         self._tempo, self._kinds = tempo, kinds
-        self._task: Task | None = None
+        self._task: ClaimedJob | None = None
         self._stop = threading.Event()
 
     def run(self) -> NoReturn:
@@ -118,7 +118,7 @@ class Worker:
             row = self._ledger.claim(job_id, workflow)
             if row is None:
                 return
-            self._task = Task(self._ledger, row, self._kinds)
+            self._task = ClaimedJob(self._ledger, row, self._kinds)
             self._task.run()
         except BaseException as error:
             _log.error("Job %s: its state is not known.", job_id)

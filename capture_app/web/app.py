@@ -11,11 +11,11 @@ from fastapi import FastAPI
 from starlette.middleware import Middleware
 from starlette.requests import Request
 
-from capture_app.web.guards.calm import Calm
-from capture_app.web.guards.gate import Gate
+from capture_app.web.guards.body_limits import BodyLimits
+from capture_app.web.guards.error_middleware import ErrorMiddleware
+from capture_app.web.guards.guard_middleware import GuardMiddleware
 from capture_app.web.guards.headers import Headers
 from capture_app.web.guards.hosts import Hosts, hosts_of
-from capture_app.web.guards.intake import Intake
 from capture_app.web.guards.origins import origin_guard
 from capture_app.web.limits import Limits
 from capture_app.web.pages import add_pages
@@ -40,7 +40,7 @@ _ERRORS = (400, 401, 403, 404, 408, 409, 411, 413, 422, 500, 507)
 
 
 @dataclass(frozen=True)
-class Door:
+class ListenAddress:
     """Under which names the server is reached."""
 
     bound: str = "127.0.0.1"
@@ -59,7 +59,9 @@ class Door:
 
 
 def create_app(
-    site: Site, door: Door = Door(), worker_runs: Callable[[], bool] = lambda: False
+    site: Site,
+    door: ListenAddress = ListenAddress(),
+    worker_runs: Callable[[], bool] = lambda: False,
 ) -> FastAPI:
     """The application of a site; its guards are part of it.
 
@@ -81,9 +83,9 @@ def create_app(
         responses={status: {"model": ErrorReply} for status in _ERRORS},
         middleware=[
             Middleware(Headers),
-            Middleware(Gate, guards=guards),
-            Middleware(Intake, bound=_bound(site.limits), silence=site.limits.silence),
-            Middleware(Calm),
+            Middleware(GuardMiddleware, guards=guards),
+            Middleware(BodyLimits, bound=_bound(site.limits), silence=site.limits.silence),
+            Middleware(ErrorMiddleware),
         ],
     )
     app.state.site = site

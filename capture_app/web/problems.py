@@ -67,7 +67,7 @@ def refusal(status: int, code: str, what: str, *, where: str = "", fix: str = ""
     return _reply(status, Problem(code=code, what=what, where=where, fix=fix))
 
 
-def calm(status: int, headers: Mapping[str, str] | None = None) -> JSONResponse:
+def plain_reply(status: int, headers: Mapping[str, str] | None = None) -> JSONResponse:
     """The answer of a status that says it all."""
     code, what, fix = _CALM.get(status, _CALM[400 if status < 500 else 500])
     return _reply(status, Problem(code=code, what=what, fix=fix), headers=headers)
@@ -132,4 +132,4 @@ def _invalid(_: Request, error: Exception) -> JSONResponse:
 
 def _http(_: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
-    return calm(error.status_code, error.headers)
+    return plain_reply(error.status_code, error.headers)

@@ -19,14 +19,14 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from capture_app.jobs.fleet import Fleet
 from capture_app.jobs.queue import JobQueue, open_queue
-from capture_app.web.app import Door, create_app
+from capture_app.web.app import ListenAddress, create_app
 from capture_app.web.guards.hosts import is_loopback
 from capture_app.web.guards.token import Token, new_token
 from capture_app.web.library.library import Library
 from capture_app.web.library.lock import only_server
-from capture_app.web.limited.child import warm_up
-from capture_app.web.limited.heavy import Heavy
 from capture_app.web.limits import Limits
+from capture_app.web.sandbox.child_process import warm_up
+from capture_app.web.sandbox.pool import SandboxPool
 from capture_app.web.site import Site
 from omomo_core.errors import InputError
 
@@ -40,7 +40,7 @@ _LEAVE = 3
 
 
 @dataclass(frozen=True)
-class Wish:
+class ServerConfig:
     """How the server shall be."""
 
     library: Path
@@ -53,33 +53,37 @@ class Wish:
     workers: int = 1
 
 
-def serve(wish: Wish, started: Callable[[str], None], warn: Callable[[str], None]) -> None:
+def serve(
+    config: ServerConfig, started: Callable[[str], None], warn: Callable[[str], None]
+) -> None:
     """Serve until Ctrl-C or SIGTERM.
 
     Args:
-        wish: how.
+        config: how.
         started: told the address to open, once the port is there.
         warn: told in a sentence what could not be kept.
 
     Raises:
         InputError: the library, the address or the token cannot be used.
     """
-    library = _library(wish.library)
-    token = _token(wish)
+    library = _library(config.library)
+    token = _token(config)
     with ExitStack() as stack:
         note = stack.enter_context(only_server(library.root))
-        listening = stack.enter_context(_listen(wish.host, wish.port))
-        address = _address(wish.host, listening.getsockname()[1])
+        listening = stack.enter_context(_listen(config.host, config.port))
+        address = _address(config.host, listening.getsockname()[1])
         note.write_text(address, encoding="utf-8")
         queue = open_jobs(library, warn)
         workers = (
-            Fleet(queue.database_url, wish.workers, died=queue.worker_died)
-            if wish.workers
+            Fleet(queue.database_url, config.workers, died=queue.worker_died)
+            if config.workers
             else None
         )
-        site = Site(library, queue, Heavy(library.scratch), token=token)
+        site = Site(library, queue, SandboxPool(library.scratch), token=token)
         app = create_app(
-            site, Door(wish.host, wish.allowed), lambda: workers is not None and workers.alive
+            site,
+            ListenAddress(config.host, config.allowed),
+            lambda: workers is not None and workers.alive,
         )
         warm_up()
         if workers is not None:
@@ -130,10 +134,10 @@ def _library(root: Path) -> Library:
         ) from error
 
 
-def _token(wish: Wish) -> Token | None:
-    if wish.token is None and is_loopback(wish.host):
+def _token(config: ServerConfig) -> Token | None:
+    if config.token is None and is_loopback(config.host):
         return None
-    return Token(wish.token or new_token())
+    return Token(config.token or new_token())
 
 
 def _listen(host: str, port: int) -> socket.socket:
@@ -173,7 +177,7 @@ def _address(host: str, port: int) -> str:
 def _config(app: FastAPI) -> uvicorn.Config:
     return uvicorn.Config(
         app,
-        http=Greeted,
+        http=HeadTimeoutProtocol,
         ws="none",
         lifespan="on",
         access_log=False,
@@ -195,7 +199,7 @@ def _run(config: uvicorn.Config, listening: socket.socket) -> None:
             signal.signal(number, handler)
 
 
-class Greeted(H11Protocol):
+class HeadTimeoutProtocol(H11Protocol):
     """Lets go of a connection on which no whole request head comes for a while."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]

@@ -9,9 +9,9 @@ from fastapi import Depends, Request
 from capture_app.jobs.queue import JobQueue
 from capture_app.web.guards.token import Token
 from capture_app.web.library.library import Library
-from capture_app.web.limited.heavy import Heavy
 from capture_app.web.limits import Limits
 from capture_app.web.receive import Receiver
+from capture_app.web.sandbox.pool import SandboxPool
 
 
 @dataclass(frozen=True)
@@ -20,20 +20,20 @@ class Site:
 
     library: Library
     queue: JobQueue
-    heavy: Heavy
+    sandbox: SandboxPool
     limits: Limits = field(default_factory=Limits)
     token: Token | None = None
     """What clients must know; None asks for nothing."""
     receiver: Receiver = field(default_factory=Receiver)
 
     @cached_property
-    def painter(self) -> Heavy:
+    def painter(self) -> SandboxPool:
         """For what nobody waits for: it keeps nobody from being served."""
-        return Heavy(self.library.scratch, at_once=1)
+        return SandboxPool(self.library.scratch, at_once=1)
 
     def close(self) -> None:
         """Begin nothing more."""
-        self.heavy.close()
+        self.sandbox.close()
         self.painter.close()
         self.queue.close()
 

@@ -8,13 +8,13 @@ from pydantic.fields import FieldInfo
 
 from capture_app.commands.reading import ReadingOptions
 from capture_app.commands.typed import typed_as
+from capture_app.library_item import FILES
+from capture_app.mesh_file import MeshFile
 from capture_app.scanning.folder import MODEL
-from capture_app.solid import Solid
-from capture_app.things import FILES
 from capture_app.web.library.ids import Id
 from capture_app.web.library.library import Library
-from capture_app.web.limited.work import SessionInputs
 from capture_app.web.problems import Refused
+from capture_app.web.sandbox.work import SessionInputs
 from ingest.report.scanned import work_folder
 from ingest.trajectory.reading import Reading
 
@@ -52,7 +52,7 @@ class ReadAs(create_model("_Reading", __base__=_SeenWith, **_READING)):
         return ReadingOptions(**self.model_dump(exclude={"object", "mount"})).reading
 
 
-def solid_of(library: Library, id_: str) -> Solid:
+def mesh_file_of(library: Library, id_: str) -> MeshFile:
     """The mesh of an object.
 
     Raises:
@@ -60,7 +60,7 @@ def solid_of(library: Library, id_: str) -> Solid:
     """
     shelf = library.shelves["object"]
     facts = shelf.get(id_).facts
-    return Solid(shelf.folder / id_ / FILES / facts["mesh"], float(facts["scale"]))
+    return MeshFile(shelf.folder / id_ / FILES / facts["mesh"], float(facts["scale"]))
 
 
 def mount_of(library: Library, chosen: MountChoice | None) -> Path | None:
@@ -81,14 +81,14 @@ def seen_with(library: Library, session: str, said: ReadAs) -> SessionInputs:
         Refused: 404 when one of the things is not there.
         InputError: "direction-invalid".
     """
-    solid = None if said.object is None else solid_of(library, said.object)
+    mesh_file = None if said.object is None else mesh_file_of(library, said.object)
     mount = mount_of(library, said.mount)
     return SessionInputs(
         session=library.shelves["session"].content(session),
-        mesh=solid.path if solid else None,
-        mount=mount if solid else None,
+        mesh=mesh_file.path if mesh_file else None,
+        mount=mount if mesh_file else None,
         mounted=said.mount is not None,
-        scale=solid.scale if solid else 1.0,
+        scale=mesh_file.scale if mesh_file else 1.0,
         reading=said.reading,
     )
 
@@ -99,7 +99,7 @@ def scan_of(library: Library, id_: str) -> Path:
     Raises:
         Refused: 404 when there is no such object, or none that was scanned here.
     """
-    mesh = solid_of(library, id_).path
+    mesh = mesh_file_of(library, id_).path
     folder = work_folder(mesh)
     if not (folder / MODEL).is_dir():
         raise Refused(

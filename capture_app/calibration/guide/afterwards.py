@@ -4,9 +4,9 @@ from pathlib import Path
 from shlex import join
 
 from capture_app.calibration.guide.finding import Finding
-from capture_app.calibration.guide.step import Known
-from capture_app.calibration.guide.talk import Talk
-from capture_app.calibration.guide.walk import command_line
+from capture_app.calibration.guide.prompt import Prompt
+from capture_app.calibration.guide.state import GuideState
+from capture_app.calibration.guide.wizard import command_line
 from ingest.calibration.drawing.directions import numbers
 from ingest.calibration.floor.contacts import find_contacts, track
 from ingest.calibration.floor.sides import flat_sides
@@ -25,7 +25,7 @@ _SURE_MM, _SURE_DEG = 15.0, 2.0
 """95 % bounds within which hands are seen to hold the object."""
 
 
-def refine_by_floor(talk: Talk, known: Known, path: Path, output: Path) -> Path:
+def refine_by_floor(prompt: Prompt, state: GuideState, path: Path, output: Path) -> Path:
     """Offer to let the floor refine a mount; the file to use then.
 
     Args:
@@ -34,39 +34,39 @@ def refine_by_floor(talk: Talk, known: Known, path: Path, output: Path) -> Path:
         path: of the mount.
         output: of the refined mount.
     """
-    assert known.mesh_file is not None
-    talk.heading("The floor")
+    assert state.mesh_file is not None
+    prompt.heading("The floor")
     mount = load_mount(path)
-    mesh = load_mesh(known.mesh_file, scale=mount.object_scale)
-    recording = _recording(talk, known, mount, mesh)
-    if recording is None or not talk.yes("Let it refine the mount?", default=True):
+    mesh = load_mesh(state.mesh_file, scale=mount.object_scale)
+    recording = _recording(prompt, state, mount, mesh)
+    if recording is None or not prompt.yes("Let it refine the mount?", default=True):
         return path
-    height = talk.until_right(lambda: _height(talk))
-    words = ["floor", str(path), str(recording), "--object", str(known.mesh_file)]
+    height = prompt.until_right(lambda: _height(prompt))
+    words = ["floor", str(path), str(recording), "--object", str(state.mesh_file)]
     words += [*(["--phone-height", height] if height else []), "-o", str(output)]
-    talk.command(command_line(words))
+    prompt.command(command_line(words))
     try:
-        known.run(words)
+        state.run(words)
     except InputError as error:
-        talk.problem(error)
-        talk.tell(f"{path} stays as it is.")
+        prompt.problem(error)
+        prompt.tell(f"{path} stays as it is.")
         return path
     return output
 
 
-def _recording(talk: Talk, known: Known, mount: Mount, mesh: ObjectMesh) -> Path | None:
+def _recording(prompt: Prompt, state: GuideState, mount: Mount, mesh: ObjectMesh) -> Path | None:
     """One in which the object stands on the floor, if there is one."""
-    path = known.session_file
+    path = state.session_file
     while True:
         try:
             if path is not None:
-                session = known.session if path == known.session_file else None
+                session = state.session if path == state.session_file else None
                 session = session or read_session(path)
-                talk.good(standing(session, mesh, mount).good)
+                prompt.good(standing(session, mesh, mount).good)
                 return path
         except InputError as error:
-            talk.tell(f"In {path} the floor tells nothing: {error.what} {error.fix}")
-        path = talk.maybe_path(
+            prompt.tell(f"In {path} the floor tells nothing: {error.what} {error.fix}")
+        path = prompt.maybe_path(
             "A recording, with the phone on it, in which the object stands on the floor for two "
             "seconds (Enter: none)"
         )
@@ -87,8 +87,8 @@ def standing(session: CaptureSession, mesh: ObjectMesh, mount: Mount) -> Finding
     return Finding(f"in the recording the object rests on the floor {rests} times{pushed}")
 
 
-def _height(talk: Talk) -> str:
-    answer = talk.ask(
+def _height(prompt: Prompt) -> str:
+    answer = prompt.ask(
         "Metres from the floor up to the lens, where the object first rests (Enter: not measured)",
         "",
     )
@@ -97,32 +97,32 @@ def _height(talk: Talk) -> str:
     return answer
 
 
-def told_at_the_end(talk: Talk, known: Known, best: Path) -> None:
+def told_at_the_end(prompt: Prompt, state: GuideState, best: Path) -> None:
     """Which file to use and how, what is still open, and what would make it surer."""
     mount = load_mount(best)
-    talk.heading("Done")
+    prompt.heading("Done")
     for free in mount.free:
-        talk.doubt(f"Still open: {free}.")
+        prompt.doubt(f"Still open: {free}.")
     bounds = bounds_95(mount.covariance) if mount.covariance is not None else None
     sure = bounds is not None and bounds.mm < _SURE_MM and bounds.deg < _SURE_DEG
     if mount.free and not any(TILT_IT in free for free in mount.free):
-        talk.tell(
+        prompt.tell(
             "Record once more and turn the object about two directions, by 20 degrees or more."
         )
     if mount.free or not sure:
-        talk.tell(
+        prompt.tell(
             "To be surer, calibrate in another way too (omocap calibrate), then combine both:"
         )
-        talk.command(command_line(["combine", str(best), "OTHER.json", "-o", "BOTH.json"]))
-    talk.tell("Use it:")
+        prompt.command(command_line(["combine", str(best), "OTHER.json", "-o", "BOTH.json"]))
+    prompt.tell("Use it:")
     words = [
         "run",
         "RECORDING",
         "--object",
-        str(known.mesh_file),
+        str(state.mesh_file),
         "--mount",
         str(best),
         "-o",
         "OUT",
     ]
-    talk.command(f"omocap {join(words)}")
+    prompt.command(f"omocap {join(words)}")

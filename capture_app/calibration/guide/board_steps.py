@@ -8,11 +8,10 @@ import igl
 import numpy as np
 
 from capture_app.calibration.guide.finding import Finding
-from capture_app.calibration.guide.phone_steps import AXES
-from capture_app.calibration.guide.sitting import astray
-from capture_app.calibration.guide.step import AgainError, Known, Step, Words
-from capture_app.calibration.guide.talk import Talk, as_path
-from capture_app.calibration.picking import ENOUGH
+from capture_app.calibration.guide.phone_steps import AXES, ENOUGH
+from capture_app.calibration.guide.placement import astray
+from capture_app.calibration.guide.prompt import Prompt, as_path
+from capture_app.calibration.guide.state import AgainError, GuideState, GuideStep, Words
 from ingest.calibration.board.place import BoardPlace, load_place, place_from_points
 from ingest.calibration.board.sheet import PAPERS, preset_for
 from ingest.calibration.board.spec import Board, parse_board
@@ -28,28 +27,28 @@ _BESIDE = 0.03
 """Metres before and behind a board where it is looked which side the object is on."""
 
 
-def _ask_board(talk: Talk, known: Known) -> Words:
-    answer = talk.ask(
+def _ask_board(prompt: Prompt, state: GuideState) -> Words:
+    answer = prompt.ask(
         f"Paper to print it on ({', '.join(PAPERS)}), or the text on a board that you have",
-        str(known.board) if known.board else "A4",
+        str(state.board) if state.board else "A4",
     )
     paper = next((name for name in PAPERS if name.lower() == answer.lower()), None)
     board = preset_for(paper) if paper else parse_board(answer)
     if paper:
-        if talk.yes("Write the PDF?", default=True):
-            known.run(["board-pdf", "-o", str(known.fresh("board.pdf")), "--paper", paper])
-        board = _as_printed(talk, board)
-    known.board = board
-    talk.good(
+        if prompt.yes("Write the PDF?", default=True):
+            state.run(["board-pdf", "-o", str(state.fresh("board.pdf")), "--paper", paper])
+        board = _as_printed(prompt, board)
+    state.board = board
+    prompt.good(
         f"{board}: {board.columns} x {board.rows} squares, {1e3 * board.width:.1f} x "
         f"{1e3 * board.height:.1f} mm"
     )
     return ["--board", str(board)]
 
 
-def _as_printed(talk: Talk, board: Board) -> Board:
+def _as_printed(prompt: Prompt, board: Board) -> Board:
     """The board with the squares that came out of the printer."""
-    answer = talk.ask(
+    answer = prompt.ask(
         "If the rulers are not as long as they say, what one says and what it measures in mm, such as "
         "150 148.5 (Enter: they are right)",
         "",
@@ -69,7 +68,7 @@ def _as_printed(talk: Talk, board: Board) -> Board:
     )
 
 
-PRINT = Step(
+PRINT = GuideStep(
     "The board",
     (
         "Print the board at 100 % (actual size, not fit to page).",
@@ -83,9 +82,9 @@ PRINT = Step(
 )
 
 
-def _ask_place(talk: Talk, known: Known) -> Path:
+def _ask_place(prompt: Prompt, state: GuideState) -> Path:
     """The file that says where the board is, written here or given."""
-    board = known.printed
+    board = state.printed
     corners = {
         "top left (where the arrows start)": (0.0, 0.0),
         "top right": (board.width, 0.0),
@@ -94,9 +93,9 @@ def _ask_place(talk: Talk, known: Known) -> Path:
     }
     found: dict[str, tuple[float, float, float]] = {}
     for name in corners:
-        answer = talk.until_right(lambda name=name: _corner(talk, known, name))
+        answer = prompt.until_right(lambda name=name: _corner(prompt, state, name))
         if isinstance(answer, Path):
-            return _given(talk, known, answer)
+            return _given(prompt, state, answer)
         if answer is not None:
             found[name] = answer
     on_board = np.array([[*corners[name], 0.0] for name in found]).reshape(-1, 3)
@@ -105,50 +104,52 @@ def _ask_place(talk: Talk, known: Known) -> Path:
     few = ("Three points fit nearly always: a fourth would show a mistake.",)
     finding = Finding(
         f"{len(found)} points, which fit the board within {1e3 * fit.rms:.1f} mm",
-        astray(known.solid, list(found), on_object, _OFF_SURFACE) + _doubts(known, fit),
+        astray(state.object_mesh, list(found), on_object, _OFF_SURFACE) + _doubts(state, fit),
         few if len(found) == ENOUGH else (),
     )
-    if not talk.accept(finding):
+    if not prompt.accept(finding):
         raise AgainError
-    path = known.fresh("board-place.json")
+    path = state.fresh("board-place.json")
     points = [
         {"board_mm": [round(1e3 * side, 3) for side in corners[name]], "object": list(xyz)}
         for name, xyz in found.items()
     ]
     path.write_text(json.dumps({"points": points}, indent=2) + "\n", encoding="utf-8")
-    talk.tell(f"Kept in {path}.")
+    prompt.tell(f"Kept in {path}.")
     return path
 
 
-def _given(talk: Talk, known: Known, path: Path) -> Path:
+def _given(prompt: Prompt, state: GuideState, path: Path) -> Path:
     """A file that says it all."""
-    fit = load_place(path, known.printed)
-    middle = fit.T_object_board @ [known.printed.width / 2, known.printed.height / 2, 0, 1]
+    fit = load_place(path, state.printed)
+    middle = fit.T_object_board @ [state.printed.width / 2, state.printed.height / 2, 0, 1]
     x, y, z = middle[:3]
     finding = Finding(
         f"the board's middle is at {x:.3f} {y:.3f} {z:.3f} m",
-        astray(known.solid, ["the board's middle"], middle[None, :3], _OFF_SURFACE)
-        + _doubts(known, fit),
+        astray(state.object_mesh, ["the board's middle"], middle[None, :3], _OFF_SURFACE)
+        + _doubts(state, fit),
     )
-    if not talk.accept(finding):
+    if not prompt.accept(finding):
         raise AgainError
     return path
 
 
-def _corner(talk: Talk, known: Known, name: str) -> tuple[float, float, float] | Path | None:
+def _corner(
+    prompt: Prompt, state: GuideState, name: str
+) -> tuple[float, float, float] | Path | None:
     """A corner's place; a file instead of all of them; nothing for one that is skipped."""
-    answer = talk.ask(name, known.typed.get(name, ""))
+    answer = prompt.ask(name, state.typed.get(name, ""))
     if answer and (path := as_path(answer)).is_file():
         return path
     if not answer:
         return None
     x, y, z = numbers(answer, 3, name).tolist()
-    known.typed[name] = answer
+    state.typed[name] = answer
     return x, y, z
 
 
-def _doubts(known: Known, fit: BoardPlace) -> tuple[str, ...]:
-    if not _faces_inwards(known.solid, known.printed, fit):
+def _doubts(state: GuideState, fit: BoardPlace) -> tuple[str, ...]:
+    if not _faces_inwards(state.object_mesh, state.printed, fit):
         return ()
     return (
         "The board would face into the object. Name the corners as you see them when you look at the "
@@ -165,9 +166,9 @@ def _faces_inwards(mesh: ObjectMesh, board: Board, fit: BoardPlace) -> bool:
     return bool(before and not behind)
 
 
-def place(option: str) -> Step:
+def place(option: str) -> GuideStep:
     """Where the board is, by an option of that name."""
-    return Step(
+    return GuideStep(
         "Where the board is on the object",
         (
             "Look at the print so that the arrows start at its top left.",
@@ -176,6 +177,6 @@ def place(option: str) -> Step:
             "it all will do as well.",
             AXES,
         ),
-        lambda talk, known: [option, str(_ask_place(talk, known))],
+        lambda prompt, state: [option, str(_ask_place(prompt, state))],
         (option, "PLACE.json"),
     )

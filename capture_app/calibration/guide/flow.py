@@ -4,10 +4,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from capture_app.calibration.guide.afterwards import refine_by_floor, told_at_the_end
+from capture_app.calibration.guide.prompt import Prompt
 from capture_app.calibration.guide.recipes import RECIPES
-from capture_app.calibration.guide.step import Known, Recipe
-from capture_app.calibration.guide.talk import Talk
-from capture_app.calibration.guide.walk import Walk, command_line
+from capture_app.calibration.guide.state import GuideState, Recipe
+from capture_app.calibration.guide.wizard import Wizard, command_line
 from omomo_core.errors import InputError
 
 _MOUNT = "mount.json"
@@ -18,7 +18,7 @@ class Guide:
 
     def __init__(
         self,
-        talk: Talk,
+        prompt: Prompt,
         run: Callable[[Sequence[str]], None],
         check_output: Callable[[Path], None],
     ) -> None:
@@ -29,7 +29,7 @@ class Guide:
             run: runs the words of a command of `omocap calibrate`; raises its InputError.
             check_output: refuses a file that the mount cannot be written to.
         """
-        self._talk, self._run, self._check_output = talk, run, check_output
+        self._prompt, self._run, self._check_output = prompt, run, check_output
         self._next: Callable[[], list[str]] = list
         """The words of the command line that goes on from here."""
 
@@ -49,53 +49,53 @@ class Guide:
                 fix=f"Go on where you stopped: {command_line(self._next())}",
             ) from None
         except KeyboardInterrupt:
-            self._talk.tell("\nStopped. To go on from here:")
-            self._talk.command(command_line(self._next()))
+            self._prompt.tell("\nStopped. To go on from here:")
+            self._prompt.command(command_line(self._next()))
             raise
 
     def _converse(self) -> None:
-        talk = self._talk
-        talk.heading("Where is the phone on the object?")
-        talk.tell(
+        prompt = self._prompt
+        prompt.heading("Where is the phone on the object?")
+        prompt.tell(
             "You are led through recording what tells it, and each recording is looked at at once. "
             "Ctrl-C stops; you are told then how to go on. What do you have?"
         )
         chosen = [
             RECIPES[k]
-            for k in talk.choose_some(
+            for k in prompt.choose_some(
                 "Number (several, such as 1 9, are done one after the other and combined)",
                 [recipe.have for recipe in RECIPES],
             )
         ]
-        output = talk.until_right(self._ask_output)
-        known = Known(output.parent, self._run)
-        path = self._mount(chosen, output, known)
-        refined = known.fresh(f"{output.stem}-floor.json")
-        self._next = lambda: ["floor", str(path), "RECORDING", *_mesh(known), "-o", str(refined)]
-        best = refine_by_floor(talk, known, path, refined)
-        told_at_the_end(talk, known, best)
+        output = prompt.until_right(self._ask_output)
+        state = GuideState(output.parent, self._run)
+        path = self._mount(chosen, output, state)
+        refined = state.fresh(f"{output.stem}-floor.json")
+        self._next = lambda: ["floor", str(path), "RECORDING", *_mesh(state), "-o", str(refined)]
+        best = refine_by_floor(prompt, state, path, refined)
+        told_at_the_end(prompt, state, best)
 
     def _ask_output(self) -> Path:
-        path = self._talk.path("Mount file to write", Path(_MOUNT))
+        path = self._prompt.path("Mount file to write", Path(_MOUNT))
         self._check_output(path)
         return path
 
-    def _mount(self, recipes: Sequence[Recipe], output: Path, known: Known) -> Path:
+    def _mount(self, recipes: Sequence[Recipe], output: Path, state: GuideState) -> Path:
         """Walk each recipe, and combine the results of several."""
         if len(recipes) == 1:
-            self._walk(recipes[0], output, known)
+            self._walk(recipes[0], output, state)
             return output
-        walks: list[Walk] = []
+        walks: list[Wizard] = []
         results: list[Path] = []
         for recipe in recipes:
-            results.append(known.fresh(f"{output.stem}-{recipe.method}.json"))
-            walks.append(self._walk(recipe, results[-1], known))
-        self._combine(recipes, walks, results, output, known)
+            results.append(state.fresh(f"{output.stem}-{recipe.method}.json"))
+            walks.append(self._walk(recipe, results[-1], state))
+        self._combine(recipes, walks, results, output, state)
         return output
 
-    def _walk(self, recipe: Recipe, output: Path, known: Known) -> Walk:
-        self._talk.heading(f"With {recipe.have}")
-        walk = Walk(recipe, output, self._talk, known)
+    def _walk(self, recipe: Recipe, output: Path, state: GuideState) -> Wizard:
+        self._prompt.heading(f"With {recipe.have}")
+        walk = Wizard(recipe, output, self._prompt, state)
         self._next = lambda: walk.words
         walk.go()
         return walk
@@ -103,35 +103,35 @@ class Guide:
     def _combine(
         self,
         recipes: Sequence[Recipe],
-        walks: Sequence[Walk],
+        walks: Sequence[Wizard],
         results: list[Path],
         output: Path,
-        known: Known,
+        state: GuideState,
     ) -> None:
         """Combine the results; of those that disagree, let one be found again."""
         self._next = lambda: ["combine", *map(str, results), "-o", str(output)]
         while True:
-            self._talk.heading("All of them together")
-            self._talk.tell(
+            self._prompt.heading("All of them together")
+            self._prompt.tell(
                 "They count as found independently: two results of one recording look surer together "
                 "than they are."
             )
-            self._talk.command(command_line(self._next()))
+            self._prompt.command(command_line(self._next()))
             try:
                 return self._run(self._next())
             except InputError as error:
-                self._talk.problem(error)
-                wrong = self._talk.choose(
+                self._prompt.problem(error)
+                wrong = self._prompt.choose(
                     "Which one do you want to do again? (Ctrl-C leaves all of them as they are)",
                     [
                         f"{path}: {recipe.have}"
                         for path, recipe in zip(results, recipes, strict=True)
                     ],
                 )
-                path = known.fresh(f"{output.stem}-{recipes[wrong].method}.json")
+                path = state.fresh(f"{output.stem}-{recipes[wrong].method}.json")
                 walks[wrong].again(path)
                 results[wrong] = path
 
 
-def _mesh(known: Known) -> list[str]:
-    return ["--object", str(known.mesh_file or "MESH")]
+def _mesh(state: GuideState) -> list[str]:
+    return ["--object", str(state.mesh_file or "MESH")]

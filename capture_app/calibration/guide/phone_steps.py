@@ -6,10 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from capture_app.calibration.guide.finding import Finding
-from capture_app.calibration.guide.sitting import astray
-from capture_app.calibration.guide.step import AgainError, Known, Step, Words
-from capture_app.calibration.guide.talk import Talk, as_path
-from capture_app.calibration.picking import ENOUGH, POINTS
+from capture_app.calibration.guide.placement import astray
+from capture_app.calibration.guide.prompt import Prompt, as_path
+from capture_app.calibration.guide.state import AgainError, GuideState, GuideStep, Words
 from ingest.calibration.drawing.directions import numbers, rotation_in_words
 from ingest.calibration.drawing.drawing import MEASURED, PRINTED
 from ingest.calibration.phone.body import body_point, phone_named
@@ -25,64 +24,84 @@ _PRECISIONS = (
     ("printed or milled after the drawing", PRINTED),
     ("measured with a ruler and by eye", MEASURED),
 )
+ENOUGH = 3
+"""Points that give a mount."""
+POINTS: tuple[str, ...] = (
+    "top left back corner",
+    "top right back corner",
+    "bottom left back corner",
+    "bottom right back corner",
+    "top middle back",
+    "bottom middle back",
+    "left middle back",
+    "right middle back",
+    "top left front corner",
+    "top right front corner",
+    "bottom left front corner",
+    "bottom right front corner",
+    "top middle front",
+    "bottom middle front",
+    "left middle front",
+    "right middle front",
+    "centre back",
+    "centre front",
+    "lens",
+)
+"""Points of the phone that are offered."""
 _HELD_OFF = 0.3
 """Metres from the surface to a phone in a clamp, at most."""
 
 
-def _ask_model(talk: Talk, known: Known) -> Words:
-    name = talk.ask('Model of the phone, such as "iPhone 15"')
+def _ask_model(prompt: Prompt, state: GuideState) -> Words:
+    name = prompt.ask('Model of the phone, such as "iPhone 15"')
     words = ["--phone", name]
     try:
         phone = phone_named(name)
     except InputError as error:
         if error.code not in ("phone-unknown", "phone-lens"):
             raise
-        talk.problem(error)
-        ruler = talk.ask("Those four numbers, or nothing to type the model again", "")
+        prompt.problem(error)
+        ruler = prompt.ask("Those four numbers, or nothing to type the model again", "")
         if not ruler:
             raise AgainError from None
         width, height, top, side = numbers(ruler, 4, "--ruler").tolist()
         phone = phone_named(name, (width, height, top, side))
         words += ["--ruler", ruler]
-    known.phone = phone
+    state.phone = phone
     width, height, thickness = (1e3 * side for side in phone.body)
-    talk.good(f"{phone.name}, {width:.1f} x {height:.1f} x {thickness:.1f} mm without its case")
+    prompt.good(f"{phone.name}, {width:.1f} x {height:.1f} x {thickness:.1f} mm without its case")
     return words
 
 
-MODEL = Step("The phone", (), _ask_model, ("--phone", "MODEL"))
+MODEL = GuideStep("The phone", (), _ask_model, ("--phone", "MODEL"))
 
 
-def _ask_points(talk: Talk, known: Known) -> Words:
-    if talk.yes("Click the points on the mesh in a browser?", default=True):
-        from capture_app.calibration.pick import pick_points
-
-        found = pick_points(known.solid, lambda page: talk.tell(f"Open {page} in a browser."))
-    else:
-        found = _typed_points(talk)
-    path = found if isinstance(found, Path) else _kept(talk, known, found)
-    if not talk.accept(_check_pairs(load_pairs(path), known)):
+def _ask_points(prompt: Prompt, state: GuideState) -> Words:
+    found = _typed_points(prompt)
+    path = found if isinstance(found, Path) else _kept(prompt, state, found)
+    if not prompt.accept(_check_pairs(load_pairs(path), state)):
         raise AgainError
     return [str(path)]
 
 
-def _kept(talk: Talk, known: Known, pairs: Sequence[PointPair]) -> Path:
+def _kept(prompt: Prompt, state: GuideState, pairs: Sequence[PointPair]) -> Path:
     """What was typed is written before it is judged, so that a wrong number can be mended."""
-    path = known.fresh("points.json")
+    path = state.fresh("points.json")
     save_pairs(pairs, path)
-    talk.tell(f"Kept in {path}.")
+    prompt.tell(f"Kept in {path}.")
     return path
 
 
-def _typed_points(talk: Talk) -> Path | list[PointPair]:
+def _typed_points(prompt: Prompt) -> Path | list[PointPair]:
     """As many as the person knows, of the points that have names; or a file."""
-    talk.tell(
-        f"{AXES} Enter skips a point that you cannot reach; the word done ends the list. You may "
-        "also give a file of pairs (CSV or JSON), such as one that was kept."
+    prompt.tell(
+        f"{AXES} To click the points on the mesh, open the page instead (omocap serve). Enter skips a "
+        "point that you cannot reach; the word done ends the list. You may also give a file of pairs (CSV "
+        "or JSON), such as one that was kept."
     )
     pairs: list[PointPair] = []
     for name in POINTS:
-        answer = talk.until_right(lambda name=name: _typed_point(talk, name, len(pairs)))
+        answer = prompt.until_right(lambda name=name: _typed_point(prompt, name, len(pairs)))
         if isinstance(answer, Path):
             return answer
         if answer == "done":
@@ -92,9 +111,9 @@ def _typed_points(talk: Talk) -> Path | list[PointPair]:
     return pairs
 
 
-def _typed_point(talk: Talk, name: str, count: int) -> PointPair | Path | str:
+def _typed_point(prompt: Prompt, name: str, count: int) -> PointPair | Path | str:
     """The pair of a point, a file of pairs, "done", or nothing."""
-    answer = talk.ask(f"{name} ({count} so far)", "")
+    answer = prompt.ask(f"{name} ({count} so far)", "")
     if answer in ("", "done"):
         return answer
     if (path := as_path(answer)).is_file():
@@ -103,10 +122,10 @@ def _typed_point(talk: Talk, name: str, count: int) -> PointPair | Path | str:
     return PointPair(name, (x, y, z))
 
 
-def _check_pairs(pairs: list[PointPair], known: Known) -> Finding:
-    picked = mount_from_pairs(pairs, known.model)
+def _check_pairs(pairs: list[PointPair], state: GuideState) -> Finding:
+    picked = mount_from_pairs(pairs, state.model)
     names, places = [pair.name for pair in pairs], np.array([pair.object for pair in pairs])
-    doubts = astray(known.solid, names, places, _HELD_OFF)
+    doubts = astray(state.object_mesh, names, places, _HELD_OFF)
     notes = (picked.mount.note,) if picked.mount.note else ()
     if picked.fit.loose or not picked.fit.kept.all():
         doubts, notes = doubts + notes, ()
@@ -120,7 +139,7 @@ def _check_pairs(pairs: list[PointPair], known: Known) -> Finding:
     )
 
 
-PICKED = Step(
+PICKED = GuideStep(
     "Points",
     (
         "Clamp the phone where it is to stay.",
@@ -133,13 +152,13 @@ PICKED = Step(
 )
 
 
-def _ask_drawn_place(talk: Talk, known: Known) -> Words:
+def _ask_drawn_place(prompt: Prompt, state: GuideState) -> Words:
     words: Words = []
-    point = talk.ask('Which point of the phone the drawing gives, such as "lens"', "centre front")
-    body_point(known.model, point)
+    point = prompt.ask('Which point of the phone the drawing gives, such as "lens"', "centre front")
+    body_point(state.model, point)
     if point != "centre front":
         words += ["--point", point]
-    xyz = talk.ask("Where that is, x y z")
+    xyz = prompt.ask("Where that is, x y z")
     place = numbers(xyz, 3, "x y z")
     if np.linalg.norm(place) > MAX_OFFSET:
         raise InputError(
@@ -147,27 +166,27 @@ def _ask_drawn_place(talk: Talk, known: Known) -> Words:
             f"That is {np.linalg.norm(place):.0f} m from the object's origin.",
             fix="Give metres: 120 mm are 0.12.",
         )
-    off = astray(known.solid, [point], place[None], _HELD_OFF)
-    if not talk.accept(Finding(f"{point} at {' '.join(f'{x:g}' for x in place)} m", off)):
+    off = astray(state.object_mesh, [point], place[None], _HELD_OFF)
+    if not prompt.accept(Finding(f"{point} at {' '.join(f'{x:g}' for x in place)} m", off)):
         raise AgainError
     return [*words, "--xyz", xyz]
 
 
-DRAWN_PLACE = Step("Where the phone is", (AXES,), _ask_drawn_place, ("--xyz", "X Y Z"))
+DRAWN_PLACE = GuideStep("Where the phone is", (AXES,), _ask_drawn_place, ("--xyz", "X Y Z"))
 
 
-def _ask_drawn_turn(talk: Talk, known: Known) -> Words:
-    axes = talk.ask('How it is turned, such as "screen faces +x, top edge points +z"')
+def _ask_drawn_turn(prompt: Prompt, state: GuideState) -> Words:
+    axes = prompt.ask('How it is turned, such as "screen faces +x, top edge points +z"')
     rotation_in_words(axes)
-    talk.tell("How well is that known?")
-    chosen = talk.choose("Number", [name for name, _ in _PRECISIONS])
+    prompt.tell("How well is that known?")
+    chosen = prompt.choose("Number", [name for name, _ in _PRECISIONS])
     precision = _PRECISIONS[chosen][1]
     mm, deg = 1e3 * precision.metres, np.degrees(precision.radians)
-    talk.good(f"taken as right to {mm:g} mm and {deg:g} deg (one standard deviation)")
+    prompt.good(f"taken as right to {mm:g} mm and {deg:g} deg (one standard deviation)")
     return ["--axes", axes, "--sigma-mm", f"{mm:g}", "--sigma-deg", f"{deg:g}"]
 
 
-DRAWN_TURN = Step(
+DRAWN_TURN = GuideStep(
     "How the phone is turned",
     (
         "Say where two of its sides point along the mesh's axes. Sides are screen, back, top, bottom, "

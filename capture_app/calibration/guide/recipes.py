@@ -7,7 +7,7 @@ from capture_app.calibration.guide import record_steps as record
 from capture_app.calibration.guide import screen_steps as screen
 from capture_app.calibration.guide.board_steps import PRINT, place
 from capture_app.calibration.guide.phone_steps import DRAWN_PLACE, DRAWN_TURN, MODEL, PICKED
-from capture_app.calibration.guide.step import Recipe
+from capture_app.calibration.guide.state import Recipe
 
 RECIPES: Sequence[Recipe] = (
     Recipe(
@@ -76,7 +76,7 @@ RECIPES: Sequence[Recipe] = (
     Recipe(
         "points",
         "points",
-        "only a ruler, or the mesh to click on (quick, rough)",
+        "only a ruler (quick, rough)",
         (files.MESH, MODEL, PICKED),
     ),
 )

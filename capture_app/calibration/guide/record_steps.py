@@ -7,9 +7,9 @@ import numpy as np
 
 from capture_app.calibration.guide.film import filmed_board, filmed_then_clamped
 from capture_app.calibration.guide.finding import Finding
+from capture_app.calibration.guide.prompt import Prompt
 from capture_app.calibration.guide.recording import filmed_rest, rested_recording, turned_recording
-from capture_app.calibration.guide.step import AgainError, Known, Step, Words
-from capture_app.calibration.guide.talk import Talk
+from capture_app.calibration.guide.state import AgainError, GuideState, GuideStep, Words
 from ingest.calibration.board.camera import load_camera
 from ingest.calibration.hand_eye.pose_log import read_pose_log
 from ingest.calibration.pose_file import load_pose
@@ -17,15 +17,15 @@ from ingest.formats.detect import read_session
 from ingest.session import CaptureSession
 
 
-def _recording(check: Callable[[CaptureSession, Known], Finding], *words: str):
+def _recording(check: Callable[[CaptureSession, GuideState], Finding], *words: str):
     """What asks for a recording that passes a check."""
 
-    def ask(talk: Talk, known: Known) -> Words:
-        path = talk.path("Folder or archive of the recording", known.session_file)
+    def ask(prompt: Prompt, state: GuideState) -> Words:
+        path = prompt.path("Folder or archive of the recording", state.session_file)
         session = read_session(path)
-        if not talk.accept(check(session, known)):
+        if not prompt.accept(check(session, state)):
             raise AgainError
-        known.session_file, known.session = path, session
+        state.session_file, state.session = path, session
         return [*words, str(path)]
 
     return ask
@@ -50,7 +50,7 @@ _TURN = (
     "Put it down, leave it alone for two seconds, and stop both.",
 )
 
-SCANNED = Step(
+SCANNED = GuideStep(
     "Record",
     (
         _MARK,
@@ -66,7 +66,7 @@ SCANNED = Step(
     _recording(lambda session, _: rested_recording(session)),
     ("RECORDING",),
 )
-FILMED = Step(
+FILMED = GuideStep(
     "Record",
     (
         _MARK,
@@ -77,10 +77,10 @@ FILMED = Step(
         _REST,
         _END,
     ),
-    _recording(lambda session, known: filmed_then_clamped(session, known.printed)),
+    _recording(lambda session, state: filmed_then_clamped(session, state.printed)),
     ("RECORDING",),
 )
-STOOD = Step(
+STOOD = GuideStep(
     "Record",
     (
         "Put the object where it stood when it was scanned, in the same place and the same light: "
@@ -93,7 +93,7 @@ STOOD = Step(
     _recording(lambda session, _: filmed_rest(session), "--session"),
     ("--session", "RECORDING"),
 )
-WITNESSED = Step(
+WITNESSED = GuideStep(
     "Record",
     (
         "Put the second camera on a tripod, one to two metres away, so that the board fills a third "
@@ -105,7 +105,7 @@ WITNESSED = Step(
     _recording(lambda session, _: turned_recording(session)),
     ("RECORDING",),
 )
-TRACKED = Step(
+TRACKED = GuideStep(
     "Record",
     (
         "Fix the markers or the tracker to the object, and the phone to the object, so that nothing "
@@ -118,42 +118,42 @@ TRACKED = Step(
 )
 
 
-def _ask_film(talk: Talk, known: Known) -> Words:
-    path = talk.path("What the second camera recorded: a video, or a second phone's session")
-    talk.tell("Looking at it...")
-    if not talk.accept(filmed_board(path, known.printed)):
+def _ask_film(prompt: Prompt, state: GuideState) -> Words:
+    path = prompt.path("What the second camera recorded: a video, or a second phone's session")
+    prompt.tell("Looking at it...")
+    if not prompt.accept(filmed_board(path, state.printed)):
         raise AgainError
     question = "File with that camera's intrinsics (Enter: they are found from the film)"
-    return [str(path), *_optional(talk, question, "--camera", load_camera)]
+    return [str(path), *_optional(prompt, question, "--camera", load_camera)]
 
 
-FILM = Step("The film", (), _ask_film, ("FILM",))
+FILM = GuideStep("The film", (), _ask_film, ("FILM",))
 
 
-def _ask_poses(talk: Talk, known: Known) -> Words:
-    path = talk.path("The tracker's log: lines of t x y z qx qy qz qw")
+def _ask_poses(prompt: Prompt, state: GuideState) -> Words:
+    path = prompt.path("The tracker's log: lines of t x y z qx qy qz qw")
     stream = read_pose_log(path)
     rate = 1 / float(np.median(np.diff(stream.times)))
     seconds = float(np.ptp(stream.times))
-    talk.good(f"{len(stream.times):,} poses, {rate:.0f} a second, {seconds:.0f} s")
+    prompt.good(f"{len(stream.times):,} poses, {rate:.0f} a second, {seconds:.0f} s")
     question = "File with the tracked body's pose on the mesh (Enter: it has the mesh's frame)"
-    return [str(path), *_optional(talk, question, "--body", load_pose)]
+    return [str(path), *_optional(prompt, question, "--body", load_pose)]
 
 
-def _optional(talk: Talk, question: str, option: str, load: Callable[[Path], object]) -> Words:
+def _optional(prompt: Prompt, question: str, option: str, load: Callable[[Path], object]) -> Words:
     """A file that there may be, once it can be read."""
 
     def attempt() -> Words:
-        path = talk.maybe_path(question)
+        path = prompt.maybe_path(question)
         if path is None:
             return []
         load(path)
         return [option, str(path)]
 
-    return talk.until_right(attempt)
+    return prompt.until_right(attempt)
 
 
-POSES = Step(
+POSES = GuideStep(
     "The tracker's log",
     (
         "Export the object's pose in its own resting frame, seconds and metres, quaternions with w "

@@ -1,8 +1,8 @@
 """Steps about the phone's own screen, which shows a board to another camera."""
 
 from capture_app.calibration.guide.film import photographed_boards
-from capture_app.calibration.guide.step import AgainError, Known, Step, Words
-from capture_app.calibration.guide.talk import Talk
+from capture_app.calibration.guide.prompt import Prompt
+from capture_app.calibration.guide.state import AgainError, GuideState, GuideStep, Words
 from ingest.calibration.screen.shown import TURNS, screen_board
 
 _SHOW = (
@@ -13,34 +13,34 @@ _SHOW = (
 _TURNED = "By how many degrees clockwise does the picture stand on the screen (0, 90, 180, 270)?"
 
 
-def _ask_shown(talk: Talk, known: Known) -> Words:
-    board = screen_board(known.model)
-    if talk.yes("Write the picture that the phone is to show?", default=True):
-        words = ["-o", str(known.fresh("screen.png")), "--phone", known.model.name]
-        known.run(["screen", "--show", *words])
-    talk.good(f"{known.model.name} shows {board}")
-    turned = talk.choose(_TURNED, [f"{turn} degrees" for turn in TURNS])
+def _ask_shown(prompt: Prompt, state: GuideState) -> Words:
+    board = screen_board(state.model)
+    if prompt.yes("Write the picture that the phone is to show?", default=True):
+        words = ["-o", str(state.fresh("screen.png")), "--phone", state.model.name]
+        state.run(["screen", "--show", *words])
+    prompt.good(f"{state.model.name} shows {board}")
+    turned = prompt.choose(_TURNED, [f"{turn} degrees" for turn in TURNS])
     return ["--turned", str(TURNS[turned])] if turned else []
 
 
-SHOWN = Step("The phone's screen", _SHOW, _ask_shown, ())
+SHOWN = GuideStep("The phone's screen", _SHOW, _ask_shown, ())
 
 
 def _photos(*, with_board: bool):
-    def ask(talk: Talk, known: Known) -> Words:
-        folder = talk.path("Folder of the photos")
-        talk.tell("Looking at some of them...")
-        boards = {"the phone's screen": screen_board(known.model)}
+    def ask(prompt: Prompt, state: GuideState) -> Words:
+        folder = prompt.path("Folder of the photos")
+        prompt.tell("Looking at some of them...")
+        boards = {"the phone's screen": screen_board(state.model)}
         if with_board:
-            boards["the printed board"] = known.printed
-        if not talk.accept(photographed_boards(folder, boards)):
+            boards["the printed board"] = state.printed
+        if not prompt.accept(photographed_boards(folder, boards)):
             raise AgainError
         return [str(folder)]
 
     return ask
 
 
-PHOTOS = Step(
+PHOTOS = GuideStep(
     "Photos",
     (
         "With one camera at one zoom, take ten to twenty photos from several sides, half a metre "
@@ -50,7 +50,7 @@ PHOTOS = Step(
     _photos(with_board=True),
     ("PHOTOS",),
 )
-SCAN_PHOTOS = Step(
+SCAN_PHOTOS = GuideStep(
     "The scan's photos",
     (
         "Scan the object with the phone on it: with one camera at one zoom, photos from all sides, "
@@ -62,13 +62,13 @@ SCAN_PHOTOS = Step(
 )
 
 
-def _ask_metres(talk: Talk, known: Known) -> Words:
-    if talk.yes(
+def _ask_metres(prompt: Prompt, state: GuideState) -> Words:
+    if prompt.yes(
         "Is the model in metres? (COLMAP alone does not know how large things are)", default=False
     ):
         return []
-    talk.good("its scale is taken from the screen")
+    prompt.good("its scale is taken from the screen")
     return ["--scale"]
 
 
-METRES = Step("Its scale", (), _ask_metres, ("--scale",))
+METRES = GuideStep("Its scale", (), _ask_metres, ("--scale",))

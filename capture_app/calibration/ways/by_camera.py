@@ -63,5 +63,5 @@ def by_tracker(way: TrackerWay) -> Mount:
 
 def _check_object(way: Way) -> None:
     """Refuse a mesh that cannot be read before the slow part."""
-    if way.solid is not None:
-        way.solid.load()
+    if way.mesh_file is not None:
+        way.mesh_file.load()

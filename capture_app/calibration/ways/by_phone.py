@@ -7,9 +7,9 @@ import numpy as np
 
 from capture_app.calibration.ways.stills import chosen_stills
 from capture_app.commands.calibrate.by_phone import FloorWay, ScanWay, SessionWay
+from capture_app.mesh_file import MeshFile
 from capture_app.progress import Progress
 from capture_app.scanning.folder import IMAGES, MODEL
-from capture_app.solid import Solid
 from ingest.calibration.board.place import load_place
 from ingest.calibration.board.spec import parse_board
 from ingest.calibration.board.track import track_session
@@ -43,21 +43,21 @@ def by_session(way: SessionWay, progress: Progress) -> Mount:
     Raises:
         InputError: those of what is read, and of `session_mount`.
     """
-    log, solid = read_session(way.session, way.format), Solid(way.object, way.mesh_scale).load()
+    log, mesh = read_session(way.session, way.format), MeshFile(way.object, way.mesh_scale).load()
     stills, note = chosen_stills(log, way.stills, way.clamped_at, CARRIED)
-    placed = _placed(way, log, solid, stills[0].start, progress)
-    return replace(session_mount(log, solid, placed, stills), note=note)
+    placed = _placed(way, log, mesh, stills[0].start, progress)
+    return replace(session_mount(log, mesh, placed, stills), note=note)
 
 
 def _placed(
-    way: SessionWay, log: CaptureSession, solid: ObjectMesh, before: float, progress: Progress
+    way: SessionWay, log: CaptureSession, mesh: ObjectMesh, before: float, progress: Progress
 ) -> ObjectPlacement:
     """Where the object stood until the clamped phone stood still, seconds on the log's clock."""
     if way.object_pose is not None:
         pose = load_pose(way.object_pose)
-        return placed_by_hand(log, solid, pose, before, str(way.object_pose))
+        return placed_by_hand(log, mesh, pose, before, str(way.object_pose))
     if way.scan is not None:
-        return placed_by_scan(log, solid, load_scan(way.scan), before, str(way.scan))
+        return placed_by_scan(log, mesh, load_scan(way.scan), before, str(way.scan))
     assert way.board is not None
     assert way.place is not None
     board = parse_board(way.board)
@@ -115,6 +115,6 @@ def by_floor(way: FloorWay) -> Mount:
         InputError: of what is read, and of `refine`.
     """
     first = load_mount(way.mount)
-    metric = Solid(way.object, way.mesh_scale).load(first.object_scale)
+    metric = MeshFile(way.object, way.mesh_scale).load(first.object_scale)
     session = read_session(way.session, way.format)
     return refine(first, session, metric, phone_height=way.phone_height, floor=way.floor)

@@ -58,7 +58,7 @@ def calibrate() -> None:
     - **board**: a second camera watches a printed board on the object
     - **tracker**: motion capture or a second tracker followed the object
     - **screen**: the phone's screen shows a board, another camera sees it and the object
-    - **points**: three or more points known on phone and object, typed or clicked
+    - **points**: three or more points known on phone and object
     - **drawing**: the drawing of a holder
     - **floor**: refines any of them by the object's contact with the floor
     - **combine**: several results of one mount become one, or are found to disagree

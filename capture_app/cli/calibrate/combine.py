@@ -32,7 +32,7 @@ def combine(
     What one leaves open the others fill in. Calibrations that disagree beyond what they claim are
     refused; of three or more, the odd one is named.
     """
-    from capture_app.cli.calibrate.finish import check_output, finish, solid_of
+    from capture_app.cli.calibrate.finish import check_output, finish, mesh_file_of
     from ingest.calibration.combine import NamedMount
     from ingest.calibration.combine import combine as combined
     from ingest.calibration.slip import refuse_slip
@@ -50,4 +50,4 @@ def combine(
                 fix="Name two files, that of the start first.",
             )
         refuse_slip(results[0].mount, results[1].mount)
-    finish(combined(results), mount_file, solid_of(mesh))
+    finish(combined(results), mount_file, mesh_file_of(mesh))

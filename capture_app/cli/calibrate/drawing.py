@@ -85,7 +85,7 @@ def drawing(
     """
     import numpy as np
 
-    from capture_app.cli.calibrate.finish import check_output, finish, solid_of
+    from capture_app.cli.calibrate.finish import check_output, finish, mesh_file_of
     from capture_app.cli.calibrate.phone import maybe_phone, needed_phone
     from ingest.calibration.drawing.drawing import Precision, body_mount, camera_mount
     from ingest.calibration.drawing.drawn import Drawn
@@ -100,4 +100,4 @@ def drawing(
         known = needed_phone(phone, ruler)
         T = drawn.of_body()
         mount = body_mount(known, T[:3, :3], T[:3, 3], point, precision)
-    finish(mount, mount_file, solid_of(mesh), known.name if known else "")
+    finish(mount, mount_file, mesh_file_of(mesh), known.name if known else "")

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from capture_app.cli.console import output, say
 from capture_app.commands.calibrate.way import Way
 from capture_app.commands.request import validated
-from capture_app.solid import Solid
+from capture_app.mesh_file import MeshFile
 from ingest.mount import Mount
 from ingest.uncertainty import bounds_95
 from omomo_core.errors import InputError
@@ -70,23 +70,23 @@ def carry_out(model: type[Way], said: Mapping[str, Any], path: Path) -> None:
     _tell(mount, path)
 
 
-def finish(mount: Mount, path: Path, solid: Solid | None = None, phone: str = "") -> None:
+def finish(mount: Mount, path: Path, mesh_file: MeshFile | None = None, phone: str = "") -> None:
     """Write the mount file and print what was found, how sure it is and what stayed open.
 
     Args:
         mount: the calibration; its date is set to today.
         path: of mount.json, as `check_output` allows.
-        solid: the object it is for, when it is known; then both are drawn.
+        mesh_file: the object it is for, when it is known; then both are drawn.
         phone: its model, when it is known.
     """
-    from capture_app.calibration.written import write_mount
+    from capture_app.calibration.write_mount import write_mount
 
-    _tell(write_mount(mount, path, solid, phone, picture=_picture(path)), path)
+    _tell(write_mount(mount, path, mesh_file, phone, picture=_picture(path)), path)
 
 
-def solid_of(mesh: Path | None) -> Solid | None:
+def mesh_file_of(mesh: Path | None) -> MeshFile | None:
     """The object of --object."""
-    return None if mesh is None else Solid(mesh)
+    return None if mesh is None else MeshFile(mesh)
 
 
 def _picture(path: Path) -> Path:

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 def guide() -> None:
     """Ask what there is, guide through each recording, check it at once, and find the mount."""
     from capture_app.calibration.guide.flow import Guide
-    from capture_app.calibration.guide.talk import Talk
+    from capture_app.calibration.guide.prompt import Prompt
     from capture_app.cli.calibrate.finish import check_output
     from capture_app.cli.console import output
 
-    Guide(Talk(output), _run, check_output).go()
+    Guide(Prompt(output), _run, check_output).go()
 
 
 def _run(words: Sequence[str]) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from capture_app.cli.calibrate import options as given
-from capture_app.cli.console import output, say
+from capture_app.cli.console import say
 
 PairFile = Annotated[
     Path | None,
@@ -20,9 +20,6 @@ Typed = Annotated[
         "name or as x y z from its camera, and where it is on the object, metres. Repeat it.",
         show_default=False,
     ),
-]
-Pick = Annotated[
-    bool, typer.Option("--pick", help="Click the points on the mesh (--object) in a browser.")
 ]
 Save = Annotated[
     Path | None, typer.Option(help="Also write the pairs to this JSON file.", show_default=False)
@@ -39,7 +36,6 @@ def points(
     mount_file: given.MountFile,
     pairs: PairFile = None,
     typed: Typed = None,
-    pick: Pick = False,
     mesh: given.MaybeObject = None,
     phone: given.MaybePhone = None,
     ruler: given.Ruler = None,
@@ -51,9 +47,9 @@ def points(
 
     Points of the phone have names: "lens", "top left back corner", "left middle front", "centre
     back"; left and right are as you look at the screen. Four or five points, far apart and not in
-    one plane, show mistakes.
+    one plane, show mistakes. To click the points on the mesh, use the page: `omocap serve`.
     """
-    from capture_app.cli.calibrate.finish import check_output, finish, solid_of
+    from capture_app.cli.calibrate.finish import check_output, finish, mesh_file_of
     from capture_app.cli.calibrate.phone import maybe_phone
     from ingest.calibration.points.correspondences import (
         PointPair,
@@ -62,27 +58,12 @@ def points(
         typed_pair,
     )
     from ingest.calibration.points.picked import mount_from_pairs
-    from ingest.mesh import load_mesh
-    from omomo_core.errors import InputError
 
     check_output(mount_file)
     model = maybe_phone(phone, ruler)
     metres = sigma / 1e3
     found: list[PointPair] = [*load_pairs(pairs, metres)] if pairs else []
     found += [typed_pair(text, metres) for text in typed or []]
-    if pick:
-        if mesh is None:
-            raise InputError(
-                "mesh-needed",
-                "There is no mesh to click on.",
-                where="--pick",
-                fix="Pass it with --object.",
-            )
-        from capture_app.calibration.pick import pick_points
-
-        found += pick_points(
-            load_mesh(mesh), lambda page: output.print(f"Open {page} in a browser."), sigma=metres
-        )
     if save:
         save_pairs(found, save)
     picked = mount_from_pairs(found, model, scaled=scale)
@@ -91,4 +72,4 @@ def points(
     if scale:
         sure = 196 * picked.fit.scale_sigma
         say("Scale", f"{picked.fit.scale:.4g} within {sure:.1f} % (95 %)", "bold")
-    finish(picked.mount, mount_file, solid_of(mesh))
+    finish(picked.mount, mount_file, mesh_file_of(mesh))

@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BaseModel, ConfigDict, Field
 
 from capture_app.commands.inputs import FromLibrary, Words
-from capture_app.solid import Solid
+from capture_app.mesh_file import MeshFile
 
 _MESH = "Mesh of the object: OBJ, PLY, STL or GLB, in metres; its frame is the one calibrated."
 _MAYBE_MESH = "Mesh of the object, to note which one it is."
@@ -36,10 +36,10 @@ class Way(BaseModel):
     ] = None
 
     @property
-    def solid(self) -> Solid | None:
+    def mesh_file(self) -> MeshFile | None:
         """The object's mesh, when it is given."""
         mesh = self.inputs.get("object")
-        return None if mesh is None else Solid(mesh, self.mesh_scale)
+        return None if mesh is None else MeshFile(mesh, self.mesh_scale)
 
     @property
     def inputs(self) -> dict[str, Path]:

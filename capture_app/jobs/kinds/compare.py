@@ -1,11 +1,11 @@
 """Several motions side by side."""
 
 from capture_app.commands.render import CompareRequest
-from capture_app.jobs.kinds.file import FileWork
-from capture_app.jobs.work import Attempt, Kind
+from capture_app.jobs.kinds.file import FileJob
+from capture_app.jobs.protocol import Attempt, JobKind
 
 
-def _start(order: CompareRequest, attempt: Attempt) -> FileWork:
+def _start(order: CompareRequest, attempt: Attempt) -> FileJob:
     from capture_app.comparison.film import compare_motions
 
     def write() -> None:
@@ -14,7 +14,7 @@ def _start(order: CompareRequest, attempt: Attempt) -> FileWork:
             attempt.say(note)
 
     files = [order.output, *([order.figures] if order.figures else [])]
-    return FileWork("video", write, files)
+    return FileJob("video", write, files)
 
 
-KIND = Kind(CompareRequest, _start, {"read": 0.1, "video": 0.9})
+KIND = JobKind(CompareRequest, _start, {"read": 0.1, "video": 0.9})

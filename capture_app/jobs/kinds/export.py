@@ -1,11 +1,11 @@
 """A result becomes a file of another program."""
 
 from capture_app.commands.export import ExportRequest
-from capture_app.jobs.kinds.file import FileWork
-from capture_app.jobs.work import Attempt, Kind
+from capture_app.jobs.kinds.file import FileJob
+from capture_app.jobs.protocol import Attempt, JobKind
 
 
-def _start(request: ExportRequest, attempt: Attempt) -> FileWork:
+def _start(request: ExportRequest, attempt: Attempt) -> FileJob:
     from capture_app.exports.export import object_file
     from capture_app.exports.of_result import export_result
 
@@ -17,7 +17,7 @@ def _start(request: ExportRequest, attempt: Attempt) -> FileWork:
             attempt.say(note)
         attempt.tell({"files": [path.name for path in written.files]})
 
-    return FileWork("export", write, [request.output, object_file(request.output)])
+    return FileJob("export", write, [request.output, object_file(request.output)])
 
 
-KIND = Kind(ExportRequest, _start, {"export": 1.0})
+KIND = JobKind(ExportRequest, _start, {"export": 1.0})

@@ -7,7 +7,7 @@ from pathlib import Path
 from omomo_core.whole_file import partial_of
 
 
-class FileWork:
+class FileJob:
     """One stage; its files appear whole or not at all."""
 
     def __init__(self, stage: str, write: Callable[[], None], files: Sequence[Path]) -> None:

@@ -3,14 +3,14 @@
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from capture_app.jobs.work import Attempt
+from capture_app.jobs.protocol import Attempt
 
 if TYPE_CHECKING:
     from capture_app.making import ResultInMaking
     from capture_app.manifest import Manifest
 
 
-class FolderWork:
+class FolderJob:
     """A result in the making, as a job."""
 
     def __init__(self, making: "ResultInMaking[Any]", attempt: Attempt) -> None:

@@ -1,11 +1,11 @@
 """A result drawn into a film of the take."""
 
 from capture_app.commands.overlay import OverlayRequest
-from capture_app.jobs.kinds.file import FileWork
-from capture_app.jobs.work import Attempt, Kind
+from capture_app.jobs.kinds.file import FileJob
+from capture_app.jobs.protocol import Attempt, JobKind
 
 
-def _start(order: OverlayRequest, attempt: Attempt) -> FileWork:
+def _start(order: OverlayRequest, attempt: Attempt) -> FileJob:
     from capture_app.overlay.write import overlay_result
 
     def write() -> None:
@@ -15,7 +15,7 @@ def _start(order: OverlayRequest, attempt: Attempt) -> FileWork:
         if made.offset is not None:
             attempt.tell({"offset": round(made.offset, 3)})
 
-    return FileWork("video", write, [order.output])
+    return FileJob("video", write, [order.output])
 
 
-KIND = Kind(OverlayRequest, _start, {"board": 0.3, "localise": 0.1, "video": 0.6})
+KIND = JobKind(OverlayRequest, _start, {"board": 0.3, "localise": 0.1, "video": 0.6})

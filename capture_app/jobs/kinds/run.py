@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from capture_app.commands.run import RunRequest
-from capture_app.jobs.kinds.folder import FolderWork
-from capture_app.jobs.work import Attempt, Kind
+from capture_app.jobs.kinds.folder import FolderJob
+from capture_app.jobs.protocol import Attempt, JobKind
 
 if TYPE_CHECKING:
     from capture_app.pipeline import TakeInMaking
@@ -22,7 +22,7 @@ _SHARES = {
 }
 
 
-class _TakeWork(FolderWork):
+class _TakeWork(FolderJob):
     """Also tells the verdict on the take."""
 
     def __init__(self, making: "TakeInMaking", attempt: Attempt) -> None:
@@ -38,11 +38,11 @@ class _TakeWork(FolderWork):
         self._attempt.tell({"verdict": self._take.prepared.verdict})
 
 
-def _start(order: RunRequest, attempt: Attempt) -> FolderWork:
+def _start(order: RunRequest, attempt: Attempt) -> FolderJob:
     from capture_app.pipeline import TakeInMaking
 
     making = TakeInMaking(order, attempt.progress, key=attempt.id, timings=attempt.timings)
     return _TakeWork(making, attempt)
 
 
-KIND = Kind(RunRequest, _start, _SHARES)
+KIND = JobKind(RunRequest, _start, _SHARES)

@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from capture_app.commands.scan import ScanRequest
-from capture_app.jobs.kinds.thing import ThingWork
-from capture_app.jobs.work import Attempt, Kind
+from capture_app.jobs.kinds.library_item import ItemJob
+from capture_app.jobs.protocol import Attempt, JobKind
+from capture_app.library_item import FILES, PICTURE
 from capture_app.progress import Progress
-from capture_app.things import FILES, PICTURE
 
 MESH = "object.glb"
 _SHARES = {
@@ -26,10 +26,10 @@ _SHARES = {
 }
 
 
-def _start(order: ScanRequest, attempt: Attempt) -> ThingWork:
-    from capture_app.facts import mesh_facts
+def _start(order: ScanRequest, attempt: Attempt) -> ItemJob:
     from capture_app.posters import object_poster
     from capture_app.scanning.scan import scan_object
+    from capture_app.summaries import mesh_summary
     from ingest.mesh import load_mesh
     from ingest.report.scanned import REPORT_DATA
 
@@ -42,11 +42,11 @@ def _start(order: ScanRequest, attempt: Attempt) -> ThingWork:
         report = json.loads((request.work / REPORT_DATA).read_text(encoding="utf-8"))
         return {
             "mesh": MESH,
-            **mesh_facts(request.output, 1.0),
+            **mesh_summary(request.output, 1.0),
             "scan": {"severity": report["severity"], "checks": report["checks"]},
         }
 
-    return ThingWork(order, attempt, make)
+    return ItemJob(order, attempt, make)
 
 
-KIND = Kind(ScanRequest, _start, _SHARES)
+KIND = JobKind(ScanRequest, _start, _SHARES)

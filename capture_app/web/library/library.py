@@ -6,7 +6,7 @@ import shutil
 from pathlib import Path
 
 from capture_app.commands.inputs import ItemKind
-from capture_app.things import FILES, now
+from capture_app.library_item import FILES, now
 from capture_app.web.library.folders import keep, sweep_trash
 from capture_app.web.library.notes import Notes
 from capture_app.web.library.results import Results

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from capture_app.library_item import Info, load_info, save_info
 from capture_app.manifest import MANIFEST, Manifest
-from capture_app.things import Info, load_info, save_info
 from capture_app.web.library.folders import remove_folder
 from capture_app.web.library.shelf import missing
 

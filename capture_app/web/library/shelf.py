@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from capture_app.things import FILES, INFO, Info, load_info, save_info
+from capture_app.library_item import FILES, INFO, Info, load_info, save_info
 from capture_app.web.library.folders import keep, remove_folder
 from capture_app.web.problems import Refused
 

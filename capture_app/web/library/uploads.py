@@ -14,7 +14,7 @@ from pathlib import Path, PurePosixPath
 from pydantic import BaseModel, Field, ValidationError
 
 from capture_app.commands.inputs import ItemKind
-from capture_app.things import FILES, Name, now, save_info
+from capture_app.library_item import FILES, Name, now, save_info
 from capture_app.web.library.folders import keep_tree, remove_folder
 from capture_app.web.library.ids import new_id
 from capture_app.web.library.members import member_paths

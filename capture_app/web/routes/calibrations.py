@@ -8,7 +8,7 @@ from capture_app.commands.calibrate.by_camera import BoardWay, ScreenWay, Tracke
 from capture_app.commands.calibrate.by_phone import FloorWay, ScanWay, SessionWay
 from capture_app.commands.calibrate.way import Way
 from capture_app.commands.inputs import PLACE_EXAMPLE, like
-from capture_app.things import Name
+from capture_app.library_item import Name
 from capture_app.web.by_id import by_id
 from capture_app.web.library.ids import Id
 

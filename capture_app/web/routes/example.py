@@ -7,9 +7,9 @@ from typing import Any
 from fastapi import APIRouter
 
 from capture_app.commands.inputs import ItemKind
-from capture_app.facts import mesh_facts, mount_facts
+from capture_app.library_item import FILES, Info
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
-from capture_app.things import FILES, Info
+from capture_app.summaries import mesh_summary, mount_summary
 from capture_app.web.library.folders import keep_tree
 from capture_app.web.site import Here, Site
 
@@ -28,8 +28,8 @@ async def example(site: Here) -> dict[str, str]:
     """Put the example into the library, unless it is there."""
     facts: dict[ItemKind, dict[str, Any]] = {
         "session": {},
-        "object": {"mesh": MESH, **await site.heavy.run(mesh_facts, DEMO / MESH, 1.0)},
-        "mount": await site.heavy.run(mount_facts, DEMO / MOUNT),
+        "object": {"mesh": MESH, **await site.sandbox.run(mesh_summary, DEMO / MESH, 1.0)},
+        "mount": await site.sandbox.run(mount_summary, DEMO / MOUNT),
     }
     facts["mount"]["object"] = _THINGS["object"][0]
     for kind, (id_, name) in _THINGS.items():

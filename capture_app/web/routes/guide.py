@@ -8,9 +8,9 @@ from pydantic import BaseModel
 
 from capture_app.commands.inputs import Words
 from capture_app.web.cache import key
+from capture_app.web.file_response import file_response
 from capture_app.web.library.ids import Id
-from capture_app.web.limited import looks, sheets
-from capture_app.web.served import served
+from capture_app.web.sandbox import looks, sheets
 from capture_app.web.site import Here
 from ingest.calibration.board.sheet import PAPERS
 from ingest.calibration.board.spec import PRESETS
@@ -57,7 +57,7 @@ def ways() -> dict[str, Any]:
 async def look(site: Here, of: looks.Look, id: Id, board: Words = "", phone: Words = "") -> Looked:
     """A quick look at a recording, a film, photos or a log, by what it is to be used for."""
     path = site.library.content(id, "session", "video", "material")
-    return Looked.model_validate(await site.heavy.run(looks.look, path, of, board, phone))
+    return Looked.model_validate(await site.sandbox.run(looks.look, path, of, board, phone))
 
 
 @router.get("/board.pdf", response_class=FileResponse, responses=_PDF)
@@ -67,8 +67,8 @@ async def board_sheet(
     """The board to print at 100 %."""
     path = site.library.cache / f"board-{key('board', paper)}.pdf"
     if not path.is_file():
-        await site.heavy.run(sheets.board_sheet, paper, path)
-    return served(path, "board.pdf")
+        await site.sandbox.run(sheets.board_sheet, paper, path)
+    return file_response(path, "board.pdf")
 
 
 @router.get("/screen.png", response_class=FileResponse, responses=_PNG)
@@ -76,5 +76,5 @@ async def screen_sheet(site: Here, phone: Annotated[str, Query(max_length=80)]) 
     """The picture that the phone is to show full screen."""
     path = site.library.cache / f"screen-{key('screen', phone)}.png"
     if not path.is_file():
-        await site.heavy.run(sheets.screen_sheet, phone, path)
-    return served(path, "screen.png")
+        await site.sandbox.run(sheets.screen_sheet, phone, path)
+    return file_response(path, "screen.png")

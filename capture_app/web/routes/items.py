@@ -7,13 +7,13 @@ from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
 
 from capture_app.commands.inputs import ItemKind
-from capture_app.facts import mesh_facts
-from capture_app.things import Info, Name
+from capture_app.library_item import Info, Name
+from capture_app.summaries import mesh_summary
 from capture_app.web.in_use import refuse_in_use
 from capture_app.web.library.ids import Id
 from capture_app.web.library.library import SHELVES
 from capture_app.web.site import Here
-from capture_app.web.sources import solid_of
+from capture_app.web.sources import mesh_file_of
 
 
 class Item(BaseModel):
@@ -97,7 +97,9 @@ async def change_object(site: Here, id: Id, given: Change) -> Item:
     """Give an object another name, or read its mesh in another unit."""
     facts: dict[str, Any] = {}
     if given.scale is not None:
-        facts = await site.heavy.run(mesh_facts, solid_of(site.library, id).path, given.scale)
+        facts = await site.sandbox.run(
+            mesh_summary, mesh_file_of(site.library, id).path, given.scale
+        )
 
     def edit(info: Info) -> Info:
         update = {"name": given.name or info.name, "facts": {**info.facts, **facts}}

@@ -8,12 +8,12 @@ from fastapi import APIRouter, Body, Header, Query
 from pydantic import ConfigDict
 
 from capture_app.jobs.record import JobRecord, State
+from capture_app.web.file_response import ResultFile, listed
+from capture_app.web.job_requests import to_order
 from capture_app.web.library.ids import Id, new_id
 from capture_app.web.library.shelf import missing
-from capture_app.web.ordering import to_order
 from capture_app.web.problems import Refused
 from capture_app.web.routes.orders import Ordered
-from capture_app.web.served import Made, listed
 from capture_app.web.site import Here, Site
 from omomo_core.errors import InputError
 
@@ -31,7 +31,7 @@ class Job(JobRecord):
     """Why it has not begun, in a sentence; null unless it waits."""
     made: str | None
     """Where the page shows what it made once it is done, such as "mounts/ID"; null for a file."""
-    files: list[Made]
+    files: list[ResultFile]
     """What it made beside a result."""
     download: str | None
     """Address of the first of them."""
@@ -130,7 +130,7 @@ def _result(site: Site, record: JobRecord) -> str | None:
     return site.library.result_of(Path(record.output)) if record.output else None
 
 
-def _made(site: Site, record: JobRecord) -> list[Made]:
+def _made(site: Site, record: JobRecord) -> list[ResultFile]:
     """The files that begin as its output does, when they lie among the exports of a result."""
     result = _result(site, record)
     if result is None or record.output is None or record.state != "done":

@@ -10,13 +10,13 @@ from fastapi import APIRouter, Body
 from pydantic import BaseModel, ConfigDict, Field
 
 from capture_app.calibration.phones import phone_of
-from capture_app.facts import mount_facts
-from capture_app.things import FILES, Info, Name
+from capture_app.library_item import FILES, Info, Name
+from capture_app.summaries import mount_summary
 from capture_app.web.library.ids import Id, new_id
-from capture_app.web.limited import mounts
 from capture_app.web.routes.items import Item, item
+from capture_app.web.sandbox import mounts
 from capture_app.web.site import Here, Site
-from capture_app.web.sources import solid_of
+from capture_app.web.sources import mesh_file_of
 from ingest.calibration.drawing.drawing import Precision
 from ingest.calibration.drawing.drawn import Drawn
 from ingest.calibration.points.correspondences import PointPair
@@ -122,7 +122,7 @@ async def calibrate(site: Here, given: Annotated[Calibration, Body()]) -> Item:
             return await _drawn(site, given, target)
         if isinstance(given, Points):
             return await _clicked(site, given, target)
-        return await site.heavy.run(mounts.identity, target)
+        return await site.sandbox.run(mounts.identity, target)
 
     return await _shelved(site, given, write)
 
@@ -136,9 +136,9 @@ async def _drawn(site: Site, given: Drawing, target: Path) -> dict[str, Any]:
     )
     precision = Precision(given.sigma_mm / 1e3, float(np.radians(given.sigma_deg)))
     phone = phone_of(given.phone, given.ruler)
-    solid = None if given.object is None else solid_of(site.library, given.object)
-    return await site.heavy.run(
-        mounts.drawing, target, drawn, given.of, phone, given.point, precision, solid
+    mesh_file = None if given.object is None else mesh_file_of(site.library, given.object)
+    return await site.sandbox.run(
+        mounts.drawing, target, drawn, given.of, phone, given.point, precision, mesh_file
     )
 
 
@@ -146,8 +146,8 @@ async def _clicked(site: Site, given: Points, target: Path) -> dict[str, Any]:
     metres = given.sigma_mm / 1e3
     pairs = tuple(PointPair(pair.phone, pair.point, metres) for pair in given.pairs)
     phone = phone_of(given.phone, given.ruler)
-    solid = solid_of(site.library, given.object)
-    return await site.heavy.run(mounts.points, target, pairs, phone, given.scale, solid)
+    mesh_file = mesh_file_of(site.library, given.object)
+    return await site.sandbox.run(mounts.points, target, pairs, phone, given.scale, mesh_file)
 
 
 async def _shelved(
@@ -162,7 +162,7 @@ async def _shelved(
     target.parent.mkdir(parents=True)
     try:
         found = await write(target)
-        facts = {**await site.heavy.run(mount_facts, target), **found}
+        facts = {**await site.sandbox.run(mount_summary, target), **found}
         facts["object"] = getattr(given, "object", None)
         info = Info(name=given.name, size=target.stat().st_size, files=1, facts=facts)
         site.library.shelves["mount"].put(id_, info, folder)

@@ -11,7 +11,7 @@ from capture_app.commands.render import RenderOptions
 from capture_app.commands.run import TakeOptions
 from capture_app.commands.scan import ScanRequest
 from capture_app.exports.formats import ExportFormat
-from capture_app.things import Name
+from capture_app.library_item import Name
 from capture_app.web.by_id import by_id
 from capture_app.web.library.ids import Id
 from capture_app.web.routes.calibrations import (

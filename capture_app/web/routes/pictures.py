@@ -7,18 +7,18 @@ from typing import Any
 from fastapi import APIRouter
 from fastapi.responses import FileResponse
 
+from capture_app.library_item import PICTURE
+from capture_app.mesh_file import MeshFile
 from capture_app.posters import POSTER
-from capture_app.solid import Solid
-from capture_app.things import PICTURE
 from capture_app.web.cache import key
+from capture_app.web.file_response import file_response
 from capture_app.web.library.ids import Id
-from capture_app.web.limited import drawing, work
-from capture_app.web.limited.child import Work
 from capture_app.web.problems import Refused
 from capture_app.web.routes.reports import SCENE, SCENE_REPLY
-from capture_app.web.served import served
+from capture_app.web.sandbox import drawing, work
+from capture_app.web.sandbox.child_process import Work
 from capture_app.web.site import Here, Site
-from capture_app.web.sources import solid_of
+from capture_app.web.sources import mesh_file_of
 
 router = APIRouter(prefix="/api", tags=["pictures"])
 _REPLY: dict[int | str, dict[str, object]] = {200: {"content": {"image/webp": {}}}}
@@ -35,21 +35,21 @@ async def of_result(site: Here, id: Id) -> FileResponse:
 @router.get("/objects/{id}/picture", response_class=FileResponse, responses=_REPLY)
 async def of_object(site: Here, id: Id) -> FileResponse:
     """The object from in front and above."""
-    solid = solid_of(site.library, id)
+    mesh_file = mesh_file_of(site.library, id)
     shelf = site.library.shelves["object"]
-    later = shelf.cache(id) / f"poster-{key(solid)}.webp"
+    later = shelf.cache(id) / f"poster-{key(mesh_file)}.webp"
     made = shelf.folder / id / PICTURE
-    return _drawn(site, made, later, drawing.draw_object, solid.path, solid.scale)
+    return _drawn(site, made, later, drawing.draw_object, mesh_file.path, mesh_file.scale)
 
 
 @router.get("/mounts/{id}/picture", response_class=FileResponse, responses=_REPLY)
 async def of_mount(site: Here, id: Id) -> FileResponse:
     """The phone on its object."""
-    mount, solid = _mounted(site, id)
+    mount, mesh_file = _mounted(site, id)
     shelf = site.library.shelves["mount"]
-    later = shelf.cache(id) / f"poster-{key(solid)}.webp"
+    later = shelf.cache(id) / f"poster-{key(mesh_file)}.webp"
     made = shelf.folder / id / PICTURE
-    return _drawn(site, made, later, drawing.draw_mount, mount, solid.path, solid.scale)
+    return _drawn(site, made, later, drawing.draw_mount, mount, mesh_file.path, mesh_file.scale)
 
 
 def _drawn(site: Site, made: Path, later: Path, draw: Work, *given: Any) -> FileResponse:
@@ -60,7 +60,7 @@ def _drawn(site: Site, made: Path, later: Path, draw: Work, *given: Any) -> File
     """
     for path in (made, later):
         if path.is_file():
-            return served(path, "poster.webp")
+            return file_response(path, "poster.webp")
     # A list of many would take all the connections of a browser.
     asyncio.ensure_future(site.painter.run(draw, *given, later)).add_done_callback(_forget)
     raise Refused(
@@ -80,14 +80,14 @@ def _forget(drawn: asyncio.Future[dict[str, Any]]) -> None:
 @router.get("/mounts/{id}/scene", response_class=FileResponse, responses=SCENE_REPLY)
 async def mount_scene(site: Here, id: Id) -> FileResponse:
     """The phone on its object, as the viewer shows it."""
-    mount, solid = _mounted(site, id)
-    scene = site.library.shelves["mount"].cache(id) / f"scene-{key('scene', solid)}.bin"
+    mount, mesh_file = _mounted(site, id)
+    scene = site.library.shelves["mount"].cache(id) / f"scene-{key('scene', mesh_file)}.bin"
     if not scene.is_file():
-        await site.heavy.run(work.pack_mount_scene, mount, solid.path, solid.scale, scene)
+        await site.sandbox.run(work.pack_mount_scene, mount, mesh_file.path, mesh_file.scale, scene)
     return FileResponse(scene, media_type=SCENE)
 
 
-def _mounted(site: Site, id_: str) -> tuple[Path, Solid]:
+def _mounted(site: Site, id_: str) -> tuple[Path, MeshFile]:
     """A mount's file and its object.
 
     Raises:
@@ -103,4 +103,4 @@ def _mounted(site: Site, id_: str) -> tuple[Path, Solid]:
             where=id_,
             fix="A mount that is found here is shown on its object.",
         )
-    return shelf.content(id_), solid_of(site.library, object_)
+    return shelf.content(id_), mesh_file_of(site.library, object_)

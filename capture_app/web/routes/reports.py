@@ -11,11 +11,11 @@ from pydantic import BaseModel, ConfigDict
 from capture_app.web.cache import key
 from capture_app.web.guards.headers import REPORT
 from capture_app.web.library.ids import Id
-from capture_app.web.limited import work
-from capture_app.web.limited.report import unreadable
 from capture_app.web.problems import Problem, Refused, is_of_the_disk
+from capture_app.web.sandbox import work
+from capture_app.web.sandbox.report import unreadable
 from capture_app.web.site import Here, Site
-from capture_app.web.sources import ReadAs, seen_with, solid_of
+from capture_app.web.sources import ReadAs, mesh_file_of, seen_with
 from omomo_core.errors import InputError
 
 router = APIRouter(prefix="/api", tags=["reports"])
@@ -106,17 +106,17 @@ async def session_scene(site: Here, id: Id, said: Asked) -> FileResponse:
     made = key("scene", seen)
     scene = site.library.shelves["session"].cache(id) / f"scene-{made}.bin"
     if not scene.is_file():
-        await site.heavy.run(work.pack_session_scene, seen, scene)
+        await site.sandbox.run(work.pack_session_scene, seen, scene)
     return FileResponse(scene, media_type=SCENE)
 
 
 @router.get("/objects/{id}/scene", response_class=FileResponse, responses=SCENE_REPLY)
 async def object_scene(site: Here, id: Id) -> FileResponse:
     """The object as the viewer shows it."""
-    solid = solid_of(site.library, id)
-    scene = site.library.shelves["object"].cache(id) / f"scene-{key('scene', solid)}.bin"
+    mesh_file = mesh_file_of(site.library, id)
+    scene = site.library.shelves["object"].cache(id) / f"scene-{key('scene', mesh_file)}.bin"
     if not scene.is_file():
-        await site.heavy.run(work.pack_object_scene, solid.path, solid.scale, scene)
+        await site.sandbox.run(work.pack_object_scene, mesh_file.path, mesh_file.scale, scene)
     return FileResponse(scene, media_type=SCENE)
 
 
@@ -126,7 +126,7 @@ async def _inspected(site: Site, id_: str, seen: work.SessionInputs) -> tuple[Pa
     folder = site.library.shelves["session"].cache(id_)
     data, page = folder / f"report-{made}.json", folder / f"report-{made}.html"
     if not data.is_file():
-        found = await site.heavy.run(work.inspect, seen, data, page)
+        found = await site.sandbox.run(work.inspect, seen, data, page)
         shelf = site.library.shelves["session"]
         shelf.change(id_, lambda info: info.model_copy(update={"facts": {**info.facts, **found}}))
     return data, page

@@ -8,16 +8,16 @@ from fastapi import APIRouter
 from fastapi.responses import FileResponse, Response
 from pydantic import BaseModel, ConfigDict
 
+from capture_app.library_item import Info
 from capture_app.manifest import CONTACTS, MANIFEST, VIDEO, Manifest, read_manifest
-from capture_app.things import Info
 from capture_app.web.cache import key
+from capture_app.web.file_response import ResultFile, file_name, file_response, listed, one_of
 from capture_app.web.in_use import refuse_in_use
 from capture_app.web.library.ids import Id
-from capture_app.web.limited import work
 from capture_app.web.problems import Refused
 from capture_app.web.routes.items import Item, Rename, item, renamed
 from capture_app.web.routes.reports import SCENE
-from capture_app.web.served import Made, file_name, listed, one_of, served
+from capture_app.web.sandbox import work
 from capture_app.web.site import Here, Site
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
@@ -38,8 +38,8 @@ class Whole(BaseModel):
     created: datetime
     size: int
     manifest: dict[str, Any]
-    files: list[Made]
-    exports: list[Made]
+    files: list[ResultFile]
+    exports: list[ResultFile]
 
 
 @router.get("")
@@ -113,7 +113,7 @@ async def scene(site: Here, id: Id) -> FileResponse:
     folder = site.library.results.content(id)
     path = site.library.results.cache(id) / f"scene-{key(folder)}.bin"
     if not path.is_file():
-        await site.heavy.run(work.pack_result_scene, folder, path)
+        await site.sandbox.run(work.pack_result_scene, folder, path)
     return FileResponse(path, media_type=SCENE)
 
 
@@ -124,13 +124,13 @@ async def share(site: Here, id: Id) -> FileResponse:
     folder = site.library.results.content(id)
     path = site.library.results.cache(id) / f"share-{key(folder, name)}.html"
     if not path.is_file():
-        await site.heavy.run(work.share_result, folder, name, path)
-    return served(path, f"{file_name(name)}.html")
+        await site.sandbox.run(work.share_result, folder, name, path)
+    return file_response(path, f"{file_name(name)}.html")
 
 
 def _served(site: Site, id_: str, path: Path) -> FileResponse:
     name = file_name(site.library.results.get(id_).name)
-    return served(path, f"{name}-{path.name}")
+    return file_response(path, f"{name}-{path.name}")
 
 
 def _item(site: Site, id_: str, info: Info) -> Item:

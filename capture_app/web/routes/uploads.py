@@ -8,8 +8,8 @@ from pydantic import BaseModel, Field
 from starlette.requests import ClientDisconnect
 
 from capture_app.commands.inputs import ItemKind
-from capture_app.things import Name
-from capture_app.web.adopt import adopt, check_announced
+from capture_app.library_item import Name
+from capture_app.web.finish_upload import check_announced, finish_upload
 from capture_app.web.library.ids import Id
 from capture_app.web.library.uploads import Announced, Upload
 from capture_app.web.problems import Refused
@@ -114,7 +114,7 @@ async def finish(
     site: Here, id: Id, given: Annotated[Finish, Body(default_factory=lambda: Finish(scale=1.0))]
 ) -> Adopted:
     """Turn a whole upload into what it is; when that fails it is kept."""
-    return Adopted(kind=await adopt(site, id, given.scale), id=id)
+    return Adopted(kind=await finish_upload(site, id, given.scale), id=id)
 
 
 @router.delete("/{id}", status_code=204)

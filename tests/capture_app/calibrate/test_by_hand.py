@@ -6,7 +6,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-import trimesh
 import typer
 from typer.testing import CliRunner
 
@@ -14,7 +13,6 @@ from capture_app.cli.calibrate.drawing import drawing
 from capture_app.cli.calibrate.points import points
 from capture_app.cli.calibrate.screen import screen
 from ingest.calibration.phone.body import body_point, phone_body, phone_named
-from ingest.calibration.points.correspondences import PointPair
 from ingest.mount import Mount
 from ingest.mount_file import load_mount
 from omomo_core.errors import InputError
@@ -73,21 +71,8 @@ def test_points_refused(tmp_path: Path):
     path = tmp_path / "mount.json"
     assert _code(points, "-o", path) == "points-few"
     assert _code(points, "-o", path, *_typed()) == "phone-needed"
-    assert _code(points, "-o", path, "--pick") == "mesh-needed"
     assert _code(points, "-o", path, "--ruler", "70 140") == "drawing-numbers"
     assert not path.exists()
-
-
-def test_points_picked_on_the_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    mesh = tmp_path / "box.obj"
-    trimesh.creation.box((0.3, 0.3, 0.3)).export(mesh)
-    picked = [PointPair(name, tuple(body_point(PHONE, name).tolist())) for name in CORNERS]
-    monkeypatch.setattr("capture_app.calibration.pick.pick_points", lambda *_, **__: picked)
-    path = tmp_path / "mount.json"
-    _run(points, "-o", path, "--pick", "--object", mesh, "--phone", "iPhone 15")
-    mount = load_mount(path)
-    assert mount.object_id.startswith("box, 30 x 30 x 30 cm")
-    np.testing.assert_allclose(mount.T_phone_object, phone_body(PHONE)[0], atol=1e-9)
 
 
 def test_a_drawing_in_words_and_as_a_matrix(tmp_path: Path):

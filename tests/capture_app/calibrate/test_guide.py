@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 import typer
 
+from capture_app.calibration.guide.phone_steps import POINTS
+from capture_app.calibration.guide.prompt import Prompt
 from capture_app.calibration.guide.recipes import RECIPES
-from capture_app.calibration.guide.step import Known, Recipe
-from capture_app.calibration.guide.talk import Talk
-from capture_app.calibration.guide.walk import Walk
-from capture_app.calibration.picking import POINTS
+from capture_app.calibration.guide.state import GuideState, Recipe
+from capture_app.calibration.guide.wizard import Wizard
 from capture_app.cli.app import invoke
 from capture_app.cli.calibrate.app import app as calibrate
 from capture_app.cli.console import output
@@ -199,7 +199,7 @@ def test_every_command_line_is_one(recipe: Recipe, tmp_path: Path):
     def run(words: Sequence[str]) -> None:
         raise AssertionError(words)
 
-    walk = Walk(recipe, tmp_path / "mount.json", Talk(output), Known(tmp_path, run))
+    walk = Wizard(recipe, tmp_path / "mount.json", Prompt(output), GuideState(tmp_path, run))
     method, *words = walk.words
     group = typer.main.get_command(calibrate)
     command = group.commands[method]  # pyright: ignore[reportAttributeAccessIssue]

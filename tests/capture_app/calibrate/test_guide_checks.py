@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from capture_app.calibration.guide.film import filmed_board, filmed_by_phone, photographed_boards
+from capture_app.calibration.guide.placement import off_surface, where_it_sits
+from capture_app.calibration.guide.prompt import as_path
 from capture_app.calibration.guide.recording import (
     filmed_rest,
     pictured_recording,
     rested_recording,
     turned_recording,
 )
-from capture_app.calibration.guide.sitting import off_surface, where_it_sits
-from capture_app.calibration.guide.talk import as_path
 from capture_app.simulator.carried_box import box_mesh, clamped_phone
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.wiggle import Wiggle, wiggle_motion

@@ -123,10 +123,10 @@ def scanned(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, ScanScene]:
     scene = scan_scene(4)
     log, T_arkit_world = scan_log(scene, seed=4)
     write_recording(log, folder / "take")
-    solid = trimesh.Trimesh(scene.mesh.vertices, scene.mesh.faces, process=False)
-    solid.export(folder / "chair.obj")
-    solid.apply_transform(T_arkit_world @ scene.T_world_object)
-    solid.export(folder / "scan.obj")
+    mesh_file = trimesh.Trimesh(scene.mesh.vertices, scene.mesh.faces, process=False)
+    mesh_file.export(folder / "chair.obj")
+    mesh_file.apply_transform(T_arkit_world @ scene.T_world_object)
+    mesh_file.export(folder / "scan.obj")
     return folder, scene
 
 

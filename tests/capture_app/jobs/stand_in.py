@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from capture_app.commands.request import Request
-from capture_app.jobs.work import Attempt, Kind
+from capture_app.jobs.protocol import Attempt, JobKind
 from capture_app.staging import Staging
 from omomo_core.errors import InputError
 
@@ -79,4 +79,4 @@ class StandIn:
         self._attempt.tell({"made": self._order.output.name})
 
 
-KIND = Kind(StandInOrder, StandIn, dict.fromkeys(STEPS, 1.0))
+KIND = JobKind(StandInOrder, StandIn, dict.fromkeys(STEPS, 1.0))

@@ -14,7 +14,7 @@ from capture_app.commands.render import RenderRequest
 from capture_app.commands.request import Request
 from capture_app.commands.run import RunRequest
 from capture_app.jobs.kinds import KINDS
-from capture_app.jobs.work import Attempt
+from capture_app.jobs.protocol import Attempt
 from capture_app.simulator.carried_box import clamped_phone
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.recording import write_recording

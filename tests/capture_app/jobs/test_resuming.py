@@ -7,7 +7,7 @@ import pytest
 
 from capture_app.commands.run import RunRequest
 from capture_app.jobs.kinds import KINDS
-from capture_app.jobs.work import Attempt, Work
+from capture_app.jobs.protocol import Attempt, StagedJob
 from capture_app.manifest import CONTACTS, GLB, MOTION, VIDEO
 from capture_app.pipeline import run_take
 from capture_app.result import load_result
@@ -16,7 +16,7 @@ from tests.video_frames import read_frames
 STAGES = ["read", "generate", "export", "video", "poster", "finish"]
 
 
-def begin(order: RunRequest, told: dict[str, object]) -> Work:
+def begin(order: RunRequest, told: dict[str, object]) -> StagedJob:
     attempt = Attempt("0" * 16, lambda stage, done: None, lambda sentence: None, told.update)
     return KINDS["run"].start(order, attempt)
 

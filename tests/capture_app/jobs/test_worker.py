@@ -13,8 +13,8 @@ from waiting import check_done, check_nothing_left, finished, orders, pids, stat
 
 from capture_app.jobs.batch.watch import watch
 from capture_app.jobs.fleet import Fleet
-from capture_app.jobs.ledger import DEADLIEST
 from capture_app.jobs.queue import JobQueue, open_queue
+from capture_app.jobs.worker_store import DEADLIEST
 from omomo_core.errors import InputError
 
 

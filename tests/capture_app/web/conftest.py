@@ -11,17 +11,17 @@ import pytest
 import uvicorn
 
 from capture_app.jobs.queue import open_queue
-from capture_app.web.app import Door, create_app
+from capture_app.web.app import ListenAddress, create_app
 from capture_app.web.library.library import Library
-from capture_app.web.limited.heavy import Heavy
 from capture_app.web.limits import Limits
-from capture_app.web.server import Greeted
+from capture_app.web.sandbox.pool import SandboxPool
+from capture_app.web.server import HeadTimeoutProtocol
 from capture_app.web.site import Site
 from tests.capture_app.web.talk import Live
 
 OpenSite = Callable[..., Site]
 Serve = Callable[..., Live]
-LOCAL = Door()
+LOCAL = ListenAddress()
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +33,7 @@ def open_site(tmp_path_factory: pytest.TempPathFactory) -> OpenSite:
         return Site(
             library,
             open_queue(library.database),
-            Heavy(library.scratch),
+            SandboxPool(library.scratch),
             replace(Limits(), **{"spare": 0, **limits}),
             token,
         )
@@ -46,13 +46,13 @@ def serve() -> Iterator[Serve]:
     """Puts a site on a port, in a thread."""
     running: list[tuple[uvicorn.Server, threading.Thread]] = []
 
-    def start(site: Site, door: Door = LOCAL) -> Live:
+    def start(site: Site, door: ListenAddress = LOCAL) -> Live:
         listening = socket.socket(proto=socket.IPPROTO_TCP)
         listening.bind(("127.0.0.1", 0))
         listening.listen(512)
         app = create_app(site, door)
         config = uvicorn.Config(
-            app, http=Greeted, ws="none", log_config=None, timeout_graceful_shutdown=1
+            app, http=HeadTimeoutProtocol, ws="none", log_config=None, timeout_graceful_shutdown=1
         )
         server = uvicorn.Server(config)
         thread = threading.Thread(target=server.run, args=([listening],), daemon=True)

@@ -3,7 +3,7 @@
 import httpx
 import pytest
 
-from capture_app.web.app import Door
+from capture_app.web.app import ListenAddress
 from capture_app.web.guards.token import Token
 from omomo_core.errors import InputError
 from tests.capture_app.web.raw import ask, exchange
@@ -85,7 +85,7 @@ def test_no_site_is_told_that_it_may_read(client: httpx.Client):
 def guarded(open_site, serve) -> Live:
     """A server beyond this machine, also shown by a proxy."""
     site = open_site(Token(TOKEN))
-    return serve(site, Door("0.0.0.0", ("omocap.example.org",)))
+    return serve(site, ListenAddress("0.0.0.0", ("omocap.example.org",)))
 
 
 @pytest.mark.parametrize(

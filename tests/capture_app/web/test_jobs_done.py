@@ -55,8 +55,8 @@ def take(site: Site) -> str:
 @pytest.fixture(scope="module")
 def box(client: httpx.Client) -> str:
     mesh = box_mesh()
-    solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
-    return upload(client, {"box.ply": solid.export(file_type="ply")}, "object")
+    mesh_file = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    return upload(client, {"box.ply": mesh_file.export(file_type="ply")}, "object")
 
 
 def order(client: httpx.Client, **wanted: object) -> dict:
@@ -238,9 +238,9 @@ def test_what_an_order_says_in_words_is_kept_while_the_job_is_known(
 
 
 def test_another_apps_mesh_becomes_an_object_with_its_report(client: httpx.Client, site: Site):
-    solid = trimesh.creation.box([0.8, 0.4, 0.6]).subdivide()
-    solid.apply_translation([3.0, -1.0, 2.0])
-    material = upload(client, {"carton.ply": solid.export(file_type="ply")}, "material")
+    mesh_file = trimesh.creation.box([0.8, 0.4, 0.6]).subdivide()
+    mesh_file.apply_translation([3.0, -1.0, 2.0])
+    material = upload(client, {"carton.ply": mesh_file.export(file_type="ply")}, "material")
     record = done(client, kind="scan", name="carton", source=material)
     assert record["made"] == f"objects/{record['id']}"
     told = client.get(f"/api/{record['made']}").json()

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from capture_app.web.limited.bounds import Bounds
-from capture_app.web.limited.child import in_child
-from capture_app.web.limited.heavy import Heavy
+from capture_app.web.sandbox.bounds import Bounds
+from capture_app.web.sandbox.child_process import in_child
+from capture_app.web.sandbox.pool import SandboxPool
 from omomo_core.errors import InputError
 from tests.capture_app.web import chores
 from tests.conftest import REPO
@@ -76,11 +76,11 @@ def test_no_child_fills_the_disk(tmp_path: Path):
 
 
 def test_the_same_work_is_done_once_for_all_who_ask_for_it_at_once(tmp_path: Path):
-    heavy = Heavy(tmp_path)
+    sandbox = SandboxPool(tmp_path)
 
     async def ask() -> None:
-        await asyncio.gather(*(heavy.run(chores.counts, tmp_path / "marks") for _ in range(5)))
+        await asyncio.gather(*(sandbox.run(chores.counts, tmp_path / "marks") for _ in range(5)))
 
     asyncio.run(ask())
-    heavy.close()
+    sandbox.close()
     assert (tmp_path / "marks").read_text() == "x"

@@ -94,7 +94,7 @@ def test_a_run_and_its_report_are_told_the_same(
         asked.append(seen.reading)
         raise RuntimeError
 
-    monkeypatch.setattr(type(site.heavy), "run", lambda self, *given: run(*given))
+    monkeypatch.setattr(type(site.sandbox), "run", lambda self, *given: run(*given))
     at = f"/api/sessions/{example['session']}/report"
     client.get(
         at, params={k: v for k, v in example.items() if k != "session"} | SAID | {"up": word}
@@ -137,6 +137,6 @@ def test_a_report_that_cannot_be_written_is_no_fault_of_the_recording(
     async def run(*_: object):
         raise InputError(code, "It cannot be written.", fix="Make room.")
 
-    monkeypatch.setattr(type(site.heavy), "run", run)
+    monkeypatch.setattr(type(site.sandbox), "run", run)
     at = f"/api/sessions/{example['session']}/report?floor=-0.123"
     assert problem(client.get(at), status)["code"] == code

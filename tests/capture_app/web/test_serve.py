@@ -9,7 +9,7 @@ import httpx
 import pytest
 
 from capture_app.web.library.lock import only_server
-from capture_app.web.server import Wish, _listen, _token
+from capture_app.web.server import ServerConfig, _listen, _token
 from omomo_core.errors import InputError
 from tests.capture_app.web.serving import Server
 from tests.capture_app.web.talk import announce
@@ -35,9 +35,9 @@ def test_beyond_this_machine_it_asks_for_the_token_that_it_said_once(tmp_path: P
 
 
 def test_on_this_machine_alone_nothing_is_asked_for():
-    assert _token(Wish(Path("library"))) is None
-    assert _token(Wish(Path("library"), token="x" * 16)) is not None
-    assert _token(Wish(Path("library"), host="192.168.1.2")) is not None
+    assert _token(ServerConfig(Path("library"))) is None
+    assert _token(ServerConfig(Path("library"), token="x" * 16)) is not None
+    assert _token(ServerConfig(Path("library"), host="192.168.1.2")) is not None
 
 
 def test_a_port_that_is_taken_is_passed_by():

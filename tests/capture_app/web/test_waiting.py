@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import httpx
 import pytest
 
-from capture_app.jobs.ledger import Ledger
+from capture_app.jobs.worker_store import WorkerStore
 from capture_app.simulator.wiggle import wiggle_motion
 from capture_app.web.site import Site
 from tests.capture_app.overlay.taken import Watched, phone_take, standing
@@ -66,7 +66,7 @@ def test_a_queued_job_says_that_no_worker_is_there(client: httpx.Client, take, o
 def test_a_queued_job_says_that_others_are_done_first(
     client: httpx.Client, site: Site, take, overlay: str
 ):
-    ledger = Ledger(site.queue._database, "worker-1")
+    ledger = WorkerStore(site.queue._database, "worker-1")
     ledger.join()
     other = client.post("/api/jobs", json={"kind": "overlay", "result": TAKE}).json()["id"]
     with site.queue._database.begin() as c:

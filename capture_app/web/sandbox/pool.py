@@ -7,13 +7,13 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from capture_app.web.limited.bounds import Bounds
-from capture_app.web.limited.child import Work, in_child
+from capture_app.web.sandbox.bounds import Bounds
+from capture_app.web.sandbox.child_process import Work, in_child
 
 AT_ONCE = 2
 
 
-class Heavy:
+class SandboxPool:
     """A queue of such work; waiting in it keeps nobody else from being served."""
 
     def __init__(

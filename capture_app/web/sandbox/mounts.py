@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from capture_app.calibration.phones import need
-from capture_app.calibration.written import write_mount
-from capture_app.solid import Solid
+from capture_app.calibration.write_mount import write_mount
+from capture_app.mesh_file import MeshFile
 from ingest.calibration.drawing.drawing import Precision, body_mount, camera_mount
 from ingest.calibration.drawing.drawn import Drawn
 from ingest.calibration.phone.body import Phone
@@ -29,7 +29,7 @@ def drawing(
     phone: Phone | None,
     point: str,
     precision: Precision,
-    solid: Solid | None,
+    mesh_file: MeshFile | None,
 ) -> dict[str, Any]:
     """Write the mount of a holder whose drawing says where the phone is.
 
@@ -37,15 +37,19 @@ def drawing(
         InputError: the numbers do not make a pose, or the phone is needed and not given.
     """
     if of == "camera":
-        return _written(camera_mount(drawn.of_camera(), precision), target, phone, solid)
+        return _written(camera_mount(drawn.of_camera(), precision), target, phone, mesh_file)
     T = drawn.of_body()
     return _written(
-        body_mount(need(phone), T[:3, :3], T[:3, 3], point, precision), target, phone, solid
+        body_mount(need(phone), T[:3, :3], T[:3, 3], point, precision), target, phone, mesh_file
     )
 
 
 def points(
-    target: Path, pairs: Sequence[PointPair], phone: Phone | None, scaled: bool, solid: Solid | None
+    target: Path,
+    pairs: Sequence[PointPair],
+    phone: Phone | None,
+    scaled: bool,
+    mesh_file: MeshFile | None,
 ) -> dict[str, Any]:
     """Write the mount that pairs of points give; returns how far off each of them is.
 
@@ -53,13 +57,13 @@ def points(
         InputError: the points do not determine it, or do not fit.
     """
     picked = mount_from_pairs(pairs, phone, scaled=scaled)
-    _written(picked.mount, target, phone, solid)
+    _written(picked.mount, target, phone, mesh_file)
     residuals = zip(pairs, picked.fit.residuals, strict=True)
     return {"points": [{"phone": pair.name, "off_mm": 1e3 * float(off)} for pair, off in residuals]}
 
 
 def _written(
-    mount: Mount, target: Path, phone: Phone | None, solid: Solid | None
+    mount: Mount, target: Path, phone: Phone | None, mesh_file: MeshFile | None
 ) -> dict[str, Any]:
-    write_mount(mount, target, solid, phone.name if phone else "", picture=None)
+    write_mount(mount, target, mesh_file, phone.name if phone else "", picture=None)
     return {}

@@ -12,11 +12,10 @@ from capture_app.commands.request import Request
 from capture_app.commands.run import ResolveRequest, RunRequest
 from capture_app.commands.scan import ScanRequest
 from capture_app.exports.formats import layout_of
-from capture_app.things import Info
+from capture_app.library_item import Info
 from capture_app.web.by_id import with_paths
 from capture_app.web.library.library import Library
 from capture_app.web.library.results import Results
-from capture_app.web.limited import work
 from capture_app.web.problems import Refused
 from capture_app.web.routes.calibrations import WAYS, Calibration
 from capture_app.web.routes.orders import (
@@ -29,8 +28,9 @@ from capture_app.web.routes.orders import (
     Run,
     Scan,
 )
+from capture_app.web.sandbox import work
 from capture_app.web.site import Site
-from capture_app.web.sources import IDENTITY, mount_of, scan_of, solid_of
+from capture_app.web.sources import IDENTITY, mesh_file_of, mount_of, scan_of
 from omomo_core.whole_file import write_whole
 
 _VIDEO = (960, 540)
@@ -68,8 +68,8 @@ async def _run(site: Site, id_: str, given: Run) -> RunRequest:
     session = shelves["session"].content(given.session)
     mount = mount_of(library, given.mount)
     contacts = None if given.contacts is None else shelves["contacts"].content(given.contacts)
-    solid = None if given.object is None else solid_of(library, given.object)
-    kind = await site.heavy.run(work.check_animated, session, given.mount is not None)
+    mesh_file = None if given.object is None else mesh_file_of(library, given.object)
+    kind = await site.sandbox.run(work.check_animated, session, given.mount is not None)
     if not kind["animated"]:
         _check_whole(given)
     name = given.name or shelves["session"].get(given.session).name
@@ -80,8 +80,8 @@ async def _run(site: Site, id_: str, given: Run) -> RunRequest:
         name=name,
         output=library.results.place(id_),
         session=session,
-        object=solid.path if solid else None,
-        mesh_scale=solid.scale if solid else 1.0,
+        object=mesh_file.path if mesh_file else None,
+        mesh_scale=mesh_file.scale if mesh_file else 1.0,
         mount=mount,
         contacts=contacts,
         animated=kind["animated"],
@@ -189,11 +189,11 @@ def _scan(library: Library, id_: str, given: Scan) -> ScanRequest:
 
 def _calibrate(library: Library, id_: str, given: Calibration) -> CalibrateRequest:
     """A calibration; its mount has the job's id."""
-    solid, way = solid_of(library, given.object), WAYS[type(given)]
+    mesh_file, way = mesh_file_of(library, given.object), WAYS[type(given)]
     if way is ScanWay and getattr(given, "model", None) is None:
         scan_of(library, given.object)
     said = with_paths(library, id_, given, way)
-    said |= {"object": solid.path, "mesh_scale": solid.scale}
+    said |= {"object": mesh_file.path, "mesh_scale": mesh_file.scale}
     return CalibrateRequest(
         name=given.name,
         output=library.shelves["mount"].folder / id_,

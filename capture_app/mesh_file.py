@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Solid:
+class MeshFile:
     """An object's mesh."""
 
     path: Path

@@ -11,7 +11,7 @@ Bound = Callable[[Request], int]
 """Bytes that a request may have."""
 
 
-class Intake:
+class BodyLimits:
     """ASGI middleware that bounds a request's body, and the silence between two pieces of it."""
 
     def __init__(self, app: ASGIApp, bound: Bound, silence: float) -> None:

@@ -10,7 +10,7 @@ Guard = Callable[[Request], Response | None]
 """The answer that refuses a request, or None to let it pass."""
 
 
-class Gate:
+class GuardMiddleware:
     """ASGI middleware of guards; what is no HTTP is not served at all."""
 
     def __init__(self, app: ASGIApp, guards: Sequence[Guard]) -> None:

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from shlex import join
 
-from capture_app.calibration.guide.sitting import where_it_sits
-from capture_app.calibration.guide.step import AgainError, Known, Recipe, Step
-from capture_app.calibration.guide.talk import Talk
+from capture_app.calibration.guide.placement import where_it_sits
+from capture_app.calibration.guide.prompt import Prompt
+from capture_app.calibration.guide.state import AgainError, GuideState, GuideStep, Recipe
 from ingest.mesh import load_mesh
 from ingest.mount import Mount
 from ingest.mount_file import load_mount
@@ -23,13 +23,13 @@ def command_line(words: Sequence[str]) -> str:
     return join([*_TOOL, *words])
 
 
-class Walk:
+class Wizard:
     """The steps of a recipe, what each has given to the command line, and the result."""
 
-    def __init__(self, recipe: Recipe, output: Path, talk: Talk, known: Known) -> None:
+    def __init__(self, recipe: Recipe, output: Path, prompt: Prompt, state: GuideState) -> None:
         self._recipe, self._output = recipe, output
-        self._talk, self._known = talk, known
-        self._given: dict[Step, list[str]] = {}
+        self._prompt, self._state = prompt, state
+        self._given: dict[GuideStep, list[str]] = {}
         self._found = False
 
     @property
@@ -56,35 +56,35 @@ class Walk:
     def _until_found(self) -> Mount:
         while True:
             names = [step.title for step in self._recipe.steps]
-            chosen = self._talk.choose("Which step do you want to do again?", names)
+            chosen = self._prompt.choose("Which step do you want to do again?", names)
             del self._given[self._recipe.steps[chosen]]
             self._do(self._recipe.steps[chosen], "Again: ")
             if (mount := self._result()) is not None:
                 return mount
 
-    def _do(self, step: Step, number: str) -> None:
-        self._talk.heading(f"{number}{step.title}")
+    def _do(self, step: GuideStep, number: str) -> None:
+        self._prompt.heading(f"{number}{step.title}")
         if len(step.do) == 1:
-            self._talk.tell(step.do[0])
+            self._prompt.tell(step.do[0])
         elif step.do:
-            self._talk.numbered(step.do)
+            self._prompt.numbered(step.do)
         while step not in self._given:
             try:
-                self._given[step] = self._talk.until_right(
-                    lambda: step.ask(self._talk, self._known)
+                self._given[step] = self._prompt.until_right(
+                    lambda: step.ask(self._prompt, self._state)
                 )
             except AgainError:
-                self._talk.tell("Once more, then.")
+                self._prompt.tell("Once more, then.")
 
     def _result(self) -> Mount | None:
         """The mount, if the command finds one and the person believes it."""
-        self._talk.heading("The mount")
+        self._prompt.heading("The mount")
         words = self.words
-        self._talk.command(command_line(words))
+        self._prompt.command(command_line(words))
         try:
-            self._known.run(words)
+            self._state.run(words)
         except InputError as error:
-            self._talk.problem(error)
+            self._prompt.problem(error)
             return None
         self._found = True
         mount = load_mount(self._output)
@@ -93,17 +93,17 @@ class Walk:
         for name in filter(None, (self._output.name, mount.picture)):
             self._output.with_name(name).unlink(missing_ok=True)
         self._found = False
-        self._talk.tell(f"{self._output} is taken away again.")
+        self._prompt.tell(f"{self._output} is taken away again.")
         return None
 
     def _believed(self, mount: Mount) -> bool:
-        assert self._known.mesh_file is not None
-        mesh = load_mesh(self._known.mesh_file, scale=mount.object_scale)
+        assert self._state.mesh_file is not None
+        mesh = load_mesh(self._state.mesh_file, scale=mount.object_scale)
         look = f" Look at {self._output.with_name(mount.picture)}." if mount.picture else ""
-        self._talk.tell(f"By this mount {where_it_sits(mount, mesh)}.{look}")
+        self._prompt.tell(f"By this mount {where_it_sits(mount, mesh)}.{look}")
         checks = mount_checks(mesh, mount)
         doubts = [c for c in checks if c.severity != "ok" and c.name != _SURENESS]
         for check in doubts:
-            self._talk.doubt(f"{check.message}. {check.fix}")
+            self._prompt.doubt(f"{check.message}. {check.fix}")
         but = ", but for what was not seen" if mount.free else ""
-        return self._talk.yes(f"Is that where the phone is{but}?", default=not doubts)
+        return self._prompt.yes(f"Is that where the phone is{but}?", default=not doubts)

@@ -4,20 +4,25 @@ from dataclasses import replace
 from datetime import date
 from pathlib import Path
 
-from capture_app.solid import Solid
+from capture_app.mesh_file import MeshFile
 from ingest.mount import Mount, object_id
 from ingest.mount_file import save_mount
 
 
 def write_mount(
-    mount: Mount, path: Path, solid: Solid | None = None, phone: str = "", *, picture: Path | None
+    mount: Mount,
+    path: Path,
+    mesh_file: MeshFile | None = None,
+    phone: str = "",
+    *,
+    picture: Path | None,
 ) -> Mount:
     """Write the mount file; draw it where its object is known.
 
     Args:
         mount: the calibration; its date is set to today.
         path: of mount.json.
-        solid: the object it is for, when it is known.
+        mesh_file: the object it is for, when it is known.
         phone: its model, when it is known.
         picture: PNG file to draw both into; None draws nothing.
 
@@ -27,7 +32,7 @@ def write_mount(
     Raises:
         InputError: as `load_mesh`, or a file cannot be written.
     """
-    mesh = None if solid is None else solid.load(mount.object_scale)
+    mesh = None if mesh_file is None else mesh_file.load(mount.object_scale)
     told = replace(
         mount,
         date=date.today().isoformat(),

@@ -5,16 +5,16 @@ from pathlib import Path
 from typing import Any
 
 from capture_app.commands.request import ItemRequest
-from capture_app.jobs.work import Attempt
+from capture_app.jobs.protocol import Attempt
+from capture_app.library_item import FILES, INFO, info_of, save_info
 from capture_app.progress import Progress, StageClock
 from capture_app.staging import Staging
-from capture_app.things import FILES, INFO, info_of, save_info
 
 Make = Callable[[Path, Progress], dict[str, Any]]
 """Given the folder of the thing, whose `files` are there, fills it; returns facts about it."""
 
 
-class ThingWork:
+class ItemJob:
     """A thing in the making; what an earlier attempt left in its folder may be gone on with."""
 
     def __init__(self, order: ItemRequest, attempt: Attempt, make: Make) -> None:

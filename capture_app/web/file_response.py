@@ -20,7 +20,7 @@ _SHOWN = {
 """The only kinds that a browser may show by itself."""
 
 
-class Made(BaseModel):
+class ResultFile(BaseModel):
     """A file as the page lists it."""
 
     name: str
@@ -28,7 +28,7 @@ class Made(BaseModel):
     href: str
 
 
-def served(path: Path, name: str) -> FileResponse:
+def file_response(path: Path, name: str) -> FileResponse:
     """The bytes of a file, or the part that is asked for; all but films and pictures as a download.
 
     Args:
@@ -46,7 +46,7 @@ def served(path: Path, name: str) -> FileResponse:
     )
 
 
-def listed(folder: Path, at: str) -> list[Made]:
+def listed(folder: Path, at: str) -> list[ResultFile]:
     """The files of a folder, as the page lists them.
 
     Args:
@@ -54,7 +54,7 @@ def listed(folder: Path, at: str) -> list[Made]:
         at: address that their names come behind.
     """
     return [
-        Made(name=file.name, size=file.stat().st_size, href=f"{at}/{quote(file.name)}")
+        ResultFile(name=file.name, size=file.stat().st_size, href=f"{at}/{quote(file.name)}")
         for file in sorted(_files(folder))
     ]
 

@@ -7,8 +7,8 @@ from typing import Any
 import sqlalchemy as sa
 
 from capture_app.jobs.database import Database
+from capture_app.jobs.mapping import rows
 from capture_app.jobs.record import JobError, State
-from capture_app.jobs.rows import rows
 from capture_app.jobs.tables import JOBS, WORKERS
 
 DEADLIEST = 3
@@ -46,7 +46,7 @@ def count_death(database: Database, pid: int) -> None:
         c.execute(sa.update(JOBS).where(its).values({**_FREED, "deaths": deaths, "error": error}))
 
 
-class Ledger:
+class WorkerStore:
     """The tables, as one worker sees them."""
 
     def __init__(self, database: Database, worker: str) -> None:

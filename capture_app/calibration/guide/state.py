@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from capture_app.calibration.guide.talk import Talk
+from capture_app.calibration.guide.prompt import Prompt
 from ingest.calibration.board.spec import Board
 from ingest.calibration.phone.body import Phone
 from ingest.session import CaptureSession
@@ -15,7 +15,7 @@ Words = list[str]
 
 
 @dataclass
-class Known:
+class GuideState:
     """What the steps so far have found; later steps, and later ways, build on it."""
 
     folder: Path
@@ -32,7 +32,7 @@ class Known:
     """Answers that are offered again when their step is done once more, by what was asked."""
 
     @property
-    def solid(self) -> ObjectMesh:
+    def object_mesh(self) -> ObjectMesh:
         """The object's mesh, which every recipe asks for first."""
         assert self.mesh is not None
         return self.mesh
@@ -69,13 +69,13 @@ class AgainError(Exception):
 
 
 @dataclass(frozen=True)
-class Step:
+class GuideStep:
     """One thing to do, which ends with an answer that is checked at once."""
 
     title: str
     do: tuple[str, ...]
     """What to do, one thing each, in plain words; nothing where the question says it all."""
-    ask: Callable[[Talk, Known], Words]
+    ask: Callable[[Prompt, GuideState], Words]
     """Asks for what came of it and checks that; returns its words of the command line.
 
     Raises InputError or AgainError when it is to be asked again.
@@ -94,4 +94,4 @@ class Recipe:
     """The command of `omocap calibrate`."""
     have: str
     """What one must have for it."""
-    steps: tuple[Step, ...]
+    steps: tuple[GuideStep, ...]

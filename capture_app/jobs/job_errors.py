@@ -18,7 +18,7 @@ def no_room(error: BaseException) -> bool:
     return (isinstance(error, OSError) and error.errno in FULL) or "disk is full" in str(error)
 
 
-def told(error: Exception) -> JobError:
+def job_error(error: Exception) -> JobError:
     """What to say of an exception; of a defect that it is one, and no more."""
     if isinstance(error, OmocapError):
         return JobError.of(error)

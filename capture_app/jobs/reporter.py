@@ -12,7 +12,7 @@ class JobCancelled(BaseException):
     """Its owner does not want the job any more; no handler of errors is meant to catch this."""
 
 
-class Desk:
+class JobReporter:
     """Progress, log, timings and summary of a job, until they are written to the database."""
 
     def __init__(self, row: Mapping[str, Any], shares: Mapping[str, float]) -> None:

@@ -18,7 +18,7 @@ _T = TypeVar("_T")
 _YES, _NO = ("y", "yes"), ("n", "no")
 
 
-class Talk:
+class Prompt:
     """Questions to a person, and what they are told.
 
     The end of the input raises EOFError, Ctrl-C KeyboardInterrupt, wherever it comes.

@@ -11,7 +11,7 @@ from ingest.report.solid import mesh_checks
 from ingest.uncertainty import bounds_95
 
 
-def mesh_facts(path: Path, scale: float) -> dict[str, Any]:
+def mesh_summary(path: Path, scale: float) -> dict[str, Any]:
     """Of an object, as JSON; `scale` brings its mesh to metres.
 
     Raises:
@@ -28,7 +28,7 @@ def mesh_facts(path: Path, scale: float) -> dict[str, Any]:
     }
 
 
-def mount_facts(path: Path) -> dict[str, Any]:
+def mount_summary(path: Path) -> dict[str, Any]:
     """Of a mount, as JSON.
 
     Raises:

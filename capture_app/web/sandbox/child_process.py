@@ -13,15 +13,15 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from capture_app.jobs.faults import FULL
-from capture_app.web.limited.bounds import Bounds, set_bounds
+from capture_app.jobs.job_errors import FULL
+from capture_app.web.sandbox.bounds import Bounds, set_bounds
 from omomo_core.errors import InputError, OmocapError
 
 log = logging.getLogger(__name__)
 
 _MOST_ANSWER = 64 * 2**20
-_READING = "capture_app.web.limited.work"
-_DRAWING = ("capture_app.replay.pack", "capture_app.web.limited.drawing")
+_READING = "capture_app.web.sandbox.work"
+_DRAWING = ("capture_app.replay.pack", "capture_app.web.sandbox.drawing")
 if sys.platform == "win32":
     _context = multiprocessing.get_context("spawn")
 else:

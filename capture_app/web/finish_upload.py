@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Any
 
 from capture_app.commands.inputs import ItemKind
-from capture_app.facts import mesh_facts, mount_facts
-from capture_app.things import FILES, Info
+from capture_app.library_item import FILES, Info
+from capture_app.summaries import mesh_summary, mount_summary
 from capture_app.web.library.uploads import Upload
 from capture_app.web.problems import Refused
 from capture_app.web.site import Site
@@ -81,7 +81,7 @@ def _files(what: str) -> InputError:
     return InputError("upload-files", what, fix="Choose the files again.")
 
 
-async def adopt(site: Site, id_: str, scale: float) -> ItemKind:
+async def finish_upload(site: Site, id_: str, scale: float) -> ItemKind:
     """Put a whole upload on its shelf; who asks again after that gets the same answer.
 
     Args:
@@ -107,8 +107,8 @@ async def adopt(site: Site, id_: str, scale: float) -> ItemKind:
 async def _facts(site: Site, upload: Upload, files: Path, scale: float) -> dict[str, Any]:
     if upload.kind == "object":
         mesh = main_mesh(upload)
-        return {"mesh": mesh, **await site.heavy.run(mesh_facts, files / mesh, scale)}
+        return {"mesh": mesh, **await site.sandbox.run(mesh_summary, files / mesh, scale)}
     if upload.kind == "mount":
-        found = await site.heavy.run(mount_facts, files / upload.files[0].path)
+        found = await site.sandbox.run(mount_summary, files / upload.files[0].path)
         return {**found, "object": None}
     return {}

@@ -5,12 +5,12 @@ import logging
 from starlette.requests import ClientDisconnect
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from capture_app.web.problems import calm
+from capture_app.web.problems import plain_reply
 
 log = logging.getLogger(__name__)
 
 
-class Calm:
+class ErrorMiddleware:
     """ASGI middleware, innermost of all."""
 
     def __init__(self, app: ASGIApp) -> None:
@@ -34,4 +34,4 @@ class Calm:
             if scope["type"] != "http" or begun:
                 raise
             log.error("%s %s", scope["method"], scope["path"], exc_info=error)
-            await calm(500)(scope, receive, send)
+            await plain_reply(500)(scope, receive, send)

@@ -7,12 +7,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from capture_app.jobs.desk import Desk, JobCancelled
 from capture_app.jobs.engine import durable
-from capture_app.jobs.faults import told
-from capture_app.jobs.ledger import Ledger
+from capture_app.jobs.job_errors import job_error
+from capture_app.jobs.protocol import Attempt, JobKind, StagedJob
 from capture_app.jobs.record import JobError
-from capture_app.jobs.work import Attempt, Kind, Work
+from capture_app.jobs.reporter import JobCancelled, JobReporter
+from capture_app.jobs.worker_store import WorkerStore
 
 _log = logging.getLogger(__name__)
 
@@ -21,14 +21,16 @@ class JobLost(Exception):
     """The job is not this worker's any more."""
 
 
-class Task:
+class ClaimedJob:
     """One attempt at one job. It is over in the tables only when nothing is left of it on the disk."""
 
-    def __init__(self, ledger: Ledger, row: Mapping[str, Any], kinds: Mapping[str, Kind]) -> None:
+    def __init__(
+        self, ledger: WorkerStore, row: Mapping[str, Any], kinds: Mapping[str, JobKind]
+    ) -> None:
         """`row` was claimed by this worker."""
         self._ledger, self._row = ledger, row
         self._kind = kinds.get(row["kind"])
-        self._desk = Desk(row, self._kind.shares if self._kind else {})
+        self._desk = JobReporter(row, self._kind.shares if self._kind else {})
         self._ending = row["state"] == "cancelling" or row["error"] is not None
         """Only cleaning is left, which need not hear that the job is unwanted."""
         # From taking the news to having written it: the last writing must not overtake another.
@@ -55,7 +57,7 @@ class Task:
         """Write what is new, and see whether the job is still wanted; for another thread.
 
         Returns:
-            Seconds since the job was told that it is not.
+            Seconds since the job was job_error that it is not.
         """
         with self._writing:
             state = self._ledger.write(self._row["id"], self._desk.news())
@@ -63,7 +65,7 @@ class Task:
             self._desk.cancel()
         return 0.0 if self._ending else self._desk.unwanted
 
-    def _begin(self) -> Work | None:
+    def _begin(self) -> StagedJob | None:
         """The job as it is now, or None when it was over before it began."""
         row, kind = self._row, self._kind
         if kind is None:
@@ -89,7 +91,7 @@ class Task:
             return work
         return None
 
-    def _do(self, stage: Callable[[], None], work: Work) -> bool:
+    def _do(self, stage: Callable[[], None], work: StagedJob) -> bool:
         """One stage; whether to go on."""
         try:
             self._desk.check_wanted()
@@ -107,7 +109,7 @@ class Task:
     def _hash_inputs(self) -> None:
         self._ledger.write(self._row["id"], {"inputs": _hashed(self._row["inputs"])})
 
-    def _fail(self, error: JobError, work: Work | None) -> None:
+    def _fail(self, error: JobError, work: StagedJob | None) -> None:
         self._ending = True
         # Written before the cleaning, so that whoever finds it half cleaned knows why.
         self._ledger.write(self._row["id"], {"error": error.model_dump()})
@@ -115,7 +117,7 @@ class Task:
             work.discard()
         self._end("failed", {"error": error.model_dump()})
 
-    def _cancelled(self, work: Work) -> None:
+    def _cancelled(self, work: StagedJob) -> None:
         self._ending = True
         work.discard()
         self._end("cancelled", {})
@@ -132,7 +134,7 @@ class Task:
             raise JobLost
 
     def _told(self, error: Exception) -> JobError:
-        found = told(error)
+        found = job_error(error)
         if found.code == "defect":
             _log.error("Job %s is a defect:", self._row["id"], exc_info=error)
         return found

@@ -24,7 +24,7 @@ class Attempt:
     """Seconds spent by earlier attempts."""
 
 
-class Work(Protocol):
+class StagedJob(Protocol):
     """A job in this process. Nothing is read when it is made."""
 
     @property
@@ -47,11 +47,11 @@ class Work(Protocol):
 
 
 @dataclass(frozen=True)
-class Kind:
+class JobKind:
     """A kind of job."""
 
     order: type[Request]
-    start: Callable[[Any, Attempt], Work]
+    start: Callable[[Any, Attempt], StagedJob]
     """From an order of that type; what it needs is imported inside."""
     shares: Mapping[str, float]
     """About which part of the time goes into each stage of the progress."""

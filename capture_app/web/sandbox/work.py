@@ -11,7 +11,7 @@ from typing import Any
 
 from capture_app.inspection import Inspection, inspect_take
 from capture_app.report_page.page import report_page
-from capture_app.web.limited.report import own_motion, report_data
+from capture_app.web.sandbox.report import own_motion, report_data
 from ingest.animated.detect import is_animation
 from ingest.mesh import load_mesh
 from ingest.mount_file import load_mount
