@@ -50,9 +50,7 @@ class BoardTrack:
     sigma: float
     """Error of a corner along each axis, pixels."""
     pictures: int
-    """How many were looked at."""
-    unsure: int
-    """How many showed the board, but not its tilt; their poses are left out."""
+    """How many were searched; those that leave the board's tilt ambiguous have no pose."""
     T_world_camera: Float64[np.ndarray, "poses 4 4"] | None = None
     """Where the camera was, if it is a phone that logs its poses: its ARKit world, OpenCV axes."""
 
@@ -257,7 +255,6 @@ def _track(
         camera=camera,
         sigma=poses.sigma,
         pictures=len(seen.times),
-        unsure=int((~sure).sum()),
         T_world_camera=None if T_world_camera is None else T_world_camera[frames],
     )
 

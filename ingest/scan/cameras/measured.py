@@ -27,7 +27,7 @@ _PRINTED, _PICKED = 0.001, 2.0
 
 
 def by_board(
-    views: Sequence[View], board: Board, told: Callable[[float], None]
+    views: Sequence[View], board: Board, on_progress: Callable[[float], None]
 ) -> tuple[Similarity, Scale]:
     """The similarity that takes the model to metres in the board's frame, turned z up.
 
@@ -43,7 +43,7 @@ def by_board(
             found = detector.find(np.asarray(grey, np.uint8))
             for number, pixel in zip(found.numbers.tolist(), found.pixels, strict=True):
                 sights[number].append((view, pixel))
-        told((k + 1) / len(views))
+        on_progress((k + 1) / len(views))
     places = {number: crossing(seen) for number, seen in sights.items() if len(seen) > 1}
     known = {number: place for number, place in places.items() if place is not None}
     if len(known) < _CORNERS:

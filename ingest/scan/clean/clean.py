@@ -43,8 +43,6 @@ class CleanMesh:
     seen: Bool[np.ndarray, " vertices"]
     """False where no picture shows the surface and it only closes what was seen."""
     watertight: bool
-    open_rims: int
-    """Holes that are too large to be closed without a guess."""
 
 
 def clean(
@@ -89,7 +87,6 @@ def clean(
         T_world_object=T,
         seen=seen,
         watertight=watertight,
-        open_rims=rims,
     )
 
 

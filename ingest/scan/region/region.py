@@ -35,12 +35,6 @@ class GivenBox:
     low: Float64[np.ndarray, "3"]
     high: Float64[np.ndarray, "3"]
 
-    @classmethod
-    def around(cls, bottom: Float64[np.ndarray, "3"], size: Float64[np.ndarray, "3"]) -> "GivenBox":
-        """Box from the middle of its bottom and its sides, metres."""
-        half = np.array([size[0] / 2, size[1] / 2, 0.0])
-        return cls(bottom - half, bottom + half + [0.0, 0.0, size[2]])
-
 
 def aim_at(views: Sequence[View], box: GivenBox | None) -> Aim:
     """Where the cameras look; the middle of a given box where they do not look at one place.

@@ -72,7 +72,6 @@ def track_of(pixels, numbers, times, camera) -> BoardTrack:
         camera=camera,
         sigma=poses.sigma,
         pictures=len(times),
-        unsure=int((~sure).sum()),
     )
 
 

@@ -249,7 +249,6 @@ def _track(log: CaptureSession, T_world_board: np.ndarray, seed: int, start: flo
         camera=WitnessCamera(487.0, 487.0, 319.5, 239.5),
         sigma=0.3,
         pictures=len(chosen),
-        unsure=0,
         T_world_camera=camera,
     )
 
