@@ -17,8 +17,8 @@ from dataclasses import replace
 import numpy as np
 
 from omomo_core.body.load import load_body
-from omomo_core.generation.chunks import RECORDED
 from omomo_core.generation.conditioning import UNCONDITIONED
+from omomo_core.generation.config import RECORDED
 from omomo_core.generation.generator import generate
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.generation.stream import stream

@@ -15,6 +15,7 @@ from capture_app.manifest import (
     Segment,
     sha256,
 )
+from capture_app.motion_config import recorded_config
 from capture_app.prepare import PreparedTake
 from capture_app.result import Result
 from capture_app.stood import stood_note
@@ -38,6 +39,7 @@ def describe(
             for role, path in request.inputs.items()
         ),
         options=request.recorded_options,
+        config=recorded_config(),
         segment=prepared.segment,
         floor=FloorRecord(height=floor.height, source=floor.source),
         mount_method=prepared.mount.method,
@@ -68,6 +70,7 @@ def describe_correction(
     return Manifest(
         inputs=first.inputs,
         options={**first.options, "video_size": _size(request.video_size)},
+        config=recorded_config(),
         segment=first.segment,
         floor=first.floor,
         mount_method=first.mount_method,

@@ -19,7 +19,7 @@ _ENOUGH_MEMORY = 4 * 2**30
 
 
 @dataclass(frozen=True)
-class Check:
+class HealthCheck:
     """One line of the examination."""
 
     name: str
@@ -29,9 +29,9 @@ class Check:
     """What to do unless all is well."""
 
 
-def examine() -> Iterator[Check]:
+def examine() -> Iterator[HealthCheck]:
     """Look at the installation and the machine, one check after another."""
-    yield Check("omocap", "ok", f"{version('omocap')}, Python {platform.python_version()}")
+    yield HealthCheck("omocap", "ok", f"{version('omocap')}, Python {platform.python_version()}")
     for name, look in (
         ("packages", _packages),
         ("body", _body),
@@ -44,17 +44,17 @@ def examine() -> Iterator[Check]:
         yield _guarded(name, look)
 
 
-def _guarded(name: str, look: Callable[[], Check]) -> Check:
+def _guarded(name: str, look: Callable[[], HealthCheck]) -> HealthCheck:
     """A check that fails in a way nobody thought of is itself a finding."""
     try:
         return look()
     except OmocapError as error:
-        return Check(name, "bad", error.what, error.fix)
+        return HealthCheck(name, "bad", error.what, error.fix)
     except Exception as error:
-        return Check(name, "bad", f"{type(error).__name__}: {error}", "Install omocap again.")
+        return HealthCheck(name, "bad", f"{type(error).__name__}: {error}", "Install omocap again.")
 
 
-def _packages() -> Check:
+def _packages() -> HealthCheck:
     """The packages omocap asks for itself, without those of its extras."""
     wanted = [line for line in requires("omocap") or [] if "extra ==" not in line]
     names = [found.group() for line in wanted if (found := match(r"[\w.-]+", line))]
@@ -67,58 +67,60 @@ def _packages() -> Check:
             missing.append(name)
     if missing:
         fix = f"pip install {' '.join(missing)}"
-        return Check("packages", "bad", f"missing: {', '.join(missing)}", fix)
-    return Check("packages", "ok", ", ".join(present))
+        return HealthCheck("packages", "bad", f"missing: {', '.join(missing)}", fix)
+    return HealthCheck("packages", "ok", ", ".join(present))
 
 
-def _body() -> Check:
+def _body() -> HealthCheck:
     from omomo_core.body.load import load_body
 
     body = load_body()
-    return Check("body", "ok", f"{body.name}, {len(body.vertices)} vertices ({body.credit})")
+    return HealthCheck("body", "ok", f"{body.name}, {len(body.vertices)} vertices ({body.credit})")
 
 
-def _weights() -> Check:
+def _weights() -> HealthCheck:
     from omomo_core.weights.load import SHIPPED, load_stages
 
     load_stages()
     files = sorted((SHIPPED / "capture").glob("*.safetensors"))
     sizes = ", ".join(f"{file.name} {file.stat().st_size / 1e6:.0f} MB" for file in files)
-    return Check("weights", "ok", sizes)
+    return HealthCheck("weights", "ok", sizes)
 
 
-def _opengl() -> Check:
+def _opengl() -> HealthCheck:
     from render.backends import open_renderer
 
     try:
         with open_renderer(64, 64, "pyrender"):
-            return Check("OpenGL", "ok", "offscreen pictures through EGL")
+            return HealthCheck("OpenGL", "ok", "offscreen pictures through EGL")
     except OmocapError as error:
         found = f"{error.what} Videos are drawn by the slower ray caster."
-        return Check("OpenGL", "warn", found, "apt-get install libegl1 libgl1")
+        return HealthCheck("OpenGL", "warn", found, "apt-get install libegl1 libgl1")
 
 
-def _encoder() -> Check:
+def _encoder() -> HealthCheck:
     import av
     from av.codec.codec import UnknownCodecError
 
     try:
         av.Codec("libx264", "w")
     except UnknownCodecError:
-        return Check(
+        return HealthCheck(
             "video encoder", "bad", "no H.264 (libx264)", "pip install --force-reinstall av"
         )
-    return Check("video encoder", "ok", f"H.264 by PyAV {av.__version__}")
+    return HealthCheck("video encoder", "ok", f"H.264 by PyAV {av.__version__}")
 
 
-def _memory() -> Check:
+def _memory() -> HealthCheck:
     free = _free_memory()
     if free is None:
-        return Check("memory", "ok", "unknown on this system")
+        return HealthCheck("memory", "ok", "unknown on this system")
     found = f"{free / 2**30:.1f} GiB free"
     if free < _ENOUGH_MEMORY:
-        return Check("memory", "warn", found, "Close other programs, or run with --samples 1.")
-    return Check("memory", "ok", found)
+        return HealthCheck(
+            "memory", "warn", found, "Close other programs, or run with --samples 1."
+        )
+    return HealthCheck("memory", "ok", found)
 
 
 def _free_memory() -> int | None:
@@ -130,11 +132,11 @@ def _free_memory() -> int | None:
     return sizes.get("MemAvailable")
 
 
-def _threads() -> Check:
+def _threads() -> HealthCheck:
     import torch
 
     cores = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
     found = f"{torch.get_num_threads()} for torch on {cores} cores"
     if torch.get_num_threads() > cores:
-        return Check("threads", "warn", found, f"Set OMP_NUM_THREADS={cores}.")
-    return Check("threads", "ok", found)
+        return HealthCheck("threads", "warn", found, f"Set OMP_NUM_THREADS={cores}.")
+    return HealthCheck("threads", "ok", found)

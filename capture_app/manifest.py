@@ -10,6 +10,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from omomo_core.config import Number
 from omomo_core.errors import InputError
 
 FORMAT_VERSION = 2
@@ -98,6 +99,8 @@ class Manifest(_Record):
     inputs: tuple[Input, ...]
     options: dict[str, Option]
     """Every option of the run, the seed among them, as given or by default."""
+    config: dict[str, Number] = Field(default_factory=dict[str, Number])
+    """Every number that shapes a motion, by its name (`motion_config.py`); empty in older results."""
     segment: Segment
     floor: FloorRecord
     mount_method: str

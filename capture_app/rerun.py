@@ -5,6 +5,7 @@ from pathlib import Path
 from capture_app.commands.request import validated
 from capture_app.commands.run import RunRequest
 from capture_app.manifest import Input, Manifest, sha256
+from capture_app.motion_config import changed_settings
 from omomo_core.errors import InputError
 from omomo_core.weights.load import SHIPPED
 
@@ -13,10 +14,11 @@ def request_of(manifest: Manifest, output: Path, *, replace: bool = False) -> Ru
     """The same take again, into another folder.
 
     Raises:
-        InputError: an input or the weights are not there any more, or are not what they were; or the
-            result was corrected.
+        InputError: an input or the weights are not there any more, or are not what they were; a number
+            of the configuration has changed; or the result was corrected.
     """
     _check_not_corrected(manifest)
+    _check_config(manifest)
     options = dict(manifest.options)
     folder = Path(str(options["weights"] or SHIPPED / str(options["configuration"])))
     _check_weights(manifest, folder)
@@ -33,6 +35,17 @@ def _check_not_corrected(manifest: Manifest) -> None:
             "The contacts of this result were corrected; its manifest alone does not make it again.",
             where=origin.result,
             fix=f"Run `omocap rerun` on that result and `omocap resolve` with {origin.contacts}.",
+        )
+
+
+def _check_config(manifest: Manifest) -> None:
+    changed = changed_settings(manifest.config)
+    if changed:
+        raise InputError(
+            "config-changed",
+            f"Numbers that shape a motion have changed since: {', '.join(changed)}.",
+            where="config",
+            fix=f"Install omocap {manifest.versions.omocap}, or make a new result with `omocap run`.",
         )
 
 

@@ -24,7 +24,7 @@ RECORDED, REPORT, SYNTHETIC = "recorded.npz", "data.json", "synthetic"
 
 
 @dataclass(frozen=True)
-class Reading:
+class RecordingOptions:
     """How recordings are read."""
 
     share_alike: bool
@@ -79,7 +79,7 @@ def gather(
     sources: Sequence[Path],
     run: Path,
     body: BodyModel,
-    reading: Reading,
+    reading: RecordingOptions,
     progress: Callable[[Path], Progress],
 ) -> Gathered:
     """Clips of recordings, from the run's folder when they were made before.
@@ -134,7 +134,7 @@ def gather(
     return Gathered(load_clips(kept), dropped)
 
 
-def _fingerprint(sources: Sequence[Path], reading: Reading) -> str:
+def _fingerprint(sources: Sequence[Path], reading: RecordingOptions) -> str:
     """The same for the same files, read the same way."""
     seen = hashlib.sha256(repr(reading).encode())
     for source in sources:

@@ -15,7 +15,7 @@ Distort = Callable[[Float[np.ndarray, "n 2"]], Float[np.ndarray, "n 2"]]
 """Maps directions x/z, y/z (x right, y down) to where the lens shows them."""
 
 
-class Lens:
+class LensDistortion:
     """A larger picture without distortion, from which the bent one is sampled."""
 
     def __init__(

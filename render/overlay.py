@@ -12,7 +12,7 @@ from jaxtyping import UInt8
 from render.actors import Actor
 from render.backends import Backend, open_renderer
 from render.cameras import Camera
-from render.lens import Distort, Lens
+from render.lens import Distort, LensDistortion
 from render.outline import draw_outline
 from render.pace import ahead
 from render.props import OBJECT_COLOR
@@ -75,7 +75,7 @@ def overlay(
     height, width = first.shape[:2]
     fixed = cameras[0]
     K = np.array([[fixed.fx, 0, fixed.cx], [0, fixed.fy, fixed.cy], [0, 0, 1.0]])
-    lens = Lens(K, width, height, distort, finer=1.0) if distort else None
+    lens = LensDistortion(K, width, height, distort, finer=1.0) if distort else None
     size = (lens.width, lens.height) if lens else (width, height)
     with open_renderer(*size, backend, samples=samples) as renderer:
         renderer.show(_scene(person, thing, style))
@@ -92,7 +92,7 @@ def overlay(
             yield np.ascontiguousarray(done)
 
 
-def _layer(renderer: Renderer, camera: Camera, lens: Lens | None) -> Layer:
+def _layer(renderer: Renderer, camera: Camera, lens: LensDistortion | None) -> Layer:
     if lens is None:
         return renderer.layer(camera)
     return lens.bend(renderer.layer(lens.camera(camera.T_world_camera)))

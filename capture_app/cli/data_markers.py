@@ -20,7 +20,7 @@ _OFF_SURFACE = 0.03
 _TOLD = 8
 
 
-class Up(StrEnum):
+class WorldUp(StrEnum):
     """Which axis of the recording's world points up."""
 
     z = "z"
@@ -40,7 +40,7 @@ def markers(
     unit: Annotated[
         str | None, typer.Option(help="Of the tracks: m, cm or mm; else what their file says.")
     ] = None,
-    up: Annotated[Up, typer.Option(help="Axis of the recording that points up.")] = Up.z,
+    up: Annotated[WorldUp, typer.Option(help="Axis of the recording that points up.")] = WorldUp.z,
     start: Annotated[float | None, typer.Option(help="Leave out what is before, seconds.")] = None,
     end: Annotated[float | None, typer.Option(help="Leave out what is after, seconds.")] = None,
     tolerance: Annotated[

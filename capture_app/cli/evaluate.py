@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from omomo_core.learning.evaluation.report import Evaluation
 
 
-class Bones(StrEnum):
+class SkeletonChoice(StrEnum):
     """Whose skeleton the generated people get."""
 
     person = "person"
@@ -57,9 +57,9 @@ def evaluate(
     seed: options.Seed = 0,
     steps: options.Steps = 10,
     body: Annotated[
-        Bones,
+        SkeletonChoice,
         typer.Option(help="Bones of the generated people: the recorded person's, or our body's."),
-    ] = Bones.person,
+    ] = SkeletonChoice.person,
     protocol: Annotated[
         list[str] | None, typer.Option(help="Only this protocol; may be given several times.")
     ] = None,

@@ -8,7 +8,7 @@ from capture_app.cli.summary import summarise
 def rerun(result: given.Result, output: given.ResultFolder, replace: given.Replace = False) -> None:
     """Make the same motion again, from the inputs and options in a result's manifest.
 
-    Stops if an input or the weights have changed since.
+    Stops if an input, the weights or a number that shapes the motion have changed since.
     """
     from capture_app.manifest import MANIFEST, read_manifest
     from capture_app.pipeline import run_take

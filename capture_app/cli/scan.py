@@ -12,7 +12,10 @@ from capture_app.commands.request import validated
 from capture_app.commands.scan import ScanRequest
 
 if TYPE_CHECKING:
-    from capture_app.scanning.scan import Scan
+    pass
+
+if TYPE_CHECKING:
+    from capture_app.scanning.scan import ObjectScan
 
 Source = Annotated[
     Path,
@@ -48,7 +51,7 @@ def scan(source: Source, mesh: Output, **said: Any) -> None:
         raise typer.Exit(2)
 
 
-def _show(made: "Scan") -> None:
+def _show(made: "ObjectScan") -> None:
     """Where everything is, and what the user should know about it."""
     from ingest.report.scanned import REPORT_PAGE
 
@@ -68,7 +71,7 @@ def _show(made: "Scan") -> None:
         say("Next", _next(request, made), "bold")
 
 
-def _headline(made: "Scan") -> None:
+def _headline(made: "ObjectScan") -> None:
     """The worst that was found, first."""
     took, output = f"{sum(made.seconds.values()):.0f} s", made.request.output
     if made.report.usable:
@@ -81,7 +84,7 @@ def _headline(made: "Scan") -> None:
     say("Not usable as it is", f"{why}; {output}, made in {took}, is for looking at.", "red")
 
 
-def _next(request: ScanRequest, made: "Scan") -> str:
+def _next(request: ScanRequest, made: "ObjectScan") -> str:
     """How the phone is found in this scan once it is clamped."""
     from capture_app.scanning.folder import MODEL
 

@@ -100,7 +100,7 @@ def train(
     docs/training.md).
     """
     from capture_app.cli.train_data import shared_clips
-    from capture_app.training_data import Reading
+    from capture_app.training_data import RecordingOptions
     from omomo_core.body.load import load_body
     from omomo_core.learning.training.corpus import Corpus
     from omomo_core.learning.training.team import joined
@@ -108,7 +108,7 @@ def train(
 
     plans = _plans(method, size, stage)
     weights = _weights(start_from, plans)
-    reading = Reading(share_alike, _metres(bvh_unit), object_split)
+    reading = RecordingOptions(share_alike, _metres(bvh_unit), object_split)
     with joined() as team:
         team.shards(batch)
         clips = shared_clips(

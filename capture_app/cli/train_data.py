@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from capture_app.cli.console import errors, output, say
-from capture_app.training_data import RECORDED, SYNTHETIC, Reading, gather, split
+from capture_app.training_data import RECORDED, SYNTHETIC, RecordingOptions, gather, split
 from omomo_core.body.load import load_body
 from omomo_core.learning.recordings.build import Progress
 from omomo_core.learning.recordings.clips import Clip, load_clips
@@ -19,7 +19,7 @@ DEFAULT_SYNTHETIC = 4200
 def shared_clips(
     sources: Sequence[Path],
     run: Path,
-    reading: Reading,
+    reading: RecordingOptions,
     team: Team,
     *,
     synthetic: int | None,
@@ -43,7 +43,7 @@ def shared_clips(
 def training_clips(
     sources: Sequence[Path],
     run: Path,
-    reading: Reading,
+    reading: RecordingOptions,
     *,
     synthetic: int | None,
     seed: int,
@@ -66,7 +66,7 @@ def training_clips(
     return clips
 
 
-def _recorded(recordings: Sequence[Path], run: Path, reading: Reading) -> list[Clip]:
+def _recorded(recordings: Sequence[Path], run: Path, reading: RecordingOptions) -> list[Clip]:
     from rich.progress import Progress as Bars
 
     with Bars(console=errors, disable=not errors.is_terminal) as bars:

@@ -39,7 +39,7 @@ class PlacePoint(BaseModel):
     """Metres in the object's frame."""
 
 
-class Place(BaseModel):
+class BoardPlacement(BaseModel):
     """Where a board is on the object."""
 
     model_config = like(**PLACE_EXAMPLE)
@@ -48,7 +48,7 @@ class Place(BaseModel):
     sigma_mm: Annotated[float, Field(gt=0, le=100)] = 2.0
 
 
-class Camera(BaseModel):
+class CameraIntrinsics(BaseModel):
     """The intrinsics of a camera, in pixels of its pictures, and its pose where that is known."""
 
     model_config = like(fx=1430, fy=1430, cx=960, cy=540, width=1920, height=1080)

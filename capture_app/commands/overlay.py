@@ -5,7 +5,15 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AliasChoices, Field, FiniteFloat
 
-from capture_app.commands.inputs import Camera, Flag, FromLibrary, Inline, Matrix, Place, Words
+from capture_app.commands.inputs import (
+    BoardPlacement,
+    CameraIntrinsics,
+    Flag,
+    FromLibrary,
+    Inline,
+    Matrix,
+    Words,
+)
 from capture_app.commands.render import DrawnBy, Smooth
 from capture_app.commands.request import Request
 
@@ -33,7 +41,7 @@ class OverlayRequest(Request):
     ] = None
     camera: Annotated[
         Path | None,
-        Inline(Camera, "camera.json"),
+        Inline(CameraIntrinsics, "camera.json"),
         Field(
             description="Intrinsics of the video's camera (JSON, or YAML of OpenCV or ROS); in JSON also "
             "T_world_camera, its pose in the result's world. With --board it may be left out."
@@ -55,7 +63,7 @@ class OverlayRequest(Request):
     ] = "object"
     board_place: Annotated[
         Path | None,
-        Inline(Place, "place.json", name="place"),
+        Inline(BoardPlacement, "place.json", name="place"),
         Field(
             description="Where the board is on the object (points or a matrix), or in the result's world "
             "(a matrix); without it the motion has to show it."

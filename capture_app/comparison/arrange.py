@@ -18,7 +18,7 @@ _SHORTEST = 4
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedMotion:
     """A motion in the first one's world, and where it stands on the common clock."""
 
     motion: Motion
@@ -36,7 +36,7 @@ class Comparison:
     """How lengths, clocks and places were made to fit, in sentences."""
 
 
-def placed_motions(motions: Sequence[Motion], *, any_object: bool = False) -> list[Placed]:
+def placed_motions(motions: Sequence[Motion], *, any_object: bool = False) -> list[PlacedMotion]:
     """Each motion moved into the world of the first.
 
     Args:
@@ -64,7 +64,7 @@ def placed_motions(motions: Sequence[Motion], *, any_object: bool = False) -> li
                 where=other.label,
                 fix="Compare motions of one object, or add --any.",
             )
-    alone = Placed(first, Placement(0, np.eye(4), 0.0, same_take=True))
+    alone = PlacedMotion(first, Placement(0, np.eye(4), 0.0, same_take=True))
     return [alone, *(_placed(first, other) for other in motions[1:])]
 
 
@@ -104,23 +104,23 @@ def compared(
     return Comparison(contenders, tuple(figures), notes)
 
 
-def _placed(first: Motion, other: Motion) -> Placed:
+def _placed(first: Motion, other: Motion) -> PlacedMotion:
     placement = place(first.object_motion, other.object_motion)
-    return Placed(moved(other, placement.T), placement)
+    return PlacedMotion(moved(other, placement.T), placement)
 
 
-def _comparable(one: Placed, truth: Placed) -> bool:
+def _comparable(one: PlacedMotion, truth: PlacedMotion) -> bool:
     """Whether a motion is of the truth's take, and another one."""
     return one is not truth and one.placement.same_take and truth.placement.same_take
 
 
-def _reference(one: Placed, truth: Placed | None, start: int) -> Held | None:
+def _reference(one: PlacedMotion, truth: PlacedMotion | None, start: int) -> Held | None:
     if truth is None or not _comparable(one, truth):
         return None
     return Held(truth.motion.contact, truth.placement.begin - start)
 
 
-def _against(one: Placed, truth: Placed | None) -> Figures:
+def _against(one: PlacedMotion, truth: PlacedMotion | None) -> Figures:
     """Nothing where there is no truth, or too little of it."""
     if truth is None or not _comparable(one, truth):
         return {}
@@ -134,7 +134,7 @@ def _against(one: Placed, truth: Placed | None) -> Figures:
     return figures_against(ours, theirs)
 
 
-def _notes(first: Placed, other: Placed) -> list[str]:
+def _notes(first: PlacedMotion, other: PlacedMotion) -> list[str]:
     a, b, at = first.motion.label, other.motion.label, other.placement
     if not at.same_take:
         return [
@@ -153,7 +153,7 @@ def _notes(first: Placed, other: Placed) -> list[str]:
     return [*notes, *_ends(first, other)]
 
 
-def _ends(first: Placed, other: Placed) -> list[str]:
+def _ends(first: PlacedMotion, other: PlacedMotion) -> list[str]:
     """Where the two do not begin or end together."""
     a, b = first.motion.label, other.motion.label
     begin = other.placement.begin

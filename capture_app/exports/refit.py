@@ -15,8 +15,8 @@ from capture_app.exports.proportions import Proportions, at_rest, proportions
 from capture_app.exports.resample import ANKLES, ARMS, LEGS, TOES, Sampled, solved
 from capture_app.exports.take import Y_UP, Take, pose, rest_locals
 from capture_app.exports.target import Target
+from omomo_core.body.config import LIMB
 from omomo_core.body.kinematics import joints_of
-from omomo_core.body.limbs import STRETCH
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.easing import min_jerk
 from omomo_core.geometry.runs import runs
@@ -26,7 +26,7 @@ from omomo_core.skeleton import ALL_JOINTS
 _HIPS, _SHOULDERS = (1, 2), (16, 17)
 _BLEND = 8 / FPS
 """Seconds over which a hand goes from its own way onto the object and back."""
-_WITHIN = STRETCH
+_WITHIN = LIMB.stretch
 """Share of a straight limb's length that the hips are moved to stay within."""
 _ROUNDS = 10
 _TOLD = 0.01

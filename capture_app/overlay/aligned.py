@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from capture_app.overlay.eye import mount_of, session_of
-from capture_app.overlay.film import RGB, Film, open_film
-from capture_app.overlay.placing import Place, riding
+from capture_app.overlay.film import RGB, TimedPictures, open_film
+from capture_app.overlay.placing import FilmPlacement, riding
 from capture_app.overlay.watcher import Watcher, intrinsics_of
 from capture_app.result import Result, body_of
 from ingest.calibration.board.lens import distorted
@@ -32,7 +32,7 @@ _SLACK = 0.5 / FPS
 class Aligned:
     """The pictures of a film that lie within the motion."""
 
-    film: Film
+    film: TimedPictures
     first: int
     """Place of the first of them in the film."""
     seconds: Float64[np.ndarray, " pictures"]
@@ -74,10 +74,10 @@ def own_film(result: Result, offset: float = 0.0) -> Aligned:
     shift = offset - float(session.times[0]) - moved.start_time
     poses = riding(moved, mount, film.times + shift)
     watcher = Watcher(film, poses, intrinsics_of(session, film), np.zeros(5))
-    return watched(result, watcher, Place(np.eye(4), shift))
+    return watched(result, watcher, FilmPlacement(np.eye(4), shift))
 
 
-def watched(result: Result, watcher: Watcher, place: Place) -> Aligned:
+def watched(result: Result, watcher: Watcher, place: FilmPlacement) -> Aligned:
     """The film of a camera that watched.
 
     Raises:

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from capture_app.overlay.film import Film
+from capture_app.overlay.film import TimedPictures
 from ingest.calibration.board.lens import distorted
 from ingest.calibration.hand_eye.timing import peak
 from omomo_core.errors import InputError
@@ -26,7 +26,7 @@ _SURE, _APART, _RIVAL = 0.5, 0.5, 0.9
 
 
 def clock_offset(
-    film: Film,
+    film: TimedPictures,
     moved: ObjectMotion,
     T_world_camera: Float64[np.ndarray, "4 4"],
     K: Float64[np.ndarray, "3 3"],
@@ -70,7 +70,7 @@ def clock_offset(
     return float(offsets[best] + _STEP * peak(score, best))
 
 
-def _changes(film: Film) -> tuple[Float64[np.ndarray, " n"], Int64[np.ndarray, "n h w"]]:
+def _changes(film: TimedPictures) -> tuple[Float64[np.ndarray, " n"], Int64[np.ndarray, "n h w"]]:
     """Middle times of picture pairs, and sums of grey change left of and above each pixel."""
     every = max(1, round(1 / (_RATE * float(np.median(np.diff(film.times))))))
     height = round(film.size[1] * _WIDTH / film.size[0])

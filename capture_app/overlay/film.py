@@ -19,7 +19,7 @@ _MAX_PIXELS = 50_000_000
 
 
 @dataclass(frozen=True)
-class Film:
+class TimedPictures:
     """Pictures as the sensor sees them: what a file says of turning them for viewers is not applied."""
 
     source: Path
@@ -31,17 +31,17 @@ class Film:
     """The pictures from one to before another, by their place in `times`."""
 
 
-def open_video(path: Path) -> Film:
+def open_video(path: Path) -> TimedPictures:
     """A video file with the times that it stamps.
 
     Raises:
         InputError: "no-video" or "video-bounds".
     """
     times, size = _stamps(path)
-    return Film(path, times, size, lambda start, stop: _decoded(path, start, stop))
+    return TimedPictures(path, times, size, lambda start, stop: _decoded(path, start, stop))
 
 
-def open_film(session: CaptureSession) -> Film:
+def open_film(session: CaptureSession) -> TimedPictures:
     """What a phone filmed while it logged, or the single pictures that it took, on the clock of its poses.
 
     They are turned into landscape.
@@ -54,7 +54,7 @@ def open_film(session: CaptureSession) -> Film:
     if session.images:
         files = session.images
         height, width = _turned(_image(files[0]), turns).shape[:2]
-        return Film(
+        return TimedPictures(
             session.source,
             known,
             (width, height),
@@ -79,7 +79,7 @@ def open_film(session: CaptureSession) -> Film:
             yield _turned(picture, turns)
 
     wide = size if turns % 2 == 0 else (size[1], size[0])
-    return Film(video, known[late : late + count], wide, read)
+    return TimedPictures(video, known[late : late + count], wide, read)
 
 
 def _stamps(path: Path) -> tuple[Float64[np.ndarray, " pictures"], tuple[int, int]]:

@@ -11,7 +11,7 @@ from capture_app.overlay.clock import clock_offset
 from capture_app.overlay.eye import mount_of, session_of
 from capture_app.overlay.in_scan import by_scan
 from capture_app.overlay.placing import (
-    Place,
+    FilmPlacement,
     arkit_world,
     board_in_room,
     by_board_in_room,
@@ -104,7 +104,7 @@ def _rested(
         K = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]])
         moved = result.object_motion
         offset = clock_offset(watcher.film, moved, T_world_camera, K, watcher.lens)
-    return watched(result, watcher, Place(T_world_camera, offset))
+    return watched(result, watcher, FilmPlacement(T_world_camera, offset))
 
 
 def _second_phone(
@@ -129,12 +129,12 @@ def _second_phone(
             fix="Add --shared-world if both phones logged in one ARKit world; or give --board with "
             "the board that it filmed, or --scan with a scan of the place.",
         )
-    return watched(result, watcher, Place(T_world_rest, _offset(request)))
+    return watched(result, watcher, FilmPlacement(T_world_rest, _offset(request)))
 
 
 def _by_board_on_object(
     result: Result, request: OverlayRequest, board: Board, track: BoardTrack
-) -> Place:
+) -> FilmPlacement:
     where = request.board_place
     T_object_board = load_place(where, board).T_object_board if where else None
     return by_board_on_object(result.object_motion, track, T_object_board, request.offset)

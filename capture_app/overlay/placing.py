@@ -32,7 +32,7 @@ _DOUBT = np.diag(PHONE_SD**2)
 
 
 @dataclass(frozen=True)
-class Place:
+class FilmPlacement:
     """How a watcher's world and clock hang together with the result's."""
 
     T_world_rest: Float64[np.ndarray, "4 4"]
@@ -51,7 +51,7 @@ def by_board_on_object(
     track: BoardTrack,
     T_object_board: Float64[np.ndarray, "4 4"] | None,
     offset: float | None,
-) -> Place:
+) -> FilmPlacement:
     """From a board that moved with the object.
 
     Args:
@@ -67,12 +67,12 @@ def by_board_on_object(
     if T_object_board is None:
         found = solve(motion, board)
         T = found.T_world_camera[found.kept]
-        return Place(agreed(T), found.offset if offset is None else offset)
+        return FilmPlacement(agreed(T), found.offset if offset is None else offset)
     if offset is None:
         guesses = find_offsets(motion, board)
         best = min(_closest(motion, board, T_object_board, g.seconds) for g in guesses)
         offset = best[1]
-    return Place(agreed(_stations(motion, board, T_object_board, offset)), offset)
+    return FilmPlacement(agreed(_stations(motion, board, T_object_board, offset)), offset)
 
 
 def by_board_in_room(

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from capture_app.overlay.film import Film, open_film, open_video
+from capture_app.overlay.film import TimedPictures, open_film, open_video
 from ingest.calibration.board.camera import WitnessCamera
 from ingest.calibration.hand_eye.streams import PoseStream
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
@@ -21,7 +21,7 @@ _RIGID = 1e-3
 class Watcher:
     """A film and its camera."""
 
-    film: Film
+    film: TimedPictures
     T_rest_camera: Float64[np.ndarray, "pictures 4 4"]
     """OpenCV's camera axes. What rests is a tripod itself, or the ARKit world of a phone."""
     intrinsics: Float64[np.ndarray, "pictures 4"]
@@ -56,7 +56,9 @@ def by_phone(session: CaptureSession) -> Watcher:
     return Watcher(film, T, intrinsics_of(session, film), np.zeros(5))
 
 
-def intrinsics_of(session: CaptureSession, film: Film) -> Float64[np.ndarray, "pictures 4"]:
+def intrinsics_of(
+    session: CaptureSession, film: TimedPictures
+) -> Float64[np.ndarray, "pictures 4"]:
     """What the phone logged of its camera, for each picture of its film and in its pixels.
 
     Raises:

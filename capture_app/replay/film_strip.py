@@ -9,7 +9,7 @@ import numpy as np
 from av.error import FFmpegError
 from jaxtyping import Float64, Int, UInt8
 
-from capture_app.overlay.film import RGB, Film, open_film
+from capture_app.overlay.film import RGB, TimedPictures, open_film
 from ingest.film import frames_of
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
@@ -77,7 +77,7 @@ def _wanted(
 
 
 def _small(
-    session: CaptureSession, film: Film, wanted: Int[np.ndarray, " wanted"]
+    session: CaptureSession, film: TimedPictures, wanted: Int[np.ndarray, " wanted"]
 ) -> Iterator[RGB]:
     """The wanted pictures in the phone's landscape, made small."""
     try:

@@ -34,7 +34,7 @@ def body_arrays(body: BodyModel) -> Arrays:
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownSurface:
     """An object's surface as it is shown."""
 
     arrays: Arrays
@@ -42,7 +42,7 @@ class Shown:
     """It has fewer faces than the object itself."""
 
 
-def object_surface(mesh: ObjectMesh) -> Shown:
+def object_surface(mesh: ObjectMesh) -> ShownSurface:
     """`object_vertices`, `object_normals` and `object_faces`, in the object's frame."""
     shown = _light(mesh)
     vertices, normals, faces = creased(shown)
@@ -51,7 +51,7 @@ def object_surface(mesh: ObjectMesh) -> Shown:
         "object_normals": _bytes_of(normals),
         "object_faces": _indices(faces, len(vertices)),
     }
-    return Shown(arrays, shown is not mesh)
+    return ShownSurface(arrays, shown is not mesh)
 
 
 def _light(mesh: ObjectMesh) -> ObjectMesh:

@@ -4,7 +4,7 @@ from html import escape
 
 import numpy as np
 
-from capture_app.report_page.svg import Band, Line, Plot, draw
+from capture_app.report_page.svg import Band, Plot, PlotLine, draw
 from ingest.report.series import Curve, TakeSeries
 
 _REST = '<span><i class="rest"></i>at rest</span>'
@@ -37,7 +37,7 @@ def _over_time(
 ) -> str:
     kinds = ("one", "two")
     lines = [
-        Line(curve.seconds, curve.values, kind)
+        PlotLine(curve.seconds, curve.values, kind)
         for (_, curve), kind in zip(curves, kinds, strict=False)
     ]
     bands = [Band(*span, "rest") for span in series.rests]
@@ -57,7 +57,7 @@ def _map(series: TakeSeries) -> str:
     ends = [(float(place[0]), float(place[1]), word) for place, word in found]
     x, y = series.path.T
     title = "Path from above"
-    plot = Plot(title, "m", "m", [Line(x, y, "one")], dots=ends, height=380.0, equal=True)
+    plot = Plot(title, "m", "m", [PlotLine(x, y, "one")], dots=ends, height=380.0, equal=True)
     return _figure(title, [], plot)
 
 

@@ -17,7 +17,7 @@ _TICKS = 6
 
 
 @dataclass(frozen=True)
-class Line:
+class PlotLine:
     """One curve; NaN breaks it."""
 
     x: Float64[np.ndarray, " points"]
@@ -42,7 +42,7 @@ class Plot:
     title: str
     x_unit: str
     y_unit: str
-    lines: Sequence[Line]
+    lines: Sequence[PlotLine]
     bands: Sequence[Band] = ()
     dots: Sequence[tuple[float, float, str]] = field(default=())
     """x, y and a word beside it; above the first dot, below the others, which may coincide."""
@@ -164,7 +164,7 @@ def _band(frame: _Frame, band: Band) -> str:
     )
 
 
-def _line(frame: _Frame, line: Line) -> str:
+def _line(frame: _Frame, line: PlotLine) -> str:
     every = max(1, -(-len(line.x) // _MAX_POINTS))
     path, pen = [], "M"
     for x, y in zip(line.x[::every], line.y[::every], strict=True):

@@ -26,7 +26,7 @@ from ingest.scan.sources.read import is_mesh, read_source
 
 
 @dataclass(frozen=True)
-class Scan:
+class ObjectScan:
     """A mesh that was written, and how good it is."""
 
     request: ScanRequest
@@ -38,7 +38,7 @@ class Scan:
     """By stage."""
 
 
-def scan_object(request: ScanRequest, progress: Progress) -> Scan:
+def scan_object(request: ScanRequest, progress: Progress) -> ObjectScan:
     """Turn a film of an object into its mesh; an interrupted one goes on where it was.
 
     Args:
@@ -60,7 +60,7 @@ def scan_object(request: ScanRequest, progress: Progress) -> Scan:
         write_object_model(
             found.registered.model, found.cleaned.T_world_object, found.stretched, model
         )
-    scan = Scan(request, cleaned, report, found, clock.seconds)
+    scan = ObjectScan(request, cleaned, report, found, clock.seconds)
     write_report(scan.request, cleaned, report, found, scan.seconds)
     clock("report", 1.0)
     save_mesh(cleaned, request.output)

@@ -39,7 +39,7 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Item:
+class Trial:
     """A question as one page shows it."""
 
     question: Question
@@ -54,7 +54,7 @@ class Page:
     """What one rater sees, in order."""
 
     batch: int
-    items: tuple[Item, ...]
+    items: tuple[Trial, ...]
 
 
 def design(takes: Sequence[str], methods: Sequence[str], plan: Plan) -> list[Page]:
@@ -114,7 +114,7 @@ def _pages(
     pages: list[Page] = []
     for rater in range(plan.raters):
         items = [
-            Item(q, q.first if (swap + rater) % 2 == 0 else q.second)
+            Trial(q, q.first if (swap + rater) % 2 == 0 else q.second)
             for q, swap in zip(questions, swapped, strict=True)
         ]
         items += _checks(used, methods, plan.checks, rng)
@@ -138,12 +138,12 @@ def _balanced(questions: Sequence[Question], rng: np.random.Generator) -> list[i
 
 def _checks(
     takes: Sequence[str], methods: Sequence[str], count: int, rng: np.random.Generator
-) -> list[Item]:
+) -> list[Trial]:
     """Films of one method against broken ones; half of them intact on the left."""
     sides = [SIDES[k % 2] for k in rng.permutation(count)]
     shown = [takes[int(rng.integers(len(takes)))] for _ in sides]
     by = [methods[int(rng.integers(len(methods)))] for _ in sides]
     return [
-        Item(Question(take, method, method), method, side)
+        Trial(Question(take, method, method), method, side)
         for take, method, side in zip(shown, by, sides, strict=True)
     ]

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from capture_app.staging import staged_folder
-from capture_app.study.design import SIDES, Item, Page, Plan, design
+from capture_app.study.design import SIDES, Page, Plan, Trial, design
 from capture_app.study.films import Film, FilmStyle, films_of, make_films
 from capture_app.study.key import PAGES, Key, KeyItem, KeyPage, write_key
 from capture_app.study.methods import common_takes, read_methods
-from capture_app.study.page import QUESTION, Shown, rater_page
+from capture_app.study.page import QUESTION, TrialFilms, rater_page
 from omomo_core.errors import InputError
 
 
@@ -65,16 +65,16 @@ def answer_key(pages: Sequence[Page], methods: Sequence[str], plan: Plan) -> Key
     )
 
 
-def shown(item: KeyItem) -> Shown:
+def shown(item: KeyItem) -> TrialFilms:
     """The films of a pair; in a check the side that is not intact is broken."""
     left, right = (
         (item.take, method, item.intact not in (None, side))
         for side, method in zip(SIDES, (item.left, item.right), strict=True)
     )
-    return Shown(item.id, left, right)
+    return TrialFilms(item.id, left, right)
 
 
-def _key_item(name: str, item: Item) -> KeyItem:
+def _key_item(name: str, item: Trial) -> KeyItem:
     q = item.question
     right = q.second if item.left == q.first else q.first
     return KeyItem(id=name, take=q.take, left=item.left, right=right, intact=item.intact)

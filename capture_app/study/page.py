@@ -18,7 +18,7 @@ _POLICY = (
 
 
 @dataclass(frozen=True)
-class Shown:
+class TrialFilms:
     """A pair on a page."""
 
     id: str
@@ -27,7 +27,7 @@ class Shown:
 
 
 def rater_page(
-    study: str, page: str, items: Sequence[Shown], films: Mapping[Film, bytes], question: str
+    study: str, page: str, items: Sequence[TrialFilms], films: Mapping[Film, bytes], question: str
 ) -> str:
     """The whole page. It names neither methods nor takes; films stand in the order they are shown.
 

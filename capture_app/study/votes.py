@@ -19,7 +19,7 @@ class _Record(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
 
-class Answer(_Record):
+class PageAnswer(_Record):
     """What a rater chose, and after how many milliseconds."""
 
     item: str
@@ -34,7 +34,7 @@ class VoteFile(_Record):
     version: Literal[1]
     study: str
     page: str
-    answers: Annotated[list[Answer], Field(max_length=10_000)]
+    answers: Annotated[list[PageAnswer], Field(max_length=10_000)]
 
 
 @dataclass(frozen=True)

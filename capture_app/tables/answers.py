@@ -24,7 +24,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Answer:
+class WindowResult:
     """A method's K people for one window, measured; or why it could make none."""
 
     task: Task
@@ -41,7 +41,7 @@ class Answer:
     problem: str = ""
 
 
-class Answers:
+class ResultLog:
     """The file of answers in the folder of the tables: a line of settings, then one an answer."""
 
     def __init__(self, folder: Path, settings: Mapping[str, Any]) -> None:
@@ -67,12 +67,12 @@ class Answers:
             raise self._differs(told)
         self.rows = self._rows(lines[1:])
 
-    def add(self, row: Answer) -> None:
+    def add(self, row: WindowResult) -> None:
         """Keep an answer; it is on the disk when this returns."""
         self.rows[row.task] = row
         self._append(asdict(row))
 
-    def find(self, task: Task, given: str, weights: str) -> Answer | None:
+    def find(self, task: Task, given: str, weights: str) -> WindowResult | None:
         """What is kept for a question.
 
         Raises:
@@ -99,9 +99,9 @@ class Answers:
         except ValueError as error:
             raise self._damaged() from error
 
-    def _rows(self, lines: list[dict[str, Any]]) -> dict[Task, Answer]:
+    def _rows(self, lines: list[dict[str, Any]]) -> dict[Task, WindowResult]:
         try:
-            rows = TypeAdapter(list[Answer]).validate_python(lines)
+            rows = TypeAdapter(list[WindowResult]).validate_python(lines)
         except ValidationError as error:
             raise self._damaged() from error
         return {row.task: row for row in rows}

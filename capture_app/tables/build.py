@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from capture_app.tables.answers import Answer
+from capture_app.tables.answers import WindowResult
 from capture_app.tables.methods import METHODS
 from capture_app.tables.paper import ABLATION, CORRECTED, PAPER, PUBLISHED, Column
 from omomo_core.learning.evaluation.average import average
@@ -19,7 +19,7 @@ _ABLATED = ("omomo", "gt-hands", "capture")
 
 
 @dataclass(frozen=True)
-class Line:
+class TableRow:
     """One row of a table."""
 
     label: str
@@ -37,13 +37,13 @@ class Section:
     first_frame: bool
     best: bool
     """The best of K, or one sample."""
-    lines: list[Line]
+    lines: list[TableRow]
     windows: int
     clips: int
 
 
 @dataclass(frozen=True)
-class Table:
+class PaperTable:
     """One of the paper's tables."""
 
     number: int
@@ -56,7 +56,7 @@ class Table:
     """Whether what the paper claims holds here, in words."""
 
 
-Group = Mapping[str, Mapping[str, Answer]]
+Group = Mapping[str, Mapping[str, WindowResult]]
 """Answers of one protocol and one kind of objects: by method, then by window."""
 
 
@@ -66,9 +66,9 @@ def is_unseen(window: str) -> bool:
     return cast is not None and cast.object in UNSEEN
 
 
-def grouped(answers: Sequence[Answer], *, unseen: bool, first_frame: bool) -> Group:
+def grouped(answers: Sequence[WindowResult], *, unseen: bool, first_frame: bool) -> Group:
     """The answers of one protocol, on the windows that all its methods could answer."""
-    group: dict[str, dict[str, Answer]] = {}
+    group: dict[str, dict[str, WindowResult]] = {}
     for row in answers:
         if row.task.first_frame is first_frame and is_unseen(row.task.window) is unseen:
             group.setdefault(row.task.method, {})[row.task.window] = row
@@ -78,20 +78,20 @@ def grouped(answers: Sequence[Answer], *, unseen: bool, first_frame: bool) -> Gr
     return {name: {w: group[name][w] for w in common} for name in METHODS if name in group}
 
 
-def tables_of(answers: Sequence[Answer], samples: int) -> list[Table]:
+def tables_of(answers: Sequence[WindowResult], samples: int) -> list[PaperTable]:
     """Tables 2, 3 and 4, as far as there are windows for them."""
-    found: list[Table] = []
+    found: list[PaperTable] = []
     for number, unseen in ((2, False), (3, True)):
         sections = _sections(answers, samples, (unseen,), tuple(METHODS))
-        found.append(Table(number, TITLES[number], PUBLISHED, CORRECTED, sections))
+        found.append(PaperTable(number, TITLES[number], PUBLISHED, CORRECTED, sections))
     ablation = _sections(answers, samples, (False, True), _ABLATED)
     if any(METHODS["gt-hands"].title in line.label for s in ablation for line in s.lines):
-        found.append(Table(4, TITLES[4], ABLATION, CORRECTED, ablation))
+        found.append(PaperTable(4, TITLES[4], ABLATION, CORRECTED, ablation))
     return [table for table in found if table.sections]
 
 
 def _sections(
-    answers: Sequence[Answer], samples: int, kinds: Sequence[bool], names: Sequence[str]
+    answers: Sequence[WindowResult], samples: int, kinds: Sequence[bool], names: Sequence[str]
 ) -> list[Section]:
     sections: list[Section] = []
     for first_frame in (True, False):
@@ -119,16 +119,16 @@ def _sections(
 
 def _lines(
     name: str,
-    rows: Mapping[str, Answer],
+    rows: Mapping[str, WindowResult],
     unseen: bool,
     best: bool,
     first_frame: bool,
     starred: bool,
-) -> list[Line]:
+) -> list[TableRow]:
     """A method's line, and the paper's where it says something of this protocol."""
     label = METHODS[name].title + ("*" if unseen and starred else "")
-    ours = Line(label, average([row.best if best else row.one for row in rows.values()]))
+    ours = TableRow(label, average([row.best if best else row.one for row in rows.values()]))
     paper = PAPER["unseen" if unseen else "seen"].get(name)
     if paper is None or not (best and first_frame):
         return [ours]
-    return [ours, Line(f"{label}, paper", paper, published=True)]
+    return [ours, TableRow(f"{label}, paper", paper, published=True)]

@@ -18,7 +18,7 @@ _BUDGET = {
 
 
 @dataclass(frozen=True)
-class Made:
+class TableOrigin:
     """How the tables were made."""
 
     sources: Sequence[str]
@@ -36,12 +36,12 @@ class Made:
     """Windows that a method could not answer, and why: left out for all."""
 
 
-def caption(made: Made) -> list[str]:
+def caption(made: TableOrigin) -> list[str]:
     """Sentences, for all tables together."""
     return [_data(made), _protocol(made), *_weights(made), *_left_out(made)]
 
 
-def _data(made: Made) -> str:
+def _data(made: TableOrigin) -> str:
     clips = {clip_of(window) for window in made.windows}
     casts = [cast for clip in clips if (cast := cast_of(clip)) is not None]
     people = sorted({cast.person for cast in casts})
@@ -55,7 +55,7 @@ def _data(made: Made) -> str:
     )
 
 
-def _protocol(made: Made) -> str:
+def _protocol(made: TableOrigin) -> str:
     walk = "all 1,000 steps" if made.sampler == "ddpm" else f"{made.steps} steps"
     return (
         f"Best of {made.samples}: the sample with the least MPJPE, every figure of it, as published. "
@@ -67,7 +67,7 @@ def _protocol(made: Made) -> str:
     )
 
 
-def _weights(made: Made) -> list[str]:
+def _weights(made: TableOrigin) -> list[str]:
     networks = {n.name: n for group in made.networks.values() for n in group}
     told = [_network(network) for network in networks.values()]
     return [f"Weights: {'; '.join(told)}."] if told else []
@@ -83,7 +83,7 @@ def _network(network: Network) -> str:
     return f"{network.name} {network.digest} ({', '.join([size, *notes])})"
 
 
-def _left_out(made: Made) -> list[str]:
+def _left_out(made: TableOrigin) -> list[str]:
     out: list[str] = []
     if made.failed:
         names = ", ".join(f"{task} ({why})" for task, why in made.failed.items())

@@ -9,10 +9,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from capture_app.tables.answers import Answer, Answers, Task
+from capture_app.tables.answers import ResultLog, Task, WindowResult
 from capture_app.tables.ask import Load, Questions, ask_all
-from capture_app.tables.build import Table, is_unseen, tables_of
-from capture_app.tables.caption import Made
+from capture_app.tables.build import PaperTable, is_unseen, tables_of
+from capture_app.tables.caption import TableOrigin
 from capture_app.tables.load import load_methods
 from capture_app.tables.methods import chosen_methods, digest_of, networks_of
 from capture_app.tables.verdict import with_verdicts
@@ -58,8 +58,8 @@ class TablesRequest:
 class TablesMade:
     """What was made."""
 
-    tables: list[Table]
-    made: Made
+    tables: list[PaperTable]
+    made: TableOrigin
     files: list[Path]
 
 
@@ -79,7 +79,7 @@ def make_tables(request: TablesRequest, progress: Progress, load: Load | None = 
     names = chosen_methods(request.methods, request.weights)
     networks = {name: networks_of(name, request.weights) for name in names}
     windows, skipped = _windows(request)
-    answers = Answers(request.out, _settings(request))
+    answers = ResultLog(request.out, _settings(request))
     load = load or partial(
         load_methods, weights=request.weights, sampler=request.sampler, steps=request.steps
     )
@@ -88,7 +88,7 @@ def make_tables(request: TablesRequest, progress: Progress, load: Load | None = 
     digests = {name: digest_of(networks[name]) for name in names}
     rows = _answered(questions, windows, answers, request, digests, progress)
     tables = [with_verdicts(table, rows) for table in tables_of(rows, request.samples)]
-    made = Made(
+    made = TableOrigin(
         [str(path) for path in request.clips],
         request.split,
         [window.name for window in windows],
@@ -106,11 +106,11 @@ def make_tables(request: TablesRequest, progress: Progress, load: Load | None = 
 def _answered(
     questions: Questions,
     windows: Sequence[RealClip],
-    answers: Answers,
+    answers: ResultLog,
     request: TablesRequest,
     weights: dict[str, str],
     progress: Progress,
-) -> list[Answer]:
+) -> list[WindowResult]:
     """Every answer, those that were not there asked for."""
     given = {window.name: _digest(window) for window in windows}
     tasks = [
@@ -124,7 +124,7 @@ def _answered(
     found = ask_all(questions, missing, request.workers) if missing else ()
     for done, (task, answer) in enumerate(found, start=len(tasks) - len(missing) + 1):
         figures: dict[str, Any] = {"problem": answer} if isinstance(answer, str) else asdict(answer)
-        answers.add(Answer(task, given[task.window], weights[task.method], **figures))
+        answers.add(WindowResult(task, given[task.window], weights[task.method], **figures))
         progress(done, len(tasks))
     return [answers.rows[task] for task in tasks]
 

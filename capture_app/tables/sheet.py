@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from capture_app.tables.build import Table
+from capture_app.tables.build import PaperTable
 from capture_app.tables.paper import Column
 
 
@@ -37,7 +37,7 @@ class Sheet:
         return found
 
 
-def sheets_of(table: Table) -> tuple[Sheet, Sheet]:
+def sheets_of(table: PaperTable) -> tuple[Sheet, Sheet]:
     """The table as published with the paper's numbers, and ours again without the oddities."""
     name = f"Table {table.number}. {table.title}"
     published, corrected = tuple(table.columns), tuple(table.corrected)
@@ -51,7 +51,7 @@ def sheets_of(table: Table) -> tuple[Sheet, Sheet]:
     )
 
 
-def _rows(table: Table, columns: tuple[Column, ...], *, with_paper: bool) -> Iterator[Row]:
+def _rows(table: PaperTable, columns: tuple[Column, ...], *, with_paper: bool) -> Iterator[Row]:
     for section in table.sections:
         yield Row(f"{section.title} (windows: {section.windows}, clips: {section.clips})")
         for line in section.lines:

@@ -5,8 +5,8 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Literal
 
-from capture_app.tables.answers import Answer
-from capture_app.tables.build import Group, Table, grouped
+from capture_app.tables.answers import WindowResult
+from capture_app.tables.build import Group, PaperTable, grouped
 from capture_app.tables.methods import METHODS
 from omomo_core.learning.evaluation.paired import PairedDifference, paired_bootstrap
 from omomo_core.learning.evaluation.windows import clip_of
@@ -18,7 +18,7 @@ Of = Literal["best", "mean"]
 """Of the sample with the least MPJPE, as published; or of all samples, which chance touches less."""
 
 
-def with_verdicts(table: Table, answers: Sequence[Answer]) -> Table:
+def with_verdicts(table: PaperTable, answers: Sequence[WindowResult]) -> PaperTable:
     """The table with a sentence for each claim of the paper that can be looked at."""
     verdicts: list[str] = []
     frames = sorted({section.first_frame for section in table.sections}, reverse=True)

@@ -6,8 +6,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from capture_app.tables.build import Table
-from capture_app.tables.caption import Made, caption
+from capture_app.tables.build import PaperTable
+from capture_app.tables.caption import TableOrigin, caption
 from capture_app.tables.sheet import Row, Sheet, sheets_of
 from omomo_core.whole_file import write_whole
 
@@ -20,7 +20,7 @@ _ESCAPED = {
 }
 
 
-def write_tables(folder: Path, tables: Sequence[Table], made: Made) -> list[Path]:
+def write_tables(folder: Path, tables: Sequence[PaperTable], made: TableOrigin) -> list[Path]:
     """Write `tables.md`, `tables.tex` and `tables.json` into a folder.
 
     Raises:
@@ -36,7 +36,7 @@ def write_tables(folder: Path, tables: Sequence[Table], made: Made) -> list[Path
     return [folder / name for name in texts]
 
 
-def markdown(tables: Sequence[Table], made: Made) -> str:
+def markdown(tables: Sequence[PaperTable], made: TableOrigin) -> str:
     """One part of a page: a heading and two tables for each, verdicts, and the caption."""
     parts: list[str] = []
     for table in tables:
@@ -61,7 +61,7 @@ def _markdown_grid(sheet: Sheet) -> str:
     return "\n".join(lines)
 
 
-def latex(tables: Sequence[Table], made: Made) -> str:
+def latex(tables: Sequence[PaperTable], made: TableOrigin) -> str:
     """A float for each table; needs no packages."""
     told = " ".join(caption(made))
     floats: list[str] = []
@@ -99,7 +99,7 @@ def _escaped(text: str) -> str:
     return "".join(_ESCAPED.get(character, character) for character in text)
 
 
-def _document(tables: Sequence[Table], made: Made) -> dict[str, Any]:
+def _document(tables: Sequence[PaperTable], made: TableOrigin) -> dict[str, Any]:
     return {
         "tables": [
             {

@@ -21,7 +21,7 @@ _FULL_CODES = ("disk-full", "archive-disk")
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
 
-class Problem(BaseModel):
+class ErrorDetail(BaseModel):
     """What is wrong, where, and how to fix it."""
 
     code: str
@@ -33,7 +33,7 @@ class Problem(BaseModel):
 class ErrorReply(BaseModel):
     """The body of every answer that is not a success."""
 
-    error: Problem
+    error: ErrorDetail
 
 
 class Refused(InputError):
@@ -64,17 +64,17 @@ _CALM: dict[int, tuple[str, str, str]] = {
 
 def refusal(status: int, code: str, what: str, *, where: str = "", fix: str = "") -> JSONResponse:
     """The answer of an error that no route is at hand to raise."""
-    return _reply(status, Problem(code=code, what=what, where=where, fix=fix))
+    return _reply(status, ErrorDetail(code=code, what=what, where=where, fix=fix))
 
 
 def plain_reply(status: int, headers: Mapping[str, str] | None = None) -> JSONResponse:
     """The answer of a status that says it all."""
     code, what, fix = _CALM.get(status, _CALM[400 if status < 500 else 500])
-    return _reply(status, Problem(code=code, what=what, fix=fix), headers=headers)
+    return _reply(status, ErrorDetail(code=code, what=what, fix=fix), headers=headers)
 
 
 def _reply(
-    status: int, problem: Problem, *, headers: Mapping[str, str] | None = None, **more: Any
+    status: int, problem: ErrorDetail, *, headers: Mapping[str, str] | None = None, **more: Any
 ) -> JSONResponse:
     # Names of files may hold what is no text; JSON must.
     texts = {k: _SURROGATE.sub("\ufffd", v) for k, v in problem.model_dump().items()}
@@ -99,7 +99,7 @@ def add_error_replies(app: FastAPI) -> None:
     def ours(request: Request, error: Exception) -> JSONResponse:
         assert isinstance(error, OmocapError)
         shown = request.app.state.site.library.shown
-        problem = Problem(
+        problem = ErrorDetail(
             code=error.code, what=shown(error.what), where=shown(error.where), fix=shown(error.fix)
         )
         more = error.more if isinstance(error, Refused) else {}
@@ -121,7 +121,7 @@ def _invalid(_: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
     first = error.errors()[0]
     where = ".".join(str(part) for part in first["loc"])
-    problem = Problem(
+    problem = ErrorDetail(
         code="request-invalid",
         what=f"The request does not fit: {first['msg']}.",
         where=where[:200],

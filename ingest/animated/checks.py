@@ -6,7 +6,8 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from ingest.mesh import MAX_EXTENT, MIN_EXTENT
-from ingest.trajectory.segments import MIN_SECONDS, segments
+from ingest.trajectory.config import BREAKS
+from ingest.trajectory.segments import segments
 from omomo_core.errors import InputError
 from omomo_core.geometry.runs import runs
 from omomo_core.geometry.transforms import turning_speed
@@ -38,7 +39,7 @@ def check_motion(motion: ObjectMotion, source: Path) -> tuple[str, ...]:
             "animation-short",
             f"The animation lasts {(frames - 1) / FPS:.2f} s"
             + ("" if motion.valid.all() else " with gaps")
-            + f"; a take needs at least {MIN_SECONDS:g} s without a gap.",
+            + f"; a take needs at least {BREAKS.shortest_segment:g} s without a gap.",
             where=str(source),
             fix="Animate for longer, and check the frame rate.",
         )

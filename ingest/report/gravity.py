@@ -6,8 +6,8 @@ from jaxtyping import Float64
 from ingest.report.check import Check, grade, graded, worst
 from ingest.report.look import Look
 from ingest.session import GRAVITY, CaptureSession
-from ingest.trajectory.accelerometer import WINDOW_SECONDS, measured_up
-from ingest.trajectory.gravity import NOTED, REFUSED
+from ingest.trajectory.accelerometer import measured_up
+from ingest.trajectory.config import VERTICAL
 from omomo_core.motion import FPS
 
 _WINDOW_NOTED = 12.0
@@ -62,16 +62,21 @@ def _direction(
     if not 0.8 < size / GRAVITY < 1.2:
         fix = "Log the raw accelerometer (gravity included), in g or m/s^2, or leave it out."
         message = f"the accelerometer reads {size:.3g} m/s^2 as a rule instead of {GRAVITY:.2f}"
-        return Check("gravity", "bad" if off > REFUSED else "warn", message, fix=fix)
-    severity = worst([grade(off, NOTED, REFUSED), grade(float(angles[most]), _WINDOW_NOTED, 180.0)])
+        return Check("gravity", "bad" if off > VERTICAL.refused else "warn", message, fix=fix)
+    severity = worst(
+        [
+            grade(off, VERTICAL.noted, VERTICAL.refused),
+            grade(float(angles[most]), _WINDOW_NOTED, 180.0),
+        ]
+    )
     logged = look.session.times
-    edges = logged[0] + times[most] + np.array([-0.5, 0.5]) * WINDOW_SECONDS
+    edges = logged[0] + times[most] + np.array([-0.5, 0.5]) * VERTICAL.window
     first, last = np.searchsorted(logged, edges)
     message = (
         f"the accelerometer agrees with the poses' down within {off:.1f} deg (median of "
         f"the stretch that is used; at most {angles[most]:.1f} deg anywhere)"
     )
-    place = (int(first), int(last)) if off <= NOTED else (0, len(logged))
+    place = (int(first), int(last)) if off <= VERTICAL.noted else (0, len(logged))
     return graded("gravity", severity, message, _FIX_AXES, place)
 
 
@@ -87,4 +92,4 @@ def gravity_angles(
     measured = measured_up(session)
     angles = np.degrees(np.arccos(np.clip(measured @ up, -1, 1)))
     began = 0.0 if session.imu is None else max(0.0, session.imu.times[0] - session.times[0])
-    return began + (np.arange(len(angles)) + 0.5) * WINDOW_SECONDS, angles
+    return began + (np.arange(len(angles)) + 0.5) * VERTICAL.window, angles

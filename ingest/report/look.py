@@ -10,10 +10,10 @@ from ingest.axes import T_ZUP_ARKIT
 from ingest.mount import Mount
 from ingest.session import CaptureSession
 from ingest.trajectory.breaks import Breaks, find_breaks
+from ingest.trajectory.config import BREAKS
 from ingest.trajectory.object_motion import ObjectTake
 from ingest.trajectory.resample import resample
 from ingest.trajectory.rests import find_rests
-from ingest.trajectory.segments import MIN_SECONDS
 from omomo_core.geometry.runs import runs
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS, ObjectMesh
@@ -61,7 +61,7 @@ class Look:
         """(start, stop) at 30 fps of the stretches that a run can use."""
         if self.take is not None:
             return list(self.take.segments)
-        return [(a, b) for a, b in runs(self.poses[1]) if b - a >= MIN_SECONDS * FPS]
+        return [(a, b) for a, b in runs(self.poses[1]) if b - a >= BREAKS.shortest_segment * FPS]
 
     @property
     def chosen(self) -> tuple[int, int]:

@@ -7,9 +7,10 @@ from scipy.spatial.transform import Rotation
 from ingest.report.check import Check, Severity, grade, graded, worst
 from ingest.report.look import Look
 from ingest.report.slip import GroundRest, slip
+from ingest.trajectory.config import STANDING
 from ingest.trajectory.object_motion import ObjectTake
 from ingest.trajectory.rests import find_rests, frame_noise, is_steady
-from ingest.trajectory.stable import STANDS, standing_sides, tilt_from_standing
+from ingest.trajectory.stable import standing_sides, tilt_from_standing
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.motion import FPS
 
@@ -156,7 +157,7 @@ def _standing(
     """Red where the object rests unheld as it cannot stand; a hand may hold a mop upright."""
     tilts = [tilt_from_standing(rest.T_world_object[:3, :3], sides)[0] for rest in grounded]
     severities: list[Severity] = [
-        grade(tilt, STANDS, _WRONG_TILT if rest.steady else 180.0)
+        grade(tilt, STANDING.lean, _WRONG_TILT if rest.steady else 180.0)
         for tilt, rest in zip(tilts, grounded, strict=True)
     ]
     severity = worst(severities)

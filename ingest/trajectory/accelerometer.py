@@ -5,8 +5,7 @@ from jaxtyping import Float64
 from scipy.spatial.transform import Rotation, Slerp
 
 from ingest.session import R_CAMERA_DEVICE, CaptureSession
-
-WINDOW_SECONDS = 2.0
+from ingest.trajectory.config import VERTICAL
 
 
 def measured_up(session: CaptureSession) -> Float64[np.ndarray, "windows 3"]:
@@ -24,7 +23,7 @@ def measured_up(session: CaptureSession) -> Float64[np.ndarray, "windows 3"]:
         return np.empty((0, 3))
     R_world_phone = Slerp(session.times, Rotation.from_matrix(session.T_world_phone[:, :3, :3]))
     world = R_world_phone(times).apply(imu.accel[inside] @ R_CAMERA_DEVICE.T)
-    window = ((times - times[0]) // WINDOW_SECONDS).astype(int)
+    window = ((times - times[0]) // VERTICAL.window).astype(int)
     # The last window is not whole; a sum points where the mean does.
     sums = np.stack([np.bincount(window, axis)[:-1] for axis in world.T], axis=1)
     size = np.linalg.norm(sums, axis=1, keepdims=True)

@@ -6,21 +6,11 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from ingest.session import CaptureSession
+from ingest.trajectory.config import BREAKS
 from ingest.trajectory.frozen import find_frozen
 from ingest.trajectory.jumps import find_jumps, velocity_changes
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
-
-MAX_GAP = 0.1
-"""Seconds between two poses that interpolation may span, whatever moves."""
-MAX_HOLE = 0.155
-"""The same where the motion goes on smoothly: 0.15 s, and the jitter of stamps."""
-_BENT, _BENT_TURN = 0.01, np.radians(2.0)
-"""Metres and rad by which a smooth motion may leave the straight way between the edges of a hole."""
-_PAUSE = 1.0
-"""Seconds without a pose after which the app may have started tracking anew."""
-_MAX_PERIOD = 0.095
-"""Seconds between poses as a rule; closer to MAX_GAP, its jitter makes a gap of every other step."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +45,7 @@ def find_breaks(session: CaptureSession) -> Breaks:
     A jump is one step; the step out of a gap or a freeze is not counted as a jump again.
     """
     times, T = session.times, session.T_world_phone
-    long = np.diff(times) > MAX_GAP
+    long = np.diff(times) > BREAKS.longest_gap
     frozen = find_frozen(times, T)
     ok = session.tracking_ok
     untracked = np.zeros(len(long), bool) if ok is None else ~(ok[1:] & ok[:-1])
@@ -75,7 +65,11 @@ def _is_smooth(
     """
     dt = np.diff(times)
     bent, turned = (change * dt / 8 for change in velocity_changes(times, T))
-    return (dt < MAX_HOLE) & (bent < _BENT) & (turned < _BENT_TURN)
+    return (
+        (dt < BREAKS.longest_hole)
+        & (bent < BREAKS.hole_bend)
+        & (turned < np.radians(BREAKS.hole_turn))
+    )
 
 
 def same_world(
@@ -89,7 +83,7 @@ def same_world(
         stretch: (start, stop), frames at 30 fps.
         count: of all frames.
     """
-    moved = breaks.jumps | breaks.frozen | breaks.untracked | (np.diff(times) > _PAUSE)
+    moved = breaks.jumps | breaks.frozen | breaks.untracked | (np.diff(times) > BREAKS.pause)
     world = np.concatenate([[0], np.cumsum(moved)])
     grid = times[0] + np.arange(count) / FPS
     of_frame = world[(np.searchsorted(times, grid + 1e-6, side="right") - 1).clip(0)]
@@ -103,7 +97,7 @@ def check_rate(session: CaptureSession) -> None:
         InputError: "rate-too-low".
     """
     period = float(np.median(np.diff(session.times)))
-    if period > _MAX_PERIOD:
+    if period > BREAKS.longest_period:
         raise InputError(
             "rate-too-low",
             f"The log has {1 / period:.3g} poses a second; how the object moved in between is not "

@@ -9,15 +9,15 @@ from ingest.axes import T_OPENCV_ARKIT_CAMERA
 from ingest.mount import Mount
 from ingest.session import CaptureSession
 from ingest.trajectory.breaks import find_breaks
+from ingest.trajectory.config import STANDING
 from ingest.trajectory.reading import Top
 from ingest.trajectory.resample import resample
 from ingest.trajectory.resting_up import axis_of, standing_ups
 from ingest.trajectory.rests import find_rests
-from ingest.trajectory.stable import STANDS
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
 
-_AGREES = np.cos(np.radians(STANDS))
+_AGREES = np.cos(np.radians(STANDING.lean))
 """Cosine between up and the direction in which the object stands."""
 
 Up = tuple[float, float, float] | Top

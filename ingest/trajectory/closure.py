@@ -6,21 +6,15 @@ import numpy as np
 from jaxtyping import Bool, Float64
 from scipy.spatial.transform import Rotation
 
+from ingest.trajectory.config import CLOSURE
 from ingest.trajectory.rests import find_rests
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
 
-_NEAR_END = 5.0
-"""Seconds from an end of the usable frames within which the rest there must lie."""
-_MAX_SHIFT, _MAX_SHIFT_OF_PATH, _MAX_TURN = 0.1, 0.05, 15.0
-"""Metres, part of the path, degrees: ARKit drifts by about a percent; more is another place."""
-_STANDING = 1e-6
-"""Metres that each step counts at least, so that an object turned on the spot has a path too."""
-
 
 @dataclass(frozen=True)
 class Closure:
-    """Between an object's rest at the start of a take and at its end."""
+    """The difference between an object's rest at the start of a take and at its end."""
 
     translation: float
     """Metres between the two places; drift if both are the same mark."""
@@ -53,7 +47,7 @@ def find_closure(
     if len(rests) < 2:
         return None
     first, last = rests[0], rests[-1]
-    if max(first[0] - tracked[0], tracked[-1] + 1 - last[1]) > _NEAR_END * FPS:
+    if max(first[0] - tracked[0], tracked[-1] + 1 - last[1]) > CLOSURE.near_end * FPS:
         return None
     start, end = _mean(T, first), _mean(T, last)
     turn = Rotation.from_matrix(start[:3, :3].T @ end[:3, :3]).magnitude()
@@ -105,8 +99,8 @@ def _checked(closure: Closure | None, where: str) -> Closure:
             fix="Rest the object on its mark for a second at the start and at the end, or leave out "
             "--closure.",
         )
-    allowed = _MAX_SHIFT + _MAX_SHIFT_OF_PATH * closure.path
-    if closure.translation > allowed or closure.rotation > _MAX_TURN:
+    allowed = CLOSURE.largest_shift + CLOSURE.largest_share * closure.path
+    if closure.translation > allowed or closure.rotation > CLOSURE.largest_turn:
         raise InputError(
             "closure-elsewhere",
             f"The object ends {closure.translation:.2f} m and {closure.rotation:.0f} deg from where "
@@ -120,7 +114,7 @@ def _checked(closure: Closure | None, where: str) -> Closure:
 def _mean(
     T: Float64[np.ndarray, "frames 4 4"], frames: tuple[int, int]
 ) -> Float64[np.ndarray, "4 4"]:
-    """Of the middle half of a rest: at its borders the object is already on its way."""
+    """Return the mean pose of the middle half of a rest: at its borders the object already moves."""
     start, stop = frames
     chosen = T[start + (stop - start) // 4 : stop - (stop - start) // 4]
     out = np.eye(4)
@@ -133,7 +127,7 @@ def _steps(
     T: Float64[np.ndarray, "frames 4 4"], first: int, last: int
 ) -> Float64[np.ndarray, " steps"]:
     """Length of each step from frame `first` to frame `last`."""
-    return np.linalg.norm(np.diff(T[first : last + 1, :3, 3], axis=0), axis=1) + _STANDING
+    return np.linalg.norm(np.diff(T[first : last + 1, :3, 3], axis=0), axis=1) + CLOSURE.least_step
 
 
 def _heading(start: Float64[np.ndarray, "4 4"], end: Float64[np.ndarray, "4 4"]) -> float:

@@ -4,12 +4,8 @@ import numpy as np
 from jaxtyping import Bool, Float32, Float64
 
 from ingest.session import CaptureSession
+from ingest.trajectory.config import DEPTH
 from omomo_core.motion import FPS
-
-_MAPS = 8
-_POINTS_PER_MAP = 1000
-_NEAREST, _FARTHEST = 0.1, 5.0
-"""Metres; a phone's LiDAR measures nothing beyond five."""
 
 
 def depth_points(
@@ -31,7 +27,9 @@ def depth_points(
     inside = (frame >= 0) & (frame < len(usable))
     inside[inside] = usable[frame[inside]]
     maps = np.flatnonzero(inside)
-    chosen = maps[np.unique(np.linspace(0, len(maps) - 1, _MAPS).astype(int))] if len(maps) else []
+    chosen = (
+        maps[np.unique(np.linspace(0, len(maps) - 1, DEPTH.maps).astype(int))] if len(maps) else []
+    )
     points: list[Float64[np.ndarray, "points 3"]] = [np.empty((0, 3))]
     for index in chosen:
         pose = int(np.argmin(np.abs(session.times - depth.times[index])))
@@ -55,10 +53,10 @@ def back_projected(
         image_size: width and height; the map may be smaller.
     """
     height, width = depth.shape
-    stride = max(1, int(np.sqrt(height * width / _POINTS_PER_MAP)))
+    stride = max(1, int(np.sqrt(height * width / DEPTH.points_per_map)))
     v, u = np.mgrid[stride // 2 : height : stride, stride // 2 : width : stride]
     d = depth[v, u].astype(np.float64)
-    known = (d > _NEAREST) & (d < _FARTHEST)
+    known = (d > DEPTH.nearest) & (d < DEPTH.farthest)
     u, v, d = u[known], v[known], d[known]
     fx, fy, cx, cy = intrinsics
     # Pixel centres stand at whole numbers, so half a pixel is added before scaling.

@@ -7,20 +7,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Float64
 from scipy.spatial import ConvexHull, QhullError
 
+from ingest.trajectory.config import FLOOR
 from ingest.trajectory.plane import fit_plane
 from ingest.trajectory.rests import find_rests
 from omomo_core.motion import FPS, ObjectMesh
-
-ASSUMED_HEIGHT = 1.0
-"""Metres of the object's centre above the floor when nothing tells."""
-_SAME_LEVEL = 0.03
-"""Rests within this height of the lowest one stand on the same floor; tracking drifts."""
-_MAX_DIP = 0.05
-_MAX_TILT = np.radians(5)
-"""Of a floor that depth maps show: beyond it is no floor, or up is wrong."""
-_ON_FLOOR = 0.1
-"""Metres by which depth and rest may differ about the floor and mean the same one."""
-
 
 _CHUNK = 2**20
 """Heights computed at a time."""
@@ -78,9 +68,9 @@ def find_floor(
     height, start, stop = _lowest_rest(bottom, rests)
     deepest = float(np.percentile(bottom[valid], 1))
     size = float(np.ptp(mesh.vertices, axis=0).max())
-    if deepest < height - _MAX_DIP * (1 + size):
+    if deepest < height - FLOOR.largest_dip * (1 + size):
         return _shown(seen) or _lowest(deepest, height)
-    if seen is not None and seen < height - _ON_FLOOR:
+    if seen is not None and seen < height - FLOOR.agreement:
         return Floor(
             seen,
             "depth",
@@ -99,8 +89,8 @@ def _plane_below(
     """Height, amid the object's path, of the level plane under the object's lowest point."""
     if points is None:
         return None
-    below = points[points[:, 2] < lowest + _ON_FLOOR]
-    plane = fit_plane(below, np.array([0.0, 0.0, 1.0]), _MAX_TILT)
+    below = points[points[:, 2] < lowest + FLOOR.agreement]
+    plane = fit_plane(below, np.array([0.0, 0.0, 1.0]), np.radians(FLOOR.largest_tilt))
     if plane is None:
         return None
     return float((plane.offset - plane.normal[:2] @ path.mean(axis=0)) / plane.normal[2])
@@ -117,7 +107,7 @@ def _of_another_world(
     bottom: Float64[np.ndarray, " frames"],
     elsewhere: Bool[np.ndarray, " frames"] | None,
 ) -> Floor | None:
-    """Where the object rests before or after the tracker moved its world."""
+    """Return the floor where the object rests in a part of the take whose world may be another."""
     rests = [] if elsewhere is None else find_rests(T, elsewhere)
     if not rests:
         return None
@@ -146,7 +136,7 @@ def _lowest_rest(
 ) -> tuple[float, int, int]:
     """Mean height of the lowest rests, weighted by duration, and the first of them."""
     levels = np.array([np.median(bottom[a:b]) for a, b in rests])
-    low = np.flatnonzero(levels < levels.min() + _SAME_LEVEL)
+    low = np.flatnonzero(levels < levels.min() + FLOOR.same_level)
     weights = np.array([rests[i][1] - rests[i][0] for i in low])
     return float(np.average(levels[low], weights=weights)), *rests[low[0]]
 
@@ -155,13 +145,13 @@ def _assumed(
     T: Float64[np.ndarray, "frames 4 4"], bottom: Float64[np.ndarray, " frames"], mesh: ObjectMesh
 ) -> Floor:
     centre = (mesh.vertices.max(axis=0) + mesh.vertices.min(axis=0)) / 2
-    carried = float(np.median(T[:, 2, :3] @ centre + T[:, 2, 3])) - ASSUMED_HEIGHT
+    carried = float(np.median(T[:, 2, :3] @ centre + T[:, 2, 3])) - FLOOR.assumed_height
     # A long object reaches below a centre carried at 1 m: never put it through the floor.
     return Floor(
         min(carried, float(bottom.min())),
         "assumed",
         "The object never stands still, so the floor is a guess: its centre is taken to be "
-        f"{ASSUMED_HEIGHT:g} m above it. Start the take with the object on the floor for a second, "
+        f"{FLOOR.assumed_height:g} m above it. Start the take with the object on the floor for a second, "
         "or give the height (--floor).",
     )
 

@@ -3,14 +3,9 @@
 import numpy as np
 from jaxtyping import Bool, Float64
 
+from ingest.trajectory.config import FROZEN
 from ingest.trajectory.jumps import velocities
 from omomo_core.geometry.runs import runs
-
-MIN_SECONDS = 0.25
-_MAX_SPEED = 0.2
-"""m/s by which a phone at rest may start or stop within one step."""
-_MAX_TURN = 0.35
-"""rad/s, the same for the rotation."""
 
 
 def repeated_runs(
@@ -18,7 +13,7 @@ def repeated_runs(
 ) -> list[tuple[int, int]]:
     """First and last pose of each run of equal poses that lasts 0.25 s or more."""
     same = (np.diff(T, axis=0) == 0).all(axis=(1, 2))
-    return [(a, b) for a, b in runs(same) if times[b] - times[a] >= MIN_SECONDS]
+    return [(a, b) for a, b in runs(same) if times[b] - times[a] >= FROZEN.shortest]
 
 
 def find_frozen(
@@ -34,8 +29,8 @@ def find_frozen(
     if not repeated:
         return frozen
     linear, angular = velocities(T, np.diff(times)[:, None])
-    abrupt = (np.linalg.norm(linear, axis=1) > _MAX_SPEED) | (
-        np.linalg.norm(angular, axis=1) > _MAX_TURN
+    abrupt = (np.linalg.norm(linear, axis=1) > FROZEN.abrupt_speed) | (
+        np.linalg.norm(angular, axis=1) > FROZEN.abrupt_turn
     )
     for first, last in repeated:
         borders = [step for step in (first - 1, last) if 0 <= step < len(frozen)]

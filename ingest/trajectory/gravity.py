@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float64
 from ingest.axes import T_ZUP_ARKIT
 from ingest.session import CaptureSession
 from ingest.trajectory.accelerometer import measured_up
+from ingest.trajectory.config import VERTICAL
 from ingest.trajectory.depth_points import depth_points
 from ingest.trajectory.plane import fit_plane
 from ingest.trajectory.reading import Top
@@ -18,12 +19,6 @@ from omomo_core.errors import InputError
 from omomo_core.geometry.shortest_turn import shortest_turn
 from omomo_core.motion import FPS, ObjectMesh
 
-NOTED, REFUSED = 5.0, 15.0
-"""Degrees between the accelerometer and the log's up: told from the first, refused from the second."""
-MAX_REST_SPREAD = 10.0
-"""Degrees between the object's own up in any rest and in all of them."""
-_MAX_FLOOR_TILT = np.radians(45)
-"""Between the floor's normal and the object's own up over the take: it keeps walls out."""
 _Y = np.array([0.0, 1.0, 0.0])
 
 
@@ -111,10 +106,12 @@ def _as_given(given: tuple[float, float, float]) -> Up:
 
 def _checked(session: CaptureSession, measured: Float64[np.ndarray, "windows 3"]) -> Up:
     off = float(np.median(_angles(measured, _Y))) if len(measured) else 0.0
-    if off > REFUSED:
+    if off > VERTICAL.refused:
         raise _wrong(session, f"y, which {session.app} logs as up, is {off:.0f} deg from it")
     note = (
-        "" if off <= NOTED else f"The accelerometer and the poses differ about up by {off:.0f} deg."
+        ""
+        if off <= VERTICAL.noted
+        else f"The accelerometer and the poses differ about up by {off:.0f} deg."
     )
     return Up(_Y, "log", note)
 
@@ -124,7 +121,7 @@ def _from_accelerometer(session: CaptureSession, measured: Float64[np.ndarray, "
     direction = direction / (np.linalg.norm(direction) or 1.0)
     # Not the median: of a few windows, each one must agree.
     spread = float(_angles(measured, direction).mean())
-    if spread > REFUSED:
+    if spread > VERTICAL.refused:
         raise _wrong(session, f"it wanders by {spread:.0f} deg in the world of the poses")
     note = f"Up is found with the accelerometer (within {spread:.1f} deg)."
     return Up(direction, "accelerometer", note)
@@ -155,7 +152,7 @@ def _by_top(
     direction = np.average(axes, axis=0, weights=[stop - start for start, stop in rests])
     direction = direction / (np.linalg.norm(direction) or 1.0)
     off = float(_angles(axes, direction).max())
-    if off > MAX_REST_SPREAD:
+    if off > VERTICAL.rest_spread:
         when = ", ".join(f"{start / FPS:.1f} to {stop / FPS:.1f} s" for start, stop in rests)
         raise InputError(
             "gravity-ambiguous",
@@ -179,7 +176,7 @@ def _from_depth(
     size = float(np.linalg.norm(mean))
     plane = None
     if points is not None and size > 0.1:
-        plane = fit_plane(points, mean / size, _MAX_FLOOR_TILT)
+        plane = fit_plane(points, mean / size, np.radians(VERTICAL.floor_tilt))
     if plane is None:
         raise _unknown(session)
     return Up(plane.normal, "depth", "Up is taken from the floor that the depth maps show.")

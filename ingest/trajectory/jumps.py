@@ -4,17 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 from scipy.spatial.transform import Rotation
 
-MAX_SPEED = 3.0
-"""m/s; hand-held phones reach 1.5."""
-MAX_SPEED_ERROR, MIN_SHIFT = 1.0, 0.04
-"""m/s between a step's velocity and that of its neighbours, and the metres it must amount to.
-
-ARKit corrects itself by 2 to 3 cm in ordinary takes: not worth splitting them.
-"""
-MAX_TURN_ERROR, MIN_TURN = 5.0, 0.05
-"""rad/s and rad, the same for the rotation."""
-_WINDOW = 5
-_RELATIVE = 10.0
+from ingest.trajectory.config import JUMPS
 
 
 def find_jumps(
@@ -22,15 +12,15 @@ def find_jumps(
 ) -> Bool[np.ndarray, " steps"]:
     """Mark the steps (pose i to pose i+1) that are jumps.
 
-    A step is a jump when it is faster than MAX_SPEED, or when neither the five steps before it
+    A step is a jump when it is faster than any hand, or when neither the five steps before it
     nor the five after it predict its velocity (the constant-velocity test of LaMAR's capture
     tools, made two-sided so that putting an object down hard is not a jump).
     """
     dt = np.diff(times)[:, None]
     linear, angular = velocities(T, dt)
-    too_fast = np.linalg.norm(linear, axis=1) > MAX_SPEED
-    shifted = _surprising(linear, np.maximum(MAX_SPEED_ERROR, MIN_SHIFT / dt[:, 0]))
-    turned = _surprising(angular, np.maximum(MAX_TURN_ERROR, MIN_TURN / dt[:, 0]))
+    too_fast = np.linalg.norm(linear, axis=1) > JUMPS.fastest
+    shifted = _surprising(linear, np.maximum(JUMPS.velocity_error, JUMPS.smallest_shift / dt[:, 0]))
+    turned = _surprising(angular, np.maximum(JUMPS.turn_error, JUMPS.smallest_turn / dt[:, 0]))
     return too_fast | shifted | turned
 
 
@@ -67,11 +57,13 @@ def _surprising(
     )
     median = np.median(error)
     spread = np.median(np.abs(error - median))
-    return (error > threshold) & (error > median + _RELATIVE * spread)
+    return (error > threshold) & (error > median + JUMPS.outlier * spread)
 
 
 def _median_before(velocity: Float64[np.ndarray, "steps 3"]) -> Float64[np.ndarray, "steps 3"]:
     """Median velocity of up to five steps before each step (the first borrows its successor)."""
     first = velocity[1:2] if len(velocity) > 1 else velocity
-    padded = np.concatenate([np.repeat(first, _WINDOW, axis=0), velocity[:-1]])
-    return np.median(np.lib.stride_tricks.sliding_window_view(padded, _WINDOW, axis=0), axis=-1)
+    padded = np.concatenate([np.repeat(first, JUMPS.window, axis=0), velocity[:-1]])
+    return np.median(
+        np.lib.stride_tricks.sliding_window_view(padded, JUMPS.window, axis=0), axis=-1
+    )

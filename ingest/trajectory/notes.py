@@ -50,7 +50,7 @@ def stitch_notes(times: Float64[np.ndarray, " frames"], stitches: list[Stitch]) 
 
 
 def closure_note(closure: Closure) -> str:
-    """What was taken out."""
+    """Return a sentence that says which drift was taken out."""
     return (
         f"A drift of {100 * closure.translation:.1f} cm and {closure.rotation:.1f} deg over "
         f"{closure.path:.1f} m is spread over the take, so that it ends where it began."

@@ -1,16 +1,11 @@
-"""fit_plane: the largest plane among points, near a given direction."""
+"""Fit of the largest plane among points whose normal is near a given direction (RANSAC)."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float64
 
-_TRIALS = 400
-_THICKNESS = 0.02
-"""Metres; phones measure depth to about a centimetre."""
-_MIN_SHARE = 0.1
-"""Of the points: a smaller plane may be anything."""
-_MIN_POINTS = 100
+from ingest.trajectory.config import DEPTH
 
 
 @dataclass(frozen=True)
@@ -38,9 +33,9 @@ def fit_plane(
     Returns:
         None when no such plane holds a tenth of the points.
     """
-    if len(points) < _MIN_POINTS:
+    if len(points) < DEPTH.fewest_points:
         return None
-    triples = points[np.random.default_rng(0).integers(len(points), size=(_TRIALS, 3))]
+    triples = points[np.random.default_rng(0).integers(len(points), size=(DEPTH.plane_trials, 3))]
     normals = np.cross(triples[:, 1] - triples[:, 0], triples[:, 2] - triples[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
     good = lengths > 1e-9
@@ -51,17 +46,17 @@ def fit_plane(
     if len(normals) == 0:
         return None
     offsets = np.einsum("ij,ij->i", normals, anchors)
-    counts = (np.abs(points @ normals.T - offsets) < _THICKNESS).sum(axis=0)
+    counts = (np.abs(points @ normals.T - offsets) < DEPTH.plane_thickness).sum(axis=0)
     best = int(np.argmax(counts))
     plane = Plane(normals[best], float(offsets[best]))
     for _ in range(3):
         plane = _refined(points[_on(plane, points)], along)
-    enough = _on(plane, points).mean() >= _MIN_SHARE
+    enough = _on(plane, points).mean() >= DEPTH.smallest_plane
     return plane if enough and plane.normal @ along >= np.cos(max_tilt) else None
 
 
 def _on(plane: Plane, points: Float64[np.ndarray, "points 3"]) -> Bool[np.ndarray, " points"]:
-    return np.abs(points @ plane.normal - plane.offset) < _THICKNESS
+    return np.abs(points @ plane.normal - plane.offset) < DEPTH.plane_thickness
 
 
 def _refined(points: Float64[np.ndarray, "points 3"], along: Float64[np.ndarray, "3"]) -> Plane:

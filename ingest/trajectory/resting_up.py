@@ -7,17 +7,16 @@ from jaxtyping import Float64
 from scipy.sparse.csgraph import connected_components
 
 from ingest.session import CaptureSession
+from ingest.trajectory.config import STANDING
 from ingest.trajectory.plane import fit_plane
 from ingest.trajectory.reading import Top
-from ingest.trajectory.stable import STANDS, standing_sides, tilt_from_standing
+from ingest.trajectory.stable import standing_sides, tilt_from_standing
 from omomo_core.errors import InputError
 from omomo_core.geometry.shortest_turn import shortest_turn
 from omomo_core.motion import FPS, ObjectMesh
 
-_ONE_ANSWER = np.cos(np.radians(15.0))
+_ONE_ANSWER = np.cos(np.radians(STANDING.same_direction))
 """Cosine above which two directions count as one: a rough mesh has many neighbouring stable sides."""
-_TOUCHES = 0.06
-"""Metres between a plane of depth points and the lowest point of an object that stands on it."""
 _SHOWN = 6
 """Directions that an error message lists."""
 
@@ -109,7 +108,7 @@ def _stands_in_all(
     up: Direction, poses: Sequence[Pose], sides: Float64[np.ndarray, "sides 3"]
 ) -> bool:
     upright = shortest_turn(up, np.array([0.0, 0.0, 1.0]))
-    return all(tilt_from_standing(upright @ T[:3, :3], sides)[0] < STANDS for T in poses)
+    return all(tilt_from_standing(upright @ T[:3, :3], sides)[0] < STANDING.lean for T in poses)
 
 
 def _floor_normal(
@@ -121,7 +120,7 @@ def _floor_normal(
     """The normal of the plane that the object would stand on; None where the depth maps show none."""
     if points is None:
         return None
-    plane = fit_plane(points, up, np.radians(STANDS))
+    plane = fit_plane(points, up, np.radians(STANDING.lean))
     if plane is None:
         return None
     corners = mesh.vertices.astype(np.float64)
@@ -129,7 +128,12 @@ def _floor_normal(
         float((corners @ T[:3, :3].T + T[:3, 3]).dot(plane.normal).min()) - plane.offset
         for T in poses
     ]
-    return plane.normal if min(map(abs, heights)) < _TOUCHES and min(heights) > -_TOUCHES else None
+    return (
+        plane.normal
+        if min(map(abs, heights)) < STANDING.floor_distance
+        and min(heights) > -STANDING.floor_distance
+        else None
+    )
 
 
 def _world_axes(session: CaptureSession) -> list[Direction]:

@@ -9,20 +9,10 @@ from jaxtyping import Bool, Float64
 from scipy.ndimage import uniform_filter1d
 from scipy.stats import chi2
 
+from ingest.trajectory.config import RESTS
 from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
 
-MIN_SECONDS = 0.5
-MAX_SPREAD = 0.005
-MAX_TURN = np.radians(1.0)
-_LEFT, _LEFT_TURN = 0.0005, np.radians(0.1)
-"""Metres and rad (standard deviation on each axis) of noise that an average may keep."""
-_MAX_AVERAGED = 15
-"""Frames: an average over half a second still shows the border of a rest."""
-_SHAKING = 2.5
-"""Noise of a rest in units of the log's: what moves to and fro by more is no rest."""
-_STEADY, _STEADY_TURN = 0.0015, np.radians(0.25)
-"""Metres and rad (standard deviation) of a phone on a thing that nobody holds; hands tremble more."""
 _SIXTH = np.zeros(13)
 _SIXTH[::2] = np.array([1.0, -6, 15, -20, 15, -6, 1]) / np.sqrt(924)
 """Sixth difference of every other frame: what is smooth over 0.4 s goes, white noise keeps its size.
@@ -38,7 +28,7 @@ def find_rests(
     T: Float64[np.ndarray, "frames 4 4"], valid: Bool[np.ndarray, " frames"]
 ) -> list[tuple[int, int]]:
     """(start, stop) of the frames at 30 fps in which the origin of T and its axes stand still."""
-    width = round(MIN_SECONDS * FPS) + 1
+    width = round(RESTS.shortest * FPS) + 1
     if len(T) < width:
         return []
     noise = frame_noise(T, valid)
@@ -46,10 +36,11 @@ def find_rests(
     mean = _averaged(T[:, :3], valid, averaged)
     windows = np.lib.stride_tricks.sliding_window_view
     still = (
-        np.linalg.norm(np.ptp(windows(mean[..., 3], width, axis=0), axis=-1), axis=1) < MAX_SPREAD
+        np.linalg.norm(np.ptp(windows(mean[..., 3], width, axis=0), axis=-1), axis=1)
+        < RESTS.largest_spread
     )
     still &= windows(valid, width).all(axis=-1)
-    still &= _turns(mean[..., :3], width) < MAX_TURN
+    still &= _turns(mean[..., :3], width) < np.radians(RESTS.largest_turn)
     if averaged > 1:
         still &= _is_noise(T[:, :3] - mean, noise, width)
     resting = np.zeros(len(T), bool)
@@ -91,14 +82,15 @@ def is_steady(
     # A small turn moves the three columns of a rotation by sqrt(2) times its angle in all.
     turn = np.linalg.norm(T[:, :3, :3].std(axis=0)) / np.sqrt(2)
     return bool(
-        shift < np.hypot(_STEADY, 2.2 * noise[0]) and turn < np.hypot(_STEADY_TURN, 2.2 * noise[1])
+        shift < np.hypot(RESTS.steady_shift, RESTS.steady_noise * noise[0])
+        and turn < np.hypot(np.radians(RESTS.steady_turn), RESTS.steady_noise * noise[1])
     )
 
 
 def _frames_to_average(noise: tuple[float, float]) -> int:
     """How many frames bring the noise down to what an average may keep; odd."""
-    needed = max(noise[0] / _LEFT, noise[1] / _LEFT_TURN) ** 2
-    return int(min(max(1, needed), _MAX_AVERAGED)) // 2 * 2 + 1
+    needed = max(noise[0] / RESTS.kept_noise, noise[1] / np.radians(RESTS.kept_turn_noise)) ** 2
+    return int(min(max(1, needed), RESTS.most_averaged)) // 2 * 2 + 1
 
 
 def _averaged(T: Poses, valid: Bool[np.ndarray, " frames"], count: int) -> Poses:
@@ -117,8 +109,8 @@ def _is_noise(left: Poses, noise: tuple[float, float], width: int) -> Bool[np.nd
     windows = np.lib.stride_tricks.sliding_window_view
     shift = np.sqrt(windows((left[..., 3] ** 2).sum(axis=1), width).mean(axis=1) / 3)
     turn = np.sqrt(windows((left[..., :3] ** 2).sum(axis=(1, 2)), width).mean(axis=1) / 6)
-    return (shift < np.hypot(_SHAKING * noise[0], _LEFT)) & (
-        turn < np.hypot(_SHAKING * noise[1], _LEFT_TURN)
+    return (shift < np.hypot(RESTS.shaking * noise[0], RESTS.kept_noise)) & (
+        turn < np.hypot(RESTS.shaking * noise[1], np.radians(RESTS.kept_turn_noise))
     )
 
 

@@ -6,16 +6,15 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool
 
+from ingest.trajectory.config import BREAKS
 from omomo_core.errors import InputError
 from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS, ObjectMotion
 
-MIN_SECONDS = 1.0
-
 
 def segments(motion: ObjectMotion) -> list[tuple[int, int]]:
     """(start, stop) of each run of valid frames that lasts at least a second."""
-    return [(a, b) for a, b in runs(motion.valid) if b - a >= MIN_SECONDS * FPS]
+    return [(a, b) for a, b in runs(motion.valid) if b - a >= BREAKS.shortest_segment * FPS]
 
 
 def within(stretches: list[tuple[int, int]], count: int) -> Bool[np.ndarray, " frames"]:

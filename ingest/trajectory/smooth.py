@@ -1,4 +1,4 @@
-"""smooth: take out the tracker's noise, and no more than that."""
+"""Smoothing of a log: the tracker's noise is taken out, and no more than that."""
 
 from dataclasses import dataclass, replace
 
@@ -7,20 +7,8 @@ from jaxtyping import Bool, Float64
 from scipy.spatial.transform import Rotation
 
 from ingest.session import CaptureSession
+from ingest.trajectory.config import SMOOTHING
 
-MIN_NOISE, MIN_NOISE_TURN = 5e-5, np.radians(0.02)
-"""Metres and rad of noise below which poses stay as they are.
-
-Three ARKit logs have 0.10 to 0.13 mm and 0.003 to 0.006 deg. Taking out the former brings their
-accelerations at 30 fps nearer to the accelerometer's (1.71 to 1.48 m/s^2 rms); the latter is nothing.
-"""
-MAX_SHIFT, MAX_SHIFT_TURN = 2e-3, np.radians(0.3)
-"""Metres and rad by which a pose may move at most, however noisy the log is."""
-_SIGMAS = 2.0
-"""Standard deviations of the noise by which a pose may move: what is beyond is motion."""
-_MAX_PERIOD = 1 / 40
-"""Seconds between poses; in a log of 30 Hz a hand's tremor (8 to 12 Hz) looks like noise."""
-_HALF = 3
 _MAD = 1.4826
 
 
@@ -41,15 +29,19 @@ def smooth(session: CaptureSession, broken: Bool[np.ndarray, " steps"]) -> Captu
     rotation are judged apart.
     """
     noise = measure_noise(session, broken)
-    if noise is None or np.median(np.diff(session.times)) > _MAX_PERIOD:
+    if noise is None or np.median(np.diff(session.times)) > SMOOTHING.longest_period:
         return session
     whole, t = _windows(session.times, broken)
     shift, turn = _local(session.T_world_phone, whole, _parabola_weights(t))
     T = session.T_world_phone.copy()
-    if noise.position > MIN_NOISE:
-        T[whole, :3, 3] += _clipped(shift, min(_SIGMAS * noise.position, MAX_SHIFT))
-    if noise.rotation > MIN_NOISE_TURN:
-        bounded = _clipped(turn, min(_SIGMAS * noise.rotation, MAX_SHIFT_TURN))
+    if noise.position > SMOOTHING.least_noise:
+        T[whole, :3, 3] += _clipped(
+            shift, min(SMOOTHING.sigmas * noise.position, SMOOTHING.largest_shift)
+        )
+    if noise.rotation > np.radians(SMOOTHING.least_turn_noise):
+        bounded = _clipped(
+            turn, min(SMOOTHING.sigmas * noise.rotation, np.radians(SMOOTHING.largest_turn))
+        )
         T[whole, :3, :3] = T[whole, :3, :3] @ Rotation.from_rotvec(bounded).as_matrix()
     return replace(session, T_world_phone=T)
 
@@ -71,12 +63,12 @@ def _windows(
     times: Float64[np.ndarray, " frames"], broken: Bool[np.ndarray, " steps"]
 ) -> tuple[np.ndarray, Float64[np.ndarray, "windows 7"]]:
     """The middle pose of each seven without a break, and their times from it in typical steps."""
-    width = 2 * _HALF + 1
+    width = 2 * SMOOTHING.half_window + 1
     if len(times) < width:
         return np.empty(0, int), np.empty((0, width))
     view = np.lib.stride_tricks.sliding_window_view
-    whole = np.flatnonzero(~view(broken, width - 1).any(axis=1)) + _HALF
-    near = times[whole[:, None] + np.arange(-_HALF, _HALF + 1)]
+    whole = np.flatnonzero(~view(broken, width - 1).any(axis=1)) + SMOOTHING.half_window
+    near = times[whole[:, None] + np.arange(-SMOOTHING.half_window, SMOOTHING.half_window + 1)]
     return whole, (near - times[whole, None]) / np.median(np.diff(times))
 
 
@@ -105,7 +97,7 @@ def _local(
     """
     total = np.zeros((len(middle), 3, 4))
     for k, weight in enumerate(weights.T):
-        total += weight[:, None, None] * (T[middle + k - _HALF, :3] - T[middle, :3])
+        total += weight[:, None, None] * (T[middle + k - SMOOTHING.half_window, :3] - T[middle, :3])
     turned = T[middle, :3, :3].swapaxes(1, 2) @ total[:, :, :3]
     skew = (turned - turned.swapaxes(1, 2)) / 2
     return total[:, :, 3], np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1)

@@ -4,12 +4,8 @@ import numpy as np
 from jaxtyping import Float, Float64
 from scipy.spatial import ConvexHull, QhullError
 
+from ingest.trajectory.config import STANDING
 from omomo_core.motion import ObjectMesh
-
-STANDS = 8.0
-"""Degrees that a standing object may seem to lean: a rough mesh, a soft carpet, a bent clamp."""
-_FLATNESS = 0.01
-"""Part of the object's size by which feet may differ in height and still all stand."""
 
 
 def standing_sides(mesh: ObjectMesh) -> Float64[np.ndarray, "sides 3"]:
@@ -27,7 +23,7 @@ def standing_sides(mesh: ObjectMesh) -> Float64[np.ndarray, "sides 3"]:
     centre = corners.mean(axis=0)
     normals = np.unique(hull.equations[:, :3].round(2), axis=0)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    slack = _FLATNESS * float(np.ptp(corners, axis=0).max())
+    slack = STANDING.flatness * float(np.ptp(corners, axis=0).max())
     return np.array([n for n in normals if _stands(corners, centre, n, slack)]).reshape(-1, 3)
 
 

@@ -1,4 +1,4 @@
-"""stitch_jumps: the part of a log after a tracking jump is moved back to where it belongs."""
+"""Stitching: the part of a log after a tracking jump is moved back to where it belongs."""
 
 from dataclasses import dataclass, replace
 
@@ -8,11 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from ingest.session import CaptureSession
 from ingest.trajectory.breaks import Breaks
+from ingest.trajectory.config import JUMPS
 from omomo_core.geometry.runs import runs
 from omomo_core.geometry.transforms import inverse
-
-_WINDOW = 5
-_MIN_STEPS = 2
 
 
 @dataclass(frozen=True)
@@ -63,12 +61,15 @@ def _true_step(
     step: int,
 ) -> Float64[np.ndarray, "4 4"] | None:
     """The motion of the phone in a step, in its own axes; None when too few steps around tell."""
-    sides = (np.arange(step - 1, step - 1 - _WINDOW, -1), np.arange(step + 1, step + 1 + _WINDOW))
+    sides = (
+        np.arange(step - 1, step - 1 - JUMPS.stitch_window, -1),
+        np.arange(step + 1, step + 1 + JUMPS.stitch_window),
+    )
     rates: list[Float64[np.ndarray, " twist"]] = []
     for side in sides:
         inside = side[(side >= 0) & (side < len(broken))]
         clean = inside[np.cumsum(broken[inside]) == 0]
-        if len(clean) < _MIN_STEPS:
+        if len(clean) < JUMPS.fewest_stitch_steps:
             return None
         moved = inverse(T[clean]) @ T[clean + 1]
         turned = Rotation.from_matrix(moved[:, :3, :3]).as_rotvec()

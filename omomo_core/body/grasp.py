@@ -15,42 +15,21 @@ from scipy.ndimage import gaussian_filter1d
 from torch import Tensor
 from torch.nn.functional import normalize
 
+from omomo_core.body.config import GRASP
 from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.distance_field import DistanceField
 
 FINGERS, THUMB = slice(0, 4), 4
 """Of the five of a hand, in the skeleton's order: index, middle, pinky, ring, thumb."""
-OPEN = torch.tensor([[-0.15, 0.05, 0.05]] * 4 + [[-0.35, 0.0, 0.0]])
-FIST = torch.tensor([[1.15, 1.9, 1.2]] * 4 + [[0.45, 0.8, 1.1]])
-"""Flexion of each finger's three joints, radians; the thumb's first is the base of its palm bone."""
-FLAT, ROUND = 0.0, 1.75
-"""Turn of the thumb about the hand's long axis, radians: beside the palm, against the fingers."""
-GATHER = 0.7
-"""Share of the spread that fingers lose in a fist."""
+_OPEN = torch.tensor([GRASP.open_finger] * 4 + [GRASP.open_thumb])
+_FIST = torch.tensor([GRASP.closed_finger] * 4 + [GRASP.closed_thumb])
+"""Flexion of the three joints of all five, radians."""
 
-ALLOWED = 0.002
-"""Metres that fingers may be inside the surface, because flesh gives way."""
-NEAR = 0.006
-"""Metres from the surface at which a finger touches it a third as much."""
-HARD = 3000.0
-"""What a metre deeper than allowed costs, in whole fingers that touch."""
-IDLE, IDLE_TURN = 0.3, 0.5
-"""Closing, and turn of the thumb, of fingers that meet nothing."""
-IDLE_COST = 0.05
-"""Cost of closing farther than that: less than any touch is worth."""
-CLOSINGS, STRIDE = 61, 6
-"""Postures from open to fist, and the stride between those that are tried first."""
-TURNS = torch.tensor([0.0, 0.35, 0.7, 1.0])
-"""Turns of the thumb that are tried, 0 flat to 1 round."""
-OPPOSE = 1.0
-"""How much more a touch of the thumb is worth when it is round."""
-EVERY, SMOOTH = 2, 2.0
-"""Frames from one that is evaluated to the next; standard deviation of the filter between them."""
+_TURNS = torch.tensor(GRASP.thumb_turns)
 CHUNK = 1024
 """Hands solved at once."""
-SPHERE_POSITIONS = torch.tensor([0.45, 0.95])
-"""Positions of a bone's two spheres as shares of its length."""
+_SPHERE_POSITIONS = torch.tensor(GRASP.sphere_positions)
 
 
 @dataclass(frozen=True)
@@ -119,11 +98,13 @@ def close_fingers(
     shift = (wrists - T_world_object[:, None, :3, 3]).float()
     at = (R_object_world @ shift[..., None])[..., 0]
     seen = weight.float().clone()
-    seen[..., [k for k in range(seen.shape[-2]) if k % EVERY], :] = 0.0
+    seen[..., [k for k in range(seen.shape[-2]) if k % GRASP.stride], :] = 0.0
     poses = (R_object_wrist.flatten(0, -4), at.flatten(0, -3))
     found = _postures(hands, *poses, field, (seen > 0).flatten(0, -2))
     closing, turn = (x.view(*seen.shape, x.shape[-1]) for x in found)
-    held = _rotations(hands, _smoothed(closing, seen, IDLE), _smoothed(turn, seen, IDLE_TURN))
+    held = _rotations(
+        hands, _smoothed(closing, seen, GRASP.idle_closing), _smoothed(turn, seen, GRASP.idle_turn)
+    )
     relaxed = body.relaxed_fingers.view(2, 5, 3, 3, 3)
     step = roma.rotmat_to_rotvec(relaxed.mT @ held)
     fingers = relaxed @ roma.rotvec_to_rotmat(weight.float()[..., None, None, None] * step)
@@ -141,15 +122,15 @@ def _postures(
     holds: Bool[Tensor, "times 2"],
 ) -> tuple[Float[Tensor, "times 2 5"], Float[Tensor, "times 2 1"]]:
     """Return how far each finger closes (0 open to 1 fist), and how far each thumb is turned."""
-    fingers, thumb = _choices(hands, FINGERS, TURNS[:1]), _choices(hands, slice(4, 5), TURNS)
-    closing = torch.full((*holds.shape, 5), IDLE)
-    turn = torch.full((*holds.shape, 1), IDLE_TURN)
+    fingers, thumb = _choices(hands, FINGERS, _TURNS[:1]), _choices(hands, slice(4, 5), _TURNS)
+    closing = torch.full((*holds.shape, 5), GRASP.idle_closing)
+    turn = torch.full((*holds.shape, 1), GRASP.idle_turn)
     for rows in holds.nonzero().split(CHUNK):
         frame, side = rows.T
         poses = (R_object_wrist[frame, side], at[frame, side], side)
         found = [_best(choices, poses, field) for choices in (fingers, thumb)]
-        closing[frame, side] = torch.cat([c for _, c in found], dim=1) / (CLOSINGS - 1)
-        turn[frame, side] = TURNS[found[1][0]]
+        closing[frame, side] = torch.cat([c for _, c in found], dim=1) / (GRASP.closings - 1)
+        turn[frame, side] = _TURNS[found[1][0]]
     return closing, turn
 
 
@@ -159,11 +140,16 @@ def _best(
     """Return the indices of the turn and of the closing in which each finger holds best."""
     fingers, turns = choices.merit.shape[1:3]
     side, finger = poses[2][:, None, None, None], torch.arange(fingers)[:, None, None]
-    turn, tried = torch.arange(turns)[:, None], torch.arange(0, CLOSINGS, STRIDE)
+    turn, tried = (
+        torch.arange(turns)[:, None],
+        torch.arange(0, GRASP.closings, GRASP.closing_stride),
+    )
     worth = _worth(choices, (side, finger, turn, tried), poses, field)
     best = worth.flatten(2).argmax(dim=-1)[..., None, None]
     turn, rough = best // len(tried), tried[best % len(tried)]
-    near = (rough + torch.arange(1 - STRIDE, STRIDE)).clamp(0, CLOSINGS - 1)
+    near = (rough + torch.arange(1 - GRASP.closing_stride, GRASP.closing_stride)).clamp(
+        0, GRASP.closings - 1
+    )
     worth = _worth(choices, (side, finger, turn, near), poses, field)
     closing = near.gather(-1, worth.argmax(dim=-1, keepdim=True))
     return turn[..., 0, 0], closing[..., 0, 0]
@@ -180,18 +166,22 @@ def _worth(
     centres = choices.centres[which]
     points = centres.flatten(1, 4) @ R_object_wrist.mT + at[:, None]
     gap = field.at(points).view(centres.shape[:-1]) - choices.radius[which[:2]]
-    touch = torch.exp(-gap.clamp(min=0.0) / NEAR).mean(dim=-1)
-    excess = (-gap.amin(dim=-1) - ALLOWED).clamp(min=0.0)
+    touch = torch.exp(-gap.clamp(min=0.0) / GRASP.touch_distance).mean(dim=-1)
+    excess = (-gap.amin(dim=-1) - GRASP.allowed_depth).clamp(min=0.0)
     free = excess == 0
     passed = ((free.cumsum(dim=-1) > 0) & ~free).cumsum(dim=-1) > 0
-    worth = (1 + OPPOSE * TURNS[which[2]]) * touch - HARD * excess + choices.merit[which]
+    worth = (
+        (1 + GRASP.opposition * _TURNS[which[2]]) * touch
+        - GRASP.depth_cost * excess
+        + choices.merit[which]
+    )
     return worth.masked_fill(passed, -torch.inf)
 
 
 def _choices(hands: _Hands, which: slice, turns: Float[Tensor, " turns"]) -> _Choices:
     """Return every posture of some of a hand's fingers."""
-    closing = torch.linspace(0, 1, CLOSINGS)
-    shape = (len(turns), CLOSINGS, 2)
+    closing = torch.linspace(0, 1, GRASP.closings)
+    shape = (len(turns), GRASP.closings, 2)
     rotations = _rotations(
         hands,
         closing[:, None, None].expand(*shape, 5),
@@ -199,7 +189,9 @@ def _choices(hands: _Hands, which: slice, turns: Float[Tensor, " turns"]) -> _Ch
     )
     centres = _centres(hands, rotations).flatten(-3, -2)[:, :, :, which].permute(2, 3, 0, 1, 4, 5)
     radius = hands.radius[:, which].flatten(2)
-    merit = -IDLE_COST * (closing - IDLE) ** 2 - HARD * _palm_penetration(hands, centres, radius)
+    merit = -GRASP.idle_cost * (
+        closing - GRASP.idle_closing
+    ) ** 2 - GRASP.depth_cost * _palm_penetration(hands, centres, radius)
     return _Choices(centres.contiguous(), radius, merit)
 
 
@@ -211,7 +203,7 @@ def _palm_penetration(
     """Return how deep the outer two bones of fingers are inside the palm's bones, metres."""
     knuckles, flesh = hands.offsets[:, :2, 0], hands.spheres[:, :2, 0].mean(dim=2)
     palm = torch.stack([k * knuckles for k in (0.6, 0.8, 1.0)], dim=2) + (
-        flesh - hands.offsets[:, :2, 1] * SPHERE_POSITIONS.mean()
+        flesh - hands.offsets[:, :2, 1] * _SPHERE_POSITIONS.mean()
     ).unsqueeze(2)
     apart = torch.cdist(centres[..., 2:, :].flatten(1, 4), palm.flatten(1, 2))
     apart = apart.amin(dim=-1).view(*centres.shape[:4], 4)
@@ -222,14 +214,16 @@ def _palm_penetration(
 def _rotations(
     hands: _Hands, closing: Float[Tensor, "*b 2 5"], turn: Float[Tensor, "*b 2 1"]
 ) -> Float[Tensor, "*b 2 5 3 3 3"]:
-    """Rotation of each finger joint relative to its parent in a posture."""
+    """Return the rotation of each finger joint relative to its parent in a posture."""
     # The palm is in the way of a thumb beside it: only a round one bends.
     bend = torch.cat([closing[..., FINGERS], closing[..., THUMB:] * turn**2], dim=-1)
-    angle = OPEN + bend[..., None] * (FIST - OPEN)
+    angle = _OPEN + bend[..., None] * (_FIST - _OPEN)
     bent = roma.rotvec_to_rotmat(angle[..., None] * hands.axis[:, :, None])
     aside = torch.zeros(*closing.shape, 3)
-    aside[..., 1] = GATHER * closing * hands.spread
-    aside[..., THUMB, 0] = FLAT + turn[..., 0] * (ROUND - FLAT) - hands.thumb
+    aside[..., 1] = GRASP.gather * closing * hands.spread
+    aside[..., THUMB, 0] = (
+        GRASP.flat_thumb + turn[..., 0] * (GRASP.round_thumb - GRASP.flat_thumb) - hands.thumb
+    )
     first = roma.rotvec_to_rotmat(aside) @ bent[..., 0, :, :]
     return torch.cat([first[..., None, :, :], bent[..., 1:, :, :]], dim=-3)
 
@@ -237,7 +231,7 @@ def _rotations(
 def _centres(
     hands: _Hands, rotations: Float[Tensor, "*b 2 5 3 3 3"]
 ) -> Float[Tensor, "*b 2 5 3 2 3"]:
-    """Spheres of bent fingers, from the wrist joint, wrist axes, metres."""
+    """Return the centres of the spheres of bent fingers, from the wrist joint, wrist axes, metres."""
     turned, joint = torch.eye(3), torch.zeros(3)
     found: list[Tensor] = []
     for k in range(3):
@@ -253,7 +247,8 @@ def _smoothed(
     """Return `x` smoothed over the frames in which hands hold; `idle` far from them."""
     share = weight[..., None].clamp(min=1e-9)
     sums = (
-        gaussian_filter1d(s.numpy(), SMOOTH, axis=-3, mode="nearest") for s in (x * share, share)
+        gaussian_filter1d(s.numpy(), GRASP.smoothing, axis=-3, mode="nearest")
+        for s in (x * share, share)
     )
     above, below = (torch.from_numpy(s) for s in sums)
     return (above + 1e-6 * idle) / (below + 1e-6)
@@ -281,7 +276,7 @@ def _hands(body: BodyModel) -> _Hands:
 def _flesh(
     body: BodyModel, joints: Float[Tensor, "2 5 3 3"], bones: Float[Tensor, "2 5 3 3"]
 ) -> tuple[Float[Tensor, "2 5 3 2 3"], Float[Tensor, "2 5 3 2"]]:
-    """Two spheres in each bone, as thick as the skin that follows it."""
+    """Return the centres and radii of two spheres in each bone, as thick as the skin that follows it."""
     strongest = body.skin_weights.argmax(dim=1, keepdim=True)
     follows = body.skin_joints.gather(1, strongest)[:, 0]
     spheres, radii = torch.zeros(30, 2, 3), torch.zeros(30, 2)
@@ -293,6 +288,6 @@ def _flesh(
         middle = side.mean(dim=0)
         radii[k] = radius = (side - middle).norm(dim=1).median()
         if k % 3 == 2:  # the last bone ends inside the fingertip
-            length = (reach.max() - radius) / SPHERE_POSITIONS[1]
-        spheres[k] = middle + SPHERE_POSITIONS[:, None] * length * along
+            length = (reach.max() - radius) / _SPHERE_POSITIONS[1]
+        spheres[k] = middle + _SPHERE_POSITIONS[:, None] * length * along
     return spheres.view(2, 5, 3, 2, 3), radii.view(2, 5, 3, 2)

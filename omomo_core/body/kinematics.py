@@ -20,7 +20,7 @@ MODEL_REST = (*range(22), *PALM_JOINTS)
 
 
 def _ancestors(parents: Sequence[int]) -> Float[Tensor, "joints joints"]:
-    """1 where column k is joint j itself or one of its ancestors, the root excluded."""
+    """Return a matrix with 1 where column k is joint j or one of its ancestors, the root excluded."""
     matrix = torch.zeros(len(parents), len(parents))
     for j, parent in enumerate(parents):
         if parent >= 0:
@@ -36,7 +36,7 @@ _ALL_ANCESTORS = _ancestors(ALL_PARENTS)
 def forward_kinematics(
     body: BodyModel, root: Float[Tensor, "*b 3"], rotations: Float[Tensor, "*b 22 3 3"]
 ) -> Float[Tensor, "*b 24 3"]:
-    """Joints of the model: the 22 body joints, then the left and right palm.
+    """Return the joints of the model: the 22 body joints, then the left and right palm.
 
     Args:
         body: whose bone lengths to use.
@@ -55,7 +55,7 @@ def joints_of(
     root: Float[np.ndarray, "*b 3"],
     rotations: Float[np.ndarray, "*b 22 3 3"],
 ) -> Float[np.ndarray, "*b 24 3"]:
-    """`forward_kinematics` for numpy arrays."""
+    """Return what `forward_kinematics` does, for numpy arrays."""
     return forward_kinematics(
         body, torch.as_tensor(root, dtype=torch.float64), torch.as_tensor(rotations)
     ).numpy()
@@ -67,7 +67,7 @@ def full_kinematics(
     rotations: Float[Tensor, "*b 22 3 3"],
     fingers: Float[Tensor, "*b 30 3 3"],
 ) -> tuple[Float[Tensor, "*b 52 3"], Float[Tensor, "*b 52 3 3"]]:
-    """Every joint of the body, fingers included.
+    """Return every joint of the body, fingers included.
 
     Args:
         body: whose bone lengths to use.

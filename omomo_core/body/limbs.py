@@ -14,18 +14,12 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from omomo_core.body.config import LIMB
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.skeleton import PALM_JOINTS, joint
 
 LimbName = Literal["left_arm", "right_arm", "left_leg", "right_leg"]
-
-STRETCH = 0.9995
-"""Of the full length: an unreachable target leaves the limb almost, never quite, straight."""
-_COS_FOLDED = -0.94
-"""Cosine of the largest flexion, 160 degrees: calf against thigh."""
-_STRAIGHT = 0.05
-"""Sine of the flexion (3 degrees) under which the anatomical hinge decides the bend plane."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +63,7 @@ def reach(
     pole: Float[Tensor, "*b 3"] | None = None,
     weight: Float[Tensor, "*b"] | None = None,
 ) -> tuple[Float[Tensor, "*b 22 3 3"], Float[Tensor, "*b"]]:
-    """Turn shoulder and elbow (hip and knee) such that the palm (ankle) is at the target.
+    """Return shoulder and elbow (hip and knee) turned so that the palm (ankle) is at the target.
 
     Args:
         body: whose bone lengths to use.
@@ -112,7 +106,7 @@ def _solve(
     goal: _Vec,
     pole: _Vec | None,
 ) -> tuple[tuple[_Rot, _Rot], Float[Tensor, "*b"]]:
-    """New rotations of the two bones such that they span `goal`, as far as they can."""
+    """Return rotations of the two bones that span `goal`, and how far they miss it, metres."""
     upper, fore = turning[0] @ bones[0], turning[1] @ bones[1]
     a, b = bones[0].norm(), bones[1].norm()
     along_old = _unit(upper + fore)
@@ -124,8 +118,8 @@ def _solve(
     carried = _frame(along, normal) @ _frame(along_old, normal_old).mT
 
     wanted = goal.norm(dim=-1, keepdim=True)
-    nearest = (a**2 + b**2 + 2 * a * b * _COS_FOLDED).sqrt()
-    span = wanted.clamp(min=nearest, max=STRETCH * (a + b))
+    nearest = (a**2 + b**2 + 2 * a * b * LIMB.folded_cosine).sqrt()
+    span = wanted.clamp(min=nearest, max=LIMB.stretch * (a + b))
     cos = (a**2 + span**2 - b**2) / (2 * a * span)
     upper_new = cos * along + (1 - cos**2).sqrt() * torch.linalg.cross(along, normal)
     fore_new = (span * along - a * upper_new) / b
@@ -137,21 +131,21 @@ def _solve(
 
 
 def _bend_normal(upper: _Vec, fore: _Vec, hinge: _Vec, along: _Vec) -> _Vec:
-    """Axis about which the limb flexes: its present bend, never against the hinge."""
+    """Return the axis about which the limb flexes: that of its present bend, never against the hinge."""
     bend = torch.linalg.cross(upper, fore)
     natural = (bend * hinge).sum(-1, keepdim=True)
-    return _perpendicular(bend + (_STRAIGHT - natural).clamp(min=0.0) * hinge, along)
+    return _perpendicular(bend + (LIMB.straight_sine - natural).clamp(min=0.0) * hinge, along)
 
 
 def _transport(normal: _Vec, old: _Vec, new: _Vec) -> _Vec:
-    """Carry `normal` along the smallest rotation from unit vector old to new."""
+    """Return `normal`, carried along by the smallest rotation from unit vector `old` to `new`."""
     opening = 1 + (old * new).sum(-1, keepdim=True)
     moved = normal - (normal * new).sum(-1, keepdim=True) / opening.clamp(min=1e-6) * (old + new)
     return _perpendicular(moved, new)
 
 
 def _swing(old: _Vec, new: _Vec) -> _Rot:
-    """Smallest rotation between unit vectors (not opposite ones), batched and with gradients."""
+    """Return the smallest rotation between unit vectors (not opposite ones), batched and with gradients."""
     axis = torch.linalg.cross(old, new)
     cos = (old * new).sum(-1)[..., None, None]
     K = _cross_matrix(axis)

@@ -23,13 +23,13 @@ Offsets = Float[np.ndarray, "24 3"]
 
 
 def rest_offsets(body: BodyModel) -> Offsets:
-    """Of one of our bodies, in our rest axes."""
+    """Return the rest offsets of one of our bodies, in our rest axes."""
     rest = body.rest_joints.double().numpy()[list(MODEL_REST)]
     return rest - rest[list(MODEL_ABOVE)]
 
 
 def rest_turns(body: BodyModel, theirs: Offsets) -> Float[np.ndarray, "22 3 3"]:
-    """Smallest rotations of each joint that take our rest directions to another skeleton's.
+    """Return the smallest rotation of each joint that takes our rest directions to another skeleton's.
 
     A rotation R of one of their joints is R @ turn in our terms, and a bone of theirs turn^T @ offset.
 
@@ -49,7 +49,7 @@ def rest_turns(body: BodyModel, theirs: Offsets) -> Float[np.ndarray, "22 3 3"]:
 def _onto_line(
     line: Float[np.ndarray, "3"], start: Float[np.ndarray, "3"], bone: Float[np.ndarray, "3"]
 ) -> Float[np.ndarray, "3"]:
-    """The bone, turned about its start until it ends on a line from the origin, or points to it."""
+    """Return the bone, turned about its start until it ends on a line from the origin, or points to it."""
     along = line / np.linalg.norm(line)
     way = (along @ start) * along - start
     farther = np.sqrt(max(float(bone @ bone - way @ way), 0.0))

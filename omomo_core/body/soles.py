@@ -4,14 +4,13 @@ import numpy as np
 import torch
 from jaxtyping import Float
 
+from omomo_core.body.config import SOLE
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.skeleton import joint
 
 ANKLES = (joint("left_ankle"), joint("right_ankle"))
 TOES = (joint("left_foot"), joint("right_foot"))
-_HEEL_BEHIND_ANKLE = 0.04
-"""Metres."""
 
 
 def sole_points(
@@ -25,7 +24,7 @@ def sole_points(
     floor = float(body.vertices[:, 1].min())
     points: list[Float[np.ndarray, "frames 3"]] = []
     for j in ANKLES + TOES:
-        behind = -_HEEL_BEHIND_ANKLE if j in ANKLES else 0.0
+        behind = -SOLE.heel_behind_ankle if j in ANKLES else 0.0
         below = np.array([0.0, floor - rest[j, 1], behind])
         points.append(joints[:, j] + rotations[:, j] @ below)
     return np.stack(points, axis=1)

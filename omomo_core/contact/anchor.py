@@ -5,13 +5,11 @@ from collections.abc import Iterable
 import numpy as np
 from jaxtyping import Float
 
+from omomo_core.contact.config import ANCHOR
 from omomo_core.contact.segment import ContactSegment, ContactSpan
 from omomo_core.geometry.surface import Surface
 from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import HandMotion
-
-PALM_THICKNESS = 0.02
-"""Metres from the palm joint (inside the hand) to the skin that touches."""
 
 
 def anchor_spans(
@@ -50,4 +48,4 @@ def _project_to_surface(palm: Float[np.ndarray, "3"], surface: Surface) -> Float
     above = (surface.points - palm) @ -normal
     if (point - palm) @ normal > 0 and above.max() < 0:
         normal = -normal
-    return point + PALM_THICKNESS * normal
+    return point + ANCHOR.palm_thickness * normal

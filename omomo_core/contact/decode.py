@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from omomo_core.contact.anchor import anchor_spans
+from omomo_core.contact.config import DECODING
 from omomo_core.contact.regrasp import split_at_regrasps
 from omomo_core.contact.segment import ContactSegment, ContactSpan
 from omomo_core.geometry.runs import runs
@@ -15,16 +16,6 @@ from omomo_core.geometry.surface import Surface
 from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import HandMotion
 
-SHORTEST = 6
-"""Contacts and pauses of fewer frames vanish."""
-CERTAIN = 3.0
-"""Log odds (a probability of 0.95) beyond which a network's certainty counts no more."""
-CHANGE = SHORTEST * CERTAIN / 2
-"""Cost of taking hold or letting go, in log odds: SHORTEST certain frames pay for both."""
-UNHELD = 1000.0
-"""Cost of a frame in which an object that must be held is not."""
-FAR = 1.0
-"""Cost of holding with a palm a metre off: it decides between two hands that are equally unlikely."""
 HANDS = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
 """The four states: which of left and right hand holds."""
 
@@ -93,15 +84,15 @@ def _costs(
     prefix: ContactPrefix,
 ) -> Float[np.ndarray, "frames 4"]:
     """Return the cost of each state in each frame, in log odds."""
-    least = 1 / (1 + np.exp(CERTAIN))
+    least = 1 / (1 + np.exp(DECODING.certain))
     p = contact.clip(least, 1 - least)
     distance, _ = surface.tree.query(palms)
-    hold = np.log(1 - p) - np.log(p) + FAR * distance
+    hold = np.log(1 - p) - np.log(p) + DECODING.distance * distance
     for s in prefix.segments:
         if s.stop < prefix.frames:  # a hand that has just let go is on its way
-            hold[prefix.frames : s.stop + SHORTEST, s.hand] += 2 * CERTAIN
+            hold[prefix.frames : s.stop + DECODING.shortest, s.hand] += 2 * DECODING.certain
     costs = hold @ HANDS.T
-    costs[must_hold, 0] += UNHELD
+    costs[must_hold, 0] += DECODING.unheld
     held = np.zeros((prefix.frames, 2), int)
     for s in prefix.segments:
         held[max(s.start, 0) : s.stop, s.hand] = 1
@@ -111,7 +102,7 @@ def _costs(
 
 def _viterbi(costs: Float[np.ndarray, "frames 4"]) -> Bool[np.ndarray, "frames 2"]:
     """Return which hands hold in each frame of the cheapest path (Viterbi)."""
-    changes = CHANGE * np.abs(HANDS[:, None] - HANDS).sum(axis=-1)
+    changes = DECODING.change * np.abs(HANDS[:, None] - HANDS).sum(axis=-1)
     best, total = np.zeros(costs.shape, int), costs[0]
     for frame in range(1, len(costs)):
         ways = total[:, None] + changes

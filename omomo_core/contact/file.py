@@ -25,6 +25,7 @@ import numpy as np
 from jaxtyping import Float
 
 from omomo_core import strict_json
+from omomo_core.contact.config import EDITED_CONTACTS
 from omomo_core.contact.segment import ContactSegment, ContactSpan
 from omomo_core.errors import InputError
 from omomo_core.geometry.surface import Surface
@@ -32,10 +33,6 @@ from omomo_core.motion import FPS
 
 VERSION = 1
 HANDS = ("left", "right")
-TRAVEL = 3
-"""Frames that a hand needs at least between two places."""
-FARTHEST = 0.08
-"""Metres off the surface beyond which a palm joint holds nothing."""
 _MOST_BYTES = 10 * 10**6
 _LAYOUT = (
     '{"version": 1, "fps": 30, "frames": 240, "segments": '
@@ -44,7 +41,7 @@ _LAYOUT = (
 
 
 def write_contacts(path: Path, segments: Sequence[ContactSegment], frames: int) -> None:
-    """Write the contacts of a take of so many frames, one a line in the order they begin."""
+    """Write the contacts of a take of `frames` frames, one segment a line in the order of their starts."""
     lines = [
         json.dumps(
             {
@@ -62,7 +59,7 @@ def write_contacts(path: Path, segments: Sequence[ContactSegment], frames: int) 
 
 
 def read_contacts(path: Path, frames: int, surface: Surface) -> tuple[ContactSpan, ...]:
-    """Read what each hand holds.
+    """Return what each hand holds, as a contact file says.
 
     Args:
         path: the file, laid out as this module's description shows.
@@ -99,7 +96,7 @@ def read_contacts(path: Path, frames: int, surface: Surface) -> tuple[ContactSpa
 
 
 def _load(path: Path) -> dict[str, object]:
-    """The file's object, of a version that is understood."""
+    """Return the JSON object of a contact file, after its size and version are checked."""
     if not path.is_file():
         raise InputError(
             "contacts-missing", "There is no such file.", where=str(path), fix="Check the path."
@@ -147,7 +144,7 @@ def _check_keys(
 
 
 def _span(entry: object, frames: int, surface: Surface, where: str) -> ContactSpan:
-    """One entry of the list."""
+    """Return the span that one entry of `segments` describes."""
     if not isinstance(entry, dict):
         raise InputError("contacts-keys", "This is no object in braces.", where=where, fix=_LAYOUT)
     _check_keys(entry, ("hand", "start", "stop"), ("anchor",), where)
@@ -195,11 +192,11 @@ def _anchor(value: object, surface: Surface, where: str) -> Float[np.ndarray, "3
         )
     anchor = np.array(numbers, float)
     distance, _ = surface.tree.query(anchor)
-    if distance > FARTHEST:
+    if distance > EDITED_CONTACTS.farthest_anchor:
         raise InputError(
             "contacts-off-surface",
             f"The anchor is {distance:.3g} m off the object's surface; a palm that holds it is within "
-            f"{FARTHEST:g} m.",
+            f"{EDITED_CONTACTS.farthest_anchor:g} m.",
             where=where,
             fix="Give the place in the object's frame and in metres, or leave the anchor out.",
         )
@@ -211,7 +208,7 @@ def _is_number(x: object) -> bool:
 
 
 def _check_overlap(spans: Sequence[ContactSpan], path: Path) -> None:
-    """No hand is in two places."""
+    """Refuse spans of one hand that overlap, or that leave it too little time between two places."""
     for hand, name in enumerate(HANDS):
         order = sorted(
             (k for k, s in enumerate(spans) if s.hand == hand), key=lambda k: spans[k].start
@@ -224,11 +221,12 @@ def _check_overlap(spans: Sequence[ContactSpan], path: Path) -> None:
                     where=f"{path}, segments[{k}] and segments[{after}]",
                     fix="Shorten one of the two, or take it out.",
                 )
-            if spans[after].start - spans[k].stop < TRAVEL:
+            if spans[after].start - spans[k].stop < EDITED_CONTACTS.shortest_travel:
                 raise InputError(
                     "contacts-travel",
                     f"The {name} hand has {spans[after].start - spans[k].stop} frames to go from one "
                     "place to the next.",
                     where=f"{path}, segments[{k}] and segments[{after}]",
-                    fix=f"Leave at least {TRAVEL} frames between the two, or make them one.",
+                    fix=f"Leave at least {EDITED_CONTACTS.shortest_travel} frames between the two, "
+                    "or make them one.",
                 )

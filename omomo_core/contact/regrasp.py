@@ -8,22 +8,14 @@ from jaxtyping import Bool, Float
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.signal import find_peaks
 
+from omomo_core.contact.config import REGRASP
 from omomo_core.contact.segment import ContactSpan
-
-STAY = 12
-"""Frames that a palm is at a place at least."""
-APART = 0.10
-"""Metres between two places: less is the prediction's wavering."""
-PACE = 0.05
-"""Metres a frame at which a hand goes from place to place (1.5 m/s)."""
-QUICKEST, SLOWEST = 6, 12
-"""Frames that it takes on its way."""
 
 
 def split_at_regrasps(
     span: ContactSpan, palm: Float[np.ndarray, "frames 3"], free: Bool[np.ndarray, " frames"]
 ) -> tuple[ContactSpan, ...]:
-    """The span, or its parts with a short gap of hand travel between each two.
+    """Return the parts of a span between which the hand travels to another place, or the whole span.
 
     Args:
         span: one hand's contact; a segment's anchor stays with the first part.
@@ -35,7 +27,7 @@ def split_at_regrasps(
     travels = [t for t in _travels(palm) if free[slice(*t)].all()]
     while travels:
         moved = [_moved(palm, before, now, after) for before, now, after in _triples(travels, palm)]
-        if min(moved) >= APART:
+        if min(moved) >= REGRASP.apart:
             break
         del travels[int(np.argmin(moved))]
     edges = [span.start, *(first + frame for t in travels for frame in t), span.stop]
@@ -48,22 +40,22 @@ _Travel = tuple[int, int]
 
 
 def _travels(palm: Float[np.ndarray, "frames 3"]) -> list[_Travel]:
-    """Where the palm's place before differs most from its place after."""
-    if len(palm) < 2 * STAY:
+    """Return the travels between places: where the palm's place before differs most from that after."""
+    if len(palm) < 2 * REGRASP.stay:
         return []
-    places = np.median(sliding_window_view(palm, STAY, axis=0), axis=-1)
-    step = np.linalg.norm(places[STAY:] - places[:-STAY], axis=1)
-    peaks, _ = find_peaks(np.pad(step, 1), height=APART, distance=STAY)
+    places = np.median(sliding_window_view(palm, REGRASP.stay, axis=0), axis=-1)
+    step = np.linalg.norm(places[REGRASP.stay :] - places[: -REGRASP.stay], axis=1)
+    peaks, _ = find_peaks(np.pad(step, 1), height=REGRASP.apart, distance=REGRASP.stay)
     travels: list[_Travel] = []
     for at in peaks - 1:
-        before, after = places[at], places[at + STAY]
-        near = palm[at : at + 2 * STAY]
+        before, after = places[at], places[at + REGRASP.stay]
+        near = palm[at : at + 2 * REGRASP.stay]
         # The change point of least absolute deviations: all before it near the one place, all
         # after it near the other.
         nearer = np.linalg.norm(near - before, axis=1) - np.linalg.norm(near - after, axis=1)
-        sure = STAY // 2
+        sure = REGRASP.stay // 2
         change = int(at + sure + np.cumsum(nearer)[sure - 1 : -sure].argmin())
-        frames = int(np.clip(np.ceil(step[at] / PACE), QUICKEST, SLOWEST))
+        frames = int(np.clip(np.ceil(step[at] / REGRASP.pace), REGRASP.quickest, REGRASP.slowest))
         travels.append((change - frames // 2, change - frames // 2 + frames))
     return travels
 
@@ -71,7 +63,7 @@ def _travels(palm: Float[np.ndarray, "frames 3"]) -> list[_Travel]:
 def _triples(
     travels: list[_Travel], palm: Float[np.ndarray, "frames 3"]
 ) -> list[tuple[_Travel, _Travel, _Travel]]:
-    """Each travel between its neighbours; the ends of the contact count as such."""
+    """Return each travel with the one before and the one after; the contact's ends count as travels."""
     all_of_it = [(0, 0), *travels, (len(palm), len(palm))]
     return [(a, b, c) for (a, b), (_, c) in pairwise(pairwise(all_of_it))]
 
@@ -79,8 +71,8 @@ def _triples(
 def _moved(
     palm: Float[np.ndarray, "frames 3"], before: _Travel, now: _Travel, after: _Travel
 ) -> float:
-    """Metres between the places on both sides of a travel; 0 where the palm does not stay."""
+    """Return the metres between the places before and after a travel; 0 where the palm does not stay."""
     sides = palm[before[1] : now[0]], palm[now[1] : after[0]]
-    if min(len(side) for side in sides) < STAY // 2:
+    if min(len(side) for side in sides) < REGRASP.stay // 2:
         return 0.0
     return float(np.linalg.norm(np.median(sides[0], axis=0) - np.median(sides[1], axis=0)))

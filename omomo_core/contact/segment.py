@@ -6,11 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from omomo_core.contact.config import ANCHOR
 from omomo_core.geometry.easing import min_jerk
 from omomo_core.motion import HandMotion
-
-BLEND = 8
-"""Frames over which a palm goes from the prediction onto its anchor and back."""
 
 
 @dataclass(frozen=True)
@@ -76,8 +74,8 @@ def _anchor_path(
     pause = starts[there] - ends[here]
     share = min_jerk((t - ends[here]) / np.maximum(pause, 1))
     place = anchors[here] + share[:, None] * (anchors[there] - anchors[here])
-    weight = min_jerk(1 - _frames_to_segment(t, begun, starts, ends) / BLEND)
-    between = (begun >= 0) & (begun < last) & (pause <= 2 * BLEND)
+    weight = min_jerk(1 - _frames_to_segment(t, begun, starts, ends) / ANCHOR.blend)
+    between = (begun >= 0) & (begun < last) & (pause <= 2 * ANCHOR.blend)
     return place, np.where(between, 1.0, weight), weight
 
 

@@ -9,24 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from omomo_core.contact.config import STABILITY
 from omomo_core.geometry.object_features import ObjectFeatures
-
-REACH = 0.03
-"""Metres from the floor to its lowest point within which the floor carries it."""
-OVERHANG = 0.03
-"""Largest overhang of its centre of mass that is stable, metres."""
-SOLE = 0.02
-"""Points no higher than this above the lowest one may touch the floor, metres."""
-_TILT = 0.01
-"""Radians between two tilts that are distinguished."""
-_OUTLINE, _AROUND = 256, 32
-"""Directions in which the object's outline and its support are sampled."""
-FRICTION = 0.4
-"""Coefficient of friction of wood, metal or plastic on a floor."""
-TIPPED = 15
-"""An object that is tipped in fewer frames does not tell from which side it is held."""
-_LEAST = 0.02
-"""Shortest lever arm, metres."""
 
 
 @dataclass(frozen=True)
@@ -53,10 +37,12 @@ class Overhang:
 def overhang(take: ObjectFeatures, frames: Int[np.ndarray, " some"]) -> Overhang:
     """Return the overhang of an object in some frames, as if its lowest point were on the floor."""
     tilts, which = np.unique(
-        np.round(take.motion.T_world_object[frames, 2, :3] / _TILT), axis=0, return_inverse=True
+        np.round(take.motion.T_world_object[frames, 2, :3] / STABILITY.tilt_step),
+        axis=0,
+        return_inverse=True,
     )
     corners = take.surface.outline
-    directions = np.random.default_rng(0).normal(size=(_OUTLINE, 3))
+    directions = np.random.default_rng(0).normal(size=(STABILITY.outline_directions, 3))
     outline = corners[np.unique((corners @ directions.T).argmax(axis=0))]
     found = [_overhang_row(outline, take.surface.centre, t / np.linalg.norm(t)) for t in tilts]
     rows = np.array(found).reshape(-1, 9)[which.reshape(-1)]
@@ -68,7 +54,7 @@ def _overhang_row(
     centre: Float[np.ndarray, "3"],
     up: Float[np.ndarray, "3"],
 ) -> Float[np.ndarray, "9"]:
-    """One row of an `Overhang`.
+    """Return one row of an `Overhang`: metres, direction, edge, up, floor.
 
     Args:
         outline: corners of the object's convex hull, its frame, metres.
@@ -78,12 +64,12 @@ def _overhang_row(
     height = outline @ up
     floor = height.min()
     height = height - floor
-    low, high = height <= SOLE, height > SOLE
+    low, high = height <= STABILITY.sole, height > STABILITY.sole
     # Points where the hull's sides leave the sole: without them support would depend on the tessellation.
-    share = (SOLE - height[low])[:, None] / (height[high] - height[low][:, None])
+    share = (STABILITY.sole - height[low])[:, None] / (height[high] - height[low][:, None])
     rim = outline[low][:, None] + share[..., None] * (outline[high] - outline[low][:, None])
     touching = np.concatenate([outline[low], rim.reshape(-1, 3)])
-    angle = np.arange(_AROUND) * (2 * np.pi / _AROUND)
+    angle = np.arange(STABILITY.support_directions) * (2 * np.pi / STABILITY.support_directions)
     across = np.cross(up, np.eye(3)[np.abs(up).argmin()])
     across /= np.linalg.norm(across)
     around = np.outer(np.cos(angle), across) + np.outer(np.sin(angle), np.cross(up, across))
@@ -116,12 +102,12 @@ class TippingLever:
             np.einsum("kthi,ti->kth", palms, self.overhang.direction) - self.overhang.edge[:, None]
         )
         high = np.einsum("kthi,ti->kth", palms, self.overhang.up) - self.overhang.floor[:, None]
-        arm = np.where(held, np.maximum(out, FRICTION * high), -np.inf).max(axis=2)
-        force = self.overhang.metres / arm.clip(_LEAST)
+        arm = np.where(held, np.maximum(out, STABILITY.friction * high), -np.inf).max(axis=2)
+        force = self.overhang.metres / arm.clip(STABILITY.shortest_lever)
         by_hand = held.any(axis=2)
         count = by_hand.sum(axis=1)
         total = np.where(by_hand, force, 0).sum(axis=1)
-        return np.where(count < TIPPED, np.nan, total / count.clip(1))
+        return np.where(count < STABILITY.shortest_tipping, np.nan, total / count.clip(1))
 
 
 def tipping_lever(
@@ -133,9 +119,9 @@ def tipping_lever(
         take: the object and its motion.
         must_hold: frames in which somebody must hold it.
     """
-    frames = np.flatnonzero(must_hold & (take.lowest < REACH))
+    frames = np.flatnonzero(must_hold & (take.lowest < STABILITY.floor_reach))
     falls = overhang(take, frames)
-    kept = falls.metres > OVERHANG
-    if kept.sum() < TIPPED:
+    kept = falls.metres > STABILITY.stable_overhang
+    if kept.sum() < STABILITY.shortest_tipping:
         return None
     return TippingLever(frames[kept], falls.at(kept))

@@ -4,20 +4,9 @@ import numpy as np
 from jaxtyping import Bool
 from scipy.ndimage import binary_opening, uniform_filter1d
 
-from omomo_core.contact.static_stability import OVERHANG, REACH, overhang
+from omomo_core.contact.config import STABILITY, SUPPORT
+from omomo_core.contact.static_stability import overhang
 from omomo_core.geometry.object_features import ObjectFeatures
-
-MOVES, TURNS = 0.10, 0.5
-"""m/s of the centre and rad/s above which an object does not move by itself."""
-STILL, LEVEL = 0.02, 0.1
-"""m/s and rad/s below which it may rest on something; a held object trembles more."""
-RESTS = 15
-"""Frames for which it has to be still to count as resting, or to move slowly to count as moved."""
-SHORTEST = 6
-"""Runs of fewer frames are noise of the tracker."""
-REACHING = 30
-"""Frames that hands may be on an object before it is first moved, and after it was last: people take hold at
-most a second before."""
 
 
 def must_be_held(take: ObjectFeatures) -> Bool[np.ndarray, " frames"]:
@@ -27,11 +16,11 @@ def must_be_held(take: ObjectFeatures) -> Bool[np.ndarray, " frames"]:
     a table), and where it is on the floor but tipped, so that it would fall.
     """
     speed, spin = (np.linalg.norm(x, axis=1) for x in (take.velocity, take.spin))
-    low = take.lowest < REACH
-    held = (speed > MOVES) | (spin > TURNS) | (~low & ~_still(take))
+    low = take.lowest < STABILITY.floor_reach
+    held = (speed > SUPPORT.moving_speed) | (spin > SUPPORT.turning_speed) | (~low & ~_still(take))
     unsure = np.flatnonzero(low & ~held)
-    held[unsure] = overhang(take, unsure).metres > OVERHANG
-    return _drop_short_runs(held, SHORTEST)
+    held[unsure] = overhang(take, unsure).metres > STABILITY.stable_overhang
+    return _drop_short_runs(held, SUPPORT.shortest_run)
 
 
 def touchable_range(
@@ -46,19 +35,24 @@ def touchable_range(
     Returns:
         One second before it is first moved and one second after it was last; (frames, 0) if it never moves.
     """
-    moved = np.flatnonzero(must_hold | _drop_short_runs(~_still(take), RESTS))
+    moved = np.flatnonzero(must_hold | _drop_short_runs(~_still(take), SUPPORT.rest_frames))
     if not len(moved):
         return take.frames, 0
-    return max(int(moved[0]) - REACHING, 0), min(int(moved[-1]) + 1 + REACHING, take.frames)
+    return max(int(moved[0]) - SUPPORT.reaching, 0), min(
+        int(moved[-1]) + 1 + SUPPORT.reaching, take.frames
+    )
 
 
 def _still(take: ObjectFeatures) -> Bool[np.ndarray, " frames"]:
     """Return the frames in which the object may be resting."""
     speed, spin = (
-        np.linalg.norm(uniform_filter1d(x, 5, axis=0, mode="nearest"), axis=1)
+        np.linalg.norm(uniform_filter1d(x, SUPPORT.smoothing, axis=0, mode="nearest"), axis=1)
         for x in (take.velocity, take.spin)
     )
-    return _drop_short_runs((speed < STILL) & (spin < LEVEL), RESTS)
+    return _drop_short_runs(
+        (speed < SUPPORT.resting_speed) & (spin < SUPPORT.resting_turning_speed),
+        SUPPORT.rest_frames,
+    )
 
 
 def _drop_short_runs(x: Bool[np.ndarray, " frames"], shortest: int) -> Bool[np.ndarray, " frames"]:

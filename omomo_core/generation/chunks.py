@@ -6,32 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-
-@dataclass(frozen=True)
-class ChunkSizes:
-    """Sizes of chunks, frames.
-
-    Every chunk begins with frames that the chunk before has fixed (`context`) and ends with frames that the
-    chunk after generates again with more of the future in view (`margin`).
-    """
-
-    length: int
-    """Frames of a chunk."""
-    context: int
-    margin: int
-    spare: int
-    """A rest of the take that is no longer than this is added to its last chunk."""
-
-
-RECORDED = ChunkSizes(length=600, context=30, margin=30, spare=120)
-"""For takes that are complete: twenty seconds at a time."""
-LIVE = ChunkSizes(length=120, context=60, margin=20, spare=0)
-"""For poses that still arrive: the newest motion is at most two seconds behind them."""
+from omomo_core.generation.config import ChunkSizes
 
 
 @dataclass(frozen=True)
 class Chunk:
-    """Frames `first` .. `first + len(T_world_object)` of the take."""
+    """A stretch of the take: frames `first` .. `first + len(T_world_object)`."""
 
     first: int
     T_world_object: Float[np.ndarray, "frames 4 4"]

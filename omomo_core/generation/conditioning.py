@@ -10,6 +10,7 @@ from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.contact.segment import ContactSpan
+from omomo_core.generation.config import PREFIX
 from omomo_core.generation.object_clip import ObjectClip
 from omomo_core.generation.prefix import FeaturePrefix, Prefix
 from omomo_core.generation.retargeting import Retargeting
@@ -22,11 +23,6 @@ from omomo_core.geometry.rotations import rotmat_to_6d
 from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import HandMotion
 from omomo_core.stages.body import capture as body_stage
-
-TOUCH = 0.05
-"""Metres between palm joint and surface that count as holding in a given pose."""
-SETTLED = 90
-"""Frames over which a start pose pulls on the body: people keep their way of standing for a while."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +82,7 @@ def prefix_from_pose(
 
     touching = clip.take.surface.tree.query(
         to_local(clip.take.motion.T_world_object[:1], palms[None])[0]
-    )[0] < TOUCH  # fmt: skip
+    )[0] < PREFIX.start_pose_touch  # fmt: skip
     relative = palms * clip.scale - clip.trained.centre[0]
     hands = np.concatenate([relative.ravel(), np.where(touching, 1.0, -1.0)])
     # Whether the feet are planted is left to the network.
@@ -96,7 +92,7 @@ def prefix_from_pose(
         body=FeaturePrefix(
             each(_pose_features(root, R, retargeting)),
             torch.arange(body_stage.LAYOUT.channels) < vectors,
-            SETTLED,
+            PREFIX.start_pose_fade,
         ),
         root=each(root),
         rotations=each(R),

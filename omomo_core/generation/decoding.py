@@ -16,6 +16,7 @@ from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
 from omomo_core.body.trajectory_optimization.penetration import penetration_depth
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.contact.segment import ContactSegment
+from omomo_core.generation.config import BODY_DECODING
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.pelvis_tilt import tilt_pelvis
 from omomo_core.generation.person import Person
@@ -30,8 +31,6 @@ from omomo_core.stages.body import capture as body_stage
 
 ROOT_AND_JOINTS = 24
 """Vectors at the beginning of stage 2's features that are positions."""
-ON_FLOOR = 0.05
-"""Metres from the floor to the lowest point of an object that may be leant on."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +49,11 @@ class SampledBodies:
     ) -> "SampledBodies":
         """Return the bodies of features that `sample_body` returns, on the bones that are asked for."""
         # Patches of frames are decoded together; a light filter takes out the jumps between them.
-        smooth = np.asarray(gaussian_filter1d(features.numpy(), 1.0, axis=1, mode="nearest"))
+        smooth = np.asarray(
+            gaussian_filter1d(
+                features.numpy(), BODY_DECODING.feature_smoothing, axis=1, mode="nearest"
+            )
+        )
         calm = [despike(smooth[k], ROOT_AND_JOINTS) for k in range(len(smooth))]
         x = torch.from_numpy(np.stack(calm))
         root, _, six, foot_contact = body_stage.unpack(x, torch.zeros(*x.shape[:2], 2))
@@ -170,5 +173,7 @@ def assemble_people(
 
 def balance_weight(clip: ObjectClip) -> Float[np.ndarray, " frames"]:
     """Return 1 where the weight must be over the feet, 0 where the object may be leant on."""
-    leaning = (clip.take.lowest < ON_FLOOR) & clip.must_hold
-    return 1.0 - gaussian_filter1d(leaning.astype(float), 5.0, mode="nearest")
+    leaning = (clip.take.lowest < BODY_DECODING.leaning_height) & clip.must_hold
+    return 1.0 - gaussian_filter1d(
+        leaning.astype(float), BODY_DECODING.leaning_smoothing, mode="nearest"
+    )

@@ -3,8 +3,8 @@
 import numpy as np
 
 from omomo_core.body.model import BodyModel
-from omomo_core.generation.chunks import RECORDED
 from omomo_core.generation.conditioning import UNCONDITIONED, Conditioning
+from omomo_core.generation.config import RECORDED
 from omomo_core.generation.paper import generate_as_published
 from omomo_core.generation.person import join
 from omomo_core.generation.result import Generation, GenerationOptions, Progress, no_progress

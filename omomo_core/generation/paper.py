@@ -31,7 +31,7 @@ def generate_as_published(
     options: GenerationOptions,
     progress: Progress,
 ) -> Generation:
-    """OMOMO sections 3.3 and 3.4 on one window.
+    """Return samples of the published model for one window, ranked (OMOMO sections 3.3 and 3.4).
 
     Raises:
         InputError: the motion is longer than the model's window.

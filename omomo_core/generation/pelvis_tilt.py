@@ -9,11 +9,9 @@ from jaxtyping import Float
 from torch import Tensor
 
 from omomo_core.body.model import BodyModel
+from omomo_core.generation.config import BODY_DECODING
 from omomo_core.skeleton import joint
 
-SHARE = 0.25
-"""Pitch of the pelvis for each degree of the chest's: the mean over four libraries of recorded people
-(benchmarks/pelvis.py: 0.29 in cmu_bvh, 0.45 in cmu_jump, -0.08 in hdm05, 0.29 in o3de)."""
 _CHEST = joint("spine3")
 
 
@@ -28,7 +26,7 @@ def tilt_pelvis(
         rotations: global R_world_joint.
     """
     pelvis = rotations[..., 0, :, :]
-    change = SHARE * pitch(rotations, _CHEST) - pitch(rotations, 0)
+    change = BODY_DECODING.pelvis_tilt * pitch(rotations, _CHEST) - pitch(rotations, 0)
     turned = roma.rotvec_to_rotmat(pelvis[..., 0] * change[..., None]) @ pelvis
     out = rotations.clone()
     out[..., 0, :, :] = turned

@@ -9,9 +9,7 @@ from jaxtyping import Bool, Float
 from torch import Tensor
 
 from omomo_core.contact.segment import ContactSegment
-
-FADE = 20
-"""Frames over which a prefix pulls on the frames after it."""
+from omomo_core.generation.config import PREFIX
 
 
 @dataclass(frozen=True)
@@ -21,7 +19,7 @@ class FeaturePrefix:
     values: Float[Tensor, "samples first channels"]
     mask: Bool[Tensor, " channels"]
     """Which features are fixed."""
-    fade: int = FADE
+    fade: int = PREFIX.fade
     """Frames over which they pull on those after them."""
 
     @staticmethod
@@ -61,7 +59,7 @@ class Prefix:
         return self.root.shape[1]
 
 
-def fade(frames: int, until: int = FADE) -> Float[Tensor, " frames"]:
+def fade(frames: int, until: int = PREFIX.fade) -> Float[Tensor, " frames"]:
     """Return weights from 1 at the first frame, smoothly to 0 at frame `until`."""
     t = (torch.arange(frames) / until).clamp(max=1)
     return 1 - t * t * (3 - 2 * t)

@@ -17,6 +17,7 @@ from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.contact.anchor import anchor_spans
 from omomo_core.contact.segment import ContactSegment, ContactSpan, follow_anchors
+from omomo_core.generation.config import CORRECTION
 from omomo_core.generation.decoding import assemble_people, balance_weight
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.person import Person, join, stretch
@@ -25,11 +26,6 @@ from omomo_core.generation.solving.wrists import face_palms
 from omomo_core.geometry.easing import min_jerk
 from omomo_core.geometry.runs import runs
 from omomo_core.motion import HandMotion, HumanMotion
-
-AROUND = 20
-"""Frames before and after a changed contact over which the body blends into the unchanged motion."""
-SAME = 1e-4
-"""Largest distance of anchors that count as the same, metres."""
 
 
 def changed(
@@ -58,7 +54,7 @@ def resolve(
         body: the person's bones.
 
     Returns:
-        The person with these contacts. Frames that are AROUND or more from every contact that is
+        The person with these contacts. Frames that are `CORRECTION.blend` or more from every contact that is
         not in both are as they were, bit for bit.
     """
     T = clip.take.motion.T_world_object
@@ -84,15 +80,15 @@ def _same(a: ContactSpan, b: ContactSpan) -> bool:
     if not (isinstance(a, ContactSegment) and isinstance(b, ContactSegment)):
         return False
     times = (a.hand, a.start, a.stop) == (b.hand, b.start, b.stop)
-    return times and bool(np.linalg.norm(a.anchor - b.anchor) <= SAME)
+    return times and bool(np.linalg.norm(a.anchor - b.anchor) <= CORRECTION.same_anchor)
 
 
 def _free(contacts: Sequence[ContactSpan], frames: int) -> Float[np.ndarray, " frames"]:
-    """Return 1 within the contacts, falling smoothly to 0 over AROUND frames on both sides."""
+    """Return 1 within the contacts, falling smoothly to 0 over `CORRECTION.blend` frames on both sides."""
     t, near = np.arange(frames), np.zeros(frames)
     for s in contacts:
         away = np.maximum(s.start - t, t - (s.stop - 1))
-        near = np.maximum(near, 1 - away / AROUND)
+        near = np.maximum(near, 1 - away / CORRECTION.blend)
     return min_jerk(near)
 
 

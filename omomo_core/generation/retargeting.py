@@ -10,12 +10,11 @@ from torch import Tensor
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
+from omomo_core.generation.config import RETARGETING
 from omomo_core.skeleton import joint
 
 _LEGS: dict[LimbName, int] = {"left_leg": joint("left_ankle"), "right_leg": joint("right_ankle")}
 _LEG_JOINTS = [joint(f"{s}_{part}") for s in ("left", "right") for part in ("hip", "knee", "ankle")]
-_ALIKE = 1e-4
-"""Metres by which legs of one shape may differ at one size."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +68,7 @@ class Retargeting:
     @cached_property
     def _legs_alike(self) -> bool:
         apart = (self.body.rest_joints * self.scale - self.trained.rest_joints)[_LEG_JOINTS]
-        return bool((apart - apart[0]).abs().max() < _ALIKE)
+        return bool((apart - apart[0]).abs().max() < RETARGETING.equal_legs)
 
     def _size(self) -> Float[Tensor, "3"]:
         heights = [float(b.rest_joints[[1, 2], 1].mean()) for b in (self.trained, self.body)]

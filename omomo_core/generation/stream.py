@@ -17,7 +17,7 @@ from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.contact.segment import ContactSegment, follow_anchors
-from omomo_core.generation.chunks import LIVE, Chunk, ChunkSizes, split_into_chunks
+from omomo_core.generation.chunks import Chunk, split_into_chunks
 from omomo_core.generation.collision.contact_face import Held, choose_contact_faces
 from omomo_core.generation.conditioning import (
     UNCONDITIONED,
@@ -25,6 +25,7 @@ from omomo_core.generation.conditioning import (
     prefix_from_pose,
     start_constraint,
 )
+from omomo_core.generation.config import LIVE, ChunkSizes
 from omomo_core.generation.decoding import SampledBodies, interaction_targets, solve_people
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.person import Person, shift_spans, stretch
@@ -47,7 +48,7 @@ Of takes of 4 s one thread makes 1 sample in 0.43 s and 4 in 0.77; two threads m
 
 @dataclass(frozen=True)
 class GeneratedChunk:
-    """Finished frames `first` .. `first + frames` of a take, of each sample."""
+    """A finished stretch of each sample: frames `first` .. `first + frames` of the take."""
 
     first: int
     people: tuple[Person, ...]
@@ -229,7 +230,7 @@ class _ChunkGenerator:
 
 @contextmanager
 def threads_for(frames: int) -> Generator[None]:
-    """Run torch with as many threads as help; afterwards it has as many as before.
+    """Limit torch to as many threads as help; afterwards it has as many as before.
 
     Args:
         frames: of all samples together.

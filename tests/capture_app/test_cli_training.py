@@ -12,7 +12,7 @@ import torch
 import trimesh
 
 from capture_app.cli.app import invoke
-from capture_app.tables.caption import Made, caption
+from capture_app.tables.caption import TableOrigin, caption
 from capture_app.tables.methods import Network
 from ingest.formats.detect import read_session
 from ingest.mount_file import load_mount
@@ -133,7 +133,7 @@ def test_training_on_held_out_people_is_told(
     assert "note: 2 of the clips are of people that the paper holds out" in capsys.readouterr().out
     header = read_header(tmp_path / "run" / "goal.safetensors")
     network = Network("goal/goal", "", header.notes, header.parameters)
-    made = Made([], "", [], 1, 0, "ddim", 1, {"goal": [network]}, {}, {})
+    made = TableOrigin([], "", [], 1, 0, "ddim", 1, {"goal": [network]}, {}, {})
     assert "trained on 2 clips of held-out people" in " ".join(caption(made))
     header.notes["started_from"] = "shipped"
     assert "from the weights shipped" in " ".join(caption(made))

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from capture_app.cli.app import invoke
 from capture_app.inspection import inspect_take
 from capture_app.report_page.page import report_page
-from capture_app.report_page.svg import Line, Plot, draw, ticks
+from capture_app.report_page.svg import Plot, PlotLine, draw, ticks
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 from omomo_core.errors import InputError
 from omomo_core.whole_file import write_whole
@@ -167,7 +167,7 @@ def test_curves_break_at_nan_stay_inside_and_words_are_escaped():
     x = np.linspace(0, 10, 200)
     y = np.sin(x)
     y[80:90] = np.nan
-    text = draw(Plot("<b>&", "s<", "m", [Line(x, y, "one")], dots=[(5.0, 0.5, "<i>")]))
+    text = draw(Plot("<b>&", "s<", "m", [PlotLine(x, y, "one")], dots=[(5.0, 0.5, "<i>")]))
     page = Reader(text)
     assert not {"b", "i"} & set(page.tags)
     path = next(value for name, value in page.attributes if name == "d" and value.count("L") > 50)
@@ -184,6 +184,6 @@ def test_curves_break_at_nan_stay_inside_and_words_are_escaped():
 def test_a_curve_of_absurd_height_is_drawn_all_the_same(height: float):
     times = np.arange(5.0)
     heights = height + np.linspace(0, 0.3, 5)
-    drawn = draw(Plot("Height", "s", "m", [Line(times, heights, "one")], least_y=0.2))
+    drawn = draw(Plot("Height", "s", "m", [PlotLine(times, heights, "one")], least_y=0.2))
     assert "nan" not in drawn
     assert "inf" not in drawn

@@ -9,7 +9,8 @@ import trimesh
 
 from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets
-from omomo_core.contact.anchor import PALM_THICKNESS, anchor_spans
+from omomo_core.contact.anchor import anchor_spans
+from omomo_core.contact.config import ANCHOR
 from omomo_core.contact.segment import ContactSegment, ContactSpan, follow_anchors
 from omomo_core.generation.collision.contact_face import choose_contact_faces
 from omomo_core.generation.object_clip import ObjectModel
@@ -57,17 +58,19 @@ def hold(object_model: ObjectModel, hand: int, height: float) -> ContactSegment:
 @pytest.mark.parametrize("thickness", [0.02, 0.04, 0.06])
 def test_a_hand_beneath_a_table_top_that_its_arm_would_cross_goes_on_top(thickness: float):
     object_model = board(thickness)
-    beneath = hold(object_model, 0, TOP - thickness - PALM_THICKNESS)
-    above = hold(object_model, 1, TOP + PALM_THICKNESS)
+    beneath = hold(object_model, 0, TOP - thickness - ANCHOR.palm_thickness)
+    above = hold(object_model, 1, TOP + ANCHOR.palm_thickness)
     left, right = chosen(object_model, [beneath, above])
-    assert left.anchor == pytest.approx([*beneath.anchor[:2], TOP + PALM_THICKNESS], abs=1e-3)
+    assert left.anchor == pytest.approx(
+        [*beneath.anchor[:2], TOP + ANCHOR.palm_thickness], abs=1e-3
+    )
     assert (left.hand, left.start, left.stop) == (0, 0, FRAMES)
     assert right is above
 
 
 def test_what_is_decided_and_what_is_thick_stay():
     thin, thick = board(0.04), board(0.3)
-    held = [hold(thin, 0, TOP - 0.04 - PALM_THICKNESS)]
+    held = [hold(thin, 0, TOP - 0.04 - ANCHOR.palm_thickness)]
     assert chosen(thin, held, prefix=10)[0] is held[0]
-    held = [hold(thick, 0, TOP - 0.3 - PALM_THICKNESS)]
+    held = [hold(thick, 0, TOP - 0.3 - ANCHOR.palm_thickness)]
     assert chosen(thick, held)[0] is held[0]

@@ -5,8 +5,8 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from omomo_core.generation.selection.config import COVERAGE
 from omomo_core.generation.selection.coverage import (
-    KERNEL_WIDTH,
     hypothesis_count,
     k_medoids,
     kernel_mean,
@@ -103,7 +103,7 @@ def test_a_kind_may_change_in_the_midst_of_a_take():
     torch.testing.assert_close(amid[:, -frames // 4 :], x[:, -frames // 4 :], atol=1e-3, rtol=0)
 
 
-@given(distance=st.floats(4 * KERNEL_WIDTH, 5.0))
+@given(distance=st.floats(4 * COVERAGE.kernel_width, 5.0))
 def test_one_unlike_all_others_stays_as_it_is(distance: float):
     x = _guesses(np.array([[0.0, 0, 0], [distance, 0, 0], [2 * distance, 0, 0]]))
     torch.testing.assert_close(kernel_mean(x), x, atol=1e-4, rtol=0)

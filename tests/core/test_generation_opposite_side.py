@@ -7,11 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
-from omomo_core.generation.selection.opposite_side import (
-    ONE_IN,
-    add_opposite_side,
-    move_to_lighter_side,
-)
+from omomo_core.generation.selection.config import OPPOSITE_SIDE
+from omomo_core.generation.selection.opposite_side import add_opposite_side, move_to_lighter_side
 from omomo_core.motion import ObjectMesh
 
 FRAMES, LONG = 12, 40
@@ -39,7 +36,7 @@ def test_one_in_five_changes_sides_around_a_box(samples: int, scale: float, seed
     clip = _scene(trimesh.creation.box((0.4, 0.3, 0.3)), scale)
     before = _beside(clip, samples, 0.01)
     after = add_opposite_side(before, clip)
-    some = samples // ONE_IN
+    some = samples // OPPOSITE_SIDE.one_in
     assert after.shape == before.shape
     torch.testing.assert_close(after[: samples - some], before[: samples - some])
     for new, old in zip(after[samples - some :], before[:some], strict=True):

@@ -8,7 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
-from omomo_core.generation.pelvis_tilt import SHARE, pitch, tilt_pelvis
+from omomo_core.generation.config import BODY_DECODING
+from omomo_core.generation.pelvis_tilt import pitch, tilt_pelvis
 from omomo_core.geometry.rotations import yaw_matrix
 from omomo_core.skeleton import joint
 from tests.core.standing_people import FACING_X
@@ -34,7 +35,7 @@ def test_hips_and_legs_stay_and_the_pelvis_tilts_less(degrees: float, yaw: float
     legs = [joint(f"{s}_{part}") for s in ("left", "right") for part in ("hip", "knee", "ankle")]
     torch.testing.assert_close(after[legs], before[legs], atol=1e-6, rtol=0)
     torch.testing.assert_close(turned[1:], R[1:])
-    wanted = SHARE * np.degrees(float(pitch(R, CHEST)))
+    wanted = BODY_DECODING.pelvis_tilt * np.degrees(float(pitch(R, CHEST)))
     assert abs(np.degrees(float(pitch(turned, 0))) - wanted) < 2 + abs(side) / 2
 
 

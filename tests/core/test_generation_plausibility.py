@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
+from omomo_core.generation.selection.config import PLAUSIBILITY
 from omomo_core.generation.selection.coverage import select_by_coverage
-from omomo_core.generation.selection.plausibility import GRASP, PalmHolds
+from omomo_core.generation.selection.plausibility import PalmHolds
 from omomo_core.motion import ObjectMesh
 
 FRAMES = 60
@@ -50,7 +51,7 @@ def test_palms_that_stay_on_their_faces_are_likely_however_the_object_turns(
 
 def test_palms_in_the_middle_of_a_box_or_far_from_it_hold_nothing():
     clip = _scene(1.0)
-    for at in (0.02, SIDE / 2 + 1.5 * GRASP):
+    for at in (0.02, SIDE / 2 + 1.5 * PLAUSIBILITY.grasp_distance):
         assert not PalmHolds.of(_held(clip, at, np.zeros(FRAMES)), clip).plausible.any()
 
 

@@ -10,13 +10,9 @@ from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.generation.object_clip import ObjectModel
+from omomo_core.generation.solving.config import REACH
 from omomo_core.generation.solving.feet import plan_feet
-from omomo_core.generation.solving.reach import (
-    FARTHEST,
-    LONGEST,
-    move_root_within_reach,
-    solve_arms,
-)
+from omomo_core.generation.solving.reach import move_root_within_reach, solve_arms
 from omomo_core.motion import ObjectMesh
 
 BODY = load_body()
@@ -47,7 +43,9 @@ def _moved(off: torch.Tensor, hold: torch.Tensor) -> tuple[torch.Tensor, torch.T
     joints = forward_kinematics(BODY, root, R).double().numpy()
     up = np.zeros((FRAMES, 4))
     feet = [plan_feet(BODY, j, R[0].double().numpy(), up, None) for j in joints]
-    near = move_root_within_reach(BODY, root, R, feet, targets, torch.ones(FRAMES), LONGEST)
+    near = move_root_within_reach(
+        BODY, root, R, feet, targets, torch.ones(FRAMES), REACH.last_stretch
+    )
     made = forward_kinematics(BODY, near, solve_arms(BODY, near, R, targets))[..., 22:, :]
     miss = (made - palms).norm(dim=-1) * targets.hold
     return (near - root).norm(dim=-1), miss.amax(dim=-1)
@@ -67,7 +65,7 @@ def test_what_one_hand_holds_is_within_its_reach_to_some_millimetres(
 
 def test_a_sample_that_is_wrong_says_so():
     moved, miss = _moved(torch.tensor([[0.6, 0.0, 0.0]]), torch.tensor([1.0, 0.0]))
-    assert float(moved.max()) <= FARTHEST + 1e-5
+    assert float(moved.max()) <= REACH.farthest + 1e-5
     assert float(miss.min()) > 0.3
 
 

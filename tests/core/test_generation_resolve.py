@@ -8,10 +8,11 @@ import pytest
 from omomo_core.body.load import load_body
 from omomo_core.contact.segment import ContactSegment, ContactSpan
 from omomo_core.generation.conditioning import Conditioning
+from omomo_core.generation.config import CORRECTION
 from omomo_core.generation.generator import generate
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.person import Person
-from omomo_core.generation.resolve import AROUND, changed, resolve
+from omomo_core.generation.resolve import changed, resolve
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.motion import HumanMotion
 from omomo_core.weights.load import load_stages
@@ -70,13 +71,13 @@ def test_a_palm_goes_to_its_new_place_and_other_frames_stay(person: Person, clip
     assert off(new, moved) < 0.01
     assert off(new, replace(person.segments[LEFT], stop=80)) < 0.01
     touched = differing(person, new)
-    assert touched.min() > old.start - AROUND
-    assert touched.max() < old.stop - 1 + AROUND
+    assert touched.min() > old.start - CORRECTION.blend
+    assert touched.max() < old.stop - 1 + CORRECTION.blend
     assert new.segments[FIRST] == moved
     # The body goes over to what stays without a jump.
     step = np.linalg.norm(np.diff(new.human.joints, axis=0), axis=-1).max(axis=1)
     usual = np.linalg.norm(np.diff(person.human.joints, axis=0), axis=-1).max(axis=1)
-    seams = [old.start - AROUND, old.stop - 2 + AROUND]
+    seams = [old.start - CORRECTION.blend, old.stop - 2 + CORRECTION.blend]
     assert (step - usual)[seams].max() < 0.01
 
 
@@ -84,7 +85,7 @@ def test_only_the_stretches_around_changes_are_solved(person: Person, clip: Obje
     first, second = (replace(s, stop=s.stop - 8) for s in person.segments[FIRST:])
     new = resolve(person, (person.segments[LEFT], first, second), clip, OBJECT_MODEL, BODY)
     touched = differing(person, new)
-    assert not set(touched) & set(range(60 - 1 + AROUND, 110 - AROUND + 1))
+    assert not set(touched) & set(range(60 - 1 + CORRECTION.blend, 110 - CORRECTION.blend + 1))
     assert touched.min() < 60 < 110 < touched.max()
 
 

@@ -14,11 +14,13 @@ from omomo_core.body.trajectory_optimization.anatomy import build_anatomy
 from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
 from omomo_core.body.trajectory_optimization.penetration import penetration_depth
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets
+from omomo_core.generation.collision.config import ROOT_SHIFT
 from omomo_core.generation.collision.feet import move_feet_clear
 from omomo_core.generation.collision.limbs import swing_limbs_clear, turn_hands_clear
-from omomo_core.generation.collision.root import FARTHEST, move_root_clear
+from omomo_core.generation.collision.root import move_root_clear
 from omomo_core.generation.collision.sides import CollisionAvoidance, level_shifts, viterbi
-from omomo_core.generation.solving.bodies import CLEARANCE, solve_bodies
+from omomo_core.generation.solving.bodies import solve_bodies
+from omomo_core.generation.solving.config import BODY_SOLVING
 from omomo_core.generation.solving.feet import ANKLES, FootPlan
 from omomo_core.geometry.runs import runs
 from omomo_core.skeleton import joint
@@ -40,7 +42,7 @@ def wish_of(
 
 
 def around(targets: InteractionTargets, free: torch.Tensor | None = None) -> CollisionAvoidance:
-    flesh = build_anatomy(BODY, clearance=CLEARANCE)
+    flesh = build_anatomy(BODY, clearance=BODY_SOLVING.clearance)
     free = torch.ones(FRAMES) if free is None else free
     return CollisionAvoidance.of(flesh, targets.obstacle.field, targets.T_world_object, free)
 
@@ -87,7 +89,7 @@ def test_thighs_across_a_thin_top_come_out_on_one_side(edge: float):
     assert deepest(pose, targets) > 0.03
     out = solved(pose, targets)
     assert deepest(out, targets) < 0.003
-    assert float((out[0] - pose[0]).norm(dim=-1).max()) < FARTHEST + 0.1
+    assert float((out[0] - pose[0]).norm(dim=-1).max()) < ROOT_SHIFT.farthest + 0.1
 
 
 def test_a_body_half_inside_a_table_ends_clear_with_its_feet_on_the_floor():

@@ -7,14 +7,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from omomo_core.generation.person import Person
+from omomo_core.generation.selection.config import HUMAN_LIMITS, SCORE, SpeedLimits
 from omomo_core.generation.selection.ranking import choose
 from omomo_core.generation.selection.scores import score
 from omomo_core.generation.selection.speed_limits import (
-    HUMAN_LIMITS,
     PARTS,
-    TURN,
     TURNING,
-    SpeedLimits,
     find_leaps,
     measure_speeds,
     speed_excess,
@@ -71,7 +69,9 @@ def swinging(a: int, b: int, degrees: float) -> HumanMotion:
     return human
 
 
-def turning(at: int, degrees: float, frames: int = TURN, about: str = "z") -> HumanMotion:
+def turning(
+    at: int, degrees: float, frames: int = SCORE.turn_frames, about: str = "z"
+) -> HumanMotion:
     """A joint turns by degrees a second from frame 20 on, over so many frames."""
     human = still()
     angle = degrees / FPS * (np.arange(FRAMES) - 20).clip(0, frames)
@@ -185,13 +185,15 @@ def _person(human: HumanMotion) -> Person:
 
 
 def test_a_few_frames_are_measured_too():
-    for frames in (1, 2, TURN):
+    for frames in (1, 2, SCORE.turn_frames):
         speeds = measure_speeds(still(frames).joints, still(frames).rotations[:, TURNING])
         assert all(values.shape[0] == frames - 1 for values in speeds.values())
         assert find_leaps(still(frames)) == ()
-    four = still(TURN + 1)
+    four = still(SCORE.turn_frames + 1)
     four.rotations[-1, 0] = Rotation.from_euler("z", 90, degrees=True).as_matrix()
-    assert [(x.start, x.stop, round(x.speed)) for x in find_leaps(four)] == [(0, TURN, 900)]
+    assert [(x.start, x.stop, round(x.speed)) for x in find_leaps(four)] == [
+        (0, SCORE.turn_frames, 900)
+    ]
 
 
 def test_who_leaps_is_not_shown_while_somebody_does_not():

@@ -9,12 +9,9 @@ from hypothesis import strategies as st
 
 from omomo_core.generation.conditioning import Conditioning, start_constraint
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
+from omomo_core.generation.selection.config import START
 from omomo_core.generation.selection.opposite_side import swap_hands
 from omomo_core.generation.selection.start_constraint import (
-    BESIDE,
-    FASTEST,
-    LONGEST,
-    SHORTEST,
     StartPose,
     StartPosition,
     impose_start,
@@ -55,12 +52,12 @@ def test_palms_go_from_the_known_start_to_what_they_hold(
     wanted = torch.tensor([*start, -1.0, -1.0])
     x = impose_start(guess, wanted)
     torch.testing.assert_close(x[0, 0], wanted)
-    there = min(max(takes, 2, SHORTEST), LONGEST)
+    there = min(max(takes, 2, START.shortest_blend), START.longest_blend)
     torch.testing.assert_close(x[0, there:], guess[0, there:])
     # No jump on the way: the way that is added is spread over all of its frames.
     added = (x - guess)[0, :, :6].diff(dim=0).abs().max(dim=0).values
     longest = (wanted - guess[0, 0])[:6].abs()
-    assert (added <= 1.6 * longest / SHORTEST + 1e-5).all()
+    assert (added <= 1.6 * longest / START.shortest_blend + 1e-5).all()
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
@@ -110,9 +107,12 @@ def test_somebody_comes_from_where_they_stood_no_faster_than_people_walk(
     came = start.impose(guess)
     assert start.distance(came[:, 0]) <= start.distance(guess[:, 0]) + 1e-4
     added = (came - guess)[0, :, :6].unflatten(-1, (2, 3))
-    assert added.diff(dim=0).norm(dim=-1).max() * 30 <= FASTEST * max(1, SHORTEST / takes) + 0.05
-    near = torch.tensor([side * (1.2 + BESIDE), 0.0])
-    if (place - near).norm() < FASTEST / 1.5 * min(takes, LONGEST) / 30:
+    assert (
+        added.diff(dim=0).norm(dim=-1).max() * 30
+        <= START.fastest_blend * max(1, START.shortest_blend / takes) + 0.05
+    )
+    near = torch.tensor([side * (1.2 + START.idle_reach), 0.0])
+    if (place - near).norm() < START.fastest_blend / 1.5 * min(takes, START.longest_blend) / 30:
         assert start.distance(came[:, 0]).item() == pytest.approx(0.0, abs=1e-4)
 
 
@@ -133,7 +133,7 @@ def test_who_would_have_to_run_around_the_object_comes_only_where_all_would():
     torch.manual_seed(0)
     here, there = _guess(1.0, 30), _guess(-1.0, 30)
     round_it = torch.where(torch.arange(FRAMES)[:, None] < 20, here, there)
-    place = torch.tensor([1.2 + BESIDE, 0.0])
+    place = torch.tensor([1.2 + START.idle_reach, 0.0])
     late = round_it + torch.cat([0.01 * torch.randn(8, 1, 6), torch.zeros(8, 1, 2)], dim=-1)
     calm = here.repeat(6, 1, 1)
     calm[..., 1:6:3] += 0.1

@@ -5,7 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from omomo_core.generation.solving.steps import LIFT, add_steps
+from omomo_core.generation.solving.config import STEPS
+from omomo_core.generation.solving.steps import add_steps
 from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
 
@@ -60,7 +61,7 @@ def test_a_long_step_rises_seven_centimetres_and_a_short_one_less():
     a, b = swings(near, 0)[0]
     length = np.linalg.norm(near[b, 0] - near[a, 0])
     assert 0.2 < length < 0.4
-    assert near[a : b + 1, 0, 2].max() == pytest.approx(LIFT * length / 0.4, abs=0.002)
+    assert near[a : b + 1, 0, 2].max() == pytest.approx(STEPS.lift * length / 0.4, abs=0.002)
 
 
 def test_a_stance_lies_under_the_hips_in_its_middle():

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.body.load import load_body
-from omomo_core.generation.chunks import LIVE, RECORDED, ChunkSizes, split_into_chunks
+from omomo_core.generation.chunks import split_into_chunks
+from omomo_core.generation.config import LIVE, RECORDED, ChunkSizes
 from omomo_core.generation.generator import generate
 from omomo_core.generation.person import join
 from omomo_core.generation.result import GenerationOptions

@@ -6,7 +6,8 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from omomo_core.contact.segment import ContactSegment
-from omomo_core.generation.solving.wrists import FARTHEST, TOLERANCE, face_palms
+from omomo_core.generation.solving.config import WRIST
+from omomo_core.generation.solving.wrists import face_palms
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.motion import ObjectMesh
 
@@ -29,7 +30,7 @@ def test_a_palm_looks_at_the_face_that_it_holds_and_a_free_one_stays():
     def off(R: torch.Tensor) -> torch.Tensor:
         return torch.acos((-R[2:8, 0, :, 1] * into).sum(dim=-1).clamp(-1, 1))
 
-    wanted = torch.maximum(off(wrists) - FARTHEST, torch.tensor(TOLERANCE))
+    wanted = torch.maximum(off(wrists) - WRIST.farthest, torch.tensor(WRIST.tolerance))
     # The surface is known at points that are a centimetre or two apart.
     torch.testing.assert_close(off(turned), torch.minimum(wanted, off(wrists)), atol=0.2, rtol=0)
     torch.testing.assert_close(turned[:, 1], wrists[:, 1])

@@ -12,8 +12,9 @@ from scipy.spatial.transform import Rotation, Slerp
 from ingest.formats.detect import read_session
 from ingest.session import GRAVITY, R_CAMERA_DEVICE, CaptureSession
 from ingest.trajectory.breaks import find_breaks
+from ingest.trajectory.config import SMOOTHING
 from ingest.trajectory.resample import resample
-from ingest.trajectory.smooth import MAX_SHIFT, MAX_SHIFT_TURN, measure_noise, smooth
+from ingest.trajectory.smooth import measure_noise, smooth
 from omomo_core.motion import FPS
 
 
@@ -59,8 +60,8 @@ def test_no_pose_moves_by_more_than_the_bound(wander, seed, metres, radians, rat
     noise = measure_noise(session, _unbroken(session))
     assert noise is not None
     shift, turn = _apart(smooth(session, _unbroken(session)), session)
-    assert shift.max() <= min(MAX_SHIFT, 2 * noise.position) + 1e-9
-    assert turn.max() <= min(MAX_SHIFT_TURN, 2 * noise.rotation) + 1e-6
+    assert shift.max() <= min(SMOOTHING.largest_shift, 2 * noise.position) + 1e-9
+    assert turn.max() <= min(np.radians(SMOOTHING.largest_turn), 2 * noise.rotation) + 1e-6
 
 
 @settings(max_examples=15, deadline=None)

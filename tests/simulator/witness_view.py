@@ -7,7 +7,7 @@ from jaxtyping import Float, UInt8
 
 from render.actors import Actor, play
 from render.backends import Backend, open_renderer
-from render.lens import Distort, Lens
+from render.lens import Distort, LensDistortion
 from render.room import ROOM_LIGHT, room
 from render.scene import Scene
 
@@ -47,7 +47,7 @@ def frames(
     at = np.concatenate(places)
     low, high = at.min(axis=0) - _GAP, at.max(axis=0) + _GAP
     low[2], high[2] = 0.0, max(_CEILING, float(at[:, 2].max()) + 0.5)
-    lens = Lens(K, width, height, distort)
+    lens = LensDistortion(K, width, height, distort)
     camera = lens.camera(T_world_camera @ np.diag([1.0, -1.0, -1.0, 1.0]))
     with open_renderer(lens.width, lens.height, backend) as renderer:
         drawables = [a.drawable for a in actors]

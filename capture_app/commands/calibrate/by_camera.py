@@ -6,7 +6,15 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field, FiniteFloat, model_validator
 
 from capture_app.commands.calibrate.way import Log, MaybeObject, Way
-from capture_app.commands.inputs import Camera, Flag, FromLibrary, Inline, Matrix, Place, Words
+from capture_app.commands.inputs import (
+    BoardPlacement,
+    CameraIntrinsics,
+    Flag,
+    FromLibrary,
+    Inline,
+    Matrix,
+    Words,
+)
 from capture_app.commands.request import place_of
 from capture_app.coordinates import read_ruler
 from omomo_core.errors import InputError
@@ -42,12 +50,12 @@ class BoardWay(Way):
     place: Annotated[
         Path,
         Flag("--board-place"),
-        Inline(Place, "place.json"),
+        Inline(BoardPlacement, "place.json"),
         Field(description="File that says where the board is on the object: points, or a matrix."),
     ]
     camera: Annotated[
         Path | None,
-        Inline(Camera, "camera.json"),
+        Inline(CameraIntrinsics, "camera.json"),
         Field(
             description="Intrinsics of the second camera (JSON, or YAML of OpenCV or ROS); without them "
             "they are calibrated from the film."
@@ -101,12 +109,12 @@ class ScreenWay(Way):
     ] = None
     place: Annotated[
         Path | None,
-        Inline(Place, "place.json"),
+        Inline(BoardPlacement, "place.json"),
         Field(description="Where that board is on the object: JSON or CSV."),
     ] = None
     camera: Annotated[
         Path | None,
-        Inline(Camera, "camera.json"),
+        Inline(CameraIntrinsics, "camera.json"),
         Field(
             description="Intrinsics of the camera that took the pictures; calibrated from the board if "
             "not given."

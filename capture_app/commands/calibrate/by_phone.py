@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field, FiniteFloat, model_validator
 
 from capture_app.commands.calibrate.way import Log, Object, Way
-from capture_app.commands.inputs import Flag, FromLibrary, Inline, Matrix, Place, Words
+from capture_app.commands.inputs import BoardPlacement, Flag, FromLibrary, Inline, Matrix, Words
 from capture_app.commands.request import place_of
 from capture_app.coordinates import INTRINSICS, read_intrinsics, read_span
 from omomo_core.errors import InputError
@@ -80,7 +80,7 @@ class SessionWay(Way):
     place: Annotated[
         Path | None,
         Flag("--board-place"),
-        Inline(Place, "place.json"),
+        Inline(BoardPlacement, "place.json"),
         Field(description="With --board: file that says where it is on the object."),
     ] = None
     stills: Stills = ()

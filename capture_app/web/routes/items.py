@@ -16,7 +16,7 @@ from capture_app.web.site import Here
 from capture_app.web.sources import mesh_file_of
 
 
-class Item(BaseModel):
+class LibraryItem(BaseModel):
     """A thing of the library; each kind says more of it."""
 
     model_config = ConfigDict(extra="allow")
@@ -48,10 +48,10 @@ class Change(BaseModel):
     """Factor that brings its mesh to metres."""
 
 
-def item(id_: str, info: Info) -> Item:
+def item(id_: str, info: Info) -> LibraryItem:
     """What a list tells of a thing."""
     head = info.model_dump(exclude={"facts"})
-    return Item(id=id_, **{**info.facts, **head})
+    return LibraryItem(id=id_, **{**info.facts, **head})
 
 
 def routes(kind: ItemKind) -> APIRouter:
@@ -59,12 +59,12 @@ def routes(kind: ItemKind) -> APIRouter:
     router = APIRouter(prefix=f"/api/{SHELVES[kind]}", tags=[SHELVES[kind]])
 
     @router.get("")
-    def everything(site: Here) -> list[Item]:
+    def everything(site: Here) -> list[LibraryItem]:
         """All there are, the newest first."""
         return [item(id_, info) for id_, info in site.library.shelves[kind].list()]
 
     @router.get("/{id}")
-    def one(site: Here, id: Id) -> Item:
+    def one(site: Here, id: Id) -> LibraryItem:
         """What is known of one."""
         return item(id, site.library.shelves[kind].get(id))
 
@@ -80,7 +80,7 @@ def routes(kind: ItemKind) -> APIRouter:
     else:
 
         @router.patch("/{id}")
-        def rename(site: Here, id: Id, given: Rename) -> Item:
+        def rename(site: Here, id: Id, given: Rename) -> LibraryItem:
             """Give it another name."""
             named = site.library.shelves[kind].change(id, renamed(given.name))
             return item(id, named)
@@ -93,7 +93,7 @@ def routes(kind: ItemKind) -> APIRouter:
     return router
 
 
-async def change_object(site: Here, id: Id, given: Change) -> Item:
+async def change_object(site: Here, id: Id, given: Change) -> LibraryItem:
     """Give an object another name, or read its mesh in another unit."""
     facts: dict[str, Any] = {}
     if given.scale is not None:

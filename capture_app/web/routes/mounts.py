@@ -13,7 +13,7 @@ from capture_app.calibration.phones import phone_of
 from capture_app.library_item import FILES, Info, Name
 from capture_app.summaries import mount_summary
 from capture_app.web.library.ids import Id, new_id
-from capture_app.web.routes.items import Item, item
+from capture_app.web.routes.items import LibraryItem, item
 from capture_app.web.sandbox import mounts
 from capture_app.web.site import Here, Site
 from capture_app.web.sources import mesh_file_of
@@ -114,7 +114,7 @@ Calibration = Annotated[Identity | Drawing | Points, Field(discriminator="method
 
 
 @router.post("", status_code=201)
-async def calibrate(site: Here, given: Annotated[Calibration, Body()]) -> Item:
+async def calibrate(site: Here, given: Annotated[Calibration, Body()]) -> LibraryItem:
     """Make a mount from a form."""
 
     async def write(target: Path) -> dict[str, Any]:
@@ -154,7 +154,7 @@ async def _shelved(
     site: Site,
     given: Identity | Drawing | Points,
     write: Callable[[Path], Awaitable[dict[str, Any]]],
-) -> Item:
+) -> LibraryItem:
     """Write the mount in a folder of its own, which then goes to the others."""
     id_ = new_id()
     folder = site.library.scratch / id_

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict
 from capture_app.web.cache import key
 from capture_app.web.guards.headers import REPORT
 from capture_app.web.library.ids import Id
-from capture_app.web.problems import Problem, Refused, is_of_the_disk
+from capture_app.web.problems import ErrorDetail, Refused, is_of_the_disk
 from capture_app.web.sandbox import work
 from capture_app.web.sandbox.report import unreadable
 from capture_app.web.site import Here, Site
@@ -26,7 +26,7 @@ Asked = Annotated[ReadAs, Query()]
 _PAGE_REPLY: dict[int | str, dict[str, Any]] = {200: {"content": {"text/html": {}}}}
 
 
-class Check(BaseModel):
+class ReportCheck(BaseModel):
     """One verdict on a take."""
 
     name: str
@@ -63,10 +63,10 @@ class Report(BaseModel):
     seconds: float
     poses: int
     rate: float | None
-    checks: list[Check]
+    checks: list[ReportCheck]
     segments: list[tuple[float, float]]
     floor: str
-    problem: Problem | None
+    problem: ErrorDetail | None
     facts: Facts
 
 

@@ -15,7 +15,7 @@ from capture_app.web.file_response import ResultFile, file_name, file_response, 
 from capture_app.web.in_use import refuse_in_use
 from capture_app.web.library.ids import Id
 from capture_app.web.problems import Refused
-from capture_app.web.routes.items import Item, Rename, item, renamed
+from capture_app.web.routes.items import LibraryItem, Rename, item, renamed
 from capture_app.web.routes.reports import SCENE
 from capture_app.web.sandbox import work
 from capture_app.web.site import Here, Site
@@ -43,7 +43,7 @@ class Whole(BaseModel):
 
 
 @router.get("")
-def everything(site: Here) -> list[Item]:
+def everything(site: Here) -> list[LibraryItem]:
     """All there are, the newest first."""
     return [_item(site, id_, info) for id_, info in site.library.results.list()]
 
@@ -66,7 +66,7 @@ def one(site: Here, id: Id) -> Whole:
 
 
 @router.patch("/{id}")
-def rename(site: Here, id: Id, given: Rename) -> Item:
+def rename(site: Here, id: Id, given: Rename) -> LibraryItem:
     """Give it another name."""
     return _item(site, id, site.library.results.change(id, renamed(given.name)))
 
@@ -133,7 +133,7 @@ def _served(site: Site, id_: str, path: Path) -> FileResponse:
     return file_response(path, f"{name}-{path.name}")
 
 
-def _item(site: Site, id_: str, info: Info) -> Item:
+def _item(site: Site, id_: str, info: Info) -> LibraryItem:
     folder = site.library.results.place(id_)
     video = f"/api/results/{id_}/files/{VIDEO}" if (folder / VIDEO).is_file() else None
     facts = {

@@ -7,7 +7,7 @@ GIB = 2**30
 
 
 @dataclass(frozen=True)
-class Bounds:
+class ProcessLimits:
     """For one piece of work."""
 
     seconds: float = 120.0
@@ -18,7 +18,7 @@ class Bounds:
     """Bytes of one file."""
 
 
-def set_bounds(bounds: Bounds) -> None:
+def set_bounds(bounds: ProcessLimits) -> None:
     """Bind the process that calls this; where the system has no such bounds, time alone is kept."""
     if sys.platform == "win32":
         return

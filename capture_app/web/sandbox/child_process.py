@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from capture_app.jobs.job_errors import FULL
-from capture_app.web.sandbox.bounds import Bounds, set_bounds
+from capture_app.web.sandbox.bounds import ProcessLimits, set_bounds
 from omomo_core.errors import InputError, OmocapError
 
 log = logging.getLogger(__name__)
@@ -41,7 +41,7 @@ Work = Callable[..., dict[str, Any]]
 """A function of a module, of paths and numbers; what it finds is JSON."""
 
 
-def in_child(work: Work, *given: Any, scratch: Path, bounds: Bounds) -> dict[str, Any]:
+def in_child(work: Work, *given: Any, scratch: Path, bounds: ProcessLimits) -> dict[str, Any]:
     """Call a function in a bounded child process and wait for it.
 
     What the child says is read as JSON: nothing that a hostile file makes of it runs here.
@@ -77,7 +77,9 @@ def in_child(work: Work, *given: Any, scratch: Path, bounds: Bounds) -> dict[str
     return answer["found"]
 
 
-def _work(telling: Connection, work: Work, given: Any, scratch: Path, bounds: Bounds) -> None:
+def _work(
+    telling: Connection, work: Work, given: Any, scratch: Path, bounds: ProcessLimits
+) -> None:
     """What the child does."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     tempfile.tempdir = os.fspath(scratch)
@@ -103,7 +105,7 @@ def _told(error: OmocapError) -> dict[str, str]:
     return {"code": error.code, "what": error.what, "where": error.where, "fix": error.fix}
 
 
-def _too_slow(bounds: Bounds) -> InputError:
+def _too_slow(bounds: ProcessLimits) -> InputError:
     return InputError(
         "too-slow",
         f"Reading it took more than {bounds.seconds:.0f} seconds, and was given up.",

@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from capture_app.web.sandbox.bounds import Bounds
+from capture_app.web.sandbox.bounds import ProcessLimits
 from capture_app.web.sandbox.child_process import Work, in_child
 
 AT_ONCE = 2
@@ -17,10 +17,10 @@ class SandboxPool:
     """A queue of such work; waiting in it keeps nobody else from being served."""
 
     def __init__(
-        self, scratch: Path, bounds: Bounds | None = None, *, at_once: int = AT_ONCE
+        self, scratch: Path, bounds: ProcessLimits | None = None, *, at_once: int = AT_ONCE
     ) -> None:
         self._scratch = scratch
-        self._bounds = bounds or Bounds()
+        self._bounds = bounds or ProcessLimits()
         self._threads = ThreadPoolExecutor(at_once, thread_name_prefix="heavy")
         self._running: dict[tuple[Any, ...], asyncio.Future[dict[str, Any]]] = {}
 

@@ -1,6 +1,6 @@
 """Anatomy for the solver: turning bones, collision spheres, masses and joint ranges."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -10,13 +10,25 @@ from torch import Tensor
 
 from omomo_core.body.kinematics import MODEL_REST
 from omomo_core.body.model import BodyModel
-from omomo_core.body.trajectory_optimization.collision_spheres import DENSE_SPHERES, BodySphere
+from omomo_core.body.trajectory_optimization.collision_spheres import (
+    COARSE_SPHERES,
+    DENSE_SPHERES,
+    STATURE,
+)
+from omomo_core.body.trajectory_optimization.config import BODY_MASS, JOINT_RANGES, AxisRanges
 from omomo_core.skeleton import BODY_JOINTS, MODEL_ABOVE, MODEL_PARENTS, joint
 
 _SIDES = ("left", "right")
 BONES = ("pelvis", "spine3", *(f"{s}_{n}" for n in ("collar", "shoulder", "elbow", "wrist", "hip",
                                                     "knee") for s in _SIDES))  # fmt: skip
 """Bones that turn on their own; feet keep their orientation."""
+PARENT_BONES: dict[str, str] = {
+    "spine3": "pelvis",
+    **{f"{s}_{bone}": parent for s in _SIDES for bone, parent in (("collar", "spine3"), ("hip", "pelvis"))},
+    **{f"{s}_{bone}": f"{s}_{parent}" for s in _SIDES for bone, parent in
+       (("shoulder", "collar"), ("elbow", "shoulder"), ("wrist", "elbow"), ("knee", "hip"))},
+}  # fmt: skip
+"""The bone from which each bone but the pelvis hangs."""
 _BETWEEN: dict[str, dict[str, float]] = {
     "spine1": {"pelvis": 2 / 3, "spine3": 1 / 3},
     "spine2": {"pelvis": 1 / 3, "spine3": 2 / 3},
@@ -26,25 +38,6 @@ _BETWEEN: dict[str, dict[str, float]] = {
 """Joints that turn with those bones: the spine bends evenly, and the head half keeps its direction."""
 VALUES = 3 * (1 + len(BONES))
 """Per frame: a shift of the pelvis and one rotation vector per bone."""
-
-_COARSE = tuple(BodySphere(start, end, share, (0.0, 0.0, 0.0), radius) for start, end, share, radius in (
-    ("pelvis", "pelvis", 0.0, 0.115), ("pelvis", "spine2", 0.6, 0.11),
-    ("spine2", "spine3", 0.7, 0.115), ("spine3", "neck", 0.5, 0.115),
-    ("neck", "head", 2.4, 0.09), ("spine3", "spine3", 0.0, 0.11),
-    *(row for s in _SIDES for row in (
-        (f"{s}_hip", f"{s}_knee", 0.3, 0.075), (f"{s}_hip", f"{s}_knee", 0.65, 0.065),
-        (f"{s}_knee", f"{s}_knee", 0.0, 0.052), (f"{s}_knee", f"{s}_ankle", 0.35, 0.05),
-        (f"{s}_knee", f"{s}_ankle", 0.7, 0.042), (f"{s}_ankle", f"{s}_foot", 0.5, 0.045),
-        (f"{s}_shoulder", f"{s}_elbow", 0.5, 0.045), (f"{s}_elbow", f"{s}_elbow", 0.0, 0.038),
-        (f"{s}_elbow", f"{s}_wrist", 0.5, 0.032),
-    )),
-))  # fmt: skip
-"""Coarse spheres along the bones: from, to, share of the way, radius at 1.72 m in metres.
-
-The skull is beyond its joint. Radii from segment girths (NASA-STD-3000 anthropometry), less what
-soft tissue gives in contact.
-"""
-_STATURE = 1.72
 
 _MASSES: tuple[tuple[str, str, float, float], ...] = (
     ("neck", "head", 1.0, 0.0694 + 0.0127), ("neck", "spine2", 0.45, 0.30),
@@ -56,28 +49,11 @@ _MASSES: tuple[tuple[str, str, float, float], ...] = (
     )),
 )  # fmt: skip
 """Segments: from, to, share of the way to the centre of mass, share of the weight (de Leva 1996)."""
-BODY_MASS_INDEX = 22.5
-"""Kilograms per square metre."""
 
-_COLLAR = ((-0.6, 0.6), (-0.5, 0.5), (-0.45, 0.7))
-LIMITS: tuple[tuple[str, str, tuple[tuple[float, float], ...]], ...] = (
-    ("pelvis", "spine3", ((-0.45, 1.25), (-0.75, 0.75), (-0.6, 0.6))),
-    ("spine3", "left_collar", _COLLAR),
-    ("spine3", "right_collar", (_COLLAR[0], _COLLAR[1], (-0.7, 0.45))),
-    ("left_shoulder", "left_elbow", ((-1.5, 1.5), (-2.55, -0.05), (-0.25, 0.25))),
-    ("right_shoulder", "right_elbow", ((-1.5, 1.5), (0.05, 2.55), (-0.25, 0.25))),
-    ("left_elbow", "left_wrist", ((-1.6, 1.6), (-0.55, 0.55), (-1.3, 1.2))),
-    ("right_elbow", "right_wrist", ((-1.6, 1.6), (-0.55, 0.55), (-1.2, 1.3))),
-    ("pelvis", "left_hip", ((-2.2, 0.55), (-0.8, 0.8), (-0.5, 0.9))),
-    ("pelvis", "right_hip", ((-2.2, 0.55), (-0.8, 0.8), (-0.9, 0.5))),
-    ("left_hip", "left_knee", ((0.02, 2.75), (-0.4, 0.4), (-0.15, 0.15))),
-    ("right_hip", "right_knee", ((0.02, 2.75), (-0.4, 0.4), (-0.15, 0.15))),
+LIMITS: tuple[tuple[str, str, AxisRanges], ...] = tuple(
+    (PARENT_BONES[child], child, ranges) for child, ranges in asdict(JOINT_RANGES).items()
 )
-"""Range of each rotation vector from parent to child about rest x, y, z, radians.
-
-After the ranges of Boone and Azen (1979) and Kapandji; x is to the left, y up, z ahead. The trunk
-bends forward, elbows and knees are hinges that open to nearly straight, a forearm turns about x.
-"""
+"""Parent, child, and range of the rotation vector from parent to child about rest x, y, z, radians."""
 
 
 @dataclass(frozen=True)
@@ -110,8 +86,8 @@ def build_anatomy(body: BodyModel, *, clearance: float | None = None) -> Anatomy
         clearance: metres added to the radii of the spheres that fill the body to its skin; None for the
             coarse spheres that the synthesis uses.
     """
-    spheres = _COARSE if clearance is None else DENSE_SPHERES
-    size = body.height / _STATURE
+    spheres = COARSE_SPHERES if clearance is None else DENSE_SPHERES
+    size = body.height / STATURE
     rest = body.rest_joints[list(MODEL_REST)].float()
     above = list(MODEL_ABOVE)
     beside = torch.tensor([sphere.offset for sphere in spheres]) * size
@@ -140,13 +116,14 @@ def build_anatomy(body: BodyModel, *, clearance: float | None = None) -> Anatomy
         spanning=(placing @ turning.unflatten(1, (-1, 3))).flatten(1),
         mixing=mixing,
         radii=torch.tensor([sphere.radius for sphere in spheres]) * size + (clearance or 0.0),
-        mass=BODY_MASS_INDEX * body.height**2,
+        mass=BODY_MASS.body_mass_index * body.height**2,
     )
 
 
 def _to_skull(body: BodyModel) -> Float[Tensor, "3"]:
-    """From the joint of the head to the middle of its skin, at rest: skeletons have that joint at
-    the nape or between the ears.
+    """Return the vector from the head joint to the middle of the head's skin, at rest, metres.
+
+    Skeletons have that joint at the nape or between the ears.
     """
     main = body.skin_joints.gather(1, body.skin_weights.argmax(dim=1, keepdim=True))[:, 0]
     skin = body.vertices[main == joint("head")]
@@ -154,12 +131,12 @@ def _to_skull(body: BodyModel) -> Float[Tensor, "3"]:
 
 
 def centre_of_mass(joints: Float[np.ndarray, "*b 24 3"]) -> Float[np.ndarray, "*b 3"]:
-    """Centre of mass of a pose from its joints, metres."""
+    """Return the centre of mass of a pose, given its joints; metres."""
     return np.einsum("j,...jx->...x", _mass_shares().double().numpy(), joints)
 
 
 def _turning(above: list[int], offsets: Float[Tensor, "vectors 3"]) -> Float[Tensor, "entries c"]:
-    """Each vector is its joint's rotation times an offset: linear in the rotation's entries."""
+    """Return the matrix from the entries of all rotations to the offsets that they turn."""
     matrix = torch.zeros(22, 3, 3, len(above), 3)
     for row in range(3):
         matrix[above, row, :, range(len(above)), row] = offsets
@@ -175,7 +152,7 @@ def _mass_shares() -> Float[Tensor, " 24"]:
 
 
 def _tree() -> Float[Tensor, "24 24"]:
-    """1 where the second joint's bone is on the way from the pelvis to the first joint."""
+    """Return a matrix with 1 where the second joint's bone lies between the pelvis and the first joint."""
     matrix = np.zeros((24, 24), np.float32)
     for j, parent in enumerate(MODEL_PARENTS):
         if parent >= 0:

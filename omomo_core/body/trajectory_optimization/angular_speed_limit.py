@@ -4,15 +4,11 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
+from omomo_core.body.trajectory_optimization.config import ARM_SPEED
 from omomo_core.geometry.transforms import turning_speed
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
 
-_FASTEST = 9.0
-"""Radians per second of an arm joint against the chest; quicker turns are spread over more time."""
-_WIDTH = 4.5
-"""Frames (one sigma) over which they are spread."""
-_ROUNDS = 3
 _CHEST = joint("spine3")
 _ARMS = tuple(joint(f"{side}_{name}") for name in ("shoulder", "elbow") for side in
               ("left", "right"))  # fmt: skip
@@ -30,8 +26,8 @@ def limit_arm_speed(
     chest = rotations[:, _CHEST]
     for j in _ARMS:
         local = np.swapaxes(chest, -1, -2) @ rotations[:, j]
-        for _ in range(_ROUNDS):
-            quick = turning_speed(local, FPS) > _FASTEST
+        for _ in range(ARM_SPEED.rounds):
+            quick = turning_speed(local, FPS) > ARM_SPEED.fastest
             if not quick.any():
                 break
             local = _spread(local, quick)
@@ -42,9 +38,9 @@ def limit_arm_speed(
 def _spread(
     R: Float[np.ndarray, "frames 3 3"], quick: Bool[np.ndarray, " frames"]
 ) -> Float[np.ndarray, "frames 3 3"]:
-    near = maximum_filter1d(quick.astype(float), round(4 * _WIDTH))
-    weight = gaussian_filter1d(near, _WIDTH, mode="nearest")[:, None, None]
-    mean = gaussian_filter1d(R, _WIDTH, axis=0, mode="nearest")
+    near = maximum_filter1d(quick.astype(float), round(4 * ARM_SPEED.width))
+    weight = gaussian_filter1d(near, ARM_SPEED.width, mode="nearest")[:, None, None]
+    mean = gaussian_filter1d(R, ARM_SPEED.width, axis=0, mode="nearest")
     left, _, right = np.linalg.svd((1 - weight) * R + weight * mean)
     flip = np.ones((len(R), 1, 3))
     flip[:, 0, 2] = np.linalg.det(left @ right)

@@ -1,14 +1,17 @@
-"""Collision spheres that fill the body to its skin, hands left out.
+"""Collision spheres of the body, hands left out: dense ones that fill it to its skin, and coarse ones.
 
-They are fitted to the shipped body: each sphere touches the skin from within, and most of the skin is less
-than a centimetre from one of them. They follow the bones of any other body.
+The dense ones are fitted to the shipped body: each sphere touches the skin from within, and most of the skin
+is less than a centimetre from one of them. They follow the bones of any other body.
 """
 
 from typing import NamedTuple
 
+STATURE = 1.72
+"""Of the body whose spheres these are, metres."""
+
 
 class BodySphere(NamedTuple):
-    """A sphere beside a bone of a body of 1.72 m, metres."""
+    """A sphere beside a bone, metres."""
 
     start: str
     end: str
@@ -79,3 +82,22 @@ def _mirrored(sphere: BodySphere) -> BodySphere:
 
 
 DENSE_SPHERES = (*_MIDDLE, *_LEFT, *(_mirrored(sphere) for sphere in _LEFT))
+_ROWS = (
+    ("pelvis", "pelvis", 0.0, 0.115), ("pelvis", "spine2", 0.6, 0.11),
+    ("spine2", "spine3", 0.7, 0.115), ("spine3", "neck", 0.5, 0.115),
+    ("neck", "head", 2.4, 0.09), ("spine3", "spine3", 0.0, 0.11),
+    *(row for s in ("left", "right") for row in (
+        (f"{s}_hip", f"{s}_knee", 0.3, 0.075), (f"{s}_hip", f"{s}_knee", 0.65, 0.065),
+        (f"{s}_knee", f"{s}_knee", 0.0, 0.052), (f"{s}_knee", f"{s}_ankle", 0.35, 0.05),
+        (f"{s}_knee", f"{s}_ankle", 0.7, 0.042), (f"{s}_ankle", f"{s}_foot", 0.5, 0.045),
+        (f"{s}_shoulder", f"{s}_elbow", 0.5, 0.045), (f"{s}_elbow", f"{s}_elbow", 0.0, 0.038),
+        (f"{s}_elbow", f"{s}_wrist", 0.5, 0.032),
+    )),
+)  # fmt: skip
+COARSE_SPHERES = tuple(
+    BodySphere(a, b, share, (0.0, 0.0, 0.0), radius) for a, b, share, radius in _ROWS
+)
+"""Coarse spheres along the bones, for the synthesis; the skull is beyond its joint.
+
+Radii from segment girths (NASA-STD-3000 anthropometry), less what soft tissue gives in contact.
+"""

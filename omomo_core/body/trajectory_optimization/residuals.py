@@ -6,17 +6,10 @@ from jaxtyping import Float
 from torch import Tensor
 
 from omomo_core.body.trajectory_optimization.anatomy import BONES, LIMITS, VALUES, Anatomy
+from omomo_core.body.trajectory_optimization.config import RESIDUALS
 from omomo_core.body.trajectory_optimization.targets import FrameTargets
 from omomo_core.skeleton import joint
 
-_PALM, _ANKLE, _SWING = 60.0, 60.0, 6.0
-"""Weights: square roots of 1 / m or 1 / rad; a palm 1/60 m off costs as much as 1 rad."""
-_FLESH, _BALANCE, _LIMIT, _HAND = 50.0, 14.0, 3.0, 1.5
-_FOOT = 0.05
-"""How far the foot supports beyond the lines from heel to ball, metres."""
-_ANYWHERE = 1e6
-"""Support of a body in the air: there is no balance to keep."""
-_DIRECTIONS = 16
 _PARENT_JOINTS = [joint(parent) for parent, _, _ in LIMITS]
 _CHILD_JOINTS = [joint(child) for _, child, _ in LIMITS]
 _WRISTS = [joint("left_wrist"), joint("right_wrist")]
@@ -30,8 +23,12 @@ _Normals = tuple[list[int], Float[Tensor, "times rows 3"], Float[Tensor, "times 
 
 def directions() -> Float[Tensor, "directions 3"]:
     """Return horizontal unit vectors all around."""
-    angle = torch.arange(_DIRECTIONS) * (2 * torch.pi / _DIRECTIONS)
-    return torch.stack([angle.cos(), angle.sin(), torch.zeros(_DIRECTIONS)], dim=-1)
+    angle = torch.arange(RESIDUALS.support_directions) * (
+        2 * torch.pi / RESIDUALS.support_directions
+    )
+    return torch.stack(
+        [angle.cos(), angle.sin(), torch.zeros(RESIDUALS.support_directions)], dim=-1
+    )
 
 
 def support_extent(
@@ -47,9 +44,11 @@ def support_extent(
         centre: of mass, of a recording: there it did not fall over.
     """
     reach = soles @ directions().T.to(soles)
-    reach = reach.masked_fill(planted[..., None] == 0, -torch.inf).amax(dim=1) + _FOOT
+    reach = (
+        reach.masked_fill(planted[..., None] == 0, -torch.inf).amax(dim=1) + RESIDUALS.foot_support
+    )
     reach = torch.maximum(reach, centre @ directions().T)
-    return torch.where(planted.any(dim=1, keepdim=True), reach, _ANYWHERE)
+    return torch.where(planted.any(dim=1, keepdim=True), reach, RESIDUALS.support_in_air)
 
 
 def anatomy_points(
@@ -93,8 +92,15 @@ def linearise(
 
 
 def _reaching(targets: FrameTargets, points: Float[Tensor, "times points 3"]) -> _Normals:
-    """Residuals of palms and ankles from their targets."""
-    weight = torch.cat([_PALM * targets.hold, _SWING + (_ANKLE - _SWING) * targets.planted], dim=1)
+    """Return the residuals of palms and ankles from their targets."""
+    weight = torch.cat(
+        [
+            RESIDUALS.palm * targets.hold,
+            RESIDUALS.swinging_ankle
+            + (RESIDUALS.planted_ankle - RESIDUALS.swinging_ankle) * targets.planted,
+        ],
+        dim=1,
+    )
     error = (points[:, :4] - torch.cat([targets.palms, targets.ankles], dim=1)) * weight[..., None]
     normals = weight[..., None, None] * torch.eye(3)
     return [0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3], normals.flatten(1, 2), error.flatten(1)
@@ -103,12 +109,12 @@ def _reaching(targets: FrameTargets, points: Float[Tensor, "times points 3"]) ->
 def _colliding(
     anatomy: Anatomy, targets: FrameTargets, points: Float[Tensor, "times points 3"]
 ) -> _Normals:
-    """Residuals of collision spheres inside the object."""
+    """Return the residuals of collision spheres inside the object."""
     R, at = targets.T_world_object[:, :3, :3], targets.T_world_object[:, :3, 3]
     local = (points[:, 5:] - at[:, None]) @ R
     depth, normal = targets.obstacle.depth(local, anatomy.radii)
     hit = (depth > 0).any(dim=0).nonzero()[:, 0]
-    touching = _FLESH * (depth[:, hit] > 0)
+    touching = RESIDUALS.penetration * (depth[:, hit] > 0)
     away = -touching[..., None] * (normal[:, hit] @ R.mT)
     return (5 + hit).tolist(), away, touching * depth[:, hit]
 
@@ -116,10 +122,10 @@ def _colliding(
 def _balancing(
     anatomy: Anatomy, targets: FrameTargets, points: Float[Tensor, "times points 3"]
 ) -> _Normals:
-    """Residual of the centre of mass beside the feet, in the direction in which it is farthest out."""
+    """Return the residual of the centre of mass beside the feet, in the direction of the largest excess."""
     weight, normal = overbalance(anatomy, targets, points[:, 4])
     share = anatomy.mass / (anatomy.mass + targets.carried_mass)
-    strong = (_BALANCE * targets.balance * (weight > 0))[:, None]
+    strong = (RESIDUALS.balance * targets.balance * (weight > 0))[:, None]
     return [4], (strong * share[:, None] * normal)[:, None], strong * weight[:, None]
 
 
@@ -134,7 +140,7 @@ def overbalance(
 
 
 def _turning(targets: FrameTargets, rotations: Float[Tensor, "times 22 3 3"]) -> _Rows:
-    """Residuals of joints outside their ranges, and of wrists from their targets."""
+    """Return the residuals of joints outside their ranges, and of wrists from their targets."""
     inverse = rotations[:, _PARENT_JOINTS].mT
     turned = inverse @ rotations[:, _CHILD_JOINTS]
     grasped = rotations[:, _WRISTS] @ targets.R_world_wrist.mT
@@ -142,8 +148,8 @@ def _turning(targets: FrameTargets, rotations: Float[Tensor, "times 22 3 3"]) ->
     angles, off = found.split([len(LIMITS), 2], dim=1)
     beyond = angles - angles.clamp(_RANGES[..., 0], _RANGES[..., 1])
     stopped = (beyond != 0).any(dim=2).any(dim=0).nonzero()[:, 0].tolist()
-    axes = inverse * (_LIMIT * (beyond != 0))[..., None]
-    weight = (_HAND * targets.hold)[..., None]
+    axes = inverse * (RESIDUALS.joint_range * (beyond != 0))[..., None]
+    weight = (RESIDUALS.wrist * targets.hold)[..., None]
     J = axes.new_zeros(len(axes), len(stopped) + 2, 3, VALUES)
     for row, k in enumerate(stopped):
         parent, child, _ = LIMITS[k]
@@ -151,7 +157,9 @@ def _turning(targets: FrameTargets, rotations: Float[Tensor, "times 22 3 3"]) ->
         J[:, row, :, _columns(parent)] = -axes[:, k]
     for k, bone in enumerate(("left_wrist", "right_wrist")):
         J[:, len(stopped) + k, :, _columns(bone)] = weight[:, k, None] * torch.eye(3)
-    return J.flatten(1, 2), torch.cat([_LIMIT * beyond[:, stopped], weight * off], dim=1).flatten(1)
+    return J.flatten(1, 2), torch.cat(
+        [RESIDUALS.joint_range * beyond[:, stopped], weight * off], dim=1
+    ).flatten(1)
 
 
 def _columns(bone: str) -> slice:

@@ -1,7 +1,7 @@
 """Trajectory optimisation: Gauss-Newton on the splines of a whole clip, then exact hands and feet."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 import roma
@@ -13,8 +13,15 @@ from torch import Tensor
 from omomo_core.body.kinematics import forward_kinematics, joints_of
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
-from omomo_core.body.trajectory_optimization.anatomy import BONES, VALUES, Anatomy, build_anatomy
+from omomo_core.body.trajectory_optimization.anatomy import (
+    BONES,
+    PARENT_BONES,
+    VALUES,
+    Anatomy,
+    build_anatomy,
+)
 from omomo_core.body.trajectory_optimization.angular_speed_limit import limit_arm_speed
+from omomo_core.body.trajectory_optimization.config import SOLVER, TURN_CLOSENESS
 from omomo_core.body.trajectory_optimization.residuals import linearise, support_extent
 from omomo_core.body.trajectory_optimization.spline import Spline, gauss_newton_step
 from omomo_core.body.trajectory_optimization.targets import FrameTargets, SolverTargets
@@ -23,23 +30,8 @@ from omomo_core.geometry.transforms import velocity
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
 
-_SPACING = 6.0
-"""Frames between the coefficients of the corrections: nothing changes faster than at 2.5 Hz."""
-_STRIDE = 2
-"""Every other frame is evaluated."""
-_SLOW = 0.3
-"""Metres per second of the pelvis; a faster body need not be over its feet."""
-_STEP = 0.25
-"""Longest step of any value of the corrections in one iteration, metres or radians."""
-_LEVEL, _HEIGHT = 6.0, 10.0
-"""Closeness of the pelvis to the initial motion, 1 / m."""
-_TURN: dict[str, float] = {"pelvis": 2.0, "spine3": 1.5, "collar": 0.8, "shoulder": 0.12,
-                           "elbow": 0.12, "wrist": 0.4, "hip": 0.12, "knee": 0.2}  # fmt: skip
+_TURN: dict[str, float] = asdict(TURN_CLOSENESS)
 """Closeness of each bone's turn against its parent, 1 / rad."""
-_SMOOTH = 60.0
-"""Frames^2: how much a correction's acceleration costs against the correction itself."""
-_PARENT_BONE = {"spine3": "pelvis", "collar": "spine3", "shoulder": "collar", "elbow": "shoulder",
-                "wrist": "elbow", "hip": "pelvis", "knee": "hip"}  # fmt: skip
 _ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
 _LEGS: tuple[LimbName, LimbName] = ("left_leg", "right_leg")
 _ANKLES = (joint("left_ankle"), joint("right_ankle"))
@@ -81,14 +73,14 @@ def optimise_trajectory(
     clips, frames = root.shape[:-2], root.shape[-2]
     targets = _keep_approach(body, root, rotations, targets)
     rotations = _each(limit_arm_speed, rotations)
-    anatomy, spline = anatomy or build_anatomy(body), Spline(frames, _SPACING)
+    anatomy, spline = anatomy or build_anatomy(body), Spline(frames, SOLVER.coefficient_spacing)
     basis = spline.basis(np.arange(frames, dtype=float))
     basis = basis if free is None else basis * _float(free)[:, None]
     initial = _InitialMotion(_float(root), _float(rotations), basis)
-    seen = np.unique(np.append(np.arange(0, frames, _STRIDE), frames - 1))
+    seen = np.unique(np.append(np.arange(0, frames, SOLVER.stride), frames - 1))
     values = torch.zeros(*clips, spline.count, VALUES)
     near, bending = _closeness(), spline.bending() * len(seen)
-    stiffness = _SMOOTH**2 * near
+    stiffness = SOLVER.smoothness**2 * near
     part, frame_targets = initial.at(seen), _frame_targets(anatomy, root, targets, seen)
     for step_number in range(1, steps + 1):
         at, turned = part.corrected(anatomy, values)
@@ -100,7 +92,7 @@ def optimise_trajectory(
             step = gauss_newton_step(
                 part.basis, hessian[clip], gradient[clip], bending, stiffness, values[clip]
             )
-            values[clip] += step.clamp(-_STEP, _STEP)
+            values[clip] += step.clamp(-SOLVER.longest_step, SOLVER.longest_step)
         on_progress(step_number / steps)
     moved, turned = initial.corrected(anatomy, values)
     shift = (moved - initial.root).double().numpy()
@@ -123,7 +115,7 @@ class _InitialMotion:
     def corrected(
         self, anatomy: Anatomy, values: Float[Tensor, "*b coefficients values"]
     ) -> tuple[Float[Tensor, "*b frames 3"], Float[Tensor, "*b frames 22 3 3"]]:
-        """Shift the pelvis and turn the bones about world axes."""
+        """Return the motion with the pelvis shifted and the bones turned about world axes."""
         now = (self.basis @ values).unflatten(-1, (-1, 3))
         turns = anatomy.mixing @ now[..., 1:, :]
         return self.root + now[..., 0, :], roma.rotvec_to_rotmat(turns) @ self.rotations
@@ -149,7 +141,7 @@ def _keep_approach(
     return replace(
         targets,
         palms=np.where(firm, targets.palms, palms),
-        hold=np.where(firm[..., 0], 1.0, min_jerk(targets.hold / 0.75)),
+        hold=np.where(firm[..., 0], 1.0, min_jerk(targets.hold / SOLVER.approach_hold)),
     )
 
 
@@ -167,13 +159,21 @@ def _frame_targets(
     clips = root.shape[:-2]
 
     def at(x: Float[np.ndarray, "..."], beside: int) -> Tensor:
-        """Of each clip at those frames; behind the axis of frames are `beside` others."""
+        """Return an array at the evaluated frames of all clips; it has `beside` axes after that of frames."""
         x = np.broadcast_to(x, (*clips, *x.shape[x.ndim - beside - 1 :]))
         return _float(x.take(seen, axis=len(clips))).flatten(0, -beside - 1)
 
     level = np.moveaxis(root[..., :2], -2, 0)
     speed = np.moveaxis(np.linalg.norm(velocity(level, FPS), axis=-1), 0, -1)
-    slow = np.exp(-((gaussian_filter1d(speed, 5.0, mode="nearest") / _SLOW) ** 2))
+    slow = np.exp(
+        -(
+            (
+                gaussian_filter1d(speed, SOLVER.pelvis_speed_smoothing, mode="nearest")
+                / SOLVER.slow_pelvis
+            )
+            ** 2
+        )
+    )
     carried = targets.carried_mass * targets.hold.max(axis=-1)
     T, middle = targets.T_world_object, targets.obstacle.middle.double().numpy()
     centre = T[:, :3, :3] @ middle + T[:, :3, 3]
@@ -200,27 +200,33 @@ def _stance(targets: SolverTargets) -> Float[np.ndarray, "*b frames 2"]:
 
 def firmness(standing: Bool[np.ndarray, "*b frames 2"]) -> Float[np.ndarray, "*b frames 2"]:
     """Return 1 while a foot stands, falling smoothly to 0 in the air."""
-    down = maximum_filter1d(standing.astype(float), 9, axis=-2)
-    return gaussian_filter1d(down, 1.5, axis=-2, mode="nearest")
+    down = maximum_filter1d(standing.astype(float), SOLVER.stance_window, axis=-2)
+    return gaussian_filter1d(down, SOLVER.stance_smoothing, axis=-2, mode="nearest")
 
 
 def _closeness() -> Float[Tensor, "values values"]:
     """Return the quadratic form of corrections; turns count relative to the parent's, so arms follow."""
-    form = torch.diag(torch.tensor([_LEVEL, _LEVEL, _HEIGHT] + [0.0] * (VALUES - 3)) ** 2)
+    form = torch.diag(
+        torch.tensor(
+            [SOLVER.level_closeness, SOLVER.level_closeness, SOLVER.height_closeness]
+            + [0.0] * (VALUES - 3)
+        )
+        ** 2
+    )
     for k, bone in enumerate(BONES):
-        side, _, name = bone.rpartition("_")
         row = torch.zeros(len(BONES))
         row[k] = 1.0
-        parent = _PARENT_BONE.get(name)
-        if parent is not None:
-            row[BONES.index(parent if parent in BONES else f"{side}_{parent}")] = -1.0
-        turns = torch.kron(torch.outer(row, row), torch.eye(3)) * _TURN[name] ** 2
+        if bone in PARENT_BONES:
+            row[BONES.index(PARENT_BONES[bone])] = -1.0
+        turns = (
+            torch.kron(torch.outer(row, row), torch.eye(3)) * _TURN[bone.rpartition("_")[2]] ** 2
+        )
         form[3:, 3:] += turns
     return form
 
 
 def _orthonormal(turned: Float[Tensor, "*b 3 3"]) -> Float[Tensor, "*b 3 3"]:
-    """Remove the shear that single precision leaves (two Newton steps to the nearest rotation)."""
+    """Return rotations without the shear that single precision leaves (two Newton steps)."""
     for _ in range(2):
         turned = 1.5 * turned - 0.5 * turned @ turned.mT @ turned
     return turned

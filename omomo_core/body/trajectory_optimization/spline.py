@@ -9,11 +9,10 @@ from scipy.linalg import solveh_banded
 from torch import Tensor
 
 from omomo_core.blas import one_blas_thread
+from omomo_core.body.trajectory_optimization.config import SOLVER
 
 _ORDER = 4
 """Coefficients that touch one frame."""
-_RIDGE = 1e-6
-"""Keeps coefficients that nothing decides at rest."""
 
 
 @dataclass(frozen=True)
@@ -29,11 +28,11 @@ class Spline:
         return max(1, int(np.ceil((self.frames - 1) / self.spacing))) + _ORDER - 1
 
     def basis(self, frames: Float[np.ndarray, " times"]) -> Float[Tensor, "times coefficients"]:
-        """Weight of every coefficient at some frames."""
+        """Return the weight of every coefficient at some frames."""
         return self._weights(frames, 0)
 
     def bending(self) -> Float[Tensor, "coefficients coefficients"]:
-        """Quadratic form: mean squared second derivative in time, per frame^4."""
+        """Return the quadratic form of the mean squared second derivative in time, per frame^4."""
         B = self._weights(np.arange(self.frames, dtype=float), 2)
         return B.T @ B / self.frames
 
@@ -63,7 +62,7 @@ def gauss_newton_step(
     stiffness: Float[Tensor, "n n"],
     now: Float[Tensor, "coefficients n"],
 ) -> Float[Tensor, "coefficients n"]:
-    """One Gauss-Newton step of the coefficients.
+    """Return one Gauss-Newton step of the coefficients.
 
     Args:
         basis: weights of the coefficients at the frames that were looked at.
@@ -88,18 +87,18 @@ def gauss_newton_step(
 
 
 def _pairs(basis: Float[Tensor, "times coefficients"]) -> Float[Tensor, "order times coefficients"]:
-    """Weight of each coefficient times that of the one `k` after it."""
+    """Return the weight of each coefficient times that of the coefficient k after it, for each k."""
     count = basis.shape[1]
     return torch.stack([basis * _filled(basis[:, k:], count) for k in range(_ORDER)])
 
 
 def _filled(x: Float[Tensor, "*b some"], count: int) -> Float[Tensor, "*b count"]:
-    """Zeros behind the last."""
+    """Return `x` with zeros appended up to `count` entries."""
     return torch.nn.functional.pad(x, (0, count - x.shape[-1]))
 
 
 def _lower(bands: Float[Tensor, "order count n n"]) -> Float[np.ndarray, "rows unknowns"]:
-    """LAPACK's lower band storage of a symmetric block-banded matrix, with the ridge.
+    """Return a symmetric block-banded matrix in LAPACK's lower band storage, with the ridge.
 
     Column (i, a) holds the entries (i + k, b) below it, which are entry (a, b) of band k.
     """
@@ -110,5 +109,5 @@ def _lower(bands: Float[Tensor, "order count n n"]) -> Float[np.ndarray, "rows u
     for a in range(n):
         out[:, a, : order * n - a] = column[:, a, a:]
         out[:, a, order * n - a :] = 0.0
-    out[:, :, 0] += _RIDGE
+    out[:, :, 0] += SOLVER.ridge
     return out.reshape(count * n, order * n).T

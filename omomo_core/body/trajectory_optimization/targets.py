@@ -56,7 +56,7 @@ class SolverTargets:
     """Mass of the object while it is carried, kilograms; 0 where it stands on its own."""
 
     def select(self, clips: slice) -> "SolverTargets":
-        """Targets of some of several clips."""
+        """Return the targets of some of several clips."""
         shared = ("T_world_object", "obstacle", "balance", "carried_mass")
         own = (f.name for f in fields(self) if f.name not in shared)
         return replace(self, **{name: getattr(self, name)[clips] for name in own})

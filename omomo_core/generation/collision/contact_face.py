@@ -16,20 +16,14 @@ from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.model import BodyModel
 from omomo_core.body.trajectory_optimization.anatomy import build_anatomy
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets
-from omomo_core.contact.anchor import PALM_THICKNESS
+from omomo_core.contact.config import ANCHOR
 from omomo_core.contact.segment import ContactSegment
+from omomo_core.generation.collision.config import CONTACT_FACE
 from omomo_core.generation.collision.root import ELBOWS
 from omomo_core.generation.collision.sides import CollisionAvoidance
 from omomo_core.generation.object_clip import ObjectModel
-from omomo_core.generation.solving.bodies import CLEARANCE
+from omomo_core.generation.solving.config import BODY_SOLVING
 from omomo_core.generation.solving.reach import solve_arms
-
-THICKEST, BESIDE = 0.08, 0.03
-"""Largest thickness of a board, and largest distance of its other face from the line through it, metres."""
-CROSSED = 0.5
-"""Cost per frame (as of `sides.INSIDE`) under which an arm only brushes the board."""
-TWIST = 2.0
-"""Cost per frame of a hand whose back, not palm, is towards what it holds."""
 
 Held = Sequence[tuple[ContactSegment, ...]]
 
@@ -60,7 +54,7 @@ def choose_contact_faces(
         return list(held)
     targets = targets_for(held)
     free = torch.ones(root.shape[1])
-    anatomy = build_anatomy(body, clearance=CLEARANCE)
+    anatomy = build_anatomy(body, clearance=BODY_SOLVING.clearance)
     avoidance = CollisionAvoidance.of(
         anatomy, object_model.obstacle.field, targets.T_world_object, free
     )
@@ -71,7 +65,7 @@ def choose_contact_faces(
         if old is new or not seen.any():
             return old
         now, then = (float(cost[k, seen, old.hand].mean()) for cost in costs)
-        return new if now > CROSSED and then < now / 2 else old
+        return new if now > CONTACT_FACE.crossed and then < now / 2 else old
 
     return [tuple(better(k, old, new) for old, new in own) for k, own in enumerate(pairs)]
 
@@ -87,13 +81,15 @@ def _on_other_face(
     deep = -(ways @ out)
     beside = np.linalg.norm(ways + deep[:, None] * out, axis=-1)
     through = (
-        (beside < BESIDE) & (deep > 1.25 * PALM_THICKNESS) & (deep < PALM_THICKNESS + THICKEST)
+        (beside < CONTACT_FACE.beside)
+        & (deep > 1.25 * ANCHOR.palm_thickness)
+        & (deep < ANCHOR.palm_thickness + CONTACT_FACE.thickest)
     )
     if segment.start < prefix_frames or not through.any():
         return segment
-    place = anchor - (deep[through].max() + PALM_THICKNESS) * out
+    place = anchor - (deep[through].max() + ANCHOR.palm_thickness) * out
     clear = float(object_model.obstacle.field.at(torch.from_numpy(place).float()))
-    return replace(segment, anchor=place) if clear > PALM_THICKNESS / 2 else segment
+    return replace(segment, anchor=place) if clear > ANCHOR.palm_thickness / 2 else segment
 
 
 def _cost(
@@ -117,4 +113,4 @@ def _cost(
     inside = torch.stack([deep[..., own].sum(dim=-1) for own in arms], dim=-1)
     before, after = rotations[:, :, WRISTS], targets.R_world_wrist
     twist = 1 - (before[..., 1] * after[..., 1]).sum(dim=-1)
-    return inside + TWIST * twist[:, avoidance.seen]
+    return inside + CONTACT_FACE.twist * twist[:, avoidance.seen]

@@ -11,26 +11,17 @@ from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
+from omomo_core.generation.collision.config import FOOT_SHIFT
 from omomo_core.generation.collision.sides import (
     CollisionAvoidance,
     level_shifts,
     squared_distances,
 )
+from omomo_core.generation.solving.config import STEPS
 from omomo_core.generation.solving.feet import ANKLES, TOES, FootPlan
-from omomo_core.generation.solving.steps import LIFT
 from omomo_core.geometry.runs import runs
 from omomo_core.skeleton import joint
 
-GRID, FARTHEST = 0.05, 0.2
-"""Metres between the shifts that are tried, and to the farthest of them."""
-AWAY, MOVE, REACH = 4.0, 20.0, 4000.0
-"""Cost of a shift, of a swing to another, and of a leg that is too short, 1 / m^2."""
-STEP = 0.15
-"""Cost of a step where the foot would have stayed planted."""
-HALF = 5
-"""Frames of half such a step."""
-STRETCH = 0.985
-"""Share of a straight leg's length that is within reach."""
 HIPS = (joint("left_hip"), joint("right_hip"))
 KNEES = (joint("left_knee"), joint("right_knee"))
 
@@ -72,7 +63,7 @@ def _choose_shifts(
     side: int,
 ) -> Float[Tensor, "samples seen 3"] | None:
     """Return the shifts of one foot over time, metres; None where none is needed."""
-    tried = level_shifts(GRID, FARTHEST)
+    tried = level_shifts(FOOT_SHIFT.spacing, FOOT_SHIFT.farthest)
     share = torch.zeros(24)
     share[[ANKLES[side], TOES[side]]], share[KNEES[side]] = 1.0, 0.5
     share = avoidance.anatomy.follows[5:] @ share
@@ -82,7 +73,7 @@ def _choose_shifts(
     def places(sample: Tensor, frame: Tensor, ball: Tensor) -> Tensor:
         return balls[sample, frame, ball][:, None] + share[ball, None, None] * tried
 
-    far = FARTHEST * float(share.max())
+    far = FOOT_SHIFT.farthest * float(share.max())
     cost = avoidance.collision_cost(balls, radii, far, places, len(tried))
     if cost is None:
         return None
@@ -90,11 +81,13 @@ def _choose_shifts(
     rest = body.rest_joints
     length = (rest[knee] - rest[hip]).norm() + (rest[ankle] - rest[knee]).norm()
     leg = (joints[..., ankle, :] - joints[..., hip, :])[:, :, None] + tried
-    beyond = (leg.norm(dim=-1) - STRETCH * length).clamp(min=0)
-    cost = cost + AWAY * tried.square().sum(dim=-1) + REACH * beyond.square()
+    beyond = (leg.norm(dim=-1) - FOOT_SHIFT.stretch * length).clamp(min=0)
+    cost = cost + FOOT_SHIFT.shift * tried.square().sum(dim=-1) + FOOT_SHIFT.reach * beyond.square()
     down = torch.from_numpy(np.stack([plan.standing[avoidance.seen, side] for plan in feet]))
     stays, way = (down[:, 1:] & down[:, :-1])[..., None, None], squared_distances(tried)
-    return avoidance.cheapest_values(cost, tried, MOVE * way + STEP * stays * (way > 0))
+    return avoidance.cheapest_values(
+        cost, tried, FOOT_SHIFT.change * way + FOOT_SHIFT.step * stays * (way > 0)
+    )
 
 
 def _shift_foot(
@@ -109,9 +102,11 @@ def _shift_foot(
     changes = np.flatnonzero((np.diff(shift[each], axis=0) != 0).any(axis=1)) + 1
     for start, stop in runs(plan.standing[:, side]):
         for at in changes[(changes > start) & (changes < stop)].tolist():
-            swing = slice(max(start, at - HALF), min(stop, at + HALF))
+            swing = slice(
+                max(start, at - FOOT_SHIFT.half_step), min(stop, at + FOOT_SHIFT.half_step)
+            )
             far = float(np.linalg.norm(shift[each[at]] - shift[each[at - 1]]))
-            ankles[swing, side, 2] += min(LIFT, far / 2) * _bump(swing.stop - swing.start)
+            ankles[swing, side, 2] += min(STEPS.lift, far / 2) * _bump(swing.stop - swing.start)
             standing[swing, side] = False
     known = standing[:, side] | _mid_swing(plan.standing[:, side], seen)
     at = np.flatnonzero(known)
@@ -132,5 +127,11 @@ def _mid_swing(
 ) -> Bool[np.ndarray, " frames"]:
     """Return which of the evaluated frames are in the middle of a swing."""
     found = np.zeros(len(standing), bool)
-    found[[at for at in seen if not standing[max(0, at - HALF) : at + HALF + 1].any()]] = True
+    found[
+        [
+            at
+            for at in seen
+            if not standing[max(0, at - FOOT_SHIFT.half_step) : at + FOOT_SHIFT.half_step + 1].any()
+        ]
+    ] = True
     return found

@@ -11,6 +11,7 @@ from torch.nn.functional import normalize
 from omomo_core.body.kinematics import WRISTS, forward_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets
+from omomo_core.generation.collision.config import HAND_TURN, LIMB_SWING
 from omomo_core.generation.collision.feet import HIPS, KNEES
 from omomo_core.generation.collision.root import ELBOWS, SHOULDERS, reach_cost
 from omomo_core.generation.collision.sides import CollisionAvoidance, squared_distances
@@ -20,22 +21,14 @@ from omomo_core.skeleton import PALM_JOINTS
 LIMBS = tuple(
     (*joints, farthest, stiffness)
     for upper, middle, end, farthest, stiffness in (
-        (SHOULDERS, ELBOWS, WRISTS, 1.6, 0.06),
-        (HIPS, KNEES, ANKLES, 0.7, 0.12),
+        (SHOULDERS, ELBOWS, WRISTS, LIMB_SWING.farthest_arm, LIMB_SWING.arm_stiffness),
+        (HIPS, KNEES, ANKLES, LIMB_SWING.farthest_leg, LIMB_SWING.leg_stiffness),
     )
     for joints in zip(upper, middle, end, strict=True)
 )
 """Upper, middle and end joint, largest swing in radians, and its cost, 1 / rad^2."""
-SWINGS = 6
-"""Swings that are tried in each direction."""
-TURNS = torch.cartesian_prod(
-    torch.tensor([0.0, 0.5, -0.5, 1.0, -1.0, 1.5, -1.5]), torch.tensor([0.0, 0.5, 1.0])
-)
+TURNS = torch.cartesian_prod(torch.tensor(HAND_TURN.headings), torch.tensor(HAND_TURN.lifts))
 """Turns of a hand that are tried, radians: about the palm's normal, and the wrist up from the surface."""
-STIFFNESS = 0.15
-"""Cost of turning a hand, 1 / rad^2."""
-MOVE = 2.0
-"""Cost of a change of choice, 1 / rad^2."""
 
 
 def swing_limbs_clear(
@@ -82,7 +75,7 @@ def swing_limbs_clear(
             continue
         cost = cost + stiffness * angles[:, 0].square()
         angle = avoidance.smoothed(
-            avoidance.cheapest_values(cost, angles, MOVE * squared_distances(angles))
+            avoidance.cheapest_values(cost, angles, LIMB_SWING.change * squared_distances(angles))
         )
         turn = roma.rotvec_to_rotmat(axis * angle)[:, :, None]
         out[:, :, [upper, middle]] = turn @ out[:, :, [upper, middle]]
@@ -91,7 +84,7 @@ def swing_limbs_clear(
 
 def _both_ways(farthest: float) -> Float[Tensor, "choices 1"]:
     """Return the swings to try, radians, zero first."""
-    one = torch.linspace(0, farthest, SWINGS + 1)[1:]
+    one = torch.linspace(0, farthest, LIMB_SWING.swings + 1)[1:]
     return torch.cat([torch.zeros(1), one, -one])[:, None]
 
 
@@ -103,7 +96,7 @@ def turn_hands_clear(
     targets: InteractionTargets,
     avoidance: CollisionAvoidance,
 ) -> tuple[Float[Tensor, "samples frames 22 3 3"], InteractionTargets]:
-    """Turn holding hands so that wrists and forearms are clear of the object; palms stay.
+    """Return holding hands turned so that wrists and forearms are clear of the object; palms stay.
 
     Args:
         body: whose hands.
@@ -140,11 +133,11 @@ def turn_hands_clear(
         if cost is None:
             continue
         hold = targets.hold[:, avoidance.seen, side]
-        cost = hold[..., None] * cost + STIFFNESS * TURNS.square().sum(dim=-1)
+        cost = hold[..., None] * cost + HAND_TURN.stiffness * TURNS.square().sum(dim=-1)
         shoulder = joints[:, :, None, SHOULDERS[side]]
         cost = cost + reach_cost(body, ends[..., 0, :] - shoulder, hold)
         angles = avoidance.smoothed(
-            avoidance.cheapest_values(cost, TURNS, MOVE * squared_distances(TURNS))
+            avoidance.cheapest_values(cost, TURNS, HAND_TURN.change * squared_distances(TURNS))
         )
         turn = _turned(angles, side)
         out[:, :, wrist] = out[:, :, wrist] @ turn
@@ -153,7 +146,7 @@ def turn_hands_clear(
 
 
 def _turned(angles: Float[Tensor, "*b 2"], side: int) -> Float[Tensor, "*b 3 3"]:
-    """Rotations of a left (0) or right (1) hand, whose palm looks along -y and fingers outward at rest."""
+    """Return turns of a left (0) or right (1) hand, whose palm looks along -y and fingers outward at rest."""
     heading, lift = angles.split(1, dim=-1)
     up = lift * torch.tensor([0.0, 0.0, 2.0 * side - 1.0])
     about = heading * torch.tensor([0.0, 1.0, 0.0])

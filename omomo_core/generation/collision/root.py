@@ -7,6 +7,7 @@ from torch import Tensor
 from omomo_core.body.kinematics import WRISTS, forward_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets
+from omomo_core.generation.collision.config import ROOT_SHIFT
 from omomo_core.generation.collision.sides import (
     CollisionAvoidance,
     Cost,
@@ -15,12 +16,6 @@ from omomo_core.generation.collision.sides import (
 )
 from omomo_core.skeleton import joint
 
-GRID, FARTHEST = 0.0625, 0.25
-"""Metres between the shifts that are tried, and to the farthest of them."""
-AWAY, MOVE, REACH = 3.0, 40.0, 4000.0
-"""Cost of a shift, of a change of shift, and of a palm out of reach, 1 / m^2."""
-STRETCH = 0.98
-"""Share of a straight arm's length that is within reach."""
 SHOULDERS = (joint("left_shoulder"), joint("right_shoulder"))
 ELBOWS = (joint("left_elbow"), joint("right_elbow"))
 
@@ -41,18 +36,20 @@ def move_root_clear(
         targets: what is held.
         avoidance: the object.
     """
-    tried = level_shifts(GRID, FARTHEST)
+    tried = level_shifts(ROOT_SHIFT.spacing, ROOT_SHIFT.farthest)
     at, R = root[:, avoidance.seen], rotations[:, avoidance.seen]
     now, share = avoidance.spheres(at, R), _shift_share(avoidance, targets)
 
     def places(*which: Tensor) -> Tensor:
         return now[which][:, None] + share[which][:, None, None] * tried
 
-    cost = avoidance.collision_cost(now, avoidance.anatomy.radii, FARTHEST, places, len(tried))
+    cost = avoidance.collision_cost(
+        now, avoidance.anatomy.radii, ROOT_SHIFT.farthest, places, len(tried)
+    )
     if cost is None:
         return root
     joints = forward_kinematics(body, at, R)
-    cost = cost + AWAY * tried.square().sum(dim=-1)
+    cost = cost + ROOT_SHIFT.shift * tried.square().sum(dim=-1)
     for side, (shoulder, wrist) in enumerate(zip(SHOULDERS, WRISTS, strict=True)):
         hand = joints[..., 22 + side, :] - joints[..., wrist, :]
         way = targets.palms[:, avoidance.seen, side] - hand - joints[..., shoulder, :]
@@ -60,7 +57,7 @@ def move_root_clear(
             body, way[:, :, None] - tried, targets.hold[:, avoidance.seen, side]
         )
     return root + avoidance.smoothed(
-        avoidance.cheapest_values(cost, tried, MOVE * squared_distances(tried))
+        avoidance.cheapest_values(cost, tried, ROOT_SHIFT.change * squared_distances(tried))
     )
 
 
@@ -92,6 +89,6 @@ def reach_cost(
     """
     rest, (shoulder, elbow, wrist) = body.rest_joints, (SHOULDERS[0], ELBOWS[0], WRISTS[0])
     length = (rest[elbow] - rest[shoulder]).norm() + (rest[wrist] - rest[elbow]).norm()
-    beyond = (ways.norm(dim=-1) - STRETCH * length).clamp(min=0)
+    beyond = (ways.norm(dim=-1) - ROOT_SHIFT.stretch * length).clamp(min=0)
     more = (beyond - beyond[..., :1]).clamp(min=0)
-    return REACH * hold[..., None] * more.square()
+    return ROOT_SHIFT.reach * hold[..., None] * more.square()

@@ -17,17 +17,8 @@ from torch import Tensor
 
 from omomo_core.body.trajectory_optimization.anatomy import Anatomy
 from omomo_core.body.trajectory_optimization.residuals import anatomy_points
+from omomo_core.generation.collision.config import SIDES
 from omomo_core.geometry.distance_field import DistanceField
-
-STRIDE, FINE = 5, 2
-"""Frames between choices, which are also the standard deviation of the filter that blends them.
-
-The last swing of the limbs uses the finer interval, because a thin part passes quickly by.
-"""
-INSIDE = 400.0
-"""Cost of penetration, 1 / m^2: 5 cm of one sphere cost 1."""
-_FIXED = 1e6
-"""Cost of changing a frame that is fixed."""
 
 Spheres = Float[Tensor, "samples seen balls 3"]
 Cost = Float[Tensor, "samples seen choices"]
@@ -54,9 +45,9 @@ class CollisionAvoidance:
         field: DistanceField,
         T_world_object: Float[np.ndarray, "frames 4 4"],
         free: Float[Tensor, " frames"],
-        stride: int = STRIDE,
+        stride: int = SIDES.stride,
     ) -> "CollisionAvoidance":
-        """Evaluate every few frames."""
+        """Return the object at every `stride`-th frame and the last one."""
         frames = len(T_world_object)
         seen = np.unique(np.append(np.arange(0, frames, stride), frames - 1))
         T = torch.from_numpy(T_world_object[seen]).float()
@@ -130,7 +121,7 @@ class CollisionAvoidance:
         """
         kept = self.free[self.seen] < 0.5
         cost = cost.clone()
-        cost[:, kept, 1:] += _FIXED
+        cost[:, kept, 1:] += SIDES.fixed
         return values[viterbi(cost, between)]
 
     def smoothed(
@@ -147,7 +138,7 @@ class CollisionAvoidance:
 
 
 def _squared_depth(depth: Tensor) -> Tensor:
-    return INSIDE * depth.clamp(min=0).square()
+    return SIDES.penetration * depth.clamp(min=0).square()
 
 
 def viterbi(

@@ -7,11 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
-FASTEST = 0.12
-"""Metres a frame (3.6 m/s): faster joints are spikes."""
-WIDTH = 4.0
-"""Frames (standard deviation) over which a spike is spread."""
-_ROUNDS = 3
+from omomo_core.generation.config import DESPIKING
 
 
 def despike(
@@ -23,12 +19,14 @@ def despike(
         x: any features that may be averaged over time.
         points: how many 3-vectors at the beginning of a row are positions, metres, whose speed counts.
     """
-    for _ in range(_ROUNDS):
+    for _ in range(DESPIKING.rounds):
         way = np.diff(x[:, : 3 * points], axis=0, append=x[-1:, : 3 * points])
-        quick = np.linalg.norm(way.reshape(len(x), points, 3), axis=-1).max(axis=1) > FASTEST
+        quick = (
+            np.linalg.norm(way.reshape(len(x), points, 3), axis=-1).max(axis=1) > DESPIKING.fastest
+        )
         if not quick.any():
             break
-        near = maximum_filter1d(quick.astype(float), round(4 * WIDTH))
-        weight = gaussian_filter1d(near, WIDTH).astype(x.dtype)[:, None]
-        x = x + weight * (gaussian_filter1d(x, WIDTH, axis=0, mode="nearest") - x)
+        near = maximum_filter1d(quick.astype(float), round(4 * DESPIKING.width))
+        weight = gaussian_filter1d(near, DESPIKING.width).astype(x.dtype)[:, None]
+        x = x + weight * (gaussian_filter1d(x, DESPIKING.width, axis=0, mode="nearest") - x)
     return x

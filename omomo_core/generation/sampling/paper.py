@@ -14,6 +14,7 @@ from omomo_core.body.model import BodyModel
 from omomo_core.diffusion.samplers import sample
 from omomo_core.diffusion.schedule import cosine_schedule
 from omomo_core.generation.conditioning import Pose
+from omomo_core.generation.config import PUBLISHED
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.geometry.bps import PAPER_POINTS
 from omomo_core.geometry.human_frame import human_frame
@@ -23,9 +24,6 @@ from omomo_core.stages.body import paper as body_stage
 from omomo_core.stages.hands import paper as hand_stage
 from omomo_core.stages.stage import Stage
 from omomo_core.stages.windows import WINDOW, ObjectWindows, object_windows, window_frames
-
-STANDING_DISTANCE = 0.35
-"""Metres between the object's side and the person who is assumed to stand before it."""
 
 OnProgress = Callable[[float], None]
 """Progress callback: fraction done."""
@@ -47,7 +45,7 @@ def views_around(take: ObjectFeatures, count: int) -> PersonView:
     reach = float(np.linalg.norm(take.surface.points - take.surface.centre, axis=1).max())
     back = torch.stack([-yaw.sin(), yaw.cos(), torch.zeros(count)], dim=-1)
     centre = torch.from_numpy(take.centre[0] * [1, 1, 0]).float()
-    return _person_view(take, centre + (reach + STANDING_DISTANCE) * back, yaw)
+    return _person_view(take, centre + (reach + PUBLISHED.standing_distance) * back, yaw)
 
 
 def views_from_pose(take: ObjectFeatures, pose: Pose, count: int) -> PersonView:

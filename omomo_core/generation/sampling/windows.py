@@ -28,7 +28,7 @@ def merge_windows(
     index: Int[Tensor, "windows window"],
     frames: int,
 ) -> Float[Tensor, "samples frames channels"]:
-    """One value per frame of the take: the mean of its windows, weighted to the windows' middles."""
+    """Return one value per frame of the take: the mean of its windows, weighted to the windows' middles."""
     ramp = torch.minimum(torch.arange(WINDOW) + 1, WINDOW - torch.arange(WINDOW)).to(x.dtype)
     # Padding repeats the last frame: only its first appearance counts.
     repeated = torch.zeros_like(index, dtype=torch.bool)

@@ -11,20 +11,10 @@ from scipy.ndimage import gaussian_filter1d
 from torch import Tensor
 
 from omomo_core.generation.object_clip import ObjectClip
+from omomo_core.generation.selection.config import COVERAGE
 from omomo_core.generation.selection.opposite_side import add_opposite_side, move_to_lighter_side
 from omomo_core.generation.selection.plausibility import Hypotheses, PalmHolds, Samples
 from omomo_core.stages.hands.capture import LAYOUT
-
-PER_SAMPLE, MOST = 5, 100
-"""Hypotheses for each sample that is kept, and the most of them in all."""
-STRIDE = 4
-"""Frames from one that is compared to the next."""
-NEIGHBOURS, KERNEL_WIDTH = 5, 0.25
-"""The kernel is as wide as the distance to the nearest so many hypotheses, and so many metres at most."""
-CONTACT_DISTANCE = 0.5
-"""Metres that are added to a distance for each hand that holds in one of two hypotheses only."""
-KERNEL_SMOOTHING = 15.0
-"""Frames (standard deviation) over which distances for the kernel are averaged."""
 
 
 def select_by_coverage(features: Hypotheses, clip: ObjectClip, samples: int) -> Samples:
@@ -56,9 +46,13 @@ def kernel_mean(features: Samples) -> Samples:
     x: list[Tensor] = []
     for one, held in zip(palms, holds, strict=True):
         apart = np.linalg.norm(palms - one, axis=-1).mean(axis=-1)
-        apart += CONTACT_DISTANCE * np.abs(holds - held).sum(axis=-1)
-        apart = np.asarray(gaussian_filter1d(apart, KERNEL_SMOOTHING, axis=-1, mode="nearest"))
-        width = np.sort(apart, axis=0)[: min(NEIGHBOURS, len(apart))][-1].clip(1e-6, KERNEL_WIDTH)
+        apart += COVERAGE.contact_distance * np.abs(holds - held).sum(axis=-1)
+        apart = np.asarray(
+            gaussian_filter1d(apart, COVERAGE.kernel_smoothing, axis=-1, mode="nearest")
+        )
+        width = np.sort(apart, axis=0)[: min(COVERAGE.neighbours, len(apart))][-1].clip(
+            1e-6, COVERAGE.kernel_width
+        )
         weight = np.exp(-((apart / width) ** 2))
         weight = torch.from_numpy(weight / weight.sum(axis=0)).to(features)
         x.append((weight[..., None] * features).sum(dim=0))
@@ -75,7 +69,7 @@ def order_by_side(features: Samples) -> Samples:
 
 def hypothesis_count(samples: int) -> int:
     """Return how many hypotheses to sample where so many samples are kept."""
-    return max(samples, min(PER_SAMPLE * samples, MOST))
+    return max(samples, min(COVERAGE.hypotheses_per_sample * samples, COVERAGE.most_hypotheses))
 
 
 def k_medoids(
@@ -105,7 +99,7 @@ def _pairwise_distance(
     palms: Float[np.ndarray, "hypotheses frames 2 3"],
 ) -> Float[np.ndarray, "hypotheses hypotheses"]:
     """Return the mean distance between the palms of any two hypotheses, metres."""
-    seen = palms[:, ::STRIDE]
+    seen = palms[:, :: COVERAGE.stride]
     return np.stack([np.linalg.norm(seen - one, axis=-1).mean(axis=(1, 2)) for one in seen])
 
 

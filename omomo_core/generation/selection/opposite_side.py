@@ -12,18 +12,8 @@ import torch
 from scipy.ndimage import gaussian_filter1d
 
 from omomo_core.generation.object_clip import ObjectClip
+from omomo_core.generation.selection.config import OPPOSITE_SIDE
 from omomo_core.generation.selection.plausibility import PalmHolds, Samples
-
-ONE_IN = 5
-"""One of so many samples changes sides."""
-LIGHTER = 0.9
-"""People hold up a tipped object from the side where it takes less than this share of the force.
-
-Of 44 synthetic people who tip something, 42 have no side that is so much lighter.
-"""
-
-SWAP_SMOOTHING = 5
-"""Frames (standard deviation) over which exchanged hands come to their contacts."""
 
 _HALF_TURN = torch.tensor([-1.0, -1.0, 1.0]).repeat(2)
 _OTHER_HAND = [3, 4, 5, 0, 1, 2, 7, 6]
@@ -41,7 +31,7 @@ def move_to_lighter_side(features: Samples, clip: ObjectClip) -> Samples:
         return features
     away = half_turn(features)
     here, there = PalmHolds.of(features, clip), PalmHolds.of(away, clip)
-    heavy = there.effort < LIGHTER * here.effort
+    heavy = there.effort < OPPOSITE_SIDE.lighter * here.effort
     change = heavy & there.as_good_as(here) if heavy.any() else heavy
     return torch.where(torch.from_numpy(change)[:, None, None], away, features)
 
@@ -57,8 +47,8 @@ def add_opposite_side(features: Samples, clip: ObjectClip) -> Samples:
     here, there = PalmHolds.of(features, clip), PalmHolds.of(away, clip)
     possible = there.as_good_as(here)
     if clip.lever is not None:
-        possible &= ~(here.effort < LIGHTER * there.effort)
-    changed = np.flatnonzero(possible)[: len(features) // ONE_IN]
+        possible &= ~(here.effort < OPPOSITE_SIDE.lighter * there.effort)
+    changed = np.flatnonzero(possible)[: len(features) // OPPOSITE_SIDE.one_in]
     return torch.cat([features[: len(features) - len(changed)], away[changed]])
 
 
@@ -75,8 +65,8 @@ def swap_hands(features: Samples) -> Samples:
     Hands that hold nothing make half a turn instead.
     """
     held = (features[..., len(_HALF_TURN) :] > 0).any(dim=-1).numpy().astype(float)
-    weight = torch.from_numpy(gaussian_filter1d(held, SWAP_SMOOTHING, axis=-1)).to(features)[
-        ..., None
-    ]
+    weight = torch.from_numpy(gaussian_filter1d(held, OPPOSITE_SIDE.swap_smoothing, axis=-1)).to(
+        features
+    )[..., None]
     changed = features[..., _OTHER_HAND]
     return torch.where(_PLACES, weight * changed + (1 - weight) * half_turn(features), changed)

@@ -9,6 +9,7 @@ from scipy.ndimage import uniform_filter1d
 from torch import Tensor
 
 from omomo_core.generation.object_clip import ObjectClip
+from omomo_core.generation.selection.config import PLAUSIBILITY
 from omomo_core.geometry.transforms import to_local
 from omomo_core.stages.hands import capture as hand_stage
 
@@ -16,13 +17,6 @@ Samples = Float[Tensor, "samples frames 8"]
 """Features of stage 1: left and right palm from the object's centre, contacts of both from -1 to 1."""
 Hypotheses = Float[Tensor, "hypotheses frames 8"]
 """The same features of all hypotheses from which samples are selected."""
-GRASP = 0.15
-"""Metres: palms that hold are nearer than this to the surface; the contacts then move them onto it."""
-TURNED, LASTING = 60.0, 9
-"""Degrees by which the line between two holding palms may leave its mean in the object, for so many frames.
-
-Hypotheses of several windows may hold from one side at first and from another later.
-"""
 
 
 @dataclass(frozen=True)
@@ -45,7 +39,7 @@ class PalmHolds:
 
     def as_good_as(self, other: "PalmHolds") -> Bool[np.ndarray, " samples"]:
         """Whether each sample's palms are about as near to the surface as those of `other`."""
-        return self.from_surface - other.from_surface < GRASP
+        return self.from_surface - other.from_surface < PLAUSIBILITY.grasp_distance
 
     @property
     def from_surface(self) -> Float[np.ndarray, " samples"]:
@@ -57,7 +51,9 @@ class PalmHolds:
     @property
     def plausible(self) -> Bool[np.ndarray, " samples"]:
         """Whether holding palms are at the surface, and stay on their sides of the object while both hold."""
-        return (self.from_surface < GRASP) & (self._turn < TURNED)
+        return (self.from_surface < PLAUSIBILITY.grasp_distance) & (
+            self._turn < PLAUSIBILITY.largest_turn
+        )
 
     @property
     def _turn(self) -> Float[np.ndarray, " samples"]:
@@ -69,7 +65,7 @@ class PalmHolds:
         mean /= np.linalg.norm(mean, axis=-1, keepdims=True).clip(1e-6)
         along = np.where(both, np.einsum("sfx,sx->sf", line, mean), 1.0)
         off = np.degrees(np.arccos(np.clip(along, -1, 1)))
-        return np.asarray(uniform_filter1d(off, LASTING, axis=1)).max(axis=1)
+        return np.asarray(uniform_filter1d(off, PLAUSIBILITY.lasting, axis=1)).max(axis=1)
 
     @property
     def effort(self) -> Float[np.ndarray, " samples"]:

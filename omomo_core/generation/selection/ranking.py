@@ -8,6 +8,7 @@ from scipy.stats import rankdata
 
 from omomo_core.generation.person import Person
 from omomo_core.generation.result import Generation, notes_of
+from omomo_core.generation.selection.config import SCORE
 from omomo_core.generation.selection.scores import score
 from omomo_core.motion import HumanMotion
 
@@ -39,10 +40,10 @@ def choose(motions: Sequence[HumanMotion], scores: Sequence[Mapping[str, float]]
 def distance_to_others(
     points: Float[np.ndarray, "samples frames joints 3"],
 ) -> Float[np.ndarray, " samples"]:
-    """Return each sample's mean distance from the others, the farthest quarter left out; metres.
+    """Return each sample's mean distance from the others, the farthest ones left out; metres.
 
     The few samples that stand on the opposite side by design (`opposite_side.py`) do not count.
     """
     far = np.stack([np.linalg.norm(points - one, axis=-1).mean(axis=(1, 2)) for one in points])
-    near = np.sort(far, axis=1)[:, : len(points) - len(points) // 4]
+    near = np.sort(far, axis=1)[:, : len(points) - len(points) // SCORE.outliers_one_in]
     return near.sum(axis=1) / max(1, near.shape[1] - 1)

@@ -1,23 +1,18 @@
 """Scores of a sample without ground truth: faults that no person who moves an object has."""
 
+from dataclasses import asdict
+
 import numpy as np
 from jaxtyping import Bool, Float
 
 from omomo_core.generation.person import Person
+from omomo_core.generation.selection.config import SCORE, SCORE_WEIGHTS
 from omomo_core.generation.selection.speed_limits import speed_excess
 from omomo_core.motion import FPS, HumanMotion
 
 FEET = (7, 8, 10, 11)
 """Ankles and toes, in the order of a motion's foot contacts."""
-_WEIGHTS = {
-    "unheld": 20.0,
-    "miss_cm": 1.0,
-    "skate_cm_s": 0.2,
-    "inside_cm": 1.0,
-    "floating": 10.0,
-    "jerk_m_s3": 0.02,
-    "leaping": 1.0,
-}
+_WEIGHTS: dict[str, float] = asdict(SCORE_WEIGHTS)
 
 
 def score(person: Person, must_hold: Bool[np.ndarray, " frames"]) -> dict[str, float]:
@@ -33,7 +28,7 @@ def score(person: Person, must_hold: Bool[np.ndarray, " frames"]) -> dict[str, f
         "miss_cm": 100 * float(person.miss[held].mean()) if held.any() else 0.0,
         "skate_cm_s": _skate(human),
         "inside_cm": 100 * float(person.depth.mean()),
-        "floating": float((_lowest_foot(human) > 0.06).mean()),
+        "floating": float((_lowest_foot(human) > SCORE.floating_height).mean()),
         "jerk_m_s3": _jerk(human.joints),
         "leaping": speed_excess(human),
     }
@@ -41,7 +36,7 @@ def score(person: Person, must_hold: Bool[np.ndarray, " frames"]) -> dict[str, f
 
 
 def _skate(human: HumanMotion) -> float:
-    """Mean horizontal speed of planted ankles and toes, cm/s."""
+    """Return the mean horizontal speed of planted ankles and toes, cm/s."""
     feet = human.joints[:, FEET, :2]
     speed = 100 * FPS * np.linalg.norm(np.diff(feet, axis=0), axis=-1)
     planted = human.foot_contact[1:] > 0.5
@@ -49,9 +44,9 @@ def _skate(human: HumanMotion) -> float:
 
 
 def _lowest_foot(human: HumanMotion) -> Float[np.ndarray, " frames"]:
-    """Height of the lowest toe joint over that of the whole motion, metres."""
+    """Return the height of the lower toe joint above its floor in the whole motion, metres."""
     lowest = human.joints[:, FEET[2:], 2].min(axis=1)
-    return lowest - np.quantile(lowest, 0.05)
+    return lowest - np.quantile(lowest, SCORE.floor_quantile)
 
 
 def _jerk(joints: Float[np.ndarray, "frames 24 3"]) -> float:

@@ -12,38 +12,10 @@ from jaxtyping import Float
 from scipy.ndimage import maximum_filter1d
 from scipy.spatial.transform import Rotation
 
+from omomo_core.generation.selection.config import HUMAN_LIMITS, SCORE, SpeedLimits
 from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS, HumanMotion
 from omomo_core.skeleton import joint
-
-TURN = 3
-"""Frames over which a turn about the vertical is measured."""
-
-
-@dataclass(frozen=True)
-class SpeedLimits:
-    """Largest speeds of people who do not run, jump, throw or dance.
-
-    Each is the 99.9th percentile over the frames of recorded people (`benchmarks/speeds.py`), rounded up.
-    """
-
-    pelvis: float = 2.2
-    """Metres a second, as all until `toe`."""
-    head: float = 2.4
-    palm: float = 5.0
-    ankle: float = 4.9
-    toe: float = 5.8
-    thigh: float = 550.0
-    """Degrees a second by which the line from hip to knee turns, as all until `forearm`."""
-    shin: float = 530.0
-    upper_arm: float = 420.0
-    forearm: float = 590.0
-    turn: float = 340.0
-    """Degrees a second about the vertical, of the pelvis or the chest, over `TURN` frames."""
-
-
-HUMAN_LIMITS = SpeedLimits()
-"""The limits that samples are judged by."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +44,7 @@ class Leap:
 
     @property
     def turns(self) -> bool:
-        """Speed and limit are degrees a second, not metres."""
+        """Whether speed and limit are in degrees a second, not metres a second."""
         return self.quantity not in _POINTS
 
 
@@ -92,7 +64,7 @@ PARTS: Mapping[str, tuple[BodyPart, ...]] = {
     "forearm": _sides("forearm", "arm"),
     "turn": (BodyPart("pelvis", "heading"), BodyPart("chest", "heading")),
 }
-"""Parts of each quantity of `SpeedLimits`, in the order of the columns of `measured`."""
+"""Parts of each quantity of `SpeedLimits`, in the order of the columns of `measure_speeds`."""
 _PALMS = (22, 23)
 _POINTS = {"pelvis": (joint("pelvis"),), "head": (joint("head"),), "palm": _PALMS} | {
     name: (joint(f"left_{ours}"), joint(f"right_{ours}"))
@@ -171,20 +143,22 @@ def _speeds_of(human: HumanMotion) -> dict[str, Float[np.ndarray, "steps parts"]
 
 
 def _swing(line: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, " steps"]:
-    """Degrees a second by which a line turns from each frame to the next."""
+    """Return how fast a line turns from each frame to the next, degrees a second."""
     along = line / np.linalg.norm(line, axis=1, keepdims=True).clip(1e-9)
     cosine = (along[1:] * along[:-1]).sum(axis=1)
     return np.degrees(np.arccos(cosine.clip(-1, 1))) * FPS
 
 
 def _turn(R: Float[np.ndarray, "frames 2 3 3"]) -> Float[np.ndarray, "steps 2"]:
-    """Degrees a second about the vertical: the greatest of the turns over `TURN` frames around a step."""
+    """Return the fastest turn about the vertical over a few frames around each step, degrees a second."""
     steps = max(len(R) - 1, 0)
-    if steps < TURN:
+    if steps < SCORE.turn_frames:
         return np.zeros((steps, 2))
-    turns = (R[TURN:] @ R[:-TURN].swapaxes(-1, -2)).reshape(-1, 3, 3)
+    turns = (R[SCORE.turn_frames :] @ R[: -SCORE.turn_frames].swapaxes(-1, -2)).reshape(-1, 3, 3)
     vertical = np.abs(Rotation.from_matrix(turns).as_rotvec()[:, 2]).reshape(-1, 2)
-    rate = np.degrees(vertical) * FPS / TURN
-    # A turn over frames t to t + TURN is one of every step between them.
-    padded = np.pad(rate, ((0, TURN - 1), (0, 0)))
-    return maximum_filter1d(padded, TURN, axis=0, mode="constant", origin=TURN // 2)
+    rate = np.degrees(vertical) * FPS / SCORE.turn_frames
+    # A turn over frames t to t + turn_frames is one of every step between them.
+    padded = np.pad(rate, ((0, SCORE.turn_frames - 1), (0, 0)))
+    return maximum_filter1d(
+        padded, SCORE.turn_frames, axis=0, mode="constant", origin=SCORE.turn_frames // 2
+    )

@@ -15,22 +15,12 @@ from torch import Tensor
 
 from omomo_core.generation.object_clip import ObjectClip
 from omomo_core.generation.prefix import fade
+from omomo_core.generation.selection.config import START
 from omomo_core.generation.selection.coverage import k_medoids, kernel_mean
 from omomo_core.generation.selection.opposite_side import half_turn, swap_hands
 from omomo_core.generation.selection.plausibility import Hypotheses, PalmHolds, Samples
 from omomo_core.motion import FPS
 
-NEAR, FEWEST = 1.5, 4
-"""Candidates for each sample, and the fewest of them in all."""
-SHORTEST, LONGEST = 10, 60
-"""Fewest and most frames in which palms blend from the known start to the hypothesis."""
-FASTEST = 1.8
-"""Speed of that blend from a start position, metres a second, at most."""
-PACE, STEP = 0.8, 0.3
-"""Mean speed, metres a second from stand to stand, at which people walk around an object before they take it;
-and the metres that take no time, because people lean and step while they reach."""
-BEFORE, BESIDE = 0.4, 0.1
-"""Metres from the pelvis forward to the middle of the palms: where they hold, and where they do not."""
 _PLACES = 6
 
 First = Float[Tensor, "*b 8"]
@@ -38,7 +28,7 @@ First = Float[Tensor, "*b 8"]
 
 @dataclass(frozen=True)
 class StartPose:
-    """The palms of the first frame are known."""
+    """A start constraint: the palms of the first frame are known."""
 
     first: Float[Tensor, "8"]
     """Features of one frame: palms from the object's centre, metres, and contacts."""
@@ -59,7 +49,7 @@ class StartPose:
 
 @dataclass(frozen=True)
 class StartPosition:
-    """The place where the person stands in the first frame is known."""
+    """A start constraint: the place where the person stands in the first frame is known."""
 
     position: Float[Tensor, "2"]
     """On the floor, from the object's centre, metres."""
@@ -71,9 +61,9 @@ class StartPosition:
     def impose(self, features: Samples) -> Samples:
         """Return the samples from that place, or from as near to it as there is time to come from."""
         way = self.position - _standing_position(features[:, 0])
-        time = _frames_until_contact(features).amin(dim=-1).clamp(max=LONGEST) / FPS
+        time = _frames_until_contact(features).amin(dim=-1).clamp(max=START.longest_blend) / FPS
         # The fade is 1.5 times as fast in its middle as on the whole.
-        far = FASTEST / 1.5 * time
+        far = START.fastest_blend / 1.5 * time
         way = way * (far / way.norm(dim=-1).clamp(min=1e-6)).clamp(max=1)[:, None]
         first = features[:, 0].clone()
         for hand in (0, 1):
@@ -104,7 +94,7 @@ def select_by_start(
     plausible = torch.from_numpy(np.stack([PalmHolds.of(side, clip).plausible for side in sides]))
     plausible &= ~_too_far_to_walk(sides, start.position)
     distance[~plausible] += distance.max() + 1
-    count = max(math.ceil(NEAR * samples), FEWEST)
+    count = max(math.ceil(START.candidates_per_sample * samples), START.fewest_candidates)
     count = min(count, max(int(plausible.sum()), samples))
     near = distance.flatten().argsort(stable=True)[:count]
     hypotheses = sides.flatten(0, 1)[near]
@@ -117,7 +107,7 @@ def impose_start(features: Samples, first: Float[Tensor, "*samples 8"]) -> Sampl
     frames = features.shape[1]
     x = features.clone()
     change = first - features[:, 0]
-    until = _frames_until_contact(features).clamp(SHORTEST, LONGEST)
+    until = _frames_until_contact(features).clamp(START.shortest_blend, START.longest_blend)
     for hand in (0, 1):
         places = slice(3 * hand, 3 * hand + 3)
         weight = torch.stack([fade(frames, int(u)) for u in until[:, hand]])
@@ -139,13 +129,13 @@ def _too_far_to_walk(
         stands[0] * there[..., 1] - stands[1] * there[..., 0], (stands * there).sum(dim=-1)
     )
     way = torch.hypot(turn * (far + near) / 2, far - near)
-    return way > STEP + PACE * until / FPS
+    return way > START.free_step + START.pace * until / FPS
 
 
 def _frames_until_contact(features: Float[Tensor, "*b frames 8"]) -> Int[Tensor, "*b 2"]:
-    """Return the frames before each hand holds something; LONGEST where it never does."""
+    """Return the frames before each hand holds something; the longest blend where it never does."""
     holds = features[..., _PLACES:] > 0
-    return torch.where(holds.any(dim=-2), holds.int().argmax(dim=-2), LONGEST)
+    return torch.where(holds.any(dim=-2), holds.int().argmax(dim=-2), START.longest_blend)
 
 
 def _standing_position(first: First) -> Float[Tensor, "*b 2"]:
@@ -155,7 +145,7 @@ def _standing_position(first: First) -> Float[Tensor, "*b 2"]:
     ahead = torch.stack([across_body[..., 1], -across_body[..., 0]], dim=-1)
     ahead = ahead / ahead.norm(dim=-1, keepdim=True).clamp(min=1e-6)
     holds = (first[..., _PLACES:] > 0).any(dim=-1, keepdim=True)
-    return (left + right) / 2 - torch.where(holds, BEFORE, BESIDE) * ahead
+    return (left + right) / 2 - torch.where(holds, START.holding_reach, START.idle_reach) * ahead
 
 
 def _from_all_sides(features: Samples) -> Float[Tensor, "sides samples frames 8"]:

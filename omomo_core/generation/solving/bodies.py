@@ -21,28 +21,16 @@ from omomo_core.body.soles import sole_points
 from omomo_core.body.trajectory_optimization.anatomy import build_anatomy, centre_of_mass
 from omomo_core.body.trajectory_optimization.solver import firmness, optimise_trajectory
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets, SolverTargets
+from omomo_core.generation.collision.config import SIDES
 from omomo_core.generation.collision.feet import move_feet_clear
 from omomo_core.generation.collision.limbs import swing_limbs_clear, turn_hands_clear
 from omomo_core.generation.collision.root import move_root_clear
-from omomo_core.generation.collision.sides import FINE, CollisionAvoidance
+from omomo_core.generation.collision.sides import CollisionAvoidance
 from omomo_core.generation.prefix import Prefix, fade
+from omomo_core.generation.solving.config import BODY_SOLVING, REACH
 from omomo_core.generation.solving.feet import ANKLES, TOES, FootPlan, plan_feet
-from omomo_core.generation.solving.reach import (
-    LONGEST,
-    STRETCH,
-    ankles_of,
-    move_root_within_reach,
-    solve_arms,
-)
+from omomo_core.generation.solving.reach import ankles_of, move_root_within_reach, solve_arms
 
-CLEARANCE = 0.02
-"""Metres that collision spheres keep from the object.
-
-The spheres do not fill the skin to its last fold, the distance field has a grid's resolution, and choices
-pass smoothly into each other.
-"""
-ITERATIONS = 5
-"""Gauss-Newton steps of the trajectory optimisation."""
 _BEFORE, _OPTIMISING = 0.3, 0.5
 """Shares of the time before the trajectory optimisation, and in it."""
 BATCH_FRAMES = 2400
@@ -72,7 +60,7 @@ def solve_bodies(
     free: Float[Tensor, " frames"] | None = None,
     on_progress: Callable[[float], None] = lambda done: None,
 ) -> SolvedBodies:
-    """Solve K samples of one clip.
+    """Return K samples of one clip with planted feet in place and holding palms at their targets.
 
     Args:
         body: whose bones.
@@ -89,7 +77,7 @@ def solve_bodies(
     if prefix is not None:
         root, rotations = _continue_prefix(prefix, root, rotations)
         free = free * (1 - _fade_after(prefix.frames, root.shape[1]))
-    anatomy, field = build_anatomy(body, clearance=CLEARANCE), targets.obstacle.field
+    anatomy, field = build_anatomy(body, clearance=BODY_SOLVING.clearance), targets.obstacle.field
     avoidance = CollisionAvoidance.of(anatomy, field, targets.T_world_object, free)
     root = move_root_clear(
         body, root, solve_arms(body, root, rotations, targets), targets, avoidance
@@ -99,7 +87,10 @@ def solve_bodies(
     feet = _plan_feet(body, root, rotations, foot_contact, prefix)
     pose = _Pose(root, _with_feet(rotations, feet))
     pose = replace(
-        pose, root=move_root_within_reach(body, root, pose.rotations, feet, targets, free, STRETCH)
+        pose,
+        root=move_root_within_reach(
+            body, root, pose.rotations, feet, targets, free, REACH.first_stretch
+        ),
     )
     pose = _solve_limbs(body, pose, feet, targets)
     feet = move_feet_clear(body, pose.root, pose.rotations, feet, avoidance)
@@ -107,9 +98,13 @@ def solve_bodies(
     on_progress(_BEFORE)
     pose = _optimised(body, pose, feet, targets, avoidance, on_progress)
     feet = _free_feet(body, pose, feet)
-    near = move_root_within_reach(body, pose.root, pose.rotations, feet, targets, free, LONGEST)
+    near = move_root_within_reach(
+        body, pose.root, pose.rotations, feet, targets, free, REACH.last_stretch
+    )
     pose = _solve_limbs(body, replace(pose, root=near), feet, targets)
-    fine_avoidance = CollisionAvoidance.of(anatomy, field, targets.T_world_object, free, FINE)
+    fine_avoidance = CollisionAvoidance.of(
+        anatomy, field, targets.T_world_object, free, SIDES.fine_stride
+    )
     pose = _swing_clear(body, pose, fine_avoidance)
     if prefix is not None:
         pose.root[:, : prefix.frames] = prefix.root
@@ -213,7 +208,7 @@ def _optimised(
             solver_targets.select(some),
             anatomy=avoidance.anatomy,
             free=avoidance.free.numpy(),
-            steps=ITERATIONS,
+            steps=BODY_SOLVING.iterations,
             on_progress=lambda done, k=k: on_progress(
                 _BEFORE + _OPTIMISING * min((k + count * done) / samples, 1.0)
             ),

@@ -8,17 +8,11 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.model import BodyModel
+from omomo_core.generation.solving.config import FOOT_PLAN
 from omomo_core.generation.solving.steps import add_steps
 from omomo_core.geometry.runs import runs
 from omomo_core.skeleton import joint
 
-PLANTED = 0.5
-SHORTEST = 4
-"""Frames: shorter plants are not locked."""
-EASE = 2.0
-"""Frames (standard deviation) over which a foot is turned to lie flat and is let go."""
-SETTLE = 10
-"""Frames over which a foot comes back to its plan after a prefix."""
 ANKLES = (joint("left_ankle"), joint("right_ankle"))
 TOES = (joint("left_foot"), joint("right_foot"))
 
@@ -53,7 +47,7 @@ def plan_feet(
         prefix_standing: which feet stand in the frames of a prefix; there the sample is the finished body,
             and a foot that stands stays in place.
     """
-    heel, toe = (foot_contact[:, k : k + 2] > PLANTED for k in (0, 2))
+    heel, toe = (foot_contact[:, k : k + 2] > FOOT_PLAN.planted for k in (0, 2))
     prefix_standing = np.zeros((0, 2), bool) if prefix_standing is None else prefix_standing
     first = len(prefix_standing)
     ankles, standing = add_steps(joints[:, ANKLES], heel | toe, prefix_standing)
@@ -62,7 +56,7 @@ def plan_feet(
     rolls = toe & ~heel
     for side in range(2):
         rolling = rolls[:, side]
-        plants = [p for p in runs(standing[:, side]) if p[1] - p[0] >= SHORTEST]
+        plants = [p for p in runs(standing[:, side]) if p[1] - p[0] >= FOOT_PLAN.shortest_plant]
         turned[:, side] = _flatten_plants(turned[:, side], plants, rolling, first)
         offset = body.rest_joints[TOES[side]] - body.rest_joints[ANKLES[side]]
         to_toe = turned[:, side, 0] @ offset.double().numpy()
@@ -99,8 +93,10 @@ def _flatten_plants(
     change = Rotation.from_matrix((goal @ R.swapaxes(-1, -2)).reshape(-1, 3, 3)).as_rotvec()
     change = change.reshape(len(R), 2, 3) * weight[:, None, None]
     # A turn begins before its foot is down and ends after it has left.
-    near = np.maximum(gaussian_filter1d(weight, EASE, mode="nearest"), 1e-3)[:, None, None]
-    eased = gaussian_filter1d(change, EASE, axis=0, mode="nearest")
+    near = np.maximum(gaussian_filter1d(weight, FOOT_PLAN.ease, mode="nearest"), 1e-3)[
+        :, None, None
+    ]
+    eased = gaussian_filter1d(change, FOOT_PLAN.ease, axis=0, mode="nearest")
     inside = (weight > 0)[:, None, None]
     change = np.where(inside, change, eased / np.maximum(near, 0.5))
     change[:first] = 0.0
@@ -108,7 +104,7 @@ def _flatten_plants(
 
 
 def _facing(yaw: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 3 3"]:
-    """R_world_joint of a level foot: its z ahead, its y up."""
+    """Return R_world_joint of a level foot: its z ahead, its y up."""
     c, s, o = np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)
     x, y, z = np.stack([-s, c, o], -1), np.stack([o, o, o + 1], -1), np.stack([c, s, o], -1)
     return np.stack([x, y, z], axis=-1)
@@ -156,12 +152,12 @@ def _continue_prefix(
     before = prefix[-2:].mean(axis=0)
     step = prefix[-1] - before if first > 1 else np.zeros((2, 3))
     jump = prefix[-1] + 2 * step - planned[min(first, len(planned) - 1)]
-    weight = (1 - np.arange(len(planned) - first) / SETTLE).clip(min=0)
+    weight = (1 - np.arange(len(planned) - first) / FOOT_PLAN.settle).clip(min=0)
     weight = weight**2 * (3 - 2 * weight)
     rest = planned[first:] + weight[:, None, None] * jump
     return np.concatenate([prefix, rest])
 
 
 def _level(body: BodyModel, name: int) -> float:
-    """Height of a foot's joint when it stands, metres."""
+    """Return the height of a foot's joint when it stands, metres."""
     return float(body.rest_joints[name, 1] - body.vertices[:, 1].min())

@@ -13,24 +13,8 @@ from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.generation.collision.root import ELBOWS, SHOULDERS
+from omomo_core.generation.solving.config import REACH
 from omomo_core.generation.solving.feet import FootPlan
-
-STRETCH, LONGEST = 1.1, 0.999
-"""Share of a straight arm's length that palms are brought within, before and after trajectory optimisation.
-
-The optimisation covers the last tenth itself, and better, because it also bends, turns and lifts shoulders.
-"""
-LEG_STRETCH = 0.995
-LOWEST = 0.05
-"""Metres that the pelvis is lowered at most for the legs to reach the floor.
-
-A foot that is planted for longer than its leg reaches leaves the floor; the person does not sink for it.
-"""
-ROUNDS, NEAR = 8, 0.0015
-"""Most moves of the pelvis, each of which takes about half of the way that is left, and the metres at which
-they end."""
-FARTHEST = 0.25
-"""Metres that the pelvis is moved at most: beyond that the sample is wrong and must say so."""
 
 ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
 
@@ -78,15 +62,15 @@ def move_root_within_reach(
     """
 
     def nearer(at: Tensor) -> Tensor:
-        for _ in range(ROUNDS):
+        for _ in range(REACH.rounds):
             towards = _towards(body, at, rotations, targets, stretch) * free[:, None]
             far = towards.norm(dim=-1, keepdim=True)
             # Each sample stops by itself: its result does not depend on the others.
-            lacking = far.amax(dim=1, keepdim=True) > NEAR
+            lacking = far.amax(dim=1, keepdim=True) > REACH.near
             if not lacking.any():
                 break
             move = at + towards - root
-            limit = FARTHEST / move.norm(dim=-1, keepdim=True).clamp(min=FARTHEST)
+            limit = REACH.farthest / move.norm(dim=-1, keepdim=True).clamp(min=REACH.farthest)
             at = torch.where(lacking & (far > 0), root + move * limit, at)
         return at
 
@@ -97,7 +81,7 @@ def move_root_within_reach(
 
 
 def ankles_of(feet: Sequence[FootPlan]) -> Float[Tensor, "samples frames 2 3"]:
-    """Left and right ankle of each plan, world, metres."""
+    """Return the left and right ankle of each plan, world, metres."""
     return torch.from_numpy(np.stack([f.ankles for f in feet])).float()
 
 
@@ -119,7 +103,9 @@ def _towards(
         distance = way.norm(dim=-1, keepdim=True).clamp(min=1e-6)
         excess = (distance - stretch * length).clamp(min=0) * targets.hold[..., side, None]
         move = move + 0.5 * excess * way / distance
-    return torch.from_numpy(gaussian_filter1d(move.numpy(), 4.0, axis=-2, mode="nearest"))
+    return torch.from_numpy(
+        gaussian_filter1d(move.numpy(), REACH.smoothing, axis=-2, mode="nearest")
+    )
 
 
 def _drop(
@@ -136,8 +122,12 @@ def _drop(
         length = (rest[knee] - rest[hip]).norm() + (rest[ankle] - rest[knee]).norm()
         way = joints[..., hip, :] - ankles[..., side, :]
         across = way[..., :2].norm(dim=-1)
-        height = ((LEG_STRETCH * length) ** 2 - across**2).clamp(min=0.04).sqrt()
-        drop = torch.maximum(drop, (way[..., 2] - height).clamp(0, LOWEST) * standing[..., side])
+        height = ((REACH.leg_stretch * length) ** 2 - across**2).clamp(min=0.04).sqrt()
+        drop = torch.maximum(
+            drop, (way[..., 2] - height).clamp(0, REACH.lowest) * standing[..., side]
+        )
     # The largest need of the neighbourhood, then smoothed: never less than the need itself.
-    near = maximum_filter1d(drop.numpy(), 7, axis=-1, mode="nearest")
-    return torch.from_numpy(gaussian_filter1d(near, 2.0, axis=-1, mode="nearest"))
+    near = maximum_filter1d(drop.numpy(), REACH.lowering_window, axis=-1, mode="nearest")
+    return torch.from_numpy(
+        gaussian_filter1d(near, REACH.lowering_smoothing, axis=-1, mode="nearest")
+    )

@@ -10,18 +10,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.ndimage import binary_closing, binary_opening
 
+from omomo_core.generation.solving.config import STEPS
 from omomo_core.geometry.runs import runs
 from omomo_core.geometry.transforms import velocity
 from omomo_core.motion import FPS
-
-STANDING = 0.3
-"""m/s: a foot slower than this stands."""
-SWING = 0.72
-"""Share of a step that the moving foot is in the air."""
-LIFT = 0.07
-"""Metres that a stepping ankle rises at a normal walk."""
-_SHORTEST = 8
-_GAP = 10
 
 
 def add_steps(
@@ -40,7 +32,7 @@ def add_steps(
         Ankles that step where they glided, and which of them stand; elsewhere as given.
     """
     speed = np.linalg.norm(velocity(ankles[..., :2], FPS), axis=-1)
-    stepped, standing = ankles.copy(), planted & (speed < STANDING)
+    stepped, standing = ankles.copy(), planted & (speed < STEPS.standing_speed)
     standing[: len(prefix_standing)] = prefix_standing
     for start, stop in _glides(speed):
         begin = max(start, len(prefix_standing) - 1)
@@ -50,10 +42,12 @@ def add_steps(
 
 
 def _glides(speed: Float[np.ndarray, "frames 2"]) -> list[tuple[int, int]]:
-    """Stretches in which no foot stands, short interruptions bridged."""
-    gliding = speed.min(axis=1) > STANDING
-    gliding = binary_closing(np.pad(gliding, _GAP), np.ones(_GAP))[_GAP:-_GAP]
-    gliding = binary_opening(gliding, np.ones(_SHORTEST))
+    """Return the stretches in which no foot stands, short interruptions bridged."""
+    gliding = speed.min(axis=1) > STEPS.standing_speed
+    gliding = binary_closing(np.pad(gliding, STEPS.longest_gap), np.ones(STEPS.longest_gap))[
+        STEPS.longest_gap : -STEPS.longest_gap
+    ]
+    gliding = binary_opening(gliding, np.ones(STEPS.shortest_glide))
     return runs(gliding)
 
 
@@ -69,7 +63,7 @@ def _walk(
     way = home[start : last + 1].mean(axis=1)[:, :2]
     pace = FPS * np.linalg.norm(np.diff(way, axis=0), axis=1).mean()
     # Longer and quicker steps at a faster walk: about 1.75 a second at 0.8 m/s.
-    count = max(2, round((last - start) / FPS * (1.35 + 0.5 * pace)))
+    count = max(2, round((last - start) / FPS * (STEPS.cadence + STEPS.cadence_per_speed * pace)))
     times = np.linspace(start, last, count + 1)
     # A foot that is in the air goes first, or else the one that lags behind the way.
     ahead = (home[start, 0, :2] - home[start, 1, :2]) @ (way[-1] - way[0])
@@ -80,8 +74,10 @@ def _walk(
     for begin, end in pairwise(times):
         middle_of_stance = round(min(end + (end - begin) / 2, last))
         goal = home[middle_of_stance, side]
-        lift = LIFT * min(1.0, np.linalg.norm(goal[:2] - place[side, :2]) / 0.4)
-        a, b = round(begin), round(begin + SWING * (end - begin))
+        lift = STEPS.lift * min(
+            1.0, np.linalg.norm(goal[:2] - place[side, :2]) / STEPS.full_lift_length
+        )
+        a, b = round(begin), round(begin + STEPS.swing * (end - begin))
         u = np.clip((np.arange(a, b + 1) - a) / max(1, b - a), 0, 1)[:, None]
         path = place[side] + (3 * u**2 - 2 * u**3) * (goal - place[side])
         path[:, 2] += lift * np.sin(np.pi * u[:, 0])

@@ -9,12 +9,8 @@ from jaxtyping import Float
 from torch import Tensor
 
 from omomo_core.contact.segment import ContactSegment
+from omomo_core.generation.solving.config import WRIST
 from omomo_core.geometry.surface import Surface
-
-TOLERANCE = 0.35
-"""Radians between palm and surface that need no correction."""
-FARTHEST = 1.0
-"""Radians that a hand is turned at most: beyond that it holds an edge."""
 
 
 def face_palms(
@@ -45,9 +41,9 @@ def face_palms(
 
 
 def _toward(now: Float[Tensor, "n 3"], goal: Float[Tensor, "n 3"]) -> Float[Tensor, "n 3 3"]:
-    """Return the rotation that brings `now` within TOLERANCE of `goal`, by FARTHEST at most."""
+    """Return the rotation that brings `now` near enough to `goal`, limited (`WristConfig`)."""
     axis = torch.linalg.cross(now, goal)
     angle = torch.atan2(axis.norm(dim=-1), (now * goal).sum(dim=-1))
-    turn = (angle - TOLERANCE).clamp(0.0, FARTHEST)
+    turn = (angle - WRIST.tolerance).clamp(0.0, WRIST.farthest)
     unit = torch.nn.functional.normalize(axis, dim=-1)
     return roma.rotvec_to_rotmat(unit * turn[..., None])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from capture_app.overlay.clock import clock_offset
-from capture_app.overlay.film import Film, open_video
+from capture_app.overlay.film import TimedPictures, open_video
 from capture_app.simulator.carried_box import carried_box
 from ingest.calibration.board.spec import PRESETS
 from omomo_core.errors import InputError
@@ -21,7 +21,7 @@ Watched = Any
 AWAY = np.diag([1.0, 1, 1, 1])
 
 
-def filmed(motion: ObjectMotion, witness: Witness, path: Path) -> Film:
+def filmed(motion: ObjectMotion, witness: Witness, path: Path) -> TimedPictures:
     """What the witness filmed; the board is off the picture."""
     far = AWAY.copy()
     far[2, 3] = 50.0
@@ -30,7 +30,9 @@ def filmed(motion: ObjectMotion, witness: Witness, path: Path) -> Film:
 
 
 @pytest.fixture(scope="module")
-def carried(tmp_path_factory: pytest.TempPathFactory) -> tuple[ObjectMotion, Witness, Film]:
+def carried(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> tuple[ObjectMotion, Witness, TimedPictures]:
     """A box that is lifted, carried and put down, seen from across the room."""
     motion = carried_box()
     middle = motion.T_world_object[:, :3, 3].mean(axis=0)
@@ -40,25 +42,27 @@ def carried(tmp_path_factory: pytest.TempPathFactory) -> tuple[ObjectMotion, Wit
     return motion, witness, filmed(motion, witness, tmp_path_factory.mktemp("clock") / "film.mp4")
 
 
-def offset_of(film_: Film, motion: ObjectMotion, witness: Witness) -> float:
+def offset_of(film_: TimedPictures, motion: ObjectMotion, witness: Witness) -> float:
     camera = witness.camera
     return clock_offset(film_, motion, witness.T_world_camera, camera.K, camera.lens)
 
 
-def test_a_film_tells_when_it_began(carried: tuple[ObjectMotion, Witness, Film]) -> None:
+def test_a_film_tells_when_it_began(carried: tuple[ObjectMotion, Witness, TimedPictures]) -> None:
     motion, witness, taken = carried
     assert offset_of(taken, motion, witness) == pytest.approx(witness.start, abs=0.07)
 
 
 def test_the_clock_of_a_film_that_counts_from_elsewhere(
-    carried: tuple[ObjectMotion, Witness, Film],
+    carried: tuple[ObjectMotion, Witness, TimedPictures],
 ) -> None:
     motion, witness, taken = carried
     late = replace(taken, times=taken.times + 100.0)
     assert offset_of(late, motion, witness) == pytest.approx(witness.start - 100.0, abs=0.07)
 
 
-def test_another_motion_is_not_found_in_it(carried: tuple[ObjectMotion, Witness, Film]) -> None:
+def test_another_motion_is_not_found_in_it(
+    carried: tuple[ObjectMotion, Witness, TimedPictures],
+) -> None:
     motion, witness, taken = carried
     still = replace(
         motion,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from capture_app.commands.overlay import OverlayRequest
-from capture_app.overlay.film import Film
+from capture_app.overlay.film import TimedPictures
 from capture_app.overlay.in_scan import by_scan
 from capture_app.overlay.watcher import Watcher
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
@@ -55,7 +55,7 @@ def scanned(tmp_path_factory: pytest.TempPathFactory) -> Scanned:
 def watcher(scanned: Scanned, path: np.ndarray, T_rest_room: np.ndarray) -> Watcher:
     """A phone that films the room from each pose (ARKit's axes) of a path."""
     pictures = [picture for picture, _ in film(scanned.scene, path, WIDTH)]
-    taken = Film(
+    taken = TimedPictures(
         Path("film"),
         np.arange(len(path)) / 2,
         (WIDTH, pictures[0].shape[0]),

@@ -16,7 +16,7 @@ from capture_app.cli.overlay import overlay
 from capture_app.manifest import MOTION
 from capture_app.overlay.aligned import draw
 from capture_app.overlay.aligned import watched as seen_by
-from capture_app.overlay.placing import Place
+from capture_app.overlay.placing import FilmPlacement
 from capture_app.overlay.watcher import on_tripod
 from capture_app.result import load_result
 from ingest.calibration.board.lens import distorted
@@ -25,7 +25,7 @@ from omomo_core.errors import InputError
 from omomo_core.motion import FPS
 from render.actors import play
 from render.backends import open_renderer
-from render.lens import Lens
+from render.lens import LensDistortion
 from render.outline import draw_outline, pixels_of
 from render.overlay import OverlayStyle
 from render.props import floor, rigid_object
@@ -48,7 +48,7 @@ def filmed(watched: Watched, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("film")
     witness = replace(watched.witness, camera=watched.witness.camera.at(W, H), rate=RATE)
     camera = witness.camera
-    lens = Lens(camera.K, W, H, lambda rays: distorted(rays, camera.lens))
+    lens = LensDistortion(camera.K, W, H, lambda rays: distorted(rays, camera.lens))
     eye = lens.camera(witness.T_world_camera @ T_OPENCV_ARKIT_CAMERA)
     box = rigid_object(watched.motion)
     at = (witness.start + np.arange(COUNT) / RATE) * FPS
@@ -76,7 +76,7 @@ def run(result: Path, *words: str) -> None:
 def drawn(filmed: Path, result: Result, watched: Watched, style: OverlayStyle, **how: Any):
     witness = watched.witness
     watcher = on_tripod(filmed / "witness.mp4", witness.camera.at(W, H))
-    aligned = seen_by(result, watcher, Place(witness.T_world_camera, witness.start))
+    aligned = seen_by(result, watcher, FilmPlacement(witness.T_world_camera, witness.start))
     before = list(aligned.film.read(0, len(aligned.seconds)))
     return aligned, before, list(draw(result, 0, aligned, style, **how))
 

@@ -13,7 +13,7 @@ from capture_app.overlay.aligned import own_film
 from capture_app.overlay.eye import eye_of, mount_of, session_of
 from capture_app.overlay.find import find
 from capture_app.overlay.placing import (
-    Place,
+    FilmPlacement,
     arkit_world,
     board_in_room,
     by_board_in_room,
@@ -36,7 +36,7 @@ BOARD = PRESETS["A4"]
 PLACE = board_on_box(BOARD)
 
 
-def pixels_off(watched: Watched, place: Place) -> float:
+def pixels_off(watched: Watched, place: FilmPlacement) -> float:
     """Pixels between the person's joints through the camera that was found and the true one.
 
     The clocks count too: the joints are those that ride with the box, as far as hands are from it.
@@ -132,7 +132,9 @@ def test_a_board_in_the_room_tells_the_camera(watched: Watched) -> None:
     pixels, numbers = corner_observations(seen, big, witness.camera, rng, sigma=0.3)
     poses = board_poses(pixels, numbers, big, witness.camera.K, witness.camera.lens)
     sure = ~poses.ambiguous
-    place = Place(by_board_in_room(T_world_board, poses.T_camera_board[sure]), witness.start)
+    place = FilmPlacement(
+        by_board_in_room(T_world_board, poses.T_camera_board[sure]), witness.start
+    )
     assert pixels_off(watched, place) < 2.0
 
 

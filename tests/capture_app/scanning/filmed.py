@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from capture_app.scanning.scan import Scan
+from capture_app.scanning.scan import ObjectScan
 from tests.simulator.scan_camera import FilmErrors
 from tests.simulator.scan_film import ScanFilm, film_session
 from tests.simulator.scan_scene import scan_scene
@@ -14,7 +14,7 @@ class Scanned:
     """What was filmed, what came out, and what was told meanwhile."""
 
     film: ScanFilm
-    scan: Scan
+    scan: ObjectScan
     told: tuple[tuple[str, float], ...]
     """Stages, and how far they were."""
 

@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from capture_app.tables.answers import Answer, Task
+from capture_app.tables.answers import Task, WindowResult
 from capture_app.tables.build import tables_of
 from capture_app.tables.paper import CORRECTED, PUBLISHED
 from capture_app.tables.verdict import with_verdicts
 
 
-def answers(**f1: list[float]) -> list[Answer]:
+def answers(**f1: list[float]) -> list[WindowResult]:
     """Two windows of each of some clips, with the contact F1 of some methods."""
-    rows: list[Answer] = []
+    rows: list[WindowResult] = []
     for name, values in f1.items():
         for k, value in enumerate(values):
             task = Task(
@@ -18,7 +18,7 @@ def answers(**f1: list[float]) -> list[Answer]:
             )
             figures = {column.key: 1.0 for column in (*PUBLISHED, *CORRECTED)}
             figures |= {"contact_f1": value, "mpjpe_cm": 20 * (1 - value)}
-            rows.append(Answer(task, "", "", one=figures, best=figures, mean=figures))
+            rows.append(WindowResult(task, "", "", one=figures, best=figures, mean=figures))
     return rows
 
 

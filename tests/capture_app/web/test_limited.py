@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from capture_app.web.sandbox.bounds import Bounds
+from capture_app.web.sandbox.bounds import ProcessLimits
 from capture_app.web.sandbox.child_process import in_child
 from capture_app.web.sandbox.pool import SandboxPool
 from omomo_core.errors import InputError
@@ -24,7 +24,7 @@ def _children_find_the_chores(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def call(work, *given, tmp_path: Path, **bounds) -> dict[str, Any]:
-    return in_child(work, *given, scratch=tmp_path, bounds=Bounds(**bounds))
+    return in_child(work, *given, scratch=tmp_path, bounds=ProcessLimits(**bounds))
 
 
 def test_a_result_comes_from_another_process(tmp_path: Path):

@@ -4,7 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.contact.anchor import PALM_THICKNESS, anchor_spans
+from omomo_core.contact.anchor import anchor_spans
+from omomo_core.contact.config import ANCHOR
 from omomo_core.contact.segment import ContactSegment, ContactSpan
 from omomo_core.geometry.surface import Surface
 from tests.core.contact.box import FRAMES, SURFACE, carried, hands, switched
@@ -31,7 +32,7 @@ def test_a_palm_outside_is_anchored_outside_however_the_scan_is_wound(
     predicted = hands(T, switched(FRAMES), noisy, noisy)
     (segment,) = anchor_spans([ContactSpan(0, 10, 60)], predicted, scan, T)
     assert (segment.hand, segment.start, segment.stop) == (0, 10, 60)
-    assert abs(way * segment.anchor[side] - (0.2 + PALM_THICKNESS)) < 1e-6
+    assert abs(way * segment.anchor[side] - (0.2 + ANCHOR.palm_thickness)) < 1e-6
     assert np.linalg.norm(segment.anchor - palm) < 0.03 + off
 
 
@@ -39,7 +40,7 @@ def test_a_palm_inside_comes_out_along_the_normal():
     T = carried(2)
     predicted = hands(T, switched(FRAMES), np.array([0.18, 0.02, 0.05]), np.zeros(3))
     (segment,) = anchor_spans([ContactSpan(0, -5, FRAMES + 9)], predicted, SURFACE, T)
-    assert abs(segment.anchor[0] - (0.2 + PALM_THICKNESS)) < 1e-6
+    assert abs(segment.anchor[0] - (0.2 + ANCHOR.palm_thickness)) < 1e-6
 
 
 def test_an_anchor_that_is_given_stays():

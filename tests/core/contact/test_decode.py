@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.contact.decode import SHORTEST, ContactPrefix, decode
+from omomo_core.contact.config import DECODING
+from omomo_core.contact.decode import ContactPrefix, decode
 from omomo_core.contact.segment import ContactSegment, follow_anchors
 from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import HandMotion
@@ -48,7 +49,9 @@ def test_weak_probabilities_do_not_hold_what_may_rest(seed: int):
     assert decode(hands(T, contact), SURFACE, T, NEVER) == ()
 
 
-@given(first=st.integers(12, 40), length=st.integers(1, SHORTEST - 1), hand=st.integers(0, 1))
+@given(
+    first=st.integers(12, 40), length=st.integers(1, DECODING.shortest - 1), hand=st.integers(0, 1)
+)
 @settings(max_examples=30, deadline=None)
 def test_flickers_vanish(first: int, length: int, hand: int):
     T = carried(first)
@@ -97,7 +100,7 @@ def test_a_re_grasp_is_found_while_the_other_hand_holds(frame: int, travel: int,
     segments = decode(predicted, SURFACE, T, ALWAYS)
     before, after = (s for s in segments if s.hand == 1)
     assert abs((before.stop + after.start) / 2 - frame) < 5
-    assert SHORTEST <= after.start - before.stop <= 12
+    assert DECODING.shortest <= after.start - before.stop <= 12
     assert np.linalg.norm(before.anchor - RIGHT) < 0.05
     assert np.linalg.norm(after.anchor - TOP) < 0.05
 

@@ -4,7 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.contact.segment import BLEND, ContactSegment, follow_anchors
+from omomo_core.contact.config import ANCHOR
+from omomo_core.contact.segment import ContactSegment, follow_anchors
 from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import HandMotion
 from tests.core.contact.box import FRAMES, LEFT, RIGHT, carried, hands, switched
@@ -43,7 +44,7 @@ def test_palms_are_on_their_anchors_and_nowhere_jump(segments: list[ContactSegme
     # From anchor to anchor in no less than seven frames, from the prediction in eight, or both.
     farthest = np.linalg.norm([0.6, 0.6, 0.6])
     speed = np.linalg.norm(np.diff(local, axis=0), axis=-1)
-    assert speed.max() < STEEPEST * farthest * (1 / 7 + 1 / BLEND)
+    assert speed.max() < STEEPEST * farthest * (1 / 7 + 1 / ANCHOR.blend)
 
 
 @given(segments=holds(), seed=st.integers(0, 100))
@@ -54,7 +55,7 @@ def test_away_from_segments_palms_are_as_predicted(segments: list[ContactSegment
     held = follow_anchors(segments, predicted, T)
     near = np.zeros((FRAMES, 2), bool)
     for s in segments:
-        near[max(s.start - BLEND, 0) : max(s.stop + BLEND, 0), s.hand] = True
+        near[max(s.start - ANCHOR.blend, 0) : max(s.stop + ANCHOR.blend, 0), s.hand] = True
     np.testing.assert_array_equal(held.palms[~near], predicted.palms[~near])
     assert (held.contact[~near] == 0).all()
 

@@ -7,8 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from omomo_core.contact.config import SUPPORT
 from omomo_core.contact.static_stability import overhang
-from omomo_core.contact.support import REACHING, must_be_held, touchable_range
+from omomo_core.contact.support import must_be_held, touchable_range
 from omomo_core.geometry.object_features import ObjectFeatures, object_features
 from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
 
@@ -137,8 +138,8 @@ def test_hands_are_on_what_rests_a_second_before_it_moves_and_a_second_after(spe
     moves = np.interp(np.arange(FRAMES), [35, 53], [0.0, 0.6 * speed])
     turns = Rotation.from_euler("z", 6 * moves[:, None])
     for first, stop in (touch(moves), touch(0.0, turn=turns)):
-        assert abs(first - (35 - REACHING)) <= 3
-        assert abs(stop - (53 + REACHING)) <= 3
+        assert abs(first - (35 - SUPPORT.reaching)) <= 3
+        assert abs(stop - (53 + SUPPORT.reaching)) <= 3
 
 
 def test_what_moves_at_the_ends_is_touched_there_and_what_rests_throughout_is_not():

@@ -1,0 +1,183 @@
+"""Numbers of the selection of palm hypotheses and of the ranking of finished samples."""
+
+from dataclasses import dataclass
+
+from omomo_core.config import setting
+
+
+@dataclass(frozen=True)
+class CoverageConfig:
+    """How many palm hypotheses are sampled, and how those that cover them are found."""
+
+    hypotheses_per_sample: int = setting(
+        5, "count", "Hypotheses that are sampled for each sample that is kept."
+    )
+    most_hypotheses: int = setting(100, "count", "Most hypotheses in all.")
+    stride: int = setting(4, "frames", "Interval between the frames that are compared.")
+    neighbours: int = setting(
+        5, "count", "The kernel is as wide as the distance to the nearest so many hypotheses."
+    )
+    kernel_width: float = setting(0.25, "m", "Greatest width of the kernel.")
+    contact_distance: float = setting(
+        0.5,
+        "m",
+        "Added to the distance of two hypotheses for each hand that holds in one of them only.",
+    )
+    kernel_smoothing: float = setting(
+        15.0, "frames", "Standard deviation of the filter over distances for the kernel."
+    )
+
+
+@dataclass(frozen=True)
+class PlausibilityConfig:
+    """Which palm hypotheses hold the object as a person could."""
+
+    grasp_distance: float = setting(
+        0.15,
+        "m",
+        "Mean distance of holding palms from the surface below which contacts can move them onto it.",
+    )
+    largest_turn: float = setting(
+        60.0,
+        "deg",
+        "Angle by which the line between two holding palms may leave its mean in the object: "
+        "hypotheses of several windows may hold from one side at first and from another later.",
+    )
+    lasting: int = setting(9, "frames", "Time over which that angle is averaged.")
+
+
+@dataclass(frozen=True)
+class OppositeSideConfig:
+    """Samples in which the person stands on the opposite side of the object."""
+
+    one_in: int = setting(5, "count", "One of so many samples changes sides.")
+    lighter: float = setting(
+        0.9,
+        "share",
+        "People hold up a tipped object from the side where it takes less than this share of the "
+        "force; of 44 synthetic people who tip something, 42 have no side that is so much lighter.",
+    )
+    swap_smoothing: int = setting(
+        5,
+        "frames",
+        "Standard deviation of the filter over which exchanged hands come to their contacts.",
+    )
+
+
+@dataclass(frozen=True)
+class StartConfig:
+    """Selection of hypotheses by a start position or start pose, and the way from there."""
+
+    candidates_per_sample: float = setting(
+        1.5, "count", "Candidates that begin nearest to the start, for each sample."
+    )
+    fewest_candidates: int = setting(4, "count", "Fewest candidates in all.")
+    shortest_blend: int = setting(
+        10, "frames", "Shortest time in which palms blend from the start to the hypothesis."
+    )
+    longest_blend: int = setting(60, "frames", "Longest time of that blend.")
+    fastest_blend: float = setting(
+        1.8, "m/s", "Greatest speed of that blend from a start position."
+    )
+    pace: float = setting(
+        0.8,
+        "m/s",
+        "Mean speed, from stand to stand, at which people walk around an object before they take it.",
+    )
+    free_step: float = setting(
+        0.3, "m", "Way that takes no time, because people lean and step while they reach."
+    )
+    holding_reach: float = setting(
+        0.4, "m", "Distance from the pelvis forward to the middle of palms that hold."
+    )
+    idle_reach: float = setting(
+        0.1, "m", "Distance from the pelvis forward to the middle of palms that do not hold."
+    )
+
+
+@dataclass(frozen=True)
+class ScoreWeights:
+    """Weight of each fault in the sum that ranks the samples."""
+
+    unheld: float = setting(
+        20.0, "cost", "Weight of the share of frames in which nobody holds the object but must."
+    )
+    miss_cm: float = setting(
+        1.0, "1/cm", "Weight of the mean distance of palms from their targets."
+    )
+    skate_cm_s: float = setting(0.2, "s/cm", "Weight of the mean speed of planted feet.")
+    inside_cm: float = setting(1.0, "1/cm", "Weight of the mean penetration depth.")
+    floating: float = setting(
+        10.0, "cost", "Weight of the share of frames in which both feet are in the air."
+    )
+    jerk_m_s3: float = setting(0.02, "s^3/m", "Weight of the mean jerk of the joints.")
+    leaping: float = setting(
+        1.0, "cost", "Weight of the excess over the speed limits, summed over frames."
+    )
+
+
+@dataclass(frozen=True)
+class ScoreConfig:
+    """How the faults of a sample are measured, and which samples count for its distance."""
+
+    floating_height: float = setting(
+        0.06, "m", "Height of the lower toe above its floor from which a body floats."
+    )
+    floor_quantile: float = setting(
+        0.05, "share", "Quantile of the lower toe's height that is its floor."
+    )
+    turn_frames: int = setting(
+        3, "frames", "Time over which a turn about the vertical is measured."
+    )
+    outliers_one_in: int = setting(
+        4, "count", "The farthest one in so many samples does not count for a sample's distance."
+    )
+
+
+@dataclass(frozen=True)
+class SpeedLimits:
+    """Largest speeds of people who do not run, jump, throw or dance.
+
+    Each is the 99.9th percentile over the frames of recorded people (`benchmarks/speeds.py`), rounded up.
+    """
+
+    pelvis: float = setting(2.2, "m/s", "Speed limit of the pelvis joint.")
+    head: float = setting(2.4, "m/s", "Speed limit of the head joint.")
+    palm: float = setting(5.0, "m/s", "Speed limit of a palm.")
+    ankle: float = setting(4.9, "m/s", "Speed limit of an ankle.")
+    toe: float = setting(5.8, "m/s", "Speed limit of a toe joint.")
+    thigh: float = setting(550.0, "deg/s", "Angular speed limit of the line from hip to knee.")
+    shin: float = setting(530.0, "deg/s", "Angular speed limit of the line from knee to ankle.")
+    upper_arm: float = setting(
+        420.0, "deg/s", "Angular speed limit of the line from shoulder to elbow."
+    )
+    forearm: float = setting(590.0, "deg/s", "Angular speed limit of the line from elbow to wrist.")
+    turn: float = setting(
+        340.0, "deg/s", "Limit of the turn of pelvis or chest about the vertical."
+    )
+
+
+COVERAGE = CoverageConfig()
+PLAUSIBILITY = PlausibilityConfig()
+OPPOSITE_SIDE = OppositeSideConfig()
+START = StartConfig()
+SCORE_WEIGHTS = ScoreWeights()
+SCORE = ScoreConfig()
+HUMAN_LIMITS = SpeedLimits()
+"""The limits that samples are judged by."""
+
+
+@dataclass(frozen=True)
+class SelectionConfig:
+    """All numbers of selection and ranking."""
+
+    coverage: CoverageConfig = COVERAGE
+    plausibility: PlausibilityConfig = PLAUSIBILITY
+    opposite_side: OppositeSideConfig = OPPOSITE_SIDE
+    start: StartConfig = START
+    score_weights: ScoreWeights = SCORE_WEIGHTS
+    score: ScoreConfig = SCORE
+    speed_limits: SpeedLimits = HUMAN_LIMITS
+
+
+SELECTION = SelectionConfig()
