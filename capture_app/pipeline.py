@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from capture_app.commands.run import RunRequest
-from capture_app.describe import describe
-from capture_app.made import Made
-from capture_app.making import ResultInMaking, make
+from capture_app.generated_sample import GeneratedSample
 from capture_app.manifest import MOTION, Manifest
+from capture_app.manifest_builder import run_manifest
 from capture_app.prepare import PreparedTake, prepare_take
 from capture_app.progress import Progress, silent
 from capture_app.result import Result, save_motion
+from capture_app.staged_result import StagedResult, run_stages
 from omomo_core.body.model import BodyModel
 from omomo_core.generation.conditioning import Conditioning
 from omomo_core.generation.generator import generate
@@ -35,10 +35,10 @@ def run_take(request: RunRequest, progress: Progress = silent) -> Result:
         InputError: an input cannot give a correct motion, or the output folder cannot be made.
         AssetError: the body or the weights are missing or damaged.
     """
-    return make(TakeInMaking(request, progress))
+    return run_stages(StagedRun(request, progress))
 
 
-class TakeInMaking(ResultInMaking[RunRequest]):
+class StagedRun(StagedResult[RunRequest]):
     """A take on its way to a result."""
 
     @property
@@ -69,10 +69,17 @@ class TakeInMaking(ResultInMaking[RunRequest]):
         take, options = self.prepared, self.request.generation
         stood = None if take.stood is None else np.array(take.stood)
         known = Conditioning(contacts=take.contacts, start_position=stood)
-        made = generate(take.motion, take.body, take.stages, options, self.clock, known)
+        generated = generate(take.motion, take.body, take.stages, options, self.clock, known)
         path = self.staging.folder / MOTION
-        save_motion(path, made.people, made.chosen, take.motion, take.body.name)
-        self.keep(Made(made.people[made.chosen], made.chosen, made.scores, made.notes))
+        save_motion(path, generated.people, generated.chosen, take.motion, take.body.name)
+        self.keep(
+            GeneratedSample(
+                generated.people[generated.chosen],
+                generated.chosen,
+                generated.scores,
+                generated.notes,
+            )
+        )
 
     @property
     def inputs(self) -> Mapping[str, Path]:
@@ -80,7 +87,7 @@ class TakeInMaking(ResultInMaking[RunRequest]):
         return self.request.inputs
 
     @property
-    def moved(self) -> ObjectMotion:
+    def object_motion(self) -> ObjectMotion:
         """The chosen segment of the take."""
         return self.prepared.motion
 
@@ -96,4 +103,4 @@ class TakeInMaking(ResultInMaking[RunRequest]):
 
     def manifest(self, files: tuple[str, ...]) -> Manifest:
         """Of this run."""
-        return describe(self.request, self.prepared, self.made, self.clock.seconds, files)
+        return run_manifest(self.request, self.prepared, self.sample, self.clock.seconds, files)

@@ -9,7 +9,7 @@ from capture_app.commands.run import RunRequest
 from capture_app.coordinates import Place
 from capture_app.inspection import Verdict, look_over, usable_take
 from capture_app.manifest import Segment
-from capture_app.stood import where_stood
+from capture_app.start_position import start_position
 from ingest.animated.detect import read_animation
 from ingest.animated.take import AnimatedTake, to_animated_take
 from ingest.formats.detect import read_session
@@ -68,7 +68,7 @@ def prepare_take(request: RunRequest) -> PreparedTake:
         segment=segment,
         mount=mount,
         contacts=_contacts(request, motion),
-        stood=where_stood(request, motion, mount, segment),
+        stood=start_position(request, motion, mount, segment),
         body=with_height(body, request.height) if request.height else body,
         stages=_stages(request),
         verdict=verdict,

@@ -5,13 +5,13 @@ from functools import cached_property
 from pathlib import Path
 
 from capture_app.commands.run import ResolveRequest
-from capture_app.describe import describe_correction
-from capture_app.made import Made
-from capture_app.making import ResultInMaking, make
+from capture_app.generated_sample import GeneratedSample
 from capture_app.manifest import CONTACTS, MOTION, Manifest
+from capture_app.manifest_builder import correction_manifest
 from capture_app.progress import Progress, silent
 from capture_app.rerun import unchanged
 from capture_app.result import Result, body_of, load_result, save_corrected
+from capture_app.staged_result import StagedResult, run_stages
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.file import read_contacts
 from omomo_core.contact.segment import ContactSpan
@@ -39,10 +39,10 @@ def resolve_result(request: ResolveRequest, progress: Progress = silent) -> Resu
             output folder cannot be made.
         AssetError: the body is missing or damaged.
     """
-    return make(CorrectionInMaking(request, progress))
+    return run_stages(StagedCorrection(request, progress))
 
 
-class CorrectionInMaking(ResultInMaking[ResolveRequest]):
+class StagedCorrection(StagedResult[ResolveRequest]):
     """A result on its way to a corrected one."""
 
     @property
@@ -67,12 +67,12 @@ class CorrectionInMaking(ResultInMaking[ResolveRequest]):
     def solve(self) -> None:
         """Solve again what the contacts touch, and write motion.npz."""
         self.clock("solve", 0.0)
-        scene = self._thing.clip(self.moved.T_world_object)
+        scene = self._thing.clip(self.object_motion.T_world_object)
         person = resolve(self._person, self._edited, scene, self._thing, self.body)
         self.clock("solve", 1.0)
         save_corrected(self.staging.folder / MOTION, self._before, person)
         scores = score(person, scene.must_hold)
-        self.keep(Made(person, 0, (scores,), notes_of(scores)))
+        self.keep(GeneratedSample(person, 0, (scores,), notes_of(scores)))
 
     @property
     def inputs(self) -> Mapping[str, Path]:
@@ -80,7 +80,7 @@ class CorrectionInMaking(ResultInMaking[ResolveRequest]):
         return {"result": self.request.result, "contacts": self.request.contacts}
 
     @property
-    def moved(self) -> ObjectMotion:
+    def object_motion(self) -> ObjectMotion:
         """The object of the result."""
         return self._before.object_motion
 
@@ -97,7 +97,7 @@ class CorrectionInMaking(ResultInMaking[ResolveRequest]):
     def manifest(self, files: tuple[str, ...]) -> Manifest:
         """Of the new result."""
         timings = self.clock.seconds
-        return describe_correction(self.request, self._before, self.made, timings, files)
+        return correction_manifest(self.request, self._before, self.sample, timings, files)
 
     @cached_property
     def _before(self) -> Result:
@@ -113,7 +113,7 @@ class CorrectionInMaking(ResultInMaking[ResolveRequest]):
 
     @cached_property
     def _thing(self) -> ObjectModel:
-        return ObjectModel(self.moved.mesh, scale=1.0)
+        return ObjectModel(self.object_motion.mesh, scale=1.0)
 
     @cached_property
     def _edited(self) -> tuple[ContactSpan, ...]:

@@ -12,7 +12,7 @@ from capture_app.commands.request import validated
 from capture_app.commands.scan import ScanRequest
 
 if TYPE_CHECKING:
-    pass
+    from capture_app.scanning.scan import ObjectScan
 
 if TYPE_CHECKING:
     from capture_app.scanning.scan import ObjectScan

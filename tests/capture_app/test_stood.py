@@ -15,7 +15,7 @@ from capture_app.manifest import Segment
 from capture_app.pipeline import run_take
 from capture_app.rerun import request_of
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
-from capture_app.stood import where_stood
+from capture_app.start_position import start_position
 from ingest.mount import Mount
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh, ObjectMotion
@@ -95,7 +95,9 @@ def _ask(
     **more: Any,
 ):
     asked = request(Path("nowhere")).model_copy(update={"stood": stood, **more})
-    return where_stood(asked, _table(deep), Mount(np.linalg.inv(T_world_phone), "made up"), segment)
+    return start_position(
+        asked, _table(deep), Mount(np.linalg.inv(T_world_phone), "made up"), segment
+    )
 
 
 @pytest.mark.parametrize(
@@ -123,7 +125,7 @@ def test_nobody_stands_in_a_wardrobe(x: float, y: float):
     mesh = ObjectMesh(np.array(box.vertices), np.array(box.faces), "wardrobe")
     asked = request(Path("nowhere")).model_copy(update={"stood": (x, y)})
     with pytest.raises(InputError) as refused:
-        where_stood(asked, ObjectMotion(mesh, T, np.ones(30, bool)), Mount(np.eye(4), ""), HERE)
+        start_position(asked, ObjectMotion(mesh, T, np.ones(30, bool)), Mount(np.eye(4), ""), HERE)
     assert refused.value.code == "stood-inside"
 
 

@@ -6,10 +6,10 @@ from capture_app.jobs.protocol import Attempt, JobKind
 
 
 def _start(order: ResolveRequest, attempt: Attempt) -> FolderJob:
-    from capture_app.resolve import CorrectionInMaking
+    from capture_app.resolve import StagedCorrection
 
-    making = CorrectionInMaking(order, attempt.progress, key=attempt.id, timings=attempt.timings)
-    return FolderJob(making, attempt)
+    staged = StagedCorrection(order, attempt.progress, key=attempt.id, timings=attempt.timings)
+    return FolderJob(staged, attempt)
 
 
 KIND = JobKind(ResolveRequest, _start, {"read": 0.1, "solve": 0.4, "export": 0.1, "video": 0.4})

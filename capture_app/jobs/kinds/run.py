@@ -8,7 +8,7 @@ from capture_app.jobs.kinds.folder import FolderJob
 from capture_app.jobs.protocol import Attempt, JobKind
 
 if TYPE_CHECKING:
-    from capture_app.pipeline import TakeInMaking
+    from capture_app.pipeline import StagedRun
 
 _SHARES = {
     "read": 0.05,
@@ -25,9 +25,9 @@ _SHARES = {
 class _TakeWork(FolderJob):
     """Also tells the verdict on the take."""
 
-    def __init__(self, making: "TakeInMaking", attempt: Attempt) -> None:
-        super().__init__(making, attempt)
-        self._take = making
+    def __init__(self, staged: "StagedRun", attempt: Attempt) -> None:
+        super().__init__(staged, attempt)
+        self._take = staged
 
     @property
     def stages(self) -> Mapping[str, Callable[[], None]]:
@@ -39,10 +39,10 @@ class _TakeWork(FolderJob):
 
 
 def _start(order: RunRequest, attempt: Attempt) -> FolderJob:
-    from capture_app.pipeline import TakeInMaking
+    from capture_app.pipeline import StagedRun
 
-    making = TakeInMaking(order, attempt.progress, key=attempt.id, timings=attempt.timings)
-    return _TakeWork(making, attempt)
+    staged = StagedRun(order, attempt.progress, key=attempt.id, timings=attempt.timings)
+    return _TakeWork(staged, attempt)
 
 
 KIND = JobKind(RunRequest, _start, _SHARES)

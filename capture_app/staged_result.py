@@ -10,24 +10,24 @@ from functools import cached_property
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from capture_app.chosen import draw_chosen, export_chosen
 from capture_app.commands.run import ResolveRequest, RunRequest
-from capture_app.made import Made, load_made, save_made
+from capture_app.generated_sample import GeneratedSample, load_sample, save_sample
 from capture_app.manifest import MANIFEST, Manifest, write_manifest
 from capture_app.progress import Progress, StageClock
 from capture_app.result import Result, load_result
+from capture_app.sample_files import draw_sample, export_sample
 from capture_app.staging import Staging
 from omomo_core.body.model import BodyModel
 from omomo_core.motion import ObjectMotion
 
-_LEFT = ".made.npz"
+_SAMPLE_FILE = ".made.npz"
 """What was generated, to the last bit; gone when the result is complete."""
 
 
 Request = TypeVar("Request", RunRequest, ResolveRequest)
 
 
-class ResultInMaking(ABC, Generic[Request]):
+class StagedResult(ABC, Generic[Request]):
     """What the stages share: the folder, the clock, and what was made so far."""
 
     def __init__(
@@ -62,7 +62,7 @@ class ResultInMaking(ABC, Generic[Request]):
 
     @property
     @abstractmethod
-    def moved(self) -> ObjectMotion:
+    def object_motion(self) -> ObjectMotion:
         """The object."""
 
     @property
@@ -80,27 +80,31 @@ class ResultInMaking(ABC, Generic[Request]):
         """Of the result."""
 
     @cached_property
-    def made(self) -> Made:
+    def sample(self) -> GeneratedSample:
         """What was generated, by this process or by one before it."""
-        return load_made(self.staging.folder / _LEFT)
+        return load_sample(self.staging.folder / _SAMPLE_FILE)
 
-    def keep(self, made: Made) -> None:
+    def keep(self, sample: GeneratedSample) -> None:
         """Remember what was generated, here and in the folder."""
-        save_made(self.staging.folder / _LEFT, made)
-        self.made = made
+        save_sample(self.staging.folder / _SAMPLE_FILE, sample)
+        self.sample = sample
 
     def export(self) -> None:
         """Write contacts.json and the GLB of the chosen sample."""
         self.clock("export", 0.0)
         contacts = self.has_contacts
-        export_chosen(self.staging.folder, self.made.person, self.moved, self.body, contacts)
+        export_sample(
+            self.staging.folder, self.sample.person, self.object_motion, self.body, contacts
+        )
         self.clock("export", 1.0)
 
     def video(self) -> None:
         """Draw the chosen sample."""
         if size := self.request.video_size:
-            person = self.made.person
-            draw_chosen(self.staging.folder, person, self.moved, self.body, size, self.clock)
+            person = self.sample.person
+            draw_sample(
+                self.staging.folder, person, self.object_motion, self.body, size, self.clock
+            )
 
     def finish(self) -> None:
         """Write the manifest and put the folder in place; nothing to do where that is done."""
@@ -109,19 +113,19 @@ class ResultInMaking(ABC, Generic[Request]):
             names = sorted(path.name for path in folder.iterdir())
             files = tuple(name for name in names if not name.startswith("."))
             write_manifest(folder / MANIFEST, self.manifest(files))
-        (folder / _LEFT).unlink(missing_ok=True)
+        (folder / _SAMPLE_FILE).unlink(missing_ok=True)
         self.staging.publish()
 
 
-def make(making: ResultInMaking[Request]) -> Result:
+def run_stages(staged: StagedResult[Request]) -> Result:
     """Run all stages; nothing is left behind when one fails.
 
     Returns:
         The result, as it is on the disk.
     """
     try:
-        for stage in making.stages.values():
+        for stage in staged.stages.values():
             stage()
     finally:
-        making.staging.discard()
-    return load_result(making.staging.target)
+        staged.staging.discard()
+    return load_result(staged.staging.target)

@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 
 from capture_app.commands.run import ResolveRequest, RunRequest
-from capture_app.faults import unsatisfied
-from capture_app.made import Made
+from capture_app.generated_sample import GeneratedSample
 from capture_app.manifest import (
     MANIFEST,
     BodyRecord,
@@ -17,16 +16,17 @@ from capture_app.manifest import (
 )
 from capture_app.motion_config import recorded_config
 from capture_app.prepare import PreparedTake
+from capture_app.residual_report import unsatisfied
 from capture_app.result import Result
-from capture_app.stood import stood_note
+from capture_app.start_position import start_position_note
 from omomo_core.motion import FPS
 from omomo_core.weights.load import SHIPPED
 
 
-def describe(
+def run_manifest(
     request: RunRequest,
     prepared: PreparedTake,
-    made: Made,
+    sample: GeneratedSample,
     timings: dict[str, float],
     files: tuple[str, ...],
 ) -> Manifest:
@@ -45,23 +45,23 @@ def describe(
         mount_method=prepared.mount.method,
         body=BodyRecord(name=body.name, credit=body.credit, height=body.height),
         weights={path.name: sha256(path) for path in sorted(weights.glob("*.safetensors"))},
-        scores=made.scores,
-        chosen=made.chosen,
+        scores=sample.scores,
+        chosen=sample.chosen,
         notes=(
             *prepared.take.notes,
             *_segment_note(prepared.segment),
-            *stood_note(prepared.stood, made.person.human),
+            *start_position_note(prepared.stood, sample.person.human),
         ),
-        faults=(*made.notes, *unsatisfied(made.person)),
+        faults=(*sample.notes, *unsatisfied(sample.person)),
         timings=timings,
         files=files,
     )
 
 
-def describe_correction(
+def correction_manifest(
     request: ResolveRequest,
     before: Result,
-    made: Made,
+    sample: GeneratedSample,
     timings: dict[str, float],
     files: tuple[str, ...],
 ) -> Manifest:
@@ -83,10 +83,10 @@ def describe_correction(
             contacts=str(request.contacts),
             contacts_sha256=sha256(request.contacts),
         ),
-        scores=made.scores,
-        chosen=made.chosen,
+        scores=sample.scores,
+        chosen=sample.chosen,
         notes=first.notes,
-        faults=(*made.notes, *unsatisfied(made.person)),
+        faults=(*sample.notes, *unsatisfied(sample.person)),
         timings=timings,
         files=files,
     )

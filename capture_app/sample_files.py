@@ -17,27 +17,27 @@ from render.third_person import frames
 from render.video import write_video
 
 
-def export_chosen(
-    folder: Path, person: Person, moved: ObjectMotion, body: BodyModel, contacts: bool
+def export_sample(
+    folder: Path, person: Person, object_motion: ObjectMotion, body: BodyModel, contacts: bool
 ) -> None:
     """Write the files that other programs open.
 
     Args:
         folder: of the result.
         person: the chosen sample.
-        moved: the object, as many frames as the person.
+        object_motion: the object, as many frames as the person.
         body: whose bones the person moves.
         contacts: write contacts.json; the published rule has none.
     """
     if contacts:
-        write_contacts(folder / CONTACTS, person.segments, len(moved.valid))
-    write_glb(folder / GLB, person.human, moved, body)
+        write_contacts(folder / CONTACTS, person.segments, len(object_motion.valid))
+    write_glb(folder / GLB, person.human, object_motion, body)
 
 
-def draw_chosen(
+def draw_sample(
     folder: Path,
     person: Person,
-    moved: ObjectMotion,
+    object_motion: ObjectMotion,
     body: BodyModel,
     size: tuple[int, int],
     progress: Progress,
@@ -45,22 +45,22 @@ def draw_chosen(
     """Write the video.
 
     Args:
-        folder, person, moved, body: as for `export_chosen`.
+        folder, person, moved, body: as for `export_sample`.
         size: width and height in pixels.
         progress: told the stage "video".
     """
-    pictures = _watched(person.human, moved, body, size, progress)
+    pictures = _watched(person.human, object_motion, body, size, progress)
     write_video(folder / VIDEO, pictures, FPS)
 
 
 def _watched(
     human: HumanMotion,
-    moved: ObjectMotion,
+    object_motion: ObjectMotion,
     body: BodyModel,
     size: tuple[int, int],
     progress: Progress,
 ) -> Iterator[UInt8[np.ndarray, "h w 3"]]:
     """The video's pictures, told to `progress` as they are drawn."""
-    for k, picture in enumerate(frames(human, moved, body, width=size[0], height=size[1])):
+    for k, picture in enumerate(frames(human, object_motion, body, width=size[0], height=size[1])):
         yield picture
         progress("video", (k + 1) / len(human.root))

@@ -34,7 +34,7 @@ UPRIGHT = 0.3
 """How far (sine of the angle) a screen must be from level to be seen from one side."""
 
 
-def where_stood(
+def start_position(
     request: RunRequest, motion: ObjectMotion, mount: Mount, segment: Segment
 ) -> Place | None:
     """Where somebody stood; None where it is not said.
@@ -70,7 +70,7 @@ def where_stood(
     return x, y
 
 
-def stood_note(place: Place | None, human: HumanMotion) -> Iterator[str]:
+def start_position_note(place: Place | None, human: HumanMotion) -> Iterator[str]:
     """What to know where somebody does not begin where they were said to."""
     off = 0.0 if place is None else float(np.linalg.norm(human.root[0, :2] - place))
     if off > ASTRAY:

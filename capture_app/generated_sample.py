@@ -13,7 +13,7 @@ from omomo_core.whole_file import whole_file
 
 
 @dataclass(frozen=True)
-class Made:
+class GeneratedSample:
     """The sample to show, and how all samples were judged."""
 
     person: Person
@@ -25,21 +25,21 @@ class Made:
     """What is still wrong with the chosen sample, in words."""
 
 
-def save_made(path: Path, made: Made) -> None:
+def save_sample(path: Path, sample: GeneratedSample) -> None:
     """Write it; unlike `motion.npz`, which is for others, nothing is converted or rounded."""
-    person = made.person
+    person = sample.person
     human = {f.name: getattr(person.human, f.name) for f in fields(HumanMotion)}
     spans = [(s.hand, s.start, s.stop) for s in person.segments]
     anchors = np.array([s.anchor for s in person.segments])
-    scores = [{name: float(value) for name, value in score.items()} for score in made.scores]
-    told = json.dumps({"chosen": made.chosen, "scores": scores, "notes": made.notes})
+    scores = [{name: float(value) for name, value in score.items()} for score in sample.scores]
+    told = json.dumps({"chosen": sample.chosen, "scores": scores, "notes": sample.notes})
     arrays = {"spans": np.array(spans, int), "anchors": anchors, "told": np.array(told)}
     with whole_file(path) as partial:
         np.savez(partial, miss=person.miss, depth=person.depth, **arrays, **human)
 
 
-def load_made(path: Path) -> Made:
-    """Read what `save_made` wrote."""
+def load_sample(path: Path) -> GeneratedSample:
+    """Read what `save_sample` wrote."""
     with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
         data = {key: file[key] for key in file.files}
     told = json.loads(str(data["told"]))
@@ -49,4 +49,4 @@ def load_made(path: Path) -> Made:
     )
     human = HumanMotion(**{f.name: data[f.name] for f in fields(HumanMotion)})
     person = Person(human, segments, data["miss"], data["depth"])
-    return Made(person, told["chosen"], tuple(told["scores"]), tuple(told["notes"]))
+    return GeneratedSample(person, told["chosen"], tuple(told["scores"]), tuple(told["notes"]))
