@@ -15,13 +15,13 @@ from capture_app.simulator.path import arkit_from_world
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.recording import write_recording
 from capture_app.simulator.wiggle import wiggle_motion
-from capture_app.simulator.witness import board_on_box, record_witness, tripod
 from ingest.calibration.board.sheet import preset_for
 from ingest.formats import stray_scanner
 from ingest.formats.detect import read_session
 from ingest.mount_file import load_mount
 from ingest.trajectory.object_motion import to_object_motion
 from omomo_core.geometry.transforms import inverse
+from tests.simulator.witness import board_on_box, record_witness, tripod
 
 
 def chain(seed: int = 0) -> tuple[float, float]:

@@ -8,11 +8,11 @@ from scipy.spatial.transform import Rotation
 from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.phone import BOOT_SECONDS, simulate
 from capture_app.simulator.wiggle import Wiggle, wiggle_motion
-from capture_app.simulator.witness import board_on_box, corner_observations, tripod
 from ingest.calibration.board.poses import board_poses
 from ingest.calibration.board.sheet import preset_for
 from ingest.calibration.hand_eye.streams import PoseStream
 from ingest.mount import Mount
+from tests.simulator.witness import board_on_box, corner_observations, tripod
 
 BOARD = preset_for("A4")
 

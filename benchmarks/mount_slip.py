@@ -14,12 +14,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.carried_box import LIFT, REST, carried_box, clamped_phone
-from capture_app.simulator.gravity_error import unlevel
 from capture_app.simulator.phone import simulate
-from capture_app.simulator.slipping import slipping
 from ingest.report.look import Look
 from ingest.report.stance import object_checks
 from ingest.trajectory.object_motion import to_object_motion
+from tests.simulator.gravity_error import unlevel
+from tests.simulator.slipping import slipping
 
 ANGLES = (0, 1, 2, 3, 4, 5, 6, 8, 10, 15, 20, 30)
 

@@ -23,7 +23,6 @@ from pathlib import Path
 from benchmarks.scan_errors import HEAD, compared
 from benchmarks.scan_films import Order, camera_errors, cameras, filmed
 from benchmarks.scan_poisson import poisson
-from capture_app.simulator.scan_objects import OBJECTS
 from ingest.scan.clean.clean import CleanMesh, clean
 from ingest.scan.clean.save import save_mesh
 from ingest.scan.dense.cloud import cloud
@@ -31,6 +30,7 @@ from ingest.scan.dense.dense import dense_surface
 from ingest.scan.dense.depths import measure_depths
 from ingest.scan.region.region import aim_at, find_region
 from ingest.scan.types import Registered
+from tests.simulator.scan_objects import OBJECTS
 
 METHODS = ("stereo", "depth", "both", "poisson")
 

@@ -4,11 +4,11 @@ import igl
 import numpy as np
 import trimesh
 
-from capture_app.simulator.scan_film import ScanFilm
 from ingest.scan.clean.clean import CleanMesh
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMesh
+from tests.simulator.scan_film import ScanFilm
 
 _SAMPLES = 20_000
 _SHOWN = 3

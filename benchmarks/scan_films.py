@@ -6,9 +6,6 @@ from pathlib import Path
 import numpy as np
 
 from capture_app.simulator.path import arkit_from_world
-from capture_app.simulator.scan_film import ScanFilm, around, film_session
-from capture_app.simulator.scan_scene import scan_scene
-from capture_app.simulator.scan_views import true_views
 from ingest.axes import T_ZUP_ARKIT
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from ingest.scan.cameras.register import register
@@ -16,6 +13,9 @@ from ingest.scan.frames import pick_frames
 from ingest.scan.sources.read import read_source
 from ingest.scan.types import Registered
 from omomo_core.geometry.procrustes import procrustes
+from tests.simulator.scan_film import ScanFilm, around, film_session
+from tests.simulator.scan_scene import scan_scene
+from tests.simulator.scan_views import true_views
 
 SHIFT, TURN = 0.0003, 0.0002
 """Of cameras that are given nearly as they were: metres, rad."""

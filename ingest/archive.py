@@ -124,7 +124,7 @@ def _refuse_full_disk(path: Path, needed: int) -> None:
 
 @contextmanager
 def _damage_is_named(path: Path) -> Generator[None]:
-    """What the readers raise on damaged files becomes one error; a disk that fails, another."""
+    """Turn what the readers raise on damaged files, and errors of the disk, into InputErrors."""
     try:
         yield
     except _DAMAGE as error:

@@ -1,10 +1,12 @@
 """The members of a tar file (plain or gzip), read as a stream in bounded memory.
 
-POSIX ustar and pax, and GNU long names. Written out because the standard library keeps every
-member, reads headers of any length at once, and takes a damaged header for the end.
+POSIX ustar and pax, and GNU long names. `tarfile` parses the header blocks. Its `TarFile` is not
+used because it keeps every member, reads extended headers of any length at once, and takes a damaged
+header for the end; its `data_filter` lets links and absolute names through and bounds nothing.
 """
 
 import gzip
+import tarfile
 from collections.abc import Iterator
 from functools import partial
 from io import BufferedIOBase
@@ -20,16 +22,26 @@ _MAX_NOTES = 8
 _MAX_RECORDS = 64
 _SPARSE = b"GNU.sparse"
 _MAX_PADDING = 2**20
-_NOTES = (b"x", b"g", b"L")
-_KINDS: dict[bytes, Kind] = dict.fromkeys((b"0", b"\0", b"7"), "file")
-_KINDS[b"5"] = "folder"
+_NOTES = (tarfile.XHDTYPE, tarfile.XGLTYPE, tarfile.GNUTYPE_LONGNAME)
+_KINDS: dict[bytes, Kind] = dict.fromkeys(
+    (tarfile.REGTYPE, tarfile.AREGTYPE, tarfile.CONTTYPE), "file"
+)
+_KINDS[tarfile.DIRTYPE] = "folder"
 
 Records = dict[bytes, bytes]
 
 
 def is_tar(head: bytes) -> bool:
     """Whether a file that begins like this is a tar file or compressed with gzip."""
-    return head.startswith(_GZIP) or head[257:262] == b"ustar" or _sum_is_right(head[:BLOCK])
+    return head.startswith(_GZIP) or head[257:262] == b"ustar" or _begins_with_header(head)
+
+
+def _begins_with_header(head: bytes) -> bool:
+    try:
+        _parse(head[:BLOCK])
+    except ValueError:
+        return False
+    return True
 
 
 def tar_members(path: Path) -> Iterator[Member]:
@@ -41,13 +53,13 @@ def tar_members(path: Path) -> Iterator[Member]:
     shared: Records = {}
     with _open(path) as tape:
         while (header := _next_header(tape, shared)) is not None:
-            block, records = header
-            name = _name(block, records)
-            size = _size(block, records)
+            info, records = header
+            name = _name(info, records)
+            size = _size(info, records)
             start = tape.tell()
             end = start + _padded(size)
             content = partial(_content, tape, start, size)
-            yield Member(name, size, _kind(block, records, name), end, content)
+            yield Member(name, size, _kind(info, records, name), end, content)
             tape.seek(end)
         _check_end(tape)
 
@@ -58,26 +70,34 @@ def _open(path: Path) -> BufferedIOBase:
     return gzip.open(path) if packed else path.open("rb")
 
 
-def _next_header(tape: BufferedIOBase, shared: Records) -> tuple[bytes, Records] | None:
-    """The header block of the next member and what extended headers say of it; None at the end."""
+def _next_header(tape: BufferedIOBase, shared: Records) -> tuple[tarfile.TarInfo, Records] | None:
+    """The header of the next member and what extended headers say of it; None at the end."""
     own: Records = {}
     for _ in range(_MAX_NOTES):
         block = _exactly(tape, BLOCK)
         if block == bytes(BLOCK):
             return None
-        if not _sum_is_right(block):
-            raise ValueError("a header does not have its checksum")
-        if block[156:157] not in _NOTES:
-            return block, shared | own
-        size = _number(block[124:136])
-        if size > _MAX_NOTE:
+        info = _parse(block)
+        if info.type not in _NOTES:
+            return info, shared | own
+        if info.size > _MAX_NOTE:
             raise ValueError("an extended header is too long")
-        note = _exactly(tape, _padded(size))[:size]
-        if block[156:157] == b"L":
+        note = _exactly(tape, _padded(info.size))[: info.size]
+        if info.type == tarfile.GNUTYPE_LONGNAME:
             own[b"path"] = note.rstrip(b"\0")
         else:
-            (shared if block[156:157] == b"g" else own).update(_records(note))
+            (shared if info.type == tarfile.XGLTYPE else own).update(_records(note))
     raise ValueError("there are too many extended headers")
+
+
+def _parse(block: bytes) -> tarfile.TarInfo:
+    try:
+        info = tarfile.TarInfo.frombuf(block, "utf-8", "surrogateescape")
+    except tarfile.HeaderError as error:
+        raise ValueError(f"a header is damaged ({error})") from error
+    if info.size < 0:
+        raise ValueError("a size is negative")
+    return info
 
 
 def _records(note: bytes) -> Records:
@@ -98,33 +118,29 @@ def _records(note: bytes) -> Records:
     raise ValueError("an extended header has too many records")
 
 
-def _kind(block: bytes, records: Records, name: str) -> Kind:
+def _kind(info: tarfile.TarInfo, records: Records, name: str) -> Kind:
     if _SPARSE in records:
         return "other"
-    kind = _KINDS.get(block[156:157], "other")
+    kind = _KINDS.get(info.type, "other")
     # Tar files of before 1988 tell folders by their names alone.
     return "folder" if kind == "file" and name.endswith("/") else kind
 
 
-def _size(block: bytes, records: Records) -> int:
+def _size(info: tarfile.TarInfo, records: Records) -> int:
     """Bytes of content that follow; folders have none, whatever their header says."""
-    if block[156:157] == b"5":
+    if info.isdir():
         return 0
     given = records.get(b"size")
     if given is None:
-        return _number(block[124:136])
+        return info.size
     if not given.isdigit() or len(given) > 20:
         raise ValueError("a size is no number")
     return int(given)
 
 
-def _name(block: bytes, records: Records) -> str:
+def _name(info: tarfile.TarInfo, records: Records) -> str:
     name = records.get(b"path")
-    if name is None:
-        name = _field(block[:100])
-        prefix = _field(block[345:500]) if block[257:263] == b"ustar\0" else b""
-        name = prefix + b"/" + name if prefix else name
-    return name.decode("utf-8", errors="surrogateescape")
+    return info.name if name is None else name.decode("utf-8", errors="surrogateescape")
 
 
 def _content(tape: BufferedIOBase, start: int, size: int) -> Iterator[bytes]:
@@ -144,30 +160,6 @@ def _exactly(tape: BufferedIOBase, size: int) -> bytes:
     if len(data) < size:
         raise EOFError("it is cut short")
     return data
-
-
-def _sum_is_right(block: bytes) -> bool:
-    """The checksum is that of the header with blanks in its place."""
-    try:
-        given = _number(block[148:156])
-    except ValueError:
-        return False
-    return len(block) == BLOCK and given == sum(block) - sum(block[148:156]) + 8 * 0x20
-
-
-def _number(field: bytes) -> int:
-    """Octal digits, or binary where the first bit is set."""
-    if field[:1] >= b"\x80":
-        number = int.from_bytes(field[1:], "big") if field[0] == 0x80 else -1
-    else:
-        number = int(_field(field).strip() or b"0", 8)
-    if number < 0:
-        raise ValueError("a number is negative")
-    return number
-
-
-def _field(field: bytes) -> bytes:
-    return field.partition(b"\0")[0]
 
 
 def _padded(size: int) -> int:

@@ -15,7 +15,7 @@ _ROOM = 256
 
 @contextmanager
 def _sigterm_kept() -> Generator[None]:
-    """What SIGTERM does stays as it is, whatever the block does about it."""
+    """Keep the process's handler of SIGTERM, whatever the block installs."""
     if sys.platform == "win32":
         yield
         return

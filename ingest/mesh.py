@@ -8,7 +8,6 @@ import numpy as np
 import trimesh
 from jaxtyping import Float64
 
-from ingest.mesh_text import check_whole
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
 
@@ -17,8 +16,9 @@ MAX_BYTES = 200 * 10**6
 MAX_FACES = 2_000_000
 MIN_EXTENT, MAX_EXTENT = 0.02, 5.0
 """Metres; the largest side of an object that a phone is clamped to and a person moves."""
-
 _R_ZUP_GLTF = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+_HEAD = 65536
+"""Bytes within which the header of a PLY file ends."""
 
 
 def load_mesh(path: Path, *, scale: float = 1.0) -> ObjectMesh:
@@ -42,7 +42,7 @@ def load_mesh(path: Path, *, scale: float = 1.0) -> ObjectMesh:
     mesh = _decode(path)
     with decoding(path):
         _check_surface(mesh, path)
-    check_whole(path, mesh)
+    _check_whole(path, mesh)
     mesh.apply_scale(scale)
     _check_size(mesh.extents, path, scale)
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
@@ -162,4 +162,59 @@ def _check_size(extents: Float64[np.ndarray, "3"], path: Path, scale: float) -> 
         f"{MIN_EXTENT:g} and {MAX_EXTENT:g} m.",
         where=str(path),
         fix=rescale,
+    )
+
+
+def _check_whole(path: Path, mesh: trimesh.Trimesh) -> None:
+    """Refuse a truncated file.
+
+    The header of ASCII PLY says how many lines follow. OBJ has no such count, but every program writes a
+    line end at its end: a file without one is accepted only if the surface is closed and uses all vertices.
+
+    Args:
+        path: the mesh file.
+        mesh: what was read from it.
+
+    Raises:
+        InputError: "mesh-truncated".
+    """
+    kind = path.suffix.lower()
+    if kind == ".ply":
+        _check_ply(path)
+    elif kind == ".obj" and _ends_amid_a_line(path):
+        unused = len(mesh.vertices) - len(np.unique(mesh.faces))
+        if unused or not mesh.is_watertight:
+            raise _cut(path, "it ends in the middle of a line")
+
+
+def _ends_amid_a_line(path: Path) -> bool:
+    with path.open("rb") as file:
+        file.seek(-1, 2)
+        return file.read(1) not in b"\r\n"
+
+
+def _check_ply(path: Path) -> None:
+    with path.open("rb") as file:
+        head = file.read(_HEAD)
+        header, found, _ = head.partition(b"end_header")
+        if not found or b"format ascii" not in header:
+            return
+        wanted = sum(
+            int(words[2])
+            for words in (line.split() for line in header.splitlines())
+            if len(words) == 3 and words[0] == b"element" and words[2].isdigit()
+        )
+        file.seek(len(header) + len(found))
+        file.readline()
+        there = sum(1 for line in file if line.strip())
+    if there < wanted:
+        raise _cut(path, f"{there} lines follow its header instead of {wanted}")
+
+
+def _cut(path: Path, how: str) -> InputError:
+    return InputError(
+        "mesh-truncated",
+        f"{path.name} is cut short: {how}.",
+        where=str(path),
+        fix="Copy the file again, or export the mesh again.",
     )

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 _DRAWS = 20_000
 
 
-class Bounds(NamedTuple):
+class ConfidenceRadii(NamedTuple):
     """Radii within which the truth lies with 95 %, each by itself."""
 
     mm: float
@@ -18,9 +18,11 @@ class Bounds(NamedTuple):
     """Of the rotation."""
 
 
-def bounds_95(covariance: Float64[np.ndarray, "6 6"]) -> Bounds:
+def bounds_95(covariance: Float64[np.ndarray, "6 6"]) -> ConfidenceRadii:
     """95 % radii of a covariance of rotation (rad) and translation (m)."""
-    return Bounds(1e3 * _radius(covariance[3:, 3:]), float(np.degrees(_radius(covariance[:3, :3]))))
+    return ConfidenceRadii(
+        1e3 * _radius(covariance[3:, 3:]), float(np.degrees(_radius(covariance[:3, :3])))
+    )
 
 
 def _radius(covariance: Float64[np.ndarray, "3 3"]) -> float:

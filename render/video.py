@@ -1,13 +1,12 @@
-"""Pictures into H.264 files and small animations, and back."""
+"""Pictures into H.264 files and small animations."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import cast
 
 import av
 import numpy as np
-from av.error import FFmpegError
 from av.filter import Graph
 from av.video.reformatter import ColorRange, Colorspace
 from av.video.stream import VideoStream
@@ -18,7 +17,6 @@ from omomo_core.whole_file import whole_file
 from render.pace import beside
 
 RGB = UInt8[np.ndarray, "h w 3"]
-MOVING = (".mp4", ".webp", ".gif")
 _TICK = Fraction(1, 100)
 """What GIF counts time in, seconds."""
 Convert = Callable[[RGB], av.VideoFrame]
@@ -67,35 +65,13 @@ def write_gif(path: Path, frames: Iterable[RGB], fps: float = 15.0) -> int:
 
 
 def write_moving(path: Path, frames: Iterable[RGB], fps: float) -> int:
-    """Write a video or an animation by the ending of its name, one of `MOVING`.
+    """Write a video or an animation by the ending of its name: .mp4, .webp or .gif.
 
     Args, returns and raises as `write_video`.
     """
     return {".mp4": write_video, ".webp": write_webp, ".gif": write_gif}[path.suffix](
         path, frames, fps
     )
-
-
-def read_frames(path: Path, indices: Sequence[int]) -> list[RGB]:
-    """The video's frames at `indices`, in that order.
-
-    Raises:
-        InputError: the file holds no video, or not that many frames.
-    """
-    found: dict[int, RGB] = {}
-    try:
-        with av.open(str(path)) as container:
-            for index, frame in enumerate(container.decode(video=0)):
-                if index in indices:
-                    found[index] = frame.to_ndarray(format="rgb24")
-                if index >= max(indices):
-                    break
-        return [found[i] for i in indices]
-    except (FFmpegError, IndexError) as error:
-        raise InputError("no-video", f"No video can be read: {error}.", where=str(path)) from error
-    except KeyError as missing:
-        what = f"The video has no frame {missing}."
-        raise InputError("no-such-frame", what, where=str(path)) from missing
 
 
 def _write(

@@ -7,12 +7,6 @@ from tests.conftest import REPO
 
 PACKAGES = ("omomo_core", "ingest", "render", "capture_app")
 
-STILL_TWICE = frozenset((
-    "Features", "Fit", "Pair", "Placed", "Result", "Scene", "Standing", "Surface",
-    "Track", "View", "Views",
-))  # fmt: skip
-"""Names that still have several owners outside the core. This list only shrinks."""
-
 
 def owners() -> dict[str, list[str]]:
     """Modules that define each public top-level class."""
@@ -26,13 +20,7 @@ def owners() -> dict[str, list[str]]:
 
 
 def test_no_public_class_name_is_defined_twice():
-    twice = {name: files for name, files in owners().items() if len(files) > 1}
-    assert {name: twice[name] for name in twice.keys() - STILL_TWICE} == {}
-
-
-def test_the_list_of_names_with_several_owners_is_up_to_date():
-    twice = {name for name, files in owners().items() if len(files) > 1}
-    assert STILL_TWICE - twice == set()
+    assert {name: files for name, files in owners().items() if len(files) > 1} == {}
 
 
 def test_the_classes_of_the_rooms_are_found():

@@ -92,12 +92,6 @@ class Fleet:
         with self._lock:
             return any(code == NO_ROOM for code in self._codes.values())
 
-    @property
-    def pids(self) -> list[int]:
-        """Of the workers that run now."""
-        with self._lock:
-            return [p.pid for p in self._processes.values() if p.poll() is None]
-
     def _keep(self, number: int) -> None:
         """Have one worker run, always."""
         wait = 0.0

@@ -10,7 +10,7 @@ from capture_app.overlay.watcher import Watcher
 from capture_app.progress import Progress
 from ingest.calibration.pose_file import load_similarity
 from ingest.calibration.scan.landmarks import read_landmarks
-from ingest.calibration.scan.localise import View, localise
+from ingest.calibration.scan.localise import PhonePicture, localise
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
@@ -71,7 +71,7 @@ def _frame(seconds: float, moved: ObjectMotion) -> int:
     return frame
 
 
-def _view(watcher: Watcher, k: int) -> View:
+def _view(watcher: Watcher, k: int) -> PhonePicture:
     """One of its pictures without the lens' distortion."""
     picture = next(watcher.film.read(k, k + 1))
     fx, fy, cx, cy = watcher.intrinsics[k]
@@ -79,4 +79,4 @@ def _view(watcher: Watcher, k: int) -> View:
     if watcher.lens.any():
         grey = cv2.undistort(grey, np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]]), watcher.lens)
     name = f"{watcher.film.source}, {watcher.film.times[k]:.2f} s"
-    return View(name, np.asarray(grey, np.uint8), watcher.intrinsics[k])
+    return PhonePicture(name, np.asarray(grey, np.uint8), watcher.intrinsics[k])

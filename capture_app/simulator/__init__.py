@@ -1,1 +1,1 @@
-"""A phone that records a known motion: sessions for demonstrations, tests and measurements."""
+"""A phone that records a known motion: the demonstration take and its calibration."""

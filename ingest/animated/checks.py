@@ -1,4 +1,4 @@
-"""What no person can do with an object, and what looks like a wrong unit."""
+"""Checks of an animation: speeds that nobody reaches, and sizes that look like a wrong unit."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from omomo_core.geometry.transforms import turning_speed
 from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
 
 MAX_SPEED, FAST = 15.0, 4.0
-"""m/s of the object's middle: faster than any hand, and faster than hands move what they carry."""
+"""m/s of the object's middle: impossible for a hand, and unusual for a carried object."""
 MAX_TURN, FAST_TURN = 60.0, 15.0
 """rad/s, the same for its rotation."""
 _STILL, _STILL_TURN = 1e-3, 1e-2

@@ -28,7 +28,7 @@ def detect(path: Path) -> bool:
 
 
 def read(path: Path) -> Animation:
-    """Read keyframes and play them.
+    """Read keyframes and interpolate them at 30 fps.
 
     Raises:
         InputError: "csv-columns", "fps-missing", "comment-unknown", "interpolation-unknown",

@@ -1,4 +1,4 @@
-"""Is this file an object's own motion, and of which kind? read_animation reads it."""
+"""Tell whether a file is an animation of the object, and read it with the reader of its format."""
 
 from pathlib import Path
 from typing import Protocol, TypeVar, runtime_checkable
@@ -10,8 +10,8 @@ from omomo_core.errors import InputError
 
 
 @runtime_checkable
-class Kind(Protocol):
-    """What each kind's module offers, besides how it reads."""
+class AnimationFormat(Protocol):
+    """The module of an animation format: its name, its files, and how it recognises one."""
 
     @property
     def NAME(self) -> str: ...  # noqa: D102
@@ -22,23 +22,23 @@ class Kind(Protocol):
 
 
 @runtime_checkable
-class Scene(Kind, Protocol):
-    """A kind that holds several things with names."""
+class SceneFormat(AnimationFormat, Protocol):
+    """A format whose files hold several named nodes."""
 
     def read(self, path: Path, node: str | None = None) -> Animation: ...  # noqa: D102
 
 
 @runtime_checkable
-class Track(Kind, Protocol):
-    """A kind that holds the motion of one thing."""
+class TrackFormat(AnimationFormat, Protocol):
+    """A format whose files hold the motion of one object."""
 
     def read(self, path: Path) -> Animation: ...  # noqa: D102
 
 
-_K = TypeVar("_K", bound=Kind)
+_K = TypeVar("_K", bound=AnimationFormat)
 
-SCENES: tuple[Scene, ...] = (gltf, usd)
-TRACKS: tuple[Track, ...] = (npz_poses, json_keys, csv_keys, tum)
+SCENES: tuple[SceneFormat, ...] = (gltf, usd)
+TRACKS: tuple[TrackFormat, ...] = (npz_poses, json_keys, csv_keys, tum)
 
 
 def is_animation(path: Path, *, mounted: bool) -> bool:

@@ -72,7 +72,7 @@ def movers(gltf: GLTF2) -> dict[int, set[int]]:
 
 
 def channels(file: GltfFile, number: int, node: int) -> tuple[Channel, ...]:
-    """What one animation does to one node.
+    """The channels of one animation that move one node.
 
     Raises:
         InputError: "time-backwards", "pose-not-finite" or "gltf-keys".

@@ -99,7 +99,7 @@ def open_gltf(path: Path) -> GltfFile:
 
 
 def unreadable(path: Path, problem: Exception) -> InputError:
-    """What is said of a file that does not keep to the format."""
+    """The error for a file that violates the format."""
     return InputError(
         "gltf-unreadable",
         f"{path.name} cannot be read: {type(problem).__name__}: {str(problem)[:200]}",

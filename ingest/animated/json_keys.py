@@ -69,7 +69,7 @@ def detect(path: Path) -> bool:
 
 
 def read(path: Path) -> Animation:
-    """Read keyframes and play them.
+    """Read keyframes and interpolate them at 30 fps.
 
     Raises:
         InputError: "keyframes-damaged", "fps-missing", "keyframes-clock" or "keyframes-handles";

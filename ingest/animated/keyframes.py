@@ -15,7 +15,7 @@ from omomo_core.errors import InputError
 
 @dataclass(frozen=True)
 class Keyframes:
-    """What an animator sets: poses at some times, and how they are joined."""
+    """Poses at some times, and how they are interpolated."""
 
     source: Path
     times: Float64[np.ndarray, " keys"]

@@ -1,4 +1,4 @@
-"""Motions that are recorded or baked pose by pose: straight from each pose to the next."""
+"""Motions that are recorded or baked pose by pose, resampled at 30 fps."""
 
 from pathlib import Path
 

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ingest.formats.pick import floats
-from ingest.formats.table import Table, TextRows
+from ingest.formats.table import NumberTable, TextRows
 from omomo_core.errors import InputError
 
 
-def numbers(rows: TextRows, width: int, columns: Sequence[int]) -> Table:
+def numbers(rows: TextRows, width: int, columns: Sequence[int]) -> NumberTable:
     """The named columns of all rows, each of `width` fields.
 
     Raises:
@@ -29,11 +29,11 @@ def numbers(rows: TextRows, width: int, columns: Sequence[int]) -> Table:
         if not np.isfinite(row).all():
             raise not_finite(f"{rows.path}:{line}")
         values[i] = row
-    return Table(rows.path, values, rows.lines)
+    return NumberTable(rows.path, values, rows.lines)
 
 
 def not_finite(where: str) -> InputError:
-    """What is said of a pose with NaN or infinity."""
+    """The error for a pose with NaN or infinity."""
     return InputError(
         "pose-not-finite",
         "The pose has NaN or infinity where a number belongs.",

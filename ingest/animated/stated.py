@@ -22,7 +22,7 @@ def stated(path: Path) -> dict[str, str]:
 
 
 def unknown_word(path: Path, key: str, value: str) -> InputError:
-    """What is said when a comment states something else."""
+    """The error when a comment states an unknown word."""
     return InputError(
         "comment-unknown",
         f"The comment says that {key} is {value[:30]!r}; it can be {_KNOWN[key]}.",

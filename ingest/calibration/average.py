@@ -1,4 +1,4 @@
-"""Several estimates of one rigid transform become one, with the wild ones left out."""
+"""Robust mean of several estimates of one rigid transform."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""combine: several results of one mount become one that is surer than each."""
+"""combine: fuse several results of one mount, weighted by their covariances."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,8 +20,8 @@ _ALIKE = {"object_id": "object", "phone": "phone"}
 """Fields that all results must agree on where they name them, and the words for them."""
 
 
-class Result(NamedTuple):
-    """A mount, and what the user calls it."""
+class NamedMount(NamedTuple):
+    """A mount, and the name that error messages call it by."""
 
     name: str
     mount: Mount
@@ -33,7 +33,7 @@ class _Pair(NamedTuple):
     apart: Difference
 
 
-def combine(results: Sequence[Result]) -> Mount:
+def combine(results: Sequence[NamedMount]) -> Mount:
     """The mean of several results of one mount on SE(3), weighted by what each knows.
 
     Their errors are taken to have nothing to do with each other: two results of one recording, or
@@ -65,7 +65,7 @@ def combine(results: Sequence[Result]) -> Mount:
     return _combined(results, covariances, min(pair.apart.p for pair in pairs))
 
 
-def _covariance(result: Result) -> Float64[np.ndarray, "6 6"]:
+def _covariance(result: NamedMount) -> Float64[np.ndarray, "6 6"]:
     if result.mount.covariance is None:
         raise InputError(
             "mount-without-covariance",
@@ -76,7 +76,7 @@ def _covariance(result: Result) -> Float64[np.ndarray, "6 6"]:
     return result.mount.covariance
 
 
-def _check_alike(results: Sequence[Result]) -> None:
+def _check_alike(results: Sequence[NamedMount]) -> None:
     """Refuse results of several things, by name."""
     for field, word in _ALIKE.items():
         named = [(r, getattr(r.mount, field)) for r in results if getattr(r.mount, field)]
@@ -99,7 +99,7 @@ def _two(word: str, first: str, has: str, second: str, other: str) -> InputError
     )
 
 
-def _check_agree(results: Sequence[Result], pairs: list[_Pair]) -> None:
+def _check_agree(results: Sequence[NamedMount], pairs: list[_Pair]) -> None:
     """Refuse results of which at least one is wrong, and say which if that can be told."""
     # Of many pairs one is far apart by chance more often.
     off = [pair for pair in pairs if pair.apart.p * len(pairs) < DISAGREE]
@@ -126,7 +126,7 @@ def _check_agree(results: Sequence[Result], pairs: list[_Pair]) -> None:
 
 
 def _combined(
-    results: Sequence[Result], covariances: list[Float64[np.ndarray, "6 6"]], p: float
+    results: Sequence[NamedMount], covariances: list[Float64[np.ndarray, "6 6"]], p: float
 ) -> Mount:
     poses = [result.mount.T_phone_object for result in results]
     beliefs = [belief(T, C + FINEST) for T, C in zip(poses, covariances, strict=True)]

@@ -1,4 +1,4 @@
-"""How far apart two results of one mount are, against what they claim to know."""
+"""Difference of two results of one mount, tested against their covariances."""
 
 from dataclasses import dataclass
 
@@ -17,7 +17,7 @@ FINEST = np.diag([1e-5**2] * 6)
 
 @dataclass(frozen=True)
 class Difference:
-    """What lies between two results of one mount."""
+    """How far two results of one mount are apart, and how probable that is."""
 
     mm: float
     """Between the two places of the object's origin."""

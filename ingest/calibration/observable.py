@@ -1,4 +1,4 @@
-"""Which directions of a mount a recording has shown, and the rest in words."""
+"""Observable directions of a mount, and sentences for those that a recording leaves open."""
 
 from dataclasses import dataclass
 

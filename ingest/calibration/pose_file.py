@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from omomo_core.errors import InputError
+from omomo_core.geometry.procrustes import nearest_rotation
 
 _RIGID = 1e-3
 _BRACKETS = str.maketrans("[](),;", "      ")
@@ -59,8 +60,7 @@ def load_similarity(path: Path) -> tuple[Float64[np.ndarray, "4 4"], float]:
     off = float(np.abs(R @ R.T - np.eye(3)).max())
     if off > _RIGID or np.abs(T[3] - [0, 0, 0, 1]).max() > _RIGID:
         raise _not_rigid(path, f"axes off orthonormal by {off:.3g}, last row {T[3].tolist()}")
-    U, _, Vt = np.linalg.svd(R)
-    T[:3, :3], T[3] = U @ Vt, [0, 0, 0, 1]
+    T[:3, :3], T[3] = nearest_rotation(R), [0, 0, 0, 1]
     return T, scale
 
 

@@ -1,4 +1,4 @@
-"""The rigid transform that fits best, and how well it is known."""
+"""The most likely rigid transform under residuals, and its covariance."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ _STILL = 1e-10
 
 
 class Misfit(NamedTuple):
-    """What a transform leaves unexplained."""
+    """Whitened residuals of a transform, and their Jacobian."""
 
     residuals: Float64[np.ndarray, " n"]
     """Each with a standard deviation of 1 and independent of the others."""
@@ -25,7 +25,7 @@ class Misfit(NamedTuple):
 
 @dataclass(frozen=True)
 class Posterior:
-    """What residuals say about a transform."""
+    """The most likely transform, and its covariance."""
 
     T: Float64[np.ndarray, "4 4"]
     covariance: Float64[np.ndarray, "6 6"]
@@ -69,7 +69,7 @@ def belief(
 
 
 def joined(*misfits: Misfit) -> Misfit:
-    """All of them at once."""
+    """Stack several sets of residuals into one."""
     return Misfit(*(np.concatenate(parts) for parts in zip(*misfits, strict=True)))
 
 

@@ -1,4 +1,4 @@
-"""When the clamped phone stands still in a log, where it is then, and how well that is known."""
+"""Intervals of a log in which the clamped phone stands still, with pose and covariance."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -51,7 +51,7 @@ class Still:
     """Covariance of that mean by the scatter of its poses alone (`ingest.uncertainty`)."""
 
     def covariance(self, path: float) -> Float64[np.ndarray, "6 6"]:
-        """Of the phone relative to what it looked at before it walked `path` metres.
+        """Covariance of the phone's pose relative to what it saw before it walked `path` metres.
 
         The jitter, the error of ARKit's map, which all stills share, and drift.
         """

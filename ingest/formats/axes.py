@@ -9,7 +9,7 @@ from jaxtyping import Float64
 from ingest.axes import T_OPENCV_ARKIT_CAMERA, T_ZUP_ARKIT
 from ingest.formats.pick import head_lines
 from ingest.formats.poses import check_poses, poses_from_quaternions
-from ingest.formats.table import Table
+from ingest.formats.table import NumberTable
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 
@@ -34,12 +34,12 @@ def arkit_poses(
 def opencv_poses(
     T_world_phone: Float64[np.ndarray, "frames 4 4"],
 ) -> Float64[np.ndarray, "frames 4 4"]:
-    """The inverse of `arkit_poses`."""
+    """Poses with ARKit's camera axes as poses with OpenCV's; inverse of `arkit_poses`."""
     return T_ZUP_ARKIT @ T_world_phone @ T_OPENCV_ARKIT_CAMERA
 
 
 def session_of_poses(
-    app: str, path: Path, table: Table, times: Float64[np.ndarray, " frames"], usual: str
+    app: str, path: Path, table: NumberTable, times: Float64[np.ndarray, " frames"], usual: str
 ) -> CaptureSession:
     """The session of a log that holds camera poses alone, in axes that it may state in comments.
 

@@ -13,7 +13,7 @@ _MAX_SIDE = 4096
 
 
 def load_millimetres(file: Path) -> Float32[np.ndarray, "height width"]:
-    """Metres; 0 stays 0 (unknown).
+    """Read a depth map in metres; 0 stays 0 (unknown).
 
     Raises:
         InputError: "depth-damaged" for anything else than such a PNG of a phone's size.

@@ -1,14 +1,15 @@
-"""Which app wrote this? read_session finds the session, looks at the content and reads it."""
+"""read_session: find a session, recognise its format by the content, and read it."""
 
+import re
+from collections.abc import Sequence
 from dataclasses import replace
+from difflib import SequenceMatcher
 from pathlib import Path
 
 import numpy as np
 
 from ingest.archive import is_archive, unpack
-from ingest.formats.nearest import nearest
 from ingest.formats.registry import Format, format_named, known_formats
-from ingest.formats.repeats import without_repeats
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 
@@ -18,6 +19,8 @@ _MOST_READ = 1e4
 """m/s^2 or rad/s."""
 _MAX_FOLDERS = 1000
 """Looked into; more than that is a disk, not a share of a session."""
+_ALIKE = 0.75
+"""Least similarity (0 to 1) of two names that is worth a suggestion."""
 
 
 def read_session(path: Path, app: str | None = None) -> CaptureSession:
@@ -87,7 +90,7 @@ def _read(path: Path, formats: Formats) -> CaptureSession:
 
 def _read_as(format_: Format, path: Path) -> CaptureSession:
     """The session, checked for what no format may say; of poses with one stamp the first counts."""
-    session = without_repeats(format_.read(path))
+    session = _without_repeats(format_.read(path))
     _check_imu(session, path)
     if session.image_size is not None and min(session.image_size) <= 0:
         width, height = session.image_size
@@ -176,7 +179,7 @@ def _not_a_session(path: Path, formats: Formats) -> InputError:
         entries = [path.name]
         found = f"{path.name} has {path.stat().st_size} bytes and none of their layouts"
     named = f"no {formats[0].NAME} session" if len(formats) == 1 else "not a phone session"
-    near = nearest(entries, formats)
+    near = _nearest(entries, formats)
     fix = f"The nearest is {near.NAME}, which is {near.FILES}. " if near else ""
     return InputError(
         "session-unknown",
@@ -197,3 +200,38 @@ def _subfolders(path: Path) -> list[Path]:
 def _names(names: list[str]) -> str:
     shown = ", ".join(names[:8])
     return f"{shown} and {len(names) - 8} more" if len(names) > 8 else shown
+
+
+def _nearest(names: Sequence[str], formats: Sequence[Format]) -> Format | None:
+    """Return the format whose expected file name is most similar to one of these names, or None.
+
+    Args:
+        names: names of the entries of the folder.
+        formats: the formats to choose from.
+    """
+    best: tuple[float, Format | None] = (_ALIKE, None)
+    for format_ in formats:
+        for asked in re.findall(r"\w+\.\w{2,5}", format_.FILES):
+            for name in names:
+                alike = SequenceMatcher(None, asked.lower(), name.lower()).ratio()
+                if alike > best[0]:
+                    best = (alike, format_)
+    return best[1]
+
+
+def _without_repeats(session: CaptureSession) -> CaptureSession:
+    """Return the session with the first pose of each time stamp, and a note that counts the others."""
+    new = np.concatenate([[True], np.diff(session.times) > 0])
+    left_out = int((~new).sum())
+    if left_out == 0:
+        return session
+    K, ok = session.intrinsics, session.tracking_ok
+    poses = "pose has the stamp of the pose" if left_out == 1 else "poses have the stamps of those"
+    return replace(
+        session,
+        times=session.times[new],
+        T_world_phone=session.T_world_phone[new],
+        intrinsics=None if K is None else K[new],
+        tracking_ok=None if ok is None else ok[new],
+        notes=(*session.notes, f"{left_out} {poses} before; only the first of each stamp counts."),
+    )

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from ingest.formats.pick import first_row, floats
 from ingest.formats.poses import check_clock, check_poses, poses_from_quaternions
-from ingest.formats.table import Table, numbers, read_rows
+from ingest.formats.table import NumberTable, numbers, read_rows
 from ingest.session import GRAVITY, CaptureSession, ImuLog
 from omomo_core.errors import InputError
 
@@ -76,11 +76,11 @@ def write(session: CaptureSession, folder: Path) -> Path:
     return folder
 
 
-def _table(path: Path, width: int) -> Table:
+def _table(path: Path, width: int) -> NumberTable:
     return numbers(read_rows(path, ","), width, range(width))
 
 
-def _images(path: Path) -> Table | None:
+def _images(path: Path) -> NumberTable | None:
     """A row for each image; None where the app wrote no image."""
     images = _table(path, 6) if path.is_file() else None
     if images is None or not images.lines:
@@ -111,7 +111,7 @@ def _read_imu(folder: Path) -> ImuLog | None:
     return ImuLog(times=times, accel=felt, gyro=_at(times, gyro[:, 0], gyro[:, 1:]))
 
 
-def _by_time(table: Table) -> Float64[np.ndarray, "rows columns"]:
+def _by_time(table: NumberTable) -> Float64[np.ndarray, "rows columns"]:
     return table.values[np.argsort(table.values[:, 0], kind="stable")]
 
 

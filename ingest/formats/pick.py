@@ -1,4 +1,4 @@
-"""Which file is the log? Looks that are cheap and never raise, and the one log of a folder."""
+"""Cheap tests of a file's content that never raise, and the one log of a folder."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path

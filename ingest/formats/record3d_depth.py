@@ -24,7 +24,7 @@ _FIX = "Export the recording from the app again."
 
 @runtime_checkable
 class Lzfse(Protocol):
-    """What we need of the package."""
+    """The part of the package pyliblzfse that is used."""
 
     error: type[Exception]
 

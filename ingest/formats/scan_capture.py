@@ -9,14 +9,13 @@ import shutil
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Bool, Float32, Float64
 from scipy.spatial.transform import Rotation
 
 from ingest.formats.cameras import one_size
-from ingest.formats.depth_raw import load_metres, save_metres
 from ingest.formats.pick import first_row, floats
 from ingest.formats.poses import check_poses, poses_from_quaternions
-from ingest.formats.table import Table, TextRows, numbers, read_rows
+from ingest.formats.table import NumberTable, TextRows, numbers, read_rows
 from ingest.session import CaptureSession, DepthLog
 from omomo_core.errors import InputError
 
@@ -36,6 +35,9 @@ STATUSES = (
 _WIDTH = 16
 _COLUMNS = (0, *range(2, 15))
 """All but the status and the exposure."""
+
+SIZE = (256, 192)
+"""Width and height."""
 
 
 def detect(path: Path) -> bool:
@@ -108,7 +110,7 @@ def _log(path: Path) -> Path:
     return path / "poses.txt" if path.is_dir() else path
 
 
-def _tracking_ok(text: TextRows, table: Table) -> Bool[np.ndarray, " frames"]:
+def _tracking_ok(text: TextRows, table: NumberTable) -> Bool[np.ndarray, " frames"]:
     statuses = [row[1] for row in text.rows]
     for i, status in enumerate(statuses):
         if status not in STATUSES:
@@ -141,3 +143,28 @@ def _write_depth(session: CaptureSession, folder: Path) -> None:
 
 def _fixed(row: Float64[np.ndarray, " numbers"]) -> str:
     return ", ".join(f"{x:.9f}" for x in row)
+
+
+def load_metres(file: Path) -> Float32[np.ndarray, "192 256"]:
+    """Metres; what is not finite becomes 0 (unknown).
+
+    Raises:
+        InputError: "depth-damaged" for a file of another length.
+    """
+    width, height = SIZE
+    size = file.stat().st_size
+    if size != 4 * width * height:
+        raise InputError(
+            "depth-damaged",
+            f"{file.name} has {size} bytes; a depth map of {width} x {height} has "
+            f"{4 * width * height}.",
+            where=str(file),
+            fix="Copy the session from the phone again.",
+        )
+    metres = np.fromfile(file, dtype="<f4").reshape(height, width)
+    return np.where(np.isfinite(metres), metres, np.float32(0))
+
+
+def save_metres(metres: Float32[np.ndarray, "height width"], file: Path) -> None:
+    """Write what `load_metres` reads."""
+    file.write_bytes(metres.astype("<f4").tobytes())

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from ingest.formats.pick import first_row
 from ingest.formats.pictures import depth_log_mm, file_inside, write_depth_mm
 from ingest.formats.poses import check_poses, poses_from_quaternions
-from ingest.formats.table import Table, TextRows, numbers, read_rows
+from ingest.formats.table import NumberTable, TextRows, numbers, read_rows
 from ingest.session import GRAVITY, CaptureSession, ImuLog
 from omomo_core.errors import InputError
 
@@ -98,7 +98,7 @@ def _odometry(path: Path) -> Path:
     return path / "odometry.csv" if path.is_dir() else path
 
 
-def _columns(text: TextRows, names: tuple[str, ...]) -> Table:
+def _columns(text: TextRows, names: tuple[str, ...]) -> NumberTable:
     """The named columns, wherever the header puts them."""
     header = [name.lower() for name in text.rows[0]] if text.rows else []
     missing = [name for name in names if name not in header]

@@ -34,8 +34,8 @@ class TextRows:
 
 
 @dataclass(frozen=True)
-class Table:
-    """Finite numbers, and where each row stands in its file."""
+class NumberTable:
+    """Finite numbers of a text file, and the line of each row."""
 
     path: Path
     values: Float64[np.ndarray, "rows columns"]
@@ -67,7 +67,7 @@ def read_rows(path: Path, separator: str | None) -> TextRows:
     return TextRows(path, tuple(rows), tuple(lines), text.endswith("\n"))
 
 
-def numbers(text: TextRows, width: int, columns: Sequence[int]) -> Table:
+def numbers(text: TextRows, width: int, columns: Sequence[int]) -> NumberTable:
     """The named columns as numbers; every row must have `width` fields.
 
     Raises:
@@ -77,7 +77,7 @@ def numbers(text: TextRows, width: int, columns: Sequence[int]) -> Table:
     values = np.empty((len(text.rows), len(columns)))
     for i in range(len(text.rows)):
         values[i] = _row_numbers(text, i, width, columns)
-    table = Table(text.path, values, text.lines)
+    table = NumberTable(text.path, values, text.lines)
     if not text.ends_with_newline and text.rows:
         _refuse_cut_number(text, columns)
     finite = np.isfinite(values).all(axis=1)

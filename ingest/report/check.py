@@ -1,4 +1,4 @@
-"""Check and TakeReport: the verdicts on a take."""
+"""Check and TakeReport: the results of the checks of a take."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

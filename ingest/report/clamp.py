@@ -48,9 +48,9 @@ def _place(mesh: ObjectMesh, mount: Mount) -> Check:
 
 
 def _residuals(mount: Mount) -> Check:
-    """By the unit at the end of each name, e.g. rms_mm; other units are shown, not judged.
+    """Judge residuals by the unit at the end of their names, e.g. rms_mm; show those of other units.
 
-    Nor is the drift that was taken out: it is not left over, and a long walk has more.
+    Drift is not judged either: it has been taken out, and it grows with the walk.
     """
     if not mount.residuals:
         return Check("mount", "ok", f"{mount.method}; its file tells no residuals")
@@ -66,7 +66,7 @@ def _residuals(mount: Mount) -> Check:
 
 
 def _object(mesh: ObjectMesh, mount: Mount) -> list[Check]:
-    """Whether it was found for this mesh, where its file tells."""
+    """Check that the mount was calibrated for this mesh, if its file names the mesh."""
     if not mount.object_id:
         return []
     given = object_id(mesh, mount.object_scale)
@@ -81,7 +81,7 @@ def _object(mesh: ObjectMesh, mount: Mount) -> list[Check]:
 
 
 def _sureness(mount: Mount) -> list[Check]:
-    """What its covariance says, where it has one, and what its recording did not show."""
+    """Check of the mount's covariance, if it has one, and of the directions that stayed open."""
     if mount.covariance is None and not mount.free:
         return []
     told: list[str] = []

@@ -1,4 +1,4 @@
-"""Look: a session with what several checks need of it, worked out once."""
+"""Look: a session with values that several checks share."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -24,7 +24,7 @@ USEFUL_SECONDS = 3.0
 
 @dataclass(frozen=True)
 class Look:
-    """What is being looked over."""
+    """A session with values that several checks share, each computed once."""
 
     session: CaptureSession
     mesh: ObjectMesh | None = None
@@ -36,7 +36,7 @@ class Look:
 
     @cached_property
     def breaks(self) -> Breaks:
-        """Marks on the logged steps."""
+        """Breaks of the tracking, marked on the logged steps."""
         return find_breaks(self.session)
 
     @cached_property

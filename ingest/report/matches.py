@@ -14,8 +14,8 @@ _TOLERANCE = np.radians(0.25)
 
 
 @dataclass(frozen=True)
-class Features:
-    """Points of an image that can be found again in another one."""
+class BearingFeatures:
+    """SIFT features of an image, as bearings in the phone's frame."""
 
     rays: Float64[np.ndarray, "points 3"]
     """Unit vectors in the phone's frame."""
@@ -26,7 +26,7 @@ def find_features(
     picture: UInt8[np.ndarray, "height width"],
     intrinsics: Float64[np.ndarray, "4"],
     image_size: tuple[int, int],
-) -> Features:
+) -> BearingFeatures:
     """SIFT features of a grey image.
 
     Args:
@@ -36,17 +36,19 @@ def find_features(
     """
     keypoints, descriptors = cv2.SIFT.create(_FEATURES).detectAndCompute(picture, None)
     if len(keypoints) == 0:
-        return Features(np.empty((0, 3)), np.empty((0, 128), np.float32))
+        return BearingFeatures(np.empty((0, 3)), np.empty((0, 128), np.float32))
     pixels = np.array([keypoint.pt for keypoint in keypoints], np.float64)
     height, width = picture.shape
     # Pixel centres stand at whole numbers, so half a pixel is added before scaling.
     pixels = (pixels + 0.5) * np.array(image_size) / [width, height] - 0.5
     x, y = ((pixels - intrinsics[2:]) / intrinsics[:2]).T
-    return Features(_unit(np.stack([x, -y, -np.ones_like(x)], axis=1)), np.asarray(descriptors))
+    return BearingFeatures(
+        _unit(np.stack([x, -y, -np.ones_like(x)], axis=1)), np.asarray(descriptors)
+    )
 
 
 def match(
-    first: Features, second: Features
+    first: BearingFeatures, second: BearingFeatures
 ) -> tuple[Float64[np.ndarray, "matches 3"], Float64[np.ndarray, "matches 3"]]:
     """Rays of the features found in both images: those in the first, those in the second."""
     found = cv2.BFMatcher(cv2.NORM_L2).knnMatch(first.descriptors, second.descriptors, k=2)

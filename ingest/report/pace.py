@@ -1,4 +1,4 @@
-"""How the phone moved, against what a person with a thing in the hands can do.
+"""Checks of the phone's speed and acceleration against what a person with an object can do.
 
 Hand-held phones were measured at 1.1 m/s (99th percentile) and 90 degrees a second, and 4 m/s^2.
 """
@@ -19,7 +19,7 @@ _SLOWER = "Move more slowly: fast motion blurs the image and the tracker loses t
 
 
 def path_length(look: Look) -> Check:
-    """How far the phone went."""
+    """Length of the phone's path."""
     steps = np.diff(look.session.T_world_phone[:, :3, 3], axis=0)
     length = float(np.linalg.norm(steps, axis=1).sum())
     severity = "ok" if length > 0.3 else "warn"

@@ -26,7 +26,7 @@ _DEPTH = 2.0
 
 
 @dataclass(frozen=True)
-class Pair:
+class ImagePair:
     """Two images and their poses."""
 
     images: tuple[int, int]
@@ -34,17 +34,17 @@ class Pair:
     poses: tuple[int, int]
 
 
-def pick_pairs(look: Look) -> list[Pair]:
+def pick_pairs(look: Look) -> list[ImagePair]:
     """Up to eight pairs, spread over the clean stretches; none if the phone hardly moved."""
     images, poses = _posed(look)
     starts = np.unique(np.linspace(0, len(images) - 1, _STARTS).astype(int)) if len(images) else []
     stretch = _stretch(look)
-    found: list[Pair] = []
+    found: list[ImagePair] = []
     for start in starts:
         partner = _partner(look, poses, stretch, int(start))
         if partner is not None:
             chosen = [int(start), partner]
-            found.append(Pair(_two(images[chosen]), _two(poses[chosen])))
+            found.append(ImagePair(_two(images[chosen]), _two(poses[chosen])))
     chosen = np.unique(np.linspace(0, len(found) - 1, _PAIRS).astype(int)) if found else []
     return [found[k] for k in chosen]
 

@@ -1,4 +1,4 @@
-"""Whether the images fit the poses: axes read wrong put what two images share in no one place."""
+"""Test of the poses' axes by the epipolar geometry of pairs of images."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from ingest.report.check import Check
 from ingest.report.look import Look
-from ingest.report.matches import Features, explained, find_features, match
+from ingest.report.matches import BearingFeatures, explained, find_features, match
 from ingest.report.pairs import pick_pairs
 from ingest.session_images import image_times, pictures
 from omomo_core.geometry.transforms import inverse
@@ -107,7 +107,7 @@ def _matches(
     """Each pair whose images can be read, and the rays of what both show."""
     pairs = pick_pairs(look)
     pose_of = {i: pose for pair in pairs for i, pose in zip(pair.images, pair.poses, strict=True)}
-    features: dict[int, Features] = {
+    features: dict[int, BearingFeatures] = {
         index: find_features(picture, intrinsics[pose_of[index]], image_size)
         for index, picture in pictures(look.session, sorted(pose_of)).items()
     }

@@ -1,4 +1,4 @@
-"""Whether the clamp gave way during a take: rests on one side of the object must be alike."""
+"""Test whether the clamp slipped during a take: rests on one side of the object must agree."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Where the object stands still, and what that tells: floor, drift, a mount that slipped."""
+"""Checks from the rests of the object: floor, drift, a mount that slipped."""
 
 import numpy as np
 from jaxtyping import Float64
@@ -45,7 +45,7 @@ _FIX_AXES = (
 
 
 def rests(look: Look) -> Check:
-    """When the phone stands still."""
+    """Check of the intervals in which the phone stands still."""
     if not look.rests:
         return Check("rests", "ok", "none of half a second")
     spans = [f"{start / FPS:.1f} to {stop / FPS:.1f} s" for start, stop in look.rests]

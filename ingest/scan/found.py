@@ -11,7 +11,7 @@ from ingest.scan.types import Frames, Region, Registered, ScanMesh
 
 @dataclass(frozen=True)
 class Found:
-    """What the stages of a scan have come to."""
+    """The results of the stages of a scan."""
 
     frames: Frames
     registered: Registered

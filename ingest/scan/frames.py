@@ -16,7 +16,7 @@ from ingest.scan.choices import PICTURES
 from ingest.scan.sharpness import Looks, look
 from ingest.scan.sources.stills import Stills, narrowed
 from ingest.scan.types import Frame, Frames, Progress, ScanSource, no_progress
-from ingest.scan.work import Work, key_of, state_of
+from ingest.scan.work import StageCache, key_of, state_of
 from omomo_core.errors import InputError
 
 STAGE = "frames"
@@ -54,7 +54,7 @@ def pick_frames(
             are sharp.
     """
     # The same scan may be asked for from another folder later.
-    work, given = Work(folder.resolve()), source.where.resolve()
+    work, given = StageCache(folder.resolve()), source.where.resolve()
     key = key_of(STAGE, str(work.folder), str(given), state_of(given), count, MAX_SIDE)
     if (record := work.record(STAGE, key)) is not None:
         return _restored(record)
@@ -76,7 +76,7 @@ def pick_frames(
     return picked
 
 
-def _picked(source: ScanSource, work: Work, count: int, progress: Progress) -> Frames:
+def _picked(source: ScanSource, work: StageCache, count: int, progress: Progress) -> Frames:
     total = len(source.pictures.names)
     usable = np.arange(total)
     if source.T_world_camera is not None:

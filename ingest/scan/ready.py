@@ -40,7 +40,6 @@ def ready_mesh(mesh: ScanMesh) -> CleanMesh:
         T_world_object=T,
         seen=np.ones(len(vertices), np.bool_),
         watertight=rims == 0,
-        open_rims=rims,
     )
 
 

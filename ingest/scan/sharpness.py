@@ -27,7 +27,7 @@ _FLOW = 160
 
 @dataclass(frozen=True)
 class Looks:
-    """What the candidates look like, seen once and small."""
+    """Sharpness and content of the candidate pictures, from reduced copies."""
 
     candidates: tuple[int, ...]
     """Places of the pictures that could be decoded."""
@@ -40,17 +40,19 @@ class Looks:
 
     @property
     def blurred(self) -> Bool[np.ndarray, " candidates"]:
-        """Whether a picture is of no use."""
+        """Whether a picture is too blurred to be used."""
         return (self.sharpness < _BLURRED) | (self.blur > _SOFT)
 
 
-def look(pictures: Pictures, candidates: Sequence[int], told: Callable[[float], None]) -> Looks:
+def look(
+    pictures: Pictures, candidates: Sequence[int], on_progress: Callable[[float], None]
+) -> Looks:
     """See each candidate once, at a reduced size.
 
     Args:
         pictures: where they are.
         candidates: places in it, rising.
-        told: how much is done, 0 to 1.
+        on_progress: how much is done, 0 to 1.
     """
     seen, laplacian, blurs, moves = list[int](), list[float](), list[float](), list[float]()
     before: Grey | None = None
@@ -63,7 +65,7 @@ def look(pictures: Pictures, candidates: Sequence[int], told: Callable[[float], 
         small = np.asarray(cv2.resize(calm, size, interpolation=cv2.INTER_AREA), np.uint8)
         moves.append(0.0 if before is None else _motion(before, small))
         before = small
-        told(len(seen) / len(candidates))
+        on_progress(len(seen) / len(candidates))
     sharp = np.array(laplacian)
     usual = median_filter(sharp, min(_NEIGHBOURS, max(1, len(sharp)))) if len(sharp) else sharp
     return Looks(tuple(seen), sharp / np.maximum(usual, 1e-9), np.array(blurs), np.cumsum(moves))

@@ -19,7 +19,7 @@ Progress = Callable[[str, float], None]
 
 
 def no_progress(stage: str, done: float) -> None:
-    """Tells nobody."""
+    """Progress callback that does nothing."""
 
 
 @runtime_checkable
@@ -28,7 +28,7 @@ class Pictures(Protocol):
 
     @property
     def names(self) -> Sequence[str]:
-        """Of all of them in their order, for people; each once."""
+        """Names of all pictures in their order, each unique."""
         ...
 
     def greys(self, wanted: Sequence[int], width: int) -> Iterator[tuple[int, Grey]]:
@@ -163,18 +163,6 @@ class Region:
     """Lowest corner of the box in the floor's frame, metres."""
     high: Float64[np.ndarray, "3"]
     notes: tuple[Check, ...] = ()
-
-
-@dataclass(frozen=True)
-class SurfacePoints:
-    """Points of a surface, in the world."""
-
-    points: Float64[np.ndarray, "points 3"]
-    normals: Float64[np.ndarray, "points 3"]
-    """Unit, outwards: towards the cameras that saw them."""
-    colours: UInt8[np.ndarray, "points 3"]
-    weight: Float32[np.ndarray, " points"]
-    """How many pictures agree, or the like; more is surer."""
 
 
 @dataclass(frozen=True)

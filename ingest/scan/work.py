@@ -1,4 +1,4 @@
-"""Work: the folder beside a scan in which finished stages are kept, so that it can go on later."""
+"""StageCache: the folder that keeps finished stages, so that an interrupted scan resumes."""
 
 import hashlib
 import json
@@ -16,13 +16,13 @@ VERSION = "1"
 
 
 @dataclass(frozen=True)
-class Work:
-    """A folder of finished stages, each with the key of what it was made from."""
+class StageCache:
+    """A folder that keeps finished stages, each with the key of its inputs."""
 
     folder: Path
 
     def record(self, stage: str, key: str) -> dict[str, Any] | None:
-        """What a stage has said when it was finished; None if it was not, or from something else."""
+        """The record of a finished stage; None if it is not finished or its inputs have changed."""
         try:
             stored = json.loads((self.folder / f"{stage}.json").read_bytes())
         except (OSError, ValueError):

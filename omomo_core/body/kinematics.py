@@ -82,14 +82,8 @@ def full_kinematics(
     return _place(root, R_global, body.rest_joints, ALL_PARENTS, _ALL_ANCESTORS), R_global
 
 
-def local_rotations(rotations: Float[Tensor, "*b 22 3 3"]) -> Float[Tensor, "*b 22 3 3"]:
-    """Return the rotation of each body joint relative to its parent (the pelvis: to the world)."""
-    turned = rotations[..., list(BODY_PARENTS[1:]), :, :].mT @ rotations[..., 1:, :, :]
-    return torch.cat([rotations[..., :1, :, :], turned], dim=-3)
-
-
 def global_rotations(local: Float[Tensor, "*b 22 3 3"]) -> Float[Tensor, "*b 22 3 3"]:
-    """Inverse of `local_rotations`: R_world_joint from rotations relative to the parents."""
+    """R_world_joint of the body joints from rotations relative to the parents (pelvis: to the world)."""
     turned = [local[..., 0, :, :]]
     for j in range(1, len(BODY_PARENTS)):
         turned.append(turned[BODY_PARENTS[j]] @ local[..., j, :, :])

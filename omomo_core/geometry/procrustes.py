@@ -1,9 +1,22 @@
-"""The rotation, shift and scale that lay one set of points on another, in closed form."""
+"""Closed-form fits: the nearest rotation of a matrix, and the similarity between two point sets."""
 
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
+import roma
+import torch
 from jaxtyping import Float64
+
+
+def nearest_rotation(
+    M: Float64[np.ndarray, "*batch 3 3"],
+) -> Float64[np.ndarray, "*batch 3 3"]:
+    """The rotation R that is nearest to M in the Frobenius norm; never a mirror image.
+
+    With M = sum of a_i b_i^T this is the R of least squares with a = R b (Kabsch).
+    """
+    R = roma.special_procrustes(torch.from_numpy(np.ascontiguousarray(M)))
+    return cast(torch.Tensor, R).numpy()
 
 
 class SimilarityTransform(NamedTuple):

@@ -10,7 +10,7 @@ from torch import Tensor, nn
 
 from omomo_core.diffusion.blocks import DenoiserConfig
 from omomo_core.diffusion.denoiser import Denoiser
-from omomo_core.stages.network_file import load_network, save_network
+from omomo_core.stages.network_file import load_network
 
 Configuration = Literal["capture", "paper"]
 StageName = Literal["hands", "body", "single"]
@@ -78,13 +78,8 @@ class Stages:
     """Stature of the body they were trained on, metres."""
 
 
-def save_stage(stage: Stage, path: Path, training: dict[str, str]) -> None:
-    """Write the file of `network_file.py` with the configuration and `training` notes inside."""
-    save_network(stage, stage.config, path, training)
-
-
 def load_stage(path: Path) -> Stage:
-    """Read what `save_stage` wrote, in evaluation mode.
+    """Read a stage that `save_network` wrote, in evaluation mode.
 
     Raises:
         AssetError: missing, damaged, or not one of our files.

@@ -19,7 +19,8 @@ from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 from omomo_core.skeleton import ALL_PARENTS
 from omomo_core.stages.body import capture as body_stage
 from omomo_core.stages.hands import capture as hand_stage
-from omomo_core.stages.stage import Stage, save_stage
+from omomo_core.stages.network_file import save_network
+from omomo_core.stages.stage import Stage
 
 FRAMES = 40
 
@@ -123,7 +124,7 @@ def weights(tmp_path_factory: pytest.TempPathFactory) -> Path:
     torch.manual_seed(0)
     for name, config in (("hands", hand_stage.CONFIG), ("body", body_stage.CONFIG)):
         small = replace(config, denoiser=replace(config.denoiser, layers=1))
-        save_stage(Stage(small), folder / f"{name}.safetensors", {})
+        save_network(Stage(small), small, folder / f"{name}.safetensors", {})
     return folder
 
 

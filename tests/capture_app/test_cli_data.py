@@ -19,7 +19,7 @@ from omomo_core.learning.recordings.build import build_mocap
 from omomo_core.learning.recordings.clips import Clip, load_clips, save_clips
 from omomo_core.learning.synthesis import engine
 from omomo_core.motion import ObjectMesh, ObjectMotion
-from render.video import read_frames
+from tests.video_frames import read_frames
 
 UPRIGHT = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
 

@@ -10,7 +10,8 @@ import torch
 from capture_app.cli.app import invoke
 from omomo_core.stages.body import capture as body_stage
 from omomo_core.stages.hands import capture as hand_stage
-from omomo_core.stages.stage import Stage, save_stage
+from omomo_core.stages.network_file import save_network
+from omomo_core.stages.stage import Stage
 
 
 @pytest.fixture
@@ -19,7 +20,7 @@ def weights(tmp_path: Path) -> Path:
     folder.mkdir()
     torch.manual_seed(0)
     for config in (hand_stage.CONFIG, body_stage.CONFIG):
-        save_stage(Stage(config), folder / f"{config.stage}.safetensors", {})
+        save_network(Stage(config), config, folder / f"{config.stage}.safetensors", {})
     return folder
 
 

@@ -25,7 +25,7 @@ from omomo_core.stages.body import paper as body_paper
 from omomo_core.stages.hands import capture as hand_capture
 from omomo_core.stages.hands import paper as hand_paper
 from omomo_core.stages.network_file import save_network
-from omomo_core.stages.stage import Stage, StageConfig, save_stage
+from omomo_core.stages.stage import Stage, StageConfig
 from tests.core.movers import mover
 
 FRAMES = 40
@@ -57,9 +57,10 @@ def weights(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (body_paper.config("laptop"), "body"),
         (single_stage.config("laptop"), "single"),
     ):
-        save_stage(stage(config), folder / f"{name}.safetensors", {})
-    network = goal()
-    save_network(network, network.config, folder / "goal.safetensors", {})
+        network = stage(config)
+        save_network(network, network.config, folder / f"{name}.safetensors", {})
+    goals = goal()
+    save_network(goals, goals.config, folder / "goal.safetensors", {})
     return folder
 
 
@@ -184,7 +185,7 @@ def test_the_nearest_surface_is_the_nearest():
 def test_our_generator_answers_too_and_missing_networks_are_named(tmp_path: Path):
     for name, config in (("hands", hand_capture.CONFIG), ("body", body_capture.CONFIG)):
         less = replace(config, denoiser=replace(config.denoiser, layers=1))
-        save_stage(Stage(less), tmp_path / f"{name}.safetensors", {})
+        save_network(Stage(less), less, tmp_path / f"{name}.safetensors", {})
     method = load_method("capture", tmp_path, QUICK)
     for first_frame in (True, False):
         a = method.sample(CLIP, 1, 0, first_frame=first_frame)[0]

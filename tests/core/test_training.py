@@ -25,8 +25,8 @@ from omomo_core.stages.body import capture as body_capture
 from omomo_core.stages.body import paper as body_paper
 from omomo_core.stages.hands import capture as hand_capture
 from omomo_core.stages.hands import paper as hand_paper
-from omomo_core.stages.network_file import read_header
-from omomo_core.stages.stage import Stage, StageConfig, StageName, load_stage, save_stage
+from omomo_core.stages.network_file import read_header, save_network
+from omomo_core.stages.stage import Stage, StageConfig, StageName, load_stage
 from omomo_core.weights.load import load_stages
 from tests.core.training_clips import BODY, CLIPS
 
@@ -172,7 +172,7 @@ def test_weights_tell_how_they_were_trained(corpus: Corpus, tmp_path: Path):
 def test_weights_round_trip_and_damage_is_named(tmp_path: Path):
     torch.manual_seed(0)
     stage = Stage(small("body"))
-    save_stage(stage, tmp_path / "a.safetensors", {"note": "x"})
+    save_network(stage, stage.config, tmp_path / "a.safetensors", {"note": "x"})
     loaded = load_stage(tmp_path / "a.safetensors")
     assert loaded.config == stage.config
     for a, b in zip(stage.parameters(), loaded.parameters(), strict=True):
@@ -189,6 +189,6 @@ def test_weights_of_an_earlier_version_are_named(tmp_path: Path):
     for config in (hand_capture.CONFIG, body_capture.CONFIG):
         told = config.denoiser.condition - (config.stage == "hands")
         older = replace(config, denoiser=replace(config.denoiser, layers=1, condition=told))
-        save_stage(Stage(older), tmp_path / f"{config.stage}.safetensors", {})
+        save_network(Stage(older), older, tmp_path / f"{config.stage}.safetensors", {})
     with pytest.raises(AssetError, match=r"hands\.safetensors.*weights-outdated"):
         load_stages("capture", tmp_path)

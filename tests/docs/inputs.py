@@ -16,13 +16,7 @@ from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.record import DEMO
 from capture_app.simulator.recording import write_recording
-from capture_app.simulator.scan_camera import FilmErrors
-from capture_app.simulator.scan_film import film_session
-from capture_app.simulator.scan_log import scan_log, with_pictures
-from capture_app.simulator.scan_model import drawn_model
-from capture_app.simulator.scan_scene import orbit_poses, scan_scene
 from capture_app.simulator.wiggle import wiggle_motion
-from capture_app.simulator.witness import board_on_box, tripod
 from ingest.calibration.board.spec import PRESETS
 from ingest.formats import scanner_3d
 from omomo_core.learning.recordings.clips import save_clips
@@ -35,6 +29,12 @@ from tests.docs.running import PYTHON, Stage, copy
 from tests.ingest.animated.conftest import GlbWriter
 from tests.ingest.calibration.board.filmed import picture, write_film
 from tests.ingest.scan.test_scan_ready_mesh import write_usdz
+from tests.simulator.scan_camera import FilmErrors
+from tests.simulator.scan_film import film_session
+from tests.simulator.scan_log import scan_log, with_pictures
+from tests.simulator.scan_model import drawn_model
+from tests.simulator.scan_scene import orbit_poses, scan_scene
+from tests.simulator.witness import board_on_box, tripod
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ from PIL import Image
 
 from omomo_core.errors import InputError
 from render.stills import contact_sheet, write_png
-from render.video import read_frames, write_moving, write_video, write_webp
+from render.video import write_moving, write_video, write_webp
+from tests.video_frames import read_frames
 
 
 def ramp(count: int, height: int = 90, width: int = 160) -> Iterator[np.ndarray]:
@@ -68,16 +69,6 @@ def test_a_failed_video_leaves_nothing_and_keeps_the_old_one(tmp_path: Path) -> 
         write_video(path, [])
     assert path.read_bytes() == before
     assert len(list(tmp_path.iterdir())) == 1
-
-
-def test_reading_says_what_is_wrong(tmp_path: Path) -> None:
-    path = tmp_path / "clip.mp4"
-    write_video(path, ramp(4))
-    with pytest.raises(InputError, match="no frame 9"):
-        read_frames(path, [0, 9])
-    (tmp_path / "text.mp4").write_text("not a video")
-    with pytest.raises(InputError, match="No video"):
-        read_frames(tmp_path / "text.mp4", [0])
 
 
 def test_a_webp_animates(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from capture_app.calibration.guide.state import AgainError, GuideState, GuideSte
 from ingest.calibration.drawing.directions import numbers, rotation_in_words
 from ingest.calibration.drawing.drawing import MEASURED, PRINTED
 from ingest.calibration.phone.body import body_point, phone_named
-from ingest.calibration.points.correspondences import Pair, load_pairs, save_pairs
+from ingest.calibration.points.correspondences import PointPair, load_pairs, save_pairs
 from ingest.calibration.points.picked import MAX_OFFSET, mount_from_pairs
 from omomo_core.errors import InputError
 
@@ -84,7 +84,7 @@ def _ask_points(prompt: Prompt, state: GuideState) -> Words:
     return [str(path)]
 
 
-def _kept(prompt: Prompt, state: GuideState, pairs: Sequence[Pair]) -> Path:
+def _kept(prompt: Prompt, state: GuideState, pairs: Sequence[PointPair]) -> Path:
     """What was typed is written before it is judged, so that a wrong number can be mended."""
     path = state.fresh("points.json")
     save_pairs(pairs, path)
@@ -92,26 +92,26 @@ def _kept(prompt: Prompt, state: GuideState, pairs: Sequence[Pair]) -> Path:
     return path
 
 
-def _typed_points(prompt: Prompt) -> Path | list[Pair]:
+def _typed_points(prompt: Prompt) -> Path | list[PointPair]:
     """As many as the person knows, of the points that have names; or a file."""
     prompt.tell(
         f"{AXES} To click the points on the mesh, open the page instead (omocap serve). Enter skips a "
         "point that you cannot reach; the word done ends the list. You may also give a file of pairs (CSV "
         "or JSON), such as one that was kept."
     )
-    pairs: list[Pair] = []
+    pairs: list[PointPair] = []
     for name in POINTS:
         answer = prompt.until_right(lambda name=name: _typed_point(prompt, name, len(pairs)))
         if isinstance(answer, Path):
             return answer
         if answer == "done":
             break
-        if isinstance(answer, Pair):
+        if isinstance(answer, PointPair):
             pairs.append(answer)
     return pairs
 
 
-def _typed_point(prompt: Prompt, name: str, count: int) -> Pair | Path | str:
+def _typed_point(prompt: Prompt, name: str, count: int) -> PointPair | Path | str:
     """The pair of a point, a file of pairs, "done", or nothing."""
     answer = prompt.ask(f"{name} ({count} so far)", "")
     if answer in ("", "done"):
@@ -119,10 +119,10 @@ def _typed_point(prompt: Prompt, name: str, count: int) -> Pair | Path | str:
     if (path := as_path(answer)).is_file():
         return path
     x, y, z = numbers(answer, 3, name).tolist()
-    return Pair(name, (x, y, z))
+    return PointPair(name, (x, y, z))
 
 
-def _check_pairs(pairs: list[Pair], state: GuideState) -> Finding:
+def _check_pairs(pairs: list[PointPair], state: GuideState) -> Finding:
     picked = mount_from_pairs(pairs, state.model)
     names, places = [pair.name for pair in pairs], np.array([pair.object for pair in pairs])
     doubts = astray(state.object_mesh, names, places, _HELD_OFF)

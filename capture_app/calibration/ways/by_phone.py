@@ -20,7 +20,12 @@ from ingest.calibration.scan.scan import scan_mount
 from ingest.calibration.scan.views import Views, views_in, views_of
 from ingest.calibration.session.by_board import placed_by_board
 from ingest.calibration.session.scan_mesh import load_scan
-from ingest.calibration.session.session import Placed, placed_by_hand, placed_by_scan, session_mount
+from ingest.calibration.session.session import (
+    ObjectPlacement,
+    placed_by_hand,
+    placed_by_scan,
+    session_mount,
+)
 from ingest.calibration.still import CARRIED
 from ingest.formats.detect import read_session
 from ingest.mount import Mount
@@ -46,7 +51,7 @@ def by_session(way: SessionWay, progress: Progress) -> Mount:
 
 def _placed(
     way: SessionWay, log: CaptureSession, mesh: ObjectMesh, before: float, progress: Progress
-) -> Placed:
+) -> ObjectPlacement:
     """Where the object stood until the clamped phone stood still, seconds on the log's clock."""
     if way.object_pose is not None:
         pose = load_pose(way.object_pose)

@@ -10,7 +10,12 @@ from ingest.calibration.board.camera import load_camera
 from ingest.calibration.board.place import load_place
 from ingest.calibration.board.spec import Board, parse_board
 from ingest.calibration.pose_file import load_similarity
-from ingest.calibration.screen.screen import Views, learned_screen, mount_from_screen, screen_object
+from ingest.calibration.screen.screen import (
+    ScreenViews,
+    learned_screen,
+    mount_from_screen,
+    screen_object,
+)
 from ingest.calibration.screen.shown import ScreenPose, load_screen_pose, screen_pose, shown_board
 from ingest.calibration.screen.views import Photo, photos, views_in_model, views_with_board
 from ingest.mount import Mount
@@ -43,7 +48,7 @@ def learned_pose(way: ScreenWay, known: Path) -> ScreenPose:
     return learned_screen(placed, load_mount(known))
 
 
-def see(way: ScreenWay, shown: Board) -> Views:
+def see(way: ScreenWay, shown: Board) -> ScreenViews:
     """Read the pictures into poses, by the board on the object or by the scan's model.
 
     Raises:

@@ -33,14 +33,14 @@ def combine(
     refused; of three or more, the odd one is named.
     """
     from capture_app.cli.calibrate.finish import check_output, finish, mesh_file_of
-    from ingest.calibration.combine import Result
+    from ingest.calibration.combine import NamedMount
     from ingest.calibration.combine import combine as combined
     from ingest.calibration.slip import refuse_slip
     from ingest.mount_file import load_mount
     from omomo_core.errors import InputError
 
     check_output(mount_file)
-    results = [Result(str(path), load_mount(path)) for path in mounts]
+    results = [NamedMount(str(path), load_mount(path)) for path in mounts]
     if same_take:
         if len(results) != 2:
             raise InputError(

@@ -51,13 +51,18 @@ def points(
     """
     from capture_app.cli.calibrate.finish import check_output, finish, mesh_file_of
     from capture_app.cli.calibrate.phone import maybe_phone
-    from ingest.calibration.points.correspondences import Pair, load_pairs, save_pairs, typed_pair
+    from ingest.calibration.points.correspondences import (
+        PointPair,
+        load_pairs,
+        save_pairs,
+        typed_pair,
+    )
     from ingest.calibration.points.picked import mount_from_pairs
 
     check_output(mount_file)
     model = maybe_phone(phone, ruler)
     metres = sigma / 1e3
-    found: list[Pair] = [*load_pairs(pairs, metres)] if pairs else []
+    found: list[PointPair] = [*load_pairs(pairs, metres)] if pairs else []
     found += [typed_pair(text, metres) for text in typed or []]
     if save:
         save_pairs(found, save)

@@ -19,7 +19,7 @@ from capture_app.web.site import Here, Site
 from capture_app.web.sources import mesh_file_of
 from ingest.calibration.drawing.drawing import Precision
 from ingest.calibration.drawing.drawn import Drawn
-from ingest.calibration.points.correspondences import Pair
+from ingest.calibration.points.correspondences import PointPair
 
 router = APIRouter(prefix="/api/mounts", tags=["mounts"])
 
@@ -144,7 +144,7 @@ async def _drawn(site: Site, given: Drawing, target: Path) -> dict[str, Any]:
 
 async def _clicked(site: Site, given: Points, target: Path) -> dict[str, Any]:
     metres = given.sigma_mm / 1e3
-    pairs = tuple(Pair(pair.phone, pair.point, metres) for pair in given.pairs)
+    pairs = tuple(PointPair(pair.phone, pair.point, metres) for pair in given.pairs)
     phone = phone_of(given.phone, given.ruler)
     mesh_file = mesh_file_of(site.library, given.object)
     return await site.sandbox.run(mounts.points, target, pairs, phone, given.scale, mesh_file)

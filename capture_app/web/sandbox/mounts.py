@@ -10,7 +10,7 @@ from capture_app.mesh_file import MeshFile
 from ingest.calibration.drawing.drawing import Precision, body_mount, camera_mount
 from ingest.calibration.drawing.drawn import Drawn
 from ingest.calibration.phone.body import Phone
-from ingest.calibration.points.correspondences import Pair
+from ingest.calibration.points.correspondences import PointPair
 from ingest.calibration.points.picked import mount_from_pairs
 from ingest.mount import Mount, identity_mount
 from ingest.mount_file import save_mount
@@ -46,7 +46,7 @@ def drawing(
 
 def points(
     target: Path,
-    pairs: Sequence[Pair],
+    pairs: Sequence[PointPair],
     phone: Phone | None,
     scaled: bool,
     mesh_file: MeshFile | None,

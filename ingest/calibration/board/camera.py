@@ -1,6 +1,5 @@
-"""WitnessCamera: what the second camera's pixels mean; read from and written to a file."""
+"""WitnessCamera: intrinsics and distortion of the second camera, and the files that hold them."""
 
-import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -112,16 +111,6 @@ def load_camera(path: Path) -> WitnessCamera:
         ) from None
     _check(camera)
     return camera
-
-
-def save_camera(camera: WitnessCamera, path: Path) -> None:
-    """Write the JSON that `load_camera` reads."""
-    table: dict[str, object] = {name: getattr(camera, name) for name in ("fx", "fy", "cx", "cy")}
-    if camera.distortion:
-        table["distortion"] = list(camera.distortion)
-    if camera.size:
-        table["width"], table["height"] = camera.size
-    path.write_text(json.dumps(table, indent=2) + "\n", encoding="utf-8")
 
 
 def _from_json(text: str, path: Path) -> WitnessCamera:

@@ -16,7 +16,7 @@ _UNTIL = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 50, 1e-3)
 
 
 class Corners(NamedTuple):
-    """What one picture shows of a board."""
+    """The corners of a board that one picture shows."""
 
     pixels: Float64[np.ndarray, "corners 2"]
     """(0, 0) is the centre of the first pixel."""

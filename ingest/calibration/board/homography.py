@@ -4,6 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from ingest.calibration.board.lens import Sightings
+from omomo_core.geometry.procrustes import nearest_rotation
 
 _SAMPLES = 40
 """With 30 % of wrong corners, one sample in four is clean."""
@@ -24,10 +25,8 @@ def first_poses(
     ahead = np.sign(free[:, 2, :2] @ middle + free[:, 2, 2])
     H = free * (ahead / size)[:, None, None]
     axes = np.stack([H[..., 0], H[..., 1], np.cross(H[..., 0], H[..., 1])], axis=-1)
-    U, _, Vt = np.linalg.svd(axes)
-    U[..., 2] *= (np.linalg.det(U) * np.linalg.det(Vt))[:, None]
     T = np.tile(np.eye(4), (len(H), 1, 1))
-    T[:, :3, :3] = U @ Vt
+    T[:, :3, :3] = nearest_rotation(axes)
     T[:, :3, 3] = H[..., 2]
     return T
 

@@ -84,7 +84,7 @@ def undistorted(
 def distorted(
     direction: Float64[np.ndarray, "n 2"], distortion: Float64[np.ndarray, " coefficients"]
 ) -> Float64[np.ndarray, "n 2"]:
-    """What the lens makes of directions x/z, y/z: OpenCV's model."""
+    """Directions x/z, y/z after the lens's distortion (OpenCV's model)."""
     if len(direction) == 0:
         return direction
     rays = np.concatenate([direction, np.ones((len(direction), 1))], axis=1)

@@ -20,7 +20,7 @@ class Pattern(NamedTuple):
 
 
 def pattern(board: Board) -> Pattern:
-    """What is printed on white paper."""
+    """The black and white rectangles of the board."""
     charuco = board.charuco
     starts = np.array([np.reshape(m, (-1, 3))[0, :2] for m in charuco.getObjPoints()], float)
     numbers = np.asarray(charuco.getIds()).ravel()

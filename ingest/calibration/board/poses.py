@@ -9,7 +9,7 @@ from scipy.stats import chi2, f
 
 from ingest.calibration.board.homography import first_poses, mirrored, trusted
 from ingest.calibration.board.lens import Sightings, sightings
-from ingest.calibration.board.refine import Fit, covariances, fit
+from ingest.calibration.board.refine import BoardFit, covariances, fit
 from ingest.calibration.board.spec import MIN_CORNERS, Board
 from ingest.uncertainty import between, moved
 
@@ -149,7 +149,7 @@ def _enough(used: Bool[np.ndarray, "frames corners"], board: Board) -> Bool[np.n
     return (used.sum(axis=1) >= MIN_CORNERS) & across & down
 
 
-def _fits(sight: Sightings) -> tuple[Fit, Fit, Bool[np.ndarray, "frames corners"]]:
+def _fits(sight: Sightings) -> tuple[BoardFit, BoardFit, Bool[np.ndarray, "frames corners"]]:
     """The best pose of each frame, the second one, and the corners they rest on."""
     used = sight.seen.copy()
     start = first_poses(sight, used)
@@ -166,7 +166,9 @@ def _fits(sight: Sightings) -> tuple[Fit, Fit, Bool[np.ndarray, "frames corners"
     return best, other, used
 
 
-def _uneven(rough: Fit, seen: Bool[np.ndarray, "frames corners"]) -> Bool[np.ndarray, " frames"]:
+def _uneven(
+    rough: BoardFit, seen: Bool[np.ndarray, "frames corners"]
+) -> Bool[np.ndarray, " frames"]:
     """Whether the corners of a frame do not err as noise does: some are much farther off."""
     off = np.where(seen, rough.off, np.inf)
     middle = np.sort(off, axis=1)[np.arange(len(off)), seen.sum(axis=1) // 2]
@@ -179,7 +181,7 @@ def _both(
     used: Bool[np.ndarray, "frames corners"],
     first: Float64[np.ndarray, "frames 4 4"],
     second: Float64[np.ndarray, "frames 4 4"],
-) -> tuple[Fit, Fit]:
+) -> tuple[BoardFit, BoardFit]:
     """The better and the worse of the two poses of a flat board."""
     one = fit(sight, used, first)
     two = fit(
@@ -189,8 +191,8 @@ def _both(
     return _chosen(swap, two, one), _chosen(swap, one, two)
 
 
-def _chosen(pick: Bool[np.ndarray, " frames"], yes: Fit, no: Fit) -> Fit:
-    return Fit(
+def _chosen(pick: Bool[np.ndarray, " frames"], yes: BoardFit, no: BoardFit) -> BoardFit:
+    return BoardFit(
         np.where(pick[:, None, None], yes.T, no.T),
         np.where(pick[:, None], yes.off, no.off),
         np.where(pick, yes.cost, no.cost),
@@ -198,7 +200,7 @@ def _chosen(pick: Bool[np.ndarray, " frames"], yes: Fit, no: Fit) -> Fit:
 
 
 def _agreeing(
-    best: Fit, seen: Bool[np.ndarray, "frames corners"]
+    best: BoardFit, seen: Bool[np.ndarray, "frames corners"]
 ) -> Bool[np.ndarray, "frames corners"]:
     """Corners no farther off than their frame's noise allows, by the median of their distances."""
     off = np.where(seen, best.off, np.inf)

@@ -16,8 +16,8 @@ _DONE = 1e-7
 
 
 @dataclass(frozen=True)
-class Fit:
-    """A pose per frame and what it leaves over."""
+class BoardFit:
+    """The pose of the board in each frame, and its residuals."""
 
     T: Float64[np.ndarray, "frames 4 4"]
     """T_camera_board."""
@@ -31,7 +31,7 @@ def fit(
     sightings: Sightings,
     used: Bool[np.ndarray, "frames corners"],
     start: Float64[np.ndarray, "frames 4 4"],
-) -> Fit:
+) -> BoardFit:
     """The poses nearest to `start` at which the corners used reproject best."""
     T = start.copy()
     damping = np.full(len(T), 1e-3)
@@ -54,7 +54,7 @@ def fit(
         damping[k] *= np.where(better, 0.2, 8.0)
         open_[k] = (np.abs(step).max(axis=1) > _DONE) & (damping[k] < 1e6)
     off = np.linalg.norm(residuals(sightings, T), axis=-1) * sightings.seen
-    return Fit(T, off, cost)
+    return BoardFit(T, off, cost)
 
 
 def covariances(
@@ -63,7 +63,7 @@ def covariances(
     T: Float64[np.ndarray, "frames 4 4"],
     sigma: Float64[np.ndarray, " frames"],
 ) -> Float64[np.ndarray, "frames 6 6"]:
-    """Of poses that corners with errors of `sigma` pixels along each axis lead to.
+    """Covariances of the poses, for corners with errors of `sigma` pixels along each axis.
 
     Of `ingest.uncertainty`: rotation (rad), then translation (m), in the camera's axes.
     """
@@ -86,7 +86,7 @@ def residuals(
 def jacobian(
     sightings: Sightings, T: Float64[np.ndarray, "frames 4 4"]
 ) -> Float64[np.ndarray, "frames corners 2 6"]:
-    """Of the projection (pixels) to a step of `ingest.uncertainty.moved`."""
+    """Jacobian of the projection (pixels) by a step of `ingest.uncertainty.moved`."""
     arm = sightings.points @ T[:, :3, :3].swapaxes(1, 2)
     P = arm + T[:, None, :3, 3]
     depth = np.where(P[..., 2:] > 1e-6, P[..., 2:], 1e-6)

@@ -53,12 +53,12 @@ class Board:
 
     @property
     def width(self) -> float:
-        """Along x, metres."""
+        """Size along x, metres."""
         return self.columns * self.square
 
     @property
     def height(self) -> float:
-        """Along y, metres."""
+        """Size along y, metres."""
         return self.rows * self.square
 
     @property
@@ -175,5 +175,5 @@ def parse_board(text: str) -> Board:
 
 
 def _metres(number: str, unit: str) -> float:
-    """To a nanometre, so that one length is the same in every unit."""
+    """Metres rounded to a nanometre, so that one length is the same in every unit."""
     return round(float(number) * _METRES[unit.lower()], 9)

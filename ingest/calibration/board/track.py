@@ -50,16 +50,14 @@ class BoardTrack:
     sigma: float
     """Error of a corner along each axis, pixels."""
     pictures: int
-    """How many were looked at."""
-    unsure: int
-    """How many showed the board, but not its tilt; their poses are left out."""
+    """How many were searched; those that leave the board's tilt ambiguous have no pose."""
     T_world_camera: Float64[np.ndarray, "poses 4 4"] | None = None
     """Where the camera was, if it is a phone that logs its poses: its ARKit world, OpenCV axes."""
 
 
 @dataclass
 class _Seen:
-    """What is kept of the pictures: little, however many there are."""
+    """What is kept of the pictures; its size does not grow with their number."""
 
     source: str
     size: tuple[int, int] = (0, 0)
@@ -189,7 +187,7 @@ def _look(pictures: Iterator[Picture], board: Board, source: str) -> _Seen:
 
 
 def _explained(seen: _Seen, board: Board, shown: int) -> InputError:
-    """What is wrong with pictures that hardly show the board."""
+    """The error for pictures that hardly show the board."""
     if shown and fits(seen.samples, board):
         return InputError(
             "board-few",
@@ -257,7 +255,6 @@ def _track(
         camera=camera,
         sigma=poses.sigma,
         pictures=len(seen.times),
-        unsure=int((~sure).sum()),
         T_world_camera=None if T_world_camera is None else T_world_camera[frames],
     )
 

@@ -1,4 +1,4 @@
-"""How the phone is turned, in the words that people use or in numbers, and what contradicts itself."""
+"""The phone's rotation from named directions or from numbers, with checks for contradictions."""
 
 import re
 from collections.abc import Sequence
@@ -9,6 +9,7 @@ from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
 from omomo_core.errors import InputError
+from omomo_core.geometry.procrustes import nearest_rotation
 
 _SIDES = {
     "screen": (2, 1),
@@ -118,8 +119,7 @@ def _complete(told: dict[int, np.ndarray]) -> Rotation3:
             fix="Turn one of them round: as you look at the screen with the top up, right is to "
             "your right.",
         )
-    U, _, Vt = np.linalg.svd(matrix)
-    return U @ Vt
+    return nearest_rotation(matrix)
 
 
 def _contradiction(what: str) -> InputError:

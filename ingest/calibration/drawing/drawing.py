@@ -23,7 +23,7 @@ class Precision:
 
     @property
     def covariance(self) -> Float64[np.ndarray, "6 6"]:
-        """Of rotation and translation."""
+        """Covariance of rotation and translation."""
         return np.diag([self.radians**2] * 3 + [self.metres**2] * 3)
 
 

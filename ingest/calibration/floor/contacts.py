@@ -1,4 +1,4 @@
-"""When the object stands on the floor, as far as the phone alone can tell."""
+"""Find the intervals in which the object stands on the floor, from the phone's poses alone."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -45,7 +45,7 @@ class Contact:
 
     @property
     def height(self) -> float:
-        """Of the camera over the origin of the session's world, metres."""
+        """Height of the camera over the origin of the session's world, metres."""
         return float(self.place[2])
 
     @property
@@ -55,8 +55,8 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class Track:
-    """A session's phone over time."""
+class PhoneTrack:
+    """The poses of a session's phone, resampled and turned z up."""
 
     T_zup_phone: Float64[np.ndarray, "frames 4 4"]
     """30 fps, in the session's world turned z up."""
@@ -64,7 +64,7 @@ class Track:
     T_zup_session: Float64[np.ndarray, "4 4"]
 
 
-def track(session: CaptureSession) -> Track:
+def track(session: CaptureSession) -> PhoneTrack:
     """The phone over time, where the log or the accelerometer says which way is up.
 
     Raises:
@@ -84,10 +84,10 @@ def track(session: CaptureSession) -> Track:
     calm = smooth(session, broken)
     T, valid = resample(calm.times, calm.T_world_phone, broken)
     T_zup_session = upright(up)
-    return Track(T_zup_session @ T, valid, T_zup_session)
+    return PhoneTrack(T_zup_session @ T, valid, T_zup_session)
 
 
-def find_contacts(seen: Track) -> list[Contact]:
+def find_contacts(seen: PhoneTrack) -> list[Contact]:
     """The rests that are too steady for hands, and the level stretches between them, in order.
 
     A thing on a table, or carried with a steady hand, looks alike: heights tell it later.

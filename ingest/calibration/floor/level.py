@@ -1,4 +1,4 @@
-"""How high the floor is in a session's world, and how one may know."""
+"""Height of the floor in a session's world, and the evidence for it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.calibration.floor.contacts import Contact, Track
+from ingest.calibration.floor.contacts import Contact, PhoneTrack
 from ingest.session import CaptureSession
 from ingest.trajectory.depth_points import depth_points
 from ingest.trajectory.plane import fit_plane
@@ -39,7 +39,7 @@ class FloorLevel:
 
 def floor_level(
     session: CaptureSession,
-    seen: Track,
+    seen: PhoneTrack,
     contacts: Sequence[Contact],
     phone_height: float | None,
     floor: float | None,
@@ -82,7 +82,7 @@ def floor_level(
     return FloorLevel(first.height, _UNKNOWN, "unknown", first.place[:2], first.path)
 
 
-def _shown(session: CaptureSession, seen: Track, first: Contact) -> float | None:
+def _shown(session: CaptureSession, seen: PhoneTrack, first: Contact) -> float | None:
     """Height, at the first contact, of the largest level plane below the phone."""
     points = depth_points(session, seen.valid)
     if points is None:

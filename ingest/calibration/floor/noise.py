@@ -1,4 +1,4 @@
-"""How far gravity, floor and tracking may be off, and what that does to the residuals of contacts."""
+"""Noise of gravity, floor and tracking, propagated to the residuals of contacts."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from ingest.calibration.floor.level import FloorLevel
-from ingest.calibration.floor.standing import Standing
+from ingest.calibration.floor.standing import StandingContact
 
 _GRAVITY = np.radians(0.4)
 """Of ARKit's gravity over a whole session, on each axis; phones differ by 0.3 to 1 deg."""
@@ -25,9 +25,11 @@ def tangent(direction: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "3 2"]:
 
 
 def contact_covariance(
-    standings: Sequence[Standing], level: FloorLevel, T_phone_object: Float64[np.ndarray, "4 4"]
+    standings: Sequence[StandingContact],
+    level: FloorLevel,
+    T_phone_object: Float64[np.ndarray, "4 4"],
 ) -> Float64[np.ndarray, "n n"]:
-    """Of the residuals that `ingest.calibration.floor.refine` makes: two tilts each, then all heights.
+    """Covariance of the residuals of `ingest.calibration.floor.refine`: two tilts each, then all heights.
 
     What several contacts share (the session's gravity, a side of the mesh, drift) makes them err
     alike, so that a hundred contacts are not ten times as sure as one.
@@ -46,7 +48,7 @@ def contact_covariance(
 
 
 def _gravity(
-    standings: Sequence[Standing],
+    standings: Sequence[StandingContact],
     bases: list[Float64[np.ndarray, "3 2"]],
     low: list[int],
     level: FloorLevel,
@@ -66,14 +68,14 @@ def _gravity(
 
 
 def placed(
-    T_phone_object: Float64[np.ndarray, "4 4"], standing: Standing
+    T_phone_object: Float64[np.ndarray, "4 4"], standing: StandingContact
 ) -> Float64[np.ndarray, "3"]:
     """Where the side on the floor is in the phone's frame."""
     return T_phone_object[:3, :3] @ standing.side.centre + T_phone_object[:3, 3]
 
 
 def _sides(
-    standings: Sequence[Standing],
+    standings: Sequence[StandingContact],
     bases: list[Float64[np.ndarray, "3 2"]],
     low: list[int],
     T_phone_object: Float64[np.ndarray, "4 4"],
@@ -91,7 +93,7 @@ def _sides(
 
 
 def _heights(
-    standings: Sequence[Standing], low: list[int], level: FloorLevel
+    standings: Sequence[StandingContact], low: list[int], level: FloorLevel
 ) -> Float64[np.ndarray, "n sources"]:
     """What errors of heights do: each its own, all that of the floor, and drift along the path."""
     paths = np.array([standings[k].contact.path for k in low])

@@ -12,7 +12,7 @@ from ingest.calibration.floor.contacts import find_contacts, track
 from ingest.calibration.floor.level import FloorLevel, floor_level
 from ingest.calibration.floor.noise import contact_covariance, placed, tangent
 from ingest.calibration.floor.sides import flat_sides
-from ingest.calibration.floor.standing import Standing, standings
+from ingest.calibration.floor.standing import StandingContact, standings
 from ingest.calibration.floor.words import what_is_open, what_was_fixed
 from ingest.calibration.posterior import Misfit, Posterior, belief, joined, posterior, whitener
 from ingest.mount import Mount, object_id
@@ -28,12 +28,12 @@ _TOLD = 0.05
 
 
 @dataclass(frozen=True)
-class Problem:
-    """What the floor says about a mount."""
+class FloorProblem:
+    """Least squares for the mount from contacts with the floor, with the prior mount."""
 
     prior: Mount
     """With a covariance."""
-    standings: Sequence[Standing]
+    standings: Sequence[StandingContact]
     level: FloorLevel
     covariance: Float64[np.ndarray, "n n"]
     """Of `errors`."""
@@ -56,7 +56,7 @@ class Problem:
         return np.concatenate([*tilts, heights])
 
     def jacobian(self, T: Float64[np.ndarray, "4 4"]) -> Float64[np.ndarray, "n 6"]:
-        """Of `errors`, by a step of `ingest.uncertainty.moved`."""
+        """Jacobian of `errors` by a step of `ingest.uncertainty.moved`."""
         none = np.zeros((2, 3))
         tilts = [
             np.hstack([-tangent(contact.down).T @ skew(T[:3, :3] @ side.down), none])
@@ -101,13 +101,13 @@ def refine(
     found = standings(find_contacts(seen), flat_sides(mesh), prior, where)
     level = floor_level(session, seen, [s.contact for s in found], phone_height, floor)
     covariance = contact_covariance(found, level, prior.T_phone_object)
-    problem = Problem(prior, found, level, covariance)
+    problem = FloorProblem(prior, found, level, covariance)
     best = solve(problem)
     check_plausible(problem, best, where)
     return _told(mount, mesh, problem, best)
 
 
-def solve(problem: Problem) -> Posterior:
+def solve(problem: FloorProblem) -> Posterior:
     """The most likely mount, given the prior and the contacts."""
     prior = problem.prior
     assert prior.covariance is not None
@@ -120,7 +120,7 @@ def solve(problem: Problem) -> Posterior:
     return posterior(misfit, prior.T_phone_object)
 
 
-def check_plausible(problem: Problem, best: Posterior, where: str) -> None:
+def check_plausible(problem: FloorProblem, best: Posterior, where: str) -> None:
     """Refuse a step that the prior rules out, and contacts that do not fit together.
 
     Raises:
@@ -153,7 +153,7 @@ def check_plausible(problem: Problem, best: Posterior, where: str) -> None:
     )
 
 
-def _told(mount: Mount, mesh: ObjectMesh, problem: Problem, best: Posterior) -> Mount:
+def _told(mount: Mount, mesh: ObjectMesh, problem: FloorProblem, best: Posterior) -> Mount:
     """The refined mount with what there is to say about it."""
     n = 2 * len(problem.standings)
     errors = problem.errors(best.T)

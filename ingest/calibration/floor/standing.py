@@ -1,4 +1,4 @@
-"""On which side the object stands when, under a mount that is roughly right."""
+"""Assign to each contact with the floor the side on which the object stands, given a rough mount."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -23,8 +23,8 @@ _SAME_LEVEL = 0.03
 """Metres; one side's contacts within this of its lowest are on one floor, others on a table."""
 
 
-class Standing(NamedTuple):
-    """A contact, and what of the object is on the floor in it."""
+class StandingContact(NamedTuple):
+    """A contact with the floor, and the side on which the object stands in it."""
 
     contact: Contact
     side: Side
@@ -34,7 +34,7 @@ class Standing(NamedTuple):
 
 def standings(
     contacts: Sequence[Contact], sides: Sequence[Side], mount: Mount, where: str
-) -> list[Standing]:
+) -> list[StandingContact]:
     """Give each contact the side that its tilt under the mount is nearest to.
 
     Args:
@@ -63,7 +63,7 @@ def standings(
     limit = _limit(mount)
     if lean.min() > limit:
         raise _leaning(contacts[int(lean.argmin())], float(lean.min()), limit, where)
-    found: list[Standing] = []
+    found: list[StandingContact] = []
     for k, side in enumerate(sides):
         own = [
             c for c, n, off in zip(contacts, nearest, lean, strict=True) if n == k and off < limit
@@ -74,12 +74,12 @@ def standings(
     return sorted(found, key=lambda standing: standing.contact.start)
 
 
-def _levelled(contacts: list[Contact], side: Side) -> list[Standing]:
+def _levelled(contacts: list[Contact], side: Side) -> list[StandingContact]:
     """Rests, and pushes at the level of the lowest of them: what is level elsewhere may be carried."""
     rests = [contact.height for contact in contacts if contact.kind == "rest"]
     if not rests:
         return []
-    found = [Standing(c, side, abs(c.height - min(rests)) < _SAME_LEVEL) for c in contacts]
+    found = [StandingContact(c, side, abs(c.height - min(rests)) < _SAME_LEVEL) for c in contacts]
     return [standing for standing in found if standing.on_floor or standing.contact.kind == "rest"]
 
 

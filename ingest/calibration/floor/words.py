@@ -1,4 +1,4 @@
-"""What the floor fixed of a mount, and what it left open, in words."""
+"""Sentences that say which directions of a mount the floor determines, and which it leaves open."""
 
 from collections.abc import Sequence
 
@@ -7,7 +7,7 @@ from jaxtyping import Float64
 
 from ingest.calibration.floor.level import FloorLevel
 from ingest.calibration.floor.noise import placed, tangent
-from ingest.calibration.floor.standing import Standing
+from ingest.calibration.floor.standing import StandingContact
 from ingest.calibration.observable import OPEN_M, TILT_IT, open_directions
 from ingest.calibration.posterior import Posterior
 from ingest.mount import Mount
@@ -23,7 +23,7 @@ _SOURCES = {
 }
 
 
-def what_is_open(best: Posterior, standings: Sequence[Standing]) -> tuple[str, ...]:
+def what_is_open(best: Posterior, standings: Sequence[StandingContact]) -> tuple[str, ...]:
     """The directions that are as good as unknown still."""
     first = standings[0]
     one_side = all(standing.side is first.side for standing in standings)
@@ -32,7 +32,11 @@ def what_is_open(best: Posterior, standings: Sequence[Standing]) -> tuple[str, .
 
 
 def what_was_fixed(
-    mount: Mount, prior: Mount, best: Posterior, standings: Sequence[Standing], level: FloorLevel
+    mount: Mount,
+    prior: Mount,
+    best: Posterior,
+    standings: Sequence[StandingContact],
+    level: FloorLevel,
 ) -> str:
     """Which of tilt, heading, height and place are surer now, by how much, and from what."""
     assert prior.covariance is not None
@@ -66,9 +70,9 @@ def what_was_fixed(
 
 
 def _directions(
-    T_phone_object: Float64[np.ndarray, "4 4"], standing: Standing
+    T_phone_object: Float64[np.ndarray, "4 4"], standing: StandingContact
 ) -> dict[str, Float64[np.ndarray, "n 6"]]:
-    """From the mount's error to that of tilt and heading (rad), height and place of the feet (m)."""
+    """Matrix that maps the mount's error to that of tilt and heading (rad), height and feet (m)."""
     down, across = standing.contact.down, tangent(standing.contact.down).T
     turn, none = np.eye(3), np.zeros((3, 3))
     feet = np.concatenate(
@@ -83,7 +87,7 @@ def _directions(
     }
 
 
-def _height_sd(best: Posterior, standing: Standing) -> float:
+def _height_sd(best: Posterior, standing: StandingContact) -> float:
     J = _directions(best.T, standing)["height"]
     return float(np.sqrt((J @ best.covariance @ J.T).item()))
 

@@ -58,7 +58,7 @@ def stream_of(track: BoardTrack) -> PoseStream:
 def _of_intrinsics(
     phone: PoseStream, track: BoardTrack, T_board_object: Float64[np.ndarray, "4 4"]
 ) -> Float64[np.ndarray, "6 6"]:
-    """What one sigma of the focal length and of the principal point do to the mount."""
+    """Covariance of the mount from the uncertainty of focal length and principal point."""
     total = np.zeros((6, 6))
     if track.camera.sigmas is None:
         return total

@@ -1,19 +1,20 @@
-"""What makes two trackers' motions doubtful, and what is said then."""
+"""Checks of two trackers' motions: too little turning, different motions, another convention of poses."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
 from ingest.calibration.hand_eye.drift import check_drift, drift_of, undrifted
 from ingest.calibration.hand_eye.guess import first_guess, motions
-from ingest.calibration.hand_eye.model import Fit
-from ingest.calibration.hand_eye.readings import READINGS, OtherReading
+from ingest.calibration.hand_eye.model import HandEyeFit
 from ingest.calibration.hand_eye.samples import Samples
 from ingest.calibration.hand_eye.streams import PoseStream
 from ingest.calibration.hand_eye.timing import Offset
 from omomo_core.errors import InputError
+from omomo_core.geometry.transforms import inverse
 
 _LEAST_TURN = np.radians(8.0)
 _MOST_WILD = 0.45
@@ -34,6 +35,18 @@ Gather = Callable[[PoseStream, PoseStream], Samples]
 """Pairs two streams' poses of the same moments."""
 
 
+Poses = Float64[np.ndarray, "poses 4 4"]
+
+
+@dataclass(frozen=True)
+class OtherReading:
+    """A common mistake in a file of poses, and the function that undoes it."""
+
+    fault: str
+    fix: str
+    read: Callable[[Poses], Poses]
+
+
 def check_turns(phone: PoseStream) -> None:
     """Refuse a phone that hardly turned: "calibration-turns"."""
     R = Rotation.from_matrix(phone.T[:: max(1, len(phone.T) // 400), :3, :3])
@@ -48,7 +61,7 @@ def check_turns(phone: PoseStream) -> None:
 
 
 def short() -> InputError:
-    """Too little was seen by both."""
+    """The error when too few poses of both trackers coincide."""
     return InputError(
         "calibration-short",
         f"Both trackers saw the object together in fewer than {LEAST_SAMPLES} poses.",
@@ -57,7 +70,7 @@ def short() -> InputError:
 
 
 def other_motion(offset: Offset) -> InputError:
-    """They followed different motions."""
+    """The error when the two trackers followed different motions."""
     return InputError(
         "calibration-clocks",
         "The phone and the other tracker never turn alike, whatever the offset of their clocks "
@@ -67,21 +80,21 @@ def other_motion(offset: Offset) -> InputError:
     )
 
 
-def moves_as_one(fit: Fit) -> bool:
+def moves_as_one(fit: HandEyeFit) -> bool:
     """Whether the mount explains most of the samples, and closely."""
     mm, deg = rms(fit)
     close = deg < _LOOSE_DEG and mm < _LOOSE_MM
     return bool(1 - fit.kept.mean() < _MOST_WILD and close and (fit.walk < _MOST_WALK).all())
 
 
-def rms(fit: Fit) -> tuple[float, float]:
-    """mm, deg over the samples kept."""
+def rms(fit: HandEyeFit) -> tuple[float, float]:
+    """Root mean square of the residuals of the samples kept: mm, deg."""
     square = (fit.errors[fit.kept] ** 2).reshape(-1, 2, 3).sum(axis=-1).mean(axis=0)
     return 1e3 * float(np.sqrt(square[1])), float(np.degrees(np.sqrt(square[0])))
 
 
 def check_fit(
-    fit: Fit, samples: Samples, streams: tuple[PoseStream, PoseStream], gather: Gather
+    fit: HandEyeFit, samples: Samples, streams: tuple[PoseStream, PoseStream], gather: Gather
 ) -> None:
     """Refuse trackers that do not move as one thing, and say why if another reading explains it."""
     one = moves_as_one(fit)
@@ -103,7 +116,7 @@ def check_fit(
         )
 
 
-def _apart(fit: Fit) -> InputError:
+def _apart(fit: HandEyeFit) -> InputError:
     mm, deg = rms(fit)
     walk = fit.walk * [np.degrees(1), 1e3]
     return InputError(
@@ -124,7 +137,7 @@ def _better_reading(
 ) -> tuple[str, OtherReading | None]:
     """The other reading of one of the streams that fits by far the best, if there is one."""
     found: list[tuple[float, str, OtherReading]] = []
-    for reading in READINGS:
+    for reading in _READINGS:
         again = replace(phone, T=reading.read(phone.T))
         by_phone = _loose(gather(again, target))
         again = replace(target, T=reading.read(target.T))
@@ -138,7 +151,7 @@ def _better_reading(
 
 
 def _loose(samples: Samples) -> float:
-    """What the closed form leaves over, in radians: the median over relative motions."""
+    """Residual of the closed form, in radians: the median over relative motions."""
     rng = np.random.default_rng(0)
     moved = motions(samples, rng)
     if len(moved.A) < LEAST_SAMPLES:
@@ -148,3 +161,51 @@ def _loose(samples: Samples) -> float:
     turn = left[:, :3, :3] @ right[:, :3, :3].swapaxes(-1, -2)
     shift = np.linalg.norm(left[:, :3, 3] - right[:, :3, 3], axis=1)
     return float(np.median(Rotation.from_matrix(turn).magnitude() + shift))
+
+
+def _order(T: Poses, order: list[int]) -> Poses:
+    """The rotations if the numbers of their quaternions stood in another order."""
+    out = T.copy()
+    quaternion = Rotation.from_matrix(T[:, :3, :3]).as_quat()
+    out[:, :3, :3] = Rotation.from_quat(quaternion[:, order]).as_matrix()
+    return out
+
+
+def _turned_back(T: Poses) -> Poses:
+    out = T.copy()
+    out[:, :3, :3] = T[:, :3, :3].swapaxes(-1, -2)
+    return out
+
+
+def _mirrored(T: Poses) -> Poses:
+    flip = np.diag([1.0, 1.0, -1.0, 1.0])
+    return flip @ T @ flip
+
+
+_READINGS = (
+    OtherReading(
+        "is inverted",
+        "Its poses must map the moving thing's points into the resting frame; invert each.",
+        inverse,
+    ),
+    OtherReading(
+        "has quaternions with w first, read as if x were first",
+        "Write quaternions as x, y, z, w.",
+        lambda T: _order(T, [1, 2, 3, 0]),
+    ),
+    OtherReading(
+        "has quaternions with x first, read as if w were first",
+        "Write quaternions as x, y, z, w.",
+        lambda T: _order(T, [3, 0, 1, 2]),
+    ),
+    OtherReading(
+        "has its rotations inverted but not its positions",
+        "Give both of the moving thing in the resting frame.",
+        _turned_back,
+    ),
+    OtherReading(
+        "is mirrored (left-handed)",
+        "Turn the left-handed axes of its program (Unity, Unreal) into right-handed ones.",
+        _mirrored,
+    ),
+)

@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float64
 from scipy.ndimage import median_filter
 from scipy.spatial.distance import pdist
 
-from ingest.calibration.hand_eye.model import Fit, errors, world
+from ingest.calibration.hand_eye.model import HandEyeFit, errors, world
 from ingest.calibration.hand_eye.samples import Samples
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
@@ -38,11 +38,11 @@ class Drift:
 
     @property
     def per_metre(self) -> float:
-        """Of drift per metre walked."""
+        """Drift per metre walked."""
         return self.metres / max(self.walked, 1e-3)
 
 
-def drift_of(fit: Fit, samples: Samples) -> Drift:
+def drift_of(fit: HandEyeFit, samples: Samples) -> Drift:
     """The drift of a fit, over what it kept and over where tracking was lost."""
     rest = _at_rest(fit)
     seen = samples.T_camera_target
@@ -59,13 +59,13 @@ def drift_of(fit: Fit, samples: Samples) -> Drift:
     return Drift(float(pdist(known).max(initial=0.0)), walked, lost)
 
 
-def undrifted(fit: Fit, samples: Samples) -> Float64[np.ndarray, "2"]:
+def undrifted(fit: HandEyeFit, samples: Samples) -> Float64[np.ndarray, "2"]:
     """Rms error of turns (rad) and shifts (m) of the kept samples with the phone's world at rest."""
     left = errors(_at_rest(fit), samples)[fit.kept].reshape(-1, 2, 3)
     return np.sqrt((left**2).sum(axis=-1).mean(axis=0))
 
 
-def check_drift(drift: Drift, fit: Fit, samples: Samples) -> None:
+def check_drift(drift: Drift, fit: HandEyeFit, samples: Samples) -> None:
     """Refuse odometry that drifted more than any that works: "calibration-lost"."""
     part = _MOST_OF_BROKEN if drift.lost.any() else _MOST_PER_METRE
     most = max(_MOST, part * drift.walked)
@@ -92,7 +92,7 @@ def _metres(size: Float64[np.ndarray, "3"]) -> str:
     return " x ".join(f"{length:.1f}" for length in size) + " m"
 
 
-def _at_rest(fit: Fit) -> Fit:
+def _at_rest(fit: HandEyeFit) -> HandEyeFit:
     """The fit with the drift that it has in the middle of the recording's, all along."""
     middle = np.median(fit.drift[fit.kept], axis=0)
     return replace(fit, drift=np.tile(middle, (len(fit.drift), 1)))

@@ -1,4 +1,4 @@
-"""A first mount in closed form from relative motions, whatever part of the poses is wrong.
+"""A first mount in closed form from relative motions, robust against wrong poses.
 
 A X = X B for relative motions A of the phone and B of the target. Rotations by matching rotation
 vectors (Park and Martin 1994), found by consensus; then translations, linear.
@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from ingest.calibration.hand_eye.samples import Samples
 from ingest.uncertainty import rotation, rotation_vector
+from omomo_core.geometry.procrustes import nearest_rotation
 from omomo_core.geometry.transforms import inverse
 
 _PAIRS_DRAWN, _PAIRS = 3000, 300
@@ -88,9 +89,7 @@ def _matching(
     a: Float64[np.ndarray, "sets pairs 3"], b: Float64[np.ndarray, "sets pairs 3"]
 ) -> Float64[np.ndarray, "sets 3 3"]:
     """The R of least squares with a = R b (Kabsch), for each set."""
-    U, _, Vt = np.linalg.svd(np.einsum("spi,spj->sij", a, b))
-    U[:, :, 2] *= np.sign(np.linalg.det(U @ Vt))[:, None]
-    return U @ Vt
+    return nearest_rotation(np.einsum("spi,spj->sij", a, b))
 
 
 def _translation(

@@ -1,4 +1,4 @@
-"""What is solved for, and how far it is from what both trackers saw.
+"""The unknowns of the hand-eye calibration, and their residuals.
 
 P_i X = Z_i O_i, with P the phone in its world, O the target in its camera, X the mount and Z the
 place of that camera in the phone's world. ARKit drifts: Z is another one at each sample.
@@ -14,8 +14,8 @@ from ingest.uncertainty import between, rotation, skew
 
 
 @dataclass(frozen=True)
-class Fit:
-    """Everything that is solved for, and how well it explains the samples."""
+class HandEyeFit:
+    """The unknowns of the hand-eye calibration, and how well they explain the samples."""
 
     T_phone_target: Float64[np.ndarray, "4 4"]
     T_world_camera: Float64[np.ndarray, "4 4"]
@@ -41,7 +41,7 @@ class Fit:
     """P X against Z O: rad and m in the phone's world."""
 
 
-def world(fit: Fit) -> Float64[np.ndarray, "n 4 4"]:
+def world(fit: HandEyeFit) -> Float64[np.ndarray, "n 4 4"]:
     """T_world_camera at each sample."""
     T = np.tile(np.eye(4), (len(fit.drift), 1, 1))
     T[:, :3, :3] = rotation(fit.drift[:, :3])
@@ -49,8 +49,8 @@ def world(fit: Fit) -> Float64[np.ndarray, "n 4 4"]:
     return T @ fit.T_world_camera
 
 
-def errors(fit: Fit, samples: Samples) -> Float64[np.ndarray, "n 6"]:
-    """What is left between the target as the phone has it and as the camera has it."""
+def errors(fit: HandEyeFit, samples: Samples) -> Float64[np.ndarray, "n 6"]:
+    """Residuals between the target's pose by the phone and by the camera."""
     seen = world(fit) @ samples.T_camera_target
     carried = samples.T_world_phone @ fit.T_phone_target
     carried[:, :3, 3] += fit.scale * _undrifted_place(fit, samples)
@@ -58,9 +58,9 @@ def errors(fit: Fit, samples: Samples) -> Float64[np.ndarray, "n 6"]:
 
 
 def jacobians(
-    fit: Fit, samples: Samples
+    fit: HandEyeFit, samples: Samples
 ) -> tuple[Float64[np.ndarray, "n 6 8"], Float64[np.ndarray, "n 6 6"]]:
-    """Of the errors, by mount, offset and scale, and by the drift at each sample."""
+    """Jacobians of the errors by mount, offset and scale, and by the drift at each sample."""
     n = len(samples.times)
     R_P = samples.T_world_phone[:, :3, :3]
     arm = R_P @ fit.T_phone_target[:3, 3]
@@ -73,7 +73,7 @@ def jacobians(
     return own, drift
 
 
-def _undrifted_place(fit: Fit, samples: Samples) -> Float64[np.ndarray, "n 3"]:
+def _undrifted_place(fit: HandEyeFit, samples: Samples) -> Float64[np.ndarray, "n 3"]:
     """The phone's places from `centre` without the drift.
 
     As they are logged, their drift would look like a scale: the phone seems to go too far.
@@ -82,14 +82,14 @@ def _undrifted_place(fit: Fit, samples: Samples) -> Float64[np.ndarray, "n 3"]:
     return np.einsum("nji,nj->ni", rotation(fit.drift[:, :3]), away)
 
 
-def target_velocity(fit: Fit, samples: Samples) -> Float64[np.ndarray, "n 6"]:
-    """Of the target in the phone's world: rad/s, m/s; what an error of a stamp moves it along."""
+def target_velocity(fit: HandEyeFit, samples: Samples) -> Float64[np.ndarray, "n 6"]:
+    """Velocity of the target in the phone's world (rad/s, m/s), along which an error of a stamp moves it."""
     turning, moving = samples.velocity[:, :3], samples.velocity[:, 3:]
     arm = samples.T_world_phone[:, :3, :3] @ fit.T_phone_target[:3, 3]
     return np.concatenate([turning, moving + np.cross(turning, arm)], axis=1)
 
 
-def weights(fit: Fit, samples: Samples) -> Float64[np.ndarray, "n 6 6"]:
+def weights(fit: HandEyeFit, samples: Samples) -> Float64[np.ndarray, "n 6 6"]:
     """The inverse of each error's covariance."""
     R_Z = world(fit)[:, :3, :3]
     turn = np.zeros((len(R_Z), 6, 6))
@@ -103,7 +103,7 @@ def weights(fit: Fit, samples: Samples) -> Float64[np.ndarray, "n 6 6"]:
     return np.linalg.inv(covariance * np.outer(size, size) + late[:, :, None] * late[:, None, :])
 
 
-def whitened(fit: Fit, samples: Samples) -> Float64[np.ndarray, "n 6"]:
+def whitened(fit: HandEyeFit, samples: Samples) -> Float64[np.ndarray, "n 6"]:
     """The errors in units of their own spread, no component correlated with another."""
     root = np.linalg.cholesky(weights(fit, samples))
     return np.einsum("nji,nj->ni", root, fit.errors)

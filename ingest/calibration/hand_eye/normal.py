@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.linalg import solveh_banded
 
-from ingest.calibration.hand_eye.model import Fit, jacobians, weights
+from ingest.calibration.hand_eye.model import HandEyeFit, jacobians, weights
 from ingest.calibration.hand_eye.samples import Samples
 
 PRIOR_SD = np.array([3.0] * 3 + [0.5] * 3)
@@ -21,8 +21,8 @@ _SCALE_SD = 0.02
 """Odometry, a board's squares and a lens disagree about lengths: by 2.5 % between two phones measured."""
 
 
-class Step(NamedTuple):
-    """What to change, and how well it is known."""
+class GaussNewtonStep(NamedTuple):
+    """One step of Gauss-Newton, and the information matrix behind it."""
 
     own: Float64[np.ndarray, "8"]
     """Mount (rad, m), offset (s) and scale."""
@@ -31,7 +31,7 @@ class Step(NamedTuple):
     """Of `own`, whatever the drift."""
 
 
-def gauss_newton(fit: Fit, samples: Samples, *, timed: bool) -> Step:
+def gauss_newton(fit: HandEyeFit, samples: Samples, *, timed: bool) -> GaussNewtonStep:
     """The step that explains the kept samples best, with a slow drift and a mount near the phone.
 
     Args:
@@ -56,11 +56,11 @@ def gauss_newton(fit: Fit, samples: Samples, *, timed: bool) -> Step:
     information = H_own - across.T @ solved[:, :8]
     step = -np.linalg.solve(information, g_own - across.T @ solved[:, 8])
     walked = -(solved[:, 8] + solved[:, :8] @ step)
-    return Step(step, walked.reshape(-1, 6), (information + information.T) / 2)
+    return GaussNewtonStep(step, walked.reshape(-1, 6), (information + information.T) / 2)
 
 
 def _band(
-    blocks: Float64[np.ndarray, "n 6 6"], fit: Fit, samples: Samples
+    blocks: Float64[np.ndarray, "n 6 6"], fit: HandEyeFit, samples: Samples
 ) -> tuple[Float64[np.ndarray, "12 rows"], Float64[np.ndarray, " rows"]]:
     """The drift's normal matrix with the walk's ties, as its lower diagonals; the ties' slope."""
     n = len(blocks)

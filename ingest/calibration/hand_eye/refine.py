@@ -13,7 +13,7 @@ from scipy.optimize import root_scalar
 from scipy.stats import chi2
 
 from ingest.calibration.average import LEVER
-from ingest.calibration.hand_eye.model import Fit, errors, target_velocity, weights, whitened
+from ingest.calibration.hand_eye.model import HandEyeFit, errors, target_velocity, weights, whitened
 from ingest.calibration.hand_eye.normal import PRIOR_SD, gauss_newton
 from ingest.calibration.hand_eye.samples import PHONE_SD, Samples
 from ingest.calibration.hand_eye.scatter import scatter
@@ -36,7 +36,7 @@ def refine(
     samples: Samples,
     start: Float64[np.ndarray, "4 4"],
     again: Callable[[float], Samples] | None = None,
-) -> Fit:
+) -> HandEyeFit:
     """The best fit from a start that is about right.
 
     Args:
@@ -66,8 +66,8 @@ def refine(
     return fit
 
 
-def mount_covariance(fit: Fit, samples: Samples) -> Float64[np.ndarray, "6 6"]:
-    """Of the mount, for samples whose errors go on from one to the next, and turns that jitter.
+def mount_covariance(fit: HandEyeFit, samples: Samples) -> Float64[np.ndarray, "6 6"]:
+    """Covariance of the mount, for errors correlated over time and jitter of the rotations.
 
     A jitter of the phone's turns looks like turning, and would show a little of every direction:
     what it can show is taken out of the information.
@@ -82,7 +82,7 @@ def mount_covariance(fit: Fit, samples: Samples) -> Float64[np.ndarray, "6 6"]:
     return np.linalg.inv(shown + np.diag(PRIOR_SD**-2.0)) * np.outer(wider, wider)
 
 
-def _shown_by_jitter(fit: Fit, samples: Samples) -> Float64[np.ndarray, "3 3"]:
+def _shown_by_jitter(fit: HandEyeFit, samples: Samples) -> Float64[np.ndarray, "3 3"]:
     """Information on the mount's translation from the turns' noise alone, in the phone's axes."""
     R = samples.T_world_phone[fit.kept, :3, :3]
     gap = np.median(np.diff(samples.times[fit.kept]))
@@ -95,10 +95,10 @@ def _shown_by_jitter(fit: Fit, samples: Samples) -> Float64[np.ndarray, "3 3"]:
     return jitter**2 * (trace * np.eye(3) - weight).sum(axis=0)
 
 
-def _begin(samples: Samples, X: Float64[np.ndarray, "4 4"], *, drifts: bool) -> Fit:
+def _begin(samples: Samples, X: Float64[np.ndarray, "4 4"], *, drifts: bool) -> HandEyeFit:
     Z = samples.T_world_phone @ X @ inverse(samples.T_camera_target)
     n = len(samples.times)
-    fit = Fit(
+    fit = HandEyeFit(
         T_phone_target=X,
         T_world_camera=Z[np.argmin(np.abs(Z - np.median(Z, axis=0)).sum(axis=(1, 2)))],
         drift=np.zeros((n, 6)),
@@ -115,7 +115,7 @@ def _begin(samples: Samples, X: Float64[np.ndarray, "4 4"], *, drifts: bool) -> 
     return _without_wild(replace(fit, errors=errors(fit, samples)), samples)
 
 
-def _sized(fit: Fit, samples: Samples, *, drifts: bool) -> Fit:
+def _sized(fit: HandEyeFit, samples: Samples, *, drifts: bool) -> HandEyeFit:
     """The fit with the noise and the drift that its errors show, and without the wild samples.
 
     Errors with the drift left in part the more the longer they are apart: half of the squared
@@ -140,7 +140,7 @@ def _sized(fit: Fit, samples: Samples, *, drifts: bool) -> Fit:
     return _without_wild(replace(fit, jitter=_jitter(fit, samples) if drifts else 0.0), samples)
 
 
-def _jitter(fit: Fit, samples: Samples) -> float:
+def _jitter(fit: HandEyeFit, samples: Samples) -> float:
     """Seconds by which stamps err: what is left along the motion beyond what other noise leaves there."""
     along = target_velocity(fit, samples)[fit.kept]
     weight = weights(replace(fit, jitter=0.0), samples)[fit.kept]
@@ -155,7 +155,7 @@ def _jitter(fit: Fit, samples: Samples) -> float:
     return float(root_scalar(excess, bracket=(0.0, 1.0), xtol=1e-5).root)
 
 
-def _without_wild(fit: Fit, samples: Samples) -> Fit:
+def _without_wild(fit: HandEyeFit, samples: Samples) -> HandEyeFit:
     """The fit with noise as half of its errors show if that is more, and with the samples it allows."""
     square = (whitened(fit, samples) ** 2).sum(axis=1)
     growth = max(1.0, float(np.median(square)) / _MIDDLE)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Float64
 
 from ingest.calibration.hand_eye.streams import PoseStream
 
@@ -17,7 +17,7 @@ TARGET_SD = np.array([np.radians(0.3)] * 3 + [0.003] * 3)
 
 @dataclass(frozen=True)
 class Samples:
-    """Pairs of poses of one moment."""
+    """Simultaneous poses of phone and target, in pairs."""
 
     times: Float64[np.ndarray, " n"]
     """On the target's clock, seconds."""
@@ -27,18 +27,8 @@ class Samples:
     velocity: Float64[np.ndarray, "n 6"]
     """Of the phone in its world: rad/s, m/s."""
 
-    def only(self, kept: Bool[np.ndarray, " n"]) -> "Samples":
-        """Some of the samples."""
-        return Samples(
-            self.times[kept],
-            self.T_world_phone[kept],
-            self.T_camera_target[kept],
-            self.target_covariance[kept],
-            self.velocity[kept],
-        )
-
     def later(self, phone: PoseStream, seconds: float) -> "Samples":
-        """The same with the phone's poses of `seconds` after the target's times."""
+        """The samples with the phone's poses of `seconds` after the target's times."""
         at = self.times + seconds
         return replace(self, T_world_phone=phone.at(at), velocity=phone.velocity(at))
 

@@ -1,4 +1,4 @@
-"""How much more the stretches of a recording disagree about the mount than their noise says.
+"""Disagreement of the parts of a recording about the mount, relative to their noise.
 
 The errors of trackers go on from one moment to the next in more ways than a model of them has: a tag's
 place errs with the side it is seen from, stamps wander, odometry errs while it turns. So the recording
@@ -11,7 +11,7 @@ from jaxtyping import Float64
 from scipy.linalg import solve_triangular
 from scipy.stats import chi2, f
 
-from ingest.calibration.hand_eye.model import Fit, jacobians, weights
+from ingest.calibration.hand_eye.model import HandEyeFit, jacobians, weights
 from ingest.calibration.hand_eye.normal import PRIOR_SD
 from ingest.calibration.hand_eye.samples import Samples
 from ingest.calibration.posterior import whitener
@@ -22,7 +22,7 @@ _LEAST = 1.2
 """Noise and drift are themselves known from one recording only."""
 
 
-def scatter(fit: Fit, samples: Samples) -> Float64[np.ndarray, "2"]:
+def scatter(fit: HandEyeFit, samples: Samples) -> Float64[np.ndarray, "2"]:
     """The factors on the mount's variance, of its turn and of its shift; at least 1.2.
 
     Args:
@@ -55,9 +55,9 @@ def _beyond(pull: Float64[np.ndarray, "n 3"], many: int) -> float:
 
 
 def _innovations(
-    fit: Fit, samples: Samples
+    fit: HandEyeFit, samples: Samples
 ) -> tuple[Float64[np.ndarray, "n 6 14"], Float64[np.ndarray, "n 6"]]:
-    """What each kept sample says that those before it have not said, in units of its spread.
+    """Innovation of each kept sample given those before it, in standard deviations.
 
     Of the errors, and of their slopes by mount, offset, scale and where the drift began.
     """

@@ -1,4 +1,4 @@
-"""The mount from two trackers of one motion: closed form, then refined, then doubted."""
+"""The mount from two trackers of one motion: closed form, refinement, checks."""
 
 from dataclasses import dataclass
 
@@ -17,7 +17,7 @@ from ingest.calibration.hand_eye.doubt import (
 )
 from ingest.calibration.hand_eye.drift import Drift, drift_of, undrifted
 from ingest.calibration.hand_eye.guess import first_guess, motions
-from ingest.calibration.hand_eye.model import Fit, world
+from ingest.calibration.hand_eye.model import HandEyeFit, world
 from ingest.calibration.hand_eye.refine import mount_covariance, refine
 from ingest.calibration.hand_eye.samples import Samples, matched, paired
 from ingest.calibration.hand_eye.streams import PoseStream
@@ -90,9 +90,9 @@ def solve(phone: PoseStream, target: PoseStream, *, one_by_one: bool = False) ->
 
 @dataclass(frozen=True)
 class _Attempt:
-    """A fit, and what it was made from."""
+    """A fit, with the samples and the offset that it was solved from."""
 
-    fit: Fit
+    fit: HandEyeFit
     samples: Samples
     offset: Offset
     gather: Gather

@@ -1,4 +1,4 @@
-"""PoseStream: poses over time, and what lies between them."""
+"""PoseStream: poses over time, and their interpolation."""
 
 from dataclasses import dataclass
 

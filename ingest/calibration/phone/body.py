@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.calibration.phone.models import MODELS, Lens
+from ingest.calibration.phone.models import MODELS, LensCentre
 from ingest.session import R_CAMERA_DEVICE
 from ingest.uncertainty import of_inverse
 from omomo_core.errors import InputError
@@ -102,7 +102,7 @@ def _measured(name: str, key: str | None, ruler: tuple[float, float, float, floa
             where="--ruler",
             fix=_MEASURE,
         )
-    lens = Lens(top, side, _USUAL_DEPTH, _RULER_SIGMA)
+    lens = LensCentre(top, side, _USUAL_DEPTH, _RULER_SIGMA)
     if key is None:
         return _phone(name, (width, height, _USUAL_THICKNESS), lens, None, None)
     model = MODELS[key]
@@ -120,7 +120,7 @@ def _measured(name: str, key: str | None, ruler: tuple[float, float, float, floa
 def _phone(
     name: str,
     body: tuple[float, float, float],
-    lens: Lens,
+    lens: LensCentre,
     screen: tuple[float, float] | None,
     pixels: tuple[int, int] | None,
 ) -> Phone:

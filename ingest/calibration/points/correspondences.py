@@ -32,7 +32,7 @@ Point = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class Pair:
+class PointPair:
     """One point, on the phone and in the object's frame."""
 
     phone: str | Point
@@ -44,11 +44,11 @@ class Pair:
 
     @property
     def name(self) -> str:
-        """For messages."""
+        """The point's name in messages."""
         return self.phone if isinstance(self.phone, str) else _written(self.phone)
 
 
-def typed_pair(text: str, sigma: float = PICKING) -> Pair:
+def typed_pair(text: str, sigma: float = PICKING) -> PointPair:
     """The pair of "lens = 0.10 0.22 0.05".
 
     Raises:
@@ -63,10 +63,10 @@ def typed_pair(text: str, sigma: float = PICKING) -> Pair:
             fix='Write a point of the phone, "=", and its x y z on the object in metres: '
             '"lens = 0.10 0.22 0.05".',
         )
-    return Pair(_phone_point(phone), numbers, sigma)
+    return PointPair(_phone_point(phone), numbers, sigma)
 
 
-def load_pairs(path: Path, sigma: float = PICKING) -> list[Pair]:
+def load_pairs(path: Path, sigma: float = PICKING) -> list[PointPair]:
     """Read a CSV or JSON file of pairs.
 
     Raises:
@@ -85,7 +85,7 @@ def load_pairs(path: Path, sigma: float = PICKING) -> list[Pair]:
     return _from_csv(text, path, sigma)
 
 
-def save_pairs(pairs: Sequence[Pair], path: Path) -> None:
+def save_pairs(pairs: Sequence[PointPair], path: Path) -> None:
     """Write the JSON that `load_pairs` reads."""
     items = [{"phone": p.phone, "object": p.object, "sigma_mm": 1e3 * p.sigma} for p in pairs]
     path.write_text(json.dumps({"pairs": items}, indent=2) + "\n", encoding="utf-8")
@@ -101,7 +101,7 @@ class _Item(BaseModel):
 _ITEMS = TypeAdapter(dict[str, list[_Item]])
 
 
-def _from_json(text: str, path: Path, sigma: float) -> list[Pair]:
+def _from_json(text: str, path: Path, sigma: float) -> list[PointPair]:
     try:
         items = _ITEMS.validate_python(strict_json.parse(text))["pairs"]
     except (ValueError, KeyError) as problem:
@@ -111,13 +111,13 @@ def _from_json(text: str, path: Path, sigma: float) -> list[Pair]:
             what = f"{'.'.join(str(part) for part in error['loc'])}: {error['msg']}"
         raise _unreadable(path, what) from None
     return [
-        Pair(item.phone, item.object, item.sigma_mm / 1e3 if item.sigma_mm else sigma)
+        PointPair(item.phone, item.object, item.sigma_mm / 1e3 if item.sigma_mm else sigma)
         for item in items
     ]
 
 
-def _from_csv(text: str, path: Path, sigma: float) -> list[Pair]:
-    pairs: list[Pair] = []
+def _from_csv(text: str, path: Path, sigma: float) -> list[PointPair]:
+    pairs: list[PointPair] = []
     for number, row in enumerate(csv.reader(text.splitlines()), start=1):
         cells = [cell.strip() for cell in row]
         heading = number == 1 and cells[:1] == ["phone"]
@@ -127,7 +127,7 @@ def _from_csv(text: str, path: Path, sigma: float) -> list[Pair]:
         own = _numbers(f"{cells[4]} 0 0") if len(cells) == 5 and cells[4] else None
         if there is None or (len(cells) == 5 and cells[4] and (own is None or own[0] <= 0)):
             raise _unreadable(path, f"line {number} is not phone,x,y,z or phone,x,y,z,sigma_mm")
-        pairs.append(Pair(_phone_point(cells[0]), there, own[0] / 1e3 if own else sigma))
+        pairs.append(PointPair(_phone_point(cells[0]), there, own[0] / 1e3 if own else sigma))
     return pairs
 
 

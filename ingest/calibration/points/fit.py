@@ -105,7 +105,7 @@ def _without_wild(pairs: PointPairs) -> tuple[PointPairs, Bool[np.ndarray, " n"]
 def _covariance(
     pairs: PointPairs, fit: SimilarityTransform
 ) -> tuple[Float64[np.ndarray, "6 6"], float]:
-    """Of rotation and translation, and one sigma of the logarithm of the scale."""
+    """Covariance of rotation and translation, and one sigma of the logarithm of the scale."""
     arms = fit.scale * pairs.b @ fit.R.T
     moves = [-skew(arms), np.broadcast_to(np.eye(3), (len(arms), 3, 3)), arms[:, :, None]]
     J = np.concatenate(moves if pairs.scaled else moves[:2], axis=2)

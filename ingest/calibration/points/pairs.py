@@ -1,4 +1,4 @@
-"""The same points in two frames, and every way in which such a list goes wrong."""
+"""Corresponding points in two frames, and the checks of such a list."""
 
 from dataclasses import dataclass
 
@@ -34,7 +34,7 @@ class PointPairs:
 
     @property
     def weights(self) -> Float64[np.ndarray, " n"]:
-        """Of each pair, so that a misfit is a chi-square."""
+        """Weight of each pair; with it the misfit is a chi-square."""
         return self.sigma**-2.0
 
     @property

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from ingest.calibration.phone.body import LENS, Phone, body_point, phone_body
-from ingest.calibration.points.correspondences import Pair
+from ingest.calibration.points.correspondences import PointPair
 from ingest.calibration.points.fit import PointFit, rigid_from_points
 from ingest.mount import Mount
 from ingest.uncertainty import of_product
@@ -28,7 +28,7 @@ class Picked(NamedTuple):
 
 
 def mount_from_pairs(
-    pairs: Sequence[Pair], phone: Phone | None = None, *, scaled: bool = False
+    pairs: Sequence[PointPair], phone: Phone | None = None, *, scaled: bool = False
 ) -> Picked:
     """Solve for the mount, and for the mesh's scale if asked.
 

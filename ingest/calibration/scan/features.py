@@ -15,8 +15,8 @@ _MAX_ANGLE = 0.8
 
 
 @dataclass(frozen=True)
-class Features:
-    """Points of a picture that can be found again in another one."""
+class SiftFeatures:
+    """SIFT keypoints and descriptors of a picture."""
 
     pixels: Float64[np.ndarray, "points 2"]
     """Counted as COLMAP does: (0.5, 0.5) is the centre of the first pixel."""
@@ -30,12 +30,12 @@ def _extractor() -> pycolmap.FeatureExtractor:
     return pycolmap.FeatureExtractor.create(device=pycolmap.Device.cpu)
 
 
-def find_features(picture: UInt8[np.ndarray, "height width"]) -> Features:
+def find_features(picture: UInt8[np.ndarray, "height width"]) -> SiftFeatures:
     """The features of a grey picture."""
     bitmap = pycolmap.Bitmap.from_array(np.ascontiguousarray(picture))
     keypoints, descriptors = _extractor().extract(bitmap)
     pixels = np.array([(point.x, point.y) for point in keypoints], np.float64).reshape(-1, 2)
-    return Features(pixels, unit(descriptors.data))
+    return SiftFeatures(pixels, unit(descriptors.data))
 
 
 def unit(descriptors: np.ndarray) -> Float32[np.ndarray, "points 128"]:

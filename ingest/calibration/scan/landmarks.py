@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float32, Float64, Int64
 from scipy.spatial import KDTree
 
-from ingest.calibration.scan.features import Features, find_features, unit
+from ingest.calibration.scan.features import SiftFeatures, find_features, unit
 from ingest.colmap import pycolmap
 from ingest.colmap_files import read_model
 from omomo_core.errors import InputError
@@ -105,7 +105,7 @@ def _cover(seen: Mapping[int, set[int]]) -> list[int]:
 
 def _found_again(
     pictures: Sequence[pycolmap.Image], images: Path | None, model: Path
-) -> Iterator[tuple[pycolmap.Image, Features]]:
+) -> Iterator[tuple[pycolmap.Image, SiftFeatures]]:
     """The features of the pictures' files."""
     missing = [p.name for p in pictures if images is None or not (images / p.name).is_file()]
     if len(missing) > len(pictures) // 2 or images is None:
@@ -128,12 +128,12 @@ def _found_again(
         camera = picture.camera
         assert camera is not None
         size = np.array([camera.width, camera.height]) / grey.shape[::-1]
-        yield picture, Features(found.pixels * size, found.descriptors)
+        yield picture, SiftFeatures(found.pixels * size, found.descriptors)
 
 
 def _stored(
     pictures: Sequence[pycolmap.Image], path: Path
-) -> Iterator[tuple[pycolmap.Image, Features]]:
+) -> Iterator[tuple[pycolmap.Image, SiftFeatures]]:
     """The features that COLMAP found."""
     if not path.is_file():
         raise InputError("model-database", "There is no such database.", where=str(path))
@@ -151,11 +151,11 @@ def _stored(
                     fix="Leave it out and give the pictures.",
                 )
             pixels = database.read_keypoints(known[picture.name])[:, :2].astype(np.float64)
-            yield picture, Features(pixels, unit(descriptors.data))
+            yield picture, SiftFeatures(pixels, unit(descriptors.data))
 
 
 def _sightings(
-    found: Iterator[tuple[pycolmap.Image, Features]], numbers: Int64[np.ndarray, " points"]
+    found: Iterator[tuple[pycolmap.Image, SiftFeatures]], numbers: Int64[np.ndarray, " points"]
 ) -> Iterator[Sighting]:
     """Each picture's features that are where the model has a point."""
     for picture, features in found:

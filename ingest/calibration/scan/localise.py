@@ -18,7 +18,7 @@ _MIN_SPREAD = 0.02
 
 
 @dataclass(frozen=True)
-class View:
+class PhonePicture:
     """A picture that the clamped phone took."""
 
     name: str
@@ -41,7 +41,7 @@ class Localised:
     """Pixels between the inliers and where the pose puts them."""
 
 
-def localise(view: View, landmarks: Landmarks) -> Localised:
+def localise(view: PhonePicture, landmarks: Landmarks) -> Localised:
     """Find the landmarks in a view, and the pose that explains them.
 
     Raises:
@@ -66,7 +66,7 @@ def localise(view: View, landmarks: Landmarks) -> Localised:
 
 
 def _matches(
-    view: View, landmarks: Landmarks
+    view: PhonePicture, landmarks: Landmarks
 ) -> tuple[Float64[np.ndarray, "matches 2"], Float64[np.ndarray, "matches 3"]]:
     """Pixels in the view (as COLMAP counts them), and the landmarks that they look like most."""
     ours = find_features(view.picture)
@@ -86,7 +86,9 @@ def _matches(
 
 
 def _check(
-    view: View, pixels: Float64[np.ndarray, "matches 2"], inlier: Bool[np.ndarray, " matches"]
+    view: PhonePicture,
+    pixels: Float64[np.ndarray, "matches 2"],
+    inlier: Bool[np.ndarray, " matches"],
 ) -> None:
     count = int(inlier.sum())
     if count < MIN_INLIERS and count < len(inlier) / 10:
@@ -113,7 +115,7 @@ def _check(
         )
 
 
-def _no_match(view: View, count: int) -> InputError:
+def _no_match(view: PhonePicture, count: int) -> InputError:
     return InputError(
         "scan-no-match",
         f"What the phone sees is not in the scan: {count} points agree on a place.",

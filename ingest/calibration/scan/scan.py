@@ -77,7 +77,7 @@ def scan_mount(
 
 
 def _mean(found: Sequence[Localised]) -> Localised:
-    """Of several; no surer than one of them, because they share the errors of the scan."""
+    """Mean of several mounts; its covariance is that of one, because they share the errors of the scan."""
     T = np.array([one.T_phone_object for one in found])
     covariances = np.array([one.covariance for one in found])
     together = average(T, covariances)

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.calibration.scan.localise import View
+from ingest.calibration.scan.localise import PhonePicture
 from ingest.calibration.still import Still
 from ingest.session import CaptureSession
 from ingest.session_images import image_times, pictures
@@ -22,7 +22,7 @@ class Views:
     """Pictures taken from one place."""
 
     name: str
-    views: tuple[View, ...]
+    views: tuple[PhonePicture, ...]
 
 
 def views_of(session: CaptureSession, still: Still) -> Views:
@@ -51,11 +51,11 @@ def views_of(session: CaptureSession, still: Still) -> Views:
             fix="Record with an app that films while it logs; or take photos with the clamped "
             "phone and give their folder.",
         )
-    views: list[View] = []
+    views: list[PhonePicture] = []
     for index, picture in found.items():
         pose = int(np.abs(session.times - session.times[0] - taken[index]).argmin())
         K = _scaled(session.intrinsics[pose], picture.shape[1] / session.image_size[0])
-        views.append(View(f"{session.source}, {taken[index]:.2f} s", picture, K))
+        views.append(PhonePicture(f"{session.source}, {taken[index]:.2f} s", picture, K))
     return Views(str(still), tuple(views))
 
 
@@ -69,7 +69,7 @@ def views_in(folder: Path, intrinsics: Float64[np.ndarray, "4"]) -> Views:
     Raises:
         InputError: "photos-missing" or "photos-upright".
     """
-    views: list[View] = []
+    views: list[PhonePicture] = []
     files = sorted(folder.glob("*")) if folder.is_dir() else []
     for file in (file for file in files if file.suffix.lower() in _PHOTOS):
         grey = cv2.imread(str(file), cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION)
@@ -83,7 +83,7 @@ def views_in(folder: Path, intrinsics: Float64[np.ndarray, "4"]) -> Views:
                 fix="Give the photos in landscape with the phone's bottom on the right, as the "
                 "camera stores them, with the intrinsics of that.",
             )
-        views.append(View(str(file), np.asarray(grey, np.uint8), intrinsics))
+        views.append(PhonePicture(str(file), np.asarray(grey, np.uint8), intrinsics))
     if not views:
         raise InputError(
             "photos-missing",
@@ -95,7 +95,7 @@ def views_in(folder: Path, intrinsics: Float64[np.ndarray, "4"]) -> Views:
 
 
 def _scaled(intrinsics: Float64[np.ndarray, "4"], factor: float) -> Float64[np.ndarray, "4"]:
-    """For a picture smaller by a factor; pixel centres are at whole numbers."""
+    """Intrinsics of a picture that is smaller by a factor; pixel centres are at whole numbers."""
     fx, fy, cx, cy = intrinsics
     centre = (np.array([cx, cy]) + 0.5) * factor - 0.5
     return np.array([fx * factor, fy * factor, *centre])

@@ -28,7 +28,7 @@ _UNCHECKED = (
 
 
 @dataclass(frozen=True)
-class Views:
+class ScreenViews:
     """Pictures in which a camera saw the screen, and a reference fixed on the object."""
 
     T_camera_board: Float64[np.ndarray, "pictures 4 4"]
@@ -43,7 +43,7 @@ class Views:
 
 
 def mount_from_screen(
-    views: Views,
+    views: ScreenViews,
     board: Board,
     screen: ScreenPose,
     *,
@@ -84,8 +84,8 @@ def mount_from_screen(
     )
 
 
-class Placed(NamedTuple):
-    """The object in the screen's frame."""
+class ScreenRegistration(NamedTuple):
+    """Pose of the object in the frame of the phone's screen, solved from pictures of both."""
 
     T: Float64[np.ndarray, "4 4"]
     """T_screen_object."""
@@ -98,8 +98,13 @@ class Placed(NamedTuple):
 
 
 def screen_object(
-    views: Views, board: Board, *, turned: int = 0, scaled: bool = False, phone: Phone | None = None
-) -> Placed:
+    views: ScreenViews,
+    board: Board,
+    *,
+    turned: int = 0,
+    scaled: bool = False,
+    phone: Phone | None = None,
+) -> ScreenRegistration:
     """Where the object is in the frame of the screen; arguments and errors of `mount_from_screen`."""
     T_screen_board = screen_of_board(board, turned)
     if len(views.T_camera_board) == 0:
@@ -116,10 +121,10 @@ def screen_object(
     found = _screen_reference(views, T_screen_board)
     T = found.T @ views.T_reference_object
     covariance = of_product(found.T, found.covariance, views.T_reference_object, views.of_object)
-    return Placed(T, covariance, scale, int(found.kept.sum()), len(found.kept), size)
+    return ScreenRegistration(T, covariance, scale, int(found.kept.sum()), len(found.kept), size)
 
 
-def learned_screen(placed: Placed, mount: Mount) -> ScreenPose:
+def learned_screen(placed: ScreenRegistration, mount: Mount) -> ScreenPose:
     """Where the screen of this phone is, from a mount found in another way at the same clamping.
 
     Raises:
@@ -146,7 +151,7 @@ class Size(NamedTuple):
     sigma: float
 
 
-def board_size(views: Views) -> Size | None:
+def board_size(views: ScreenViews) -> Size | None:
     """The size of the board on the screen as the object's scale shows it.
 
     A board of another size is as many times nearer or farther in each picture, and so moves about
@@ -183,7 +188,7 @@ def _check_size(size: Size | None, phone: Phone | None) -> None:
     )
 
 
-def _rescaled(views: Views, size: Size | None) -> tuple[Views, float]:
+def _rescaled(views: ScreenViews, size: Size | None) -> tuple[ScreenViews, float]:
     """The views in metres, and metres per unit of the object's frame."""
     if size is None:
         raise InputError(
@@ -198,7 +203,7 @@ def _rescaled(views: Views, size: Size | None) -> tuple[Views, float]:
     return replace(views, T_camera_reference=T, T_reference_object=T_ro), scale
 
 
-def _screen_reference(views: Views, T_screen_board: Float64[np.ndarray, "4 4"]) -> Average:
+def _screen_reference(views: ScreenViews, T_screen_board: Float64[np.ndarray, "4 4"]) -> Average:
     """T_screen_reference, each picture by itself, then averaged."""
     exact = np.zeros((6, 6))
     poses: list[np.ndarray] = []

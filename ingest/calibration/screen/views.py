@@ -15,7 +15,7 @@ from ingest.calibration.board.place import BoardPlace
 from ingest.calibration.board.poses import BoardPoses, board_poses
 from ingest.calibration.board.self_calibration import calibrate_camera
 from ingest.calibration.board.spec import Board
-from ingest.calibration.screen.screen import Views
+from ingest.calibration.screen.screen import ScreenViews
 from ingest.colmap import pycolmap
 from ingest.formats.pictures import picture_size
 from ingest.uncertainty import of_inverse
@@ -77,7 +77,7 @@ def views_with_board(
     fixed: Board,
     place: BoardPlace,
     camera: WitnessCamera | None = None,
-) -> Views:
+) -> ScreenViews:
     """Where the board on the screen and the board fixed on the object are in each picture.
 
     Args:
@@ -106,7 +106,7 @@ def views_with_board(
     _check_seen(both, len(one), here, there)
     i, j = (np.searchsorted(p.frames, both) for p in (here, there))
     T_object_board = place.T_object_board
-    return Views(
+    return ScreenViews(
         here.T_camera_board[i],
         here.covariance[i],
         there.T_camera_board[j],
@@ -122,7 +122,7 @@ def views_in_model(
     model: Path,
     T_object_model: Float64[np.ndarray, "4 4"] | None = None,
     scale: float = 1.0,
-) -> Views:
+) -> ScreenViews:
     """Where the board on the screen is in each picture of a COLMAP model, and the object by the model.
 
     Args:
@@ -143,7 +143,7 @@ def views_in_model(
     T = T_camera_model[sure]
     T[:, :3, 3] *= scale
     T_model_object = np.eye(4) if T_object_model is None else inverse(T_object_model)
-    return Views(
+    return ScreenViews(
         here.T_camera_board[i],
         here.covariance[i],
         T @ T_model_object,

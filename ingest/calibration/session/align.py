@@ -25,29 +25,29 @@ _OTHER_TURN, _OTHER_SHIFT = np.radians(12.0), 0.04
 
 
 @dataclass(frozen=True)
-class Surface:
-    """A surface as points strewn over it."""
+class SampledSurface:
+    """Points sampled on a surface, with their normals and a KD-tree."""
 
     points: Float64[np.ndarray, "points 3"]
     normals: Float64[np.ndarray, "points 3"]
     tree: KDTree
 
-    def thinned(self, count: int) -> "Surface":
+    def thinned(self, count: int) -> "SampledSurface":
         """The same surface by fewer of its points, which lie in no order."""
         points = self.points[:count]
-        return Surface(points, self.normals[:count], KDTree(points))
+        return SampledSurface(points, self.normals[:count], KDTree(points))
 
 
-def surface_of(mesh: ObjectMesh, count: int) -> Surface:
+def surface_of(mesh: ObjectMesh, count: int) -> SampledSurface:
     """`count` points strewn evenly over a mesh, always the same."""
     solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     points, faces = trimesh.sample.sample_surface(solid, count, seed=0)[:2]
     points = np.asarray(points, np.float64)
-    return Surface(points, np.asarray(solid.face_normals)[faces], KDTree(points))
+    return SampledSurface(points, np.asarray(solid.face_normals)[faces], KDTree(points))
 
 
 def starts(
-    points: Float64[np.ndarray, "points 3"], surface: Surface
+    points: Float64[np.ndarray, "points 3"], surface: SampledSurface
 ) -> list[Float64[np.ndarray, "4 4"]]:
     """Alignments that are worth finishing: each ends somewhere else, the best first.
 
@@ -70,7 +70,7 @@ def starts(
     return _distinct(tried)[:_KEPT]
 
 
-def _places(surface: Surface, size: float) -> list[Float64[np.ndarray, "3"]]:
+def _places(surface: SampledSurface, size: float) -> list[Float64[np.ndarray, "3"]]:
     """The scan's middle, and that of each thing of about the object's size on its floor."""
     middles = [(surface.points.min(axis=0) + surface.points.max(axis=0)) / 2]
     level = np.abs(surface.normals[:, 1]) > 0.95
@@ -107,7 +107,7 @@ def differ(T: Float64[np.ndarray, "4 4"], known: Float64[np.ndarray, "4 4"]) -> 
 def cost(
     T: Float64[np.ndarray, "4 4"],
     points: Float64[np.ndarray, "points 3"],
-    surface: Surface,
+    surface: SampledSurface,
     reach: float = REACH,
 ) -> float:
     """0 when every point is on the scan, 1 when none is within reach."""
@@ -117,7 +117,7 @@ def cost(
 
 
 def fit(
-    T: Float64[np.ndarray, "4 4"], points: Float64[np.ndarray, "points 3"], surface: Surface
+    T: Float64[np.ndarray, "4 4"], points: Float64[np.ndarray, "points 3"], surface: SampledSurface
 ) -> tuple[float, float]:
     """Part of the points within reach of the scan, and how far those are from its surface."""
     placed = points @ T[:3, :3].T + T[:3, 3]
@@ -130,7 +130,7 @@ def fit(
 def icp(
     start: Float64[np.ndarray, "4 4"],
     points: Float64[np.ndarray, "points 3"],
-    surface: Surface,
+    surface: SampledSurface,
     rounds: int,
     reach: float = 2 * REACH,
 ) -> Float64[np.ndarray, "4 4"]:
@@ -153,7 +153,7 @@ def icp(
 def planes(
     T: Float64[np.ndarray, "4 4"],
     points: Float64[np.ndarray, "points 3"],
-    surface: Surface,
+    surface: SampledSurface,
     reach: float,
 ) -> tuple[Float64[np.ndarray, "near 6"], Float64[np.ndarray, " near"]]:
     """Distances from the scan's planes, and how they change with a step of `moved`."""

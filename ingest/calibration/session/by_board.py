@@ -5,7 +5,7 @@ import numpy as np
 from ingest.calibration.average import average
 from ingest.calibration.board.place import BoardPlace
 from ingest.calibration.board.track import BoardTrack
-from ingest.calibration.session.session import Placed
+from ingest.calibration.session.session import ObjectPlacement
 from ingest.session import CaptureSession
 from ingest.uncertainty import between, of_inverse, of_product
 from omomo_core.errors import InputError
@@ -20,7 +20,7 @@ _LENS = np.diag([np.radians(0.1) ** 2] * 3 + [0.0015**2] * 3)
 
 def placed_by_board(
     session: CaptureSession, track: BoardTrack, place: BoardPlace, before: float
-) -> Placed:
+) -> ObjectPlacement:
     """The object where the board on it was seen.
 
     Args:
@@ -62,7 +62,7 @@ def placed_by_board(
         T_board_object,
         of_inverse(place.T_object_board, place.covariance),
     )
-    return Placed(
+    return ObjectPlacement(
         mean.T @ T_board_object,
         covariance,
         float(seconds[chosen[-1]]),

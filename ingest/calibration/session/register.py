@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from ingest.calibration.session.align import (
     REACH,
-    Surface,
+    SampledSurface,
     cost,
     differ,
     fit,
@@ -20,6 +20,7 @@ from ingest.calibration.session.align import (
 )
 from ingest.uncertainty import between
 from omomo_core.errors import InputError
+from omomo_core.geometry.procrustes import procrustes
 from omomo_core.motion import ObjectMesh
 
 _SAME = 1e-4
@@ -97,23 +98,20 @@ def _same_vertices(mesh: ObjectMesh, scan: ObjectMesh) -> Float64[np.ndarray, "4
     if len(mesh.vertices) != len(scan.vertices):
         return None
     ours, theirs = (np.asarray(m.vertices, np.float64) for m in (mesh, scan))
-    middle = ours.mean(axis=0), theirs.mean(axis=0)
+    found = procrustes(theirs, ours, np.ones(len(ours)))
     T = np.eye(4)
-    U, _, Vt = np.linalg.svd((theirs - middle[1]).T @ (ours - middle[0]))
-    T[:3, :3] = U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt
-    T[:3, 3] = middle[1] - T[:3, :3] @ middle[0]
-    off = np.abs(ours @ T[:3, :3].T + T[:3, 3] - theirs).max()
-    return T if off < _SAME else None
+    T[:3, :3], T[:3, 3] = found.R, found.t
+    return T if np.abs(found.residuals).max() < _SAME else None
 
 
 def _covariance(
     T: Float64[np.ndarray, "4 4"],
     points: Float64[np.ndarray, "points 3"],
-    surface: Surface,
+    surface: SampledSurface,
     error: float,
     mesh: ObjectMesh,
 ) -> Float64[np.ndarray, "6 6"]:
-    """Of an alignment with a scan whose patches are off by `error` metres, each by itself."""
+    """Covariance of an alignment with a scan whose patches err independently by `error` metres."""
     area = float(trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).area)
     J, _ = planes(T, points, surface, REACH)
     patches = area * len(J) / len(points) / _PATCH**2
@@ -123,7 +121,7 @@ def _covariance(
 
 
 def _of_scan() -> Float64[np.ndarray, "6 6"]:
-    """What a scan errs by as a whole."""
+    """Covariance of the error of a scan as a whole."""
     return np.diag(np.repeat([_SURFACE_TURN**2, _SURFACE**2], 3))
 
 

@@ -30,8 +30,8 @@ _GIVEN_SHIFT, _GIVEN_TURN = 0.003, np.radians(0.3)
 
 
 @dataclass(frozen=True)
-class Placed:
-    """Where the object stood in the session's world before the phone was clamped to it."""
+class ObjectPlacement:
+    """Pose of the object in the session's world before the phone was clamped to it."""
 
     T_world_object: Float64[np.ndarray, "4 4"]
     covariance: Float64[np.ndarray, "6 6"]
@@ -43,7 +43,7 @@ class Placed:
 
 def placed_by_scan(
     session: CaptureSession, mesh: ObjectMesh, scan: ObjectMesh, before: float, where: str
-) -> Placed:
+) -> ObjectPlacement:
     """The object where the session's own scan shows it.
 
     Args:
@@ -57,7 +57,7 @@ def placed_by_scan(
         InputError: those of `register`, and "scan-elsewhere" when the phone never looked there.
     """
     found = register(mesh, scan, where)
-    return Placed(
+    return ObjectPlacement(
         found.T_scan_object,
         found.covariance,
         _last_look(session, mesh, found.T_scan_object, before, where),
@@ -71,15 +71,15 @@ def placed_by_hand(
     T_world_object: Float64[np.ndarray, "4 4"],
     before: float,
     where: str,
-) -> Placed:
+) -> ObjectPlacement:
     """The object where somebody says that it is; see `placed_by_scan`."""
     covariance = np.diag(np.repeat([_GIVEN_TURN**2, _GIVEN_SHIFT**2], 3))
     seen = _last_look(session, mesh, T_world_object, before, where)
-    return Placed(T_world_object, covariance, seen)
+    return ObjectPlacement(T_world_object, covariance, seen)
 
 
 def session_mount(
-    session: CaptureSession, mesh: ObjectMesh, placed: Placed, stills: Sequence[Still]
+    session: CaptureSession, mesh: ObjectMesh, placed: ObjectPlacement, stills: Sequence[Still]
 ) -> Mount:
     """Where the object is to the phone: T_phone_object = inverse(T_world_phone) T_world_object.
 

@@ -15,7 +15,6 @@ from ingest.scan.cameras.options import Length, Sight
 from ingest.scan.types import Scale, View
 from omomo_core.errors import InputError
 from omomo_core.geometry.procrustes import procrustes
-from omomo_core.geometry.transforms import inverse
 
 _CORNERS = 6
 """Of the board that must be found, each in two pictures at least."""
@@ -28,7 +27,7 @@ _PRINTED, _PICKED = 0.001, 2.0
 
 
 def by_board(
-    views: Sequence[View], board: Board, told: Callable[[float], None]
+    views: Sequence[View], board: Board, on_progress: Callable[[float], None]
 ) -> tuple[Similarity, Scale]:
     """The similarity that takes the model to metres in the board's frame, turned z up.
 
@@ -44,7 +43,7 @@ def by_board(
             found = detector.find(np.asarray(grey, np.uint8))
             for number, pixel in zip(found.numbers.tolist(), found.pixels, strict=True):
                 sights[number].append((view, pixel))
-        told((k + 1) / len(views))
+        on_progress((k + 1) / len(views))
     places = {number: crossing(seen) for number, seen in sights.items() if len(seen) > 1}
     known = {number: place for number, place in places.items() if place is not None}
     if len(known) < _CORNERS:
@@ -135,13 +134,3 @@ def _ray(view: View, pixel: Float64[np.ndarray, "2"]) -> Float64[np.ndarray, "3"
     fx, fy, cx, cy = view.intrinsics
     ray = view.T_world_camera[:3, :3] @ [(pixel[0] - cx) / fx, (pixel[1] - cy) / fy, 1.0]
     return ray / np.linalg.norm(ray)
-
-
-def project(
-    view: View, points: Float64[np.ndarray, "points 3"]
-) -> tuple[Float64[np.ndarray, "points 2"], Float64[np.ndarray, " points"]]:
-    """Pixels of points in a view, and their depths (not ahead where they are below 0)."""
-    T = inverse(view.T_world_camera)
-    seen = points @ T[:3, :3].T + T[:3, 3]
-    depth = np.where(np.abs(seen[:, 2]) < 1e-9, 1e-9, seen[:, 2])
-    return seen[:, :2] / depth[:, None] * view.intrinsics[:2] + view.intrinsics[2:], seen[:, 2]

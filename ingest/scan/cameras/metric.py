@@ -90,7 +90,7 @@ def _step(
 
 
 def _covariance(walk: Float64[np.ndarray, " steps"]) -> Float64[np.ndarray, "poses poses"]:
-    """Of one axis of all positions: each errs by itself, and carries all the steps before it."""
+    """Covariance of one axis of all positions: independent errors, and a random walk."""
     carried = np.concatenate([[0.0], np.cumsum(walk)])
     return np.minimum.outer(carried, carried) + _JITTER**2 * np.eye(len(carried))
 

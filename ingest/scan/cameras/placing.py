@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from jaxtyping import Float64
 
 from ingest.colmap import pycolmap
+from ingest.formats.depth_png import load_millimetres
 from ingest.report.check import Check
-from ingest.scan.cameras.depth_scale import depth_scale
 from ingest.scan.cameras.gravity import looked_at, upright
 from ingest.scan.cameras.measured import by_board, by_length
 from ingest.scan.cameras.metric import Similarity, to_phone
@@ -25,11 +26,13 @@ _USUAL = 1.5
 """Metres from which people film; for a scan whose size is told at its end."""
 _DIFFERENT = 0.02
 """Part by which two scales differ that do not agree."""
+_FEWEST = 100
+"""Points with a depth."""
 
 
 @dataclass(frozen=True)
-class Placed:
-    """What a reconstruction was placed by."""
+class ModelPlacement:
+    """What gave a reconstruction its scale and its upright."""
 
     scale: Scale
     up: Up
@@ -45,7 +48,7 @@ def place(
     gravity: bool,
     straightened: Path,
     progress: Progress,
-) -> Placed:
+) -> ModelPlacement:
     """Lay a reconstruction into the world, in place.
 
     A board goes before a picked length, that before the phone's poses, and those before a height,
@@ -64,7 +67,7 @@ def place(
         InputError: of `by_board` and `by_length`.
     """
     if options.metric:
-        return Placed(Scale(0.005, "given", "the model's own, as somebody says"), "given")
+        return ModelPlacement(Scale(0.005, "given", "the model's own, as somebody says"), "given")
     names = names_of(model)
     placed = _by_phone(model, names, frames) if logged else None
     up: Up = "arkit"
@@ -75,13 +78,13 @@ def place(
     if options.board is not None or options.length is not None:
         return _measured(model, names, frames, options, placed, up, straightened, progress)
     if placed is not None:
-        return Placed(placed, up)
+        return ModelPlacement(placed, up)
     T = poses_of(model, names)
     distance = np.median(np.linalg.norm(T[:, :3, 3] - looked_at(T), axis=1))
     # Depth maps join in what follows only if the metre is theirs meanwhile.
-    metres = depth_scale(model, frames) or _USUAL / float(distance)
+    metres = _depth_scale(model, frames) or _USUAL / float(distance)
     laid(model, Similarity(metres, np.eye(3), np.zeros(3)))
-    return Placed(Scale(0.5, "height", f"the object's height of {options.height} m"), up)
+    return ModelPlacement(Scale(0.5, "height", f"the object's height of {options.height} m"), up)
 
 
 def _by_phone(
@@ -103,7 +106,7 @@ def _measured(
     up: Up,
     straightened: Path,
     progress: Progress,
-) -> Placed:
+) -> ModelPlacement:
     """The size by a board or a length; place and up stay where a phone or the floor says them."""
     views = views_of(model, names, frames, straightened)
     if options.board is not None:
@@ -117,7 +120,7 @@ def _measured(
         assert options.length is not None
         factor, scale = by_length(views, options.length)
     laid(model, Similarity(factor, np.eye(3), np.zeros(3)))
-    return Placed(scale, up, _compared(factor, before, scale))
+    return ModelPlacement(scale, up, _compared(factor, before, scale))
 
 
 def _compared(factor: float, before: Scale | None, scale: Scale) -> tuple[Check, ...]:
@@ -129,3 +132,41 @@ def _compared(factor: float, before: Scale | None, scale: Scale) -> tuple[Check,
     )
     fix = "Measure the object, and check the board's squares with a ruler."
     return (Check("scale", "warn", message, None, fix),)
+
+
+def _depth_scale(model: pycolmap.Reconstruction, frames: Mapping[str, Frame]) -> float | None:
+    """Metres in one unit of a reconstruction: sparse points against depth maps, median.
+
+    Args:
+        model: the reconstruction, of any size.
+        frames: its pictures by their name.
+
+    Returns:
+        None where too few points have a depth.
+    """
+    ratios = [
+        _ratios(model, image, frames[image.name])
+        for image in model.images.values()
+        if image.has_pose and image.name in frames
+    ]
+    found = np.concatenate([np.empty(0), *ratios])
+    return float(np.median(found)) if len(found) >= _FEWEST else None
+
+
+def _ratios(
+    model: pycolmap.Reconstruction, image: pycolmap.Image, frame: Frame
+) -> Float64[np.ndarray, " points"]:
+    seen = [point for point in image.points2D if point.has_point3D()]
+    if frame.depth is None or not seen:
+        return np.empty(0)
+    depth = load_millimetres(frame.depth)
+    camera = model.cameras[image.camera_id]
+    scale = np.array(depth.shape[::-1]) / [camera.width, camera.height]
+    # COLMAP counts pixels from the corner of the first one.
+    u, v = (np.array([point.xy for point in seen]) * scale).astype(int).T
+    measured = depth[v.clip(0, depth.shape[0] - 1), u.clip(0, depth.shape[1] - 1)]
+    T = image.cam_from_world().matrix()
+    places = np.array([model.points3D[point.point3D_id].xyz for point in seen])
+    z = places @ T[2, :3] + T[2, 3]
+    known = (measured > 0) & (z > 0)
+    return measured[known] / z[known]

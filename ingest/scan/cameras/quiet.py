@@ -1,4 +1,4 @@
-"""COLMAP without its diary: what it has to say comes back as numbers and errors."""
+"""COLMAP without its log output."""
 
 from ingest.colmap import pycolmap
 

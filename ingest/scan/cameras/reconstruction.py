@@ -44,7 +44,7 @@ def points_of(model: pycolmap.Reconstruction) -> Float64[np.ndarray, "points 3"]
 
 
 def laid(model: pycolmap.Reconstruction, similarity: Similarity) -> None:
-    """Lay a model elsewhere, in place."""
+    """Transform a model in place."""
     model.transform(
         pycolmap.Sim3d(
             similarity.scale, pycolmap.Rotation3d(similarity.R), similarity.t.reshape(3, 1)

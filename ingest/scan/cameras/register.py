@@ -21,7 +21,7 @@ from ingest.scan.cameras.result import SPARSE, STRAIGHT, missing, record_of, reg
 from ingest.scan.cameras.second_motion import moving
 from ingest.scan.cameras.unposed import from_pictures
 from ingest.scan.types import Frame, Frames, Progress, Registered, ScanSource, no_progress
-from ingest.scan.work import Work, key_of
+from ingest.scan.work import StageCache, key_of
 from omomo_core.errors import InputError
 
 STAGE, DATABASE = "cameras", "database"
@@ -59,7 +59,7 @@ def register(
     logged = options.poses and source.T_world_camera is not None
     frames = _read_as(picked.frames, options.axes) if logged else picked.frames
     check_scale(options, logged, str(source.where))
-    work, pictures = Work(folder), _pictures_key(source, frames)
+    work, pictures = StageCache(folder), _pictures_key(source, frames)
     poses = [None if f.T_world_camera is None else f.T_world_camera.tolist() for f in frames]
     key = key_of(STAGE, pictures, poses if logged else None, asdict(options))
     if (record := work.record(STAGE, key)) is not None and (folder / SPARSE).is_dir():
@@ -106,7 +106,7 @@ def _pictures_key(source: ScanSource, frames: Sequence[Frame]) -> str:
     return key_of(str(source.model), known, changed)
 
 
-def _fresh_database(work: Work, pictures: str) -> Path:
+def _fresh_database(work: StageCache, pictures: str) -> Path:
     """The database of these pictures: that of an earlier run, or none yet."""
     database = work.folder / "database.db"
     if work.record(DATABASE, pictures) is None:

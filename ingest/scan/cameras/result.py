@@ -11,7 +11,7 @@ from ingest.colmap import pycolmap
 from ingest.colmap_files import read_model
 from ingest.report.check import Check
 from ingest.scan.cameras.pinholes import views_of
-from ingest.scan.cameras.placing import Placed
+from ingest.scan.cameras.placing import ModelPlacement
 from ingest.scan.cameras.reconstruction import names_of
 from ingest.scan.types import Frame, LeftOut, Registered, Scale
 
@@ -21,9 +21,9 @@ _TOLD = 0.9
 
 
 def record_of(
-    placed: Placed, left_out: Sequence[LeftOut], notes: Sequence[Check]
+    placed: ModelPlacement, left_out: Sequence[LeftOut], notes: Sequence[Check]
 ) -> dict[str, Any]:
-    """What a finished stage says beside its model."""
+    """The record of a finished stage, stored beside its model."""
     return {
         "scale": asdict(placed.scale),
         "up": placed.up,

@@ -5,12 +5,11 @@ from dataclasses import dataclass
 import igl
 import numpy as np
 from jaxtyping import Bool, Float64, Int64, UInt8
+from scipy.spatial import KDTree
 
 from ingest.report.check import Check, graded
 from ingest.scan.choices import VERTICES
-from ingest.scan.clean.decimate import decimated, handed_on
 from ingest.scan.clean.frame import object_frame
-from ingest.scan.clean.holes import filled
 from ingest.scan.clean.pieces import main_piece
 from ingest.scan.types import Region, ScanMesh
 from omomo_core.errors import InputError
@@ -27,6 +26,8 @@ _UNSEEN_WARN, _UNSEEN_BAD = 0.3, 0.5
 """Part of the surface that no picture shows: half of that is usual, undersides and insides."""
 _BASE = 0.012
 """Metres over the floor: a surface that lies lower is what the object stands on."""
+_WIDEST = 0.25
+"""Part of the mesh's largest side that the rim of a hole may be long; larger ones are openings."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,6 @@ class CleanMesh:
     seen: Bool[np.ndarray, " vertices"]
     """False where no picture shows the surface and it only closes what was seen."""
     watertight: bool
-    open_rims: int
-    """Holes that are too large to be closed without a guess."""
 
 
 def clean(
@@ -73,11 +72,11 @@ def clean(
     kept, solid = _compact(vertices, faces[main_piece(vertices, faces)])
     vertices, seen = vertices[kept], seen[kept]
     colours = None if colours is None else colours[kept]
-    closed, solid, rims = filled(vertices, solid)
-    small, triangles = decimated(closed, solid, most)
+    closed, solid, rims = _filled(vertices, solid)
+    small, triangles = _decimated(closed, solid, most)
     used, triangles = _compact(small, triangles)
     small = _above_floor(small[used], region)
-    colours, seen = handed_on(vertices, small, colours, seen)
+    colours, seen = _handed_on(vertices, small, colours, seen)
     T = object_frame(small, region.T_world_floor)
     own = (small - T[:3, 3]) @ T[:3, :3]
     watertight = _closed(triangles)
@@ -88,7 +87,6 @@ def clean(
         T_world_object=T,
         seen=seen,
         watertight=watertight,
-        open_rims=rims,
     )
 
 
@@ -156,7 +154,7 @@ def _shown(
     faces: Int64[np.ndarray, "faces 3"],
     seen: Bool[np.ndarray, " verts"],
 ) -> Check:
-    """By area, as flat places have few vertices; without what the object stands on."""
+    """Check of the share of unseen surface, by area, without the base of the object."""
     area = np.asarray(igl.doublearea(own, faces), np.float64)
     area[(own[faces, 2] < _BASE).all(axis=1)] = 0.0
     unseen = 1 - float((area * seen[faces].mean(axis=1)).sum() / max(area.sum(), 1e-12))
@@ -179,3 +177,77 @@ def _tight(watertight: bool, rims: int) -> Check:
         f"The surface is not closed ({rims} large holes); a motion can be made with it all the same.",
         fix="Film what is missing, if a hand should hold it there.",
     )
+
+
+def _decimated(
+    vertices: Float64[np.ndarray, "verts 3"], faces: Int64[np.ndarray, "faces 3"], most: int
+) -> tuple[Float64[np.ndarray, "fewer 3"], Int64[np.ndarray, "triangles 3"]]:
+    """About `most` vertices at most, by quadric edge collapses (Garland and Heckbert 1997).
+
+    Edges are collapsed in the order of what that costs, flat places first; a closed surface stays
+    closed.
+    """
+    if len(vertices) <= most:
+        return vertices, faces
+    # An orientable manifold is what collapses need; parts that share an edge thrice come apart.
+    apart = igl.split_nonmanifold(vertices, faces)
+    split, loose = np.asfortranarray(apart[0]), np.asfortranarray(apart[1], dtype=np.int32)
+    target = max(4, round(len(loose) * most / len(split)))
+    corners, triangles, _, _ = igl.qslim(split, loose, target)
+    return np.array(corners, np.float64, order="C"), np.asarray(triangles).astype(np.int64, "C")
+
+
+def _handed_on(
+    old: Float64[np.ndarray, "old 3"],
+    new: Float64[np.ndarray, "new 3"],
+    colours: UInt8[np.ndarray, "old 3"] | None,
+    seen: Bool[np.ndarray, " old"],
+) -> tuple[UInt8[np.ndarray, "new 3"] | None, Bool[np.ndarray, " new"]]:
+    """Return each new vertex's mean colour of the old ones nearest to it, and whether most were seen.
+
+    Args:
+        old, new: vertices, metres.
+        colours: of the old ones, where there are any.
+        seen: whether a picture shows them.
+    """
+    nearest_new = KDTree(new).query(old)[1]
+    nearest_old = KDTree(old).query(new)[1]
+    count = np.bincount(nearest_new, minlength=len(new))
+    alone = count == 0
+
+    def mean(values: Float64[np.ndarray, " old"]) -> Float64[np.ndarray, " new"]:
+        total = np.bincount(nearest_new, values, minlength=len(new))
+        return np.where(alone, values[nearest_old], total / np.maximum(count, 1))
+
+    shown = mean(seen.astype(np.float64)) >= 0.5
+    if colours is None:
+        return None, shown
+    channels = [mean(colours[:, k].astype(np.float64)) for k in range(3)]
+    return np.rint(np.stack(channels, axis=1)).astype(np.uint8), shown
+
+
+def _filled(
+    vertices: Float64[np.ndarray, "verts 3"], faces: Int64[np.ndarray, "faces 3"]
+) -> tuple[Float64[np.ndarray, "more 3"], Int64[np.ndarray, "triangles 3"], int]:
+    """The mesh with its small holes closed, and how many larger ones stay open.
+
+    Vertices and faces that were there stay as they are, the new ones follow.
+    """
+    longest = _WIDEST * float(np.ptp(vertices, axis=0).max())
+    corners, fans, open_ = [vertices], [faces], 0
+    count = len(vertices)
+    for loop in _rims(faces):
+        rim = vertices[loop]
+        if np.linalg.norm(rim - np.roll(rim, 1, axis=0), axis=1).sum() > longest:
+            open_ += 1
+            continue
+        corners.append(rim.mean(axis=0, keepdims=True))
+        # Against the way in which the faces beside it go round.
+        fans.append(np.stack([np.roll(loop, -1), loop, np.full(len(loop), count)], axis=1))
+        count += 1
+    return np.concatenate(corners), np.concatenate(fans), open_
+
+
+def _rims(faces: Int64[np.ndarray, "faces 3"]) -> list[Int64[np.ndarray, " corners"]]:
+    """Vertices along each open rim, as the faces beside it go round."""
+    return [np.asarray(loop, np.int64) for loop in igl.boundary_loop_all(faces)]

@@ -29,7 +29,7 @@ _FEWEST_FACES = 100
 
 @dataclass(frozen=True)
 class DenseSurface:
-    """What was measured, before it is cleaned; world, metres."""
+    """The measured surface before it is cleaned; world, metres."""
 
     vertices: Float64[np.ndarray, "verts 3"]
     faces: Int64[np.ndarray, "faces 3"]

@@ -1,14 +1,14 @@
 """Depth of every pixel of a view, out of its neighbours, and what several views agree about."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, Float64, UInt16
+from jaxtyping import Float32, Float64, Int16, UInt8, UInt16
 
 from ingest.scan.dense.matching import Neighbour, fine_codes, match_cost
 from ingest.scan.dense.picture import SmallPictures
-from ingest.scan.dense.smoothing import smoothed
 from omomo_core.geometry.transforms import inverse
 
 _FEWEST_DEPTHS, _MOST_DEPTHS = 48, 144
@@ -17,6 +17,12 @@ _PIXELS = 1.0
 
 DepthMap = Float32[np.ndarray, "h w"]
 """Metres along the viewing axis, 0 where unknown."""
+_STEP, _LEAP = 6, 48
+"""What it costs that a pixel lies one depth, or many, from the one beside it."""
+_EDGE = 8
+"""Difference of grey levels beyond which a leap costs less: surfaces end where colours change."""
+
+Costs = UInt16[np.ndarray, "lanes depths"]
 
 
 def stereo_depth(
@@ -80,7 +86,7 @@ def agreed(
     within: float,
     enough: int,
 ) -> DepthMap:
-    """What other views confirm, averaged with what they see; 0 elsewhere.
+    """Depth that other views confirm, averaged with theirs; 0 elsewhere.
 
     Args:
         depth, matrix: of the view and its intrinsics.
@@ -124,3 +130,42 @@ def _seen_from(
     v = there[..., 1] / z * np.float32(matrix[1, 1]) + np.float32(matrix[1, 2])
     seen = cv2.remap(depth, u, v, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=0)
     return np.asarray(seen, np.float32), z
+
+
+def smoothed(
+    costs: UInt8[np.ndarray, "h w depths"], grey: UInt8[np.ndarray, "h w"]
+) -> UInt16[np.ndarray, "h w depths"]:
+    """Costs of each pixel's depths together with what they cost the pixels around it."""
+    total = np.zeros(costs.shape, np.uint16)
+    light = grey.astype(np.int16)
+    _sweep(costs, light, total)
+    # Columns instead of rows: views on the same memory.
+    _sweep(costs.swapaxes(0, 1), light.T, total.swapaxes(0, 1))
+    return total
+
+
+def _sweep(
+    costs: UInt8[np.ndarray, "n lanes depths"],
+    grey: Int16[np.ndarray, "n lanes"],
+    total: UInt16[np.ndarray, "n lanes depths"],
+) -> None:
+    """Add the costs of paths along the first axis, there and back."""
+    for order in (range(len(costs)), range(len(costs) - 1, -1, -1)):
+        for index, path in _paths(costs, grey, order):
+            total[index] += path
+
+
+def _paths(
+    costs: UInt8[np.ndarray, "n lanes depths"], grey: Int16[np.ndarray, "n lanes"], order: range
+) -> Iterator[tuple[int, Costs]]:
+    before = costs[order[0]].astype(np.uint16)
+    yield order[0], before
+    for last, index in pairwise(order):
+        least = before.min(axis=1, keepdims=True)
+        change = np.maximum(np.abs(grey[index] - grey[last]), _EDGE)
+        leap = np.maximum(_LEAP * _EDGE // change, _STEP + 2).astype(np.uint16)
+        best = np.minimum(before, least + leap[:, None])
+        np.minimum(best[:, 1:], before[:, :-1] + np.uint16(_STEP), out=best[:, 1:])
+        np.minimum(best[:, :-1], before[:, 1:] + np.uint16(_STEP), out=best[:, :-1])
+        before = costs[index] + best - least
+        yield index, before

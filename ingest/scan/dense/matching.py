@@ -18,9 +18,6 @@ _FINE = 2
 _UNSEEN = 40
 """What a pixel costs where a neighbour does not show it: as much as two of noise."""
 _MOST_GREY = 48
-HIGHEST = 2 * (2 * _REACH + 1) ** 2 + _MOST_GREY // 2
-"""No cost is higher."""
-
 Codes = UInt8[np.ndarray, "rows columns 4"]
 """24 comparisons of each pixel with those around it, and its own grey."""
 

@@ -67,7 +67,7 @@ class Volume:
         matrix: Float64[np.ndarray, "3 3"],
         T_camera_floor: Float64[np.ndarray, "4 4"],
     ) -> None:
-        """What one more view shows."""
+        """Integrate the depth map of one more view."""
         depth = _sunk(depth, matrix, T_camera_floor)
         P = matrix @ T_camera_floor[:3]
         step = (P[:, :3] * self.box.voxel).astype(np.float32)

@@ -1,16 +1,17 @@
-"""ScanReport: the verdicts on a scan."""
+"""ScanReport: the checks of a scan's pictures, cameras and mesh."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from ingest.mesh import MAX_EXTENT, MIN_EXTENT
 from ingest.report.check import Check, Severity, grade, graded, worst
 from ingest.scan.clean.clean import UNSEEN, CleanMesh
 from ingest.scan.found import Found
 from ingest.scan.quality.coverage import AROUND, Coverage, coverage_checks, coverage_of
-from ingest.scan.quality.texture import texture_check
+from omomo_core.geometry.transforms import inverse
 
 _ALL = 0.9
 """Part of the pictures that are registered: below it is looked at. What is missing for it is not bad by
@@ -22,6 +23,10 @@ _PLAUSIBLE = (0.1, 2.5)
 """Metres of the largest side of what people carry, drag or sweep with."""
 _LEFT_OVER = 0.3
 """Part of the measured surface that may belong to other things."""
+_NEAR = 0.02
+"""Metres between a sparse point and the surface, at most; and at least from it to the floor."""
+_FEW = 100.0
+"""Sparse points on a square metre of the surface."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +63,7 @@ def cut_off(checks: Sequence[Check]) -> bool:
 
 
 def inspect_scan(found: Found) -> ScanReport:
-    """Look a scan over."""
+    """Check a scan."""
     coverage = coverage_of(found)
     around = coverage_checks(coverage)
     cut = cut_off((*around, *found.cleaned.mesh.notes))
@@ -69,7 +74,7 @@ def inspect_scan(found: Found) -> ScanReport:
         _reprojection(found),
         *around,
         _scale(found, cut),
-        texture_check(found),
+        _texture_check(found),
         *found.region.notes,
         _pieces(found),
         *found.cleaned.mesh.notes,
@@ -147,3 +152,36 @@ def _of_mesh(cleaned: CleanMesh) -> tuple[Check, ...]:
     fix = "Measure it; if that is wrong, give its height (--height) or the box it is in (--box)."
     count = f"{len(cleaned.mesh.vertices):,} vertices, {len(cleaned.mesh.faces):,} triangles."
     return (graded("size", severity, said, fix), Check("vertices", "ok", count))
+
+
+def _points_on(found: Found) -> int:
+    """Sparse points that lie on the object, those near its floor left out."""
+    T = inverse(found.cleaned.T_world_object)
+    points = found.registered.points @ T[:3, :3].T + T[:3, 3]
+    above = points[points[:, 2] > _NEAR]
+    if len(above) == 0:
+        return 0
+    vertices, faces = found.cleaned.mesh.vertices, found.cleaned.mesh.faces
+    known = np.concatenate([vertices, vertices[faces].mean(axis=1)])
+    return int((KDTree(known).query(above, distance_upper_bound=_NEAR)[0] < _NEAR).sum())
+
+
+def _area_of(found: Found) -> float:
+    """Area of the surface, square metres."""
+    a, b, c = (found.cleaned.mesh.vertices[found.cleaned.mesh.faces[:, k]] for k in range(3))
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
+
+
+def _texture_check(found: Found) -> Check:
+    """A plain object gives few points, however busy its room is; LiDAR measures it all the same."""
+    count, area = _points_on(found), _area_of(found)
+    plain = count < _FEW * area
+    message = (
+        f"{count:,} points were found on the object itself, {count / area:,.0f} a square metre."
+    )
+    if plain and found.method == "stereo":
+        message += " It has next to no texture, so its shape is partly guessed."
+    elif plain:
+        message += " It has next to no texture; its shape is what the phone's depth says."
+    fix = "Textureless object: stick some tape or paper with a pattern on it, and film it closer."
+    return graded("texture", "warn" if plain else "ok", message, fix)

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float64
 from ingest.report.check import Check, graded
 from ingest.scan.region.aim import Aim, find_aim
 from ingest.scan.region.floor import ScanFloor, find_floor
-from ingest.scan.region.structure import Standing, amid, standing_at
+from ingest.scan.region.structure import StandingStructure, amid, standing_at
 from ingest.scan.types import Region, Registered, View
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
@@ -35,12 +35,6 @@ class GivenBox:
     low: Float64[np.ndarray, "3"]
     high: Float64[np.ndarray, "3"]
 
-    @classmethod
-    def around(cls, bottom: Float64[np.ndarray, "3"], size: Float64[np.ndarray, "3"]) -> "GivenBox":
-        """From the middle of its bottom and its sides, metres."""
-        half = np.array([size[0] / 2, size[1] / 2, 0.0])
-        return cls(bottom - half, bottom + half + [0.0, 0.0, size[2]])
-
 
 def aim_at(views: Sequence[View], box: GivenBox | None) -> Aim:
     """Where the cameras look; the middle of a given box where they do not look at one place.
@@ -61,7 +55,7 @@ def find_region(
     box: GivenBox | None = None,
     dense: Float64[np.ndarray, "places 3"] | None = None,
 ) -> Region:
-    """Where the object is.
+    """Find the floor and the box of the object.
 
     Args:
         registered: cameras and sparse points.
@@ -121,7 +115,7 @@ def _standing(
     aim: Aim,
     floor: ScanFloor,
     dense: Float64[np.ndarray, "places 3"] | None,
-) -> Standing:
+) -> StandingStructure:
     kept = _candidates(registered.points, registered, floor, max(_CLEAR, 4 * floor.noise))
     if dense is not None:
         kept = np.concatenate([kept, _candidates(dense, registered, floor, _CLEAR_DENSE)])
@@ -166,7 +160,7 @@ def _watched(
     return count >= _WATCHED * len(views)
 
 
-def _certainty(aim: Aim, standing: Standing) -> Check:
+def _certainty(aim: Aim, standing: StandingStructure) -> Check:
     """How sure it is that this is the object."""
     size = " x ".join(f"{side:.2f}" for side in (standing.high - standing.low)[:2])
     said = (

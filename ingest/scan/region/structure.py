@@ -17,18 +17,20 @@ FEWEST = 20
 
 
 @dataclass(frozen=True)
-class Standing:
-    """What stands on the floor at the aim, in the floor's frame, metres."""
+class StandingStructure:
+    """Box of the structure that stands on the floor at the aim; floor's frame, metres."""
 
     low: Float64[np.ndarray, "3"]
     high: Float64[np.ndarray, "3"]
     points: int
     beside: float
-    """Weight of the next best thing over its own: near 1 is a toss-up."""
+    """Weight of the second best structure over that of this one; near 1 the choice is ambiguous."""
 
 
-def standing_at(points: Float64[np.ndarray, "points 3"], distance: float) -> Standing | None:
-    """The thing nearest to the floor frame's z axis.
+def standing_at(
+    points: Float64[np.ndarray, "points 3"], distance: float
+) -> StandingStructure | None:
+    """The structure nearest to the floor frame's z axis.
 
     Parts are joined in plan, not in space: a pole without detail still joins a lamp's shade with its
     foot, and everything stands on the floor.
@@ -52,7 +54,7 @@ def standing_at(points: Float64[np.ndarray, "points 3"], distance: float) -> Sta
         return None
     low, high = np.percentile(mine, (_RIM, 100 - _RIM), axis=0)
     other = weight[order[1]] if len(order) > 1 else 0.0
-    return Standing(low, high, len(mine), float(other / weight[order[0]]))
+    return StandingStructure(low, high, len(mine), float(other / weight[order[0]]))
 
 
 def _parts(plan: Float64[np.ndarray, "points 2"]) -> Int64[np.ndarray, " points"]:

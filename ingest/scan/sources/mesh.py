@@ -11,9 +11,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from ingest.axes import T_ZUP_ARKIT
-from ingest.mesh import FORMATS, MAX_BYTES, MAX_FACES, decoding, too_large
+from ingest.mesh import FORMATS, MAX_BYTES, MAX_EXTENT, MAX_FACES, MIN_EXTENT, decoding, too_large
 from ingest.report.check import Check
-from ingest.scan.sources.units import METRES, Unit, guess_unit
+from ingest.scan.choices import Unit
 from ingest.scan.sources.usd_mesh import SUFFIXES as USD
 from ingest.scan.sources.usd_mesh import usd_parts
 from ingest.scan.types import ScanMesh
@@ -25,6 +25,15 @@ _APART = 0.02
 """Gap between the boxes of two parts, in sizes of the whole, that makes them two objects."""
 _CRUMB = 0.02
 """Part of the largest object's faces that another one has at least."""
+
+METRES: dict[Unit, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
+NAMES: dict[Unit, str] = {
+    "m": "metres", "cm": "centimetres", "mm": "millimetres", "in": "inches", "ft": "feet"
+}  # fmt: skip
+_PLAUSIBLE = (0.1, 2.5)
+"""Metres of the largest side of what people carry, drag or sweep with."""
+_USUAL = 0.8
+"""Metres; of two plausible units, that which makes the largest side more like this is taken."""
 
 
 def read_scan_mesh(
@@ -166,14 +175,52 @@ def _metres(
         return height / float(extents[2]), ()
     if unit is not None:
         return METRES[unit], ()
-    metres, notes = guess_unit(extents * (stated or 1.0), str(path))
+    metres, notes = _guess_unit(extents * (stated or 1.0), str(path))
     return metres * (stated or 1.0), notes
 
 
 def _colours(parts: list[trimesh.Trimesh]) -> UInt8[np.ndarray, "vertices 3"] | None:
-    """Of the vertices, taken from their texture where that is what they have."""
+    """Colours of the vertices, sampled from the texture where they have one."""
     visuals: list[Any] = [part.visual for part in parts]
     if not any(visual.defined for visual in visuals):
         return None
     own = [v.to_color() if v.kind == "texture" else v for v in visuals]
     return np.concatenate([np.asarray(v.vertex_colors, np.uint8)[:, :3] for v in own])
+
+
+def _guess_unit(extents: Float64[np.ndarray, "3"], where: str) -> tuple[float, tuple[Check, ...]]:
+    """Metres per unit of a mesh that states none, and what to tell about it.
+
+    Args:
+        extents: sides of its bounding box in its own unit.
+        where: its file, for messages.
+
+    Raises:
+        InputError: "mesh-units" when no unit makes it a thing that a person moves.
+    """
+    largest = float(extents.max())
+    if MIN_EXTENT <= largest <= MAX_EXTENT:
+        return 1.0, ()
+    sides = " x ".join(f"{side:.4g}" for side in extents)
+    likely: list[Unit] = [
+        unit
+        for unit in ("cm", "mm", "in")
+        if _PLAUSIBLE[0] <= largest * METRES[unit] <= _PLAUSIBLE[1]
+    ]
+    likely.sort(key=lambda unit: abs(np.log(largest * METRES[unit] / _USUAL)))
+    if not likely:
+        raise InputError(
+            "mesh-units",
+            f"The mesh measures {sides}; in no unit is that a thing that a person moves.",
+            where=where,
+            fix="Say its unit (--units), or the true height of the object (--height).",
+        )
+    best, others = likely[0], likely[1:]
+    told = "; ".join(f"in {NAMES[u]} it would be {largest * METRES[u]:.2f} m" for u in others)
+    message = (
+        f"The mesh measures {sides} and does not say in what; taken for {NAMES[best]}, so that its "
+        f"largest side is {largest * METRES[best]:.2f} m"
+    )
+    message += f" ({told})." if told else "."
+    fix = "Measure the object; if that is wrong, say its unit (--units) or its height (--height)."
+    return METRES[best], (Check("units", "warn", message, None, fix),)

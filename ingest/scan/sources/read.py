@@ -2,13 +2,15 @@
 
 from pathlib import Path
 
+import numpy as np
+from PIL import Image, UnidentifiedImageError
+
 from ingest.archive import is_archive, unpack
 from ingest.formats.detect import read_session
 from ingest.scan.sources.mesh import SUFFIXES as MESHES
 from ingest.scan.sources.model import model_in, model_source
-from ingest.scan.sources.photos import SUFFIXES as PHOTOS
-from ingest.scan.sources.photos import photos_in, photos_source
 from ingest.scan.sources.session import session_source
+from ingest.scan.sources.stills import HEIC, Stills
 from ingest.scan.sources.video import SUFFIXES as VIDEOS
 from ingest.scan.sources.video import video_source
 from ingest.scan.types import ScanSource
@@ -16,6 +18,11 @@ from omomo_core.errors import InputError
 
 _PHOTOS_ALONE = ("session-no-metres", "log-no-times")
 """What is wrong with logs that lie beside good pictures: `transforms.json` as COLMAP's users have it."""
+_PHOTO_SUFFIXES = (".jpg", ".jpeg", ".png", *HEIC)
+_EXIF, _FOCAL_35MM = 0x8769, 0xA405
+"""Numbers of the EXIF block and of FocalLengthIn35mmFilm in it (EXIF 2.3)."""
+_FILM_DIAGONAL = np.hypot(36.0, 24.0)
+"""Millimetres; phones state the focal length with the same angle across the diagonal."""
 
 
 def is_mesh(path: Path) -> bool:
@@ -63,7 +70,7 @@ def read_source(
 
 
 def _with_a_way_out(error: InputError) -> InputError:
-    """What a scan can do without, and a take cannot."""
+    """The error with one more fix: to scan from the pictures alone."""
     if error.code not in _PHOTOS_ALONE:
         return error
     fix = f"{error.fix} Or use the pictures alone (--no-poses) and give the object's height (--height "
@@ -74,14 +81,47 @@ def _with_a_way_out(error: InputError) -> InputError:
 def _photos(folder: Path, path: Path) -> ScanSource:
     """The folder's photos, or those of the one folder in it that has some."""
     inside = [sub for sub in sorted(folder.iterdir()) if sub.is_dir()] if folder.is_dir() else []
-    found = [place for place in (folder, *inside) if photos_in(place)]
+    found = [place for place in (folder, *inside) if _photos_in(place)]
     if found:
-        return photos_source(max(found, key=lambda place: len(photos_in(place))))
+        return _photos_source(max(found, key=lambda place: len(_photos_in(place))))
     raise InputError(
         "scan-unknown",
         "There is nothing here that a scan can be made of.",
         where=str(path),
         fix="Give a phone's session with pictures, a folder of photos "
-        f"({', '.join(PHOTOS)}), a video ({', '.join(VIDEOS)}), a COLMAP model, or a mesh "
+        f"({', '.join(_PHOTO_SUFFIXES)}), a video ({', '.join(VIDEOS)}), a COLMAP model, or a mesh "
         f"({', '.join(MESHES)}).",
     )
+
+
+def _photos_in(folder: Path) -> list[Path]:
+    """The photos of a folder in the order of their names, hidden files left out."""
+    files = folder.iterdir() if folder.is_dir() else ()
+    return sorted(
+        file
+        for file in files
+        if file.suffix.lower() in _PHOTO_SUFFIXES
+        and not file.name.startswith(".")
+        and file.is_file()
+    )
+
+
+def _photos_source(folder: Path) -> ScanSource:
+    """The photos in a folder, turned upright as they say."""
+    files = tuple(_photos_in(folder))
+    guess = np.array([focal_of(file) for file in files])
+    names = tuple(file.stem for file in files)
+    return ScanSource("photos", folder, Stills(files, names), focal_guess=guess)
+
+
+def focal_of(file: Path) -> float:
+    """The focal length that a photo states, in lengths of its longer side; NaN where it does not."""
+    try:
+        with Image.open(file) as photo:
+            stated = photo.getexif().get_ifd(_EXIF).get(_FOCAL_35MM)
+            width, height = photo.size
+    except (UnidentifiedImageError, OSError, ValueError, SyntaxError):
+        return float("nan")
+    if not isinstance(stated, int | float) or not 5 < stated < 500:
+        return float("nan")
+    return float(stated / _FILM_DIAGONAL * np.hypot(width, height) / max(width, height))

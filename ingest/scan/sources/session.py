@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import cv2
 import numpy as np
-from jaxtyping import Float32, Float64
+from jaxtyping import Float32, Float64, UInt8
 
 from ingest.formats.axes import opencv_poses
-from ingest.scan.sources.confidence import confidence_of, sure
 from ingest.scan.sources.stills import Stills
 from ingest.scan.sources.video import film_of
 from ingest.scan.types import Pictures, ScanSource
@@ -17,6 +17,8 @@ from omomo_core.errors import InputError
 
 _SAME_TIME = 0.05
 """Seconds between a picture and what belongs to it, at most."""
+_SMALL = 2
+"""The highest confidence where it is counted 0, 1, 2."""
 
 
 def session_source(session: CaptureSession) -> ScanSource:
@@ -91,3 +93,25 @@ def _depth(
         return np.ascontiguousarray(np.rot90(metres, session.image_turns))
 
     return load
+
+
+def confidence_of(depth: Path) -> UInt8[np.ndarray, "height width"] | None:
+    """The confidence of a depth map, 0 (least) to 2, None where there is none."""
+    beside = depth.with_name(depth.name.replace("depth_", "conf_", 1))
+    folder = depth.parent.parent / "confidence" / depth.name
+    file = next((f for f in (beside, folder) if f != depth and f.is_file()), None)
+    found = None if file is None else cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
+    if found is None or found.ndim != 2:
+        return None
+    levels = found if found.max(initial=0) <= _SMALL else np.rint(found / 127.5)
+    return np.asarray(levels, np.uint8)
+
+
+def sure(
+    metres: Float32[np.ndarray, "height width"],
+    confidence: UInt8[np.ndarray, "height width"] | None,
+) -> Float32[np.ndarray, "height width"]:
+    """The depth with 0 where its confidence is the lowest."""
+    if confidence is None or confidence.shape != metres.shape:
+        return metres
+    return np.where(confidence > 0, metres, np.float32(0))

@@ -1,4 +1,4 @@
-"""Film: the frames of a video as pictures, never more than one of them in memory."""
+"""VideoFrames: the frames of a video as pictures, never more than one of them in memory."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -17,8 +17,8 @@ SUFFIXES = (".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm")
 
 
 @dataclass(frozen=True)
-class Film:
-    """A video's frames."""
+class VideoFrames:
+    """The frames of a video, by number."""
 
     path: Path
     names: tuple[str, ...]
@@ -53,13 +53,13 @@ class Film:
         return np.ascontiguousarray(np.rot90(picture, turns))
 
 
-def film_of(path: Path, *, expected: int | None = None, turns: int | None = None) -> Film:
+def film_of(path: Path, *, expected: int | None = None, turns: int | None = None) -> VideoFrames:
     """A video, once its index has been read.
 
     Args:
         path: of the video.
         expected: frames that a log knows of; where the file has one less, its first is missing.
-        turns: see `Film`.
+        turns: see `VideoFrames`.
 
     Raises:
         InputError: "video-unreadable" or "video-large".
@@ -67,7 +67,7 @@ def film_of(path: Path, *, expected: int | None = None, turns: int | None = None
     count = len(_stamps(path))
     # Stray Scanner stamps its first frame before zero, and some tools drop it.
     late = 1 if expected == count + 1 else 0
-    return Film(path, tuple(f"{k:05d}" for k in range(count + late)), turns, late)
+    return VideoFrames(path, tuple(f"{k:05d}" for k in range(count + late)), turns, late)
 
 
 def video_source(path: Path) -> ScanSource:

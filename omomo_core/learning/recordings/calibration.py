@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float
 from scipy.ndimage import minimum_filter1d
 
 from omomo_core.body.model import BodyModel
+from omomo_core.geometry.procrustes import nearest_rotation
 from omomo_core.geometry.shortest_turn import shortest_turn
 from omomo_core.learning.recordings.mocap import SourceMotion, leg_length
 from omomo_core.motion import FPS
@@ -129,8 +130,7 @@ def _following(
         R_leader = m.rotation(m.skeleton.drivers[leader][0]) @ now[leader]
         R_source = m.rotation(m.skeleton.drivers[name][0])
         total += np.einsum("tji,tjk->ik", R_source, R_leader)
-    u, _, vt = np.linalg.svd(total)
-    return u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
+    return nearest_rotation(total)
 
 
 def _mean_local(

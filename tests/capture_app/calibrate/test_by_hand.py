@@ -123,7 +123,7 @@ def test_the_picture_for_the_screen(tmp_path: Path):
 
 
 def test_a_phone_is_learned_and_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    from ingest.calibration.screen.screen import Views
+    from ingest.calibration.screen.screen import ScreenViews
     from ingest.calibration.screen.shown import screen_board, screen_of_board
     from omomo_core.geometry.transforms import inverse
 
@@ -131,7 +131,7 @@ def test_a_phone_is_learned_and_used(tmp_path: Path, monkeypatch: pytest.MonkeyP
     T_camera_screen[:3, 3] = [0.0, 0.0, 0.5]
     T_camera_board = T_camera_screen @ screen_of_board(screen_board(PHONE), 0)
     small = np.tile(1e-8 * np.eye(6), (2, 1, 1))
-    views = Views(
+    views = ScreenViews(
         np.tile(T_camera_board, (2, 1, 1)), small, np.tile(T_camera_screen, (2, 1, 1)), small,
         np.eye(4), small[0],
     )  # fmt: skip

@@ -100,8 +100,8 @@ def test_a_mount_is_never_overwritten(tmp_path: Path, capsys: pytest.CaptureFixt
 
 @pytest.mark.slow
 def test_calibrated_by_a_film_of_a_board_another_take_is_right(tmp_path: Path):
-    from capture_app.simulator.witness import board_on_box, record_witness, tripod
     from ingest.calibration.board.sheet import preset_for
+    from tests.simulator.witness import board_on_box, record_witness, tripod
 
     board, mount = preset_for("A4"), tmp_path / "mount.json"
     on_box, log = board_on_box(board), _phone(tmp_path / "wiggle")

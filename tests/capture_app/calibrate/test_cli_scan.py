@@ -10,13 +10,13 @@ import typer
 
 from capture_app.cli.calibrate.scan import scan
 from capture_app.cli.calibrate.session import session
-from capture_app.simulator.scan_log import STILLS, scan_log, with_pictures
-from capture_app.simulator.scan_model import SimulatedModel, drawn_model
-from capture_app.simulator.scan_scene import ScanScene, orbit_poses, scan_scene
 from ingest.formats import scanner_3d
 from ingest.mount_file import load_mount
 from ingest.uncertainty import between
 from omomo_core.errors import InputError
+from tests.simulator.scan_log import STILLS, scan_log, with_pictures
+from tests.simulator.scan_model import SimulatedModel, drawn_model
+from tests.simulator.scan_scene import ScanScene, orbit_poses, scan_scene
 
 app = typer.Typer()
 app.command()(scan)

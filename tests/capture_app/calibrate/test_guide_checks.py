@@ -20,13 +20,13 @@ from capture_app.calibration.guide.recording import (
 )
 from capture_app.simulator.carried_box import box_mesh, clamped_phone
 from capture_app.simulator.phone import simulate
-from capture_app.simulator.scan_log import scan_log
-from capture_app.simulator.scan_scene import scan_scene
 from capture_app.simulator.wiggle import Wiggle, wiggle_motion
 from ingest.calibration.board.spec import PRESETS, Board
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 from tests.ingest.calibration.board.filmed import picture, sway, write_film
+from tests.simulator.scan_log import scan_log
+from tests.simulator.scan_scene import scan_scene
 
 BOARD = PRESETS["A4"]
 

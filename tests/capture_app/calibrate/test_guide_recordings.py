@@ -11,11 +11,7 @@ from scipy.spatial.transform import Rotation
 from capture_app.simulator.carried_box import clamped_phone
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.recording import write_recording
-from capture_app.simulator.scan_log import scan_log
-from capture_app.simulator.scan_scene import ScanScene, scan_scene
 from capture_app.simulator.wiggle import Wiggle, wiggle_motion
-from capture_app.simulator.witness import board_on_box, tripod
-from ingest.calibration.board.camera import save_camera
 from ingest.mount_file import load_mount
 from ingest.uncertainty import between, bounds_95
 from tests.capture_app.calibrate.guided import (
@@ -30,6 +26,9 @@ from tests.capture_app.calibrate.guided import (
     off,
 )
 from tests.ingest.calibration.board.filmed import picture, write_film
+from tests.simulator.scan_log import scan_log
+from tests.simulator.scan_scene import ScanScene, scan_scene
+from tests.simulator.witness import board_on_box, save_camera, tripod
 
 
 def write_wiggle(folder: Path, kind: Wiggle, seconds: float = 12.0) -> None:

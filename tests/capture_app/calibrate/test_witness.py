@@ -7,14 +7,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.wiggle import wiggle_motion
-from capture_app.simulator.witness import (
-    board_on_box,
-    corner_observations,
-    film,
-    object_poses,
-    record_witness,
-    tripod,
-)
 from ingest.calibration.board.camera import load_camera
 from ingest.calibration.board.detect import Detector
 from ingest.calibration.board.poses import board_poses
@@ -22,6 +14,14 @@ from ingest.calibration.board.spec import PRESETS
 from ingest.calibration.board.track import track_video
 from ingest.uncertainty import between
 from omomo_core.motion import FPS
+from tests.simulator.witness import (
+    board_on_box,
+    corner_observations,
+    film,
+    object_poses,
+    record_witness,
+    tripod,
+)
 
 BOARD = PRESETS["A4"]
 PLACE = board_on_box(BOARD)

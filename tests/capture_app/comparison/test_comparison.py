@@ -20,7 +20,7 @@ from capture_app.comparison.load import load_motions
 from capture_app.comparison.motion import Motion, moved, stretch
 from omomo_core.errors import InputError
 from omomo_core.learning.recordings.clips import Clip, save_clips
-from render.video import read_frames
+from tests.video_frames import read_frames
 
 from .conftest import FRAMES, WriteResult, carrying
 

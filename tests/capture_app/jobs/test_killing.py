@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from conftest import Start
-from waiting import check_done, check_nothing_left, finished, orders, until
+from waiting import check_done, check_nothing_left, finished, orders, pids, until
 
 from capture_app.jobs.fleet import Fleet
 from capture_app.jobs.queue import JobQueue, open_queue
@@ -18,9 +18,9 @@ from capture_app.jobs.queue import JobQueue, open_queue
 def kill_at_random(fleet: Fleet, count: int, rng: random.Random, longest: float) -> None:
     for _ in range(count):
         time.sleep(rng.uniform(0.0, longest))
-        until(lambda: bool(fleet.pids))
+        until(lambda: bool(pids(fleet)))
         try:
-            os.kill(rng.choice(fleet.pids), signal.SIGKILL)
+            os.kill(rng.choice(pids(fleet)), signal.SIGKILL)
         except (ProcessLookupError, IndexError):
             continue  # it died by itself meanwhile
 

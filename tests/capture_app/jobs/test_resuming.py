@@ -11,7 +11,7 @@ from capture_app.jobs.protocol import Attempt, StagedJob
 from capture_app.manifest import CONTACTS, GLB, MOTION, VIDEO
 from capture_app.pipeline import run_take
 from capture_app.result import load_result
-from render.video import read_frames
+from tests.video_frames import read_frames
 
 STAGES = ["read", "generate", "export", "video", "poster", "finish"]
 

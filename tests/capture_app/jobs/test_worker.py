@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from conftest import Start
 from stand_in import StandInOrder
-from waiting import check_done, check_nothing_left, finished, orders, state, until
+from waiting import check_done, check_nothing_left, finished, orders, pids, state, until
 
 from capture_app.jobs.batch.watch import watch
 from capture_app.jobs.fleet import Fleet
@@ -95,7 +95,7 @@ def test_a_killed_workers_job_goes_on_with_another_after_the_last_finished_stage
     made = queue.submit(StandInOrder(output=tmp_path / "out" / "a", seconds=1.0))
     fleet = start(queue)
     until(lambda: (queue.get(made.id) or made).stage == "second")
-    os.kill(fleet.pids[0], signal.SIGKILL)
+    os.kill(pids(fleet)[0], signal.SIGKILL)
     record = finished(queue, [made.id])[0]
     check_done(record)
     assert record.attempts == 2
@@ -140,7 +140,7 @@ def test_a_job_is_not_blamed_when_everything_on_its_machine_is_killed(
     for attempt in range(1, DEADLIEST + 2):
         fleet = start(queue, died=lambda pid: None)
         until(lambda: (queue.get(made.id) or made).attempts == attempt)  # noqa: B023
-        pid = fleet.pids[0]
+        pid = pids(fleet)[0]
         fleet._stop.set()  # it starts no other
         os.kill(pid, signal.SIGKILL)
     start(queue)
@@ -224,12 +224,12 @@ def test_a_worker_whose_fellows_buried_it_ends(
     made = queue.submit(StandInOrder(output=tmp_path / "out" / "a", seconds=0.8))
     fleet = start(queue, 1)
     until(lambda: (queue.get(made.id) or made).stage == "second")
-    sleeper = fleet.pids[0]
+    sleeper = pids(fleet)[0]
     os.kill(sleeper, signal.SIGSTOP)
     start(queue, 1)
     record = finished(queue, [made.id])[0]
     os.kill(sleeper, signal.SIGCONT)
-    until(lambda: sleeper not in fleet.pids, 5.0)
+    until(lambda: sleeper not in pids(fleet), 5.0)
     check_done(record)
     assert state(queue, made.id) == "done"
     check_nothing_left(tmp_path / "out")
@@ -238,12 +238,13 @@ def test_a_worker_whose_fellows_buried_it_ends(
 def test_workers_end_when_their_starter_is_killed(tmp_path: Path) -> None:
     here = Path(__file__).parent
     script = (
-        "import sys, time\n"
+        f"import sys, time; sys.path.insert(0, {str(here)!r})\n"
         "from capture_app.jobs.fleet import Fleet\n"
         f"fleet = Fleet({str(tmp_path / 'jobs.sqlite')!r}, 1, log=__import__('pathlib').Path("
         f"{str(tmp_path / 'log')!r}), command=[sys.executable, {str(here / 'worker_process.py')!r}])\n"
         "fleet.start()\n"
-        "print(fleet.pids[0] if fleet.pids else time.sleep(1) or fleet.pids[0], flush=True)\n"
+        "from waiting import pids\n"
+        "print((pids(fleet) or time.sleep(1) or pids(fleet))[0], flush=True)\n"
         "time.sleep(60)\n"
     )
     with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE) as starter:

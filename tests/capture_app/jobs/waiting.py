@@ -6,6 +6,7 @@ from pathlib import Path
 
 from stand_in import STEPS, StandInOrder
 
+from capture_app.jobs.fleet import Fleet
 from capture_app.jobs.queue import JobQueue
 from capture_app.jobs.record import OVER, JobRecord
 
@@ -18,6 +19,11 @@ def until(true: Callable[[], bool], seconds: float = 30.0) -> float:
         assert waited < seconds, "waited in vain"
         time.sleep(0.02)
     return time.monotonic() - begin
+
+
+def pids(fleet: Fleet) -> list[int]:
+    """Process ids of the workers that run now."""
+    return [p.pid for p in fleet._processes.values() if p.poll() is None]
 
 
 def state(queue: JobQueue, id: str) -> str:

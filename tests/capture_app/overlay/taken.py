@@ -21,7 +21,6 @@ from capture_app.result import Result, load_result, save_motion
 from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.recording import write_recording
-from capture_app.simulator.witness import Witness, board_on_box, corner_observations
 from ingest.calibration.board.poses import board_poses
 from ingest.calibration.board.spec import PRESETS
 from ingest.calibration.board.track import BoardTrack
@@ -32,6 +31,7 @@ from omomo_core.body.load import load_body
 from omomo_core.generation.person import Person
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import HumanMotion, ObjectMotion
+from tests.simulator.witness import Witness, board_on_box, corner_observations
 
 BOARD = PRESETS["A4"]
 PLACE = board_on_box(BOARD)
@@ -72,7 +72,6 @@ def track_of(pixels, numbers, times, camera) -> BoardTrack:
         camera=camera,
         sigma=poses.sigma,
         pictures=len(times),
-        unsure=int((~sure).sum()),
     )
 
 

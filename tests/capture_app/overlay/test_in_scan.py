@@ -10,13 +10,13 @@ from capture_app.commands.overlay import OverlayRequest
 from capture_app.overlay.film import TimedPictures
 from capture_app.overlay.in_scan import by_scan
 from capture_app.overlay.watcher import Watcher
-from capture_app.simulator.scan_model import drawn_model
-from capture_app.simulator.scan_scene import ScanScene, film, intrinsics, orbit_poses, scan_scene
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from ingest.uncertainty import between
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMotion
+from tests.simulator.scan_model import drawn_model
+from tests.simulator.scan_scene import ScanScene, film, intrinsics, orbit_poses, scan_scene
 
 WIDTH = 480
 

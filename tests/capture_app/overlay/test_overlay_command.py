@@ -19,7 +19,6 @@ from capture_app.overlay.aligned import watched as seen_by
 from capture_app.overlay.placing import FilmPlacement
 from capture_app.overlay.watcher import on_tripod
 from capture_app.result import load_result
-from capture_app.simulator.witness import object_poses
 from ingest.calibration.board.lens import distorted
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from omomo_core.errors import InputError
@@ -32,7 +31,9 @@ from render.overlay import OverlayStyle
 from render.props import floor, rigid_object
 from render.retimed import retimed
 from render.scene import Scene
-from render.video import read_frames, write_video
+from render.video import write_video
+from tests.simulator.witness import object_poses
+from tests.video_frames import read_frames
 
 # Made in conftest.py.
 Watched = Any
@@ -171,7 +172,7 @@ def test_the_command_writes_a_video_of_the_overlap(
     assert read_frames(out, [3])[0].shape == (H, W, 3)
     # A film that began before the motion loses what is before it.
     run(result.folder, *words, "--offset", "-0.9", "-o", str(out))
-    with pytest.raises(InputError, match="no frame"):
+    with pytest.raises(IndexError):
         read_frames(out, [3])
 
 

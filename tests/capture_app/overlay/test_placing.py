@@ -19,7 +19,6 @@ from capture_app.overlay.placing import (
     by_board_in_room,
     by_board_on_object,
 )
-from capture_app.simulator.witness import board_on_box, corner_observations, record_witness
 from ingest.calibration.board.lens import distorted
 from ingest.calibration.board.poses import board_poses
 from ingest.calibration.board.spec import PRESETS
@@ -29,6 +28,7 @@ from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS
 from render.cameras import Camera
 from render.outline import pixels_of
+from tests.simulator.witness import board_on_box, corner_observations, record_witness
 
 # `watched` is what conftest.py makes: a motion, a person, a witness and its track of the board.
 Watched = Any

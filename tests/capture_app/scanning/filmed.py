@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from capture_app.scanning.scan import ObjectScan
-from capture_app.simulator.scan_camera import FilmErrors
-from capture_app.simulator.scan_film import ScanFilm, film_session
-from capture_app.simulator.scan_scene import scan_scene
+from tests.simulator.scan_camera import FilmErrors
+from tests.simulator.scan_film import ScanFilm, film_session
+from tests.simulator.scan_scene import scan_scene
 
 
 @dataclass(frozen=True)

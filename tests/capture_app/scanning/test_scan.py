@@ -13,7 +13,6 @@ from capture_app.scanning.scan import scan_object
 from ingest.calibration.scan.landmarks import read_landmarks
 from ingest.colmap import pycolmap
 from ingest.mesh import load_mesh
-from ingest.scan.region.region import GivenBox
 from omomo_core.errors import InputError
 from omomo_core.geometry.distance_field import distance_field
 
@@ -79,8 +78,8 @@ def test_progress_goes_on_within_the_long_stages(scanned):
 
 def test_what_was_made_is_not_made_again(scanned, tmp_path):
     T = scanned.scan.cleaned.T_world_object
-    part = GivenBox.around(T[:3, 3], np.array([0.2, 0.2, 0.5]))
-    update = {"box": (*part.low, *part.high), "vertices": 800, "replace": True}
+    low, high = T[:3, 3] - [0.1, 0.1, 0.0], T[:3, 3] + [0.1, 0.1, 0.5]
+    update = {"box": (*low, *high), "vertices": 800, "replace": True}
     request = scanned.scan.request.model_copy(update=update)
     told: list[str] = []
     again = scan_object(request, lambda stage, done: told.append(stage))

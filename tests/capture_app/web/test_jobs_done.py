@@ -15,11 +15,7 @@ from capture_app.jobs.fleet import Fleet
 from capture_app.simulator.carried_box import box_mesh, clamped_phone
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.recording import write_recording
-from capture_app.simulator.scan_log import scan_log, with_pictures
-from capture_app.simulator.scan_model import drawn_model
-from capture_app.simulator.scan_scene import orbit_poses, scan_scene
 from capture_app.simulator.wiggle import Wiggle, wiggle_motion
-from capture_app.simulator.witness import tripod
 from capture_app.web.site import Site
 from ingest.formats import scanner_3d
 from ingest.mount_file import load_mount
@@ -28,6 +24,10 @@ from omomo_core.motion import FPS
 from render.video import write_video
 from tests.capture_app.overlay.taken import LENS, Watched, phone_take, standing
 from tests.capture_app.web.talk import problem, upload
+from tests.simulator.scan_log import scan_log, with_pictures
+from tests.simulator.scan_model import drawn_model
+from tests.simulator.scan_scene import orbit_poses, scan_scene
+from tests.simulator.witness import tripod
 
 TAKE = "00000000000000aa"
 OVER = ("done", "failed", "cancelled")

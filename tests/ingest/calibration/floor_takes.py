@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from capture_app.simulator.gravity_error import unlevel
 from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.phone import simulate
 from ingest.mount import Mount
@@ -13,6 +12,7 @@ from ingest.session import CaptureSession
 from ingest.uncertainty import moved
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
+from tests.simulator.gravity_error import unlevel
 
 REST, PUSH, LIFT = 1.2, 1.5, 1.5
 """Seconds of each part of a take."""

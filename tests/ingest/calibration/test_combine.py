@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from ingest.calibration.combine import Result, combine
+from ingest.calibration.combine import NamedMount, combine
 from ingest.mount import Mount
 from ingest.uncertainty import between, bounds_95, moved
 from omomo_core.errors import InputError
@@ -26,10 +26,10 @@ def pose(rng: np.random.Generator) -> np.ndarray:
 
 def result(
     T: np.ndarray, covariance: np.ndarray, rng: np.random.Generator, name: str = "a", **more
-) -> Result:
+) -> NamedMount:
     """What a calibration of the mount T with these errors finds."""
     found = moved(T, rng.multivariate_normal(np.zeros(6), covariance))
-    return Result(name, Mount(found, name, covariance, **more))
+    return NamedMount(name, Mount(found, name, covariance, **more))
 
 
 def skewed(rng: np.random.Generator) -> np.ndarray:
@@ -82,8 +82,8 @@ def test_the_order_does_not_matter_and_one_that_knows_nothing_changes_nothing(se
     covariances = {name: skewed(rng) for name in "abc"}
     # Better than they say, so that they agree for certain.
     found = [result(truth, 0.1 * C, rng, name).mount for name, C in covariances.items()]
-    results = [Result(m.method, replace(m, covariance=covariances[m.method])) for m in found]
-    blind = Result("blind", Mount(truth, "blind", np.diag([1.0] * 3 + [1e6] * 3)))
+    results = [NamedMount(m.method, replace(m, covariance=covariances[m.method])) for m in found]
+    blind = NamedMount("blind", Mount(truth, "blind", np.diag([1.0] * 3 + [1e6] * 3)))
     found = combine(results)
     for other in (combine(results[::-1]), combine([*results, blind])):
         np.testing.assert_allclose(other.T_phone_object, found.T_phone_object, atol=1e-5)
@@ -147,7 +147,7 @@ def test_what_does_not_belong_is_refused_by_name(change: dict, code: str):
     together = combine([silent, first, other])
     assert (together.object_id, together.phone) == ("chair", "iPhone 15")
     with pytest.raises(InputError) as caught:
-        combine([silent, first, Result("other.json", replace(other.mount, **change))])
+        combine([silent, first, NamedMount("other.json", replace(other.mount, **change))])
     assert caught.value.code == code
     assert "other.json" in caught.value.where
     with pytest.raises(InputError, match="1 mount to combine"):
@@ -157,7 +157,7 @@ def test_what_does_not_belong_is_refused_by_name(change: dict, code: str):
 def test_a_mount_by_numbers_without_error_combines():
     rng = np.random.default_rng(5)
     truth = pose(rng)
-    exact = Result("drawing.json", Mount(truth, "drawing", np.zeros((6, 6))))
+    exact = NamedMount("drawing.json", Mount(truth, "drawing", np.zeros((6, 6))))
     found = combine([exact, result(truth, SURE, rng)])
     np.testing.assert_allclose(found.T_phone_object, truth, atol=1e-4)
     assert found.method == "drawing and a, combined"

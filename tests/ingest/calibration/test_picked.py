@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from ingest.calibration.phone.body import body_point, phone_body, phone_named
-from ingest.calibration.points.correspondences import Pair, load_pairs, save_pairs, typed_pair
+from ingest.calibration.points.correspondences import PointPair, load_pairs, save_pairs, typed_pair
 from ingest.calibration.points.picked import mount_from_pairs
 from ingest.uncertainty import between, bounds_95, moved
 from omomo_core.errors import InputError
@@ -32,11 +32,13 @@ def _object_phone(rng: np.random.Generator) -> np.ndarray:
     return T
 
 
-def _named(T_object_body: np.ndarray, rng: np.random.Generator, sigma: float = 0.0) -> list[Pair]:
+def _named(
+    T_object_body: np.ndarray, rng: np.random.Generator, sigma: float = 0.0
+) -> list[PointPair]:
     pairs = []
     for name in NAMES:
         at = (T_object_body @ [*body_point(PHONE, name), 1])[:3] + rng.normal(size=3) * sigma
-        pairs.append(Pair(name, (float(at[0]), float(at[1]), float(at[2]))))
+        pairs.append(PointPair(name, (float(at[0]), float(at[1]), float(at[2]))))
     return pairs
 
 
@@ -51,7 +53,9 @@ def test_names_and_numbers_give_the_mount(seed: int):
     assert by_name.mount.phone == "iPhone 15"
     seen = rng.uniform(-0.2, 0.2, (4, 3))
     there = seen @ T_object_phone[:3, :3].T + T_object_phone[:3, 3]
-    numbers = [Pair(tuple(p), tuple(q)) for p, q in zip(seen.tolist(), there.tolist(), strict=True)]
+    numbers = [
+        PointPair(tuple(p), tuple(q)) for p, q in zip(seen.tolist(), there.tolist(), strict=True)
+    ]
     by_number = mount_from_pairs(numbers)
     np.testing.assert_allclose(by_number.mount.T_phone_object, inverse(T_object_phone), atol=1e-9)
     mixed = mount_from_pairs(numbers[:2] + _named(T_object_phone @ T_phone_body, rng)[:2], PHONE)
@@ -89,7 +93,7 @@ def test_many_points_do_not_average_the_phones_sizes_away():
 
 def test_notes_say_what_is_doubtful():
     rng = np.random.default_rng(4)
-    pairs = [*_named(np.eye(4), rng), Pair("right middle front", (0.5, 0.5, 0.5))]
+    pairs = [*_named(np.eye(4), rng), PointPair("right middle front", (0.5, 0.5, 0.5))]
     picked = mount_from_pairs(pairs, PHONE)
     assert "'right middle front' was left out" in picked.mount.note
     flat = mount_from_pairs([p for p in pairs if "back" in p.name][:3], PHONE)
@@ -100,7 +104,7 @@ def test_the_scale_of_the_mesh_comes_along():
     rng = np.random.default_rng(5)
     T = _object_phone(rng)
     pairs = _named(T, rng)
-    small = [Pair(p.phone, (p.object[0] / 2, p.object[1] / 2, p.object[2] / 2)) for p in pairs]
+    small = [PointPair(p.phone, (p.object[0] / 2, p.object[1] / 2, p.object[2] / 2)) for p in pairs]
     mount = mount_from_pairs(small, PHONE, scaled=True).mount
     assert mount.object_scale == pytest.approx(2)
     with pytest.raises(InputError) as caught:
@@ -114,7 +118,7 @@ def test_what_is_missing_or_in_millimetres():
         mount_from_pairs(_named(np.eye(4), rng))
     assert caught.value.code == "phone-needed"
     assert "top left back corner" in caught.value.what
-    far = [Pair((10.0 * k, 1.0 * k * k, 0.0), (0.1 * k, 0.0, 0.0)) for k in range(4)]
+    far = [PointPair((10.0 * k, 1.0 * k * k, 0.0), (0.1 * k, 0.0, 0.0)) for k in range(4)]
     with pytest.raises(InputError) as caught:
         mount_from_pairs(far)
     assert caught.value.code == "points-units"
@@ -124,15 +128,18 @@ def test_what_is_missing_or_in_millimetres():
 
 
 def test_typed_pairs():
-    assert typed_pair("lens = 0.10 0.22 0.05") == Pair("lens", (0.10, 0.22, 0.05))
-    assert typed_pair("0.01,-0.02,0 = .1,.2,.3") == Pair((0.01, -0.02, 0.0), (0.1, 0.2, 0.3))
+    assert typed_pair("lens = 0.10 0.22 0.05") == PointPair("lens", (0.10, 0.22, 0.05))
+    assert typed_pair("0.01,-0.02,0 = .1,.2,.3") == PointPair((0.01, -0.02, 0.0), (0.1, 0.2, 0.3))
     for bad in ("lens", "lens = 1 2", "= 1 2 3", "lens = a b c", "lens = 1 2 3 4"):
         with pytest.raises(InputError) as caught:
             typed_pair(bad)
         assert caught.value.code == "pair-text"
 
 
-PAIRS = [Pair("lens", (0.1, 0.2, 0.3), 0.001), Pair((0.0, 0.1, 0.2), (1.0, 2.0, 3.0), 0.004)]
+PAIRS = [
+    PointPair("lens", (0.1, 0.2, 0.3), 0.001),
+    PointPair((0.0, 0.1, 0.2), (1.0, 2.0, 3.0), 0.004),
+]
 
 
 def test_files_of_pairs(tmp_path: Path):
@@ -142,7 +149,7 @@ def test_files_of_pairs(tmp_path: Path):
     path.write_text("\ufeffphone,x,y,z,sigma_mm\nlens,.1,.2,.3,1\n\n# a comment\n0 .1 .2,1,2,3,4\n")
     assert load_pairs(path) == PAIRS
     path.write_text("lens,.1,.2,.3\n")
-    assert load_pairs(path, 0.007) == [Pair("lens", (0.1, 0.2, 0.3), 0.007)]
+    assert load_pairs(path, 0.007) == [PointPair("lens", (0.1, 0.2, 0.3), 0.007)]
 
 
 @pytest.mark.parametrize(

@@ -10,11 +10,8 @@ import pycolmap
 import pytest
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.scan_log import scan_log, with_pictures
-from capture_app.simulator.scan_model import SimulatedModel, drawn_model, triangulated_model
-from capture_app.simulator.scan_scene import ScanScene, film, intrinsics, orbit_poses, scan_scene
 from ingest.calibration.scan.landmarks import Landmarks, read_landmarks
-from ingest.calibration.scan.localise import View, localise
+from ingest.calibration.scan.localise import PhonePicture, localise
 from ingest.calibration.scan.scan import scan_mount
 from ingest.calibration.scan.views import Views, views_in, views_of
 from ingest.calibration.still import clamped_stills
@@ -22,6 +19,9 @@ from ingest.mount import Mount
 from ingest.session import CaptureSession
 from ingest.uncertainty import between, bounds_95
 from omomo_core.errors import InputError
+from tests.simulator.scan_log import scan_log, with_pictures
+from tests.simulator.scan_model import SimulatedModel, drawn_model, triangulated_model
+from tests.simulator.scan_scene import ScanScene, film, intrinsics, orbit_poses, scan_scene
 
 WIDTH = 640
 AT = (15.8, 16.7, 22.2, 23.1)
@@ -67,7 +67,7 @@ def _views(scene: ScanScene, poses: dict[str, np.ndarray]) -> list[Views]:
     pictures = film(scene, poses.values(), WIDTH)
     greys = [np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)) for picture, _ in pictures]
     return [
-        Views(name, (View(name, grey, intrinsics(WIDTH)),))
+        Views(name, (PhonePicture(name, grey, intrinsics(WIDTH)),))
         for name, grey in zip(poses, greys, strict=True)
     ]
 

@@ -12,7 +12,7 @@ from ingest.calibration.board.poses import BoardPoses, board_poses
 from ingest.calibration.board.spec import Board
 from ingest.calibration.phone.body import phone_named
 from ingest.calibration.screen.screen import (
-    Views,
+    ScreenViews,
     board_size,
     learned_screen,
     mount_from_screen,
@@ -66,7 +66,7 @@ def _series(
     believed: Board | None = None,
     turned: int = 0,
     noise: float = 0.4,
-) -> list[Views]:
+) -> list[ScreenViews]:
     """What a camera measures, `count` pictures for each T_screen_object, when `shown` is shown."""
     believed = believed or screen_board(PHONE)
     shown = shown or believed
@@ -77,7 +77,7 @@ def _series(
     there = _measured(T_cs @ T_screen_fixed, FIXED, FIXED, noise, rng)
     told = moved(T_object_board, rng.multivariate_normal(np.zeros(6), PLACE, len(T_object_board)))
     return [
-        Views(
+        ScreenViews(
             here.T_camera_board[k : k + count],
             here.covariance[k : k + count],
             there.T_camera_board[k : k + count],
@@ -91,7 +91,7 @@ def _series(
 
 def _views(
     rng: np.random.Generator, count: int, T_screen_object: np.ndarray, **more: object
-) -> Views:
+) -> ScreenViews:
     return _series(rng, T_screen_object[None], count, **more)[0]  # pyright: ignore[reportArgumentType]
 
 
@@ -140,8 +140,8 @@ def test_many_pictures_average_their_noise_but_not_the_phones_sizes():
     assert bounds_95(mount.covariance).deg >= bounds_95(believed.covariance).deg * 0.99
 
 
-def _first(views: Views, count: int) -> Views:
-    return Views(
+def _first(views: ScreenViews, count: int) -> ScreenViews:
+    return ScreenViews(
         *(getattr(views, n)[:count] for n in list(views.__dataclass_fields__)[:4]),
         views.T_reference_object,
         views.of_object,

@@ -12,8 +12,6 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.noise import NO_NOISE
-from capture_app.simulator.scan_log import STILLS, scan_log
-from capture_app.simulator.scan_scene import ScanScene, scan_scene
 from ingest.calibration.board.camera import WitnessCamera
 from ingest.calibration.board.place import BoardPlace
 from ingest.calibration.board.spec import Board
@@ -31,6 +29,8 @@ from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMesh
 from tests.ingest.calibration.scanned import scanned, upright
+from tests.simulator.scan_log import STILLS, scan_log
+from tests.simulator.scan_scene import ScanScene, scan_scene
 
 T_OPENCV_PHONE = np.diag([1.0, -1.0, -1.0, 1.0])
 
@@ -249,7 +249,6 @@ def _track(log: CaptureSession, T_world_board: np.ndarray, seed: int, start: flo
         camera=WitnessCamera(487.0, 487.0, 319.5, 239.5),
         sigma=0.3,
         pictures=len(chosen),
-        unsure=0,
         T_world_camera=camera,
     )
 

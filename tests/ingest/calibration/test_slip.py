@@ -7,9 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.carried_box import carried_box, clamped_phone
-from capture_app.simulator.gravity_error import unlevel
 from capture_app.simulator.phone import simulate
-from capture_app.simulator.slipping import slipping
 from ingest.calibration.slip import refuse_slip, slip_between
 from ingest.mount import Mount
 from ingest.report.check import Check
@@ -19,6 +17,8 @@ from ingest.trajectory.object_motion import to_object_motion
 from ingest.uncertainty import moved
 from omomo_core.errors import InputError
 from tests.ingest.calibration.floor_takes import Stand, clamped, crate, recorded, standing_motion
+from tests.simulator.gravity_error import unlevel
+from tests.simulator.slipping import slipping
 
 SURE = np.diag([np.radians(0.4) ** 2] * 3 + [0.004**2] * 3)
 

@@ -10,8 +10,6 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.noise import NO_NOISE
-from capture_app.simulator.scan_log import ORBIT, STILLS, scan_log
-from capture_app.simulator.scan_scene import ScanScene, scan_scene
 from ingest.calibration.still import (
     Still,
     break_between,
@@ -25,6 +23,8 @@ from ingest.formats.detect import read_session
 from ingest.session import CaptureSession
 from ingest.uncertainty import between, bounds_95, moved
 from omomo_core.errors import InputError
+from tests.simulator.scan_log import ORBIT, STILLS, scan_log
+from tests.simulator.scan_scene import ScanScene, scan_scene
 
 
 @pytest.fixture(scope="module")

@@ -7,14 +7,14 @@ import numpy as np
 from jaxtyping import Float64
 
 from capture_app.simulator.noise import PhoneNoise
-from capture_app.simulator.scan_camera import FilmErrors
-from capture_app.simulator.scan_film import ScanFilm, film_session
-from capture_app.simulator.scan_scene import ScanScene, scan_scene
 from ingest.calibration.board.pattern import board_image
 from ingest.calibration.board.spec import Board
 from ingest.scan.types import Registered
 from omomo_core.geometry.procrustes import procrustes
 from render.scene import Drawable
+from tests.simulator.scan_camera import FilmErrors
+from tests.simulator.scan_film import ScanFilm, film_session
+from tests.simulator.scan_scene import ScanScene, scan_scene
 
 WIDTH, COUNT = 480, 30
 STEADY = FilmErrors(jolts=0.0, poses=PhoneNoise(jitter_m=0.002, jitter_deg=0.15, drift=0.0015))

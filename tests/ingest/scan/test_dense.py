@@ -9,21 +9,16 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.scan_camera import PERFECT
-from capture_app.simulator.scan_objects import carton
-from capture_app.simulator.scan_scene import ScanScene, scan_scene
-from capture_app.simulator.scan_views import true_views
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from ingest.formats.depth_png import load_millimetres
 from ingest.scan.clean.pieces import main_piece
 from ingest.scan.dense import stereo
 from ingest.scan.dense.cloud import cloud
 from ingest.scan.dense.dense import dense_surface
-from ingest.scan.dense.depth_map import agreed, pixel_rays, stereo_depth
+from ingest.scan.dense.depth_map import agreed, pixel_rays, smoothed, stereo_depth
 from ingest.scan.dense.depths import measure_depths
-from ingest.scan.dense.neighbours import depth_range, neighbours
 from ingest.scan.dense.picture import SmallPictures, at_pixels, matrix_for
-from ingest.scan.dense.smoothing import smoothed
+from ingest.scan.dense.stereo import depth_range, neighbours
 from ingest.scan.dense.surface import seen_at, solid_surface
 from ingest.scan.dense.volume import Box, Volume
 from ingest.scan.region.aim import Aim
@@ -32,6 +27,10 @@ from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from render.scene import Drawable
 from tests.ingest.scan.orbiting import ring
+from tests.simulator.scan_camera import PERFECT
+from tests.simulator.scan_objects import carton
+from tests.simulator.scan_scene import ScanScene, scan_scene
+from tests.simulator.scan_views import true_views
 
 WIDTH = 144
 

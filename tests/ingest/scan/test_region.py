@@ -109,7 +109,7 @@ def test_a_plain_floor_is_a_warning():
 
 def test_a_given_box_is_taken_and_stands_on_the_floor():
     points = _room((LOW, HIGH))
-    box = GivenBox.around(np.array([0.5, 0.4, 0.05]), np.array([0.4, 0.3, 0.6]))
+    box = GivenBox(np.array([0.3, 0.25, 0.05]), np.array([0.7, 0.55, 0.65]))
     region = find_region(registered(ring([0, 0, 0.2]), points), box)
     T = inverse(region.T_world_floor)
     assert region.low[2] == 0.0

@@ -9,7 +9,6 @@ import pycolmap
 import pytest
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.scan_film import ScanFilm
 from ingest.calibration.scan.landmarks import read_landmarks
 from ingest.formats.depth_png import load_millimetres
 from ingest.scan.cameras.agreement import as_read, readings
@@ -23,6 +22,7 @@ from ingest.scan.types import Frames, Registered, ScanSource
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from tests.ingest.scan.filmed import film_box, off, truth
+from tests.simulator.scan_film import ScanFilm
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,8 @@ import pytest
 from PIL import Image
 
 from ingest.formats.depth_png import save_millimetres
-from ingest.scan.sources.confidence import confidence_of, sure
-from ingest.scan.sources.photos import focal_of
-from ingest.scan.sources.read import read_source
+from ingest.scan.sources.read import focal_of, read_source
+from ingest.scan.sources.session import confidence_of, sure
 from omomo_core.errors import InputError
 
 

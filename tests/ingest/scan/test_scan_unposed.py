@@ -8,10 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from capture_app.simulator.scan_film import ScanFilm, around, film_photos
-from capture_app.simulator.scan_scene import scan_scene
 from ingest.calibration.board.spec import PRESETS
-from ingest.scan.cameras.measured import by_length, crossing, project
+from ingest.scan.cameras.measured import by_length, crossing
 from ingest.scan.cameras.options import CameraOptions, Length, Sight
 from ingest.scan.cameras.register import register
 from ingest.scan.frames import pick_frames
@@ -21,6 +19,8 @@ from ingest.uncertainty import rotation
 from omomo_core.errors import InputError
 from render.cameras import look_at
 from tests.ingest.scan.filmed import STEADY, off, with_board
+from tests.simulator.scan_film import ScanFilm, around, film_photos
+from tests.simulator.scan_scene import scan_scene
 
 BOARD = PRESETS["A3"]
 
@@ -31,8 +31,13 @@ def _view(name: str, eye: list[float]) -> View:
     return View(name, Path(name), (640, 480), K, T)
 
 
+def _pixel(view: View, point: np.ndarray) -> np.ndarray:
+    seen = view.T_world_camera[:3, :3].T @ (point - view.T_world_camera[:3, 3])
+    return seen[:2] / seen[2] * view.intrinsics[:2] + view.intrinsics[2:]
+
+
 def _sights(views: list[View], point: list[float]) -> tuple[Sight, ...]:
-    pixels = [project(view, np.array([point]))[0][0] for view in views]
+    pixels = [_pixel(view, np.array(point)) for view in views]
     return tuple(Sight(v.name, *p.tolist()) for v, p in zip(views, pixels, strict=True))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ingest.scan.sources.read import read_source
-from ingest.scan.sources.video import Film
+from ingest.scan.sources.video import VideoFrames
 from omomo_core.errors import InputError
 
 
@@ -82,7 +82,7 @@ def test_a_video_that_is_none(tmp_path: Path):
 def test_a_film_without_its_first_frame_keeps_the_numbers_of_the_log(tmp_path: Path):
     path = tmp_path / "film.mp4"
     pictures = _film(path, 10)
-    film = Film(path, tuple(str(k) for k in range(11)), 0, 1)
+    film = VideoFrames(path, tuple(str(k) for k in range(11)), 0, 1)
     found = dict(film.colours([0, 1, 10]))
     assert list(found) == [1, 10]
     assert abs(int(found[10][40, 40, 0]) - int(pictures[9][40, 40, 0])) < 8

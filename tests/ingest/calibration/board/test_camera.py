@@ -6,12 +6,12 @@ import cv2
 import numpy as np
 import pytest
 
-from capture_app.simulator.witness import corner_observations
-from ingest.calibration.board.camera import WitnessCamera, load_camera, save_camera
+from ingest.calibration.board.camera import WitnessCamera, load_camera
 from ingest.calibration.board.self_calibration import calibrate_camera
 from ingest.calibration.board.spec import PRESETS
 from omomo_core.errors import InputError
 from tests.ingest.calibration.board.filmed import poses
+from tests.simulator.witness import corner_observations, save_camera
 
 BOARD = PRESETS["A4"]
 CAMERA = WitnessCamera(1400.0, 1410.0, 955.0, 548.0, (0.1, -0.2, 0.001, -0.001, 0.02), (1920, 1080))

@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from capture_app.simulator.witness import corner_observations
 from ingest.calibration.board.camera import WitnessCamera
 from ingest.calibration.board.lens import distorted, undistorted
 from ingest.calibration.board.poses import board_poses
 from ingest.calibration.board.spec import PRESETS
 from ingest.uncertainty import between
 from tests.ingest.calibration.board.filmed import poses
+from tests.simulator.witness import corner_observations
 
 BOARD = PRESETS["A4"]
 PLAIN = WitnessCamera(1500.0, 1490.0, 955.0, 548.0, size=(1920, 1080))

@@ -14,13 +14,13 @@ from scipy.spatial.transform import Rotation
 from capture_app.simulator.noise import disturb
 from capture_app.simulator.path import arkit_from_world
 from capture_app.simulator.phone import BOOT_SECONDS
-from capture_app.simulator.scan_camera import FilmErrors, lidar, photographed
-from capture_app.simulator.scan_scene import ScanScene, film, intrinsics, orbit_poses
 from ingest.axes import T_ZUP_ARKIT
 from ingest.formats import scanner_3d
 from ingest.formats.depth_png import load_millimetres, save_millimetres
 from ingest.formats.registry import Format
 from ingest.session import CaptureSession, DepthLog
+from tests.simulator.scan_camera import FilmErrors, lidar, photographed
+from tests.simulator.scan_scene import ScanScene, film, intrinsics, orbit_poses
 
 RATE = 3.0
 """Pictures a second."""

@@ -1,4 +1,4 @@
-"""Boxes and tubes whose every side shows its own part of a texture."""
+"""Textured boxes and tubes; every side shows its own part of the texture."""
 
 from collections.abc import Sequence
 from itertools import pairwise

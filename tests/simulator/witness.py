@@ -1,5 +1,6 @@
 """A witness: a second camera on a tripod that films the object with a board on it."""
 
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline
 
 from capture_app.simulator.carried_box import WIDTH
-from ingest.calibration.board.camera import WitnessCamera, save_camera
+from ingest.calibration.board.camera import WitnessCamera
 from ingest.calibration.board.lens import distorted
 from ingest.calibration.board.pattern import board_image
 from ingest.calibration.board.spec import Board
@@ -22,7 +23,7 @@ from render.cameras import look_at
 from render.normals import split_creases
 from render.scene import Drawable
 from render.video import write_video
-from render.witness_view import frames
+from tests.simulator.witness_view import frames
 
 _AWAY = 0.002
 """The board's paper before the object's face, metres."""
@@ -214,3 +215,13 @@ def _paper(board: Board) -> Drawable:
         texture=np.repeat(picture[..., None], 3, axis=2),
         casts_shadow=False,
     )
+
+
+def save_camera(camera: WitnessCamera, path: Path) -> None:
+    """Write the JSON that `load_camera` reads."""
+    table: dict[str, object] = {name: getattr(camera, name) for name in ("fx", "fy", "cx", "cy")}
+    if camera.distortion:
+        table["distortion"] = list(camera.distortion)
+    if camera.size:
+        table["width"], table["height"] = camera.size
+    path.write_text(json.dumps(table, indent=2) + "\n", encoding="utf-8")

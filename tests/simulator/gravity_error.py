@@ -1,4 +1,4 @@
-"""A phone whose world is not quite level: what ARKit's gravity is off by."""
+"""Sessions whose world is not quite level, as ARKit's error of gravity leaves it."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""A thing in a room, filmed all around by a phone that is then clamped to it: all poses known."""
+"""A room with an object to scan, the known poses of the phone that films it, and its mount."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -8,8 +8,6 @@ import numpy as np
 from jaxtyping import Float64, UInt8
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.scan_objects import OBJECTS
-from capture_app.simulator.scan_shapes import joined
 from ingest.mount import Mount
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMesh
@@ -18,6 +16,8 @@ from render.cameras import Camera, orbit
 from render.renderer import Picture
 from render.room import ROOM_LIGHT, busy_texture, room
 from render.scene import Drawable, Scene
+from tests.simulator.scan_objects import OBJECTS
+from tests.simulator.scan_shapes import joined
 
 ROOM = np.array([[-2.6, -2.3, 0.0], [2.4, 2.5, 2.7]])
 """Its lowest and highest corner, metres."""

@@ -9,11 +9,11 @@ import numpy as np
 from jaxtyping import Float32, Float64, UInt8
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.scan_scene import ScanScene, film, intrinsics
 from ingest.calibration.scan.features import find_features
 from ingest.colmap import pycolmap
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from omomo_core.geometry.transforms import inverse
+from tests.simulator.scan_scene import ScanScene, film, intrinsics
 
 _CELL = 0.008
 """Points nearer to each other than this are one, metres."""

@@ -13,9 +13,9 @@ from scipy.spatial.transform import Rotation, RotationSpline, Slerp
 from capture_app.simulator.noise import PhoneNoise, disturb
 from capture_app.simulator.path import arkit_from_world
 from capture_app.simulator.phone import BOOT_SECONDS
-from capture_app.simulator.scan_scene import ScanScene, film, intrinsics, orbit_poses
 from ingest.formats import scanner_3d
 from ingest.session import CaptureSession
+from tests.simulator.scan_scene import ScanScene, film, intrinsics, orbit_poses
 
 RATE = 30.0
 WIDTH = 640

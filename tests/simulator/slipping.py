@@ -1,4 +1,4 @@
-"""A clamp that gives way during a take."""
+"""Sessions in which the phone's clamp slips on the object."""
 
 from dataclasses import replace
 

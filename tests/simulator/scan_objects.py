@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.scan_shapes import box, rod, turned
 from render.scene import Drawable
+from tests.simulator.scan_shapes import box, rod, turned
 
 _CHAIR = {
     "seat": [[-0.22, -0.22, 0.41], [0.22, 0.22, 0.46]],

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float32, UInt8
 
 from capture_app.simulator.noise import PhoneNoise
-from ingest.formats.depth_raw import SIZE as LIDAR_SIZE
+from ingest.formats.scan_capture import SIZE as LIDAR_SIZE
 
 _FARTHEST = 5.0
 """Metres that a phone's LiDAR reaches."""
