@@ -1,13 +1,37 @@
 """ExportRequest: what can be said about a result that is to become a file of another program."""
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from capture_app.commands.request import Request
-from capture_app.exports.bone_names import Bones
-from capture_app.exports.formats import ExportFormat, Units, UpAxis
+
+UpAxis = Literal["y", "z"]
+Units = Literal["m", "cm"]
+
+
+class ExportFormat(StrEnum):
+    """What to write; dae is there to be refused with a reason."""
+
+    glb = "glb"
+    bvh = "bvh"
+    usd = "usd"
+    fbx = "fbx"
+    amass = "amass"
+    csv = "csv"
+    dae = "dae"
+
+
+class Bones(StrEnum):
+    """Program whose names the bones get."""
+
+    smplx = "smplx"
+    mixamo = "mixamo"
+    unreal = "unreal"
+    unity = "unity"
+    vrm = "vrm"
 
 
 def _number(value: object) -> object:

@@ -102,9 +102,8 @@ class ScanOptions(BaseModel):
         Raises:
             InputError: "scan-length", or those of `parse_board`.
         """
-        from capture_app.scanning.words import picked_length
         from ingest.calibration.board.spec import parse_board
-        from ingest.scan.cameras.options import CameraOptions
+        from ingest.scan.cameras.options import CameraOptions, picked_length
 
         return CameraOptions(
             poses=self.poses,

@@ -1,21 +1,11 @@
 """What other programs call our joints."""
 
 from dataclasses import dataclass
-from enum import StrEnum
 
+from capture_app.commands.export import Bones
 from omomo_core.skeleton import ALL_JOINTS
 
 _FINGERS = ("thumb", "index", "middle", "ring", "pinky")
-
-
-class Bones(StrEnum):
-    """Whose names."""
-
-    smplx = "smplx"
-    mixamo = "mixamo"
-    unreal = "unreal"
-    unity = "unity"
-    vrm = "vrm"
 
 
 @dataclass(frozen=True)

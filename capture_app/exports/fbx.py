@@ -5,7 +5,7 @@ import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from capture_app.exports.formats import Units, UpAxis
+from capture_app.commands.export import Units, UpAxis
 from capture_app.exports.glb import write_glb_take
 from capture_app.exports.take import Take
 from omomo_core.errors import InputError

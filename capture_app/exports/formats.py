@@ -1,27 +1,10 @@
 """The formats: their endings, and which axes and units each may have."""
 
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
-from typing import Literal
 
-from capture_app.exports.bone_names import Bones
+from capture_app.commands.export import Bones, ExportFormat, Units, UpAxis
 from omomo_core.errors import InputError
-
-UpAxis = Literal["y", "z"]
-Units = Literal["m", "cm"]
-
-
-class ExportFormat(StrEnum):
-    """What to write; dae is there to be refused with a reason."""
-
-    glb = "glb"
-    bvh = "bvh"
-    usd = "usd"
-    fbx = "fbx"
-    amass = "amass"
-    csv = "csv"
-    dae = "dae"
 
 
 @dataclass(frozen=True)

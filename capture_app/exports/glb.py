@@ -28,8 +28,9 @@ from pygltflib import (
 )
 from scipy.spatial.transform import Rotation
 
+from capture_app.commands.export import Bones
 from capture_app.exports import take as taken
-from capture_app.exports.bone_names import BONE_NAMES, Bones
+from capture_app.exports.bone_names import BONE_NAMES
 from capture_app.exports.glb_buffer import GlbBuffer
 from capture_app.exports.own_bones import take_on_own_bones
 from capture_app.exports.resample import Sampled

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from capture_app.commands.export import ExportRequest
+from capture_app.commands.export import ExportFormat, ExportRequest
 from capture_app.exports.export import Exported, export
-from capture_app.exports.formats import ExportFormat, format_of_ending, target_of
+from capture_app.exports.formats import format_of_ending, target_of
 from capture_app.result import Result, body_of, load_result, sample_index
 
 

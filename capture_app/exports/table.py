@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from capture_app.exports.formats import Units
+from capture_app.commands.export import Units
 from capture_app.exports.take import Take
 from capture_app.quaternions import xyzw_from_matrix
 

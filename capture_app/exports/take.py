@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from capture_app.exports.formats import Units, UpAxis
+from capture_app.commands.export import Units, UpAxis
 from omomo_core.motion import ObjectMesh
 
 Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])

@@ -8,7 +8,8 @@ from jaxtyping import Float
 from pygltflib import GLTF2, Node
 from scipy.spatial.transform import Rotation
 
-from capture_app.exports.bone_names import BONE_NAMES, Bones
+from capture_app.commands.export import Bones
+from capture_app.exports.bone_names import BONE_NAMES
 from capture_app.exports.own_bones import standing_shift
 from capture_app.exports.take import Y_UP, Skeleton
 from capture_app.exports.target import RawBones, Target, recognised, standing

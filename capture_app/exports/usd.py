@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from capture_app.exports.formats import Units, UpAxis
+from capture_app.commands.export import Units, UpAxis
 from capture_app.exports.glb import BLUE, ORANGE
 from capture_app.exports.shading import creased
 from capture_app.exports.take import Skeleton, Take, pose_locals, rest_locals

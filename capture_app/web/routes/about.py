@@ -9,7 +9,7 @@ from fastapi import APIRouter, Request
 from fastapi.responses import Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from capture_app.exports.bone_names import Bones
+from capture_app.commands.export import Bones
 from capture_app.exports.formats import FORMATS
 from capture_app.web.limits import Limits
 from capture_app.web.problems import Refused

@@ -4,13 +4,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Discriminator, Field, Tag
 
-from capture_app.commands.export import ExportRequest
+from capture_app.commands.export import ExportFormat, ExportRequest
 from capture_app.commands.inputs import like
 from capture_app.commands.overlay import OverlayRequest
 from capture_app.commands.render import RenderOptions
 from capture_app.commands.run import TakeOptions
 from capture_app.commands.scan import ScanRequest
-from capture_app.exports.formats import ExportFormat
 from capture_app.library_item import Name
 from capture_app.web.by_id import by_id
 from capture_app.web.library.ids import Id

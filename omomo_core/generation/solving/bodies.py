@@ -5,7 +5,7 @@ to where arms and legs reach. Then trajectory optimisation corrects the whole cl
 ranges, the object's surface and loss of balance. At last arms and legs are solved exactly.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -109,6 +109,18 @@ def solve_bodies(
     if prefix is not None:
         pose.root[:, : prefix.frames] = prefix.root
         pose.rotations[:, : prefix.frames] = prefix.rotations
+    return _solved(body, pose, feet, targets)
+
+
+@dataclass(frozen=True)
+class _Pose:
+    root: Float[Tensor, "samples frames 3"]
+    rotations: Float[Tensor, "samples frames 22 3 3"]
+
+
+def _solved(
+    body: BodyModel, pose: _Pose, feet: Sequence[FootPlan], targets: InteractionTargets
+) -> SolvedBodies:
     palms = forward_kinematics(body, pose.root, pose.rotations)[..., 22:, :]
     miss = (palms - targets.palms).norm(dim=-1)
     return SolvedBodies(
@@ -117,12 +129,6 @@ def solve_bodies(
         np.stack([f.standing for f in feet]),
         torch.where(targets.hold > 0.99, miss, 0.0),
     )
-
-
-@dataclass(frozen=True)
-class _Pose:
-    root: Float[Tensor, "samples frames 3"]
-    rotations: Float[Tensor, "samples frames 22 3 3"]
 
 
 def _fade_after(first: int, frames: int) -> Float[Tensor, " frames"]:

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom, UsdSkel
 
-from capture_app.commands.export import ExportOptions
+from capture_app.commands.export import Bones, ExportFormat, ExportOptions
 from capture_app.exports import export as exporting
-from capture_app.exports.bone_names import BONE_NAMES, Bones
+from capture_app.exports.bone_names import BONE_NAMES
 from capture_app.exports.export import export, object_file
-from capture_app.exports.formats import FORMATS, ExportFormat, format_of_ending, frame_of, target_of
+from capture_app.exports.formats import FORMATS, format_of_ending, frame_of, target_of
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.skeleton import ALL_JOINTS

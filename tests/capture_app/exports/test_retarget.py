@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from capture_app.commands.export import ExportOptions
-from capture_app.exports.bone_names import BONE_NAMES, Bones
+from capture_app.commands.export import Bones, ExportFormat, ExportOptions
+from capture_app.exports.bone_names import BONE_NAMES
 from capture_app.exports.bvh import write_bvh
 from capture_app.exports.export import export
-from capture_app.exports.formats import ExportFormat
 from capture_app.exports.glb import write_glb_take
 from capture_app.exports.own_bones import take_on_own_bones
 from capture_app.exports.refit import take_on_target
