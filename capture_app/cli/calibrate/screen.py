@@ -38,7 +38,7 @@ Learn = Annotated[
 ]
 
 
-@derived(ScreenWay)
+@derived(ScreenWay, leave_out=("format",))
 def screen(
     file: File,
     pictures: Pictures = None,
