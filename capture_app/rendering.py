@@ -9,9 +9,8 @@ from capture_app.progress import Progress, silent
 from capture_app.result import body_of, load_result, sample_index
 from omomo_core.errors import InputError
 from omomo_core.whole_file import check_target
-from render.contact_points import held_places
 from render.stills import contact_sheet
-from render.third_person import frames
+from render.third_person import frames, held_places
 from render.views import shot
 
 

@@ -1,4 +1,4 @@
-"""The picture everybody asks for: the person, the object and the floor from a following camera."""
+"""The person, the object with its contact patches, and the floor from a following camera."""
 
 from collections.abc import Callable, Generator, Sequence
 
@@ -9,7 +9,9 @@ from jaxtyping import Float, UInt8
 from omomo_core.body.kinematics import full_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.body.skinning import skin
+from omomo_core.contact.segment import ContactSegment
 from omomo_core.errors import InputError
+from omomo_core.geometry.surface import Surface, sample_surface
 from omomo_core.motion import FPS, HumanMotion, ObjectMotion
 from omomo_core.skeleton import joint
 from render.actors import Actor, play
@@ -17,12 +19,15 @@ from render.backends import Backend, open_renderer
 from render.cameras import Camera
 from render.captions import caption
 from render.follow import FollowStyle, follow
-from render.props import BODY_COLOR, contact_marker, floor, rigid_object, trail
+from render.props import BODY_COLOR, CONTACT_COLOR, ball, contact_marker, floor, rigid_object, trail
 from render.scene import Color, Drawable, Light, Scene
 
 _CHUNK = 32
 _CROWN = 0.22
 """Metres from the head joint to the top of the hair."""
+
+_PATCH_RADIUS, _PATCH_THICKNESS = 0.042, 0.004
+"""Of a contact patch, metres."""
 
 
 def frames(
@@ -174,3 +179,44 @@ def _key_light(camera: Camera) -> Light:
     """The sun over the shoulder of the first camera, to its left: shapes read, shadows show."""
     toward_camera = camera.T_world_camera[:3, 2]
     return Light(azimuth=float(np.arctan2(toward_camera[1], toward_camera[0])) - 0.9)
+
+
+def held_places(segments: Sequence[ContactSegment], moved: ObjectMotion) -> list[Actor]:
+    """One patch per hand that holds anything, on the surface where it is nearest to the palm.
+
+    Args:
+        segments: who holds where and when.
+        moved: the object, with faces.
+    """
+    hands = sorted({segment.hand for segment in segments})
+    if not hands:
+        return []
+    surface = sample_surface(moved.mesh)
+    return [_patches([s for s in segments if s.hand == hand], moved, surface) for hand in hands]
+
+
+def _patches(segments: Sequence[ContactSegment], moved: ObjectMotion, surface: Surface) -> Actor:
+    """The patches of one hand: one that goes from place to place, and hides between them."""
+    vertices, faces = ball(_PATCH_RADIUS)
+    flat = vertices * [1.0, 1.0, _PATCH_THICKNESS / _PATCH_RADIUS]
+    T_world_patch = moved.T_world_object.copy()
+    visible = np.zeros(len(T_world_patch), bool)
+    for segment in segments:
+        held = slice(max(segment.start, 0), segment.stop)
+        T_world_patch[held] = moved.T_world_object[held] @ _on_surface(segment.anchor, surface)
+        visible[held] = True
+    name = f"{('left', 'right')[segments[0].hand]} hold"
+    drawable = Drawable(name, flat, faces, CONTACT_COLOR, casts_shadow=False)
+    return Actor(drawable, T_world=T_world_patch, visible=visible)
+
+
+def _on_surface(anchor: Float[np.ndarray, "3"], surface: Surface) -> Float[np.ndarray, "4 4"]:
+    """Pose in the object's frame at the nearest point of the surface, z along its normal."""
+    nearest = int(surface.tree.query(anchor)[1])
+    z = surface.normals[nearest]
+    x = np.cross(z, np.eye(3)[np.abs(z).argmin()])
+    x /= np.linalg.norm(x)
+    T = np.eye(4)
+    T[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
+    T[:3, 3] = surface.points[nearest]
+    return T

@@ -15,12 +15,12 @@ from ingest.calibration.board.lens import distorted
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
+from render.actors import retimed
 from render.backends import Backend
 from render.cameras import Camera, quarter_turns
 from render.lens import Distort
 from render.overlay import OverlayStyle, overlay
 from render.props import rigid_object
-from render.retimed import retimed
 from render.third_person import skinned_body
 from render.views import share_shown
 

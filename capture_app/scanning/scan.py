@@ -15,9 +15,8 @@ from ingest.scan.clean.save import save_mesh
 from ingest.scan.dense.cloud import cloud
 from ingest.scan.dense.dense import DenseSurface, dense_surface
 from ingest.scan.dense.depths import measure_depths
-from ingest.scan.found import Found, to_height
+from ingest.scan.found import Found, to_height, write_object_model
 from ingest.scan.frames import pick_frames
-from ingest.scan.object_model import write_object_model
 from ingest.scan.quality.report import ScanReport, inspect_ready, inspect_scan
 from ingest.scan.ready import ready_mesh
 from ingest.scan.region.region import aim_at, find_region

@@ -1,4 +1,4 @@
-"""The phone's log becomes the object's motion over our floor."""
+"""The phone's log becomes the object's motion over our floor, with notes on its tracking."""
 
 from dataclasses import dataclass
 
@@ -13,15 +13,18 @@ from ingest.trajectory.closure import Closure, find_closure, spread
 from ingest.trajectory.depth_points import depth_points
 from ingest.trajectory.floor import Floor, find_floor
 from ingest.trajectory.gravity import Up, find_up, upright
-from ingest.trajectory.notes import break_notes, closure_note, stitch_notes
 from ingest.trajectory.reading import AS_LOGGED, Reading
 from ingest.trajectory.resample import resample
 from ingest.trajectory.segments import choose, segments, within
 from ingest.trajectory.smooth import smooth
 from ingest.trajectory.stitch import Stitch, stitch_jumps
 from omomo_core.errors import InputError
+from omomo_core.geometry.runs import runs
 from omomo_core.geometry.transforms import apply
 from omomo_core.motion import ObjectMesh, ObjectMotion
+
+_MOST_LISTED = 5
+"""Faults of one kind that get a sentence each."""
 
 
 @dataclass(frozen=True)
@@ -126,9 +129,9 @@ def _track(session: CaptureSession, mount: Mount, stitch: bool) -> _Tracked:
 
 def _notes(tracked: _Tracked, up: Up, taken_out: Closure | None, floor: Floor) -> tuple[str, ...]:
     times = tracked.session.times
-    notes = [*tracked.session.notes, *break_notes(times, tracked.breaks)]
-    notes += [*stitch_notes(times, tracked.stitches), up.note]
-    notes.append(closure_note(taken_out) if taken_out else "")
+    notes = [*tracked.session.notes, *_break_notes(times, tracked.breaks)]
+    notes += [*_stitch_notes(times, tracked.stitches), up.note]
+    notes.append(_closure_note(taken_out) if taken_out else "")
     notes.append("" if floor.certain else floor.message)
     return tuple(note for note in notes if note)
 
@@ -142,4 +145,49 @@ def _hopeless(session: CaptureSession, breaks: Breaks) -> InputError:
         f"No second of the take is tracked without a fault ({faults}).",
         where=str(session.source),
         fix="Record again in a lit, textured room, at 30 or 60 poses a second, below 3 m/s.",
+    )
+
+
+def _break_notes(times: Float64[np.ndarray, " frames"], breaks: Breaks) -> list[str]:
+    """One sentence per fault, with its time in the take."""
+    seconds = times - times[0]
+    notes: list[str] = []
+    for name, mask in breaks.named():
+        found = runs(mask)
+        for first, last in found[:_MOST_LISTED]:
+            when = f"{seconds[first]:.2f} to {seconds[last]:.2f} s"
+            notes.append(f"{name.capitalize()} at {when}: the take is split there.")
+        if len(found) > _MOST_LISTED:
+            notes.append(f"{name.capitalize()}: {len(found) - _MOST_LISTED} more.")
+    notes += _bridged(seconds, breaks)
+    if breaks.jumps.any():
+        notes.append("After a jump the object's height and place may be off by the jump.")
+    return notes
+
+
+def _bridged(seconds: Float64[np.ndarray, " frames"], breaks: Breaks) -> list[str]:
+    steps = np.flatnonzero(breaks.holes)
+    if len(steps) == 0:
+        return []
+    longest = int(steps[np.argmax(np.diff(seconds)[steps])])
+    return [
+        f"{len(steps)} hole(s) of up to {np.diff(seconds)[longest]:.2f} s in the log are bridged, for the "
+        f"motion is smooth there (the longest at {seconds[longest]:.2f} s)."
+    ]
+
+
+def _stitch_notes(times: Float64[np.ndarray, " frames"], stitches: list[Stitch]) -> list[str]:
+    """One sentence per jump that was taken out."""
+    return [
+        f"Tracking jump of {stitch.metres:.2f} m and {np.degrees(stitch.radians):.1f} deg at "
+        f"{times[stitch.step] - times[0]:.2f} s: the take after it is moved so that it goes on."
+        for stitch in stitches
+    ]
+
+
+def _closure_note(closure: Closure) -> str:
+    """Return a sentence that says which drift was taken out."""
+    return (
+        f"A drift of {100 * closure.translation:.1f} cm and {closure.rotation:.1f} deg over "
+        f"{closure.path:.1f} m is spread over the take, so that it ends where it began."
     )

@@ -6,7 +6,6 @@ import trimesh
 
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from render.captions import caption, time_code
-from render.mipmaps import MipMaps
 from render.normals import VertexNormals
 from render.props import (
     CONTACT_COLOR,
@@ -18,6 +17,7 @@ from render.props import (
     rigid_object,
     trail,
 )
+from render.raycast_backend import MipMaps
 from render.scene import Scene
 
 CUBE = np.array(trimesh.creation.box((2.0, 2.0, 2.0)).vertices)

@@ -12,14 +12,12 @@ from omomo_core.contact.segment import ContactSegment
 from omomo_core.errors import InputError
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 from render import third_person
-from render.actors import Actor
+from render.actors import Actor, poses_at, retimed
 from render.cameras import look_at, pinhole, quarter_turns
-from render.contact_points import held_places
 from render.overlay import composite, wiped
 from render.props import rigid_object
-from render.retimed import poses_at, retimed
 from render.scene import Drawable
-from render.third_person import facing, object_corners, subject
+from render.third_person import facing, held_places, object_corners, subject
 from render.views import Eye, View, share_shown, shot
 
 FRAMES, W, H = 240, 320, 180

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+import cv2
 import igl
 import numpy as np
 from jaxtyping import Bool, Float64, Int64, UInt8
@@ -9,7 +10,6 @@ from scipy.spatial import KDTree
 
 from ingest.report.check import Check, graded
 from ingest.scan.choices import VERTICES
-from ingest.scan.clean.frame import object_frame
 from ingest.scan.clean.pieces import main_piece
 from ingest.scan.types import Region, ScanMesh
 from omomo_core.errors import InputError
@@ -28,6 +28,10 @@ _BASE = 0.012
 """Metres over the floor: a surface that lies lower is what the object stands on."""
 _WIDEST = 0.25
 """Part of the mesh's largest side that the rim of a hole may be long; larger ones are openings."""
+
+_FOOT = 0.05
+"""Part of the height, at least so many metres as follow, that is the foot of an object."""
+_LEAST_FOOT = 0.02
 
 
 @dataclass(frozen=True)
@@ -77,7 +81,7 @@ def clean(
     used, triangles = _compact(small, triangles)
     small = _above_floor(small[used], region)
     colours, seen = _handed_on(vertices, small, colours, seen)
-    T = object_frame(small, region.T_world_floor)
+    T = _object_frame(small, region.T_world_floor)
     own = (small - T[:3, 3]) @ T[:3, :3]
     watertight = _closed(triangles)
     notes = (_cut(small, region), _shown(own, triangles, seen), _tight(watertight, rims))
@@ -251,3 +255,27 @@ def _filled(
 def _rims(faces: Int64[np.ndarray, "faces 3"]) -> list[Int64[np.ndarray, " corners"]]:
     """Vertices along each open rim, as the faces beside it go round."""
     return [np.asarray(loop, np.int64) for loop in igl.boundary_loop_all(faces)]
+
+
+def _object_frame(
+    vertices: Float64[np.ndarray, "verts 3"], T_world_floor: Float64[np.ndarray, "4 4"]
+) -> Float64[np.ndarray, "4 4"]:
+    """T_world_object of an object that stands on a floor.
+
+    x runs along the side of the smallest rectangle around the footprint that is nearest to the
+    floor's x axis; that rectangle's middle is the origin, the object's lowest vertex at z = 0.
+
+    Args:
+        vertices: world, metres.
+        T_world_floor: z is the floor's normal.
+    """
+    standing = (vertices - T_world_floor[:3, 3]) @ T_world_floor[:3, :3]
+    base = float(standing[:, 2].min())
+    height = float(np.ptp(standing[:, 2]))
+    foot = standing[standing[:, 2] < base + max(_FOOT * height, _LEAST_FOOT), :2]
+    middle, _, turn = cv2.minAreaRect(foot.astype(np.float32))
+    angle = np.radians((turn + 45) % 90 - 45)
+    T_floor_object = np.eye(4)
+    T_floor_object[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    T_floor_object[:3, 3] = [*middle, base]
+    return T_world_floor @ T_floor_object

@@ -14,12 +14,12 @@ from ingest.axes import T_ZUP_ARKIT
 from ingest.mesh import FORMATS, MAX_BYTES, MAX_EXTENT, MAX_FACES, MIN_EXTENT, decoding, too_large
 from ingest.report.check import Check
 from ingest.scan.choices import Unit
-from ingest.scan.sources.usd_mesh import SUFFIXES as USD
-from ingest.scan.sources.usd_mesh import usd_parts
 from ingest.scan.types import ScanMesh
+from ingest.usd import open_stage, pxr, reading_usd, triangles_of
 from omomo_core.errors import InputError
 
-SUFFIXES = (*FORMATS, *USD)
+_USD_SUFFIXES = (".usdz", ".usd", ".usdc", ".usda")
+SUFFIXES = (*FORMATS, *_USD_SUFFIXES)
 _Y_UP = (".glb", ".gltf")
 _APART = 0.02
 """Gap between the boxes of two parts, in sizes of the whole, that makes them two objects."""
@@ -54,7 +54,9 @@ def read_scan_mesh(
             "mesh-not-finite", "mesh-objects", "mesh-object-unknown", "mesh-units", "usd-...".
     """
     _check_file(path)
-    parts, stated = usd_parts(path) if path.suffix.lower() in USD else (_parts(path), None)
+    parts, stated = (
+        _usd_parts(path) if path.suffix.lower() in _USD_SUFFIXES else (_parts(path), None)
+    )
     parts = {key: part for key, part in parts.items() if len(part.faces)}
     _check_parts(parts, path)
     chosen = _chosen(parts, name, path)
@@ -224,3 +226,42 @@ def _guess_unit(extents: Float64[np.ndarray, "3"], where: str) -> tuple[float, t
     message += f" ({told})." if told else "."
     fix = "Measure the object; if that is wrong, say its unit (--units) or its height (--height)."
     return METRES[best], (Check("units", "warn", message, None, fix),)
+
+
+def _usd_parts(path: Path) -> tuple[dict[str, trimesh.Trimesh], float]:
+    """The meshes of a stage by the names of their prims, in the world turned z up, and its unit.
+
+    Colours are those of the vertices (primvars:displayColor); textures are not read.
+
+    Returns:
+        Meshes in the stage's unit, and that in metres.
+
+    Raises:
+        InputError: of `open_stage`.
+    """
+    with reading_usd(path):
+        return _stage_parts(path)
+
+
+def _stage_parts(path: Path) -> tuple[dict[str, trimesh.Trimesh], float]:
+    geom, stage = pxr("UsdGeom"), open_stage(path)
+    up_y = geom.GetStageUpAxis(stage) == geom.Tokens.y
+    R = T_ZUP_ARKIT[:3, :3] if up_y else np.eye(3)
+    cache = geom.XformCache()
+    prims = stage.Traverse(pxr("Usd").TraverseInstanceProxies())
+    parts = {
+        str(prim.GetPath()): _stage_part(geom.Mesh(prim), cache.GetLocalToWorldTransform(prim), R)
+        for prim in prims
+        if prim.IsA(geom.Mesh)
+    }
+    return parts, float(geom.GetStageMetersPerUnit(stage))
+
+
+def _stage_part(mesh: Any, placed: Any, R: np.ndarray) -> trimesh.Trimesh:
+    points, faces = triangles_of(mesh, 0.0)
+    # USD multiplies row vectors from the left.
+    T = np.asarray(placed, np.float64)
+    vertices = (points @ T[:3, :3] + T[3, :3]) @ R.T
+    colours = np.asarray(mesh.GetDisplayColorAttr().Get() or [], np.float64).reshape(-1, 3)
+    own = (255 * colours.clip(0, 1)).astype(np.uint8) if len(colours) == len(points) else None
+    return trimesh.Trimesh(vertices, faces, vertex_colors=own, process=False)

@@ -23,13 +23,12 @@ from ingest.calibration.board.lens import distorted
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
-from render.actors import play
+from render.actors import play, retimed
 from render.backends import open_renderer
 from render.lens import LensDistortion
 from render.outline import draw_outline, pixels_of
 from render.overlay import OverlayStyle
 from render.props import floor, rigid_object
-from render.retimed import retimed
 from render.scene import Scene
 from render.video import write_video
 from tests.simulator.witness import object_poses
