@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from omomo_core.generation.pelvis_tilt import pitch
+from omomo_core.generation.decoding import pitch
 from omomo_core.learning.recordings.clips import load_clips
 from omomo_core.skeleton import joint
 

@@ -7,8 +7,7 @@ from capture_app.tables.methods import folder_of
 from omomo_core.diffusion.samplers import Sampler
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.learning.evaluation.method import EvaluatedMethod
-from omomo_core.learning.evaluation.methods.load import load_method
-from omomo_core.learning.evaluation.recorded import RecordedPeople
+from omomo_core.learning.evaluation.methods.load import RecordedPeople, load_method
 
 
 def load_methods(

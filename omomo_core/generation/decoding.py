@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import roma
 import torch
 from jaxtyping import Float
 from scipy.ndimage import gaussian_filter1d
@@ -18,7 +19,6 @@ from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.config import BODY_DECODING
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
-from omomo_core.generation.pelvis_tilt import tilt_pelvis
 from omomo_core.generation.person import Person
 from omomo_core.generation.prefix import Prefix
 from omomo_core.generation.retargeting import Retargeting
@@ -27,10 +27,13 @@ from omomo_core.generation.solving.bodies import SolvedBodies, solve_bodies
 from omomo_core.generation.solving.wrists import face_palms
 from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d
 from omomo_core.motion import HandMotion, HumanMotion
+from omomo_core.skeleton import joint
 from omomo_core.stages.body import capture as body_stage
 
 ROOT_AND_JOINTS = 24
 """Vectors at the beginning of stage 2's features that are positions."""
+
+_CHEST = joint("spine3")
 
 
 @dataclass(frozen=True)
@@ -177,3 +180,32 @@ def balance_weight(clip: ObjectClip) -> Float[np.ndarray, " frames"]:
     return 1.0 - gaussian_filter1d(
         leaning.astype(float), BODY_DECODING.leaning_smoothing, mode="nearest"
     )
+
+
+def tilt_pelvis(
+    body: BodyModel, root: Float[Tensor, "*b 3"], rotations: Float[Tensor, "*b 22 3 3"]
+) -> tuple[Float[Tensor, "*b 3"], Float[Tensor, "*b 22 3 3"]]:
+    """Return root and rotations with the pelvis turned about the line through the hips, which stay in place.
+
+    People bend in the small of the back, so the pelvis takes only a part of the chest's pitch. The
+    synthetic people that stage 2 was trained on hinge more at the hips, and sampled ones do so too.
+
+    Args:
+        body: whose bones.
+        root: pelvis joint, world, metres.
+        rotations: global R_world_joint.
+    """
+    pelvis = rotations[..., 0, :, :]
+    change = BODY_DECODING.pelvis_tilt * pitch(rotations, _CHEST) - pitch(rotations, 0)
+    turned = roma.rotvec_to_rotmat(pelvis[..., 0] * change[..., None]) @ pelvis
+    out = rotations.clone()
+    out[..., 0, :, :] = turned
+    return root + (pelvis - turned) @ body.hips.to(root), out
+
+
+def pitch(rotations: Float[Tensor, "*b 22 3 3"], of: int) -> Float[Tensor, "*b"]:
+    """Return how far a joint is pitched forward in the direction the pelvis faces, radians."""
+    left, up = rotations[..., 0, :, 0], rotations[..., of, :, 1]
+    ahead = torch.stack([left[..., 1], -left[..., 0]], dim=-1)
+    ahead = ahead / ahead.norm(dim=-1, keepdim=True).clamp(min=1e-6)
+    return torch.atan2((up[..., :2] * ahead).sum(dim=-1), up[..., 2])

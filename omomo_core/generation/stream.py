@@ -17,7 +17,6 @@ from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.contact.segment import ContactSegment, follow_anchors
-from omomo_core.generation.chunks import Chunk, split_into_chunks
 from omomo_core.generation.collision.contact_face import Held, choose_contact_faces
 from omomo_core.generation.conditioning import (
     UNCONDITIONED,
@@ -44,6 +43,38 @@ LITTLE = 1500
 Of takes of 4 s one thread makes 1 sample in 0.43 s and 4 in 0.77; two threads make them in 0.49 and 0.93;
 20 samples take as long either way (2 cores).
 """
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """A stretch of the take: frames `first` .. `first + len(T_world_object)`."""
+
+    first: int
+    T_world_object: Float[np.ndarray, "frames 4 4"]
+    prefix_frames: int
+    """How many of its first frames are fixed."""
+    stop: int
+    """It yields its frames `prefix_frames` .. `stop`."""
+    last: bool
+
+
+def split_into_chunks(
+    poses: Iterable[Float[np.ndarray, "4 4"]], sizes: ChunkSizes
+) -> Iterator[Chunk]:
+    """Yield chunks as soon as their poses have arrived; every frame is yielded by exactly one."""
+    held: list[Float[np.ndarray, "4 4"]] = []
+    first = prefix_frames = 0
+    for pose in poses:
+        held.append(pose)
+        if len(held) <= sizes.length + sizes.spare:
+            continue
+        stop = sizes.length - sizes.margin
+        yield Chunk(first, np.stack(held[: sizes.length]), prefix_frames, stop, last=False)
+        gone = stop - sizes.context
+        del held[:gone]
+        first, prefix_frames = first + gone, sizes.context
+    if len(held) > prefix_frames:
+        yield Chunk(first, np.stack(held), prefix_frames, len(held), last=True)
 
 
 @dataclass(frozen=True)

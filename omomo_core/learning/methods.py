@@ -5,16 +5,18 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Literal, get_args
 
-from omomo_core.learning.baselines import single_stage
+from omomo_core.geometry.bps import PAPER_POINTS
 from omomo_core.learning.baselines.goal import network as goal
 from omomo_core.learning.baselines.goal.training import Following
 from omomo_core.learning.training.denoising import Denoising
 from omomo_core.learning.training.trainee import Make
 from omomo_core.stages.body import capture as body_capture
 from omomo_core.stages.body import paper as body_paper
+from omomo_core.stages.body.paper import CHANNELS
 from omomo_core.stages.hands import capture as hand_capture
 from omomo_core.stages.hands import paper as hand_paper
-from omomo_core.stages.paper import Size
+from omomo_core.stages.paper import Size, stage_config
+from omomo_core.stages.stage import StageConfig
 
 MethodName = Literal["capture", "omomo", "single-stage", "goal"]
 METHODS: tuple[MethodName, ...] = get_args(MethodName)
@@ -59,10 +61,19 @@ def networks(method: MethodName, size: Size) -> Mapping[str, NetworkPlan]:
             "hands": partial(Denoising, hand_paper.config(size)),
             "body": partial(Denoising, body_paper.config(size)),
         },
-        "single-stage": {"single": partial(Denoising, single_stage.config(size))},
+        "single-stage": {"single": partial(Denoising, single_stage_config(size))},
         "goal": {"goal": partial(Following, goal.config(size))},
     }
     return {
         name: NetworkPlan(make, PAPER_STEPS[size], rate, objects=True)
         for name, make in makes[method].items()
     }
+
+
+def single_stage_config(size: Size) -> StageConfig:
+    """Return the network of the paper's "OMOMO-single-stage" (section 5.1): from object to body, no palms.
+
+    Its condition is that of the first stage (object centre and BPS), its output that of the second (204
+    numbers).
+    """
+    return stage_config("single", size, channels=CHANNELS, condition=3, shape=3 * PAPER_POINTS)

@@ -7,8 +7,8 @@ import pytest
 
 from omomo_core.body.load import load_body
 from omomo_core.errors import InputError
-from omomo_core.learning.evaluation.paired import paired_bootstrap
-from omomo_core.learning.evaluation.recorded import RecordedPeople
+from omomo_core.learning.evaluation.average import paired_bootstrap
+from omomo_core.learning.evaluation.methods.load import RecordedPeople
 from omomo_core.learning.evaluation.sources import read_recorded
 from omomo_core.learning.evaluation.windows import clip_of, windows_of
 from omomo_core.learning.recordings.clips import Clip, save_clips

@@ -13,12 +13,12 @@ from omomo_core.body.kinematics import joints_of
 from omomo_core.errors import AssetError
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.geometry.surface import sample_surface
-from omomo_core.learning.baselines import single_stage
 from omomo_core.learning.baselines.goal.features import Things, spread_out
 from omomo_core.learning.baselines.goal.network import Goal, GoalConfig
 from omomo_core.learning.evaluation.clips import RealClip
 from omomo_core.learning.evaluation.method import EvaluatedMethod
 from omomo_core.learning.evaluation.methods.load import LOADERS, load_method
+from omomo_core.learning.methods import single_stage_config
 from omomo_core.motion import HumanMotion
 from omomo_core.stages.body import capture as body_capture
 from omomo_core.stages.body import paper as body_paper
@@ -55,7 +55,7 @@ def weights(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for config, name in (
         (hand_paper.config("laptop"), "hands"),
         (body_paper.config("laptop"), "body"),
-        (single_stage.config("laptop"), "single"),
+        (single_stage_config("laptop"), "single"),
     ):
         network = stage(config)
         save_network(network, network.config, folder / f"{name}.safetensors", {})

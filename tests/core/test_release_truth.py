@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.load import load_body
 from omomo_core.learning.evaluation.clips import RealClip
-from omomo_core.learning.evaluation.release_truth import read_truth
+from omomo_core.learning.evaluation.sources import read_truth
 from omomo_core.learning.recordings.release import release_clips
 from omomo_core.learning.recordings.release_sequences import ReleaseSequence, leg, read_release
 from omomo_core.motion import ObjectMotion

@@ -18,8 +18,7 @@ from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.grounding import foot_contacts, foot_skating
 from omomo_core.learning.synthesis.footage import Footage, heading, survey
 from omomo_core.learning.synthesis.stage import StagedMotion
-from omomo_core.learning.synthesis.walker.follow import follow
-from omomo_core.learning.synthesis.walker.improvise import improvise
+from omomo_core.learning.synthesis.walker.improvise import follow, improvise
 from omomo_core.learning.synthesis.walker.library import MotionLibrary, index
 from omomo_core.learning.synthesis.walker.path import Move, MoveName, draw_move, lay
 from omomo_core.motion import FPS

@@ -10,10 +10,9 @@ import torch
 
 from omomo_core.diffusion.blocks import DenoiserConfig
 from omomo_core.errors import AssetError, InputError
-from omomo_core.learning.baselines import single_stage
 from omomo_core.learning.baselines.goal.network import GoalConfig
 from omomo_core.learning.baselines.goal.training import Following
-from omomo_core.learning.methods import METHODS, MethodName, networks
+from omomo_core.learning.methods import METHODS, MethodName, networks, single_stage_config
 from omomo_core.learning.recordings.clips import load_clips, save_clips
 from omomo_core.learning.training.checkpoint import resume_run, save_run
 from omomo_core.learning.training.corpus import Corpus
@@ -82,7 +81,7 @@ MAKES: dict[str, Make] = {
     "body of capture": partial(Denoising, small("body")),
     "hands of the paper": partial(Denoising, little(hand_paper.config("laptop"))),
     "body of the paper": partial(Denoising, little(body_paper.config("laptop"))),
-    "single stage": partial(Denoising, little(single_stage.config("laptop"))),
+    "single stage": partial(Denoising, little(single_stage_config("laptop"))),
     "goal": partial(Following, GoalConfig(widths=(64, 32, 32, 64), hidden=32, dropout=0.0)),
 }
 

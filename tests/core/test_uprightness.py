@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omomo_core.generation.sampling.body import posture_levels
-from omomo_core.learning.training.uprightness import Uprightness
+from omomo_core.learning.training.corpus import Uprightness
 
 
 def _people(count: int, seed: int) -> tuple[torch.Tensor, torch.Tensor]:

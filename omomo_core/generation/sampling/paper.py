@@ -95,7 +95,7 @@ def bodies_from_object(
     generator: torch.Generator,
     on_step: OnProgress,
 ) -> list[HumanMotion]:
-    """Return the people of the network that is conditioned on no palms (`baselines.single_stage`)."""
+    """Return the people of the network that is conditioned on no palms (`single_stage_config`)."""
     x = _sample(stage, *_object_inputs(view, stage), view.object.valid, options, generator, on_step)
     return _people(view, x, body, [np.zeros((view.take.frames, 2))] * len(x))
 

@@ -1,4 +1,4 @@
-"""Reading clips to evaluate on from whatever holds people and the objects they moved."""
+"""Reads the clips to evaluate on: recorded clips, training clips, files of the OMOMO release."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -10,8 +10,9 @@ from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.learning.evaluation.clips import RealClip, clip_paths, read_clip
-from omomo_core.learning.evaluation.release_truth import read_truth
+from omomo_core.learning.evaluation.person import AXES, body_of, our_rotations
 from omomo_core.learning.recordings.clips import Clip, clip_files, load_clips, read_index
+from omomo_core.learning.recordings.release_sequences import ReleaseSequence, read_release
 
 
 @dataclass(frozen=True)
@@ -113,3 +114,38 @@ def _refuse_twins(clips: Sequence[RealClip]) -> None:
             f"{len(twins)} clips are there twice, {twins[0]} among them.",
             fix="Give each source once, and data sets of different people or seeds.",
         )
+
+
+def read_truth(
+    path: Path, body: BodyModel, *, object_split: bool = False
+) -> Iterator[RealClip | InputError]:
+    """Yield every sequence of a release file on its own bones, as recorded, or what is wrong with it.
+
+    Args:
+        path: as for `read_release`.
+        body: whose surface the people get, fitted to their bones.
+        object_split: as for `read_release`.
+
+    Raises:
+        InputError: as `read_release`.
+    """
+    for found in read_release(path, object_split=object_split):
+        try:
+            yield found if isinstance(found, InputError) else _truth(found, body)
+        except InputError as problem:
+            yield problem
+
+
+def _truth(sequence: ReleaseSequence, body: BodyModel) -> RealClip:
+    # `evaluation.person` knows people by a rest pose with x forward and z up.
+    offsets = sequence.bones @ AXES.T
+    offsets[0] = 0.0
+    return RealClip(
+        name=sequence.name,
+        text="",
+        motion=sequence.moved(),
+        root=sequence.pelvis,
+        rotations=our_rotations(sequence.rotations @ AXES.T, offsets, body),
+        joints=sequence.joints(),
+        body=body_of(offsets, body),
+    )

@@ -5,7 +5,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
+from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
@@ -16,12 +17,16 @@ from omomo_core.learning.recordings.calibration import Corrections, calibrate
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.grounding import Grounded, ground
 from omomo_core.learning.recordings.joint_angles import SIDES, elbow
-from omomo_core.learning.recordings.mocap import METRES_PER_BVH_UNIT, SourceMotion, is_share_alike
+from omomo_core.learning.recordings.mocap import (
+    METRES_PER_BVH_UNIT,
+    SourceMotion,
+    is_share_alike,
+    leg_length,
+)
 from omomo_core.learning.recordings.recordings import motion_files, read_recordings
-from omomo_core.learning.recordings.retarget import retarget
 from omomo_core.learning.recordings.smpl import RecordedMotion
 from omomo_core.motion import FPS
-from omomo_core.skeleton import joint
+from omomo_core.skeleton import BODY_JOINTS, joint
 
 _SHORTEST = round(0.8 * FPS)
 _STEP_HEIGHT = 0.09
@@ -171,3 +176,41 @@ def _usable(body: BodyModel, grounded: Grounded) -> Bool[np.ndarray, " frames"]:
         bad |= (flexion < _ELBOW[0]) | (flexion > _ELBOW[1])
     spread = np.convolve(bad, np.ones(2 * _EDGE + 1), mode="same") > 0
     return ~spread
+
+
+def retarget(
+    motion: SourceMotion, corrections: Corrections, body: BodyModel
+) -> tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 22 3 3"]]:
+    """Return a recorded motion on our skeleton: rotations carried over, the root scaled by leg length.
+
+    Args:
+        motion: a recording.
+        corrections: of its skeleton, from `calibrate`.
+        body: whose proportions to fit.
+
+    Returns:
+        Root (world, metres, not yet placed on the floor) and global R_world_joint.
+    """
+    rotations = np.stack([_turned(motion, corrections, name) for name in BODY_JOINTS], axis=1)
+    rest = body.rest_joints.double().numpy()
+    our_leg = sum(
+        float(np.linalg.norm(rest[joint(f"left_{b}")] - rest[joint(f"left_{a}")]))
+        for a, b in (("hip", "knee"), ("knee", "ankle"))
+    )
+    points = motion.skeleton.points
+    hips = (motion.position(points["left_hip"]) + motion.position(points["right_hip"])) / 2
+    pelvis_to_hips = (rest[joint("left_hip")] + rest[joint("right_hip")]) / 2 - rest[0]
+    root = hips * (our_leg / leg_length(motion)) - rotations[:, 0] @ pelvis_to_hips
+    return root, rotations
+
+
+def _turned(
+    motion: SourceMotion, corrections: Corrections, name: str
+) -> Float[np.ndarray, "frames 3 3"]:
+    a, b, weight = motion.skeleton.drivers[name]
+    R = motion.rotation(a) @ corrections[name]
+    if weight == 0.0:
+        return R
+    towards = np.swapaxes(R, -1, -2) @ motion.rotation(b) @ corrections[name]
+    part = Rotation.from_rotvec(Rotation.from_matrix(towards).as_rotvec() * weight)
+    return R @ part.as_matrix()

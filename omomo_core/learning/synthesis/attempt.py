@@ -1,35 +1,55 @@
-"""One try at a clip: a stretch of mocap staged, directed, held and performed, or why it is no good."""
+"""One attempt at a synthetic clip: plan it, pose the hands, perform it, solve it, and check it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
+import torch
 from jaxtyping import Float
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
 from omomo_core.body.soles import sole_points
+from omomo_core.body.trajectory_optimization.anatomy import centre_of_mass
+from omomo_core.body.trajectory_optimization.obstacle import BoxObstacle
 from omomo_core.body.trajectory_optimization.solver import optimise_trajectory
+from omomo_core.body.trajectory_optimization.targets import SolverTargets
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.grounding import foot_contacts
 from omomo_core.learning.synthesis.actor import ActorMotion, perform
-from omomo_core.learning.synthesis.casting import ClipPlan, Sources, cast
+from omomo_core.learning.synthesis.casting import ClipPlan, Sources, Wanted, cast
 from omomo_core.learning.synthesis.directions import about_z
 from omomo_core.learning.synthesis.footage import heading
-from omomo_core.learning.synthesis.goals import targets_of
 from omomo_core.learning.synthesis.grammar import write_script
 from omomo_core.learning.synthesis.hands import Hands, along_forearms, plan_hands
 from omomo_core.learning.synthesis.holding import both_come
 from omomo_core.learning.synthesis.holds import Handling
-from omomo_core.learning.synthesis.props import Prop
+from omomo_core.learning.synthesis.posture import Posture
+from omomo_core.learning.synthesis.props import Prop, Stock, make_prop, scaled
 from omomo_core.learning.synthesis.review import fault, walked_through
 from omomo_core.learning.synthesis.script import Action
+from omomo_core.learning.synthesis.shapes import SolidPart
 from omomo_core.learning.synthesis.stage import StagedMotion, goes_its_way
-from omomo_core.learning.synthesis.toolwork import TOOL_ACTIONS, work
+from omomo_core.learning.synthesis.tools.cart import direct_cart
+from omomo_core.learning.synthesis.tools.job import PROPS, ToolAction, write_job
+from omomo_core.learning.synthesis.tools.strokes import direct_strokes
+from omomo_core.learning.synthesis.tools.trolley import direct_trolley
 from omomo_core.learning.synthesis.trajectory import direct
+from omomo_core.learning.synthesis.walker.path import Chances
 from omomo_core.motion import ObjectMesh, ObjectMotion
+from omomo_core.skeleton import joint
 
 _SHORTEST_HOLD = 45
 """Frames in the hands: a clip in which hardly anything is moved teaches little."""
+
+_ANKLES = (joint("left_ankle"), joint("right_ankle"))
+
+_PROP_TRIES = 60
+_DIRECTORS = {"trolley": direct_trolley, "cart": direct_cart}
+_STROLL: Chances = {"walk": 0.3, "shuffle": 0.4, "side": 0.15, "back": 0.15}
+_AHEAD: Chances = {"walk": 1.0}
+_TOOL_ACTIONS: tuple[ToolAction, ...] = get_args(ToolAction)
 
 
 @dataclass(frozen=True)
@@ -57,8 +77,8 @@ def attempt(
         scale: our stature over the actor's.
     """
     plan = (
-        work(rng, sources, action, body, scale)
-        if action in TOOL_ACTIONS
+        _work(rng, sources, action, body, scale)
+        if action in _TOOL_ACTIONS
         else _handled(rng, sources, body, action, scale)
     )
     if isinstance(plan, str):
@@ -82,7 +102,7 @@ def attempt(
 def _handled(
     rng: np.random.Generator, sources: Sources, body: BodyModel, action: Action, scale: float
 ) -> ClipPlan | str:
-    """Something handled as the grammar of actions says."""
+    """Plan an action of the grammar; return the reason where that fails."""
     script = write_script(rng, action, scale, sources.stock)
     if script is None:
         return "no-prop"
@@ -104,7 +124,7 @@ def _handled(
 def _polished(
     body: BodyModel, plan: ClipPlan, hands: Hands, performance: ActorMotion
 ) -> ActorMotion:
-    """The same motion, optimised as a whole."""
+    """Return the performance after trajectory optimisation."""
     stage = plan.stage
     targets = targets_of(
         body,
@@ -161,3 +181,84 @@ def _mesh(rng: np.random.Generator, prop: Prop) -> tuple[ObjectMesh, Float[np.nd
     T[:3, 3] = -T[:3, :3] @ middle + rng.normal(0.0, 0.05, 3)
     moved = scan.vertices @ T[:3, :3].T + T[:3, 3]
     return ObjectMesh(moved, scan.faces, scan.name), T
+
+
+def targets_of(
+    body: BodyModel,
+    base: tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 22 3 3"]],
+    hands: Hands,
+    T_world_prop: Float[np.ndarray, "frames 4 4"],
+    parts: Sequence[SolidPart],
+    *,
+    load: float = 0.0,
+    leant_on: bool = False,
+) -> SolverTargets:
+    """Return the solver targets of one clip.
+
+    Args:
+        body: whose feet stand.
+        base: root and global rotations of the motion whose feet are kept.
+        hands: targets of the hands.
+        T_world_prop: where the prop is.
+        parts: what the prop is made of.
+        load: its mass, kilograms, where it is lifted.
+        leant_on: the prop is pushed or pulled, so the body may lean while a hand is on it.
+    """
+    root, rotations = base
+    soles, joints = sole_points(body, root, rotations), joints_of(body, root, rotations)
+    lean = hands.pull.max(axis=1) if leant_on else np.zeros(len(root))
+    return SolverTargets(
+        palms=hands.palms,
+        R_world_wrist=hands.R_world_wrist,
+        hold=hands.pull,
+        ankles=joints[:, _ANKLES],
+        soles=soles,
+        planted=foot_contacts(soles),
+        centre=centre_of_mass(joints),
+        T_world_object=T_world_prop,
+        obstacle=_boxes_of(parts),
+        balance=1.0 - lean,
+        carried_mass=load,
+    )
+
+
+def _boxes_of(parts: Sequence[SolidPart]) -> BoxObstacle:
+    """Return the boxes that a prop fills."""
+    corners = (np.stack([part.low for part in parts]), np.stack([part.high for part in parts]))
+    return BoxObstacle(*(torch.as_tensor(c, dtype=torch.float32) for c in corners))
+
+
+def _work(
+    rng: np.random.Generator, sources: Sources, action: ToolAction, body: BodyModel, scale: float
+) -> ClipPlan | str:
+    """Plan work with a tool or something on wheels; return the reason where that fails."""
+    frames = int(rng.uniform(120, 300))
+    rolls = action in _DIRECTORS
+    tools = Stock(frozenset({PROPS[action]}))
+    for _ in range(_PROP_TRIES):
+        prop = scaled(make_prop(rng, "push" if rolls else "tool", tools), scale)
+        job = write_job(rng, action, prop, frames)
+        if job is not None and sum(job.pause_frames) < frames - 40:
+            break
+    else:
+        return "no-prop"
+    wanted = Wanted(
+        frames,
+        job.pause_frames,
+        rate=(0.6, 1.0) if rolls else (0.4, 0.7),
+        backward=0.3 if action == "cart" else 0.0,
+        moves=_AHEAD if rolls else _STROLL,
+    )
+    director, handlings = _DIRECTORS.get(action, direct_strokes), list[Handling]()
+
+    def suits(stage: StagedMotion) -> bool:
+        handling = director(rng, body, stage, job)
+        handlings.extend([handling] if handling is not None else [])
+        return handling is not None
+
+    found = cast(rng, sources, wanted, suits)
+    if found is None:
+        return "no-way"
+    handling = handlings[-1]
+    posture = Posture(squat=rng.uniform(0.0, 0.5), lean=rng.uniform(0.0, 0.2))
+    return ClipPlan(*found, prop, handling, posture, leant_on=rolls)

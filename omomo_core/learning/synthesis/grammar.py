@@ -4,9 +4,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from omomo_core.learning.synthesis.actions.across import reach_over
 from omomo_core.learning.synthesis.actions.episodes import use_of
-from omomo_core.learning.synthesis.actions.lifting import carry, flip, in_place, relocate
+from omomo_core.learning.synthesis.actions.lifting import (
+    carry,
+    flip,
+    in_place,
+    reach_over,
+    relocate,
+)
 from omomo_core.learning.synthesis.actions.sliding import pivot, shove, slide, turn
 from omomo_core.learning.synthesis.casting import Wanted
 from omomo_core.learning.synthesis.manners import moves_for, posture_for, way_of

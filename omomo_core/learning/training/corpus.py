@@ -1,4 +1,4 @@
-"""Clips in memory as flat tensors, and random windows of them."""
+"""Clips in memory as flat tensors, random windows of them, and how upright the people in them stay."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,6 @@ from omomo_core.geometry.rotations import rotmat_to_6d
 from omomo_core.geometry.transforms import angular_velocity, velocity
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.training.shapes import ShapeGrids
-from omomo_core.learning.training.uprightness import Uprightness
 from omomo_core.motion import FPS
 from omomo_core.stages.body.capture import reference_path
 from omomo_core.stages.windows import WINDOW, HumanWindows, ObjectWindows
@@ -23,6 +22,13 @@ _APART = 30
 """Frames from one window to the next among those whose depths are ranked."""
 SWAP = (0, 2, 1, 3, 5, 4, 6, 8, 7, 9, 11, 10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20, 23, 22)
 """The joint on the other side of the body, for the 24 joints of the model."""
+
+_STEP = 0.08
+"""Metres of palm height that count as equally low."""
+_BINS = 20
+_QUANTILES = 65
+_FEWEST = 200
+"""Windows in a bin, at least; with less, its neighbours' count too."""
 
 
 @dataclass(frozen=True)
@@ -173,3 +179,40 @@ def _mirror(key: str, x: Tensor) -> Tensor:
     if key == "R_world_object":
         return x * S[:, None] * S
     return x * S if x.shape[-1] == 3 and x.ndim == 3 else x
+
+
+class Uprightness:
+    """Ranks of pelvis heights among windows whose lowest palm is at about the same height.
+
+    Palms do not say whether somebody stoops or squats for what lies low. A rank says it on one scale for
+    all heights: 0 is the deepest squat, 1 the straightest legs.
+    """
+
+    def __init__(self, palm: Float[Tensor, " windows"], pelvis: Float[Tensor, " windows"]) -> None:
+        """Of the lowest palm and the lowest pelvis in each of many windows, metres."""
+        levels = torch.linspace(0, 1, _QUANTILES)
+        self._table = torch.stack([_near(palm, pelvis, k).quantile(levels) for k in range(_BINS)])
+
+    def __call__(
+        self, palm: Float[Tensor, " b"], pelvis: Float[Tensor, " b"]
+    ) -> Float[Tensor, " b"]:
+        """The rank in [0, 1] of each window."""
+        row = self._table[_bin(palm)]
+        above = torch.searchsorted(row, pelvis[:, None]).clamp(1, _QUANTILES - 1)
+        low, high = row.gather(1, above - 1)[:, 0], row.gather(1, above)[:, 0]
+        part = ((pelvis - low) / (high - low).clamp(min=1e-6)).clamp(0, 1)
+        return (above[:, 0] - 1 + part) / (_QUANTILES - 1)
+
+
+def _bin(palm: Float[Tensor, " b"]) -> Tensor:
+    return (palm / _STEP).long().clamp(0, _BINS - 1)
+
+
+def _near(palm: Tensor, pelvis: Tensor, k: int) -> Float[Tensor, " windows"]:
+    """Pelvis heights of the bin, widened until there are enough."""
+    away = (_bin(palm) - k).abs()
+    for wider in range(_BINS):
+        some = pelvis[away <= wider]
+        if len(some) >= _FEWEST:
+            return some
+    return pelvis

@@ -21,7 +21,7 @@ from omomo_core.body.trajectory_optimization.residuals import anatomy_points
 from omomo_core.body.trajectory_optimization.solver import optimise_trajectory
 from omomo_core.body.trajectory_optimization.spline import Spline, gauss_newton_step
 from omomo_core.body.trajectory_optimization.targets import SolverTargets
-from omomo_core.learning.synthesis.goals import targets_of
+from omomo_core.learning.synthesis.attempt import targets_of
 from omomo_core.learning.synthesis.hands import Hands
 from omomo_core.learning.synthesis.shapes import SolidPart, box
 from omomo_core.skeleton import joint

@@ -59,7 +59,7 @@ class Omomo:
     def sample(
         self, clip: RealClip, samples: int, seed: int, *, first_frame: bool
     ) -> Sequence[HumanMotion]:
-        """See `Method`."""
+        """See `EvaluatedMethod`."""
         view = view_of(clip, samples, first_frame=first_frame)
         generator = torch.Generator().manual_seed(seed)
         hands = self._hands(clip, view, generator)
@@ -90,7 +90,7 @@ class SingleStage:
     def sample(
         self, clip: RealClip, samples: int, seed: int, *, first_frame: bool
     ) -> Sequence[HumanMotion]:
-        """See `Method`."""
+        """See `EvaluatedMethod`."""
         view = view_of(clip, samples, first_frame=first_frame)
         generator = torch.Generator().manual_seed(seed)
         return bodies_from_object(view, clip.body, self.stage, self.options, generator, _silent)

@@ -1,4 +1,6 @@
-"""Actions in which a prop is lifted: carried, relocated, handled in place, flipped."""
+"""Actions in which a prop is lifted: carried, relocated, handled in place, flipped, reached over."""
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,11 +19,18 @@ from omomo_core.learning.synthesis.actions.episodes import (
     use_of,
 )
 from omomo_core.learning.synthesis.manners import stance_for
-from omomo_core.learning.synthesis.props import Prop
+from omomo_core.learning.synthesis.props import Grasp, Prop, side_grasp
 from omomo_core.learning.synthesis.script import Action, Episode, PropPlacement
 
 _TALL = 1.1
 """Height of things that are carried upright, low over the floor, metres."""
+
+_LOWEST_TOP, _HIGHEST_TOP = 0.25, 0.8
+"""Height of a prop that a hand reaches over, metres."""
+_NARROWEST, _WIDEST = 0.3, 0.75
+"""Between the palms of somebody who reaches over a prop, metres."""
+_ROUND = (0.6, 1.5)
+"""How far the line through the palms is turned, from left and right to near and far, radians."""
 
 
 def carry(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
@@ -107,3 +116,40 @@ def flip(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> 
             heights=(draw_level(rng, prop, grip[0], ["low", "waist"]),), stances=(start, held, left),
         )
     ]  # fmt: skip
+
+
+def reach_over(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
+    """Taken at near and far edge, lifted, its far side up towards the breast, put down close by."""
+    grip = _near_and_far(rng, prop)
+    if grip is None or not prop.stands:
+        return []
+    palm = float(grip[0].points[:, 2].mean())
+    count = int(rng.choice([1, 2], p=[0.8, 0.2]))
+    episodes: list[Episode] = []
+    for _ in range(count):
+        raised = rng.uniform(0.1, 0.65)
+        ends = (True, True) if count > 1 else takes_and_leaves(rng)
+        episode = draw_episode(
+            rng, action, prop, grip, ends, still=rng.random() < 0.3,
+            heights=(max(LOWEST_FLIGHT, min(raised, 1.15 - palm)),),
+            hold=int(rng.uniform(10, 60)),
+        )  # fmt: skip
+        taken, held, left = episode.stances
+        held = replace(held, pitch=-rng.uniform(0.0, 1.1) * raised)
+        episodes.append(replace(episode, stances=(taken, held, left)))
+    return episodes
+
+
+def _near_and_far(rng: np.random.Generator, prop: Prop) -> tuple[Grasp, float] | None:
+    """Palms on opposed sides of a low thing, and the yaw that brings one near and the other far."""
+    top = float(prop.high[2])
+    if not _LOWEST_TOP < top < _HIGHEST_TOP:
+        return None
+    turn = float(rng.uniform(-np.pi, np.pi) if rng.random() < 0.3 else rng.integers(4) * np.pi / 2)
+    grasp = side_grasp(prop, turn, top - rng.uniform(0.0, 0.08))
+    if grasp is None:
+        return None
+    apart = float(np.linalg.norm(grasp.points[0] - grasp.points[1]))
+    if not _NARROWEST < apart < _WIDEST:
+        return None
+    return grasp, turn + float(rng.choice([-1, 1]) * rng.uniform(*_ROUND))

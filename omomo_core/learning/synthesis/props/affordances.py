@@ -1,12 +1,11 @@
-"""Where hands can hold a thing: candidates on its surface, kept when hands have room there."""
+"""Where hands can hold a prop: candidates on its surface, kept where hands and forearms have room."""
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from omomo_core.learning.synthesis.directions import about_z
 from omomo_core.learning.synthesis.props.bars import bar_grasps, hooked
 from omomo_core.learning.synthesis.props.blueprint import Blueprint
-from omomo_core.learning.synthesis.props.clearance import free
 from omomo_core.learning.synthesis.props.prop import Grasp, Kind, Prop, Use
 from omomo_core.learning.synthesis.props.rays import RayMesh
 from omomo_core.learning.synthesis.props.surfaces import (
@@ -32,6 +31,13 @@ _HIGHEST = 1.75
 _TRIES = 9
 """Of taking bars in each way, shared among them."""
 _UP, _AHEAD = np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
+
+_HAND_THICKNESS = 0.04
+_HAND_REACH = 0.035
+"""Half the width of a hand, metres."""
+_FOREARM = 0.22
+"""Length of the forearm behind the hand that nothing may touch, metres."""
+_ELBOW_BEHIND = 0.12
 
 
 def find_grasps(rng: np.random.Generator, plan: Blueprint) -> list[Grasp]:
@@ -64,7 +70,7 @@ def side_grasp(prop: Prop, turn: float, height: float) -> Grasp | None:
     depth = mesh.low[0] + np.array([0.5, 0.35, 0.65, 0.2]) * min(mesh.high[0] - mesh.low[0], 0.7)
     at = np.stack([depth, 0 * depth, 0 * depth + mesh.low[2] + height], axis=1)
     palms = _holdable(opposed(mesh, at, at, grip))
-    rows = np.flatnonzero(free(mesh, palms.points, palms.inward)) if len(palms.points) else []
+    rows = np.flatnonzero(_have_room(mesh, palms.points, palms.inward)) if len(palms.points) else []
     if not len(rows):
         return None
     return Grasp("lift", palms.points[rows[0]] @ R, palms.inward[rows[0]] @ R)
@@ -200,4 +206,40 @@ def _with_room(mesh: RayMesh, found: list[Grasp]) -> list[Grasp]:
     if not found:
         return []
     points, inward = np.stack([g.points for g in found]), np.stack([g.inward for g in found])
-    return [g for g, room in zip(found, free(mesh, points, inward), strict=True) if room]
+    return [g for g, room in zip(found, _have_room(mesh, points, inward), strict=True) if room]
+
+
+def _have_room(
+    mesh: RayMesh, points: Float[np.ndarray, "n 2 3"], inward: Float[np.ndarray, "n 2 3"]
+) -> Bool[np.ndarray, " n"]:
+    """Which pairs of palms (left, right) have room for hands and forearms."""
+    out = -inward
+    one = np.cross(out, np.where(np.abs(out[..., 2:]) < 0.9, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]))
+    one /= np.linalg.norm(one, axis=-1, keepdims=True)
+    two = np.cross(out, one)
+    back = points + out * _HAND_THICKNESS
+    towards = _elbows(mesh, points, inward) - back
+    towards /= np.linalg.norm(towards, axis=-1, keepdims=True)
+    middle = points + out * 0.025
+    checks = [(points + out * 0.004, out, _HAND_THICKNESS), (back, towards, _FOREARM)]
+    checks += [(middle, d, _HAND_REACH) for d in (one, -one, two, -two)]
+    origins = np.stack([c[0] for c in checks])
+    hits = mesh.cast(
+        origins.reshape(-1, 3), np.stack([c[1] for c in checks]).reshape(-1, 3)
+    ).distance.reshape(origins.shape[:-1])
+    room = np.array([c[2] for c in checks])[:, None, None]
+    above_floor = back[..., 2] > 0.0
+    return np.all((hits > room).all(axis=0) & above_floor, axis=1)
+
+
+def _elbows(
+    mesh: RayMesh, points: Float[np.ndarray, "n 2 3"], inward: Float[np.ndarray, "n 2 3"]
+) -> Float[np.ndarray, "n 2 3"]:
+    """Where the elbows of somebody at -x would be: behind, outside; above low hands."""
+    x, y, z = np.moveaxis(points, -1, 0)
+    side = np.array([1.0, -1.0])
+    rise = ((1.0 - z) * 0.35).clip(-0.2, 0.3)
+    # Palms that carry from below have their forearms below the edge.
+    rise = np.where(inward[..., 2] > 0.7, np.minimum(rise, -0.06), rise)
+    behind = np.minimum(mesh.low[0], x - 0.1) - _ELBOW_BEHIND
+    return np.stack([behind, y * 1.1 + side * 0.1, z + rise], axis=-1)

@@ -1,14 +1,25 @@
-"""A base motion with stops of given lengths, made up: what to do before, between and after them."""
+"""Improvised base motion with stops of given lengths: walks, steps and turns around the stops."""
 
 import numpy as np
+from jaxtyping import Bool, Float
+from scipy.ndimage import binary_closing
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.soles import sole_points
+from omomo_core.geometry.runs import runs
 from omomo_core.learning.recordings.grounding import foot_contacts
 from omomo_core.learning.synthesis.stage import StagedMotion, idle_sway
-from omomo_core.learning.synthesis.walker.follow import follow
+from omomo_core.learning.synthesis.walker.bearing import bear
+from omomo_core.learning.synthesis.walker.gait import step_along
 from omomo_core.learning.synthesis.walker.library import MotionLibrary
-from omomo_core.learning.synthesis.walker.path import CHANCES, Chances, Move, draw_move, lay
+from omomo_core.learning.synthesis.walker.path import (
+    CHANCES,
+    Chances,
+    Move,
+    RootPath,
+    draw_move,
+    lay,
+)
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
 
@@ -31,6 +42,9 @@ _TOWARDS: Chances = {"walk": 0.85, "side": 0.08, "turn": 0.07}
 _AWAY: Chances = {"back": 0.6, "turn": 0.2, "side": 0.12, "shuffle": 0.08}
 """How they begin to leave what they have put down."""
 _TRIES = 6
+
+_PATH_AT_REST = 0.02
+"""Speed of a path at rest, metres (or 0.3 radians) per second."""
 
 
 def improvise(
@@ -213,3 +227,28 @@ def _sound(library: MotionLibrary, stage: StagedMotion) -> bool:
     return bool(across.min() > _CROSSED and along.min() > _TWISTED) and all(
         stands[a:b].all() and moved[a:b].max() < _AT_REST for a, b in stage.pauses
     )
+
+
+def follow(
+    rng: np.random.Generator, library: MotionLibrary, path: RootPath
+) -> tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 22 3 3"]]:
+    """Walk, step and turn along a path.
+
+    Args:
+        rng: picks how the person stands, and which foot goes first.
+        library: from `index`.
+        path: at rest where the person should stand.
+
+    Returns:
+        Pelvis (world, metres) and global R_world_joint at every frame of the path.
+    """
+    frames = len(path.heading)
+    bearing = bear(rng, library.standing, runs(_moving(path)), frames)
+    return step_along(rng, library.body, bearing, path)
+
+
+def _moving(path: RootPath) -> Bool[np.ndarray, " frames"]:
+    """Frames in which the path is not at rest; moments of rest between two moves do not count."""
+    speed = np.linalg.norm(np.gradient(path.position, axis=0), axis=1)
+    speed = (speed + np.abs(np.gradient(path.heading)) * 0.1) * FPS
+    return binary_closing(speed > _PATH_AT_REST, np.ones(9, bool))
