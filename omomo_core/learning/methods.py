@@ -22,7 +22,7 @@ MethodName = Literal["capture", "omomo", "single-stage", "goal"]
 METHODS: tuple[MethodName, ...] = get_args(MethodName)
 SIZES: tuple[Size, ...] = get_args(Size)
 SHIPPED_STEPS = {"hands": 20_000, "body": 11_000}
-"""Of the weights that ship; with more time, more is better."""
+"""Training steps of the weights that ship; more steps give better networks."""
 PAPER_STEPS: dict[Size, int] = {"published": 400_000, "laptop": 8_000}
 
 
@@ -32,9 +32,9 @@ class NetworkPlan:
 
     make: Make
     steps: int
-    """If nobody says otherwise."""
+    """Training steps, by default."""
     rate: float
-    """Peak learning rate, likewise."""
+    """Peak learning rate, by default."""
     objects: bool
     """Whether it needs clips with objects."""
 

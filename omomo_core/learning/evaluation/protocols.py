@@ -49,7 +49,7 @@ def ask(
         stages: the networks.
         options: samples (K) and seed.
         body: whose bones the generated people get.
-        progress: told what is being done.
+        progress: called with the step and the fraction done.
     """
     clip = truth.clip
     known = Conditioning(

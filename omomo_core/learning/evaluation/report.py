@@ -92,7 +92,7 @@ def evaluate(
         body: the shipped body.
         options: samples (K) and seed.
         whose: bones of the generated people.
-        on_progress: told the clip and the fraction of all clips done.
+        on_progress: called with the clip and the fraction of all clips done.
 
     Raises:
         InputError: not one clip can be used.

@@ -17,7 +17,7 @@ from omomo_core.learning.recordings.release_sequences import ReleaseSequence, re
 
 @dataclass(frozen=True)
 class Recorded:
-    """Clips, and the files or sequences that could not be used with the reason."""
+    """Recorded clips, and the files or sequences that could not be used, each with its reason."""
 
     clips: list[RealClip] = field(default_factory=list)
     skipped: dict[str, str] = field(default_factory=dict)
@@ -50,7 +50,7 @@ def read_recorded(sources: Sequence[Path], body: BodyModel) -> Recorded:
             where=", ".join(str(source) for source in sources),
             fix="See docs/evaluation.md for what can be read.",
         )
-    _refuse_twins(recorded.clips)
+    _refuse_duplicates(recorded.clips)
     return recorded
 
 
@@ -71,7 +71,7 @@ def check_sources(sources: Sequence[Path]) -> None:
 
 
 def of_our_body(clip: Clip, body: BodyModel) -> RealClip | None:
-    """A training clip as a recorded one; None when nothing is moved in it."""
+    """Return a training clip as a recorded one; None when it has no object."""
     if clip.object_motion is None:
         return None
     root, R = clip.root.astype(np.float64), clip.rotations.astype(np.float64)
@@ -104,14 +104,14 @@ def _holds_training_clips(source: Path) -> bool:
         return False
 
 
-def _refuse_twins(clips: Sequence[RealClip]) -> None:
-    """Answers are kept by the clips' names."""
+def _refuse_duplicates(clips: Sequence[RealClip]) -> None:
+    """Refuse clips of one name, because results are stored by clip name."""
     names = [clip.name for clip in clips]
-    twins = sorted({name for name in names if names.count(name) > 1})
-    if twins:
+    duplicates = sorted({name for name in names if names.count(name) > 1})
+    if duplicates:
         raise InputError(
             "clip-named-twice",
-            f"{len(twins)} clips are there twice, {twins[0]} among them.",
+            f"{len(duplicates)} clips are there twice, {duplicates[0]} among them.",
             fix="Give each source once, and data sets of different people or seeds.",
         )
 

@@ -1,4 +1,4 @@
-"""A folder of recordings becomes training clips on our skeleton."""
+"""Training clips on our skeleton from a folder of recordings."""
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
@@ -34,7 +34,7 @@ _STEP_HEIGHT = 0.09
 _DEEPEST_SOLE = -0.08
 _LOWEST_PELVIS = 0.22
 _LOWEST_HEAD = 0.45
-"""Lower is lying, rolling, standing on the hands: nothing anybody does while carrying."""
+"""Metres; lower means lying, rolling or a handstand, which nobody does while carrying."""
 _WORST_SKATING = 0.3
 _ELBOW = (-15.0, 165.0)
 """Degrees of bending: beyond, the recording is broken."""
@@ -126,7 +126,7 @@ def mocap_clips(
     body: BodyModel,
     dropped: Counter[str] | None = None,
 ) -> Iterator[Clip]:
-    """The stretches of one recording in which somebody stands or moves on one level floor.
+    """Yield the stretches of one recording in which the actor stands or moves on one level floor.
 
     Args:
         motion: a recording.
@@ -142,7 +142,7 @@ def mocap_clips(
 def standing_clips(
     performance: RecordedMotion, body: BodyModel, dropped: Counter[str] | None = None
 ) -> Iterator[Clip]:
-    """As `mocap_clips`, of motion that is already on our skeleton."""
+    """Yield clips as `mocap_clips` does, from motion that is already on our skeleton."""
     grounded = ground(body, performance.root, performance.rotations)
     reason = "skating" if grounded.skating > _WORST_SKATING else "no-floor"
     stretches = [] if reason == "skating" else runs(_usable(body, grounded))

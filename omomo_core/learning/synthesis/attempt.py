@@ -41,7 +41,7 @@ from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.skeleton import joint
 
 _SHORTEST_HOLD = 45
-"""Frames in the hands: a clip in which hardly anything is moved teaches little."""
+"""Frames for which the prop must be held; shorter clips teach little."""
 
 _ANKLES = (joint("left_ankle"), joint("right_ankle"))
 
@@ -54,7 +54,7 @@ _TOOL_ACTIONS: tuple[ToolAction, ...] = get_args(ToolAction)
 
 @dataclass(frozen=True)
 class SynthesisedClip:
-    """All pieces of a clip that is good."""
+    """The parts of an accepted clip."""
 
     licence: str
     action: str
@@ -67,19 +67,19 @@ class SynthesisedClip:
 def attempt(
     rng: np.random.Generator, sources: Sources, body: BodyModel, action: Action, scale: float
 ) -> SynthesisedClip | str:
-    """One try at a clip: all its pieces, or why it is no good.
+    """Try to synthesise a clip; return its parts, or the reason why it was rejected.
 
     Args:
         rng: source of all randomness.
-        sources: what clips are made of.
+        sources: the mocap and the props that clips are made from.
         body: whose proportions the clip has.
-        action: what happens.
+        action: the action to perform.
         scale: our stature over the actor's.
     """
     plan = (
-        _work(rng, sources, action, body, scale)
+        _plan_tool_work(rng, sources, action, body, scale)
         if action in _TOOL_ACTIONS
-        else _handled(rng, sources, body, action, scale)
+        else _plan_handling(rng, sources, body, action, scale)
     )
     if isinstance(plan, str):
         return plan
@@ -94,12 +94,12 @@ def attempt(
         performance = perform(body, stage, plan.posture, hands)
     if not np.isfinite(performance.root).all():
         return "broken"
-    performance = _polished(body, plan, hands, performance)
+    performance = _optimised(body, plan, hands, performance)
     reason = fault(body, stage, prop, handling, hands, performance)
     return reason or SynthesisedClip(plan.licence, action, prop, handling, hands, performance)
 
 
-def _handled(
+def _plan_handling(
     rng: np.random.Generator, sources: Sources, body: BodyModel, action: Action, scale: float
 ) -> ClipPlan | str:
     """Plan an action of the grammar; return the reason where that fails."""
@@ -121,7 +121,7 @@ def _handled(
     return ClipPlan(*found, script.prop, handling, script.posture, leant_on=slides)
 
 
-def _polished(
+def _optimised(
     body: BodyModel, plan: ClipPlan, hands: Hands, performance: ActorMotion
 ) -> ActorMotion:
     """Return the performance after trajectory optimisation."""
@@ -144,14 +144,14 @@ def _polished(
 def finished(
     rng: np.random.Generator, body: BodyModel, take: SynthesisedClip, person: int, number: str
 ) -> Clip:
-    """The clip of a take that is good: object in a frame of its own, feet labelled, origin centred.
+    """Return the training clip of an accepted attempt: feet labelled, the origin at the first frame.
 
     Args:
         rng: source of all randomness.
         body: whose proportions the clip has.
-        take: all its pieces.
+        take: the parts of the clip.
         person: who acts.
-        number: what tells the clip from others.
+        number: distinguishes the clip from others of this person.
     """
     handling, performance = take.handling, take.performance
     soles = sole_points(body, performance.root, performance.rotations)
@@ -172,7 +172,7 @@ def finished(
 
 
 def _mesh(rng: np.random.Generator, prop: Prop) -> tuple[ObjectMesh, Float[np.ndarray, "4 4"]]:
-    """The prop's surface in an object frame of its own: any origin near it, any yaw."""
+    """Return the prop's surface in a random object frame (origin near the prop, any yaw), and that frame."""
     scan = prop.mesh(rng)
     yaw = rng.uniform(-np.pi, np.pi)
     T = np.eye(4)
@@ -228,7 +228,7 @@ def _boxes_of(parts: Sequence[SolidPart]) -> BoxObstacle:
     return BoxObstacle(*(torch.as_tensor(c, dtype=torch.float32) for c in corners))
 
 
-def _work(
+def _plan_tool_work(
     rng: np.random.Generator, sources: Sources, action: ToolAction, body: BodyModel, scale: float
 ) -> ClipPlan | str:
     """Plan work with a tool or something on wheels; return the reason where that fails."""

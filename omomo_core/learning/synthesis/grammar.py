@@ -1,4 +1,4 @@
-"""The grammar of actions: how often people do what with things, and in which manner."""
+"""The grammar of actions: how often each action is done, with which props, and in which manner."""
 
 from collections.abc import Callable
 

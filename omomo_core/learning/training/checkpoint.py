@@ -26,11 +26,11 @@ def save_run(state: TrainState, folder: Path, options: TrainOptions, notes: dict
     """
     folder.mkdir(parents=True, exist_ok=True)
     name, trainee = state.trainee.name, state.trainee
-    told = notes | {k: str(v) for k, v in asdict(options).items()}
-    told |= {"steps_done": str(state.step), "windows_seen": str(state.step * options.batch)}
-    told |= {"cpu_seconds": f"{state.seconds:.1f}", "loss": f"{state.loss:.5f}"}
+    metadata = notes | {k: str(v) for k, v in asdict(options).items()}
+    metadata |= {"steps_done": str(state.step), "windows_seen": str(state.step * options.batch)}
+    metadata |= {"cpu_seconds": f"{state.seconds:.1f}", "loss": f"{state.loss:.5f}"}
     with whole_file(folder / f"{name}.safetensors") as weights:
-        save_network(state.average, trainee.config, weights, told)
+        save_network(state.average, trainee.config, weights, metadata)
     tensors = _tensors("weights", trainee.network) | _tensors("average", state.average)
     tensors |= {f"optimiser.{k}": v for k, v in state.optimiser.tensors().items()}
     progress = {

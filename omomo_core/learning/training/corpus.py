@@ -19,7 +19,7 @@ from omomo_core.stages.body.capture import reference_path
 from omomo_core.stages.windows import WINDOW, HumanWindows, ObjectWindows
 
 _APART = 30
-"""Frames from one window to the next among those whose depths are ranked."""
+"""Frames between the starts of the windows whose pelvis heights are ranked."""
 SWAP = (0, 2, 1, 3, 5, 4, 6, 8, 7, 9, 11, 10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20, 23, 22)
 """The joint on the other side of the body, for the 24 joints of the model."""
 
@@ -38,20 +38,20 @@ class Windows:
     object: ObjectWindows
     human: HumanWindows
     surface: Float[Tensor, "b points 3"]
-    """Points on each window's object, in its own axes, from its centre; of no meaning without one."""
+    """Points on each window's object, in its own axes, from its centre; meaningless without an object."""
 
 
 class Corpus:
-    """All clips, joined along frames; `draw` cuts windows out of it."""
+    """All clips, joined along frames; `draw` returns random windows of them."""
 
     def __init__(self, clips: Sequence[Clip], body: BodyModel, synthesis_share: float) -> None:
         self.lengths = torch.tensor([len(clip.root) for clip in clips])
         self.starts = torch.cumsum(self.lengths, 0) - self.lengths
-        has = torch.tensor([c.object_motion is not None for c in clips])
+        has_object = torch.tensor([c.object_motion is not None for c in clips])
         self.grids = ShapeGrids([c.object_motion.mesh for c in clips if c.object_motion])
-        self.object_of = torch.where(has, torch.cumsum(has, 0), 0)
+        self.object_of = torch.where(has_object, torch.cumsum(has_object, 0), 0)
         self.rows: dict[str, Tensor] = {}
-        """What windows are made of, by name: all frames of all clips, joined."""
+        """Every frame of all clips, joined, by the name of the feature."""
         total = int(self.lengths.sum())
         for clip, first, index in zip(clips, self.starts, self.object_of, strict=True):
             for key, rows in _rows(clip, body, self.grids.centres[int(index)]).items():
@@ -59,19 +59,19 @@ class Corpus:
                 if key not in self.rows:
                     self.rows[key] = torch.empty(total, *rows.shape[1:])
                 self.rows[key][first : first + len(rows)] = rows
-        self.weights = _weights(self.lengths.float(), has, synthesis_share)
-        some = self.object_of > 0 if has.any() else ~has
+        self.weights = _weights(self.lengths.float(), has_object, synthesis_share)
+        ranked = self.object_of > 0 if has_object.any() else ~has_object
         joints = self.rows["joints"]
-        # Of each frame first: the joints of all windows at once would be too many.
+        # The minimum over the palms comes first: the joints of all windows at once need too much memory.
         low = torch.stack([joints[:, 22:, 2].amin(dim=1), joints[:, 0, 2]], dim=1)
-        self.uprightness = Uprightness(*low[self._windows(some)].amin(dim=1).T)
+        self.uprightness = Uprightness(*low[self._windows(ranked)].amin(dim=1).T)
 
-    def _windows(self, some: Bool[Tensor, " clips"]) -> Int[Tensor, "windows frames"]:
-        """Frames of a window every second of some clips."""
+    def _windows(self, ranked: Bool[Tensor, " clips"]) -> Int[Tensor, "windows frames"]:
+        """Return the frames of one window per second of the clips in the mask."""
         index = [
             start + first + torch.arange(WINDOW).clamp(max=length - first - 1)
             for start, length in zip(
-                self.starts[some].tolist(), self.lengths[some].tolist(), strict=True
+                self.starts[ranked].tolist(), self.lengths[ranked].tolist(), strict=True
             )
             for first in range(0, max(length - WINDOW, 0) + 1, _APART)
         ]
@@ -114,11 +114,11 @@ def _depths(
 
 
 def _weights(
-    lengths: Float[Tensor, " clips"], has: Tensor, synthesis_share: float
+    lengths: Float[Tensor, " clips"], has_object: Tensor, synthesis_share: float
 ) -> Float[Tensor, " clips"]:
-    """Chance of each clip: by length, with the clips that have objects given their share."""
+    """Return the chance of each clip: by length, with a fixed share for the clips that have objects."""
     weights = lengths / lengths.sum()
-    for group, share in ((has, synthesis_share), (~has, 1 - synthesis_share)):
+    for group, share in ((has_object, synthesis_share), (~has_object, 1 - synthesis_share)):
         if group.any():
             weights[group] *= share / weights[group].sum()
     return weights
@@ -189,7 +189,7 @@ class Uprightness:
     """
 
     def __init__(self, palm: Float[Tensor, " windows"], pelvis: Float[Tensor, " windows"]) -> None:
-        """Of the lowest palm and the lowest pelvis in each of many windows, metres."""
+        """Rank windows by the heights of their lowest palm and lowest pelvis, metres."""
         levels = torch.linspace(0, 1, _QUANTILES)
         self._table = torch.stack([_near(palm, pelvis, k).quantile(levels) for k in range(_BINS)])
 
@@ -212,7 +212,7 @@ def _near(palm: Tensor, pelvis: Tensor, k: int) -> Float[Tensor, " windows"]:
     """Pelvis heights of the bin, widened until there are enough."""
     away = (_bin(palm) - k).abs()
     for wider in range(_BINS):
-        some = pelvis[away <= wider]
-        if len(some) >= _FEWEST:
-            return some
+        near = pelvis[away <= wider]
+        if len(near) >= _FEWEST:
+            return near
     return pelvis

@@ -23,7 +23,7 @@ from omomo_core.learning.synthesis.props import Grasp, Prop, side_grasp
 from omomo_core.learning.synthesis.script import Action, Episode, PropPlacement
 
 _TALL = 1.1
-"""Height of things that are carried upright, low over the floor, metres."""
+"""Height from which a prop is carried upright, low over the floor, metres."""
 
 _LOWEST_TOP, _HIGHEST_TOP = 0.25, 0.8
 """Height of a prop that a hand reaches over, metres."""
@@ -34,7 +34,7 @@ _ROUND = (0.6, 1.5)
 
 
 def carry(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
-    """Taken along at one height or two, with a stop now and then, in both hands or one."""
+    """Draw a carry at one or two heights, sometimes with a stop, in one hand or both."""
     use = use_of(action)
     grip = draw_grasp(rng, prop, use, OFTEN_LOW)
     palm = float(grip[0].points[:, 2].mean())
@@ -54,7 +54,7 @@ def carry(rng: np.random.Generator, action: Action, prop: Prop, scale: float) ->
 
 
 def relocate(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
-    """Lifted a little, put down again close by, once or several times."""
+    """Draw one to three short lifts after each of which the prop is put down close by."""
     grip = draw_lift(rng, prop)
     palm = float(grip[0].points[:, 2].mean())
     if not prop.stands:
@@ -75,7 +75,7 @@ def relocate(rng: np.random.Generator, action: Action, prop: Prop, scale: float)
 
 
 def in_place(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
-    """Taken up, looked at, turned, swung or raised overhead, and put down again without a step."""
+    """Draw a lift in place: the prop is looked at, turned, swung or raised overhead, and put down."""
     high = action == "raise"
     grip = draw_grasp(rng, prop, "lift", low=0.6) if high else draw_lift(rng, prop)
     if high and not poised(prop, grip[0]):
@@ -100,7 +100,7 @@ def in_place(rng: np.random.Generator, action: Action, prop: Prop, scale: float)
 
 
 def flip(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
-    """Lifted, turned onto another side about the line through the palms, put down."""
+    """Draw a lift in which the prop is turned onto another side about the line through the palms."""
     grip = draw_grasp(rng, prop, "lift")
     palm = float(grip[0].points[:, 2].mean())
     quarter = float(rng.choice([-1, 1])) * np.pi / 2
@@ -119,7 +119,7 @@ def flip(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> 
 
 
 def reach_over(rng: np.random.Generator, action: Action, prop: Prop, scale: float) -> list[Episode]:
-    """Taken at near and far edge, lifted, its far side up towards the breast, put down close by."""
+    """Draw lifts by the near and the far edge, with the far side raised towards the chest."""
     grip = _near_and_far(rng, prop)
     if grip is None or not prop.stands:
         return []
@@ -141,7 +141,7 @@ def reach_over(rng: np.random.Generator, action: Action, prop: Prop, scale: floa
 
 
 def _near_and_far(rng: np.random.Generator, prop: Prop) -> tuple[Grasp, float] | None:
-    """Palms on opposed sides of a low thing, and the yaw that brings one near and the other far."""
+    """Return palms on opposed sides of a low prop, and the yaw that brings one near and the other far."""
     top = float(prop.high[2])
     if not _LOWEST_TOP < top < _HIGHEST_TOP:
         return None

@@ -23,13 +23,13 @@ WIDEST_HOLD = 0.85
 """Between the palms, metres."""
 _NARROWEST_HOLD = 0.1
 _HEAVIEST_LIFT = 22.0
-"""Kilograms that somebody alone lifts."""
+"""Kilograms that one person lifts."""
 _HEAVIEST_HAND = 10.0
 _MOST_LEVER = 12.0
-"""Kilograms times metres of depth that somebody lifts by the near edge alone: about 60 N m."""
+"""Kilograms times metres of depth that one person lifts by the near edge: about 60 N m."""
 _HIGHEST = 1.75
 _TRIES = 9
-"""Of taking bars in each way, shared among them."""
+"""Attempts at grasps on bars for each use, shared among the bars."""
 _UP, _AHEAD = np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
 
 _HAND_THICKNESS = 0.04
@@ -41,7 +41,7 @@ _ELBOW_BEHIND = 0.12
 
 
 def find_grasps(rng: np.random.Generator, plan: Blueprint) -> list[Grasp]:
-    """Ways to hold a thing that stands before a person at -x."""
+    """Return grasps of a prop that stands in front of a person at -x."""
     vertices, triangles = joined(plan.parts)
     mesh = RayMesh(vertices, triangles)
     grip = np.repeat([p.grip for p in plan.parts], [len(p.faces) for p in plan.parts])
@@ -110,14 +110,14 @@ def _on_sides(
             out.append(Grasp("push", points, inward, None, kind))
         if top > 0.5 and z.min() > max(0.55 * top, 0.4):
             out.append(Grasp("tip", points, inward, None, kind))
-    out = _some(rng, out, {"lift": 6, "push": 2, "tip": 3})
+    out = _draw_grasps(rng, out, {"lift": 6, "push": 2, "tip": 3})
     return out + _low_edges(rng, mesh, plan, grip) + _pinches(mesh, plan, palms_of=out)
 
 
 def _low_edges(
     rng: np.random.Generator, mesh: RayMesh, plan: Blueprint, grip: Float[np.ndarray, " faces"]
 ) -> list[Grasp]:
-    """Palms turned under the lower side edges."""
+    """Return grasps with the palms turned under the lower side edges."""
     depth = mesh.low[0] + rng.uniform(0.25, 0.6, 6) * min(mesh.high[0] - mesh.low[0], 0.6)
     at = np.stack([depth, 0 * depth, rng.uniform(0.01, 0.05, 6)], axis=1)
     palms = _holdable(opposed(mesh, at, at, grip))
@@ -134,7 +134,7 @@ def _low_edges(
 
 
 def _pinches(mesh: RayMesh, plan: Blueprint, palms_of: list[Grasp]) -> list[Grasp]:
-    """Something thin clamped under the fingers of one hand that hangs beside the body."""
+    """Return grasps of a thin prop clamped under the fingers of one hand that hangs beside the body."""
     thin = mesh.high[1] - mesh.low[1] < 0.1
     if not thin or plan.mass > _HEAVIEST_HAND or mesh.high[2] < 0.15:
         return []
@@ -163,7 +163,7 @@ def _on_near_side(
             if lifts:
                 out.append(Grasp("lift", points, inward, _AHEAD, "under"))
     out += _hooks(rng, overhangs(rng, mesh, grip), lifts=lifts)
-    return _some(rng, out, {"push": 5, "tip": 3, "lift": 3})
+    return _draw_grasps(rng, out, {"push": 5, "tip": 3, "lift": 3})
 
 
 def _hooks(rng: np.random.Generator, found: Palms, *, lifts: bool) -> list[Grasp]:
@@ -186,15 +186,15 @@ def _pairs(palms: Palms) -> list[tuple[Float[np.ndarray, "2 3"], Float[np.ndarra
 
 
 def _holdable(palms: Palms) -> Palms:
-    """Neither too far apart nor crossing."""
+    """Return the pairs of palms that are neither too far apart nor crossed."""
     left, right = palms.points[:, 0], palms.points[:, 1]
     apart = np.linalg.norm(left - right, axis=1)
     across = left[:, 1] - right[:, 1]
     return palms[np.flatnonzero((apart <= WIDEST_HOLD) & (across >= _NARROWEST_HOLD))]
 
 
-def _some(rng: np.random.Generator, found: list[Grasp], most: dict[Use, int]) -> list[Grasp]:
-    """A few of each use (twice as many as wanted: some have no room), in random order."""
+def _draw_grasps(rng: np.random.Generator, found: list[Grasp], most: dict[Use, int]) -> list[Grasp]:
+    """Return a few grasps of each use in random order, twice `most` because some have no room."""
     out: list[Grasp] = []
     for use, count in most.items():
         same = [g for g in found if g.use == use]
@@ -212,7 +212,7 @@ def _with_room(mesh: RayMesh, found: list[Grasp]) -> list[Grasp]:
 def _have_room(
     mesh: RayMesh, points: Float[np.ndarray, "n 2 3"], inward: Float[np.ndarray, "n 2 3"]
 ) -> Bool[np.ndarray, " n"]:
-    """Which pairs of palms (left, right) have room for hands and forearms."""
+    """Return which pairs of palms (left, right) have room for hands and forearms."""
     out = -inward
     one = np.cross(out, np.where(np.abs(out[..., 2:]) < 0.9, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]))
     one /= np.linalg.norm(one, axis=-1, keepdims=True)
@@ -235,7 +235,7 @@ def _have_room(
 def _elbows(
     mesh: RayMesh, points: Float[np.ndarray, "n 2 3"], inward: Float[np.ndarray, "n 2 3"]
 ) -> Float[np.ndarray, "n 2 3"]:
-    """Where the elbows of somebody at -x would be: behind, outside; above low hands."""
+    """Return the elbows of a person at -x: behind and outside the palms, and above low ones."""
     x, y, z = np.moveaxis(points, -1, 0)
     side = np.array([1.0, -1.0])
     rise = ((1.0 - z) * 0.35).clip(-0.2, 0.3)

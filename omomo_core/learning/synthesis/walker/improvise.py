@@ -38,9 +38,9 @@ _TWISTED = 0.45
 _AT_REST = 0.03
 """Metres per second of a foot that stands."""
 _TOWARDS: Chances = {"walk": 0.85, "side": 0.08, "turn": 0.07}
-"""How people end up before what they take."""
+"""Chances of the move that ends in front of the object."""
 _AWAY: Chances = {"back": 0.6, "turn": 0.2, "side": 0.12, "shuffle": 0.08}
-"""How they begin to leave what they have put down."""
+"""Chances of the first move away from the object."""
 _TRIES = 6
 
 _PATH_AT_REST = 0.02
@@ -61,14 +61,14 @@ def improvise(
     """Make up a base motion with a stop of each given length, in this order.
 
     Args:
-        rng: makes everything up.
+        rng: source of all randomness.
         library: from `index`.
         frames: length of the result.
         pause_frames: length of each stop; there is movement between two stops.
         walk: least and most frames between two stops.
         chances: of each kind of move between the stops.
-        comes: before the first stop somebody walks up to something; else moves as between the stops.
-        goes: after the last stop somebody leaves something; else likewise.
+        comes: before the first stop the actor walks up to the object; else moves as between the stops.
+        goes: after the last stop the actor leaves the object; else moves as between the stops.
 
     Returns:
         None where there is no time to move between the stops.
@@ -88,7 +88,7 @@ def improvise(
 
 
 _Plan = tuple[list[Move | int], int, list[tuple[int, int]]]
-"""What happens, how many frames of it are over before the result starts, and its stops."""
+"""Moves and rests, how many of their first frames are cut off, and the (start, stop) of each stop."""
 
 
 def _plan(
@@ -144,13 +144,13 @@ def _gaps(
 def _come_along(
     rng: np.random.Generator, frames: int, chances: Chances, settle: int
 ) -> tuple[list[Move | int], int]:
-    """What happens before the first stop with a thing in the hands, and how much of it is over already."""
+    """Return the moves before the first stop of an actor who holds the object, and the frames to cut off."""
     lead = max(int(rng.integers(10, 70)), settle + 2 * _SHORTEST_MOVE - frames)
     return [*_fill(rng, frames + lead - settle, chances), settle], lead
 
 
 def _arrive(rng: np.random.Generator, frames: int) -> tuple[list[Move | int], int]:
-    """The same with empty hands: people walk up to what they take, and reach for it with the last step."""
+    """Return the same with empty hands: the actor walks up to the object and reaches with the last step."""
     if frames < _LONGEST_IDLE and rng.random() < 0.15:
         return [frames], 0
     # Where the other foot has not followed in time, the next try may.
@@ -162,7 +162,7 @@ def _arrive(rng: np.random.Generator, frames: int) -> tuple[list[Move | int], in
 
 
 def _leave(rng: np.random.Generator, frames: int) -> list[Move | int]:
-    """What happens after the last stop: a thing is ahead, so people step back or turn away first."""
+    """Return the moves after the last stop: the object is ahead, so the actor first steps back or turns."""
     if frames < _SHORTEST_MOVE or (frames < _LONGEST_IDLE and rng.random() < 0.15):
         return [frames]
     frames += int(rng.integers(0, 60))
@@ -171,7 +171,7 @@ def _leave(rng: np.random.Generator, frames: int) -> list[Move | int]:
 
 
 def _step(rng: np.random.Generator, frames: int, chances: Chances, way: float) -> Move:
-    """A move for which there is time, or as much of a step ahead (way 1) or back (-1) as there is."""
+    """Return a move that fits, else as much of a step ahead (`way` 1) or back (-1) as fits."""
     move = draw_move(rng, chances)
     if move.frames <= frames:
         return move
@@ -181,14 +181,14 @@ def _step(rng: np.random.Generator, frames: int, chances: Chances, way: float) -
 
 
 def _approaching(walk: float) -> Chances:
-    """Chances of somebody who comes or goes: mostly on a walk."""
+    """Return chances of moves in which `walk` is the share of walks."""
     chances = dict(CHANCES)
     chances["walk"] = walk / (1 - walk) * (sum(CHANCES.values()) - CHANCES["walk"])
     return chances
 
 
 def _fill(rng: np.random.Generator, frames: int, chances: Chances) -> list[Move | int]:
-    """Moves one after another, with moments of rest, for exactly so many frames."""
+    """Return moves and moments of rest that together last exactly `frames`."""
     parts: list[Move | int] = []
     left = frames
     while left >= _SHORTEST_MOVE:
@@ -206,13 +206,13 @@ def _fill(rng: np.random.Generator, frames: int, chances: Chances) -> list[Move 
 
 
 def _hurried(rng: np.random.Generator, frames: int) -> Move:
-    """A small step for which there is just the time."""
+    """Return a small step in a random direction that lasts exactly `frames`."""
     way, far = rng.uniform(-np.pi, np.pi), 0.3 * frames / FPS
     return Move("shuffle", (far * np.cos(way), far * np.sin(way)), rng.normal(0.0, 0.2), frames)
 
 
 def _sound(library: MotionLibrary, stage: StagedMotion) -> bool:
-    """In the stops both feet are on the floor near each other; legs never cross, or twist."""
+    """Return whether both feet stand near each other in the stops, and legs never cross or twist."""
     joints = joints_of(library.body, stage.root, stage.rotations)
     apart = joints[:, joint("left_ankle")] - joints[:, joint("right_ankle")]
     across = (apart * stage.rotations[:, 0, :, 0]).sum(-1)
