@@ -8,7 +8,7 @@ from capture_app.commands.render import CompareRequest
 from capture_app.comparison.arrange import Comparison, compared
 from capture_app.comparison.choice import choice
 from capture_app.comparison.load import load_motions
-from capture_app.pictures import MOVING, frame_at, save_pictures, stride, told
+from capture_app.pictures import MOVING, frame_at, save_pictures, stride, with_progress
 from capture_app.progress import Progress, silent
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
@@ -92,7 +92,7 @@ def _draw(made: Comparison, request: CompareRequest, progress: Progress) -> None
     step = stride(request.output)
     ticks = range(0, count, step) if request.still is None else [frame_at(request.still, count)]
     pictures = comparison_frames(made.contenders, style, ticks)
-    return save_pictures(request.output, told(pictures, len(ticks), progress))
+    return save_pictures(request.output, with_progress(pictures, len(ticks), progress))
 
 
 def _style(request: CompareRequest) -> PlateStyle:
