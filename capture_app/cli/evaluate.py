@@ -66,11 +66,12 @@ def evaluate(
 ) -> None:
     """Generate the people of recorded clips anew and measure how far they are from the real ones.
 
-    Every clip is answered with its palms given and guessed, with and without the person's first
-    pose; and guessed with no more than the place where the person first stood. K1 is the sample that
-    the program would show; K20 the one of 20 (of --samples) with the least MPJPE, as published, and
-    beside its HandJPE the least of any sample. F1 is the mean over clips, as published; "F1 all" is
-    over all their frames together. cm.
+    People are generated for each clip under several protocols: from the recorded palms or from
+    predicted ones, each with and without the person's first pose, and from predicted palms with the
+    place where the person stood. K1 is the sample that the program shows; K20 is the one of 20 (of
+    --samples) with the least MPJPE, as published, beside the least HandJPE of any sample. F1 is the
+    mean over clips, as published; "F1 all" is over the frames of all clips together. Lengths are in
+    centimetres.
     """
     from capture_app.cli.console import progress_bars, say
     from omomo_core.body.load import load_body

@@ -11,7 +11,7 @@ from capture_app.commands.request import validated
 
 @derived(ExportRequest)
 def export(result: given.Result, file: given.ExportFile = None, **said: Any) -> None:
-    """Write a result for another program: the person with the way they go, and the object.
+    """Write a result for another program: the person, their root motion and the object.
 
     glb: Blender, Unity, Unreal, web pages. bvh: every animation program (the object in a second file).
     usd: Blender, Maya, Houdini, Unreal. fbx: through a Blender of yours. amass: SMPL-X npz for

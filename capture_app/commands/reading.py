@@ -48,7 +48,7 @@ class ReadingOptions(BaseModel):
     closure: Annotated[
         bool,
         Field(
-            description="The object ends on the mark where it began: take the drift in between out."
+            description="The object ends on the mark where it began: the drift in between is removed."
         ),
     ] = False
     segment: Annotated[

@@ -47,7 +47,7 @@ class RenderOptions(BaseModel):
         Field(
             description="third: person and object from the front; orbit: a slow circle around them; "
             "follow: behind the person; top: a map with its scale; object: what the clamped phone "
-            "sees (where that never is the person, across the object at them)."
+            "sees, or a view across the object at the person if it never sees them."
         ),
     ] = "third"
     sample: Annotated[

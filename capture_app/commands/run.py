@@ -48,19 +48,25 @@ class TakeOptions(ReadingOptions):
     contact: Annotated[
         Literal["segments", "paper"],
         Field(
-            description="Hands hold the object while it needs it (segments), or from the first touch "
-            "to the end as published (paper)."
+            description="When hands hold the object: while it needs to be held (segments), or from the "
+            "first touch to the end, as published (paper)."
         ),
     ] = "segments"
     height: Annotated[
-        float | None, Field(ge=0.8, le=2.6, description="Height of the person in metres.")
+        float | None,
+        Field(
+            ge=0.8,
+            le=2.6,
+            description="Height of the person in metres; an average adult if not given.",
+        ),
     ] = None
     stood: Annotated[
         Stood | None,
         Field(
-            description="About where the person stood when the take began: the word phone, before its "
-            "screen, for who tapped it to record; or, where a result has it wrong, x,y on the floor of "
-            "its world in metres, e.g. 0.8,-1.2. It says where its person stands."
+            description="Where the person stood when the take began, to about 30 cm: x,y on the floor "
+            "of the result's world in metres, e.g. 0.8,-1.2; or the word phone, if the "
+            "person stood before the phone's screen and tapped it to record. Every result "
+            "says where its person begins."
         ),
     ] = None
     force: Annotated[
@@ -86,9 +92,10 @@ class RunRequest(TakeOptions, Request):
     mount: Annotated[
         Path | None,
         Field(
-            description="Mount file: where the object is as the phone sees it. Or the word identity, "
-            "when the mesh is made in the phone's own axes. An object's own motion takes none; TUM "
-            "text is a phone's log with a mount, the object's motion without."
+            description="Mount file, which says where the object is in the phone's frame; or the word "
+            "identity, if the mesh was made in the phone's own frame. An object's own "
+            "motion takes no mount. TUM text is a phone's log if there is a mount, else the "
+            "object's motion."
         ),
     ] = None
     """None where the phone's frame is the object's."""
@@ -103,12 +110,17 @@ class RunRequest(TakeOptions, Request):
     contacts: Annotated[
         Path | None,
         Field(
-            description="Which hand holds the object when and where: a contacts.json to obey instead "
-            "of deciding it."
+            description="A contacts.json that says which hand holds the object when and where; decided "
+            "by the program if not given."
         ),
     ] = None
     configuration: Annotated[
-        Literal["capture", "paper"], Flag("--config"), Field(description="Trained model.")
+        Literal["capture", "paper"],
+        Flag("--config"),
+        Field(
+            description="Trained model: capture (made for this program) or paper (the published "
+            "method)."
+        ),
     ] = "capture"
     weights: Annotated[
         Path | None, Field(description="Folder of your own weights, from `omocap train`.")

@@ -65,7 +65,7 @@ class ByScan(Calibration):
     method: Literal["scan"]
 
 
-@by_id(ScreenWay, leave_out=_SCALE)
+@by_id(ScreenWay, leave_out=(*_SCALE, "format"))
 class ByScreen(Calibration):
     """Photos that show a board on the phone's screen, and the object with a printed one or its scan."""
 

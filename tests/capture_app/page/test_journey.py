@@ -13,7 +13,7 @@ def test_example_to_motion(tabs, server):
     expect(page.get_by_text("This recording is good")).to_be_visible(timeout=30_000)
     assert page.get_by_role("radio", checked=True).count() == 2
     page.get_by_text("More options").click()
-    page.get_by_label("Tries").fill("1")
+    page.get_by_label("Samples", exact=True).fill("1")
     page.get_by_label("Steps of the sampler").fill("2")
     page.get_by_label("Draw a video").uncheck()
     page.get_by_role("button", name="Make the motion").click()

@@ -38,9 +38,9 @@ def test_scrub_and_play(result_page):
 
 
 @pytest.mark.slow
-def test_tries_are_shown_one_by_one_or_side_by_side(result_page):
+def test_samples_are_shown_one_by_one_or_side_by_side(result_page):
     result_page.get_by_label("All side by side").check()
-    expect(result_page.locator(".stage-names span")).to_have_text(["Try 1", "Try 2"])
+    expect(result_page.locator(".stage-names span")).to_have_text(["Sample 1", "Sample 2"])
     expect(result_page.get_by_role("slider", name="Time")).to_have_count(2)
     expect(result_page.get_by_role("button", name="Correct the contacts")).to_be_hidden()
     result_page.get_by_label("best").check()

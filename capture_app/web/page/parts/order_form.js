@@ -107,7 +107,7 @@ function optionFields(defaults) {
     hint: "Who taps the phone on the object to record does.",
   });
   return {
-    samples: number("Tries", {
+    samples: number("Samples", {
       value: defaults.samples,
       min: 1,
       max: 64,

@@ -1,9 +1,9 @@
-// Which of the tries is shown: one, or all beside each other.
+// Which of the samples is shown: one, or all beside each other.
 import { freshId, h } from "../core/dom.js";
 
 const MOST = 6; // beside each other
 
-/** Radio buttons for the tries; `show(samples)` with indices from 0. None for a single one.
+/** Radio buttons for the samples; `show(samples)` with indices from 0. None for a single one.
  *  @param {number} samples @param {number} chosen @param {(samples: number[]) => void} show */
 export function samplePicker(samples, chosen, show) {
   if (!(samples > 1)) return null;
@@ -26,7 +26,7 @@ export function samplePicker(samples, chosen, show) {
   return h(
     "fieldset",
     { class: "pills" },
-    h("legend", {}, "Tries"),
+    h("legend", {}, "Samples"),
     all.map((k) => option(k === chosen ? `${k + 1} · best` : `${k + 1}`, [k])),
     option(samples > MOST ? `First ${MOST} side by side` : "All side by side", beside),
   );

@@ -29,7 +29,7 @@ export async function result({ params, signal }) {
   const url = `/api/results/${item.id}/scene`;
   /** @param {number[]} samples */
   const show = (samples) =>
-    stage.open(samples.map((sample) => ({ url, sample, name: `Try ${sample + 1}` })));
+    stage.open(samples.map((sample) => ({ url, sample, name: `Sample ${sample + 1}` })));
   const chosen = item.chosen ?? 0;
   const node = h(
     "div",
@@ -66,7 +66,7 @@ function line(item) {
   return [
     item.object_name,
     item.seconds && span(item.seconds),
-    item.samples > 1 && count(item.samples, "try", "tries"),
+    item.samples > 1 && count(item.samples, "sample", "samples"),
   ]
     .filter(Boolean)
     .join(" · ");
