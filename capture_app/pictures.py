@@ -1,4 +1,4 @@
-"""What every file of pictures has in common: its endings, its times, and that it tells how far it is."""
+"""What all files of pictures have in common: endings, times, and progress while they are written."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -37,8 +37,8 @@ def frame_at(seconds: float, count: int) -> int:
     return frame
 
 
-def told(pictures: Iterator[Picture], count: int, progress: Progress) -> Iterator[Picture]:
-    """Pass pictures on and tell the stage "video" how many of them have gone by."""
+def with_progress(pictures: Iterator[Picture], count: int, progress: Progress) -> Iterator[Picture]:
+    """Yield the pictures, and report the fraction that has gone by as progress of the stage "video"."""
     for k, picture in enumerate(pictures):
         yield picture
         progress("video", (k + 1) / count)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from capture_app.commands.render import RenderRequest
 from capture_app.overlay.eye import eye_of
-from capture_app.pictures import MOVING, frame_at, save_pictures, stride, told
+from capture_app.pictures import MOVING, frame_at, save_pictures, stride, with_progress
 from capture_app.progress import Progress, silent
 from capture_app.result import body_of, load_result, sample_index
 from omomo_core.errors import InputError
@@ -47,7 +47,7 @@ def render_result(request: RenderRequest, progress: Progress = silent) -> None:
         backend=request.backend,
         only=order,
     )
-    drawn = told(pictures, len(order), progress)
+    drawn = with_progress(pictures, len(order), progress)
     if request.picture:
         columns = request.sheet[0] if request.sheet else 1
         drawn = iter([contact_sheet(list(drawn), columns)])

@@ -1,9 +1,13 @@
-"""calibrate: from what was recorded to the mount file and its picture."""
+"""calibrate: from what was recorded, by any of the ways, to the mount file and its picture."""
 
 from pathlib import Path
 
-from capture_app.calibration.ways.find import find_mount
+from capture_app.calibration.ways.by_camera import by_board, by_tracker
+from capture_app.calibration.ways.by_phone import by_floor, by_scan, by_session
+from capture_app.calibration.ways.by_screen import by_screen
 from capture_app.calibration.write_mount import write_mount
+from capture_app.commands.calibrate.by_camera import BoardWay, ScreenWay
+from capture_app.commands.calibrate.by_phone import FloorWay, ScanWay, SessionWay
 from capture_app.commands.calibrate.request import AnyWay
 from capture_app.progress import Progress, silent
 from ingest.mount import Mount
@@ -28,3 +32,24 @@ def calibrate(
     """
     mount = find_mount(way, progress)
     return write_mount(mount, path, way.mesh_file, way.phone, picture=picture)
+
+
+def find_mount(way: AnyWay, progress: Progress) -> Mount:
+    """Find it; progress is told the stages "board" and "localise".
+
+    Raises:
+        InputError: what was recorded does not tell it, or cannot be read.
+    """
+    match way:
+        case BoardWay():
+            return by_board(way, progress)
+        case SessionWay():
+            return by_session(way, progress)
+        case ScanWay():
+            return by_scan(way, progress)
+        case ScreenWay():
+            return by_screen(way)
+        case FloorWay():
+            return by_floor(way)
+        case _:
+            return by_tracker(way)

@@ -1,16 +1,21 @@
 """`omocap batch`: many sessions become motions."""
 
-from contextlib import suppress
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
 from capture_app.cli import options as given
+from capture_app.cli.console import errors, say
 from capture_app.cli.console import output as console
-from capture_app.cli.console import say
 from capture_app.cli.derived import derived
 from capture_app.commands.run import RunRequest
+from capture_app.jobs.batch.watch import Shown
+from capture_app.jobs.record import JobRecord
 from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,6 +24,48 @@ if TYPE_CHECKING:
     from capture_app.jobs.fleet import Fleet
     from capture_app.jobs.queue import JobQueue
     from capture_app.jobs.record import JobRecord
+
+
+_MOST = 12
+"""Sessions shown at once."""
+
+
+@contextmanager
+def batch_bars(total: int) -> Generator[Shown]:
+    """Gives what `watch` tells; without a terminal there is a line for each job that ends."""
+    columns = (
+        TextColumn("{task.description:<30.30}"),
+        BarColumn(),
+        TextColumn("{task.fields[at]}"),
+    )
+    bars: dict[str, TaskID] = {}
+    with Progress(*columns, console=errors, disable=not errors.is_terminal) as progress:
+        whole = progress.add_task("All sessions", total=total, at=f"0 of {total}")
+        over = 0
+
+        def show(ended: Sequence[JobRecord], running: Sequence[JobRecord]) -> None:
+            nonlocal over
+            over += len(ended)
+            progress.update(whole, completed=over, at=f"{over} of {total}")
+            for job in ended:
+                colour = "green" if job.state == "done" else "red"
+                errors.print(f"[{colour}]{job.state:>9}[/] {escape(job.name)}")
+            _show_running(progress, bars, running[:_MOST])
+
+        yield show
+
+
+def _show_running(
+    progress: Progress, bars: dict[str, TaskID], running: Sequence[JobRecord]
+) -> None:
+    names = {job.id for job in running}
+    for gone in [id for id in bars if id not in names]:
+        progress.remove_task(bars.pop(gone))
+    for job in running:
+        if job.id not in bars:
+            bars[job.id] = progress.add_task(f"  {escape(job.name)}", total=1.0, at="")
+        progress.update(bars[job.id], completed=job.fraction, at=job.stage)
+
 
 Sessions = Annotated[
     Path,
@@ -143,7 +190,7 @@ def _make_folder(result: Path) -> None:
 
 
 def _watch(queue: "JobQueue", ids: "Sequence[str]", fleet: "Fleet") -> None:
-    from capture_app.cli.batch_bars import batch_bars
+    from capture_app.cli.batch import batch_bars
     from capture_app.jobs.batch.watch import watch
 
     with batch_bars(len(ids)) as show:

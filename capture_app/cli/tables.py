@@ -12,7 +12,7 @@ from capture_app.cli import options as given
 from capture_app.cli.console import errors, output, say
 
 if TYPE_CHECKING:
-    from capture_app.tables.run import TablesMade
+    from capture_app.tables.run import TablesRun
     from capture_app.tables.sheet import Sheet
 
 
@@ -147,7 +147,7 @@ def _bar() -> Generator[Callable[[int, int], None]]:
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-def _show(made: "TablesMade") -> None:
+def _show(made: "TablesRun") -> None:
     from capture_app.tables.caption import caption
     from capture_app.tables.sheet import sheets_of
 

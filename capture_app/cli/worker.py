@@ -1,11 +1,29 @@
-"""`omocap worker`: do the jobs of a queue."""
+"""`omocap worker`: join the workers of a queue, and stop as a process manager asks."""
 
+import signal
+import threading
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from capture_app.cli.console import say
+
+
+@contextmanager
+def until_stopped() -> Generator[Callable[[], object]]:
+    """Gives a function that waits for SIGINT or SIGTERM, which meanwhile do nothing else."""
+    stop = threading.Event()
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, lambda *_: stop.set()) for number in numbers]
+    try:
+        yield stop.wait
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
+
 
 Database = Annotated[
     str,
@@ -32,7 +50,7 @@ def worker(database: Database, jobs: Jobs = 1, log: Log = None) -> None:
 
     Example: `omocap worker --database postgresql://omocap@server/jobs --jobs 2`
     """
-    from capture_app.cli.stopping import until_stopped
+    from capture_app.cli.worker import until_stopped
     from capture_app.jobs.fleet import Fleet
     from capture_app.jobs.queue import open_queue
 

@@ -1,18 +1,41 @@
 """Several motions into one video or picture: what `omocap compare` does."""
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 from capture_app.commands.render import CompareRequest
 from capture_app.comparison.arrange import Comparison, compared
 from capture_app.comparison.choice import choice
 from capture_app.comparison.load import load_motions
-from capture_app.comparison.save import save_figures
-from capture_app.pictures import MOVING, frame_at, save_pictures, stride, told
+from capture_app.pictures import MOVING, frame_at, save_pictures, stride, with_progress
 from capture_app.progress import Progress, silent
 from omomo_core.errors import InputError
-from omomo_core.whole_file import check_target
+from omomo_core.motion import FPS
+from omomo_core.whole_file import check_target, write_whole
 from render.comparison import clock
 from render.comparison_plate import PlateStyle, comparison_frames, comparison_sheet
+
+
+def save_figures(path: Path, made: Comparison) -> None:
+    """Write every figure and note as JSON.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    rows = [
+        {
+            "label": c.label,
+            "truth": c.truth,
+            "begins_s": c.begin / FPS,
+            "lasts_s": len(c.human.root) / FPS,
+            "figures": figures,
+        }
+        for c, figures in zip(made.contenders, made.figures, strict=True)
+    ]
+    text = json.dumps({"motions": rows, "notes": made.notes}, indent=1) + "\n"
+    write_whole(path, text)
+
 
 MOST = 25
 """Motions that still fit on a screen."""
@@ -69,7 +92,7 @@ def _draw(made: Comparison, request: CompareRequest, progress: Progress) -> None
     step = stride(request.output)
     ticks = range(0, count, step) if request.still is None else [frame_at(request.still, count)]
     pictures = comparison_frames(made.contenders, style, ticks)
-    return save_pictures(request.output, told(pictures, len(ticks), progress))
+    return save_pictures(request.output, with_progress(pictures, len(ticks), progress))
 
 
 def _style(request: CompareRequest) -> PlateStyle:

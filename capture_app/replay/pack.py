@@ -1,9 +1,11 @@
 """Scene packs: a result, a session or an object as one stretch of bytes that a browser plays.
 
-The layout is in `capture_app.replay.layout`, what is in it in docs/replay.md.
+The layout is in `capture_app.replay.pack`, what is in it in docs/replay.md.
 """
 
-from collections.abc import Sequence
+import json
+import struct
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +15,6 @@ from jaxtyping import Float
 from capture_app.inspection import Inspection, look_over, refuse_bad
 from capture_app.overlay.eye import mount_of, session_of
 from capture_app.quaternions import xyzw_from_matrix
-from capture_app.replay.layout import pack_bytes
 from capture_app.replay.recording import Recording, recording
 from capture_app.replay.surfaces import Arrays, body_arrays, object_surface
 from capture_app.result import Result, body_of
@@ -29,6 +30,34 @@ from omomo_core.geometry.surface import Surface, sample_surface
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion
 from omomo_core.skeleton import ALL_JOINTS, ALL_PARENTS
+
+VERSION = 1
+_ALIGN = 8
+
+
+def pack_bytes(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes:
+    """A scene pack.
+
+    Args:
+        header: what the JSON says besides `version` and `arrays`.
+        arrays: by name; of types that a browser's typed arrays know (no 64 bits).
+    """
+    told: dict[str, Any] = {}
+    parts: list[bytes] = []
+    offset = 0
+    for name, array in arrays.items():
+        dtype = array.dtype.newbyteorder("<")
+        raw = _padded(np.ascontiguousarray(array, dtype).tobytes())
+        told[name] = {"dtype": dtype.str[1:], "shape": list(array.shape), "offset": offset}
+        parts.append(raw)
+        offset += len(raw)
+    text = json.dumps({"version": VERSION, **header, "arrays": told}, allow_nan=False).encode()
+    return b"".join([_padded(struct.pack("<I", len(text)) + text), *parts])
+
+
+def _padded(raw: bytes) -> bytes:
+    return raw + bytes(-len(raw) % _ALIGN)
+
 
 QUATERNION = 32767
 """A quaternion's 1 in 16 bits: turns are exact to 0.002 degrees."""

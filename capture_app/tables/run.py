@@ -55,7 +55,7 @@ class TablesRequest:
 
 
 @dataclass(frozen=True)
-class TablesMade:
+class TablesRun:
     """What was made."""
 
     tables: list[PaperTable]
@@ -63,7 +63,7 @@ class TablesMade:
     files: list[Path]
 
 
-def make_tables(request: TablesRequest, progress: Progress, load: Load | None = None) -> TablesMade:
+def make_tables(request: TablesRequest, progress: Progress, load: Load | None = None) -> TablesRun:
     """Ask, measure, and write; answers that an earlier run has kept are not asked again.
 
     Args:
@@ -100,7 +100,7 @@ def make_tables(request: TablesRequest, progress: Progress, load: Load | None = 
         skipped,
         {f"{r.task.method}, {r.task.window}": r.problem for r in rows if r.problem},
     )
-    return TablesMade(tables, made, write_tables(request.out, tables, made))
+    return TablesRun(tables, made, write_tables(request.out, tables, made))
 
 
 def _answered(

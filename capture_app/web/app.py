@@ -11,11 +11,9 @@ from fastapi import FastAPI
 from starlette.middleware import Middleware
 from starlette.requests import Request
 
-from capture_app.web.guards.body_limits import BodyLimits
-from capture_app.web.guards.error_middleware import ErrorMiddleware
-from capture_app.web.guards.guard_middleware import GuardMiddleware
 from capture_app.web.guards.headers import Headers
 from capture_app.web.guards.hosts import Hosts, hosts_of
+from capture_app.web.guards.middleware import BodyLimits, ErrorMiddleware, GuardMiddleware
 from capture_app.web.guards.origins import origin_guard
 from capture_app.web.limits import Limits
 from capture_app.web.pages import add_pages

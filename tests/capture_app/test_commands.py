@@ -55,7 +55,7 @@ def test_a_batch_makes_what_can_be_made_and_says_what_cannot(inputs: Inputs, wei
 def test_the_demonstration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     # The film alone takes two thirds of the time, and is drawn by other tests.
-    monkeypatch.setattr("capture_app.staged_result.draw_chosen", lambda *_: None)
+    monkeypatch.setattr("capture_app.staged_result.draw_sample", lambda *_: None)
     assert invoke(["demo"]) == 0
     manifest = json.loads((tmp_path / "out" / "demo" / "manifest.json").read_text())
     assert manifest["faults"] == []

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from capture_app.residual_report import unsatisfied
+from capture_app.manifest_builder import unsatisfied
 from omomo_core.generation.person import Person
 from omomo_core.motion import HumanMotion
 

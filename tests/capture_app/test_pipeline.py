@@ -13,7 +13,7 @@ from capture_app.pipeline import run_take
 from capture_app.rerun import request_of
 from capture_app.result import body_of, load_result
 from omomo_core.errors import OmocapError
-from render.video import read_frames
+from tests.video_frames import read_frames
 
 # `inputs` writes the files of a good take: see conftest.py.
 Inputs = Any

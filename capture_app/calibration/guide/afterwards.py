@@ -97,7 +97,7 @@ def _height(prompt: Prompt) -> str:
     return answer
 
 
-def told_at_the_end(prompt: Prompt, state: GuideState, best: Path) -> None:
+def print_closing_advice(prompt: Prompt, state: GuideState, best: Path) -> None:
     """Which file to use and how, what is still open, and what would make it surer."""
     mount = load_mount(best)
     prompt.heading("Done")

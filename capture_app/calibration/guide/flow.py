@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from capture_app.calibration.guide.afterwards import refine_by_floor, told_at_the_end
+from capture_app.calibration.guide.afterwards import print_closing_advice, refine_by_floor
 from capture_app.calibration.guide.prompt import Prompt
 from capture_app.calibration.guide.recipes import RECIPES
 from capture_app.calibration.guide.state import GuideState, Recipe
@@ -73,7 +73,7 @@ class Guide:
         refined = state.fresh(f"{output.stem}-floor.json")
         self._next = lambda: ["floor", str(path), "RECORDING", *_mesh(state), "-o", str(refined)]
         best = refine_by_floor(prompt, state, path, refined)
-        told_at_the_end(prompt, state, best)
+        print_closing_advice(prompt, state, best)
 
     def _ask_output(self) -> Path:
         path = self._prompt.path("Mount file to write", Path(_MOUNT))

@@ -1,11 +1,11 @@
 """Mounts by what the clamped phone itself recorded: with the object's scan, a board, or the floor."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from capture_app.calibration.ways.stills import chosen_stills
 from capture_app.commands.calibrate.by_phone import FloorWay, ScanWay, SessionWay
 from capture_app.mesh_file import MeshFile
 from capture_app.progress import Progress
@@ -26,7 +26,7 @@ from ingest.calibration.session.session import (
     placed_by_scan,
     session_mount,
 )
-from ingest.calibration.still import CARRIED
+from ingest.calibration.still import CARRIED, Still, clamped_stills, named_stills
 from ingest.formats.detect import read_session
 from ingest.mount import Mount
 from ingest.mount_file import load_mount
@@ -118,3 +118,25 @@ def by_floor(way: FloorWay) -> Mount:
     metric = MeshFile(way.object, way.mesh_scale).load(first.object_scale)
     session = read_session(way.session, way.format)
     return refine(first, session, metric, phone_height=way.phone_height, floor=way.floor)
+
+
+def chosen_stills(
+    session: CaptureSession,
+    spans: Sequence[tuple[float, float]],
+    clamped_at: float,
+    carried: float,
+) -> tuple[list[Still], str]:
+    """The stills that are named, or those found after the clamping, and a note about them.
+
+    Args:
+        session: the log.
+        spans: seconds from its start; none are looked for.
+        clamped_at: seconds from its start after which the phone is clamped; 0 where nobody says.
+        carried: metres that the phone was carried before it was clamped, at least.
+
+    Raises:
+        InputError: those of `ingest.calibration.still`.
+    """
+    if spans:
+        return named_stills(session, spans), ""
+    return clamped_stills(session, after=clamped_at, path=0.0 if clamped_at else carried)

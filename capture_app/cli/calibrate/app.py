@@ -5,20 +5,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from capture_app.cli.calibrate import (
-    board,
-    board_pdf,
-    combine,
-    drawing,
-    floor,
-    guide,
-    points,
-    scan,
-    screen,
-    session,
-    show,
-    tracker,
-)
+from capture_app.cli.calibrate import board_pdf, drawing, guide, mounts, points, recorded, screen
 
 
 class _Guided(TyperGroup):
@@ -36,16 +23,16 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command("guide")(guide.guide)
-app.command("scan")(scan.scan)
-app.command("session")(session.session)
-app.command("board")(board.board)
-app.command("tracker")(tracker.tracker)
+app.command("scan")(recorded.scan)
+app.command("session")(recorded.session)
+app.command("board")(recorded.board)
+app.command("tracker")(recorded.tracker)
 app.command("screen")(screen.screen)
 app.command("points")(points.points)
 app.command("drawing")(drawing.drawing)
-app.command("floor")(floor.floor)
-app.command("combine")(combine.combine)
-app.command("show")(show.show_mount)
+app.command("floor")(recorded.floor)
+app.command("combine")(mounts.combine)
+app.command("show")(mounts.show_mount)
 app.command("board-pdf")(board_pdf.board_pdf)
 
 

@@ -1,16 +1,63 @@
 """From sessions to orders, and from orders to jobs that are not done yet."""
 
+import json
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from capture_app.commands.request import validated
 from capture_app.commands.run import RunRequest
-from capture_app.jobs.batch.finished import is_whole, made_by, put_aside
-from capture_app.jobs.kinds.folder import summary_of
+from capture_app.jobs.batch.sessions import unused
+from capture_app.jobs.kinds.results import summary_of
 from capture_app.jobs.queue import JobQueue, order_id
+from capture_app.manifest import MANIFEST, Manifest, read_manifest
 from ingest.animated.detect import is_animation
 from omomo_core.errors import InputError
+
+
+def is_whole(folder: Path) -> bool:
+    """Whether the numbers of a result can be read; its films may have been moved elsewhere."""
+    from capture_app.result import load_result
+
+    try:
+        load_result(folder)
+    except InputError:
+        return False
+    return True
+
+
+def made_by(order: RunRequest) -> Manifest | None:
+    """The manifest of the result that stands where the order wants one, if this order made it.
+
+    None where it is of other options or inputs, or of inputs that have changed since.
+    """
+    from capture_app.rerun import unchanged
+
+    try:
+        manifest = read_manifest(order.output / MANIFEST)
+        paths = {item.role: Path(item.path) for item in manifest.inputs}
+        if manifest.correction is not None or paths != order.inputs:
+            return None
+        if _as_json(manifest.options) != _as_json(order.recorded_options):
+            return None
+        for item in manifest.inputs:
+            unchanged(item)
+    except InputError:
+        return None
+    return manifest
+
+
+def put_aside(folder: Path) -> Path:
+    """Give a damaged result another name, so that a new one can take its place."""
+    beside = {path.name: path for path in folder.parent.iterdir()}
+    aside = folder.with_name(unused(f"{folder.name}.damaged", beside))
+    os.rename(folder, aside)
+    return aside
+
+
+def _as_json(options: object) -> object:
+    return json.loads(json.dumps(options))
 
 
 def order_of(said: dict[str, Any], output: Path) -> RunRequest:

@@ -1,7 +1,12 @@
 """The kinds of jobs there are."""
 
-from capture_app.jobs.kinds import calibrate, compare, export, overlay, render, resolve, run, scan
+from capture_app.jobs.kinds.files import COMPARE, EXPORT, OVERLAY, RENDER
+from capture_app.jobs.kinds.items import CALIBRATE, SCAN
+from capture_app.jobs.kinds.results import RESOLVE, RUN
 from capture_app.jobs.protocol import JobKind
 
-_ALL = (run, resolve, render, export, overlay, compare, calibrate, scan)
-KINDS: dict[str, JobKind] = {room.KIND.order.KIND: room.KIND for room in _ALL}
+KINDS: dict[str, JobKind] = {
+    kind.order.KIND: kind
+    for kind in (RUN, RESOLVE, RENDER, EXPORT, OVERLAY, COMPARE, CALIBRATE, SCAN)
+}
+"""By the kind of their requests."""

@@ -10,7 +10,7 @@ from capture_app.commands.inputs import Words
 from capture_app.web.cache import key
 from capture_app.web.file_response import file_response
 from capture_app.web.library.ids import Id
-from capture_app.web.sandbox import looks, sheets
+from capture_app.web.sandbox import drawing, looks
 from capture_app.web.site import Here
 from ingest.calibration.board.sheet import PAPERS
 from ingest.calibration.board.spec import PRESETS
@@ -67,7 +67,7 @@ async def board_sheet(
     """The board to print at 100 %."""
     path = site.library.cache / f"board-{key('board', paper)}.pdf"
     if not path.is_file():
-        await site.sandbox.run(sheets.board_sheet, paper, path)
+        await site.sandbox.run(drawing.board_sheet, paper, path)
     return file_response(path, "board.pdf")
 
 
@@ -76,5 +76,5 @@ async def screen_sheet(site: Here, phone: Annotated[str, Query(max_length=80)]) 
     """The picture that the phone is to show full screen."""
     path = site.library.cache / f"screen-{key('screen', phone)}.png"
     if not path.is_file():
-        await site.sandbox.run(sheets.screen_sheet, phone, path)
+        await site.sandbox.run(drawing.screen_sheet, phone, path)
     return file_response(path, "screen.png")

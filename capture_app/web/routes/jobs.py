@@ -56,7 +56,7 @@ async def order(
 
 
 @router.get("")
-def everything(
+def list_jobs(
     site: Here,
     limit: Annotated[int, Query(ge=1, le=1000)] = 100,
     state: State | None = None,
@@ -78,7 +78,7 @@ def cancel(site: Here, id: Id) -> Job:
 
 
 @router.post("/{id}/again")
-def again(site: Here, id: Id) -> Job:
+def retry_job(site: Here, id: Id) -> Job:
     """Begin a failed or cancelled job once more."""
     return _there(site, id, site.queue.again(id))
 

@@ -37,7 +37,7 @@ class ReportCheck(BaseModel):
     seconds: tuple[float | None, float | None] | None
 
 
-class Facts(BaseModel):
+class ReportHeadline(BaseModel):
     """Its headline; null where the session cannot be read."""
 
     seconds: float | None
@@ -67,7 +67,7 @@ class Report(BaseModel):
     segments: list[tuple[float, float]]
     floor: str
     problem: ErrorDetail | None
-    facts: Facts
+    facts: ReportHeadline
 
 
 @router.get("/sessions/{id}/report")

@@ -43,7 +43,7 @@ class Whole(BaseModel):
 
 
 @router.get("")
-def everything(site: Here) -> list[LibraryItem]:
+def list_results(site: Here) -> list[LibraryItem]:
     """All there are, the newest first."""
     return [_item(site, id_, info) for id_, info in site.library.results.list()]
 

@@ -1,4 +1,4 @@
-"""Posters of what was not made by a job here."""
+"""Pictures that are drawn in the sandbox: posters, boards to print, and the board for a phone's screen."""
 
 from pathlib import Path
 from typing import Any
@@ -7,6 +7,7 @@ from capture_app.posters import mount_poster, object_poster, result_poster
 from capture_app.result import load_result
 from ingest.mesh import load_mesh
 from ingest.mount_file import load_mount
+from omomo_core.whole_file import whole_file
 
 
 def draw_object(mesh: Path, scale: float, poster: Path) -> dict[str, Any]:
@@ -37,4 +38,34 @@ def draw_result(result: Path, poster: Path) -> dict[str, Any]:
         InputError: as `load_result`.
     """
     result_poster(poster, load_result(result))
+    return {}
+
+
+def board_sheet(paper: str, target: Path) -> dict[str, Any]:
+    """Write the PDF of the board that fills a sheet of this paper.
+
+    Raises:
+        InputError: "paper-unknown".
+    """
+    from ingest.calibration.board.sheet import preset_for, write_sheet
+
+    with whole_file(target) as partial:
+        write_sheet(preset_for(paper), paper, partial)
+    return {}
+
+
+def screen_sheet(phone: str, target: Path) -> dict[str, Any]:
+    """Write the PNG that a phone is to show full screen.
+
+    Raises:
+        InputError: "phone-unknown" or "screen-unknown".
+    """
+    import numpy as np
+
+    from ingest.calibration.phone.body import phone_named
+    from ingest.calibration.screen.shown import screen_picture
+    from render.stills import write_png
+
+    grey = screen_picture(phone_named(phone))
+    write_png(target, np.repeat(grey[..., None], 3, axis=2))
     return {}

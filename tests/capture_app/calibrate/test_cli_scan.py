@@ -8,8 +8,7 @@ import pytest
 import trimesh
 import typer
 
-from capture_app.cli.calibrate.scan import scan
-from capture_app.cli.calibrate.session import session
+from capture_app.cli.calibrate.recorded import scan, session
 from ingest.formats import scanner_3d
 from ingest.mount_file import load_mount
 from ingest.uncertainty import between

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from capture_app.cli.calibrate.floor import floor
+from capture_app.cli.calibrate.recorded import floor
 from capture_app.inspection import inspect_take
 from capture_app.simulator.carried_box import HEIGHT, box_mesh, clamped_phone
 from capture_app.simulator.record import MESH, MOUNT, SESSION, record_demo

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from capture_app.scanning.circle import circle
+from capture_app.scanning.page import circle
 from ingest.scan.found import to_height
 from ingest.scan.quality.coverage import coverage_of
 from ingest.scan.quality.report import inspect_scan

@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from capture_app.study.analysis import analyse
+from capture_app.study.analysis import analyse, preference
 from capture_app.study.design import Plan
-from capture_app.study.interval import preference
 
 from .conftest import Crowd, make_key
 

@@ -13,18 +13,18 @@ from typer.testing import CliRunner
 from capture_app.cli.tables import tables as command
 from capture_app.tables.answers import FILE
 from capture_app.tables.paper import ABLATION, PAPER, PUBLISHED
-from capture_app.tables.run import TablesMade, TablesRequest, make_tables
+from capture_app.tables.run import TablesRequest, TablesRun, make_tables
 from omomo_core.body.load import load_body
 from omomo_core.errors import AssetError, InputError
 from tests.capture_app.tables.stand_ins import load, never, write_data, write_weights
 from tests.core.movers import thin
 
 NAMES = ("sub16_largetable_001", "sub17_woodchair_002", "sub16_mop_003", "sub3_monitor_004")
-Make = Callable[..., TablesMade]
+Make = Callable[..., TablesRun]
 
 
 @pytest.fixture(scope="module")
-def everything(tmp_path_factory: pytest.TempPathFactory) -> tuple[TablesMade, Path]:
+def everything(tmp_path_factory: pytest.TempPathFactory) -> tuple[TablesRun, Path]:
     """All tables by all stand-ins, and their folder."""
     folder = tmp_path_factory.mktemp("everything")
     write_data(folder / "data.npz", NAMES)
@@ -43,7 +43,7 @@ def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Make:
     write_data(tmp_path / "data.npz", NAMES)
     write_weights(tmp_path / "weights")
 
-    def run(loads=load, **changes) -> TablesMade:
+    def run(loads=load, **changes) -> TablesRun:
         request = {
             "clips": [tmp_path / "data.npz"],
             "out": tmp_path / "out",
@@ -56,7 +56,7 @@ def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Make:
     return run
 
 
-def f1_of(made: TablesMade, number: int, label: str, section: int = 0) -> float:
+def f1_of(made: TablesRun, number: int, label: str, section: int = 0) -> float:
     (table,) = (t for t in made.tables if t.number == number)
     lines = {line.label: line.values for line in table.sections[section].lines}
     return lines[label]["contact_f1"]

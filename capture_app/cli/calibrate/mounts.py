@@ -1,4 +1,4 @@
-"""`omocap calibrate combine`: several results of one mount become one."""
+"""`omocap calibrate combine` and `show`: what is done with mount files."""
 
 from pathlib import Path
 from typing import Annotated
@@ -51,3 +51,13 @@ def combine(
             )
         refuse_slip(results[0].mount, results[1].mount)
     finish(combined(results), mount_file, mesh_file_of(mesh))
+
+
+def show_mount(
+    mount: Annotated[Path, typer.Argument(help="Mount file.", show_default=False)],
+) -> None:
+    """Say what a mount file holds: where the object is, how sure that is, what was not seen."""
+    from capture_app.cli.calibrate.finish import show
+    from ingest.mount_file import load_mount
+
+    show(load_mount(mount))

@@ -1,12 +1,14 @@
-"""Jobs that make a result folder, stage by stage."""
+"""Jobs that make a result folder, stage by stage: a run, and a run with corrected contacts."""
 
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from capture_app.jobs.protocol import Attempt
+from capture_app.commands.run import ResolveRequest, RunRequest
+from capture_app.jobs.protocol import Attempt, JobKind
 
 if TYPE_CHECKING:
     from capture_app.manifest import Manifest
+    from capture_app.pipeline import StagedRun
     from capture_app.staged_result import StagedResult
 
 
@@ -59,3 +61,53 @@ def summary_of(manifest: "Manifest") -> dict[str, Any]:
     """What a job tells of the result that it made."""
     chosen = manifest.chosen
     return {"sample": chosen + 1, "scores": manifest.scores[chosen]}
+
+
+_RUN_SHARES = {
+    "read": 0.05,
+    "object": 0.02,
+    "hands": 0.1,
+    "contact": 0.03,
+    "body": 0.15,
+    "solve": 0.3,
+    "export": 0.05,
+    "video": 0.3,
+}
+
+
+class _TakeWork(FolderJob):
+    """Also tells the verdict on the take."""
+
+    def __init__(self, staged: "StagedRun", attempt: Attempt) -> None:
+        super().__init__(staged, attempt)
+        self._take = staged
+
+    @property
+    def stages(self) -> Mapping[str, Callable[[], None]]:
+        return {**super().stages, "read": self._read}
+
+    def _read(self) -> None:
+        self._take.read()
+        self._attempt.tell({"verdict": self._take.prepared.verdict})
+
+
+def _start_run(order: RunRequest, attempt: Attempt) -> FolderJob:
+    from capture_app.pipeline import StagedRun
+
+    staged = StagedRun(order, attempt.progress, key=attempt.id, timings=attempt.timings)
+    return _TakeWork(staged, attempt)
+
+
+RUN = JobKind(RunRequest, _start_run, _RUN_SHARES)
+
+
+def _start_resolve(order: ResolveRequest, attempt: Attempt) -> FolderJob:
+    from capture_app.resolve import StagedCorrection
+
+    staged = StagedCorrection(order, attempt.progress, key=attempt.id, timings=attempt.timings)
+    return FolderJob(staged, attempt)
+
+
+RESOLVE = JobKind(
+    ResolveRequest, _start_resolve, {"read": 0.1, "solve": 0.4, "export": 0.1, "video": 0.4}
+)
