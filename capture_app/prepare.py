@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from capture_app.commands.run import RunRequest
-from capture_app.coordinates import Place
+from capture_app.commands.text_values import Place
 from capture_app.inspection import Verdict, look_over, usable_take
 from capture_app.manifest import Segment
 from capture_app.start_position import start_position

@@ -8,7 +8,7 @@ import torch
 from jaxtyping import Bool, Float
 
 from capture_app.commands.run import RunRequest
-from capture_app.coordinates import Place
+from capture_app.commands.text_values import Place
 from capture_app.manifest import Segment
 from ingest.mount import Mount
 from omomo_core.errors import InputError

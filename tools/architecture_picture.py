@@ -2,7 +2,7 @@
 
     python tools/architecture_picture.py docs/pictures/architecture.webp
 
-Each band is a package, each box a value with its type and, below it, the module that makes it.
+Each row is a package, each box a value with its type and, below it, the module that makes it.
 """
 
 import sys
@@ -18,7 +18,7 @@ LEFT, GAP = 60, 46
 
 
 @dataclass(frozen=True)
-class Band:
+class PackageRow:
     """A package, drawn as a coloured stripe with its boxes from left to right."""
 
     name: str
@@ -33,26 +33,26 @@ class Band:
         return LEFT + number * (BOX[0] + GAP), self.bottom - BOX[1] - 26
 
 
-BANDS = (
-    Band("what you give", (243, 244, 246), 20, 190, (
+ROWS = (
+    PackageRow("what you give", (243, 244, 246), 20, 190, (
         ("session folder", "the phone's log"),
         ("mesh", "OBJ, PLY, STL, GLB"),
         ("mount.json", "omocap calibrate"),
     )),
-    Band("ingest", (224, 238, 250), 206, 380, (
+    PackageRow("ingest", (224, 238, 250), 206, 380, (
         ("CaptureSession", "ingest.formats"),
         ("ObjectMesh", "ingest.mesh"),
         ("Mount", "ingest.mount_file"),
         ("ObjectMotion", "ingest.trajectory"),
     )),
-    Band("omomo_core", (227, 244, 228), 396, 572, (
+    PackageRow("omomo_core", (227, 244, 228), 396, 572, (
         ("palms, stage 1", "stages.hands"),
         ("contact segments", "contact"),
         ("body, stage 2", "stages.body"),
         ("solved bodies", "generation.solving"),
         ("K ranked samples", "generation.selection"),
     )),
-    Band("capture_app", (252, 236, 220), 588, 820, (
+    PackageRow("capture_app", (252, 236, 220), 588, 820, (
         ("motion.npz", "capture_app.result"),
         ("contacts.json", "omomo_core.contact"),
         ("motion.glb", "capture_app.exports"),
@@ -66,11 +66,11 @@ def draw(path: Path) -> None:
     """Write the picture; the suffix of the path decides its format."""
     image = Image.new("RGB", SIZE, (255, 255, 255))
     pen = ImageDraw.Draw(image)
-    for band in BANDS:
-        pen.rounded_rectangle((20, band.top, SIZE[0] - 20, band.bottom), 16, fill=band.colour)
-        pen.text((LEFT, band.top + 14), band.name, INK, _font(26))
-        for number, texts in enumerate(band.boxes):
-            _box(pen, band.at(number), texts)
+    for row in ROWS:
+        pen.rounded_rectangle((20, row.top, SIZE[0] - 20, row.bottom), 16, fill=row.colour)
+        pen.text((LEFT, row.top + 14), row.name, INK, _font(26))
+        for number, texts in enumerate(row.boxes):
+            _box(pen, row.at(number), texts)
     _result_folder(pen)
     _arrows(pen)
     image.save(path, **({"lossless": True} if path.suffix == ".webp" else {}))
@@ -85,22 +85,22 @@ def _box(pen: ImageDraw.ImageDraw, corner: tuple[int, int], texts: tuple[str, st
 
 def _result_folder(pen: ImageDraw.ImageDraw) -> None:
     """A frame around the files of a result, and who uses them."""
-    band = BANDS[-1]
-    x, y = band.at(0)
-    right = band.at(4)[0] + BOX[0]
+    row = ROWS[-1]
+    x, y = row.at(0)
+    right = row.at(4)[0] + BOX[0]
     pen.rounded_rectangle((x - 16, y - 46, right + 16, y + BOX[1] + 14), 12, None, LINE, 2)
     pen.text((x, y - 24), "result folder", INK, _font(22), anchor="lm")
     users = "one function, capture_app.pipeline.run_take, for command line, page, batch and Python"
-    pen.text((LEFT + 190, band.top + 18), users, PALE, _font(20))
+    pen.text((LEFT + 190, row.top + 18), users, PALE, _font(20))
 
 
 def _arrows(pen: ImageDraw.ImageDraw) -> None:
-    given, ingest, core, app = BANDS
+    given, ingest, core, app = ROWS
     for number in range(3):
         _down(pen, given, number, ingest, number)
-    for band, count in ((ingest, 3), (core, 4)):
-        for number in range(2 if band is ingest else 0, count):
-            x, y = band.at(number)
+    for row, count in ((ingest, 3), (core, 4)):
+        for number in range(2 if row is ingest else 0, count):
+            x, y = row.at(number)
             start = (x + BOX[0] + 4, y + BOX[1] // 2)
             _arrow(pen, (start, (start[0] + GAP - 8, start[1])))
     last, y = ingest.at(3)[0] + BOX[0] // 2, ingest.at(3)[1] + BOX[1]
@@ -116,7 +116,9 @@ def _arrows(pen: ImageDraw.ImageDraw) -> None:
     _arrow(pen, ((x, core.at(4)[1] + BOX[1] + 2), (x, app.at(4)[1] - 50)))
 
 
-def _down(pen: ImageDraw.ImageDraw, upper: Band, start: int, lower: Band, end: int) -> None:
+def _down(
+    pen: ImageDraw.ImageDraw, upper: PackageRow, start: int, lower: PackageRow, end: int
+) -> None:
     x, y = upper.at(start)
     to = lower.at(end)
     _arrow(pen, ((x + BOX[0] // 2, y + BOX[1] + 2), (to[0] + BOX[0] // 2, to[1] - 4)))

@@ -24,7 +24,7 @@ SIZE = (640, 360)
 SAMPLES = 12
 
 
-class Truth:
+class ExportedArrays:
     """What the arrays say: world z up, metres."""
 
     def __init__(self, path: Path) -> None:
@@ -85,7 +85,7 @@ IMPORTS: dict[str, Callable[[Path], int]] = {
 
 def main(folder: Path) -> int:
     """Check every file of the folder."""
-    truth, bad = Truth(folder / "take.npz"), 0
+    truth, bad = ExportedArrays(folder / "take.npz"), 0
     for name, importer in IMPORTS.items():
         if not (folder / name).exists():
             continue
@@ -109,7 +109,7 @@ def main(folder: Path) -> int:
     return 1 if bad else 0
 
 
-def compare(truth: Truth, first: int) -> tuple[float, float]:
+def compare(truth: ExportedArrays, first: int) -> tuple[float, float]:
     """Largest distance of a joint and of a point of the object from where they should be, metres."""
     figure, thing = find(truth)
     joints, surface = 0.0, 0.0
@@ -161,7 +161,7 @@ def mesh_points(thing) -> np.ndarray:
     return np.array([thing.matrix_world @ v.co for v in thing.data.vertices])
 
 
-def find(truth: Truth):
+def find(truth: ExportedArrays):
     """The armature of the person, and what carries the object's motion."""
     armatures = [o for o in bpy.data.objects if o.type == "ARMATURE"]
     figures = [a for a in armatures if truth.names[0] in a.pose.bones]
@@ -174,7 +174,7 @@ def find(truth: Truth):
     return figures[0], things[0]
 
 
-def draw(path: Path, truth: Truth, first: int) -> None:
+def draw(path: Path, truth: ExportedArrays, first: int) -> None:
     """A still of the middle of the take; bones are drawn as sticks where there is no skin."""
     scene = bpy.context.scene
     frame = len(truth.joints) // 2

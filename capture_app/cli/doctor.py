@@ -4,6 +4,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
@@ -59,12 +60,10 @@ def _print_config(*, as_json: bool) -> None:
     if as_json:
         output.print_json(data=[asdict(one) for one in settings])
         return
-    table = Table(
-        "name", "value", "unit", "what it is", box=None, pad_edge=False, header_style="dim"
-    )
     for one in settings:
-        table.add_row(*map(Text, (one.name, _written(one.value), one.unit, one.meaning)))
-    output.print(table)
+        value = Text(f"{one.name} = {_written(one.value)} {one.unit}", style="bold")
+        output.print(value, soft_wrap=True)
+        output.print(Padding(Text(one.meaning), (0, 0, 0, 4)))
 
 
 def _written(value: "Number") -> str:

@@ -8,7 +8,7 @@ import typer
 from capture_app.cli import options as given
 from capture_app.cli.console import output as console
 from capture_app.cli.console import progress_bars, say
-from capture_app.coordinates import read_size
+from capture_app.commands.text_values import read_size
 
 app = typer.Typer(no_args_is_help=True, help="Ask people which motions they prefer.")
 

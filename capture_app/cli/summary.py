@@ -37,10 +37,10 @@ def summarise(result: "Result") -> None:
         and options["configuration"] == "capture"
         and not options.get("stood")
     ):
-        x, y = result.motions[manifest.chosen].root[0, :2]
+        x, y = result.motions[manifest.chosen].root[0, :2].tolist()
         output.print(
-            f"They stand at {x:.1f},{y:.1f} at first; if that is the wrong side of the object, tell "
-            "omocap run where it was: --stood x,y."
+            f"The person begins at {x:z.1f},{y:z.1f}. If that is the wrong side of the object, say where the "
+            "person stood: --stood x,y."
         )
     for note in (*manifest.notes, *manifest.faults):
         say("Note", note, "yellow")

@@ -6,6 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
+from capture_app.commands.inputs import Sample
 from capture_app.commands.request import Request
 
 UpAxis = Literal["y", "z"]
@@ -60,10 +61,7 @@ class ExportOptions(BaseModel):
     bones: Annotated[Bones, Field(description="Program whose names the bones shall have.")] = (
         Bones.smplx
     )
-    sample: Annotated[
-        int | None,
-        Field(ge=1, le=64, description="Which sample, from 1; the chosen one if not given."),
-    ] = None
+    sample: Sample = None
 
 
 class ExportRequest(ExportOptions, Request):

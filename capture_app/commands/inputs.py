@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 Number = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
-Words = Annotated[str, Field(max_length=200)]
+ShortText = Annotated[str, Field(max_length=200)]
 Point = tuple[Number, Number, Number]
 _Row = tuple[Number, Number, Number, Number]
 Matrix = tuple[_Row, _Row, _Row, _Row]
@@ -21,7 +21,7 @@ PLACE_EXAMPLE = {
 }
 
 
-def like(**example: Any) -> ConfigDict:
+def with_example(**example: Any) -> ConfigDict:
     """Return the configuration of a model of HTTP that has this example."""
     return ConfigDict(
         extra="forbid", allow_inf_nan=False, json_schema_extra={"examples": [example]}
@@ -31,7 +31,7 @@ def like(**example: Any) -> ConfigDict:
 class PlacePoint(BaseModel):
     """A point of a printed board, and where it is on the object."""
 
-    model_config = like(**PLACE_EXAMPLE["points"][0])
+    model_config = with_example(**PLACE_EXAMPLE["points"][0])
 
     board_mm: tuple[Number, Number]
     """x and y on the print, from the corner where the arrows start."""
@@ -42,7 +42,7 @@ class PlacePoint(BaseModel):
 class BoardPlacement(BaseModel):
     """Where a board is on the object."""
 
-    model_config = like(**PLACE_EXAMPLE)
+    model_config = with_example(**PLACE_EXAMPLE)
 
     points: Annotated[list[PlacePoint], Field(min_length=3, max_length=200)]
     sigma_mm: Annotated[float, Field(gt=0, le=100)] = 2.0
@@ -51,7 +51,7 @@ class BoardPlacement(BaseModel):
 class CameraIntrinsics(BaseModel):
     """The intrinsics of a camera, in pixels of its pictures, and its pose where that is known."""
 
-    model_config = like(fx=1430, fy=1430, cx=960, cy=540, width=1920, height=1080)
+    model_config = with_example(fx=1430, fy=1430, cx=960, cy=540, width=1920, height=1080)
 
     fx: Annotated[float, Field(gt=0, le=1e6)]
     fy: Annotated[float, Field(gt=0, le=1e6)]
@@ -70,8 +70,8 @@ ItemKind = Literal["session", "object", "mount", "video", "contacts", "material"
 
 
 @dataclass(frozen=True)
-class Flag:
-    """Marks a field whose command-line option is not named like the field."""
+class OptionName:
+    """Marks a field whose command-line option is not named with_example the field."""
 
     name: str
 
@@ -94,3 +94,17 @@ class Inline:
     """Name of the file that is written from it."""
     name: str | None = None
     """Name of the field over HTTP, where it is another one."""
+
+
+LogFormat = Annotated[
+    str | None,
+    Field(
+        max_length=100,
+        description="Read the log as that of this app (a name that `omocap formats` lists), "
+        "whatever it looks like.",
+    ),
+]
+Sample = Annotated[
+    int | None,
+    Field(ge=1, le=64, description="Which sample, from 1; the chosen one if not given."),
+]

@@ -8,11 +8,12 @@ from pydantic import AliasChoices, Field, FiniteFloat
 from capture_app.commands.inputs import (
     BoardPlacement,
     CameraIntrinsics,
-    Flag,
     FromLibrary,
     Inline,
     Matrix,
-    Words,
+    OptionName,
+    Sample,
+    ShortText,
 )
 from capture_app.commands.render import DrawnBy, Smooth
 from capture_app.commands.request import Request
@@ -48,7 +49,7 @@ class OverlayRequest(Request):
         ),
     ] = None
     board: Annotated[
-        Words | None,
+        ShortText | None,
         Field(
             description="The board that the film shows, as its sheet says: A4, or "
             "5x7:35mm:26mm:DICT_5X5_100."
@@ -108,7 +109,7 @@ class OverlayRequest(Request):
     ] = None
     object_style: Annotated[
         Literal["outline", "drawn", "hidden"],
-        Flag("--object"),
+        OptionName("--object"),
         Field(
             # The name that earlier clients of the page's API send is still understood.
             validation_alias=AliasChoices("object_style", "thing"),
@@ -122,9 +123,6 @@ class OverlayRequest(Request):
     wipe: Annotated[
         bool, Field(description="A line that goes to and fro between before and after.")
     ] = False
-    sample: Annotated[
-        int | None,
-        Field(ge=1, le=64, description="Which sample, from 1; the chosen one if not given."),
-    ] = None
+    sample: Sample = None
     smooth: Smooth = None
     backend: DrawnBy = "auto"

@@ -5,8 +5,9 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat
 
+from capture_app.commands.inputs import LogFormat
 from capture_app.commands.request import place_of
-from capture_app.coordinates import read_up
+from capture_app.commands.text_values import read_up
 from ingest.trajectory.reading import Reading, Top
 
 
@@ -60,14 +61,7 @@ class ReadingOptions(BaseModel):
             "not given.",
         ),
     ] = None
-    format: Annotated[
-        str | None,
-        Field(
-            max_length=100,
-            description="Read the log as that of this app (a name that `omocap formats` lists), "
-            "whatever it looks like.",
-        ),
-    ] = None
+    format: LogFormat = None
 
     @property
     def reading(self) -> Reading:

@@ -5,9 +5,9 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-from capture_app.commands.inputs import Flag
+from capture_app.commands.inputs import OptionName, Sample
 from capture_app.commands.request import Request, VideoSize, place_of
-from capture_app.coordinates import read_sheet
+from capture_app.commands.text_values import read_sheet
 
 View = Literal["third", "orbit", "follow", "top", "object"]
 Backend = Literal["auto", "pyrender", "raycast"]
@@ -50,9 +50,7 @@ class RenderOptions(BaseModel):
             "sees, or a view across the object at the person if it never sees them."
         ),
     ] = "third"
-    sample: Annotated[
-        int | None, Field(ge=1, description="Which sample, from 1; the chosen one if not given.")
-    ] = None
+    sample: Sample = None
     size: Annotated[VideoSize, Field(description="Width x height of the pictures in pixels.")] = (
         960,
         540,
@@ -106,7 +104,7 @@ class CompareRequest(Request):
         bool, Field(description="Colour bodies by their distance from the first one.")
     ] = False
     any_object: Annotated[
-        bool, Flag("--any"), Field(description="Allow motions of different objects.")
+        bool, OptionName("--any"), Field(description="Allow motions of different objects.")
     ] = False
     labels: tuple[str, ...] = ()
     """One for each motion, or none."""
@@ -122,7 +120,7 @@ class CompareRequest(Request):
         Field(ge=1, le=24, description="One PNG with so many moments of each motion in a row."),
     ] = None
     figures: Annotated[
-        Path | None, Flag("--json"), Field(description="File to write every figure to.")
+        Path | None, OptionName("--json"), Field(description="File to write every figure to.")
     ] = None
     markers: Markers = True
     smooth: Smooth = None

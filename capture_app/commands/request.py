@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from capture_app.coordinates import read_size
+from capture_app.commands.text_values import read_size
 from omomo_core.errors import InputError
 
 

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, FiniteFloat
 
-from capture_app.commands.inputs import Flag
+from capture_app.commands.inputs import OptionName
 from capture_app.commands.reading import ReadingOptions
 from capture_app.commands.render import View
 from capture_app.commands.request import Request, VideoSize, place_of
-from capture_app.coordinates import read_place
+from capture_app.commands.text_values import read_place
 
 if TYPE_CHECKING:
     from omomo_core.generation.result import GenerationOptions
@@ -28,7 +28,7 @@ Stood = Annotated[tuple[FiniteFloat, FiniteFloat] | Literal["phone"], BeforeVali
 
 Size = Annotated[VideoSize | None, Field(description="Width x height of the pictures in pixels.")]
 VideoView = Annotated[
-    View, Flag("--view"), Field(description="View of the video; see `omocap render --help`.")
+    View, OptionName("--view"), Field(description="View of the video; see `omocap render --help`.")
 ]
 Replace = Annotated[bool, Field(description="Replace an earlier result of the same name.")]
 
@@ -116,7 +116,7 @@ class RunRequest(TakeOptions, Request):
     ] = None
     configuration: Annotated[
         Literal["capture", "paper"],
-        Flag("--config"),
+        OptionName("--config"),
         Field(
             description="Trained model: capture (made for this program) or paper (the published "
             "method)."

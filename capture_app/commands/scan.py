@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat, model_validator
 
-from capture_app.commands.inputs import Flag, FromLibrary, Words
+from capture_app.commands.inputs import FromLibrary, LogFormat, OptionName, ShortText
 from capture_app.commands.request import ItemRequest, place_of
-from capture_app.coordinates import read_box
+from capture_app.commands.text_values import read_box
 from ingest.scan.choices import PICTURES, VERTICES, Method, Unit
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class ScanOptions(BaseModel):
         ),
     ] = None
     board: Annotated[
-        Words | None,
+        ShortText | None,
         Field(
             description="A printed board lies beside the object and gives the size: A4, or such as "
             "5x7:35mm:26mm:DICT_5X5_100."
@@ -52,19 +52,12 @@ class ScanOptions(BaseModel):
     ] = None
     poses: Annotated[bool, Field(description="Use the poses that the phone logged.")] = True
     camera_axes: Annotated[
-        Words, Field(description="How logged poses are to be read, if an error says so.")
+        ShortText, Field(description="How logged poses are to be read, if an error says so.")
     ] = "logged"
     metric: Annotated[
         bool, Field(description="The COLMAP model is in metres already, and z is up.")
     ] = False
-    format: Annotated[
-        str | None,
-        Field(
-            max_length=100,
-            description="Read the log as that of this app (a name that `omocap formats` lists), "
-            "whatever it looks like.",
-        ),
-    ] = None
+    format: LogFormat = None
     frames: Annotated[int, Field(ge=12, le=400, description="Pictures to use.")] = PICTURES
     box: Annotated[
         Annotated[Corners, BeforeValidator(_box)] | None,
@@ -84,10 +77,10 @@ class ScanOptions(BaseModel):
         int, Field(ge=500, le=100_000, description="Vertices of the mesh, about.")
     ] = VERTICES
     unit: Annotated[
-        Unit | None, Flag("--units"), Field(description="Unit of a mesh of another app.")
+        Unit | None, OptionName("--units"), Field(description="Unit of a mesh of another app.")
     ] = None
     object_name: Annotated[
-        Words | None, Field(description="Which object of a mesh that holds several.")
+        ShortText | None, Field(description="Which object of a mesh that holds several.")
     ] = None
 
     @model_validator(mode="after")

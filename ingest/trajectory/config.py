@@ -13,7 +13,10 @@ class BreakConfig:
         0.1, "s", "Longest time between two poses that is bridged, whatever moves."
     )
     longest_hole: float = setting(
-        0.155, "s", "The same where the motion goes on smoothly: 0.15 s, and the jitter of stamps."
+        0.155,
+        "s",
+        "Longest time between two poses that is bridged where the motion goes on smoothly: "
+        "0.15 s, and the jitter of stamps.",
     )
     hole_bend: float = setting(
         0.01, "m", "Distance of a smooth motion from the straight way over a hole."
@@ -27,7 +30,8 @@ class BreakConfig:
     longest_period: float = setting(
         0.095,
         "s",
-        "Longest usual time between poses; closer to the longest gap, its jitter makes a gap of every "
+        "Longest usual time between poses; closer to the longest gap, its jitter makes a "
+        "gap of every "
         "other step.",
     )
     shortest_segment: float = setting(
@@ -46,12 +50,13 @@ class JumpConfig:
     smallest_shift: float = setting(
         0.04,
         "m",
-        "What that difference must amount to: ARKit corrects itself by 2 to 3 cm in ordinary takes.",
+        "Smallest shift of such a step that is a jump: ARKit corrects itself by 2 to 3 cm "
+        "in ordinary takes.",
     )
     turn_error: float = setting(
         5.0, "rad/s", "Difference of a step's angular velocity from that of its neighbours."
     )
-    smallest_turn: float = setting(0.05, "rad", "What that difference must amount to.")
+    smallest_turn: float = setting(0.05, "rad", "Smallest turn of such a step that is a jump.")
     window: int = setting(5, "poses", "Steps before and after a step that predict its velocity.")
     outlier: float = setting(
         10.0, "share", "Deviations from the log's median error beyond which a step is a jump."
@@ -73,7 +78,7 @@ class FrozenConfig:
         0.2, "m/s", "Speed beyond which a phone does not come to rest within one step."
     )
     abrupt_turn: float = setting(
-        0.35, "rad/s", "Angular speed beyond which it does not come to rest within one step."
+        0.35, "rad/s", "Angular speed beyond which a phone does not come to rest within one step."
     )
 
 
@@ -101,7 +106,8 @@ class SmoothingConfig:
     longest_period: float = setting(
         0.025,
         "s",
-        "Longest time between poses; in a log of 30 Hz a hand's tremor (8 to 12 Hz) looks like noise.",
+        "Longest time between poses; in a log of 30 Hz a hand's tremor (8 to 12 Hz) looks "
+        "like noise.",
     )
     half_window: int = setting(
         3, "poses", "Poses before and after each that the parabola is fitted to."
@@ -168,16 +174,21 @@ class GravityConfig:
 
     window: float = setting(2.0, "s", "Time over which the accelerometer is averaged.")
     noted: float = setting(
-        5.0, "deg", "Angle between the accelerometer and the log's up that is told."
+        5.0, "deg", "Angle between the accelerometer and the log's up that a report mentions."
     )
-    refused: float = setting(15.0, "deg", "The same angle, from which on a log is refused.")
+    refused: float = setting(
+        15.0,
+        "deg",
+        "Angle between the accelerometer and the log's up from which on a log is refused.",
+    )
     rest_spread: float = setting(
         10.0, "deg", "Angle between the object's own up in any rest and in all of them."
     )
     floor_tilt: float = setting(
         45.0,
         "deg",
-        "Angle between the floor's normal and the object's own up over the take: it keeps walls out.",
+        "Angle between the floor's normal and the object's own up over the take: it keeps "
+        "walls out.",
     )
 
 
@@ -216,7 +227,8 @@ class FloorConfig:
     largest_dip: float = setting(
         0.05,
         "m",
-        "Way of an object below its rest that is no error of tracking, and as much again for each metre "
+        "Way of an object below its rest that is no error of tracking, and as much again "
+        "for each metre "
         "of its size.",
     )
     largest_tilt: float = setting(

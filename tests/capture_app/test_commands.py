@@ -27,6 +27,13 @@ def test_a_result_is_exported(inputs: Inputs, weights: Path):
         assert file.stat().st_size > size
 
 
+@pytest.mark.parametrize("said", [{}, {"output": ""}])
+def test_an_export_without_a_format_says_how_to_name_one(tmp_path: Path, capsys, said: dict):
+    where = ["-o", str(tmp_path)] if said else []
+    assert invoke(["export", str(tmp_path), *where]) == 2
+    assert "format-needed" in capsys.readouterr().err
+
+
 @pytest.mark.runs("batch")
 def test_a_batch_makes_what_can_be_made_and_says_what_cannot(inputs: Inputs, weights: Path, capsys):
     takes, out = inputs.folder / "takes", inputs.folder / "out"

@@ -37,17 +37,18 @@ def test_the_doctor_lists_every_field(capsys: pytest.CaptureFixture[str]):
     assert {s["name"]: s["value"] for s in listed} == json.loads(json.dumps(recorded_config()))
 
 
-def test_the_doctor_prints_a_table(
+def test_the_doctor_explains_every_number_with_its_whole_name(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.setattr("capture_app.cli.console.output.width", 400)
     assert invoke(["doctor", "--config"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert len(lines) == 1 + len(SETTINGS)
-    for line, one in zip(lines[1:], SETTINGS, strict=True):
-        assert line.split()[0] == one.name
-        assert f" {one.unit} " in line
-        assert one.meaning in line
+    assert len(lines) == 2 * len(SETTINGS)
+    for line, meaning, one in zip(lines[::2], lines[1::2], SETTINGS, strict=True):
+        name, _, value = line.partition(" = ")
+        assert name == one.name
+        assert value.endswith(f" {one.unit}")
+        assert meaning.strip() == one.meaning
 
 
 def test_a_manifest_keeps_every_number(tmp_path: Path):

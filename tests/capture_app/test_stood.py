@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capture_app.commands.run import RunRequest
-from capture_app.coordinates import read_place
+from capture_app.commands.text_values import read_place
 from capture_app.manifest import Segment
 from capture_app.pipeline import run_take
 from capture_app.rerun import request_of

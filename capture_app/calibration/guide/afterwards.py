@@ -5,7 +5,7 @@ from shlex import join
 
 from capture_app.calibration.guide.finding import Finding
 from capture_app.calibration.guide.prompt import Prompt
-from capture_app.calibration.guide.state import GuideState
+from capture_app.calibration.guide.steps import GuideState
 from capture_app.calibration.guide.wizard import command_line
 from ingest.calibration.drawing.directions import numbers
 from ingest.calibration.floor.contacts import find_contacts, track

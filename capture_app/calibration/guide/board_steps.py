@@ -11,7 +11,7 @@ from capture_app.calibration.guide.finding import Finding
 from capture_app.calibration.guide.phone_steps import AXES, ENOUGH
 from capture_app.calibration.guide.placement import astray
 from capture_app.calibration.guide.prompt import Prompt, as_path
-from capture_app.calibration.guide.state import AgainError, GuideState, GuideStep, Words
+from capture_app.calibration.guide.steps import AgainError, GuideState, GuideStep, Words
 from ingest.calibration.board.place import BoardPlace, load_place, place_from_points
 from ingest.calibration.board.sheet import PAPERS, preset_for
 from ingest.calibration.board.spec import Board, parse_board

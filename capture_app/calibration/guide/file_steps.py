@@ -3,7 +3,7 @@
 import numpy as np
 
 from capture_app.calibration.guide.prompt import Prompt
-from capture_app.calibration.guide.state import GuideState, GuideStep, Words
+from capture_app.calibration.guide.steps import GuideState, GuideStep, Words
 from ingest.calibration.pose_file import load_similarity
 from ingest.calibration.session.scan_mesh import load_scan
 from ingest.colmap_files import read_model

@@ -6,7 +6,7 @@ from pathlib import Path
 from capture_app.calibration.guide.afterwards import print_closing_advice, refine_by_floor
 from capture_app.calibration.guide.prompt import Prompt
 from capture_app.calibration.guide.recipes import RECIPES
-from capture_app.calibration.guide.state import GuideState, Recipe
+from capture_app.calibration.guide.steps import GuideState, Recipe
 from capture_app.calibration.guide.wizard import Wizard, command_line
 from omomo_core.errors import InputError
 

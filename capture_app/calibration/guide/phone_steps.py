@@ -8,7 +8,7 @@ import numpy as np
 from capture_app.calibration.guide.finding import Finding
 from capture_app.calibration.guide.placement import astray
 from capture_app.calibration.guide.prompt import Prompt, as_path
-from capture_app.calibration.guide.state import AgainError, GuideState, GuideStep, Words
+from capture_app.calibration.guide.steps import AgainError, GuideState, GuideStep, Words
 from ingest.calibration.drawing.directions import numbers, rotation_in_words
 from ingest.calibration.drawing.drawing import MEASURED, PRINTED
 from ingest.calibration.phone.body import body_point, phone_named

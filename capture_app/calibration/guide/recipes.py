@@ -7,7 +7,7 @@ from capture_app.calibration.guide import record_steps as record
 from capture_app.calibration.guide import screen_steps as screen
 from capture_app.calibration.guide.board_steps import PRINT, place
 from capture_app.calibration.guide.phone_steps import DRAWN_PLACE, DRAWN_TURN, MODEL, PICKED
-from capture_app.calibration.guide.state import Recipe
+from capture_app.calibration.guide.steps import Recipe
 
 RECIPES: Sequence[Recipe] = (
     Recipe(

@@ -9,7 +9,7 @@ from capture_app.calibration.guide.film import filmed_board, filmed_then_clamped
 from capture_app.calibration.guide.finding import Finding
 from capture_app.calibration.guide.prompt import Prompt
 from capture_app.calibration.guide.recording import filmed_rest, rested_recording, turned_recording
-from capture_app.calibration.guide.state import AgainError, GuideState, GuideStep, Words
+from capture_app.calibration.guide.steps import AgainError, GuideState, GuideStep, Words
 from ingest.calibration.board.camera import load_camera
 from ingest.calibration.hand_eye.pose_log import read_pose_log
 from ingest.calibration.pose_file import load_pose

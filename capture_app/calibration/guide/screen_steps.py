@@ -2,7 +2,7 @@
 
 from capture_app.calibration.guide.film import photographed_boards
 from capture_app.calibration.guide.prompt import Prompt
-from capture_app.calibration.guide.state import AgainError, GuideState, GuideStep, Words
+from capture_app.calibration.guide.steps import AgainError, GuideState, GuideStep, Words
 from ingest.calibration.screen.shown import TURNS, screen_board
 
 _SHOW = (

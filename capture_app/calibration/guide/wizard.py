@@ -6,7 +6,7 @@ from shlex import join
 
 from capture_app.calibration.guide.placement import where_it_sits
 from capture_app.calibration.guide.prompt import Prompt
-from capture_app.calibration.guide.state import AgainError, GuideState, GuideStep, Recipe
+from capture_app.calibration.guide.steps import AgainError, GuideState, GuideStep, Recipe
 from ingest.mesh import load_mesh
 from ingest.mount import Mount
 from ingest.mount_file import load_mount

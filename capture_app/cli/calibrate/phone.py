@@ -1,7 +1,7 @@
 """Which phone is meant, by the words of --phone and --ruler."""
 
 from capture_app.calibration.phones import need, phone_of
-from capture_app.coordinates import read_ruler
+from capture_app.commands.text_values import read_ruler
 from ingest.calibration.phone.body import Phone
 
 

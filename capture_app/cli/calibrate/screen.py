@@ -1,7 +1,7 @@
 """`omocap calibrate screen`: the phone shows a board, another camera sees it with the object."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -9,8 +9,10 @@ from capture_app.cli.console import output
 from capture_app.cli.derived import derived
 from capture_app.commands.calibrate.by_camera import ScreenWay
 from capture_app.commands.request import validated
-from ingest.calibration.phone.body import Phone
 from omomo_core.errors import InputError
+
+if TYPE_CHECKING:
+    from ingest.calibration.phone.body import Phone
 
 Pictures = Annotated[
     Path | None,
@@ -88,7 +90,7 @@ def needed_pictures(folder: Path | None) -> Path:
     return folder
 
 
-def write_picture(phone: Phone, path: Path) -> None:
+def write_picture(phone: "Phone", path: Path) -> None:
     """Write the PNG for a phone's screen, and say what to do with it.
 
     Raises:

@@ -5,18 +5,18 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, FiniteFloat, model_validator
 
-from capture_app.commands.calibrate.way import Log, MaybeObject, Way
+from capture_app.commands.calibrate.way import MaybeObject, SessionPath, Way
 from capture_app.commands.inputs import (
     BoardPlacement,
     CameraIntrinsics,
-    Flag,
     FromLibrary,
     Inline,
     Matrix,
-    Words,
+    OptionName,
+    ShortText,
 )
 from capture_app.commands.request import place_of
-from capture_app.coordinates import read_ruler
+from capture_app.commands.text_values import read_ruler
 from omomo_core.errors import InputError
 
 
@@ -38,18 +38,18 @@ class BoardWay(Way):
 
     method: Literal["board"] = "board"
     object: MaybeObject = None
-    session: Log
+    session: SessionPath
     film: Annotated[Path, FromLibrary(("video", "session", "material"))]
     """A video, a folder of pictures with times.csv, or the session of a second phone."""
     board: Annotated[
-        Words,
+        ShortText,
         Field(
             description="The board, as its sheet says: A4, or such as 5x7:35mm:26mm:DICT_5X5_100."
         ),
     ]
     place: Annotated[
         Path,
-        Flag("--board-place"),
+        OptionName("--board-place"),
         Inline(BoardPlacement, "place.json"),
         Field(description="File that says where the board is on the object: points, or a matrix."),
     ]
@@ -70,7 +70,7 @@ class TrackerWay(Way):
 
     method: Literal["tracker"] = "tracker"
     object: MaybeObject = None
-    session: Log
+    session: SessionPath
     poses: Annotated[Path, FromLibrary(("material",))]
     """Lines of t x y z qx qy qz qw, in the tracker's own resting frame."""
     body: Annotated[
@@ -105,7 +105,7 @@ class ScreenWay(Way):
         ),
     ] = None
     board: Annotated[
-        Words | None, Field(description="The board on the object, as printed on its sheet.")
+        ShortText | None, Field(description="The board on the object, as printed on its sheet.")
     ] = None
     place: Annotated[
         Path | None,

@@ -5,10 +5,17 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, FiniteFloat, model_validator
 
-from capture_app.commands.calibrate.way import Log, Object, Way
-from capture_app.commands.inputs import BoardPlacement, Flag, FromLibrary, Inline, Matrix, Words
+from capture_app.commands.calibrate.way import Object, SessionPath, Way
+from capture_app.commands.inputs import (
+    BoardPlacement,
+    FromLibrary,
+    Inline,
+    Matrix,
+    OptionName,
+    ShortText,
+)
 from capture_app.commands.request import place_of
-from capture_app.coordinates import INTRINSICS, read_intrinsics, read_span
+from capture_app.commands.text_values import INTRINSICS, read_intrinsics, read_span
 from omomo_core.errors import InputError
 
 
@@ -26,7 +33,7 @@ Span = Annotated[tuple[_Seconds, _Seconds], BeforeValidator(_span)]
 
 Stills = Annotated[
     tuple[Span, ...],
-    Flag("--still"),
+    OptionName("--still"),
     Field(
         max_length=20,
         description="Seconds from the start of the log in which the clamped phone stands still and the "
@@ -53,7 +60,7 @@ class SessionWay(Way):
 
     method: Literal["session"] = "session"
     object: Object
-    session: Log
+    session: SessionPath
     scan: Annotated[
         Path | None,
         FromLibrary(("material", "object")),
@@ -71,7 +78,7 @@ class SessionWay(Way):
         ),
     ] = None
     board: Annotated[
-        Words | None,
+        ShortText | None,
         Field(
             description="Instead of a scan: the ChArUco board on the object that the phone filmed before "
             "it was clamped, e.g. A4 or 5x7:35mm:26mm:DICT_5X5_100."
@@ -79,7 +86,7 @@ class SessionWay(Way):
     ] = None
     place: Annotated[
         Path | None,
-        Flag("--board-place"),
+        OptionName("--board-place"),
         Inline(BoardPlacement, "place.json"),
         Field(description="With --board: file that says where it is on the object."),
     ] = None
@@ -190,7 +197,7 @@ class FloorWay(Way):
     method: Literal["floor"] = "floor"
     object: Object
     mount: Annotated[Path, FromLibrary(("mount",))]
-    session: Log
+    session: SessionPath
     phone_height: Annotated[
         float | None,
         Field(

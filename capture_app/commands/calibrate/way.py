@@ -5,14 +5,14 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from capture_app.commands.inputs import FromLibrary, Words
+from capture_app.commands.inputs import FromLibrary, LogFormat, ShortText
 from capture_app.mesh_file import MeshFile
 
 _MESH = "Mesh of the object: OBJ, PLY, STL or GLB, in metres; its frame is the one calibrated."
 _MAYBE_MESH = "Mesh of the object, to note which one it is."
 Object = Annotated[Path, Field(description=_MESH)]
 MaybeObject = Annotated[Path | None, Field(description=_MAYBE_MESH)]
-Log = Annotated[Path, FromLibrary(("session",))]
+SessionPath = Annotated[Path, FromLibrary(("session",))]
 
 
 class Way(BaseModel):
@@ -25,15 +25,8 @@ class Way(BaseModel):
 
     mesh_scale: Annotated[float, Field(gt=0)] = 1.0
     """Factor that brings the mesh to metres."""
-    phone: Annotated[Words, Field(description='Model of the phone, such as "iPhone 15".')] = ""
-    format: Annotated[
-        str | None,
-        Field(
-            max_length=100,
-            description="Read the log as that of this app (a name that `omocap formats` lists), "
-            "whatever it looks like.",
-        ),
-    ] = None
+    phone: Annotated[ShortText, Field(description='Model of the phone, such as "iPhone 15".')] = ""
+    format: LogFormat = None
 
     @property
     def mesh_file(self) -> MeshFile | None:

@@ -7,7 +7,7 @@ from pydantic import BaseModel
 from capture_app.commands.calibrate.by_camera import BoardWay, ScreenWay, TrackerWay
 from capture_app.commands.calibrate.by_phone import FloorWay, ScanWay, SessionWay
 from capture_app.commands.calibrate.way import Way
-from capture_app.commands.inputs import PLACE_EXAMPLE, like
+from capture_app.commands.inputs import PLACE_EXAMPLE, with_example
 from capture_app.library_item import Name
 from capture_app.web.by_id import by_id
 from capture_app.web.library.ids import Id
@@ -31,7 +31,7 @@ _SCALE = ("mesh_scale",)
 class ByBoard(Calibration):
     """A second camera watched a printed board on the object while the clamped phone logged."""
 
-    model_config = like(
+    model_config = with_example(
         kind="calibrate", method="board", name="clamp", object=_ID, session=_ID, film=_ID,
         board="A4", place=PLACE_EXAMPLE,
     )  # fmt: skip
@@ -46,7 +46,7 @@ class BySession(Calibration):
     Where the object stood is said in exactly one way: `scan`, `object_pose`, or `board` with `place`.
     """
 
-    model_config = like(
+    model_config = with_example(
         kind="calibrate", method="session", name="clamp", object=_ID, session=_ID, scan=_ID
     )
 
@@ -60,7 +60,9 @@ class ByScan(Calibration):
     Without `model` in the scan that the object was made by.
     """
 
-    model_config = like(kind="calibrate", method="scan", name="clamp", object=_ID, session=_ID)
+    model_config = with_example(
+        kind="calibrate", method="scan", name="clamp", object=_ID, session=_ID
+    )
 
     method: Literal["scan"]
 
@@ -69,7 +71,7 @@ class ByScan(Calibration):
 class ByScreen(Calibration):
     """Photos that show a board on the phone's screen, and the object with a printed one or its scan."""
 
-    model_config = like(
+    model_config = with_example(
         kind="calibrate", method="screen", name="clamp", object=_ID, phone="iPhone 15", photos=_ID,
         board="A4", place=PLACE_EXAMPLE,
     )  # fmt: skip
@@ -81,7 +83,7 @@ class ByScreen(Calibration):
 class ByTracker(Calibration):
     """Motion capture or a tracker followed the object while the clamped phone logged."""
 
-    model_config = like(
+    model_config = with_example(
         kind="calibrate", method="tracker", name="clamp", object=_ID, session=_ID, poses=_ID
     )
 
@@ -92,7 +94,7 @@ class ByTracker(Calibration):
 class ByFloor(Calibration):
     """A mount made surer by a recording in which the object stands on the floor."""
 
-    model_config = like(
+    model_config = with_example(
         kind="calibrate", method="floor", name="clamp", object=_ID, mount=_ID, session=_ID
     )
 

@@ -6,7 +6,7 @@ from fastapi import APIRouter, Query
 from fastapi.responses import FileResponse
 from pydantic import BaseModel
 
-from capture_app.commands.inputs import Words
+from capture_app.commands.inputs import ShortText
 from capture_app.web.cache import key
 from capture_app.web.file_response import file_response
 from capture_app.web.library.ids import Id
@@ -54,7 +54,9 @@ def ways() -> dict[str, Any]:
 
 
 @router.get("/look")
-async def look(site: Here, of: looks.Look, id: Id, board: Words = "", phone: Words = "") -> Looked:
+async def look(
+    site: Here, of: looks.Look, id: Id, board: ShortText = "", phone: ShortText = ""
+) -> Looked:
     """A quick look at a recording, a film, photos or a log, by what it is to be used for."""
     path = site.library.content(id, "session", "video", "material")
     return Looked.model_validate(await site.sandbox.run(looks.look, path, of, board, phone))

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, Discriminator, Field, Tag
 
 from capture_app.commands.export import ExportFormat, ExportRequest
-from capture_app.commands.inputs import like
+from capture_app.commands.inputs import with_example
 from capture_app.commands.overlay import OverlayRequest
 from capture_app.commands.render import RenderOptions
 from capture_app.commands.run import TakeOptions
@@ -30,7 +30,7 @@ _Size = tuple[Annotated[int, Field(ge=64, le=3840)], Annotated[int, Field(ge=64,
 class RunOptions(TakeOptions):
     """How to make a motion; see `omocap run --help`."""
 
-    model_config = like(samples=4, seed=0, height=1.72, up="object:z", floor=-0.8)
+    model_config = with_example(samples=4, seed=0, height=1.72, up="object:z", floor=-0.8)
 
     video: bool = True
 
@@ -38,7 +38,7 @@ class RunOptions(TakeOptions):
 class Run(BaseModel):
     """A take becomes a motion."""
 
-    model_config = like(
+    model_config = with_example(
         kind="run", session=_EXAMPLE_ID, object=_EXAMPLE_ID, mount=_EXAMPLE_ID, options={"seed": 1}
     )
 
@@ -56,7 +56,7 @@ class Run(BaseModel):
 class Resolve(BaseModel):
     """A result with corrected contacts becomes another one."""
 
-    model_config = like(
+    model_config = with_example(
         kind="resolve",
         result=_EXAMPLE_ID,
         contacts={
@@ -79,7 +79,7 @@ class Resolve(BaseModel):
 class Export(BaseModel):
     """A result becomes a file of another program."""
 
-    model_config = like(kind="export", result=_EXAMPLE_ID, to="glb", bones="unreal", fps=60)
+    model_config = with_example(kind="export", result=_EXAMPLE_ID, to="glb", bones="unreal", fps=60)
 
     kind: Literal["export"]
     result: Id
@@ -89,7 +89,7 @@ class Export(BaseModel):
 class Render(RenderOptions):
     """A result becomes a video."""
 
-    model_config = like(kind="render", result=_EXAMPLE_ID, view="orbit", size=[960, 540])
+    model_config = with_example(kind="render", result=_EXAMPLE_ID, view="orbit", size=[960, 540])
 
     kind: Literal["render"]
     result: Id
@@ -100,7 +100,7 @@ class Render(RenderOptions):
 class Compare(BaseModel):
     """Several results side by side in one video."""
 
-    model_config = like(kind="compare", results=[_EXAMPLE_ID, "fedcba9876543210"])
+    model_config = with_example(kind="compare", results=[_EXAMPLE_ID, "fedcba9876543210"])
 
     kind: Literal["compare"]
     results: Annotated[list[Id], Field(min_length=1, max_length=25)]
@@ -116,7 +116,7 @@ class Overlay(BaseModel):
     `camera` with T_world_camera, by `scan`, or, for a second phone, by `shared_world`.
     """
 
-    model_config = like(kind="overlay", result=_EXAMPLE_ID, video=_EXAMPLE_ID, board="A4")
+    model_config = with_example(kind="overlay", result=_EXAMPLE_ID, video=_EXAMPLE_ID, board="A4")
 
     kind: Literal["overlay"]
     result: Id
@@ -126,7 +126,7 @@ class Overlay(BaseModel):
 class Scan(BaseModel):
     """A film or photos of an object, or a mesh of another app, become an object of the library."""
 
-    model_config = like(kind="scan", name="chair", source=_EXAMPLE_ID, height=0.95)
+    model_config = with_example(kind="scan", name="chair", source=_EXAMPLE_ID, height=0.95)
 
     kind: Literal["scan"]
     name: Name

@@ -15,7 +15,9 @@ class SideConfig:
         "Interval between choices, and standard deviation of the filter that blends them.",
     )
     fine_stride: int = setting(
-        2, "frames", "The same for the last swing of the limbs: a thin part passes quickly by."
+        2,
+        "frames",
+        "Interval between choices in the last swing of the limbs: a thin part passes quickly by.",
     )
     penetration: float = setting(
         400.0, "1/m^2", "Cost of a sphere's squared depth in the object: 5 cm of one sphere cost 1."

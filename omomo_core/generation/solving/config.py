@@ -12,8 +12,10 @@ class BodySolvingConfig:
     clearance: float = setting(
         0.02,
         "m",
-        "Distance that collision spheres keep from the object: they do not fill the skin to its last "
-        "fold, the distance field has a grid's resolution, and choices pass smoothly into each other.",
+        "Distance that collision spheres keep from the object: they do not fill the skin "
+        "to its last "
+        "fold, the distance field has a grid's resolution, and choices pass smoothly into "
+        "each other.",
     )
     iterations: int = setting(5, "count", "Gauss-Newton steps of the trajectory optimisation.")
 
@@ -47,7 +49,7 @@ class StepConfig:
         0.4, "m", "Length from which on a step is lifted to the full height."
     )
     cadence: float = setting(
-        1.35, "1/s", "Steps per second of the slowest walk; with the next, 1.75 at 0.8 m/s."
+        1.35, "1/s", "Steps per second of the slowest walk; a walk of 0.8 m/s has 1.75."
     )
     cadence_per_speed: float = setting(
         0.5, "1/m", "Steps per second that are added for each m/s: a faster walk has quicker steps."
@@ -63,7 +65,8 @@ class ReachConfig:
     first_stretch: float = setting(
         1.1,
         "share",
-        "Part of a straight arm's length within which palms are brought before the optimisation, which "
+        "Part of a straight arm's length within which palms are brought before the "
+        "optimisation, which "
         "covers the last tenth better, because it also bends, turns and lifts shoulders.",
     )
     last_stretch: float = setting(
@@ -82,7 +85,8 @@ class ReachConfig:
     lowest: float = setting(
         0.05,
         "m",
-        "Deepest lowering of the pelvis for the legs: a foot that is planted for longer than its leg "
+        "Deepest lowering of the pelvis for the legs: a foot that is planted for longer "
+        "than its leg "
         "reaches leaves the floor; the person does not sink for it.",
     )
     rounds: int = setting(

@@ -12,7 +12,7 @@ import typer
 from capture_app.calibration.guide.phone_steps import POINTS
 from capture_app.calibration.guide.prompt import Prompt
 from capture_app.calibration.guide.recipes import RECIPES
-from capture_app.calibration.guide.state import GuideState, Recipe
+from capture_app.calibration.guide.steps import GuideState, Recipe
 from capture_app.calibration.guide.wizard import Wizard
 from capture_app.cli.app import invoke
 from capture_app.cli.calibrate.app import app as calibrate
