@@ -115,7 +115,10 @@ def _send_until(
             piece = file.read(chunk)
             if stop is not None and have // chunk >= stop:
                 break
-            client.put(f"{at}/files/0?offset={have}", content=piece).raise_for_status()
+            sent = client.put(f"{at}/files/0?offset={have}", content=piece)
+            # What a broken request had sent may still be on its way to the disk: ask again.
+            if sent.status_code != 409 or "received" not in sent.json():
+                sent.raise_for_status()
         else:
             return server
     host, port = server.url.removeprefix("http://").split(":")
