@@ -15,9 +15,8 @@ from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.whole_file import whole_file
 from render.backends import open_renderer
 from render.cameras import orbit, pinhole
-from render.normals import split_creases
-from render.props import OBJECT_COLOR
-from render.scene import Drawable, Scene
+from render.props import solid
+from render.scene import Scene
 from render.third_person import frames
 from render.views import shot
 
@@ -60,8 +59,7 @@ def object_poster(path: Path, mesh: ObjectMesh) -> None:
     distance = _MARGIN * float(np.linalg.norm(high - low)) / 2 / np.sin(_FOV / 2)
     T = orbit((low + high) / 2, distance, _AZIMUTH, _LIFT)
     with open_renderer(_SIDE, _SIDE) as renderer:
-        solid = Drawable("object", *split_creases(mesh.vertices, mesh.faces), OBJECT_COLOR)
-        renderer.show(Scene([solid]))
+        renderer.show(Scene([solid(mesh)]))
         _write(path, renderer.color(pinhole(T, _FOV, _SIDE, _SIDE)))
 
 

@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 
 from capture_app.manifest import MANIFEST, MOTION, Manifest, read_manifest
+from capture_app.picture_bytes import decoded, encoded
 from capture_app.quaternions import matrix_from_xyzw, same_numbers, xyzw_from_matrix
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel, with_height
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.errors import InputError
 from omomo_core.generation.person import Person
-from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion
+from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion, Texture
 from omomo_core.skeleton import BODY_JOINTS, FINGER_JOINTS
 
 _PLAIN = ("root", "joints", "hand_contact", "foot_contact")
@@ -195,7 +196,21 @@ def _object_arrays(moved: ObjectMotion) -> dict[str, np.ndarray]:
         "object_name": np.array(moved.mesh.name),
         "valid": moved.valid,
         "start_time": np.array(moved.start_time, np.float64),
+        **_texture_arrays(moved.mesh.texture),
     }
+
+
+def _texture_arrays(texture: Texture | None) -> dict[str, np.ndarray]:
+    if texture is None:
+        return {}
+    picture = np.frombuffer(encoded(texture.image).data, np.uint8)
+    return {"object_uv": texture.uv.astype(np.float32), "object_texture": picture}
+
+
+def _texture(data: dict[str, np.ndarray]) -> Texture | None:
+    if "object_uv" not in data:
+        return None
+    return Texture(data["object_uv"], decoded(data["object_texture"].tobytes()))
 
 
 def _person(data: dict[str, np.ndarray], k: int) -> Person:
@@ -218,5 +233,6 @@ def _object_motion(data: dict[str, np.ndarray]) -> ObjectMotion:
     T = np.tile(np.eye(4), (len(data["valid"]), 1, 1))
     T[:, :3, :3] = matrix_from_xyzw(data["object_rotation_xyzw"])
     T[:, :3, 3] = data["object_position"]
-    mesh = ObjectMesh(data["object_vertices"], data["object_faces"], str(data["object_name"]))
+    name = str(data["object_name"])
+    mesh = ObjectMesh(data["object_vertices"], data["object_faces"], name, _texture(data))
     return ObjectMotion(mesh, T, data["valid"], float(data["start_time"]))

@@ -8,6 +8,7 @@ import numpy as np
 import trimesh
 from jaxtyping import Float64
 
+from ingest.mesh_texture import read_texture
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
 
@@ -26,7 +27,7 @@ def load_mesh(path: Path, *, scale: float = 1.0) -> ObjectMesh:
 
     glTF is y up by specification, so (x, y, z) becomes (x, -z, y); the other formats state no up
     axis and stay as they are. Scenes are joined with their transforms applied, equal vertices
-    merged, unused ones dropped.
+    merged, unused ones dropped. A base colour texture is read with it.
 
     Args:
         path: the mesh file (at most 200 MB and 2 million faces).
@@ -43,6 +44,7 @@ def load_mesh(path: Path, *, scale: float = 1.0) -> ObjectMesh:
     with decoding(path):
         _check_surface(mesh, path)
     _check_whole(path, mesh)
+    texture = read_texture(path, np.asarray(mesh.triangles))
     mesh.apply_scale(scale)
     _check_size(mesh.extents, path, scale)
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
@@ -50,7 +52,7 @@ def load_mesh(path: Path, *, scale: float = 1.0) -> ObjectMesh:
     vertices = np.asarray(mesh.vertices, dtype=np.float64)
     if path.suffix.lower() in (".glb", ".gltf"):
         vertices = vertices @ _R_ZUP_GLTF.T
-    return ObjectMesh(vertices=vertices, faces=np.asarray(mesh.faces, np.int64), name=path.stem)
+    return ObjectMesh(vertices, np.asarray(mesh.faces, np.int64), path.stem, texture)
 
 
 def _check_file(path: Path) -> None:

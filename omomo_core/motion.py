@@ -3,10 +3,21 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, UInt8
 
 FPS = 30.0
 """Frame rate of everything inside the core."""
+
+
+@dataclass(frozen=True)
+class Texture:
+    """The picture on a surface."""
+
+    uv: Float[np.ndarray, "faces 3 2"]
+    """Where each corner of each triangle lies on the picture: (0, 0) is its top left corner, (1, 1)
+    its bottom right one. Beyond them the picture repeats."""
+    image: UInt8[np.ndarray, "h w 3"]
+    """Red, green, blue; sRGB."""
 
 
 @dataclass(frozen=True)
@@ -16,6 +27,8 @@ class ObjectMesh:
     vertices: Float[np.ndarray, "verts 3"]
     faces: Int[np.ndarray, "faces 3"]
     name: str
+    texture: Texture | None = None
+    """For pictures alone; no motion depends on it."""
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from omomo_core.motion import ObjectMesh
 from render.backends import Backend, open_renderer
 from render.cameras import orbit, pinhole
 from render.captions import caption
-from render.normals import split_creases
-from render.props import OBJECT_COLOR
+from render.normals import split_mesh
+from render.props import solid
 from render.scene import Drawable, Scene
 from render.stills import contact_sheet
 
@@ -46,9 +46,8 @@ def mount_picture(
         backend: see `open_renderer`.
     """
     T_object_phone = inverse(T_phone_object)
-    vertices, faces = split_creases(mesh.vertices, mesh.faces)
     things = [
-        Drawable("object", vertices, faces, OBJECT_COLOR),
+        solid(mesh),
         *_phone(T_object_phone, T_object_phone @ T_phone_body, body),
     ]
     seen = np.concatenate([thing.vertices for thing in things])
@@ -87,7 +86,8 @@ def _phone(
         edge = trimesh.creation.cylinder(0.0015, segment=np.stack(end), sections=6)
         edge.apply_transform(T_object_phone)
         parts.append((f"sight {k}", edge, _SIGHT))
-    return [
-        Drawable(name, *split_creases(np.asarray(part.vertices), np.asarray(part.faces)), color)
+    shown = [
+        (name, split_mesh(np.asarray(part.vertices), np.asarray(part.faces)), color)
         for name, part, color in parts
     ]
+    return [Drawable(name, part.vertices, part.faces, color) for name, part, color in shown]

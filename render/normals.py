@@ -5,6 +5,11 @@ import trimesh
 from jaxtyping import Float, Float32, Int
 from scipy import sparse
 
+from omomo_core.geometry.creases import SplitSurface, split_creases
+
+CREASE = np.radians(35.0)
+"""Faces that meet at a sharper angle keep a hard edge."""
+
 
 class VertexNormals:
     """Area-weighted smooth normals of a mesh whose faces stay and whose vertices move."""
@@ -23,16 +28,12 @@ class VertexNormals:
         return (total / np.maximum(length, 1e-20)).astype(np.float32)
 
 
-def split_creases(
+def split_mesh(
     vertices: Float[np.ndarray, "verts 3"],
     faces: Int[np.ndarray, "faces 3"],
-    angle: float = np.radians(35.0),
-) -> tuple[Float[np.ndarray, "split 3"], Int[np.ndarray, "faces 3"]]:
-    """The same surface with vertices doubled where faces meet at more than `angle` (radians).
-
-    Smooth normals then leave the edges of a box sharp and the bend of a pipe round.
-    """
+    uv: Float[np.ndarray, "faces 3 2"] | None = None,
+) -> SplitSurface:
+    """The surface of a mesh for drawing: equal vertices are one, and those on creases are doubled."""
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     mesh.merge_vertices()
-    smooth = trimesh.graph.smooth_shade(mesh, angle=angle)
-    return np.asarray(smooth.vertices), np.asarray(smooth.faces)
+    return split_creases(np.asarray(mesh.vertices), np.asarray(mesh.faces), CREASE, uv)

@@ -4,9 +4,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from omomo_core.errors import InputError
-from omomo_core.motion import ObjectMotion
+from omomo_core.motion import ObjectMesh, ObjectMotion
 from render.actors import Actor
-from render.normals import split_creases
+from render.normals import split_mesh
 from render.scene import BACKGROUND, Color, Drawable
 
 BODY_COLOR: Color = (0.42, 0.56, 0.74)
@@ -72,12 +72,21 @@ def rigid_object(motion: ObjectMotion, color: Color = OBJECT_COLOR) -> Actor:
             f"The object {motion.mesh.name!r} has no faces: there is no surface to draw.",
             fix="Run the take again with a mesh of triangles as --object.",
         )
-    vertices, faces = split_creases(motion.mesh.vertices, motion.mesh.faces)
+    drawable = solid(motion.mesh, color)
     return Actor(
-        Drawable("object", vertices, faces, color),
+        drawable,
         T_world=motion.T_world_object,
-        color=np.where(motion.valid[:, None], color, LOST_COLOR),
+        color=np.where(motion.valid[:, None], drawable.color, LOST_COLOR),
     )
+
+
+def solid(mesh: ObjectMesh, color: Color = OBJECT_COLOR, name: str = "object") -> Drawable:
+    """An object with its texture, or in this colour where it has none."""
+    texture = mesh.texture
+    surface = split_mesh(mesh.vertices, mesh.faces, None if texture is None else texture.uv)
+    if texture is None:
+        return Drawable(name, surface.vertices, surface.faces, color)
+    return Drawable(name, surface.vertices, surface.faces, uv=surface.uv, texture=texture.image)
 
 
 def contact_marker(

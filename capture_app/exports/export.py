@@ -18,6 +18,7 @@ from capture_app.exports.take import Take, placed
 from capture_app.exports.target import Target
 from capture_app.exports.target_files import read_target
 from capture_app.exports.usd import write_usd
+from capture_app.picture_bytes import encoded
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.motion import HumanMotion, ObjectMotion
@@ -29,7 +30,7 @@ class Exported:
     """What was written."""
 
     files: tuple[Path, ...]
-    """One; for BVH the person's and the object's."""
+    """One; for BVH the person's and the object's; for a USD layer also the object's picture."""
     notes: tuple[str, ...]
     """What the user should know about it, in sentences."""
 
@@ -69,10 +70,20 @@ def export(
         take, notes = take_on_own_bones(sampled, body, BONE_NAMES[options.bones]), ()
     else:
         take, notes = take_on_target(sampled, body, target)
-    files = (path, object_file(path)) if to is ExportFormat.bvh else (path,)
+    files = (path, *_beside(path, to, take))
     with whole_files(*files) as partials:
-        _write(partials, take, to, frame, options.bones, target, program)
+        _write(files, partials, take, to, frame, options.bones, target, program)
     return Exported(files, notes)
+
+
+def _beside(path: Path, to: ExportFormat, take: Take) -> tuple[Path, ...]:
+    """What is written beside the file: the object's BVH, or its picture for a USD layer."""
+    if to is ExportFormat.bvh:
+        return (object_file(path),)
+    if to is ExportFormat.usd and path.suffix != ".usdz" and take.mesh.texture is not None:
+        ending = encoded(take.mesh.texture.image).ending
+        return (path.with_name(f"{path.stem}_object.{ending}"),)
+    return ()
 
 
 def object_file(path: Path) -> Path:
@@ -99,6 +110,7 @@ def _check(to: ExportFormat, bones: Bones, target: Target | None) -> None:
 
 
 def _write(
+    files: tuple[Path, ...],
     partials: tuple[Path, ...],
     take: Take,
     to: ExportFormat,
@@ -113,10 +125,20 @@ def _write(
     elif to is ExportFormat.bvh:
         write_bvh(path, partials[1], placed(take, up, units))
     elif to is ExportFormat.usd:
-        write_usd(path, placed(take, up, units), up, units)
+        _write_usd(files, partials, placed(take, up, units), up, units)
     elif to is ExportFormat.fbx:
         write_fbx(path, take, up, units, blender)
     elif to is ExportFormat.amass:
         write_amass(path, take, None if target is None else target.smplx)
     else:
         write_table(path, placed(take, up, units), units)
+
+
+def _write_usd(
+    files: tuple[Path, ...], partials: tuple[Path, ...], take: Take, up: UpAxis, units: Units
+) -> None:
+    if len(files) == 1 or take.mesh.texture is None:
+        write_usd(partials[0], take, up, units)
+        return
+    partials[1].write_bytes(encoded(take.mesh.texture.image).data)
+    write_usd(partials[0], take, up, units, files[1].name)

@@ -26,6 +26,7 @@ from pygltflib import (
     Attributes,
     Buffer,
     BufferView,
+    Image,
     Material,
     Mesh,
     Node,
@@ -33,7 +34,9 @@ from pygltflib import (
     Primitive,
     Scene,
     Skin,
+    TextureInfo,
 )
+from pygltflib import Texture as GltfTexture
 from scipy.spatial.transform import Rotation
 
 from capture_app.commands.export import Bones
@@ -43,12 +46,13 @@ from capture_app.exports.own_bones import take_on_own_bones
 from capture_app.exports.resample import Sampled
 from capture_app.exports.shading import creased
 from capture_app.exports.take import Take, placed, pose_locals, rest_locals
+from capture_app.picture_bytes import PictureBytes, encoded
 from capture_app.quaternions import xyzw_from_matrix
 from omomo_core.body.model import BodyModel
-from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion
+from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion, Texture
 
 _COMPONENT = {"float32": FLOAT, "uint16": UNSIGNED_SHORT, "uint32": UNSIGNED_INT}
-_TYPE = {(): "SCALAR", (3,): "VEC3", (4,): "VEC4", (4, 4): "MAT4"}
+_TYPE = {(): "SCALAR", (2,): "VEC2", (3,): "VEC3", (4,): "VEC4", (4, 4): "MAT4"}
 
 
 class GlbBuffer:
@@ -70,6 +74,16 @@ class GlbBuffer:
         """Key frames or matrices (row, column; the file stores them column by column)."""
         values = values.astype("float32")
         return self._add(values.swapaxes(-1, -2) if values.ndim == 3 else values, None)
+
+    def texture(self, picture: PictureBytes) -> int:
+        """A picture, for a material."""
+        gltf = self._gltf
+        view = BufferView(buffer=0, byteOffset=len(self._bytes), byteLength=len(picture.data))
+        gltf.bufferViews.append(view)
+        self._bytes += picture.data + b"\0" * (-len(picture.data) % 4)
+        gltf.images.append(Image(bufferView=len(gltf.bufferViews) - 1, mimeType=picture.mime))
+        gltf.textures.append(GltfTexture(source=len(gltf.images) - 1))
+        return len(gltf.textures) - 1
 
     def finish(self) -> None:
         """Put the bytes into the file."""
@@ -131,7 +145,7 @@ def write_glb_take(path: Path, take: Take, *, vrm: bool = False) -> None:
     take = placed(take, "y", "m")
     gltf = GLTF2(asset=_asset(take))
     buffer = GlbBuffer(gltf)
-    gltf.materials = [_material("body", BLUE), _material("object", ORANGE)]
+    gltf.materials = [_material("body", BLUE), _object_material(buffer, take.mesh.texture)]
     gltf.meshes = [_body_mesh(buffer, take.skin), _object_mesh(buffer, take.mesh)]
     gltf.nodes = _joint_nodes(take.skeleton)
     figure, thing = len(gltf.nodes), len(gltf.nodes) + 1
@@ -164,6 +178,17 @@ def _material(name: str, colour: tuple[float, float, float]) -> Material:
     return Material(name=name, pbrMetallicRoughness=surface, doubleSided=True)
 
 
+def _object_material(buffer: GlbBuffer, texture: Texture | None) -> Material:
+    """Orange, or what the object's own picture shows."""
+    if texture is None:
+        return _material("object", ORANGE)
+    material = _material("object", (1.0, 1.0, 1.0))
+    surface = material.pbrMetallicRoughness
+    assert surface is not None
+    surface.baseColorTexture = TextureInfo(index=buffer.texture(encoded(texture.image)))
+    return material
+
+
 def _body_mesh(buffer: GlbBuffer, skin: taken.Skin) -> Mesh:
     attributes = Attributes(
         POSITION=buffer.vertices(skin.vertices),
@@ -179,9 +204,13 @@ def _body_mesh(buffer: GlbBuffer, skin: taken.Skin) -> Mesh:
 
 
 def _object_mesh(buffer: GlbBuffer, mesh: ObjectMesh) -> Mesh:
-    vertices, normals, faces = creased(mesh)
-    attributes = Attributes(POSITION=buffer.vertices(vertices), NORMAL=buffer.vertices(normals))
-    indices = buffer.indices(faces)
+    shown = creased(mesh)
+    attributes = Attributes(
+        POSITION=buffer.vertices(shown.vertices), NORMAL=buffer.vertices(shown.normals)
+    )
+    if shown.uv is not None:
+        attributes.TEXCOORD_0 = buffer.vertices(shown.uv)
+    indices = buffer.indices(shown.faces)
     return Mesh(
         name=mesh.name,
         primitives=[Primitive(attributes=attributes, indices=indices, material=_OBJECT_MATERIAL)],

@@ -13,8 +13,10 @@ from capture_app.commands.export import Units, UpAxis
 from capture_app.exports.glb import BLUE, ORANGE
 from capture_app.exports.shading import creased
 from capture_app.exports.take import Skeleton, Take, pose_locals, rest_locals
+from capture_app.picture_bytes import encoded
 from capture_app.quaternions import xyzw_from_matrix
 from omomo_core.errors import InputError
+from omomo_core.motion import Texture
 
 _METRES: dict[Units, float] = {"m": 1.0, "cm": 0.01}
 ROOT = "/take"
@@ -22,7 +24,9 @@ _Surface = tuple[Float[np.ndarray, "v 3"], Float[np.ndarray, "v 3"], Int[np.ndar
 """Vertices, normals, triangles."""
 
 
-def write_usd(path: Path, take: Take, up: UpAxis, units: Units) -> None:
+def write_usd(
+    path: Path, take: Take, up: UpAxis, units: Units, picture: str = "object.png"
+) -> None:
     """Write a stage: /take/person (SkelRoot) with skeleton, animation and body, and /take/object
     (a mesh that moves).
 
@@ -33,6 +37,8 @@ def write_usd(path: Path, take: Take, up: UpAxis, units: Units) -> None:
         take: in the axes and units of the file.
         up: the take's.
         units: the take's.
+        picture: name of the file with the object's texture. A usdz file holds it; beside a layer the
+            caller writes it.
 
     Raises:
         InputError: usd-core is not installed.
@@ -44,20 +50,22 @@ def write_usd(path: Path, take: Take, up: UpAxis, units: Units) -> None:
     _animation(stage, skeleton, take)
     _body(stage, f"{ROOT}/person/body", skeleton, take)
     _extent(person, take)
-    _object(stage, f"{ROOT}/object", take)
+    _object(stage, f"{ROOT}/object", take, picture)
     try:
-        _save(stage, path)
+        _save(stage, path, take.mesh.texture, picture)
     except _pxr("Tf").ErrorException as error:
         raise OSError(str(error)) from error
 
 
-def _save(stage: Any, path: Path) -> None:
+def _save(stage: Any, path: Path, texture: Texture | None, picture: str) -> None:
     if path.suffix != ".usdz":
         stage.GetRootLayer().Export(str(path))
         return
     with TemporaryDirectory(dir=path.parent, prefix=".usdz_") as folder:
         layer = Path(folder, "take.usdc")
         stage.GetRootLayer().Export(str(layer))
+        if texture is not None:
+            Path(folder, picture).write_bytes(encoded(texture.image).data)
         asset = _pxr("Sdf").AssetPath(str(layer))
         _pxr("UsdUtils").CreateNewUsdzPackage(asset, str(path))
 
@@ -130,10 +138,13 @@ def _extent(person: Any, take: Take) -> None:
     person.CreateExtentAttr(_vectors(np.stack([low, high])))
 
 
-def _object(stage: Any, path: str, take: Take) -> None:
+def _object(stage: Any, path: str, take: Take, picture: str) -> None:
     """The mesh itself moves: programs that merge a transform into its only mesh keep the name."""
     UsdGeom, Gf = _pxr("UsdGeom"), _pxr("Gf")
-    thing = _mesh(stage, path, creased(take.mesh), ORANGE)
+    shown = creased(take.mesh)
+    thing = _mesh(stage, path, (shown.vertices, shown.normals, shown.faces), ORANGE)
+    if shown.uv is not None:
+        _texture(stage, thing, shown.uv, picture)
     double, T = UsdGeom.XformOp.PrecisionDouble, take.T_world_object
     place, turn = thing.AddTranslateOp(double), thing.AddOrientOp(double)
     for frame, (x, q) in enumerate(
@@ -170,6 +181,30 @@ def _paint(stage: Any, path: str, mesh: Any, colour: tuple[float, float, float])
     shader.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(0.7)
     material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
     UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(material)
+
+
+def _texture(stage: Any, mesh: Any, uv: Float[np.ndarray, "v 2"], picture: str) -> None:
+    """The object's picture in place of its colour; USD counts texture coordinates from below."""
+    UsdGeom, UsdShade, Sdf, Vt = _pxr("UsdGeom"), _pxr("UsdShade"), _pxr("Sdf"), _pxr("Vt")
+    st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar(
+        "st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.vertex
+    )
+    flat = np.ascontiguousarray(uv * [1.0, -1.0] + [0.0, 1.0], np.float32)
+    st.Set(Vt.Vec2fArray.FromNumpy(flat))
+    at = f"{ROOT}/materials/object"
+    reader = UsdShade.Shader.Define(stage, f"{at}/st")
+    reader.CreateIdAttr("UsdPrimvarReader_float2")
+    reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("st")
+    sampler = UsdShade.Shader.Define(stage, f"{at}/picture")
+    sampler.CreateIdAttr("UsdUVTexture")
+    sampler.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(f"./{picture}")
+    for side in ("wrapS", "wrapT"):
+        sampler.CreateInput(side, Sdf.ValueTypeNames.Token).Set("repeat")
+    coordinates = reader.CreateOutput("result", Sdf.ValueTypeNames.Float2)
+    sampler.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(coordinates)
+    colour = sampler.CreateOutput("rgb", Sdf.ValueTypeNames.Float3)
+    surface = UsdShade.Shader.Get(stage, f"{at}/surface")
+    surface.GetInput("diffuseColor").ConnectToSource(colour)
 
 
 def _vectors(points: Float[np.ndarray, "n 3"]) -> Any:

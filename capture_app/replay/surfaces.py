@@ -9,12 +9,15 @@ from jaxtyping import Float, Int
 
 from capture_app.exports.own_bones import strongest_influences
 from capture_app.exports.shading import creased
+from capture_app.picture_bytes import encoded
 from omomo_core.body.model import BodyModel
 from omomo_core.body.skinning import vertex_normals
 from omomo_core.motion import ObjectMesh
 
 MOST_FACES = 50_000
 """Of an object that is looked at."""
+MOST_TEXTURED = 4 * MOST_FACES
+"""Of one with a texture, which it loses when it gets fewer faces."""
 
 Arrays = dict[str, np.ndarray]
 
@@ -45,17 +48,21 @@ class ShownSurface:
 def object_surface(mesh: ObjectMesh) -> ShownSurface:
     """`object_vertices`, `object_normals` and `object_faces`, in the object's frame."""
     shown = _light(mesh)
-    vertices, normals, faces = creased(shown)
+    surface = creased(shown)
     arrays: Arrays = {
-        "object_vertices": vertices.astype(np.float32),
-        "object_normals": _bytes_of(normals),
-        "object_faces": _indices(faces, len(vertices)),
+        "object_vertices": surface.vertices.astype(np.float32),
+        "object_normals": _bytes_of(surface.normals),
+        "object_faces": _indices(surface.faces, len(surface.vertices)),
     }
+    if surface.uv is not None and shown.texture is not None:
+        picture = encoded(shown.texture.image)
+        arrays["object_uv"] = surface.uv.astype(np.float32)
+        arrays[f"object_{picture.ending}"] = np.frombuffer(picture.data, np.uint8)
     return ShownSurface(arrays, shown is not mesh)
 
 
 def _light(mesh: ObjectMesh) -> ObjectMesh:
-    if len(mesh.faces) <= MOST_FACES:
+    if len(mesh.faces) <= (MOST_FACES if mesh.texture is None else MOST_TEXTURED):
         return mesh
     made = fast_simplification.simplify(
         mesh.vertices.astype(np.float64), mesh.faces.astype(np.int32), target_count=MOST_FACES

@@ -11,7 +11,7 @@ from ingest.scan.types import View
 from render.backends import open_renderer
 from render.cameras import Camera, orbit, pinhole
 from render.captions import caption
-from render.normals import split_creases
+from render.normals import split_mesh
 from render.outline import draw_outline
 from render.scene import Drawable, Scene
 from render.stills import contact_sheet
@@ -48,7 +48,8 @@ def views_picture(cleaned: CleanMesh, *, side: int = 360) -> RGB:
     mesh = cleaned.mesh
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     distance = _MARGIN * float(np.linalg.norm(high - low)) / 2 / np.sin(_FOV / 2)
-    plain = Drawable("object", *split_creases(mesh.vertices, mesh.faces), _PLAIN)
+    surface = split_mesh(mesh.vertices, mesh.faces)
+    plain = Drawable("object", surface.vertices, surface.faces, _PLAIN)
     looks = [plain] if mesh.colours is None else [_painted(cleaned), plain]
     pictures: list[RGB] = []
     with open_renderer(side, side) as renderer:

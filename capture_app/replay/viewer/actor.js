@@ -3,6 +3,7 @@
 import { Lines, Mesh } from "./gpu.js";
 import { Motion } from "./motion.js";
 import { blend, FREE, HELD, LOST, MARK, MISSED, TINTS, TRACKING, TRAIL } from "./palette.js";
+import { Picture } from "./picture.js";
 import { ball, frustum, phone } from "./shapes.js";
 import { facing, multiply, placed, point } from "./vectors.js";
 /** @import {Column} from "./gpu.js"
@@ -22,9 +23,11 @@ const MISS = 0.01;
 const HANDS = ["left", "right"];
 
 export class Actor {
-  /** @param {Gl} gl @param {Pack} pack @param {number} slot */
-  constructor(gl, pack, slot) {
+  /** `changed()` when more of it can be drawn.
+   *  @param {Gl} gl @param {Pack} pack @param {number} slot @param {() => void} changed */
+  constructor(gl, pack, slot, changed) {
     this.gl = gl;
+    this.changed = changed;
     this.pack = pack;
     this.motion = new Motion(pack);
     this.tint = TINTS[slot % TINTS.length];
@@ -34,6 +37,7 @@ export class Actor {
     this.marks = [];
     this.meshes = this.#meshes();
     this.lines = this.#lines();
+    this.picture = Picture.of(gl, pack, changed);
   }
 
   get contacts() {
@@ -45,13 +49,14 @@ export class Actor {
     this.gl = gl;
     this.meshes = this.#meshes();
     this.lines = this.#lines();
+    this.picture = Picture.of(gl, this.pack, this.changed);
   }
 
   #meshes() {
     const { gl, pack } = this;
     return {
       body: this.#body(),
-      object: this.#mesh("object", []),
+      object: this.#object(),
       ball: shape(gl, ball()),
       phone: pack.array("phone_position") ? shape(gl, phone()) : null,
     };
@@ -66,6 +71,7 @@ export class Actor {
     for (const thing of [...Object.values(this.meshes), ...Object.values(this.lines)]) {
       thing?.dispose();
     }
+    this.picture?.dispose();
   }
 
   /** What to draw at a second.
@@ -81,7 +87,8 @@ export class Actor {
     }
     if (layers.object && now.object) {
       const color = now.valid ? this.tint.object : LOST;
-      put(this.meshes.object, { place: now.object, color, casts: true, sheen: 0 });
+      const picture = now.valid ? this.picture : null;
+      put(this.meshes.object, { place: now.object, color, casts: true, sheen: 0, picture });
     }
     if (layers.phone && now.phone && !inPhone) {
       put(this.meshes.phone, { place: now.phone, color: theme.phone, casts: true });
@@ -98,6 +105,11 @@ export class Actor {
       { data: joints, width: 4 },
       { data: weights, width: 4, normalized: true },
     ]);
+  }
+
+  #object() {
+    const uv = this.pack.array("object_uv");
+    return this.#mesh("object", uv ? [{ data: uv, width: 2 }] : []);
   }
 
   /** @param {Surface} name @param {Column[]} more */

@@ -56,6 +56,12 @@ export class Program {
     }
   }
 
+  /** A sampler takes its texture from this unit of the card. @param {string} name @param {number} unit */
+  unit(name, unit) {
+    this.gl.useProgram(this.handle);
+    this.gl.uniform1i(this.#place(name), unit);
+  }
+
   /** @param {string} name */
   #place(name) {
     const known = this.places.get(name);

@@ -24,10 +24,10 @@
 /** @typedef {Uint8Array<ArrayBuffer>} Bytes */
 /** @typedef {Uint16Array<ArrayBuffer> | Uint32Array<ArrayBuffer>} Faces */
 /** @typedef {Record<`${Surface}_vertices` | `${Moving}_position` | `${Moving}_rotation` | "rest_joints"
- *    | "root" | "palm_miss" | "inside" | "phone_speed" | "film_times", Floats>
+ *    | "object_uv" | "root" | "palm_miss" | "inside" | "phone_speed" | "film_times", Floats>
  *  & Record<`${Surface}_normals`, Int8Array<ArrayBuffer>> & Record<`${Surface}_faces`, Faces>
  *  & Record<"skin_joints" | "skin_weights" | "hand_contact" | "foot_contact" | "valid" | "tracking"
- *    | "film_jpeg", Bytes>
+ *    | "film_jpeg" | "object_png" | "object_jpg", Bytes>
  *  & {rotations: Int16Array<ArrayBuffer>, film_offsets: Uint32Array<ArrayBuffer>}} Arrays */
 /** @typedef {Arrays[keyof Arrays]} Numbers */
 /** `array` is null where the pack has none of this name, and `need` refuses it.

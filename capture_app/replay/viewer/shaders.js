@@ -54,18 +54,21 @@ mat4 model() {
 }`;
 
 const RIGID = `
+layout(location = 2) in vec2 uv;
 uniform mat4 place;
 mat4 model() { return place; }`;
 
-/** @param {string} model */
-const meshVertex = (model) => `${HEAD}
+/** @param {string} model @param {string} onPicture where a vertex lies on the surface's picture */
+const meshVertex = (model, onPicture = "vec2(0)") => `${HEAD}
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 ${model}
 uniform mat4 viewProjection;
 out vec3 at;
 out vec3 up;
+out vec2 spot;
 void main() {
+  spot = ${onPicture};
   mat4 m = model();
   vec4 world = m * vec4(position, 1.0);
   at = world.xyz / world.w;
@@ -74,13 +77,15 @@ void main() {
 }`;
 
 export const SKINNED_VERTEX = meshVertex(SKIN);
-export const RIGID_VERTEX = meshVertex(RIGID);
+export const RIGID_VERTEX = meshVertex(RIGID, "uv");
 
 export const MESH_FRAGMENT = `${HEAD}
 in vec3 at;
 in vec3 up;
+in vec2 spot;
 uniform vec3 color, eye;
-uniform float sheen;
+uniform float sheen, painted;
+uniform sampler2D picture;
 ${LIGHT}
 out vec4 pixel;
 void main() {
@@ -88,7 +93,8 @@ void main() {
   vec3 back = normalize(eye - at);
   if (dot(n, back) < 0.0 && !gl_FrontFacing) n = -n;
   float rim = pow(1.0 - max(dot(n, back), 0.0), 3.0);
-  pixel = vec4(color * light(at, n) + sheen * rim * (0.4 + 0.6 * n.z), 1.0);
+  vec3 own = mix(color, texture(picture, spot).rgb, painted);
+  pixel = vec4(own * light(at, n) + sheen * rim * (0.4 + 0.6 * n.z), 1.0);
 }`;
 
 export const DEPTH_FRAGMENT = `${HEAD}

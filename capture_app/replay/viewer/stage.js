@@ -1,9 +1,11 @@
 // Draws: the shadow first, then floor, surfaces and lines of each pane.
 
 import { Mesh, Program } from "./gpu.js";
+import { UNIT } from "./picture.js";
 import * as shaders from "./shaders.js";
 /** @import {Lines} from "./gpu.js"
- *  @import {Theme} from "./palette.js" */
+ *  @import {Theme} from "./palette.js"
+ *  @import {Picture} from "./picture.js" */
 import { lookAt, multiply, parallel, rigidInverse } from "./vectors.js";
 
 const SHADOW_SIZE = 2048;
@@ -13,7 +15,7 @@ const FLOOR_SIDES = 48;
 
 /** A surface to draw: where it is (`place`) or how it is bent (`bones`), and its looks.
  *  @typedef {{mesh: Mesh, place?: Float32Array, bones?: Float32Array, color: number[], sheen: number,
- *    casts?: boolean}} Solid */
+ *    casts?: boolean, picture?: Picture | null}} Solid */
 /** @typedef {{lines: Lines, count?: number, width: number}} Stroke */
 /** What one slot shows. @typedef {{solids: Solid[], strokes: Stroke[]}} Scene */
 /** @typedef {{x: number, y: number, width: number, height: number}} Box */
@@ -35,6 +37,8 @@ export class Stage {
       line: new Program(gl, shaders.LINE_VERTEX, shaders.LINE_FRAGMENT),
     };
     Object.values(this.programs).forEach((program) => program.check());
+    const { skinned, rigid } = this.programs;
+    for (const program of [skinned, rigid]) program.unit("picture", UNIT);
     this.floor = disc(gl);
     this.shadow = gl.createTexture();
     this.target = gl.createFramebuffer();
@@ -172,8 +176,10 @@ export class Stage {
 function draw(program, solids, shared) {
   if (!solids.length) return;
   program.use(shared);
-  for (const { mesh, bones, place, color, sheen } of solids) {
-    program.set({ ...(bones && { bones }), ...(place && { place }), color, sheen });
+  for (const { mesh, bones, place, color, sheen, picture } of solids) {
+    const painted = picture?.ready ? 1 : 0;
+    picture?.bind();
+    program.set({ ...(bones && { bones }), ...(place && { place }), color, sheen, painted });
     mesh.draw();
   }
 }

@@ -67,7 +67,7 @@ export class Viewer extends EventTarget {
 
   /** @param {ArrayBuffer} buffer @param {{slot?: number, sample?: number}} where */
   async load(buffer, { slot = 0, sample } = {}) {
-    const actor = new Actor(this.#surface.gl, readPack(buffer), slot);
+    const actor = new Actor(this.#surface.gl, readPack(buffer), slot, () => this.#change());
     this.#actors.get(slot)?.dispose();
     this.#actors.set(slot, actor);
     if (sample !== undefined) actor.motion.sample = sample;
