@@ -36,9 +36,8 @@ def build(
 
     Files that cannot be used are skipped and counted by reason, never trained on.
     """
-    from rich.progress import Progress
-
-    from capture_app.cli.console import errors, output, say
+    from capture_app.cli.bars import counting
+    from capture_app.cli.console import output, say
     from omomo_core.body.load import load_body
     from omomo_core.learning.recordings.build import build_mocap
     from omomo_core.learning.recordings.clips import save_clips
@@ -46,13 +45,12 @@ def build(
 
     check_target(out)
     dropped = Counter[str]()
-    with Progress(console=errors, disable=not errors.is_terminal) as bar:
-        reading = bar.add_task("retarget", total=None)
+    with counting("retarget") as progress:
         clips = build_mocap(
             mocap,
             load_body(),
             share_alike=share_alike,
-            progress=lambda done, total: bar.update(reading, completed=done, total=total),
+            progress=progress,
             dropped=dropped,
             object_split=object_split,
         )

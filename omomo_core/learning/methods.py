@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Literal, get_args
+from typing import Literal
 
 from omomo_core.geometry.bps import PAPER_POINTS
 from omomo_core.learning.baselines.goal import network as goal
@@ -19,8 +19,6 @@ from omomo_core.stages.paper import Size, stage_config
 from omomo_core.stages.stage import StageConfig
 
 MethodName = Literal["capture", "omomo", "single-stage", "goal"]
-METHODS: tuple[MethodName, ...] = get_args(MethodName)
-SIZES: tuple[Size, ...] = get_args(Size)
 SHIPPED_STEPS = {"hands": 20_000, "body": 11_000}
 """Training steps of the weights that ship; more steps give better networks."""
 PAPER_STEPS: dict[Size, int] = {"published": 400_000, "laptop": 8_000}
