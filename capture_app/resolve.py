@@ -29,7 +29,7 @@ def resolve_result(request: ResolveRequest, progress: Progress = silent) -> Resu
 
     Args:
         request: the result and its corrected contacts.
-        progress: told each stage ("read", "solve", "export", "video") and how far it is.
+        progress: called with each stage ("read", "solve", "export", "video") and how far it is.
 
     Returns:
         The new result, of that one sample, as it is on the disk.

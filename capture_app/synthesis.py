@@ -23,7 +23,7 @@ def synthesise_data(request: SynthesisRequest, report: TrainingReport) -> None:
 
     Args:
         request: from what, and how many clips.
-        report: is told what is left out and how far it is.
+        report: is called when something is left out, and with how far it is.
 
     Raises:
         InputError: as `people_of`, `classes_of`, `Furniture`, `build_mocap`, `load_clips`,

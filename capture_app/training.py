@@ -18,8 +18,8 @@ from omomo_core.learning.recordings.splits import by_side
 from omomo_core.learning.training import loop
 from omomo_core.learning.training.checkpoint import resume_run, save_run
 from omomo_core.learning.training.corpus import Corpus
-from omomo_core.learning.training.team import Team, joined
-from omomo_core.learning.training.trainee import TrainOptions
+from omomo_core.learning.training.distributed import ProcessGroup, process_group
+from omomo_core.learning.training.training_task import TrainOptions
 from omomo_core.stages.network_file import fill_network
 from omomo_core.weights.load import SHIPPED
 
@@ -35,7 +35,7 @@ def train(request: TrainRequest, report: TrainingReport | None = None) -> None:
 
     Args:
         request: which networks, and from what.
-        report: is told what is read, made and left out, and each step; nobody is if None.
+        report: is called with what is read, made and left out, and each step; nobody is if None.
 
     Raises:
         InputError: ``unknown-stage``, ``no-objects``, "batch-not-shared"; as `split`, `gather`,
@@ -45,15 +45,15 @@ def train(request: TrainRequest, report: TrainingReport | None = None) -> None:
     report = report or TrainingReport()
     plans = _plans(request)
     weights = _weights(request.start_from, plans)
-    with joined() as team:
-        team.shards(request.batch)
-        clips = _shared_clips(request, team, report)
+    with process_group() as group:
+        group.shards(request.batch)
+        clips = _shared_clips(request, group, report)
         _check_objects(clips, plans)
-        notes = _notes(request, clips, team)
+        notes = _notes(request, clips, group)
         corpus = Corpus(clips, load_body(), request.synthesis_share)
         del clips  # the corpus holds what training needs of them
         for name, plan in plans.items():
-            _train_network(name, plan, corpus, request, weights, notes, team, report)
+            _train_network(name, plan, corpus, request, weights, notes, group, report)
 
 
 def held_out(clips: Sequence[Clip]) -> int:
@@ -81,19 +81,19 @@ def _weights(start_from: Path | None, plans: dict[str, NetworkPlan]) -> Path | N
         return None
     folder = SHIPPED / "capture" if start_from == Path("shipped") else start_from
     for name, plan in plans.items():
-        trainee = plan.make()
-        fill_network(trainee.network, trainee.config, folder / f"{name}.safetensors")
+        task = plan.make()
+        fill_network(task.network, task.config, folder / f"{name}.safetensors")
     return folder
 
 
-def _shared_clips(request: TrainRequest, team: Team, report: TrainingReport) -> list[Clip]:
+def _shared_clips(request: TrainRequest, group: ProcessGroup, report: TrainingReport) -> list[Clip]:
     """The clips, where processes train together: the first makes them, the others read them."""
-    if not team.leads:
+    if not group.is_main:
         report.mute()
-        team.wait()
+        group.barrier()
     clips = _clips(request, report)
-    if team.leads:
-        team.wait()
+    if group.is_main:
+        group.barrier()
     return clips
 
 
@@ -137,7 +137,7 @@ def _check_objects(clips: Sequence[Clip], plans: dict[str, NetworkPlan]) -> None
         )
 
 
-def _notes(request: TrainRequest, clips: Sequence[Clip], team: Team) -> dict[str, str]:
+def _notes(request: TrainRequest, clips: Sequence[Clip], group: ProcessGroup) -> dict[str, str]:
     """What the weights say about where they come from."""
     notes = {
         "method": request.method,
@@ -146,8 +146,8 @@ def _notes(request: TrainRequest, clips: Sequence[Clip], team: Team) -> dict[str
         "clips": str(len(clips)),
         "clips_held_out": str(held_out(clips)),
         "torch": torch.__version__,
-        "processes": str(team.count),
-        "device": team.device.type,
+        "processes": str(group.count),
+        "device": group.device.type,
         "licences": "; ".join(
             sorted({each for clip in clips for each in clip.licence.split("; ")})
         ),
@@ -162,18 +162,18 @@ def _train_network(
     request: TrainRequest,
     weights: Path | None,
     notes: dict[str, str],
-    team: Team,
+    group: ProcessGroup,
     report: TrainingReport,
 ) -> None:
     """Train one network from where its run stands, and save it every so many steps."""
     options = TrainOptions(
         request.steps or plan.steps, request.batch, request.rate or plan.rate, seed=request.seed
     )
-    state = resume_run(plan.make, request.output, options, team)
-    state = state or loop.start(plan.make, corpus, options, team, weights)
+    state = resume_run(plan.make, request.output, options, group)
+    state = state or loop.start(plan.make, corpus, options, group, weights)
 
     def save() -> None:
-        if team.leads:
+        if group.is_main:
             save_run(state, request.output, options, notes)
 
     with report.steps(name, options.steps) as progress:
@@ -185,6 +185,6 @@ def _train_network(
             return True
 
         try:
-            loop.train(state, corpus, options, on_step, team)
+            loop.train(state, corpus, options, on_step, group)
         finally:
             save()

@@ -65,7 +65,7 @@ def gather(
         sources: files and folders of recordings.
         request: the run, and how recordings are read.
         body: whose proportions the clips get.
-        report: is told how many files were read, and what was left out.
+        report: is called with how many files were read, and what was left out.
 
     Raises:
         InputError: ``run-differs`` when the run was begun with other data, and as `build_mocap`.

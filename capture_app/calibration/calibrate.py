@@ -21,7 +21,7 @@ def calibrate(
     Args:
         way: what was recorded.
         path: of the mount file.
-        progress: told the stages "board" and "localise".
+        progress: called with the stages "board" and "localise".
         picture: PNG file to draw the phone on the object into, where the object is known.
 
     Returns:
@@ -35,7 +35,7 @@ def calibrate(
 
 
 def find_mount(way: AnyWay, progress: Progress) -> Mount:
-    """Find it; progress is told the stages "board" and "localise".
+    """Find it; progress is called with the stages "board" and "localise".
 
     Raises:
         InputError: what was recorded does not tell it, or cannot be read.

@@ -45,7 +45,7 @@ def make_tables(request: TablesRequest, progress: Progress, load: Load | None = 
 
     Args:
         request: what to make.
-        progress: told how far it is.
+        progress: called with how far it is.
         load: gives methods by name; from the request's weights, if not given.
 
     Raises:

@@ -156,7 +156,7 @@ def _measured(
     near = np.flatnonzero(np.abs(values) < DISTANCE_FIELD.band * DISTANCE_FIELD.stride * spacing)
     at = low + spacing * np.stack(np.unravel_index(near, distance.shape), axis=-1)
     distance.flat[near] = sheet.distance(at)
-    _hand_on(turns, distance, near, spacing)
+    _spread_to_neighbours(turns, distance, near, spacing)
     unsure = ~(np.abs(turns.flat[near] - 0.5) > DISTANCE_FIELD.clear_winding)
     turns.flat[near[unsure]] = sheet.turns(at[unsure])
     values.flat[near] = _signed(distance.flat[near], turns.flat[near])
@@ -169,16 +169,16 @@ def _signed(
     return np.where(turns > 0.5, -distance, distance)
 
 
-def _hand_on(
+def _spread_to_neighbours(
     turns: Float[np.ndarray, "x y z"],
     distance: Float[np.ndarray, "x y z"],
     wanted: Int[np.ndarray, " points"],
     spacing: float,
 ) -> None:
-    """Fill in winding numbers that neighbours in a grid can tell each other.
+    """Fill in winding numbers that follow from those of neighbours in the grid.
 
-    Winding numbers only leap at the surface, and it is not between two points whose distances to it
-    are together more than the way from one to the other. So most points near a surface, where
+    Winding numbers jump only at the surface, which does not pass between two points whose distances to it
+    add up to more than the distance from one to the other. So most points near a surface, where
     measuring costs most, need not be measured.
 
     Args:
@@ -187,25 +187,26 @@ def _hand_on(
         wanted: flat indices of what is filled in, where possible.
         spacing: of the grid, metres.
     """
-    told, far = turns.reshape(-1), distance.reshape(-1)
+    turns_at, distance_at = turns.reshape(-1), distance.reshape(-1)
     _, rows, columns = turns.shape
     ways = (-rows * columns, rows * columns, -columns, columns, -1, 1)
-    wanted, found = wanted[np.isnan(told[wanted])], wanted
+    wanted, found = wanted[np.isnan(turns_at[wanted])], wanted
     while len(found):
         total, count = np.zeros(len(wanted)), np.zeros(len(wanted), int)
         for way in ways:
-            # Who has no neighbour hears one on the grid's other side: both are out in the open.
+            # A point at the edge of the grid reads one of the opposite edge; both are far outside.
             there = wanted + way
-            heard = told.take(there, mode="clip")
+            beside = turns_at.take(there, mode="clip")
             between = (
-                far[wanted] + far.take(there, mode="clip") <= DISTANCE_FIELD.crossing * spacing
+                distance_at[wanted] + distance_at.take(there, mode="clip")
+                <= DISTANCE_FIELD.crossing * spacing
             )
-            clear = ~(between | np.isnan(heard))
-            total[clear] += heard[clear]
+            clear = ~(between | np.isnan(beside))
+            total[clear] += beside[clear]
             count += clear
         known = count > 0
         found = wanted[known]
-        told[found] = total[known] / count[known]
+        turns_at[found] = total[known] / count[known]
         wanted = wanted[~known]
 
 

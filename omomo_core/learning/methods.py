@@ -7,9 +7,9 @@ from typing import Literal
 
 from omomo_core.geometry.bps import PAPER_POINTS
 from omomo_core.learning.baselines.goal import network as goal
-from omomo_core.learning.baselines.goal.training import Following
+from omomo_core.learning.baselines.goal.training import GoalTraining
 from omomo_core.learning.training.denoising import Denoising
-from omomo_core.learning.training.trainee import Make
+from omomo_core.learning.training.training_task import Make
 from omomo_core.stages.body import capture as body_capture
 from omomo_core.stages.body import paper as body_paper
 from omomo_core.stages.body.paper import CHANNELS
@@ -60,7 +60,7 @@ def networks(method: MethodName, size: Size) -> Mapping[str, NetworkPlan]:
             "body": partial(Denoising, body_paper.config(size)),
         },
         "single-stage": {"single": partial(Denoising, single_stage_config(size))},
-        "goal": {"goal": partial(Following, goal.config(size))},
+        "goal": {"goal": partial(GoalTraining, goal.config(size))},
     }
     return {
         name: NetworkPlan(make, PAPER_STEPS[size], rate, objects=True)

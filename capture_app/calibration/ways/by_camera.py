@@ -22,7 +22,7 @@ from omomo_core.geometry.transforms import inverse
 
 
 def by_board(way: BoardWay, progress: Progress) -> Mount:
-    """By the film of a board on the object; progress is told the stage "board".
+    """By the film of a board on the object; progress is called with the stage "board".
 
     Raises:
         InputError: of what is read, of the track, and of `calibrate_by_board`.

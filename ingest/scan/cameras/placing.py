@@ -61,7 +61,7 @@ def place(
         logged: whether the frames have poses that are to be used.
         gravity: whether z is up in them.
         straightened: folder for pictures whose lens is undone, to look for a board.
-        progress: told "board".
+        progress: called with the stage "board".
 
     Raises:
         InputError: of `by_board` and `by_length`.

@@ -13,7 +13,7 @@ from torch.nn.attention import SDPBackend, sdpa_kernel
 from omomo_core.diffusion.schedule import LEVELS, Schedule, cosine_schedule, shifted
 from omomo_core.learning.training.corpus import Corpus
 from omomo_core.learning.training.examples import Example, make_example
-from omomo_core.learning.training.trainee import Mean, TrainOptions
+from omomo_core.learning.training.training_task import Mean, TrainOptions
 from omomo_core.precision import quick_in_bf16
 from omomo_core.stages.body import capture as body_capture
 from omomo_core.stages.body import paper as body_paper

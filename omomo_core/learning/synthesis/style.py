@@ -4,9 +4,9 @@ from typing import TypedDict
 
 import numpy as np
 
+from omomo_core.learning.synthesis.action_plan import Action, PropPlacement
 from omomo_core.learning.synthesis.posture import Posture
 from omomo_core.learning.synthesis.props import Prop
-from omomo_core.learning.synthesis.script import Action, PropPlacement
 from omomo_core.learning.synthesis.walker.path import CHANCES, Chances
 
 
