@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from capture_app.calibration.ways.by_camera import by_board, by_tracker
+from capture_app.calibration.ways.by_camera import by_board, by_screen, by_tracker
 from capture_app.calibration.ways.by_phone import by_floor, by_scan, by_session
-from capture_app.calibration.ways.by_screen import by_screen
 from capture_app.calibration.write_mount import write_mount
 from capture_app.commands.calibrate.by_camera import BoardWay, ScreenWay
 from capture_app.commands.calibrate.by_phone import FloorWay, ScanWay, SessionWay

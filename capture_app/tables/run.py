@@ -14,8 +14,7 @@ from capture_app.tables.answers import ResultLog, Task, WindowResult
 from capture_app.tables.ask import Load, Questions, ask_all
 from capture_app.tables.build import PaperTable, is_unseen, tables_of
 from capture_app.tables.caption import TableOrigin
-from capture_app.tables.load import load_methods
-from capture_app.tables.methods import chosen_methods, digest_of, networks_of
+from capture_app.tables.methods import chosen_methods, digest_of, load_methods, networks_of
 from capture_app.tables.verdict import with_verdicts
 from capture_app.tables.write import write_tables
 from omomo_core.body.load import load_body
