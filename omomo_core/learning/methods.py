@@ -1,4 +1,4 @@
-"""What can be trained: each method's networks and its usual recipe."""
+"""Networks of each method that can be trained, with their default steps and learning rates."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Files of human motion of every kind we read, told apart by what is in them."""
+"""Files of human motion of every kind that can be read, recognised by their content."""
 
 import os
 from collections.abc import Iterator
@@ -44,7 +44,7 @@ def motion_files(source: Path) -> list[Path]:
 
 
 def _files_below(folder: Path) -> Iterator[Path]:
-    """The files of a folder and those in it; a folder that several links lead to counts once."""
+    """Yield the files of a folder and of the folders in it; a folder that is linked twice counts once."""
     seen = set[str]()
     for place, folders, names in os.walk(folder, followlinks=True):
         real = os.path.realpath(place)

@@ -84,7 +84,7 @@ def solve_actor(
 
 
 def _lowest_palm(hands: Hands) -> Float[np.ndarray, " frames"]:
-    """Height of the lower hand at work, as it was last and will be next where there is none."""
+    """Return the height of the lower hand in use, interpolated where none is."""
     held = hands.contact > 0
     lowest = np.where(held, hands.palms[..., 2], np.inf).min(axis=1)
     frames = np.flatnonzero(held.any(axis=1))
@@ -97,7 +97,7 @@ def _shifted(
     yaw: Float[np.ndarray, " frames"],
     engaged: Float[np.ndarray, " frames"],
 ) -> _Pose:
-    """The pelvis of somebody at work: ahead of the feet or behind them, and lower."""
+    """Return the pelvis shifted ahead of the feet or behind them, and lowered."""
     ahead = in_space(ahead_of(yaw))
     shift = posture.shift * ahead - np.array([0.0, 0.0, posture.crouch])
     return _Pose(

@@ -80,7 +80,7 @@ def motion_with_stops(
 
 
 def goes_its_way(base_motion: BaseMotion, spans: list[tuple[int, int]], way: int) -> bool:
-    """Whether the actor mostly walks ahead (way 1) or backward (-1) in some frames; 0 is anyhow."""
+    """Return whether the actor mostly walks ahead (way 1) or backward (-1) in some frames; 0 allows both."""
     ahead = ahead_of(gaussian_filter1d(np.unwrap(heading(base_motion.rotations)), _EASE))
     steps = np.diff(gaussian_filter1d(base_motion.root[:, :2], _EASE, axis=0), axis=0)
     held = np.zeros(len(steps), bool)
@@ -105,7 +105,7 @@ def sample(
 
 
 def idle_sway(rng: np.random.Generator, frames: int) -> Float[np.ndarray, "frames 5"]:
-    """What nobody can hold still, for `BaseMotion.sway`."""
+    """Return the small sway of a standing body, for `BaseMotion.sway`."""
     noise = gaussian_filter1d(rng.normal(size=(frames + 120, 5)), rng.uniform(12, 20), axis=0)
     scale = np.array([0.006, 0.006, 0.002, 0.015, 0.02])
     return noise[60:-60] / max(float(noise.std()), 1e-9) * scale

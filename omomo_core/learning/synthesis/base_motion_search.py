@@ -1,4 +1,4 @@
-"""Who moves in a clip, and how they walk: base motions that suit what is wanted."""
+"""Search for a base motion, recorded or generated, that meets the requirements of an action."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ _IMPROVISED = 0.6
 
 @dataclass(frozen=True)
 class Sources:
-    """What clips are made of."""
+    """Recorded motion, props and people from which clips are synthesised."""
 
     footage: Footage
     library: MotionLibrary
@@ -31,7 +31,7 @@ class Sources:
 
 @dataclass(frozen=True)
 class MotionRequirements:
-    """What a base motion must be like."""
+    """Requirements on a base motion."""
 
     frames: int
     pause_frames: list[int]

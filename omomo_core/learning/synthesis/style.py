@@ -1,4 +1,4 @@
-"""How people do things: their pace, their posture, and where they stand to the thing."""
+"""Style of an action: tempo, posture, and where the actor stands to the prop."""
 
 from typing import TypedDict
 

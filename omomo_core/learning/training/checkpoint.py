@@ -1,4 +1,4 @@
-"""Saving a run so that it can be resumed exactly, without pickle."""
+"""Checkpoints of a training run, from which it is resumed exactly; without pickle."""
 
 import copy
 import json

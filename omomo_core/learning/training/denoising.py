@@ -1,4 +1,4 @@
-"""How a stage learns: noised windows in, clean ones out."""
+"""Training task of a diffusion stage: noised windows in, clean windows out."""
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -76,7 +76,7 @@ class Denoising:
     def loss(
         self, forward: nn.Module, example: Noised, options: TrainOptions, mean: Mean
     ) -> Float[Tensor, ""]:
-        """The paper's L1 on x0, or ours."""
+        """L1 on x0 as published, or the losses of the capture configuration."""
         stage, e = self.network, example
         x0, condition = stage.normalise(e.x0), e.condition
         if self.config.configuration == "paper" and self.config.stage == "body":

@@ -1,4 +1,4 @@
-"""What GOAL sees of a moment: the last poses, and where the object's surface will be from the body."""
+"""Input features of GOAL: the last poses, and the way from the body to the object's next surface."""
 
 from dataclasses import dataclass, replace
 
@@ -101,7 +101,7 @@ def without_joints(x: Float[Tensor, "*b 204"]) -> Float[Tensor, "*b 135"]:
 
 
 def feelers(body: BodyModel, index: Int[Tensor, " n"]) -> BodyModel:
-    """The body with these vertices only."""
+    """Return the body with these vertices only."""
     return replace(
         body,
         vertices=body.vertices[index],
@@ -111,7 +111,7 @@ def feelers(body: BodyModel, index: Int[Tensor, " n"]) -> BodyModel:
 
 
 def spread_out(body: BodyModel) -> Int[np.ndarray, " n"]:
-    """Vertices spread evenly over the body, then over each hand."""
+    """Return vertices spread evenly over the body, then over each hand (farthest point sampling)."""
     vertices = body.vertices.double().numpy()
     palms = body.rest_joints.double().numpy()[list(PALM_JOINTS)]
     parts = [_farthest(vertices, np.arange(len(vertices)), BODY_POINTS)]
@@ -124,7 +124,7 @@ def spread_out(body: BodyModel) -> Int[np.ndarray, " n"]:
 def _farthest(
     vertices: Float[np.ndarray, "verts 3"], among: Int[np.ndarray, " some"], count: int
 ) -> Int[np.ndarray, " count"]:
-    """Each vertex the one farthest from all before it, from the first on."""
+    """Return vertices by farthest point sampling, beginning with the first."""
     points = vertices[among]
     chosen, apart = [0], np.linalg.norm(points - points[0], axis=-1)
     while len(chosen) < count:

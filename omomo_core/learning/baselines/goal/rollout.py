@@ -38,7 +38,7 @@ Poses = tuple[Float[Tensor, "b 3"], Float[Tensor, "b 22 3 3"]]
 def roll_out(
     network: Goal, take: ObjectFeatures, first: Poses, body: BodyModel
 ) -> tuple[Float[Tensor, "b frames 3"], Float[Tensor, "b frames 22 3 3"]]:
-    """Everybody's motion from their pose in the first frame, root and rotations; deterministic.
+    """Return root and rotations of each person from the pose in the first frame; deterministic.
 
     Args:
         network: trained.
@@ -86,7 +86,7 @@ def _things(take: ObjectFeatures, frame: int, count: int) -> ObjectFrames:
 def _coming(
     network: Goal, seen: LocalHistory
 ) -> tuple[Float[Tensor, "b 10 3"], Float[Tensor, "b 10 22 3 3"]]:
-    """Root and rotations of the next ten frames, in the world."""
+    """Return root and rotations of the next ten frames, in the world."""
     pose = seen.pose[:, None] + network(seen.features)[..., :POSE]
     root = out_of_frame(pose[..., :3], seen.origin, seen.yaw)
     return root, yaw_matrix(seen.yaw)[:, None, None] @ from_rows(pose[..., 3:])

@@ -49,7 +49,7 @@ class GoalExample:
 
 
 class GoalTraining:
-    """GOAL in training."""
+    """The training task of GOAL."""
 
     name = "goal"
     muon: Sequence[nn.Parameter] = ()
@@ -98,7 +98,7 @@ class GoalTraining:
     def loss(
         self, forward: nn.Module, example: GoalExample, options: TrainOptions, mean: Mean
     ) -> Float[Tensor, ""]:
-        """GOAL's losses, over the frames that there are."""
+        """GOAL's losses, over the frames within the window."""
         e = example
         device = e.features.device
         with torch.autocast(device.type, torch.bfloat16, enabled=quick_in_bf16(device)):

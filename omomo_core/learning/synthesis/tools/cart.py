@@ -1,4 +1,4 @@
-"""A cart pushed by its handle: it goes ahead on the path its owner will walk, wheels rolling."""
+"""A cart pushed by its handle: it rolls ahead on the path that the actor will walk."""
 
 import numpy as np
 from jaxtyping import Float

@@ -1,4 +1,4 @@
-"""What somebody does with a tool in one clip: pure numbers, no motion yet."""
+"""Parameters of the use of a tool in one clip, drawn before any motion."""
 
 from dataclasses import dataclass
 from typing import Literal

@@ -131,7 +131,7 @@ def _in_reach(
     tool_use: ToolUse,
     span: tuple[int, int],
 ) -> bool:
-    """Nobody bends for a handle behind the back."""
+    """Return whether the handle is within reach without bending."""
     shoulder = path.joints[
         slice(*span), joint("left_shoulder" if tool_use.hands[0] else "right_shoulder")
     ]

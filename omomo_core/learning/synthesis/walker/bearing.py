@@ -1,4 +1,4 @@
-"""How people in the mocap stand: what a body that steps by rule looks like between its steps."""
+"""Standing poses of the mocap, which a generated walk takes between its steps."""
 
 from dataclasses import dataclass
 
