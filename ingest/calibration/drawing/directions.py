@@ -45,15 +45,15 @@ def rotation_in_words(text: str) -> Rotation3:
             the same direction twice, not perpendicular) or "drawing-mirrored" (left-handed).
     """
     axes_given: dict[int, np.ndarray] = {}
-    said: dict[int, str] = {}
+    texts: dict[int, str] = {}
     for words, sign, axis, vector in _statements(text):
         which, way = _side(words)
         if which in axes_given:
-            raise _contradiction(f"Both '{said[which]}' and '{words}' say where one axis points.")
-        axes_given[which], said[which] = way * _direction(sign, axis, vector), words
+            raise _contradiction(f"Both '{texts[which]}' and '{words}' say where one axis points.")
+        axes_given[which], texts[which] = way * _direction(sign, axis, vector), words
     if len(axes_given) < 2:
         raise _contradiction("One side alone leaves the phone free to turn about it.")
-    _check_square(axes_given, said)
+    _check_square(axes_given, texts)
     return _complete(axes_given)
 
 
@@ -92,14 +92,14 @@ def _direction(sign: str, axis: str, vector: str) -> Float64[np.ndarray, "3"]:
     return direction / length
 
 
-def _check_square(axes_given: dict[int, np.ndarray], said: dict[int, str]) -> None:
+def _check_square(axes_given: dict[int, np.ndarray], texts: dict[int, str]) -> None:
     axes = sorted(axes_given)
     for k, i in enumerate(axes):
         for j in axes[k + 1 :]:
             angle = float(np.degrees(np.arccos(np.clip(axes_given[i] @ axes_given[j], -1, 1))))
             if abs(np.radians(angle - 90)) > _SQUARE:
                 raise _contradiction(
-                    f"'{said[i]}' and '{said[j]}' are at right angles on a phone, but the "
+                    f"'{texts[i]}' and '{texts[j]}' are at right angles on a phone, but the "
                     f"directions given are {min(angle, 180 - angle):.0f} deg from being parallel."
                 )
 

@@ -127,8 +127,8 @@ def _compared(factor: float, before: Scale | None, scale: Scale) -> tuple[Check,
     if before is None or abs(factor - 1) < _DIFFERENT:
         return ()
     message = (
-        f"By {scale.said} the object is {factor:.3f} times as large as by {before.said}; the first "
-        "is taken."
+        f"By {scale.description} the object is {factor:.3f} times as large as by "
+        f"{before.description}; the first is taken."
     )
     fix = "Measure the object, and check the board's squares with a ruler."
     return (Check("scale", "warn", message, None, fix),)
