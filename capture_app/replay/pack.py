@@ -16,7 +16,7 @@ from capture_app.inspection import Inspection, look_over, refuse_bad
 from capture_app.overlay.eye import mount_of, session_of
 from capture_app.quaternions import xyzw_from_matrix
 from capture_app.replay.recording import Recording, recording
-from capture_app.replay.surfaces import Arrays, body_arrays, object_surface
+from capture_app.replay.surfaces import Arrays, body_arrays, object_arrays
 from capture_app.result import Result, body_of
 from ingest.mount import Mount
 from ingest.report.look import Look
@@ -237,9 +237,9 @@ def _object(mesh: ObjectMesh) -> tuple[dict[str, Any], Arrays]:
     """The header's `object` and the surface; nothing for points without faces."""
     if not len(mesh.faces):
         return {}, {}
-    shown = object_surface(mesh)
-    header_part = {"name": mesh.name, "faces": len(mesh.faces), "decimated": shown.decimated}
-    return {"object": header_part}, shown.arrays
+    arrays, decimated = object_arrays(mesh)
+    header_part = {"name": mesh.name, "faces": len(mesh.faces), "decimated": decimated}
+    return {"object": header_part}, arrays
 
 
 def _object_poses(moved: ObjectMotion) -> Arrays:
