@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 from capture_app.cli.app import invoke
 from capture_app.simulator.carried_box import box_mesh, carried_box, clamped_phone
 from capture_app.simulator.noise import PhoneNoise
-from capture_app.simulator.path import arkit_from_world
-from capture_app.simulator.phone import simulate
+from capture_app.simulator.phone import arkit_from_world, simulate
 from capture_app.simulator.recording import write_recording
 from capture_app.simulator.wiggle import wiggle_motion
 from ingest.calibration.board.sheet import preset_for

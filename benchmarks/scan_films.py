@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capture_app.simulator.path import arkit_from_world
+from capture_app.simulator.phone import arkit_from_world
 from ingest.axes import T_ZUP_ARKIT
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from ingest.scan.cameras.register import register

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from capture_app.calibration.calibrate import calibrate
-    from capture_app.cli.train import train
     from capture_app.commands.calibrate.by_camera import TrackerWay
     from capture_app.commands.export import ExportRequest
     from capture_app.commands.render import CompareRequest, RenderRequest
     from capture_app.commands.run import ResolveRequest, RunRequest
+    from capture_app.commands.train import TrainRequest
     from capture_app.comparison.film import compare_motions
     from capture_app.exports.of_result import export_result
     from capture_app.inspection import inspect_take
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from capture_app.rendering import render_result
     from capture_app.resolve import resolve_result
     from capture_app.result import Result, load_result
+    from capture_app.training import train
     from ingest.formats.detect import read_session
     from ingest.formats.registry import register_format
     from ingest.mesh import load_mesh
@@ -56,6 +57,7 @@ __all__ = [
     "Result",
     "RunRequest",
     "TrackerWay",
+    "TrainRequest",
     "calibrate",
     "compare_motions",
     "evaluate",
@@ -82,7 +84,7 @@ __all__ = [
 _MODULES = {
     "capture_app.calibration.calibrate": ("calibrate",),
     "capture_app.commands.calibrate.by_camera": ("TrackerWay",),
-    "capture_app.cli.train": ("train",),
+    "capture_app.commands.train": ("TrainRequest",),
     "capture_app.commands.render": ("CompareRequest", "RenderRequest"),
     "capture_app.comparison.film": ("compare_motions",),
     "capture_app.commands.export": ("ExportRequest",),
@@ -93,6 +95,7 @@ _MODULES = {
     "capture_app.commands.run": ("ResolveRequest", "RunRequest"),
     "capture_app.resolve": ("resolve_result",),
     "capture_app.result": ("Result", "load_result"),
+    "capture_app.training": ("train",),
     "ingest.formats.detect": ("read_session",),
     "ingest.formats.registry": ("register_format",),
     "ingest.mesh": ("load_mesh",),

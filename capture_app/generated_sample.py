@@ -32,8 +32,8 @@ def save_sample(path: Path, sample: GeneratedSample) -> None:
     spans = [(s.hand, s.start, s.stop) for s in person.segments]
     anchors = np.array([s.anchor for s in person.segments])
     scores = [{name: float(value) for name, value in score.items()} for score in sample.scores]
-    told = json.dumps({"chosen": sample.chosen, "scores": scores, "notes": sample.notes})
-    arrays = {"spans": np.array(spans, int), "anchors": anchors, "told": np.array(told)}
+    described = json.dumps({"chosen": sample.chosen, "scores": scores, "notes": sample.notes})
+    arrays = {"spans": np.array(spans, int), "anchors": anchors, "told": np.array(described)}
     with whole_file(path) as partial:
         np.savez(partial, miss=person.miss, depth=person.depth, **arrays, **human)
 
@@ -42,11 +42,13 @@ def load_sample(path: Path) -> GeneratedSample:
     """Read what `save_sample` wrote."""
     with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
         data = {key: file[key] for key in file.files}
-    told = json.loads(str(data["told"]))
+    described = json.loads(str(data["told"]))
     segments = tuple(
         ContactSegment(hand, start, stop, anchor)
         for (hand, start, stop), anchor in zip(data["spans"].tolist(), data["anchors"], strict=True)
     )
     human = HumanMotion(**{f.name: data[f.name] for f in fields(HumanMotion)})
     person = Person(human, segments, data["miss"], data["depth"])
-    return GeneratedSample(person, told["chosen"], tuple(told["scores"]), tuple(told["notes"]))
+    return GeneratedSample(
+        person, described["chosen"], tuple(described["scores"]), tuple(described["notes"])
+    )

@@ -134,13 +134,13 @@ def refuse_bad(seen: Inspection) -> None:
     # Of many faults of one kind the first stands for all; the report lists them.
     bad = list({check.name: check for check in reversed(seen.report.of("bad"))}.values())[::-1]
     if seen.problem is not None:
-        told = " ".join([seen.problem.what, *map(_told, bad)])
-        raise InputError(seen.problem.code, told, where=_where(seen, bad), fix=seen.advice)
+        problems = " ".join([seen.problem.what, *map(_problem_text, bad)])
+        raise InputError(seen.problem.code, problems, where=_where(seen, bad), fix=seen.advice)
     if bad:
         forced = ["To use the take all the same, add --force."] if seen.take else []
         raise InputError(
             "take-bad",
-            " ".join(["The motion of this take would be wrong.", *map(_told, bad)]),
+            " ".join(["The motion of this take would be wrong.", *map(_problem_text, bad)]),
             where=_where(seen, bad),
             fix=" ".join([*dict.fromkeys(check.fix for check in bad), *forced]),
         )
@@ -158,7 +158,7 @@ def usable_take(seen: Inspection, *, force: bool = False) -> ObjectTake:
     return seen.take
 
 
-def _told(check: Check) -> str:
+def _problem_text(check: Check) -> str:
     return f"{check.name.capitalize()}: {check.message.rstrip('.')}."
 
 

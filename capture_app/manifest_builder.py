@@ -40,19 +40,19 @@ def unsatisfied(person: Person) -> tuple[str, ...]:
 
     In the order of time.
     """
-    told = sorted([*_misses(person), *_leaps(person)])
-    return tuple(f"From {a / FPS:.2f} to {b / FPS:.2f} s {text}." for a, b, text in told)
+    events = sorted([*_misses(person), *_leaps(person)])
+    return tuple(f"From {a / FPS:.2f} to {b / FPS:.2f} s {text}." for a, b, text in events)
 
 
 def _misses(person: Person) -> list[_Told]:
-    told = (
+    events = (
         ("the left palm is up to {:.0f} cm off its place on the object", person.miss[:, 0]),
         ("the right palm is up to {:.0f} cm off its place on the object", person.miss[:, 1]),
         ("the body is up to {:.0f} cm inside the object", person.depth),
     )
     stretches = [
         (start, stop, text.format(100 * curve[start:stop].max()))
-        for text, curve in told
+        for text, curve in events
         for start, stop in runs(curve > FAR)
     ]
     return sorted(stretches, key=lambda s: s[0] - s[1])[:MOST]

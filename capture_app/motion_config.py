@@ -8,6 +8,8 @@ from omomo_core.body.config import BODY, BodyConfig
 from omomo_core.config import Number, settings_of
 from omomo_core.contact.config import CONTACT, ContactConfig
 from omomo_core.generation.config import GENERATION, GenerationConfig
+from omomo_core.geometry.config import GEOMETRY, GeometryConfig
+from omomo_core.stages.config import STAGES, StagesConfig
 
 
 @dataclass(frozen=True)
@@ -18,6 +20,8 @@ class MotionConfig:
     contact: ContactConfig = CONTACT
     body: BodyConfig = BODY
     generation: GenerationConfig = GENERATION
+    geometry: GeometryConfig = GEOMETRY
+    stages: StagesConfig = STAGES
 
 
 MOTION_CONFIG = MotionConfig()

@@ -1,4 +1,4 @@
-"""Progress of a run: whoever wants to know is called with a stage and how far it is."""
+"""Progress callbacks of a run, which get the name of a stage and the fraction done."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -8,11 +8,11 @@ Progress = Callable[[str, float], None]
 
 
 def silent(stage: str, fraction: float) -> None:
-    """Nobody wants to know."""
+    """Ignore progress."""
 
 
 class StageClock:
-    """A listener that adds up the seconds of each stage, and passes progress on.
+    """A progress callback that adds up the seconds of each stage, and passes progress on.
 
     Stages run one after the other, so the time since the last call went into the stage that is
     heard of now.

@@ -30,7 +30,7 @@ def resolve_result(request: ResolveRequest, progress: Progress = silent) -> Resu
 
     Args:
         request: the result and its corrected contacts.
-        progress: told each stage (those of `corrected_motion`, then "video") and how far it is.
+        progress: called with each stage (those of `corrected_motion`, then "video") and how far it is.
 
     Returns:
         The new result, of that one sample, as it is on the disk.
@@ -48,7 +48,7 @@ def corrected_motion(request: ResolveRequest, progress: Progress = silent) -> Re
 
     Args:
         request: the result and its corrected contacts.
-        progress: told each stage ("read", "solve", "export") and how far it is.
+        progress: called with each stage ("read", "solve", "export") and how far it is.
 
     Returns:
         The new result, of that one sample, as it is on the disk.

@@ -10,7 +10,7 @@ too few for anything but to show the way.
 import sys
 from pathlib import Path
 
-from capture_app import Clip, RunRequest, load_result, run_take, save_clips, train
+from capture_app import Clip, RunRequest, TrainRequest, load_result, run_take, save_clips, train
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "example_output")
@@ -43,8 +43,18 @@ clips = [
 data, networks = out / "clips.npz", out / "networks"
 save_clips(data, clips)
 
-# The same call goes on where it was stopped. Its folder holds hands.safetensors and body.safetensors.
-train("capture", [data], networks, start_from=Path("shipped"), steps=steps, batch=4, rate=1e-4)
+# The same request goes on where it was stopped. Its folder holds hands.safetensors and body.safetensors.
+train(
+    TrainRequest(
+        method="capture",
+        data=(data,),
+        output=networks,
+        start_from=Path("shipped"),
+        steps=steps,
+        batch=4,
+        rate=1e-4,
+    )
+)
 
 again = {"output": out / "trained", "weights": networks, "replace": True}
 trained = run_take(request.model_copy(update=again))

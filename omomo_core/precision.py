@@ -1,4 +1,4 @@
-"""Where half the digits are quicker: bfloat16 on GPUs, and on processors that have units for it."""
+"""Choice of bfloat16: on GPUs, and on processors that have units for it."""
 
 import torch
 

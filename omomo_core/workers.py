@@ -1,4 +1,4 @@
-"""Worker processes that get what they share once, and end with the process that started them."""
+"""Pools of worker processes that get shared data once, and end with the process that started them."""
 
 import multiprocessing
 import os
@@ -42,7 +42,7 @@ def _begin(start: Callable[..., None], *shared: Any) -> None:
 
 
 def _end_with_parent() -> None:
-    """A worker whose first process was killed would go on, and then wait for ever."""
+    """End a worker whose parent was killed, which would otherwise wait for ever."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from capture_app.calibration.ways.by_camera import by_board, by_tracker
+from capture_app.calibration.ways.by_camera import by_board, by_screen, by_tracker
 from capture_app.calibration.ways.by_phone import by_floor, by_scan, by_session
-from capture_app.calibration.ways.by_screen import by_screen
 from capture_app.calibration.write_mount import write_mount
 from capture_app.commands.calibrate.by_camera import BoardWay, ScreenWay
 from capture_app.commands.calibrate.by_phone import FloorWay, ScanWay, SessionWay
@@ -21,7 +20,7 @@ def calibrate(
     Args:
         way: what was recorded.
         path: of the mount file.
-        progress: told the stages "board" and "localise".
+        progress: called with the stages "board" and "localise".
         picture: PNG file to draw the phone on the object into, where the object is known.
 
     Returns:
@@ -35,7 +34,7 @@ def calibrate(
 
 
 def find_mount(way: AnyWay, progress: Progress) -> Mount:
-    """Find it; progress is told the stages "board" and "localise".
+    """Find it; progress is called with the stages "board" and "localise".
 
     Raises:
         InputError: what was recorded does not tell it, or cannot be read.

@@ -33,16 +33,16 @@ def write_mount(
         InputError: as `load_mesh`, or a file cannot be written.
     """
     mesh = None if mesh_file is None else mesh_file.load(mount.object_scale)
-    told = replace(
+    dated = replace(
         mount,
         date=date.today().isoformat(),
         phone=phone or mount.phone,
         object_id=mount.object_id or (object_id(mesh, mount.object_scale) if mesh else ""),
         picture=picture.name if picture and mesh else "",
     )
-    save_mount(told, path)
+    save_mount(dated, path)
     if picture and mesh:
         from capture_app.calibration.picture import draw_mount
 
-        draw_mount(told, mesh, picture)
-    return told
+        draw_mount(dated, mesh, picture)
+    return dated

@@ -10,6 +10,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
 from capture_app.cli import options as given
+from capture_app.cli.bars import ProgressBars
 from capture_app.cli.console import errors, say
 from capture_app.cli.console import output as console
 from capture_app.cli.derived import derived
@@ -19,11 +20,8 @@ from capture_app.jobs.record import JobRecord
 from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from capture_app.jobs.fleet import Fleet
     from capture_app.jobs.queue import JobQueue
-    from capture_app.jobs.record import JobRecord
 
 
 _MOST = 12
@@ -32,14 +30,14 @@ _MOST = 12
 
 @contextmanager
 def batch_bars(total: int) -> Generator[Shown]:
-    """Gives what `watch` tells; without a terminal there is a line for each job that ends."""
+    """Gives what `watch` calls; each job that ends has a line, whether on a terminal or not."""
     columns = (
         TextColumn("{task.description:<30.30}"),
         BarColumn(),
         TextColumn("{task.fields[at]}"),
     )
     bars: dict[str, TaskID] = {}
-    with Progress(*columns, console=errors, disable=not errors.is_terminal) as progress:
+    with ProgressBars(*columns) as progress:
         whole = progress.add_task("All sessions", total=total, at=f"0 of {total}")
         over = 0
 
@@ -154,9 +152,7 @@ def _run(
     _tell(result, _end(queue, ids, fleet, result))
 
 
-def _end(
-    queue: "JobQueue", ids: "Sequence[str]", fleet: "Fleet", result: Path
-) -> "list[JobRecord]":
+def _end(queue: "JobQueue", ids: Sequence[str], fleet: "Fleet", result: Path) -> list[JobRecord]:
     """Stop the workers and write the tables; returns what became of the jobs."""
     from capture_app.jobs.batch.results import write_results
     from capture_app.jobs.batch.watch import videos_of
@@ -194,7 +190,7 @@ def _make_folder(result: Path) -> None:
         ) from error
 
 
-def _watch(queue: "JobQueue", ids: "Sequence[str]", fleet: "Fleet") -> None:
+def _watch(queue: "JobQueue", ids: Sequence[str], fleet: "Fleet") -> None:
     from capture_app.cli.batch import batch_bars
     from capture_app.jobs.batch.watch import watch
 
@@ -202,7 +198,7 @@ def _watch(queue: "JobQueue", ids: "Sequence[str]", fleet: "Fleet") -> None:
         watch(queue, ids, show, full=lambda: fleet.full)
 
 
-def _tell(result: Path, jobs: "Sequence[JobRecord]") -> None:
+def _tell(result: Path, jobs: Sequence[JobRecord]) -> None:
     from rich.table import Table
     from rich.text import Text
 

@@ -54,15 +54,10 @@ def report(error: OmocapError) -> None:
 
 @contextmanager
 def progress_bars() -> Generator[Progress]:
-    """A bar for each stage that reports; nothing when stderr is not a terminal."""
-    from rich.progress import (
-        BarColumn,
-        Progress,
-        TaskID,
-        TaskProgressColumn,
-        TextColumn,
-        TimeElapsedColumn,
-    )
+    """A bar for each stage that reports; a line a minute when stderr is not a terminal."""
+    from rich.progress import BarColumn, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+    from capture_app.cli.bars import ProgressBars
 
     columns = (
         TextColumn("{task.description:<18}"),
@@ -71,7 +66,7 @@ def progress_bars() -> Generator[Progress]:
         TimeElapsedColumn(),
     )
     tasks: dict[str, TaskID] = {}
-    with Progress(*columns, console=errors, disable=not errors.is_terminal) as bars:
+    with ProgressBars(*columns) as bars:
 
         def advance(stage: str, fraction: float) -> None:
             if stage not in tasks:

@@ -2,11 +2,14 @@
 
 from collections import Counter
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from capture_app.cli import data_inspect, data_markers, data_synthesise
+from capture_app.cli import data_inspect, data_markers
+from capture_app.cli.derived import derived
+from capture_app.commands.request import validated
+from capture_app.commands.train import SynthesisRequest
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -36,9 +39,8 @@ def build(
 
     Files that cannot be used are skipped and counted by reason, never trained on.
     """
-    from rich.progress import Progress
-
-    from capture_app.cli.console import errors, output, say
+    from capture_app.cli.bars import counting
+    from capture_app.cli.console import output, say
     from omomo_core.body.load import load_body
     from omomo_core.learning.recordings.build import build_mocap
     from omomo_core.learning.recordings.clips import save_clips
@@ -46,13 +48,12 @@ def build(
 
     check_target(out)
     dropped = Counter[str]()
-    with Progress(console=errors, disable=not errors.is_terminal) as bar:
-        reading = bar.add_task("retarget", total=None)
+    with counting("retarget") as progress:
         clips = build_mocap(
             mocap,
             load_body(),
             share_alike=share_alike,
-            progress=lambda done, total: bar.update(reading, completed=done, total=total),
+            progress=progress,
             dropped=dropped,
             object_split=object_split,
         )
@@ -62,6 +63,32 @@ def build(
     output.print(f"{len(clips)} recorded clips in {out}")
 
 
-app.command("synthesise")(data_synthesise.synthesise)
+Mocap = Annotated[
+    list[Path],
+    typer.Argument(
+        help="Recordings (folders or files), clips that `omocap data build` made of them, or data sets."
+    ),
+]
+DataSet = Annotated[
+    Path, typer.Option("-o", "--out", help="Folder of the data set; given again, it goes on.")
+]
+
+
+@app.command()
+@derived(SynthesisRequest)
+def synthesise(mocap: Mocap, out: DataSet, **said: Any) -> None:
+    """Make clips of people who carry, push, pull, lift and turn things, out of recorded motion.
+
+    Interrupt it when you like: the same command goes on with the files that are missing. A larger
+    --count adds clips. What could not be held, or went wrong otherwise, is counted by reason.
+    """
+    from capture_app.cli.training_console import TrainingConsole
+    from capture_app.synthesis import synthesise_data
+
+    asked = {**said, "mocap": mocap, "output": out}
+    request = validated(SynthesisRequest, asked, "option-invalid", prefix="--")
+    synthesise_data(request, TrainingConsole())
+
+
 app.command("inspect")(data_inspect.inspect)
 app.command("markers")(data_markers.markers)

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.progress import track
 from rich.table import Table
 
 from capture_app.cli import options as given
-from capture_app.cli.console import errors, output, say
+from capture_app.cli.bars import counting
+from capture_app.cli.console import output, say
 from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -50,8 +50,11 @@ def inspect(
 
     body, chosen = load_body(), _choose(data, clips, name or [], seed)
     out.mkdir(parents=True, exist_ok=True)
-    quiet = not errors.is_terminal
-    judged = [judge(clip, body) for clip in track(chosen, "measure", console=errors, disable=quiet)]
+    judged: list[Quality] = []
+    with counting("measure") as progress:
+        for clip in chosen:
+            judged.append(judge(clip, body))
+            progress(len(judged), len(chosen))
     rows = [asdict(q) for q in judged]
     (out / "quality.json").write_text(json.dumps(rows, indent=1) + "\n")
     _show(judged)
@@ -107,13 +110,15 @@ def _draw_sheets(
     from render.stills import contact_sheet, write_png
 
     pairs = list(zip(clips, judged, strict=True))
-    quiet = not errors.is_terminal
-    for first in track(range(0, len(pairs), _ROWS), "draw", console=errors, disable=quiet):
-        rows = [
-            clip_row(clip, body, _label(quality), backend=backend.value)
-            for clip, quality in pairs[first : first + _ROWS]
-        ]
-        write_png(out / f"sheet_{first // _ROWS:02d}.png", contact_sheet(rows, 1))
+    with counting("draw") as progress:
+        for first in range(0, len(pairs), _ROWS):
+            part = pairs[first : first + _ROWS]
+            rows = [
+                clip_row(clip, body, _label(quality), backend=backend.value)
+                for clip, quality in part
+            ]
+            write_png(out / f"sheet_{first // _ROWS:02d}.png", contact_sheet(rows, 1))
+            progress(first + len(part), len(pairs))
 
 
 def _draw_video(

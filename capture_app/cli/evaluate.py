@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from capture_app.cli import options
+from capture_app.cli.figures import FigureRow, FigureTable
 from omomo_core.whole_file import check_target, write_whole
 
 if TYPE_CHECKING:
@@ -121,23 +122,17 @@ def _check(json_file: Path | None, protocols: list[str]) -> None:
 
 
 def _print(made: "Evaluation") -> None:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    from capture_app.cli.console import output
     from omomo_core.learning.evaluation.average import average
 
     best = f"K{made.samples}"
     title = f"Mean of {len(made.clips)} clips, {len(made.skipped)} skipped"
-    table = Table("given", "", title=title, box=SIMPLE_HEAD, padding=0)
-    for name in FIGURES.values():
-        table.add_column(name, justify="right")
-    for protocol, columns in made.table().items():
-        for k in ("K1", best):
-            table.add_row(GIVEN[protocol], k, *_cells(columns[k]))
-        table.add_section()
-    table.add_row("real clips", "", *_cells(average([clip.own for clip in made.clips])))
-    output.print(table)
+    rows = [
+        FigureRow([GIVEN[protocol], k], _cells(columns[k]), ends_section=k == best)
+        for protocol, columns in made.table().items()
+        for k in ("K1", best)
+    ]
+    rows.append(FigureRow(["real clips", ""], _cells(average([clip.own for clip in made.clips]))))
+    FigureTable(title, ["given", ""], list(FIGURES.values()), rows).print()
 
 
 def _cells(row: dict[str, float]) -> list[str]:

@@ -14,9 +14,6 @@ from capture_app.commands.scan import ScanRequest
 if TYPE_CHECKING:
     from capture_app.scanning.scan import ObjectScan
 
-if TYPE_CHECKING:
-    from capture_app.scanning.scan import ObjectScan
-
 Source = Annotated[
     Path,
     typer.Argument(

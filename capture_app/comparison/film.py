@@ -46,7 +46,7 @@ def compare_motions(request: CompareRequest, progress: Progress = silent) -> Com
 
     Args:
         request: what to compare.
-        progress: told the stages "read" and "video".
+        progress: called with the stages "read" and "video".
 
     Raises:
         InputError: a motion cannot be read, they do not fit each other, or a file cannot be written.

@@ -27,7 +27,7 @@ from omomo_core.whole_file import whole_files
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written."""
+    """The files that were written, and notes about them."""
 
     files: tuple[Path, ...]
     """One; for BVH the person's and the object's; for a USD layer also the object's picture."""

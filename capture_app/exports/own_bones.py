@@ -72,7 +72,7 @@ def skin_of(body: BodyModel, index: Int[np.ndarray, "52"], shift: Float[np.ndarr
 
 
 def standing_shift(body: BodyModel) -> Float[np.ndarray, "3"]:
-    """What moves a rest pose (y up) until its pelvis is over the origin and its soles on the floor."""
+    """Return the shift that puts a rest pose (y up) with its pelvis over the origin, soles on the floor."""
     pelvis = body.rest_joints[0].double().numpy()
     return -np.array([pelvis[0], float(body.vertices[:, 1].min()), pelvis[2]])
 

@@ -39,7 +39,7 @@ def find(result: Result, request: OverlayRequest, progress: Progress) -> Aligned
     Args:
         result: what was generated.
         request: what the user says of the film and its camera.
-        progress: told the stage "board" or "localise".
+        progress: called with the stage "board" or "localise".
 
     Raises:
         InputError: the film, its camera or its place cannot be known; see the parts.

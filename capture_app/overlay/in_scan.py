@@ -29,7 +29,7 @@ def by_scan(
             the film.
         moved: the object.
         watcher: a few of its pictures are found again in the scan.
-        progress: told the stage "localise".
+        progress: called with the stage "localise".
 
     Raises:
         InputError: those of `read_landmarks`; of `localise` when no picture is found again.

@@ -149,6 +149,6 @@ def _closest(
 
 
 def agreed(T: Float64[np.ndarray, "n 4 4"]) -> Float64[np.ndarray, "4 4"]:
-    """What most of them agree on; of many, some tell it as well."""
+    """Return the pose that most of them agree on, from some of them where there are many."""
     some = T[:: -(-len(T) // _ENOUGH)]
     return average(some, np.tile(_DOUBT, (len(some), 1, 1))).T

@@ -29,7 +29,7 @@ def overlay_result(request: OverlayRequest, progress: Progress) -> Overlaid:
 
     Args:
         request: what to draw.
-        progress: told the stages "board" or "localise", and "video".
+        progress: called with the stages "board" or "localise", and "video".
 
     Raises:
         InputError: see `find` and `draw`, or the file cannot be written.
@@ -47,8 +47,8 @@ def overlay_result(request: OverlayRequest, progress: Progress) -> Overlaid:
         samples=4 if request.smooth else 0,
     )
     count = len(aligned.seconds)
-    told = (progress("video", (k + 1) / count) or p for k, p in enumerate(pictures))
-    write_moving(request.output, told, aligned.fps)
+    counted = (progress("video", (k + 1) / count) or p for k, p in enumerate(pictures))
+    write_moving(request.output, counted, aligned.fps)
     return _told(request, aligned, seen=shows(result, index, aligned))
 
 

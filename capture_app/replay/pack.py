@@ -16,7 +16,7 @@ from capture_app.inspection import Inspection, look_over, refuse_bad
 from capture_app.overlay.eye import mount_of, session_of
 from capture_app.quaternions import xyzw_from_matrix
 from capture_app.replay.recording import Recording, recording
-from capture_app.replay.surfaces import Arrays, body_arrays, object_surface
+from capture_app.replay.surfaces import Arrays, body_arrays, object_arrays
 from capture_app.result import Result, body_of
 from ingest.mount import Mount
 from ingest.report.look import Look
@@ -42,16 +42,18 @@ def pack_bytes(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> b
         header: what the JSON says besides `version` and `arrays`.
         arrays: by name; of types that a browser's typed arrays know (no 64 bits).
     """
-    told: dict[str, Any] = {}
+    header_part: dict[str, Any] = {}
     parts: list[bytes] = []
     offset = 0
     for name, array in arrays.items():
         dtype = array.dtype.newbyteorder("<")
         raw = _padded(np.ascontiguousarray(array, dtype).tobytes())
-        told[name] = {"dtype": dtype.str[1:], "shape": list(array.shape), "offset": offset}
+        header_part[name] = {"dtype": dtype.str[1:], "shape": list(array.shape), "offset": offset}
         parts.append(raw)
         offset += len(raw)
-    text = json.dumps({"version": VERSION, **header, "arrays": told}, allow_nan=False).encode()
+    text = json.dumps(
+        {"version": VERSION, **header, "arrays": header_part}, allow_nan=False
+    ).encode()
     return b"".join([_padded(struct.pack("<I", len(text)) + text), *parts])
 
 
@@ -98,7 +100,7 @@ def pack_result(result: Result, *, film: bool = True) -> bytes:
         AssetError: the body was the user's own, and is not where it was.
     """
     body, moved, manifest = body_of(result), result.object_motion, result.manifest
-    told, arrays = _recorded(result, film)
+    header_part, arrays = _recorded(result, film)
     thing = _object(moved.mesh)
     header = {
         "kind": "result",
@@ -113,10 +115,10 @@ def pack_result(result: Result, *, film: bool = True) -> bytes:
         "editable": any(person.segments for person in result.people),
         "floor": manifest.floor.model_dump(),
         "faults": manifest.faults,
-        "notes": (*manifest.notes, *told.pop("notes", ())),
+        "notes": (*manifest.notes, *header_part.pop("notes", ())),
     }
     return pack_bytes(
-        {**_EMPTY, **header, **thing[0], **told},
+        {**_EMPTY, **header, **thing[0], **header_part},
         {
             **body_arrays(body),
             **_people_arrays(result.people, body),
@@ -175,8 +177,8 @@ def pack_object(mesh: ObjectMesh, mount: Mount | None = None) -> bytes:
     """
     T = np.eye(4)[None].copy()
     T[0, 2, 3] = -float(mesh.vertices[:, 2].min())
-    told, arrays = _object(mesh)
-    header = {**_EMPTY, "kind": "object", "name": mesh.name, "frames": 1, **told}
+    header_part, arrays = _object(mesh)
+    header = {**_EMPTY, "kind": "object", "name": mesh.name, "frames": 1, **header_part}
     poses = _object_poses(ObjectMotion(mesh, T, np.ones(1, bool)))
     phone = {} if mount is None else _phone_arrays(T @ inverse(mount.T_phone_object))
     return pack_bytes(header, {**arrays, **poses, **phone})
@@ -235,9 +237,9 @@ def _object(mesh: ObjectMesh) -> tuple[dict[str, Any], Arrays]:
     """The header's `object` and the surface; nothing for points without faces."""
     if not len(mesh.faces):
         return {}, {}
-    shown = object_surface(mesh)
-    told = {"name": mesh.name, "faces": len(mesh.faces), "decimated": shown.decimated}
-    return {"object": told}, shown.arrays
+    arrays, decimated = object_arrays(mesh)
+    header_part = {"name": mesh.name, "faces": len(mesh.faces), "decimated": decimated}
+    return {"object": header_part}, arrays
 
 
 def _object_poses(moved: ObjectMotion) -> Arrays:
@@ -263,7 +265,7 @@ def _contacts(people: Sequence[Person], mesh: ObjectMesh) -> list[list[dict[str,
 
 
 def _contact(segment: Any, surface: Surface | None) -> dict[str, Any]:
-    told: dict[str, Any] = {
+    header_part: dict[str, Any] = {
         "hand": HANDS[segment.hand],
         "start": segment.start,
         "stop": segment.stop,
@@ -271,6 +273,6 @@ def _contact(segment: Any, surface: Surface | None) -> dict[str, Any]:
     }
     if surface is not None:
         nearest = int(surface.tree.query(segment.anchor)[1])
-        told["place"] = surface.points[nearest].round(5).tolist()
-        told["normal"] = surface.normals[nearest].round(5).tolist()
-    return told
+        header_part["place"] = surface.points[nearest].round(5).tolist()
+        header_part["normal"] = surface.normals[nearest].round(5).tolist()
+    return header_part

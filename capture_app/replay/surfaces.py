@@ -1,7 +1,5 @@
 """Surfaces for the eye: the person's with four bones a vertex, the object's with few enough faces."""
 
-from dataclasses import dataclass
-
 import fast_simplification
 import numpy as np
 import torch
@@ -36,17 +34,8 @@ def body_arrays(body: BodyModel) -> Arrays:
     }
 
 
-@dataclass(frozen=True)
-class ShownSurface:
-    """An object's surface as it is shown."""
-
-    arrays: Arrays
-    decimated: bool
-    """It has fewer faces than the object itself."""
-
-
-def object_surface(mesh: ObjectMesh) -> ShownSurface:
-    """`object_vertices`, `object_normals` and `object_faces`, in the object's frame."""
+def object_arrays(mesh: ObjectMesh) -> tuple[Arrays, bool]:
+    """Return `object_vertices`, `object_normals`, `object_faces` in the object's frame, and if decimated."""
     shown = _light(mesh)
     surface = creased(shown)
     arrays: Arrays = {
@@ -58,7 +47,7 @@ def object_surface(mesh: ObjectMesh) -> ShownSurface:
         picture = encoded(shown.texture.image)
         arrays["object_uv"] = surface.uv.astype(np.float32)
         arrays[f"object_{picture.ending}"] = np.frombuffer(picture.data, np.uint8)
-    return ShownSurface(arrays, shown is not mesh)
+    return arrays, shown is not mesh
 
 
 def _light(mesh: ObjectMesh) -> ObjectMesh:

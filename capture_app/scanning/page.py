@@ -109,11 +109,11 @@ def scan_page(
 def _verdict(report: ScanReport) -> str:
     troubles = report.of("bad") or report.of("warn")
     advice = next((check.fix for check in troubles if check.fix), "")
-    told = f"To do first: {advice}" if advice else "Nothing is to be done: use it."
+    summary = f"To do first: {advice}" if advice else "Nothing is to be done: use it."
     words = _WORDS[report.severity]
     return (
         f'<section class="verdict {report.severity}"><strong>{words}</strong>'
-        f"<p>{escape(told)}</p></section>"
+        f"<p>{escape(summary)}</p></section>"
     )
 
 

@@ -75,7 +75,7 @@ def scan_object(request: ScanRequest, progress: Progress) -> ObjectScan:
 
     Args:
         request: the inputs and options.
-        progress: told each stage ("look", "frames", "features", "compare", "match", "cameras",
+        progress: called with each stage ("look", "frames", "features", "compare", "match", "cameras",
             "board", "stereo", "fusion", "colours", "clean", "report") and how far it is.
 
     Raises:

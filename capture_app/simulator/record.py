@@ -42,7 +42,7 @@ def record_demo(
         noise: the phone's errors (default: those of a recent iPhone).
         video: also draw what the phone films.
         format_: the layout of the app that the phone runs.
-        progress: told how far the video is.
+        progress: called with how far the video is.
     """
     motion, mount = carried_box(), clamped_phone()
     session = simulate(motion, mount, seed=seed, noise=noise)

@@ -15,7 +15,7 @@ SIDES: tuple[Side, Side] = ("left", "right")
 
 @dataclass(frozen=True)
 class Plan:
-    """What is asked for."""
+    """Numbers of a study: raters, questions, checks, and the seed."""
 
     raters: int = 20
     """People who answer each question."""

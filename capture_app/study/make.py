@@ -31,7 +31,7 @@ def make_study(
         output: the folder to make: `pages/` for the raters, `key.json` for the analysis.
         plan, style: how many, and how they look.
         question: what raters are asked.
-        progress: told how far the films are.
+        progress: called with how far the films are.
 
     Raises:
         InputError: the folders, a motion in them, or the plan do not fit, or there is no room.

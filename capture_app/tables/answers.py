@@ -63,8 +63,8 @@ class ResultLog:
         before = lines[0]
         changed = [k for k in {**before, **settings} if before.get(k) != settings.get(k)]
         if changed:
-            told = ", ".join(f"{k} was {before.get(k)}, now {settings.get(k)}" for k in changed)
-            raise self._differs(told)
+            changes = ", ".join(f"{k} was {before.get(k)}, now {settings.get(k)}" for k in changed)
+            raise self._differs(changes)
         self.rows = self._rows(lines[1:])
 
     def add(self, row: WindowResult) -> None:

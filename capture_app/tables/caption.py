@@ -69,8 +69,8 @@ def _protocol(made: TableOrigin) -> str:
 
 def _weights(made: TableOrigin) -> list[str]:
     networks = {n.name: n for group in made.networks.values() for n in group}
-    told = [_network(network) for network in networks.values()]
-    return [f"Weights: {'; '.join(told)}."] if told else []
+    descriptions = [_network(network) for network in networks.values()]
+    return [f"Weights: {'; '.join(descriptions)}."] if descriptions else []
 
 
 def _network(network: Network) -> str:

@@ -1,4 +1,4 @@
-"""The methods of the tables: how they are called, and which networks each needs."""
+"""The methods of the tables: how they are called, which networks each needs, and those networks loaded."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -6,7 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from capture_app.manifest import sha256
+from omomo_core.diffusion.samplers import Sampler
 from omomo_core.errors import AssetError, InputError
+from omomo_core.generation.result import GenerationOptions
+from omomo_core.learning.evaluation.method import EvaluatedMethod
+from omomo_core.learning.evaluation.methods.load import RecordedPeople, load_method
 from omomo_core.stages.network_file import read_header
 
 
@@ -110,3 +114,19 @@ def _network(path: Path) -> Network:
     header = read_header(path)
     name = f"{path.parent.name}/{path.stem}"
     return Network(name, sha256(path)[:12], header.notes, header.parameters)
+
+
+def load_methods(
+    names: Sequence[str], weights: Path | None, sampler: Sampler, steps: int
+) -> Mapping[str, EvaluatedMethod]:
+    """Methods by the names of the command line.
+
+    Raises:
+        AssetError: networks are missing or damaged.
+    """
+    options = GenerationOptions(sampler=sampler, steps=steps)
+    folders = {name: folder_of(name, weights) for name in names}
+    return {
+        name: load_method(name, folder, options) if folder is not None else RecordedPeople()
+        for name, folder in folders.items()
+    }

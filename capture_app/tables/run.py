@@ -5,20 +5,19 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
+from capture_app.commands.tables import TablesRequest
 from capture_app.tables.answers import ResultLog, Task, WindowResult
 from capture_app.tables.ask import Load, Questions, ask_all
 from capture_app.tables.build import PaperTable, is_unseen, tables_of
 from capture_app.tables.caption import TableOrigin
-from capture_app.tables.load import load_methods
-from capture_app.tables.methods import chosen_methods, digest_of, networks_of
+from capture_app.tables.methods import chosen_methods, digest_of, load_methods, networks_of
 from capture_app.tables.verdict import with_verdicts
 from capture_app.tables.write import write_tables
 from omomo_core.body.load import load_body
-from omomo_core.diffusion.samplers import Sampler
 from omomo_core.errors import InputError
 from omomo_core.learning.evaluation.clips import RealClip
 from omomo_core.learning.evaluation.sources import check_sources, read_recorded
@@ -27,31 +26,8 @@ from omomo_core.learning.recordings.splits import side_of
 
 MEASURES = 1
 """Raised whenever the same people would be measured otherwise."""
-Split = Literal["", "seen", "unseen", "train"]
 Progress = Callable[[int, int], None]
 """(answers that are there, answers in all)."""
-
-
-@dataclass(frozen=True)
-class TablesRequest:
-    """What tables are asked for."""
-
-    clips: Sequence[Path]
-    out: Path
-    weights: Path | None = None
-    """A folder with a folder of networks for each method; those that ship, if not given."""
-    samples: int = 20
-    seed: int = 0
-    sampler: Sampler = "dpm++"
-    steps: int = 10
-    methods: Sequence[str] = ()
-    """All, if not given."""
-    first_frame: Sequence[bool] = (True, False)
-    split: Split = ""
-    """Only clips on this side of the paper's split, by their names."""
-    limit: int | None = None
-    """Windows of each table at most, spread evenly."""
-    workers: int = 1
 
 
 @dataclass(frozen=True)
@@ -68,7 +44,7 @@ def make_tables(request: TablesRequest, progress: Progress, load: Load | None = 
 
     Args:
         request: what to make.
-        progress: told how far it is.
+        progress: called with how far it is.
         load: gives methods by name; from the request's weights, if not given.
 
     Raises:
@@ -79,7 +55,7 @@ def make_tables(request: TablesRequest, progress: Progress, load: Load | None = 
     names = chosen_methods(request.methods, request.weights)
     networks = {name: networks_of(name, request.weights) for name in names}
     windows, skipped = _windows(request)
-    answers = ResultLog(request.out, _settings(request))
+    answers = ResultLog(request.output, _settings(request))
     load = load or partial(
         load_methods, weights=request.weights, sampler=request.sampler, steps=request.steps
     )
@@ -90,7 +66,7 @@ def make_tables(request: TablesRequest, progress: Progress, load: Load | None = 
     tables = [with_verdicts(table, rows) for table in tables_of(rows, request.samples)]
     made = TableOrigin(
         [str(path) for path in request.clips],
-        request.split,
+        request.split or "",
         [window.name for window in windows],
         request.samples,
         request.seed,
@@ -100,7 +76,7 @@ def make_tables(request: TablesRequest, progress: Progress, load: Load | None = 
         skipped,
         {f"{r.task.method}, {r.task.window}": r.problem for r in rows if r.problem},
     )
-    return TablesRun(tables, made, write_tables(request.out, tables, made))
+    return TablesRun(tables, made, write_tables(request.output, tables, made))
 
 
 def _answered(
@@ -117,7 +93,7 @@ def _answered(
         Task(method, window.name, first_frame)
         for window in windows
         for method in questions.methods
-        for first_frame in request.first_frame
+        for first_frame in request.first_frames
     ]
     missing = [t for t in tasks if not answers.find(t, given[t.window], weights[t.method])]
     progress(len(tasks) - len(missing), len(tasks))

@@ -47,11 +47,11 @@ def _ordering(group: Group, of: Of, where: str) -> list[str]:
     wrong = sum(difference.mean <= 0 for difference in found)
     unsure = sum(difference.low <= 0 < difference.mean for difference in found)
     if wrong:
-        told = f"does not hold: {wrong} of {len(found)} steps do not go this way"
+        outcome = f"does not hold: {wrong} of {len(found)} steps do not go this way"
     elif unsure:
-        told = f"is what the means say, but {unsure} of {len(found)} steps may be chance"
+        outcome = f"is what the means say, but {unsure} of {len(found)} steps may be chance"
     else:
-        told = "holds in every step"
+        outcome = "holds in every step"
     if len(there) > 2:
         # Steps may each be small where the whole way is not.
         pairs.append((there[0], there[-1]))
@@ -59,7 +59,7 @@ def _ordering(group: Group, of: Of, where: str) -> list[str]:
     details = [
         _told(a, b, "F1", difference, 2) for (a, b), difference in zip(pairs, found, strict=True)
     ]
-    return [f"The paper's ordering by contact F1, {claim}{where}, {told}.", *details]
+    return [f"The paper's ordering by contact F1, {claim}{where}, {outcome}.", *details]
 
 
 def _ablation(group: Group, unseen: bool) -> list[str]:

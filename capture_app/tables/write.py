@@ -63,11 +63,11 @@ def _markdown_grid(sheet: Sheet) -> str:
 
 def latex(tables: Sequence[PaperTable], made: TableOrigin) -> str:
     """A float for each table; needs no packages."""
-    told = " ".join(caption(made))
+    caption_text = " ".join(caption(made))
     floats: list[str] = []
     for table in tables:
         for sheet, text in zip(
-            sheets_of(table), (" ".join([*table.verdicts, told]), ""), strict=True
+            sheets_of(table), (" ".join([*table.verdicts, caption_text]), ""), strict=True
         ):
             floats.append(_latex_float(sheet, text))
     return "\n\n".join(floats) + "\n"

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from omomo_core.errors import InputError
+from omomo_core.geometry.procrustes import nearest_rotation
 
 _TOLERANCE = 1e-3
 _FLAT = 1e-6
@@ -55,8 +56,7 @@ def split_stretch(
             fix="Take out keys of scale, and apply uneven scale of its parents (in Blender Ctrl+A, "
             "Scale).",
         )
-    U, _, Vt = np.linalg.svd(R)
     poses = T.copy()
-    poses[:, :3, :3] = U @ Vt
+    poses[:, :3, :3] = nearest_rotation(R)
     poses[:, 3] = [0, 0, 0, 1]
     return poses, stretch

@@ -105,20 +105,22 @@ def _check_agree(results: Sequence[NamedMount], pairs: list[_Pair]) -> None:
     off = [pair for pair in pairs if pair.apart.p * len(pairs) < DISAGREE]
     if not off:
         return
-    told = "; ".join(f"{results[i].name} and {results[j].name} are {apart}" for i, j, apart in off)
+    differences = "; ".join(
+        f"{results[i].name} and {results[j].name} are {apart}" for i, j, apart in off
+    )
     culprits = set.intersection(*({pair.first, pair.second} for pair in off))
     if len(results) > 2 and len(culprits) == 1:
         odd = results[culprits.pop()].name
         raise InputError(
             "mounts-disagree",
-            f"{odd} disagrees with the others, which agree among themselves: {told}.",
+            f"{odd} disagrees with the others, which agree among themselves: {differences}.",
             where=odd,
             fix="Leave it out, or calibrate that way again; if it is of another day, the clamp may "
             "have moved in between.",
         )
     raise InputError(
         "mounts-disagree",
-        f"The mounts disagree beyond what they claim to know: {told}.",
+        f"The mounts disagree beyond what they claim to know: {differences}.",
         where=", ".join(result.name for result in results),
         fix="At least one is wrong, or the clamp moved between them: calibrate once more in a third "
         "way, and combine all to see which is the odd one.",
@@ -133,12 +135,12 @@ def _combined(
     surest = int(np.argmin([np.trace(covariance[:3, :3]) for covariance in covariances]))
     found = posterior(lambda T: joined(*(misfit(T) for misfit in beliefs)), poses[surest])
     mounts = [result.mount for result in results]
-    told = dict.fromkeys(mount.method for mount in mounts)
+    differences = dict.fromkeys(mount.method for mount in mounts)
     return replace(
         mounts[0],
         T_phone_object=found.T,
         covariance=found.covariance,
-        method=" and ".join(told) + ", combined",
+        method=" and ".join(differences) + ", combined",
         residuals={"apart_sigma": float(norm.isf(p / 2))},
         free=tuple(direction.words for direction in open_directions(found.covariance)),
         note="Combined from " + ", ".join(result.name for result in results) + ".",

@@ -137,14 +137,14 @@ def check_length(times: Float64[np.ndarray, " frames"], log: Path, place: Place)
 def _too_long(times: Float64[np.ndarray, " frames"], log: Path, place: Place) -> InputError:
     """Names the unit that makes an ordinary rate of poses of the stamps, where one does."""
     step = float(np.median(np.diff(times)))
-    told, fix = "a take has minutes", "Give one take, as the app wrote it."
+    reason, fix = "a take has minutes", "Give one take, as the app wrote it."
     for unit, second in _FINER.items():
         if PERIODS[0] < step * second < PERIODS[1]:
-            told = f"stamps {step:.3g} apart look like {unit}"
+            reason = f"stamps {step:.3g} apart look like {unit}"
             fix = f"Give the stamps in seconds: multiply them by {second:g}."
     return InputError(
         "log-long",
-        f"{log.name} goes on for {np.ptp(times) / 3600:.3g} hours if its stamps are seconds; {told}.",
+        f"{log.name} goes on for {np.ptp(times) / 3600:.3g} hours if its stamps are seconds; {reason}.",
         where=place(int(np.argmax(np.diff(times))) + 1),
         fix=fix,
     )

@@ -61,8 +61,8 @@ def _residuals(mount: Mount) -> Check:
             if (unit := name.rpartition("_")[2]) in _LIMITS and not name.startswith("drift")
         ]
     )
-    told = ", ".join(f"{name} {value:.3g}" for name, value in mount.residuals.items())
-    return graded("mount", severity, f"{mount.method}; {told}", _FIX)
+    facts = ", ".join(f"{name} {value:.3g}" for name, value in mount.residuals.items())
+    return graded("mount", severity, f"{mount.method}; {facts}", _FIX)
 
 
 def _object(mesh: ObjectMesh, mount: Mount) -> list[Check]:
@@ -84,16 +84,16 @@ def _sureness(mount: Mount) -> list[Check]:
     """Check of the mount's covariance, if it has one, and of the directions that stayed open."""
     if mount.covariance is None and not mount.free:
         return []
-    told: list[str] = []
+    facts: list[str] = []
     wide = bool(mount.free)
     if mount.covariance is not None:
         bounds = bounds_95(mount.covariance)
         wide |= bounds.mm > _WIDE_MM or bounds.deg > _WIDE_DEG
-        told.append(f"right within {bounds.mm:.0f} mm and {bounds.deg:.1f} deg (95 %)")
+        facts.append(f"right within {bounds.mm:.0f} mm and {bounds.deg:.1f} deg (95 %)")
     if mount.free:
-        told.append(f"a guess: {', '.join(mount.free)}")
+        facts.append(f"a guess: {', '.join(mount.free)}")
     fix = (
         "Calibrate in another way too and combine the two (omocap calibrate combine), or let the "
         "floor refine it (omocap calibrate floor)."
     )
-    return [graded("mount's error", "warn" if wide else "ok", "; ".join(told), fix)]
+    return [graded("mount's error", "warn" if wide else "ok", "; ".join(facts), fix)]

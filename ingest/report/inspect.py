@@ -59,9 +59,9 @@ def inspect_clock(session: CaptureSession) -> TakeReport:
 
 def _assumptions(look: Look) -> Iterator[Check]:
     """What was left out or assumed when the log was read; no check if there is nothing to say."""
-    told = look.session.notes if look.take is None else look.take.assumptions
-    if told:
-        yield Check("log", "ok", " ".join(told))
+    log_notes = look.session.notes if look.take is None else look.take.assumptions
+    if log_notes:
+        yield Check("log", "ok", " ".join(log_notes))
 
 
 def _checks(look: Look) -> Iterator[Check]:

@@ -86,14 +86,18 @@ def sight(look: Look) -> Check:
 
 def _verdict(own: float, shares: dict[str, float], count: int, pairs: int) -> Check:
     other = max(shares, key=lambda name: shares[name])
-    told = f"of {count} matches in {pairs} pairs of images"
+    matches_text = f"of {count} matches in {pairs} pairs of images"
     if own >= _FITS and own > _CLEARLY * shares[other]:
-        return Check("sight", "ok", f"{own:.0%} {told} fit the poses; misread, {shares[other]:.0%}")
+        return Check(
+            "sight", "ok", f"{own:.0%} {matches_text} fit the poses; misread, {shares[other]:.0%}"
+        )
     if shares[other] >= _FITS and shares[other] > _CLEARLY * own:
-        message = f"the images fit poses {other} ({shares[other]:.0%} {told}; as read, {own:.0%})"
+        message = (
+            f"the images fit poses {other} ({shares[other]:.0%} {matches_text}; as read, {own:.0%})"
+        )
         fix = "Give the log as the app wrote it, or convert the poses to the axes of its layout."
         return Check("sight", "bad", message, fix=fix)
-    message = f"{own:.0%} {told} fit the poses, {shares[other]:.0%} fit poses {other}"
+    message = f"{own:.0%} {matches_text} fit the poses, {shares[other]:.0%} fit poses {other}"
     if max(own, shares[other]) < _FITS:
         fix = "Give the video or images that belong to this log; do not crop or turn them."
     else:

@@ -47,7 +47,7 @@ def pick_frames(
         source: what was filmed.
         folder: work folder of the scan.
         count: of pictures to pick.
-        progress: told "look" and "frames".
+        progress: called with the stages "look" and "frames".
 
     Raises:
         InputError: "scan-few" when there are too few pictures, "scan-blurred" when too few of them

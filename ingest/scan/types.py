@@ -118,7 +118,7 @@ class Scale:
     """One standard deviation, as a part."""
     by: Literal["arkit", "board", "length", "given", "height"]
     """"height": not known before the object is cut out; it is to be scaled to its height then."""
-    said: str
+    description: str
     """For people, e.g. "the phone's poses (78 pictures)"."""
 
 

@@ -30,7 +30,7 @@ class StageCache:
         return stored["record"] if isinstance(stored, dict) and stored.get("key") == key else None
 
     def finish(self, stage: str, key: str, record: Mapping[str, Any]) -> None:
-        """Say that a stage is finished, once all its other files are written."""
+        """Record that a stage is finished, once all its other files are written."""
         text = json.dumps({"key": key, "record": record}, indent=1, default=_plain)
         temporary = self.folder / f".{stage}.{uuid4().hex[:8]}.part"
         with temporary.open("w", encoding="utf-8") as file:
@@ -40,7 +40,7 @@ class StageCache:
         temporary.replace(self.folder / f"{stage}.json")
 
     def begin(self, stage: str) -> None:
-        """Say that a stage is not finished any more."""
+        """Remove the record of a finished stage."""
         self.folder.mkdir(parents=True, exist_ok=True)
         (self.folder / f"{stage}.json").unlink(missing_ok=True)
 
@@ -50,7 +50,7 @@ def _plain(value: object) -> object:
 
 
 def key_of(*parts: object) -> str:
-    """A short name for inputs and options; other ones have another name."""
+    """Return a short digest of inputs and options."""
     text = json.dumps([VERSION, *parts], default=str, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:24]
 

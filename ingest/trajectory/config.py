@@ -121,6 +121,9 @@ class RestConfig:
     shortest: float = setting(0.5, "s", "Shortest rest.")
     largest_spread: float = setting(0.005, "m", "Way within a rest, in the mean.")
     largest_turn: float = setting(1.0, "deg", "Turn within a rest, in the mean.")
+    quiet_share: float = setting(
+        0.2, "share", "Share of the frames, the quietest, that tell a log's noise."
+    )
     kept_noise: float = setting(
         0.0005, "m", "Noise of positions on each axis that an average may keep."
     )
@@ -183,6 +186,11 @@ class GravityConfig:
     )
     rest_spread: float = setting(
         10.0, "deg", "Angle between the object's own up in any rest and in all of them."
+    )
+    steady_axis: float = setting(
+        0.1,
+        "share",
+        "Length of the mean of an axis of the object over the take below which it has no direction.",
     )
     floor_tilt: float = setting(
         45.0,

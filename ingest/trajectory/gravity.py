@@ -175,7 +175,7 @@ def _from_depth(
     mean = T[usable, :3, :3].mean(axis=0) @ axis
     size = float(np.linalg.norm(mean))
     plane = None
-    if points is not None and size > 0.1:
+    if points is not None and size > VERTICAL.steady_axis:
         plane = fit_plane(points, mean / size, np.radians(VERTICAL.floor_tilt))
     if plane is None:
         raise _unknown(session)

@@ -1,4 +1,4 @@
-"""Steps between two poses that no hand makes: the tracker corrected itself."""
+"""Jumps: steps between two poses that no hand makes, because the tracker corrected itself."""
 
 import numpy as np
 from jaxtyping import Bool, Float64

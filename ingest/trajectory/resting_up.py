@@ -12,6 +12,7 @@ from ingest.trajectory.plane import fit_plane
 from ingest.trajectory.reading import Top
 from ingest.trajectory.stable import standing_sides, tilt_from_standing
 from omomo_core.errors import InputError
+from omomo_core.geometry.procrustes import nearest_rotation
 from omomo_core.geometry.shortest_turn import shortest_turn
 from omomo_core.motion import FPS, ObjectMesh
 
@@ -83,10 +84,9 @@ def standing_ups(
 
 
 def _mean(T: Float64[np.ndarray, "frames 4 4"]) -> Pose:
-    """Mean pose of a rest; its rotation is made one again by a singular value decomposition."""
+    """Mean pose of a rest; its rotation is the one nearest to the mean."""
     mean = T.mean(axis=0)
-    U, _, Vt = np.linalg.svd(mean[:3, :3])
-    mean[:3, :3] = U @ Vt
+    mean[:3, :3] = nearest_rotation(mean[:3, :3])
     return mean
 
 

@@ -54,7 +54,7 @@ def frame_noise(
 ) -> tuple[float, float]:
     """Noise from frame to frame on each axis (standard deviation): metres, rad.
 
-    Sixth differences leave what hardly any motion does. The quietest fifth of the take tells, so brisk
+    Sixth differences leave what hardly any motion does. The quietest part of the take tells, so brisk
     motion in the rest of it does not count.
     """
     windows = np.lib.stride_tricks.sliding_window_view
@@ -62,10 +62,11 @@ def frame_noise(
     if not whole.any():
         return 0.0, 0.0
     left = windows(T[:, :3], len(_SIXTH), axis=0)[whole] @ _SIXTH
-    fifth = float(chi2.ppf(0.2, 3))
-    shift = np.quantile((left[..., 3] ** 2).sum(axis=1), 0.2) / fifth
+    share = RESTS.quiet_share
+    expected = float(chi2.ppf(share, 3))
+    shift = np.quantile((left[..., 3] ** 2).sum(axis=1), share) / expected
     # A small turn by a vector r moves the three columns of a rotation by 2 |r|^2 in all.
-    turn = np.quantile((left[..., :3] ** 2).sum(axis=(1, 2)), 0.2) / 2 / fifth
+    turn = np.quantile((left[..., :3] ** 2).sum(axis=(1, 2)), share) / 2 / expected
     return float(np.sqrt(shift)), float(np.sqrt(turn))
 
 

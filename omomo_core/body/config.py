@@ -62,6 +62,9 @@ class GraspConfig:
     smoothing: float = setting(
         2.0, "frames", "Standard deviation of the filter over the evaluated frames."
     )
+    palm_positions: tuple[float, ...] = setting(
+        (0.6, 0.8, 1.0), "share", "Positions of a palm bone's spheres along its length."
+    )
     sphere_positions: tuple[float, float] = setting(
         (0.45, 0.95), "share", "Positions of a finger bone's two spheres along its length."
     )

@@ -202,7 +202,7 @@ def _palm_penetration(
 ) -> Float[Tensor, "2 fingers turns closings"]:
     """Return how deep the outer two bones of fingers are inside the palm's bones, metres."""
     knuckles, flesh = hands.offsets[:, :2, 0], hands.spheres[:, :2, 0].mean(dim=2)
-    palm = torch.stack([k * knuckles for k in (0.6, 0.8, 1.0)], dim=2) + (
+    palm = torch.stack([k * knuckles for k in GRASP.palm_positions], dim=2) + (
         flesh - hands.offsets[:, :2, 1] * _SPHERE_POSITIONS.mean()
     ).unsqueeze(2)
     apart = torch.cdist(centres[..., 2:, :].flatten(1, 4), palm.flatten(1, 2))

@@ -18,6 +18,7 @@ from omomo_core.generation.person import Person
 from omomo_core.generation.result import Generation, GenerationOptions, Progress
 from omomo_core.generation.sampling.paper import bodies_from_palms, sample_palms, views_around
 from omomo_core.generation.selection.ranking import rank
+from omomo_core.generation.solving.config import BODY_SOLVING
 from omomo_core.motion import HandMotion, HumanMotion, ObjectMotion
 from omomo_core.stages.hands.contact_rule import constrain
 from omomo_core.stages.stage import Stages
@@ -72,7 +73,9 @@ def _judged(
     root, R, T = (
         torch.from_numpy(a) for a in (human.root, human.rotations, clip.take.motion.T_world_object)
     )
-    miss = np.linalg.norm(human.joints[:, 22:] - hands.palms, axis=-1) * (hands.contact > 0.99)
+    miss = np.linalg.norm(human.joints[:, 22:] - hands.palms, axis=-1) * (
+        hands.contact > BODY_SOLVING.full_hold
+    )
     depth = penetration_depth(body, root, R, T, object_model.obstacle)
     return Person(human, (), miss, depth.double().numpy())
 

@@ -11,6 +11,7 @@ import torch
 from jaxtyping import Bool, Float
 from torch import Tensor
 
+from omomo_core.geometry.config import HEADING
 from omomo_core.geometry.rotations import yaw_matrix
 
 
@@ -47,10 +48,10 @@ def rotate(
 def heading_of_travel(
     centre: Float[Tensor, "b frames 3"], valid: Bool[Tensor, "b frames"]
 ) -> tuple[Float[Tensor, " b"], Bool[Tensor, " b"]]:
-    """Yaw of the way from an object's first to its last place; False where it goes under 0.25 m."""
+    """Yaw of the way from an object's first to its last place; False where it hardly goes."""
     last = valid.long().sum(dim=1).clamp(min=1) - 1
     way = centre[torch.arange(len(centre)), last, :2] - centre[:, 0, :2]
-    return torch.atan2(way[:, 1], way[:, 0]), way.norm(dim=-1) > 0.25
+    return torch.atan2(way[:, 1], way[:, 0]), way.norm(dim=-1) > HEADING.shortest_travel
 
 
 def heading_of_palms(

@@ -17,25 +17,8 @@ from torch import Tensor
 from torch.nn.functional import grid_sample, interpolate, normalize
 
 from omomo_core.errors import InputError
+from omomo_core.geometry.config import DISTANCE_FIELD
 from omomo_core.motion import ObjectMesh
-
-MARGIN = 0.15
-"""Metres of grid at least around the object."""
-FINEST, COARSEST = 0.008, 0.025
-"""Metres between grid points: parts thinner than that are met, but have no depth."""
-GRID_POINTS = 400_000
-"""What a grid is made of between these limits: about 0.4 s of one core."""
-_STRIDE = 3
-"""Away from the surface every third grid point is measured and the others lie between."""
-_BAND = 1.25
-"""How near is near, in those wider steps."""
-_ACROSS = 1.3
-"""Steps of the grid: two points that are next to each other and have the surface between them are at
-most one from it, together; more, because around the rim of a hole winding numbers change fast."""
-_ACCURACY = 1.5
-"""Distance in sizes of a part of the surface at which it counts as one: 0.06 turns off at most here."""
-_SURE = 0.3
-"""How far from one half a winding number is that need not be measured."""
 
 
 @dataclass(frozen=True)
@@ -112,17 +95,21 @@ def distance_field(mesh: ObjectMesh, *, spacing: float | None = None) -> Distanc
     Args:
         mesh: a scan or a model; it may have holes, loose pieces, faces wound the wrong way here and
             there or altogether.
-        spacing: metres between grid points; by default as fine as GRID_POINTS of them allow.
+        spacing: metres between grid points; by default as fine as `DISTANCE_FIELD.points` allow.
 
     Raises:
         InputError: "mesh-empty" when no triangle has any area.
     """
-    size = np.ptp(mesh.vertices, axis=0) + 2 * MARGIN
+    size = np.ptp(mesh.vertices, axis=0) + 2 * DISTANCE_FIELD.margin
     if spacing is None:
-        spacing = float(np.cbrt(np.prod(size) / GRID_POINTS).clip(FINEST, COARSEST))
-    wide = np.ceil(size / (_STRIDE * spacing)).astype(int)
+        spacing = float(
+            np.cbrt(np.prod(size) / DISTANCE_FIELD.points).clip(
+                DISTANCE_FIELD.finest, DISTANCE_FIELD.coarsest
+            )
+        )
+    wide = np.ceil(size / (DISTANCE_FIELD.stride * spacing)).astype(int)
     middle = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
-    low = middle - wide * _STRIDE * spacing / 2
+    low = middle - wide * DISTANCE_FIELD.stride * spacing / 2
     return DistanceField(
         low=torch.from_numpy(low).float(),
         spacing=spacing,
@@ -149,7 +136,9 @@ class _Sheet:
         within = ((points > self._low) & (points < self._high)).all(axis=1)
         turns = np.zeros(len(points))
         if within.any():
-            turns[within] = np.abs(self._winding.winding_number(points[within], _ACCURACY))
+            turns[within] = np.abs(
+                self._winding.winding_number(points[within], DISTANCE_FIELD.winding_accuracy)
+            )
         return turns
 
 
@@ -157,18 +146,18 @@ def _measured(
     sheet: _Sheet, low: Float[np.ndarray, "3"], spacing: float, wide: Int[np.ndarray, "3"]
 ) -> Float[Tensor, "x y z"]:
     """Signed distances of a grid: exact near the surface, interpolated in the empty rest."""
-    distance, turns = (np.full(_STRIDE * wide + 1, np.nan) for _ in range(2))
-    every = (slice(None, None, _STRIDE),) * 3
-    places = low + _STRIDE * spacing * np.argwhere(np.ones(wide + 1))
+    distance, turns = (np.full(DISTANCE_FIELD.stride * wide + 1, np.nan) for _ in range(2))
+    every = (slice(None, None, DISTANCE_FIELD.stride),) * 3
+    places = low + DISTANCE_FIELD.stride * spacing * np.argwhere(np.ones(wide + 1))
     distance[every] = sheet.distance(places).reshape(wide + 1)
     turns[every] = sheet.turns(places).reshape(wide + 1)
     rough = torch.from_numpy(_signed(distance[every], turns[every]))[None, None]
     values = interpolate(rough, distance.shape, mode="trilinear", align_corners=True)[0, 0].numpy()
-    near = np.flatnonzero(np.abs(values) < _BAND * _STRIDE * spacing)
+    near = np.flatnonzero(np.abs(values) < DISTANCE_FIELD.band * DISTANCE_FIELD.stride * spacing)
     at = low + spacing * np.stack(np.unravel_index(near, distance.shape), axis=-1)
     distance.flat[near] = sheet.distance(at)
-    _hand_on(turns, distance, near, spacing)
-    unsure = ~(np.abs(turns.flat[near] - 0.5) > _SURE)
+    _spread_to_neighbours(turns, distance, near, spacing)
+    unsure = ~(np.abs(turns.flat[near] - 0.5) > DISTANCE_FIELD.clear_winding)
     turns.flat[near[unsure]] = sheet.turns(at[unsure])
     values.flat[near] = _signed(distance.flat[near], turns.flat[near])
     return torch.from_numpy(values).float()
@@ -180,16 +169,16 @@ def _signed(
     return np.where(turns > 0.5, -distance, distance)
 
 
-def _hand_on(
+def _spread_to_neighbours(
     turns: Float[np.ndarray, "x y z"],
     distance: Float[np.ndarray, "x y z"],
     wanted: Int[np.ndarray, " points"],
     spacing: float,
 ) -> None:
-    """Fill in winding numbers that neighbours in a grid can tell each other.
+    """Fill in winding numbers that follow from those of neighbours in the grid.
 
-    Winding numbers only leap at the surface, and it is not between two points whose distances to it
-    are together more than the way from one to the other. So most points near a surface, where
+    Winding numbers jump only at the surface, which does not pass between two points whose distances to it
+    add up to more than the distance from one to the other. So most points near a surface, where
     measuring costs most, need not be measured.
 
     Args:
@@ -198,23 +187,26 @@ def _hand_on(
         wanted: flat indices of what is filled in, where possible.
         spacing: of the grid, metres.
     """
-    told, far = turns.reshape(-1), distance.reshape(-1)
+    turns_at, distance_at = turns.reshape(-1), distance.reshape(-1)
     _, rows, columns = turns.shape
     ways = (-rows * columns, rows * columns, -columns, columns, -1, 1)
-    wanted, found = wanted[np.isnan(told[wanted])], wanted
+    wanted, found = wanted[np.isnan(turns_at[wanted])], wanted
     while len(found):
         total, count = np.zeros(len(wanted)), np.zeros(len(wanted), int)
         for way in ways:
-            # Who has no neighbour hears one on the grid's other side: both are out in the open.
+            # A point at the edge of the grid reads one of the opposite edge; both are far outside.
             there = wanted + way
-            heard = told.take(there, mode="clip")
-            between = far[wanted] + far.take(there, mode="clip") <= _ACROSS * spacing
-            clear = ~(between | np.isnan(heard))
-            total[clear] += heard[clear]
+            beside = turns_at.take(there, mode="clip")
+            between = (
+                distance_at[wanted] + distance_at.take(there, mode="clip")
+                <= DISTANCE_FIELD.crossing * spacing
+            )
+            clear = ~(between | np.isnan(beside))
+            total[clear] += beside[clear]
             count += clear
         known = count > 0
         found = wanted[known]
-        told[found] = total[known] / count[known]
+        turns_at[found] = total[known] / count[known]
         wanted = wanted[~known]
 
 

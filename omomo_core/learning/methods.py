@@ -1,15 +1,15 @@
-"""What can be trained: each method's networks and its usual recipe."""
+"""Networks of each method that can be trained, with their default steps and learning rates."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Literal, get_args
+from typing import Literal
 
 from omomo_core.geometry.bps import PAPER_POINTS
 from omomo_core.learning.baselines.goal import network as goal
-from omomo_core.learning.baselines.goal.training import Following
+from omomo_core.learning.baselines.goal.training import GoalTraining
 from omomo_core.learning.training.denoising import Denoising
-from omomo_core.learning.training.trainee import Make
+from omomo_core.learning.training.training_task import Make
 from omomo_core.stages.body import capture as body_capture
 from omomo_core.stages.body import paper as body_paper
 from omomo_core.stages.body.paper import CHANNELS
@@ -19,8 +19,6 @@ from omomo_core.stages.paper import Size, stage_config
 from omomo_core.stages.stage import StageConfig
 
 MethodName = Literal["capture", "omomo", "single-stage", "goal"]
-METHODS: tuple[MethodName, ...] = get_args(MethodName)
-SIZES: tuple[Size, ...] = get_args(Size)
 SHIPPED_STEPS = {"hands": 20_000, "body": 11_000}
 """Training steps of the weights that ship; more steps give better networks."""
 PAPER_STEPS: dict[Size, int] = {"published": 400_000, "laptop": 8_000}
@@ -62,7 +60,7 @@ def networks(method: MethodName, size: Size) -> Mapping[str, NetworkPlan]:
             "body": partial(Denoising, body_paper.config(size)),
         },
         "single-stage": {"single": partial(Denoising, single_stage_config(size))},
-        "goal": {"goal": partial(Following, goal.config(size))},
+        "goal": {"goal": partial(GoalTraining, goal.config(size))},
     }
     return {
         name: NetworkPlan(make, PAPER_STEPS[size], rate, objects=True)

@@ -11,8 +11,8 @@ from omomo_core.stages.hands import capture as hand_stage
 from omomo_core.stages.stage import Configuration, Stage, Stages, load_stage
 
 SHIPPED = Path(__file__).parent
-_TOLD = {"hands": hand_stage.CONDITION, "body": body_stage.CONDITION}
-"""Numbers in a frame of what the networks of `capture` are told."""
+_CONDITION_SIZES = {"hands": hand_stage.CONDITION, "body": body_stage.CONDITION}
+"""Channels of the condition of the networks of `capture`."""
 
 
 def load_stages(configuration: Configuration = "capture", folder: Path | None = None) -> Stages:
@@ -34,12 +34,12 @@ def load_stages(configuration: Configuration = "capture", folder: Path | None = 
 def _checked(path: Path) -> Stage:
     stage = load_stage(path)
     config = stage.config
-    told = _TOLD.get(config.stage, 0)
-    if config.configuration == "capture" and config.denoiser.condition != told:
+    expected = _CONDITION_SIZES.get(config.stage, 0)
+    if config.configuration == "capture" and config.denoiser.condition != expected:
         raise AssetError(
             "weights-outdated",
-            "These weights were trained with an earlier version of the program: their network is told "
-            f"{config.denoiser.condition} numbers a frame, and now there are {told}.",
+            "These weights were trained with an earlier version of the program: their network has "
+            f"{config.denoiser.condition} channels of condition, and this version has {expected}.",
             where=str(path),
             fix="Train them again with `omocap train`, or leave out --weights for those that ship.",
         )

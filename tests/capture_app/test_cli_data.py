@@ -19,6 +19,7 @@ from omomo_core.learning.recordings.build import build_mocap
 from omomo_core.learning.recordings.clips import Clip, load_clips, save_clips
 from omomo_core.learning.synthesis import engine
 from omomo_core.motion import ObjectMesh, ObjectMotion
+from tests.core.rig_files import rig_name, write_bvh
 from tests.video_frames import read_frames
 
 UPRIGHT = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
@@ -82,6 +83,21 @@ def test_a_data_set_is_made_gone_on_with_and_told_about(
     assert "palm-off" in told
     assert "carry" in told
     assert json.loads((out / "dataset.json").read_text())["clips"] == 4
+
+
+@pytest.mark.usefixtures("stubbed")
+def test_a_data_set_is_made_of_several_sources_and_linked_folders(recorded: Path, tmp_path: Path):
+    kept, mocap, out = tmp_path / "kept", tmp_path / "mocap", tmp_path / "set"
+    for folder in (kept, mocap):
+        folder.mkdir()
+    write_bvh(kept / "walk.bvh", rig_name)
+    (mocap / "linked").symlink_to(kept, target_is_directory=True)
+    words = ["data", "synthesise", str(recorded), str(mocap), "-o", str(out), "--count", "2"]
+    assert invoke(words) == 0
+    assert [c.name for c in load_clips(out / dataset.RECORDED)] == [
+        "sub1_box_0_00009 carry",
+        "walk",
+    ]
 
 
 @pytest.mark.usefixtures("stubbed")

@@ -21,7 +21,7 @@ from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.stages.network_file import read_header
 from omomo_core.stages.stage import load_stage
 from omomo_core.weights.load import SHIPPED
-from tests.core.rig_files import write_bvh
+from tests.core.rig_files import rig_name, write_bvh
 
 UPRIGHT = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
 
@@ -77,11 +77,7 @@ def test_train_takes_recordings_and_counts_what_it_leaves_out(
 ):
     mocap, out = tmp_path / "mocap", tmp_path / "run"
     mocap.mkdir()
-    rig = {"pelvis": "Hips", "head": "Head", "neck": "Neck"}
-    sides = {"hip": "UpLeg", "knee": "Leg", "ankle": "Foot", "foot": "ToeBase", "collar": "Shoulder",
-             "shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand"}  # fmt: skip
-    rig |= {f"{s}_{k}": f"{s.title()}{v}" for s in ("left", "right") for k, v in sides.items()}
-    write_bvh(mocap / "walk.bvh", lambda name: rig.get(name, name))
+    write_bvh(mocap / "walk.bvh", rig_name)
     (mocap / "broken.bvh").write_text("HIERARCHY")
     words = ["train", "capture", str(mocap), "-o", str(out), "--batch", "2", "--stage", "body"]
     words += ["--synthetic", "0"]
@@ -101,6 +97,23 @@ def test_train_takes_recordings_and_counts_what_it_leaves_out(
     assert "run-differs" in capsys.readouterr().err
     assert invoke([*words[:4], str(tmp_path / "other")]) == 2
     assert "mocap-unusable" in capsys.readouterr().err
+
+
+def test_train_reads_several_sources_and_follows_links(clips: Path, tmp_path: Path):
+    kept, mocap, out = tmp_path / "kept", tmp_path / "mocap", tmp_path / "run"
+    for folder, name in ((kept, "walk"), (mocap, "run")):
+        folder.mkdir()
+        write_bvh(folder / f"{name}.bvh", rig_name)
+    (mocap / "linked").symlink_to(kept, target_is_directory=True)
+    (mocap / "round").symlink_to(mocap, target_is_directory=True)
+    single = tmp_path / "jump.bvh"
+    write_bvh(single, rig_name)
+    words = ["train", "capture", str(mocap), str(single), str(clips), "-o", str(out)]
+    words += ["--batch", "2", "--stage", "body", "--synthetic", "0", "--steps", "1"]
+    assert invoke(words) == 0
+    names = {clip.name for clip in load_clips(out / "recorded.npz")}
+    assert names == {"walk", "run", "jump"}
+    assert read_header(out / "body.safetensors").notes["data"] == "mocap, jump.bvh, clips.npz"
 
 
 @pytest.mark.parametrize(
@@ -147,8 +160,8 @@ def test_training_refuses_what_it_cannot_use(
         (["train", "capture", str(tmp_path / "none.npz"), *new], "no-training-data"),
         (["train", "capture", str(clips), *new, "--stage", "legs"], "unknown-stage"),
         (["train", "goal", str(clips), *new, "--stage", "hands"], "unknown-stage"),
-        (["train", "omomo", str(clips), *new, "--size", "huge"], "unknown-size"),
-        (["train", str(clips), str(clips), *new], "unknown-method"),
+        (["train", "omomo", str(clips), *new, "--size", "huge"], "--size"),
+        (["train", str(clips), str(clips), *new], "'single-stage'"),
         (["train", "omomo", str(clips), *new, "--start-from", "shipped"], "other-network"),
         (["train", "goal", str(clips), *new, "--start-from", str(tmp_path)], "weights-missing"),
         (["train", "capture", *new], "Missing argument"),

@@ -23,7 +23,9 @@ from tests.textured_box import COLOURS, write_textured_box
 @pytest.fixture
 def made(inputs: Inputs, weights: Path) -> Result:
     box = write_textured_box(inputs.folder / "painted.obj")
-    request = inputs.request(weights).model_copy(update={"object": box, "samples": 1, "force": True})
+    request = inputs.request(weights).model_copy(
+        update={"object": box, "samples": 1, "force": True}
+    )
     return run_take(request)
 
 

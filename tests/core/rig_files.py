@@ -18,6 +18,21 @@ R_YUP_ZUP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 UPRIGHT = R_YUP_ZUP.T
 
 
+_RIG = {"pelvis": "Hips", "head": "Head", "neck": "Neck"} | {
+    f"{side}_{ours}": f"{side.title()}{theirs}"
+    for side in ("left", "right")
+    for ours, theirs in {
+        "hip": "UpLeg", "knee": "Leg", "ankle": "Foot", "foot": "ToeBase", "collar": "Shoulder",
+        "shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand",
+    }.items()
+}  # fmt: skip
+
+
+def rig_name(joint: str) -> str:
+    """The name that a rig without a prefix gives to a joint of ours."""
+    return _RIG.get(joint, joint)
+
+
 def stepping(frames: int = 120) -> tuple[np.ndarray, np.ndarray]:
     """Root and local rotations (axis-angle, SMPL's order) of a walk along -y with swinging arms."""
     t = np.linspace(0, 8 * np.pi, frames)

@@ -12,6 +12,8 @@ ROOMS = (
     "omomo_core/contact",
     "omomo_core/generation",
     "omomo_core/body",
+    "omomo_core/geometry",
+    "omomo_core/stages",
     "ingest/trajectory",
 )
 NO_SETTINGS = {
@@ -29,6 +31,9 @@ NO_SETTINGS = {
     "ingest/trajectory/rests.py": {"_SIXTH"},
     "ingest/trajectory/smooth.py": {"_MAD"},
     "ingest/trajectory/resample.py": {"_SAME_TIME"},
+    # What a network was trained with; another value needs another network.
+    "omomo_core/geometry/bps.py": {"BASIS_RADIUS"},
+    "omomo_core/stages/capture.py": {"LEVEL_SHIFT"},
     # Parts of the time that a progress bar shows.
     "omomo_core/generation/solving/bodies.py": {"_BEFORE", "_OPTIMISING"},
 }

@@ -5,7 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.geometry.transforms import to_local
-from omomo_core.stages.hands.contact_rule import TOUCH, constrain
+from omomo_core.stages.config import CONTACT_RULE
+from omomo_core.stages.hands.contact_rule import constrain
 from tests.core.contact.box import FRAMES, MESH, carried
 
 
@@ -21,4 +22,4 @@ def test_paper_rule_holds_from_the_first_touch_to_the_end(seed: int, first: int)
     local = to_local(T, out.palms)[first:, 0]
     np.testing.assert_allclose(local, np.tile(local[0], (len(local), 1)), atol=1e-9)
     assert out.contact[:, 0].tolist() == [float(f >= first) for f in range(FRAMES)]
-    assert TOUCH == 0.03
+    assert CONTACT_RULE.touch == 0.03

@@ -14,6 +14,7 @@ from omomo_core.generation.sampling import hands as stage_1
 from omomo_core.generation.sampling.windows import WindowConditions, sample_take
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.stages.body import capture as body_stage
+from omomo_core.stages.config import HAND_STAGE
 from omomo_core.stages.hands import capture as hand_stage
 from omomo_core.stages.stage import Stage, Stages
 from omomo_core.stages.windows import WINDOW
@@ -80,7 +81,7 @@ def test_guesses_look_as_in_training_mostly_along_the_travel(seen: Seen, samples
     guesses = seen.headings[0]
     near = guesses[torch.arange(len(guesses)) % 4 < 3]
     assert len(near) == 0.75 * len(guesses)
-    assert near.std().item() == pytest.approx(hand_stage.DISTURBED, rel=0.3)
+    assert near.std().item() == pytest.approx(HAND_STAGE.heading_spread, rel=0.3)
     assert near.mean().abs() < 0.15
     others = guesses[3::4].sort().values
     gaps = torch.diff(others, append=others[:1] + 2 * torch.pi)

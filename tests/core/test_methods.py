@@ -13,7 +13,7 @@ from omomo_core.body.kinematics import joints_of
 from omomo_core.errors import AssetError
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.geometry.surface import sample_surface
-from omomo_core.learning.baselines.goal.features import Things, spread_out
+from omomo_core.learning.baselines.goal.features import ObjectFrames, spread_out
 from omomo_core.learning.baselines.goal.network import Goal, GoalConfig
 from omomo_core.learning.evaluation.clips import RealClip
 from omomo_core.learning.evaluation.method import EvaluatedMethod
@@ -173,7 +173,7 @@ def test_the_nearest_surface_is_the_nearest():
     surface = sample_surface(CLIP.motion.mesh, 300).points
     R = Rotation.random(2, random_state=0).as_matrix()
     centre, points = random.normal(size=(2, 3)), random.normal(size=(2, 7, 3))
-    things = Things(*(torch.from_numpy(x)[None] for x in (surface, centre, R)))
+    things = ObjectFrames(*(torch.from_numpy(x)[None] for x in (surface, centre, R)))
     found = things.nearest(torch.from_numpy(points)[None])[0].numpy()
     for k in range(2):
         world = surface @ R[k].T + centre[k]

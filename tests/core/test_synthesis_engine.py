@@ -20,13 +20,13 @@ from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.grounding import foot_skating
 from omomo_core.learning.recordings.quality import judge
 from omomo_core.learning.recordings.splits import cast_of, side_of
+from omomo_core.learning.synthesis.action_plan import Action
 from omomo_core.learning.synthesis.attempt import attempt, finished
-from omomo_core.learning.synthesis.casting import Sources
+from omomo_core.learning.synthesis.base_motion import motion_with_stops
+from omomo_core.learning.synthesis.base_motion_search import Sources
 from omomo_core.learning.synthesis.engine import synthesise
 from omomo_core.learning.synthesis.footage import mirrored, reversed_in_time, survey
 from omomo_core.learning.synthesis.roster import Roster, classes_of, people_of
-from omomo_core.learning.synthesis.script import Action
-from omomo_core.learning.synthesis.stage import rehearse
 from omomo_core.learning.synthesis.walker.library import index
 from omomo_core.motion import FPS
 
@@ -182,7 +182,9 @@ def test_a_rehearsed_stage_stands_still_where_asked(folder: Path) -> None:
     body = load_body()
     rng = np.random.default_rng(0)
     footage = survey(made(folder)[0], body)
-    stages = [rehearse(rng, s, FRAMES, [40, 50]) for s in footage.stretches for _ in range(4)]
+    stages = [
+        motion_with_stops(rng, s, FRAMES, [40, 50]) for s in footage.stretches for _ in range(4)
+    ]
     found = [stage for stage in stages if stage is not None]
     assert found
     for stage in found:

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from omomo_core.learning.synthesis.action_plan import Action
 from omomo_core.learning.synthesis.actions.episodes import draw_grasp
 from omomo_core.learning.synthesis.directions import about_z
-from omomo_core.learning.synthesis.grammar import draw_action, write_script
+from omomo_core.learning.synthesis.grammar import draw_action, draw_action_plan
 from omomo_core.learning.synthesis.hands import PALM_THICKNESS, plan_hands
 from omomo_core.learning.synthesis.holds import Handling, Hold
 from omomo_core.learning.synthesis.props import Stock, make_prop
 from omomo_core.learning.synthesis.roster import classes_of
-from omomo_core.learning.synthesis.script import Action
 
 HANDLED: list[Action] = ["carry", "relocate", "in_place", "raise", "one_hand", "swing", "flip", "push",
                          "pull", "drag", "shove", "turn", "tip", "reach_over", "pivot"]  # fmt: skip
@@ -24,26 +24,28 @@ HANDLED: list[Action] = ["carry", "relocate", "in_place", "raise", "one_hand", "
 def test_every_action_has_scripts_that_fit_their_clips(action: Action) -> None:
     rng = np.random.default_rng(3)
     for _ in range(3):
-        script = write_script(rng, action)
-        assert script is not None
-        wanted = script.wanted
+        action_plan = draw_action_plan(rng, action)
+        assert action_plan is not None
+        wanted = action_plan.wanted
         assert 120 <= wanted.frames <= 300
         assert sum(wanted.pause_frames) <= wanted.frames
         ends = np.cumsum(wanted.pause_frames)
         pauses = [(int(b - a), int(b)) for a, b in zip(wanted.pause_frames, ends, strict=True)]
-        spans = script.spans(pauses)
+        spans = action_plan.spans(pauses)
         for (_, before), (after, _) in pairwise(spans):
             assert before < after
-        for episode, (first, last) in zip(script.episodes, spans, strict=True):
+        for episode, (first, last) in zip(action_plan.episodes, spans, strict=True):
             assert 0 <= first < last <= wanted.frames
             assert any(episode.hands)
-        assert all(e.takes for e in script.episodes[1:])
-        assert all(e.leaves for e in script.episodes[:-1])
+        assert all(e.takes for e in action_plan.episodes[1:])
+        assert all(e.leaves for e in action_plan.episodes[:-1])
 
 
 def test_what_offers_it_is_sometimes_lifted_with_one_hand() -> None:
     rng = np.random.default_rng(2)
-    lifts = [write_script(rng, "relocate", 1.0, Stock(frozenset({"woodchair"}))) for _ in range(60)]
+    lifts = [
+        draw_action_plan(rng, "relocate", 1.0, Stock(frozenset({"woodchair"}))) for _ in range(60)
+    ]
     one = [sum(s.episodes[0].hands) == 1 for s in lifts if s is not None]
     assert 0.15 < np.mean(one) < 0.55
 
@@ -52,9 +54,9 @@ def test_what_is_raised_overhead_is_in_balance_and_clear_of_the_chest() -> None:
     rng = np.random.default_rng(6)
     turned = []
     for _ in range(60):
-        script = write_script(rng, "raise")
-        assert script is not None
-        prop, (episode,) = script.prop, script.episodes
+        action_plan = draw_action_plan(rng, "raise")
+        assert action_plan is not None
+        prop, (episode,) = action_plan.prop, action_plan.episodes
         left, right = episode.grasp.points
         palm = (left + right) / 2
         assert max(episode.heights) + palm[2] >= 1.55
@@ -71,12 +73,12 @@ def test_many_hold_before_they_stand_and_walk_off_before_they_have_let_go() -> N
     rng = np.random.default_rng(4)
     early, late = [], []
     for _ in range(60):
-        script = write_script(rng, "carry")
-        assert script is not None
-        episode, pauses = script.episodes[0], script.wanted.pause_frames
+        action_plan = draw_action_plan(rng, "carry")
+        assert action_plan is not None
+        episode, pauses = action_plan.episodes[0], action_plan.wanted.pause_frames
         starts = np.cumsum([60, *(p + 60 for p in pauses)])[:-1]
         stops = [(int(a), int(a + p)) for a, p in zip(starts, pauses, strict=True)]
-        first, last = script.spans(stops)[0]
+        first, last = action_plan.spans(stops)[0]
         if episode.takes:
             early.append(first < stops[0][0])
         if episode.leaves:
@@ -88,10 +90,10 @@ def test_many_hold_before_they_stand_and_walk_off_before_they_have_let_go() -> N
 def test_who_reaches_over_a_thing_has_one_hand_near_and_one_far_and_stoops() -> None:
     rng, farther = np.random.default_rng(8), []
     for _ in range(20):
-        script = write_script(rng, "reach_over")
-        assert script is not None
-        assert script.posture.squat < 0.5
-        for episode in script.episodes:
+        action_plan = draw_action_plan(rng, "reach_over")
+        assert action_plan is not None
+        assert action_plan.posture.squat < 0.5
+        for episode in action_plan.episodes:
             R = about_z(np.array(episode.stances[1].turn))
             left, right = episode.grasp.points @ R.T
             assert abs(left[0] - right[0]) > 0.1
@@ -117,7 +119,7 @@ def test_all_actions_are_drawn() -> None:
 
 
 def test_one_seed_writes_one_script() -> None:
-    first, second = (write_script(np.random.default_rng(5), "carry") for _ in range(2))
+    first, second = (draw_action_plan(np.random.default_rng(5), "carry") for _ in range(2))
     assert first is not None
     assert second is not None
     assert first.wanted == second.wanted
@@ -132,15 +134,15 @@ def test_only_what_there_is_is_handled(objects: str, never: Action) -> None:
     actions = {draw_action(rng, stock) for _ in range(500)}
     assert actions
     assert never not in actions
-    scripts = [write_script(rng, a, 1.0, stock) for a in sorted(actions) if a in HANDLED]
-    handled = {script.prop.name for script in scripts if script is not None}
+    scripts = [draw_action_plan(rng, a, 1.0, stock) for a in sorted(actions) if a in HANDLED]
+    handled = {action_plan.prop.name for action_plan in scripts if action_plan is not None}
     assert handled
     assert handled <= (stock.classes or set())
 
 
 def test_what_nothing_can_be_used_for_is_given_up() -> None:
     mop = Stock(frozenset({"mop"}))
-    assert write_script(np.random.default_rng(0), "relocate", 1.0, mop) is None
+    assert draw_action_plan(np.random.default_rng(0), "relocate", 1.0, mop) is None
 
 
 @settings(deadline=None, max_examples=25)

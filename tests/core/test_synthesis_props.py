@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.errors import InputError
-from omomo_core.learning.synthesis.grammar import write_script
+from omomo_core.learning.synthesis.grammar import draw_action_plan
 from omomo_core.learning.synthesis.props import (
     WIDEST_HOLD,
     Furniture,
@@ -263,8 +263,8 @@ def test_scripts_are_written_for_furniture_too(tmp_path: Path) -> None:
     write_box(tmp_path / "lamp_table.obj")
     stock = Stock(furniture=Furniture(tmp_path))
     rng = np.random.default_rng(0)
-    scripts = [write_script(rng, "carry", 1.0, stock) for _ in range(40)]
-    names = [script.prop.name for script in scripts if script is not None]
+    scripts = [draw_action_plan(rng, "carry", 1.0, stock) for _ in range(40)]
+    names = [action_plan.prop.name for action_plan in scripts if action_plan is not None]
     assert 1 <= names.count("lamp") <= 15
 
 

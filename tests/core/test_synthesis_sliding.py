@@ -3,33 +3,33 @@
 import numpy as np
 import pytest
 
+from omomo_core.learning.synthesis.action_plan import Action
+from omomo_core.learning.synthesis.base_motion import BaseMotion, goes_its_way
 from omomo_core.learning.synthesis.directions import ahead_of, left_of
-from omomo_core.learning.synthesis.grammar import write_script
-from omomo_core.learning.synthesis.manners import tilt_for, way_of
+from omomo_core.learning.synthesis.grammar import draw_action_plan
 from omomo_core.learning.synthesis.props import make_prop
-from omomo_core.learning.synthesis.script import Action
-from omomo_core.learning.synthesis.stage import StagedMotion, goes_its_way
+from omomo_core.learning.synthesis.style import tilt_for, way_of
 
 FACING = 0.7
 
 
-def _walk(direction: float, frames: int = 60) -> StagedMotion:
+def _walk(direction: float, frames: int = 60) -> BaseMotion:
     """A body that faces one way and moves along `direction` from its heading."""
     root = np.zeros((frames, 3))
     root[:, :2] = np.linspace(0, 1, frames)[:, None] * ahead_of(np.array(FACING + direction))
     ahead, left = ahead_of(np.array(FACING)), left_of(np.array(FACING))
     turn = np.array([[*left, 0.0], [0.0, 0.0, 1.0], [*ahead, 0.0]]).T
-    return StagedMotion(root, np.tile(turn, (frames, 22, 1, 1)), np.zeros((frames, 5)), [])
+    return BaseMotion(root, np.tile(turn, (frames, 22, 1, 1)), np.zeros((frames, 5)), [])
 
 
 @pytest.mark.parametrize(
     ("direction", "ahead", "back"), [(0.0, True, False), (np.pi, False, True), (1.5, False, False)]
 )
 def test_only_walks_along_the_way_suit(direction: float, ahead: bool, back: bool):
-    stage, whole = _walk(direction), [(5, 55)]
-    assert goes_its_way(stage, whole, 1) == ahead
-    assert goes_its_way(stage, whole, -1) == back
-    assert goes_its_way(stage, whole, 0)
+    base_motion, whole = _walk(direction), [(5, 55)]
+    assert goes_its_way(base_motion, whole, 1) == ahead
+    assert goes_its_way(base_motion, whole, -1) == back
+    assert goes_its_way(base_motion, whole, 0)
 
 
 def test_most_pushes_lead_ahead_and_most_pulls_back():
@@ -56,8 +56,8 @@ def test_a_low_wide_thing_rises_where_it_is_held(action: Action):
 
 def test_scripts_of_pulls_ask_for_walks_that_lead_back():
     rng = np.random.default_rng(2)
-    scripts = [write_script(rng, "pull") for _ in range(20)]
-    ways = [script.wanted.way for script in scripts if script is not None]
+    scripts = [draw_action_plan(rng, "pull") for _ in range(20)]
+    ways = [action_plan.wanted.way for action_plan in scripts if action_plan is not None]
     assert -1 in ways
     assert 1 not in ways
 
@@ -65,9 +65,9 @@ def test_scripts_of_pulls_ask_for_walks_that_lead_back():
 def test_who_swings_a_thing_round_uses_one_hand_and_sets_it_down_level():
     rng = np.random.default_rng(5)
     for _ in range(20):
-        script = write_script(rng, "pivot")
-        assert script is not None
-        for episode in script.episodes:
+        action_plan = draw_action_plan(rng, "pivot")
+        assert action_plan is not None
+        for episode in action_plan.episodes:
             assert sum(episode.hands) == 1
             assert episode.still
             assert episode.shove is not None

@@ -9,14 +9,20 @@ from hypothesis import strategies as st
 
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
+from omomo_core.learning.synthesis.base_motion import BaseMotion
 from omomo_core.learning.synthesis.holds import Handling
 from omomo_core.learning.synthesis.props.catalogue import MAKERS, placed
-from omomo_core.learning.synthesis.stage import StagedMotion
-from omomo_core.learning.synthesis.tools.cart import direct_cart
+from omomo_core.learning.synthesis.tools.cart import cart_trajectory
 from omomo_core.learning.synthesis.tools.grip import around
-from omomo_core.learning.synthesis.tools.job import PROPS, ToolAction, ToolJob, sole, write_job
-from omomo_core.learning.synthesis.tools.strokes import direct_strokes
-from omomo_core.learning.synthesis.tools.trolley import direct_trolley
+from omomo_core.learning.synthesis.tools.strokes import stroke_trajectory
+from omomo_core.learning.synthesis.tools.tool_use import (
+    PROPS,
+    ToolAction,
+    ToolUse,
+    draw_tool_use,
+    sole,
+)
+from omomo_core.learning.synthesis.tools.trolley import trolley_trajectory
 
 FRAMES = 150
 STROKES: list[ToolAction] = ["sweep", "mop", "vacuum"]
@@ -28,7 +34,7 @@ def body() -> BodyModel:
     return load_body()
 
 
-def walking(speed: float, turn: float = 0.0) -> StagedMotion:
+def walking(speed: float, turn: float = 0.0) -> BaseMotion:
     """A stiff body that glides: forward, perhaps on a curve; m/s and rad/s."""
     t = np.arange(FRAMES) / 30
     yaw = turn * t
@@ -38,48 +44,50 @@ def walking(speed: float, turn: float = 0.0) -> StagedMotion:
     facing = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
     c, s, o = np.cos(yaw), np.sin(yaw), 0 * yaw
     R = np.stack([c, -s, o, s, c, o, o, o, o + 1], axis=-1).reshape(-1, 3, 3) @ facing
-    return StagedMotion(root, np.repeat(R[:, None], 22, axis=1), np.zeros((FRAMES, 5)), [])
+    return BaseMotion(root, np.repeat(R[:, None], 22, axis=1), np.zeros((FRAMES, 5)), [])
 
 
 def directed(
-    rng: np.random.Generator, body: BodyModel, stage: StagedMotion, job: ToolJob
+    rng: np.random.Generator, body: BodyModel, base_motion: BaseMotion, tool_use: ToolUse
 ) -> Handling | None:
-    director = {"trolley": direct_trolley, "cart": direct_cart}.get(job.action, direct_strokes)
-    return director(rng, body, stage, job)
+    trajectory_of = {"trolley": trolley_trajectory, "cart": cart_trajectory}.get(
+        tool_use.action, stroke_trajectory
+    )
+    return trajectory_of(rng, body, base_motion, tool_use)
 
 
 @cache
-def made(action: ToolAction, speed: float, turn: float = 0.0) -> tuple[ToolJob, Handling]:
+def made(action: ToolAction, speed: float, turn: float = 0.0) -> tuple[ToolUse, Handling]:
     """The first job that can be done on a walk without stops."""
     for seed in range(200):
         rng = np.random.default_rng(seed)
         prop = placed(rng, MAKERS[PROPS[action]](rng))
-        job = write_job(rng, action, prop, FRAMES)
-        if job is None or job.takes or job.leaves:
+        tool_use = draw_tool_use(rng, action, prop, FRAMES)
+        if tool_use is None or tool_use.takes or tool_use.leaves:
             continue
-        handling = directed(rng, body(), walking(speed, turn), job)
+        handling = directed(rng, body(), walking(speed, turn), tool_use)
         if handling is not None:
-            return job, handling
+            return tool_use, handling
     raise AssertionError(f"no {action} can be done at all")
 
 
-def lowest(job: ToolJob, handling: Handling) -> np.ndarray:
-    vertices = np.concatenate([p.vertices for p in job.prop.parts])
+def lowest(tool_use: ToolUse, handling: Handling) -> np.ndarray:
+    vertices = np.concatenate([p.vertices for p in tool_use.prop.parts])
     return np.array([(vertices @ T[2, :3]).min() + T[2, 3] for T in handling.T_world_prop])
 
 
 @pytest.mark.parametrize("action", STROKES + WHEELS)
 def test_the_tool_stays_on_the_floor(action: ToolAction) -> None:
-    job, handling = made(action, 0.4 if action in STROKES else 0.9)
-    heights = lowest(job, handling)
+    tool_use, handling = made(action, 0.4 if action in STROKES else 0.9)
+    heights = lowest(tool_use, handling)
     assert heights.min() > -1e-6
     assert heights.max() < 0.01
 
 
 @pytest.mark.parametrize("action", STROKES)
 def test_the_head_strokes_while_the_hands_move_less(action: ToolAction) -> None:
-    job, handling = made(action, 0.0)
-    foot = np.array([*sole(job.prop).mean(axis=0)[:2], 0.0])
+    tool_use, handling = made(action, 0.0)
+    foot = np.array([*sole(tool_use.prop).mean(axis=0)[:2], 0.0])
     T = handling.T_world_prop
 
     def spread(point: np.ndarray) -> float:
@@ -87,14 +95,14 @@ def test_the_head_strokes_while_the_hands_move_less(action: ToolAction) -> None:
 
     assert 0.06 < spread(foot) < 0.5
     assert all(spread(hold.point) < spread(foot) for hold in handling.holds)
-    assert sum(job.hands) == len(handling.holds)
+    assert sum(tool_use.hands) == len(handling.holds)
 
 
 @pytest.mark.parametrize("action", WHEELS)
 def test_wheels_roll_along_their_direction(action: ToolAction) -> None:
-    job, handling = made(action, 0.9, 0.15)
+    tool_use, handling = made(action, 0.9, 0.15)
     T = handling.T_world_prop
-    wheels = sole(job.prop)
+    wheels = sole(tool_use.prop)
     low, high = wheels[:, 0].min(), wheels[:, 0].max()
     # One of the axles between the ends never slips aside; the others of a cart swivel.
     slips: list[float] = []
@@ -107,13 +115,13 @@ def test_wheels_roll_along_their_direction(action: ToolAction) -> None:
 
 @pytest.mark.parametrize("action", WHEELS)
 def test_nobody_rolls_a_thing_on_the_spot(action: ToolAction) -> None:
-    job, _ = made(action, 0.9)
-    assert directed(np.random.default_rng(0), body(), walking(0.0), job) is None
+    tool_use, _ = made(action, 0.9)
+    assert directed(np.random.default_rng(0), body(), walking(0.0), tool_use) is None
 
 
 def test_nobody_runs_with_a_broom() -> None:
-    job, _ = made("sweep", 0.0)
-    assert directed(np.random.default_rng(0), body(), walking(1.5), job) is None
+    tool_use, _ = made("sweep", 0.0)
+    assert directed(np.random.default_rng(0), body(), walking(1.5), tool_use) is None
 
 
 @settings(deadline=None, max_examples=60)

@@ -8,42 +8,42 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.body.load import load_body
+from omomo_core.learning.synthesis.action_plan import ActionPlan, PropPlacement
+from omomo_core.learning.synthesis.base_motion import BaseMotion
 from omomo_core.learning.synthesis.directions import ahead_of, left_of
-from omomo_core.learning.synthesis.grammar import write_script
+from omomo_core.learning.synthesis.grammar import draw_action_plan
 from omomo_core.learning.synthesis.holding import both_come, holds_of
-from omomo_core.learning.synthesis.script import PropPlacement, Script
-from omomo_core.learning.synthesis.stage import StagedMotion
-from omomo_core.learning.synthesis.trajectory import direct
+from omomo_core.learning.synthesis.trajectory import prop_trajectory
 
 FACING = 0.7
 FRAMES = 120
 AHEAD, LEFT = ahead_of(np.array(FACING)), left_of(np.array(FACING))
 
 
-def _standing() -> StagedMotion:
+def _standing() -> BaseMotion:
     root = np.tile([0.0, 0.0, 0.95], (FRAMES, 1))
     turn = np.array([[*LEFT, 0.0], [0.0, 0.0, 1.0], [*AHEAD, 0.0]]).T
-    return StagedMotion(root, np.tile(turn, (FRAMES, 22, 1, 1)), np.zeros((FRAMES, 5)), [])
+    return BaseMotion(root, np.tile(turn, (FRAMES, 22, 1, 1)), np.zeros((FRAMES, 5)), [])
 
 
-def _held(turn: float, pitch: float, rng: np.random.Generator) -> Script:
+def _held(turn: float, pitch: float, rng: np.random.Generator) -> ActionPlan:
     """Something in the hands of somebody who stands, from the first frame to the last."""
-    script = write_script(rng, "in_place")
-    assert script is not None
+    action_plan = draw_action_plan(rng, "in_place")
+    assert action_plan is not None
     stance = PropPlacement(turn=turn, pitch=pitch)
     episode = replace(
-        script.episodes[0], takes=False, leaves=False, late=(0, 0), gesture=0.0, off=None,
+        action_plan.episodes[0], takes=False, leaves=False, late=(0, 0), gesture=0.0, off=None,
         heights=(1.0,), stances=(stance, stance, stance), shove=None,
     )  # fmt: skip
-    wanted = replace(script.wanted, frames=FRAMES, pause_frames=[])
-    return replace(script, episodes=(episode,), wanted=wanted)
+    wanted = replace(action_plan.wanted, frames=FRAMES, pause_frames=[])
+    return replace(action_plan, episodes=(episode,), wanted=wanted)
 
 
 @pytest.mark.parametrize("turn", [-2.0, 0.0, 0.8, np.pi / 2, 3.0])
 @pytest.mark.parametrize("pitch", [-0.6, 0.4])
 def test_what_is_held_tilts_away_however_it_is_turned(turn: float, pitch: float) -> None:
     rng = np.random.default_rng(3)
-    T = direct(rng, load_body(), _standing(), _held(turn, pitch, rng)).T_world_prop
+    T = prop_trajectory(rng, load_body(), _standing(), _held(turn, pitch, rng)).T_world_prop
     top = T[:, :3, 2]
     away, aside = top[:, :2] @ AHEAD, top[:, :2] @ LEFT
     # Arms never hold a thing quite still.

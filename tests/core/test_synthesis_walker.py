@@ -16,8 +16,8 @@ from omomo_core.errors import InputError
 from omomo_core.learning.recordings.build import build_mocap
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.grounding import foot_contacts, foot_skating
+from omomo_core.learning.synthesis.base_motion import BaseMotion
 from omomo_core.learning.synthesis.footage import Footage, heading, survey
-from omomo_core.learning.synthesis.stage import StagedMotion
 from omomo_core.learning.synthesis.walker.improvise import follow, improvise
 from omomo_core.learning.synthesis.walker.library import MotionLibrary, index
 from omomo_core.learning.synthesis.walker.path import Move, MoveName, draw_move, lay
@@ -51,9 +51,9 @@ def library() -> MotionLibrary:
 
 
 @cache
-def stages() -> list[StagedMotion]:
+def stages() -> list[BaseMotion]:
     made = [improvise(np.random.default_rng([5, k]), library(), FRAMES, PAUSES) for k in range(8)]
-    return [stage for stage in made if stage is not None]
+    return [base_motion for base_motion in made if base_motion is not None]
 
 
 def test_nearly_every_try_succeeds() -> None:
@@ -61,31 +61,31 @@ def test_nearly_every_try_succeeds() -> None:
 
 
 def test_stages_have_the_length_and_stops_asked_for() -> None:
-    for stage in stages():
-        assert stage.root.shape == (FRAMES, 3)
-        assert stage.sway.shape == (FRAMES, 5)
-        assert [b - a for a, b in stage.pauses] == PAUSES
-        (a, b), (c, d) = stage.pauses
+    for base_motion in stages():
+        assert base_motion.root.shape == (FRAMES, 3)
+        assert base_motion.sway.shape == (FRAMES, 5)
+        assert [b - a for a, b in base_motion.pauses] == PAUSES
+        (a, b), (c, d) = base_motion.pauses
         assert 0 <= a < b < c < d <= FRAMES
-        np.testing.assert_allclose(np.linalg.det(stage.rotations), 1.0, atol=1e-6)
+        np.testing.assert_allclose(np.linalg.det(base_motion.rotations), 1.0, atol=1e-6)
 
 
 def test_there_is_movement_between_the_stops() -> None:
-    for stage in stages():
-        between = slice(stage.pauses[0][1], stage.pauses[1][0])
-        moved = np.ptp(stage.root[between, :2], axis=0).max()
-        assert moved > 0.05 or np.ptp(heading(stage.rotations)[between]) > 0.1
+    for base_motion in stages():
+        between = slice(base_motion.pauses[0][1], base_motion.pauses[1][0])
+        moved = np.ptp(base_motion.root[between, :2], axis=0).max()
+        assert moved > 0.05 or np.ptp(heading(base_motion.rotations)[between]) > 0.1
 
 
 def test_people_walk_up_to_what_they_take_and_step_back_from_what_they_leave() -> None:
     """Where there is time for it: some wait where they are."""
     came, left = [], []
     for k in range(10):
-        stage = improvise(np.random.default_rng([6, k]), library(), 200, [30])
-        assert stage is not None
-        first, last = stage.pauses[0]
-        yaw = float(heading(stage.rotations)[first])
-        ahead = stage.root[:, :2] @ [np.cos(yaw), np.sin(yaw)]
+        base_motion = improvise(np.random.default_rng([6, k]), library(), 200, [30])
+        assert base_motion is not None
+        first, last = base_motion.pauses[0]
+        yaw = float(heading(base_motion.rotations)[first])
+        ahead = base_motion.root[:, :2] @ [np.cos(yaw), np.sin(yaw)]
         if first > 50:
             came.append(ahead[first] - ahead[first - 50])
         if last < 150:
@@ -97,11 +97,13 @@ def test_people_walk_up_to_what_they_take_and_step_back_from_what_they_leave() -
 
 def test_nobody_moves_in_the_stops() -> None:
     body = load_body()
-    for stage in stages():
-        soles = sole_points(body, stage.root, stage.rotations)
-        ankles = joints_of(body, stage.root, stage.rotations)[:, 7:9]
-        for a, b in stage.pauses:
-            assert np.linalg.norm(np.diff(stage.root[a:b], axis=0), axis=-1).max() * FPS < 0.12
+    for base_motion in stages():
+        soles = sole_points(body, base_motion.root, base_motion.rotations)
+        ankles = joints_of(body, base_motion.root, base_motion.rotations)[:, 7:9]
+        for a, b in base_motion.pauses:
+            assert (
+                np.linalg.norm(np.diff(base_motion.root[a:b], axis=0), axis=-1).max() * FPS < 0.12
+            )
             assert np.abs(np.diff(soles[a:b], axis=0)).max() * FPS < 0.05
             assert soles[a:b, :, 2].max() < 0.045
             assert np.linalg.norm(np.diff(ankles[a, :, :2], axis=0)) < 0.45
@@ -109,19 +111,19 @@ def test_nobody_moves_in_the_stops() -> None:
 
 def test_feet_neither_slide_nor_sink_nor_cross() -> None:
     body = load_body()
-    for stage in stages():
-        soles = sole_points(body, stage.root, stage.rotations)
+    for base_motion in stages():
+        soles = sole_points(body, base_motion.root, base_motion.rotations)
         assert foot_skating(soles, foot_contacts(soles)) < 0.03
         assert soles[..., 2].min() > -0.03
-        ankles = joints_of(body, stage.root, stage.rotations)[:, 7:9]
-        across = ((ankles[:, 0] - ankles[:, 1]) * stage.rotations[:, 0, :, 0]).sum(-1)
+        ankles = joints_of(body, base_motion.root, base_motion.rotations)[:, 7:9]
+        across = ((ankles[:, 0] - ankles[:, 1]) * base_motion.rotations[:, 0, :, 0]).sum(-1)
         assert across.min() > 0.0
 
 
 def test_nothing_pops() -> None:
     body = load_body()
-    for stage in stages():
-        joints = joints_of(body, stage.root, stage.rotations)
+    for base_motion in stages():
+        joints = joints_of(body, base_motion.root, base_motion.rotations)
         assert np.linalg.norm(np.diff(joints, 2, axis=0), axis=-1).max() * FPS**2 < 100.0
 
 

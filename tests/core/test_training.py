@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -11,15 +12,15 @@ import torch
 from omomo_core.diffusion.blocks import DenoiserConfig
 from omomo_core.errors import AssetError, InputError
 from omomo_core.learning.baselines.goal.network import GoalConfig
-from omomo_core.learning.baselines.goal.training import Following
-from omomo_core.learning.methods import METHODS, MethodName, networks, single_stage_config
+from omomo_core.learning.baselines.goal.training import GoalTraining
+from omomo_core.learning.methods import MethodName, networks, single_stage_config
 from omomo_core.learning.recordings.clips import load_clips, save_clips
 from omomo_core.learning.training.checkpoint import resume_run, save_run
 from omomo_core.learning.training.corpus import Corpus
 from omomo_core.learning.training.denoising import Denoising
+from omomo_core.learning.training.distributed import ProcessGroup
 from omomo_core.learning.training.loop import TrainState, start, train
-from omomo_core.learning.training.team import Team
-from omomo_core.learning.training.trainee import Make, Trainee, TrainOptions, joined
+from omomo_core.learning.training.training_task import Make, TrainingTask, TrainOptions, collate
 from omomo_core.stages.body import capture as body_capture
 from omomo_core.stages.body import paper as body_paper
 from omomo_core.stages.hands import capture as hand_capture
@@ -29,7 +30,7 @@ from omomo_core.stages.stage import Stage, StageConfig, StageName, load_stage
 from omomo_core.weights.load import load_stages
 from tests.core.training_clips import BODY, CLIPS
 
-ALONE = Team(torch.device("cpu"))
+ALONE = ProcessGroup(torch.device("cpu"))
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +83,7 @@ MAKES: dict[str, Make] = {
     "hands of the paper": partial(Denoising, little(hand_paper.config("laptop"))),
     "body of the paper": partial(Denoising, little(body_paper.config("laptop"))),
     "single stage": partial(Denoising, little(single_stage_config("laptop"))),
-    "goal": partial(Following, GoalConfig(widths=(64, 32, 32, 64), hidden=32, dropout=0.0)),
+    "goal": partial(GoalTraining, GoalConfig(widths=(64, 32, 32, 64), hidden=32, dropout=0.0)),
 }
 
 
@@ -91,23 +92,23 @@ def test_training_learns(corpus: Corpus, which: str):
     # An odd batch is drawn at once.
     options = TrainOptions(steps=20, batch=5, rate=3e-3, warmup=2)
     state = start(MAKES[which], corpus, options, ALONE)
-    before = loss_of(state.trainee, corpus)
+    before = loss_of(state.task, corpus)
     train(state, corpus, options, lambda s: True, ALONE)
-    assert loss_of(state.trainee, corpus) < 0.8 * before
+    assert loss_of(state.task, corpus) < 0.8 * before
     assert np.isfinite(state.loss)
     assert state.seconds > 0
 
 
-def loss_of(trainee: Trainee, corpus: Corpus) -> float:
+def loss_of(task: TrainingTask, corpus: Corpus) -> float:
     """On the same windows each time."""
     torch.manual_seed(7)
-    example = joined([trainee.draw(corpus, 16)], ALONE.device)
+    example = collate([task.draw(corpus, 16)], ALONE.device)
     with torch.no_grad():
-        loss = trainee.loss(trainee.network.train(), example, TrainOptions(1), ALONE.mean)
+        loss = task.loss(task.network.train(), example, TrainOptions(1), ALONE.mean)
     return float(loss)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", get_args(MethodName))
 def test_the_laptops_networks_see_and_say_what_the_published_ones_do(method: MethodName):
     for name, plan in networks(method, "laptop").items():
         ours, published = plan.make(), networks(method, "published")[name].make()
@@ -151,7 +152,7 @@ def test_an_interrupted_run_resumes_to_the_same_weights(corpus: Corpus, tmp_path
 def test_a_run_of_another_size_is_not_resumed(corpus: Corpus, tmp_path: Path):
     options = TrainOptions(steps=1, batch=4)
     save_run(start(MAKES["goal"], corpus, options, ALONE), tmp_path, options, {})
-    larger = partial(Following, GoalConfig(widths=(64, 64, 64, 64), hidden=32))
+    larger = partial(GoalTraining, GoalConfig(widths=(64, 64, 64, 64), hidden=32))
     with pytest.raises(InputError, match="run-differs"):
         resume_run(larger, tmp_path, options, ALONE)
 

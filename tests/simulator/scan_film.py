@@ -12,8 +12,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.noise import disturb
-from capture_app.simulator.path import arkit_from_world
-from capture_app.simulator.phone import BOOT_SECONDS
+from capture_app.simulator.phone import BOOT_SECONDS, arkit_from_world
 from ingest.axes import T_ZUP_ARKIT
 from ingest.formats import scanner_3d
 from ingest.formats.depth_png import load_millimetres, save_millimetres

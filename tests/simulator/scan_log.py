@@ -11,8 +11,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline, Slerp
 
 from capture_app.simulator.noise import PhoneNoise, disturb
-from capture_app.simulator.path import arkit_from_world
-from capture_app.simulator.phone import BOOT_SECONDS
+from capture_app.simulator.phone import BOOT_SECONDS, arkit_from_world
 from ingest.formats import scanner_3d
 from ingest.session import CaptureSession
 from tests.simulator.scan_scene import ScanScene, film, intrinsics, orbit_poses

@@ -72,19 +72,19 @@ def photographed_boards(folder: Path, boards: dict[str, Board]) -> Finding:
     """
     every = max(1, sum(1 for _ in folder.glob("*")) // 8)
     looked = [photo.grey for photo in islice(photos(folder), 0, None, every)]
-    told: list[str] = []
+    counts: list[str] = []
     doubts: list[str] = []
     for name, board in boards.items():
         shown = sum(_enough(Detector(board).find(grey)) for grey in looked)
         if not shown:
             raise not_found(looked[:_SAMPLES], board, str(folder))
-        told.append(f"{name} in {shown}")
+        counts.append(f"{name} in {shown}")
         if shown < _OFTEN * len(looked):
             doubts.append(
                 f"{name[0].upper()}{name[1:]} is missed in most of them. Come nearer, look at it at "
                 "a slant, with its brightness up and no reflections in it."
             )
-    return Finding(f"of {len(looked)} photos looked at, {' and '.join(told)}", tuple(doubts))
+    return Finding(f"of {len(looked)} photos looked at, {' and '.join(counts)}", tuple(doubts))
 
 
 def _pictures(path: Path) -> Iterator[Picture]:
@@ -120,14 +120,14 @@ def _told(corners: list[int], board: Board, picture: Grey, often: float) -> Find
     """Of the corners found in each picture; none where there were too few of them."""
     shown = sum(count > 0 for count in corners)
     part = sum(corners) / shown / len(board.corners)
-    told = (
+    counts = (
         f"{picture.shape[1]} x {picture.shape[0]}; of {len(corners)} pictures at its beginning "
         f"{shown} show the board, with {part:.0%} of its corners"
     )
     if shown >= often * len(corners):
-        return Finding(told)
+        return Finding(counts)
     return Finding(
-        told,
+        counts,
         (
             "The others miss the board. Bring it nearer, light it well, and keep all of it in the "
             "picture.",

@@ -1,4 +1,4 @@
-"""Finding: what a look at one step's data showed."""
+"""Finding: the result of a quick check of what was recorded in one step."""
 
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ class Finding(NamedTuple):
 
 
 def both(first: Finding, second: Finding) -> Finding:
-    """Two findings about one thing as one."""
+    """Return two findings about the same recording joined into one."""
     return Finding(
         f"{first.good}, {second.good}", first.doubts + second.doubts, first.notes + second.notes
     )

@@ -117,14 +117,14 @@ def pictured_recording(session: CaptureSession) -> Finding:
 def _rests(session: CaptureSession, path: float) -> Finding:
     check_rate(session)
     stills, note = clamped_stills(session, path=path)
-    told = " and again ".join(f"from {still}" for still in stills)
+    rests_text = " and again ".join(f"from {still}" for still in stills)
     doubts = (note,) if note else ()
     if find_breaks(session).jumps.any():
         doubts += (
             "ARKit's tracking jumped during the recording: what lies on both sides of a jump may "
             "not fit together. Move more slowly, where there is light and much to see.",
         )
-    return Finding(f"{_pace(session)}, the clamped phone rests {told}", doubts)
+    return Finding(f"{_pace(session)}, the clamped phone rests {rests_text}", doubts)
 
 
 def _pace(session: CaptureSession) -> str:

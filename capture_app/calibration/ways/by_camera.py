@@ -1,11 +1,15 @@
-"""Mounts by what else watched: a camera that filmed a board, or a tracker."""
+"""Mounts by what else watched: a camera that filmed a board, a tracker, or pictures of the screen."""
+
+from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
-from capture_app.commands.calibrate.by_camera import BoardWay, TrackerWay
+from capture_app.calibration.phones import need, phone_of
+from capture_app.commands.calibrate.by_camera import BoardWay, ScreenWay, TrackerWay
 from capture_app.commands.calibrate.way import Way
 from capture_app.progress import Progress
-from ingest.archive import is_archive
+from ingest.archive import is_archive, unpack
 from ingest.calibration.board.camera import load_camera
 from ingest.calibration.board.pictures import TIMES
 from ingest.calibration.board.place import load_place
@@ -15,14 +19,23 @@ from ingest.calibration.hand_eye.board import calibrate_by_board
 from ingest.calibration.hand_eye.phone import phone_stream
 from ingest.calibration.hand_eye.pose_log import read_pose_log
 from ingest.calibration.hand_eye.to_mount import calibrate_by_motion
-from ingest.calibration.pose_file import load_pose
+from ingest.calibration.pose_file import load_pose, load_similarity
+from ingest.calibration.screen.screen import (
+    ScreenViews,
+    learned_screen,
+    mount_from_screen,
+    screen_object,
+)
+from ingest.calibration.screen.shown import ScreenPose, load_screen_pose, screen_pose, shown_board
+from ingest.calibration.screen.views import Photo, photos, views_in_model, views_with_board
 from ingest.formats.detect import read_session
 from ingest.mount import Mount
+from ingest.mount_file import load_mount
 from omomo_core.geometry.transforms import inverse
 
 
 def by_board(way: BoardWay, progress: Progress) -> Mount:
-    """By the film of a board on the object; progress is told the stage "board".
+    """By the film of a board on the object; progress is called with the stage "board".
 
     Raises:
         InputError: of what is read, of the track, and of `calibrate_by_board`.
@@ -65,3 +78,51 @@ def _check_object(way: Way) -> None:
     """Refuse a mesh that cannot be read before the slow part."""
     if way.mesh_file is not None:
         way.mesh_file.load()
+
+
+def by_screen(way: ScreenWay) -> Mount:
+    """By the board on the screen, seen together with the object.
+
+    Raises:
+        InputError: "phone-needed", those of what is read, and of `mount_from_screen`.
+    """
+    phone = need(phone_of(way.phone, way.ruler))
+    shown = shown_board(phone, way.turned)
+    pose = load_screen_pose(way.phone_file) if way.phone_file else screen_pose(phone)
+    views = see(way, shown)
+    return mount_from_screen(views, shown, pose, turned=way.turned, scaled=way.scale, phone=phone)
+
+
+def learned_pose(way: ScreenWay, known: Path) -> ScreenPose:
+    """Where the screen is in this phone, by a mount of the same clamping that is known.
+
+    Raises:
+        InputError: as `by_screen`.
+    """
+    phone = need(phone_of(way.phone, way.ruler))
+    shown = shown_board(phone, way.turned)
+    views = see(way, shown)
+    placed = screen_object(views, shown, turned=way.turned, scaled=way.scale, phone=phone)
+    return learned_screen(placed, load_mount(known))
+
+
+def see(way: ScreenWay, shown: Board) -> ScreenViews:
+    """Read the pictures into poses, by the board on the object or by the scan's model.
+
+    Raises:
+        InputError: of what is read.
+    """
+    if way.model is not None:
+        T, scale = load_similarity(way.to_object) if way.to_object else (None, 1.0)
+        return views_in_model(_photos(way.photos), shown, way.model, T, scale)
+    assert way.board is not None
+    assert way.place is not None
+    fixed = parse_board(way.board)
+    camera = load_camera(way.camera) if way.camera else None
+    place = load_place(way.place, fixed)
+    return views_with_board(_photos(way.photos), shown, fixed, place, camera)
+
+
+def _photos(path: Path) -> Iterator[Photo]:
+    """Of a folder, or of an archive of one."""
+    return photos(unpack(path) if path.is_file() and is_archive(path) else path)

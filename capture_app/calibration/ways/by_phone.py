@@ -66,7 +66,7 @@ def _placed(
 
 
 def by_scan(way: ScanWay, progress: Progress) -> Mount:
-    """By the clamped phone's pictures found in a scan; progress is told the stage "localise".
+    """By the clamped phone's pictures found in a scan; progress is called with the stage "localise".
 
     Raises:
         InputError: "scan-missing", those of what is read, and of `scan_mount`.

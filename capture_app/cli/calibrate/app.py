@@ -1,11 +1,12 @@
 """Joins the calibrations into `omocap calibrate`; without a method it asks what you have."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import typer
 from typer.core import TyperGroup
 
-from capture_app.cli.calibrate import board_pdf, drawing, guide, mounts, points, recorded, screen
+from capture_app.cli.calibrate import board_pdf, drawing, mounts, points, recorded, screen
 
 
 class _Guided(TyperGroup):
@@ -22,7 +23,26 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("guide")(guide.guide)
+
+
+@app.command()
+def guide() -> None:
+    """Ask what there is, guide through each recording, check it at once, and find the mount."""
+    from capture_app.calibration.guide.flow import Guide
+    from capture_app.calibration.guide.prompt import Prompt
+    from capture_app.cli.calibrate.finish import check_output
+    from capture_app.cli.console import output
+
+    Guide(Prompt(output), _run, check_output).go()
+
+
+def _run(words: Sequence[str]) -> None:
+    """Run a command of `omocap calibrate`, as if it had been typed."""
+    command = typer.main.get_command(app)
+    with command.make_context("omocap calibrate", list(words)) as context:
+        command.invoke(context)
+
+
 app.command("scan")(recorded.scan)
 app.command("session")(recorded.session)
 app.command("board")(recorded.board)

@@ -61,7 +61,7 @@ def board_pdf(
         )
     chosen = parse_board(board) if board else preset_for(paper)
     if screen:
-        from ingest.calibration.board.screen_image import write_screen
+        from ingest.calibration.board.pattern import write_screen
 
         write_screen(chosen, screen, ppi, path)
         output.print("Show it full screen at 100 %, without scaling, bright, with no bars over it.")

@@ -67,7 +67,7 @@ def carry_out(model: type[Way], said: Mapping[str, Any], path: Path) -> None:
     check_output(path)
     with progress_bars() as progress:
         mount = calibrate(way, path, progress, picture=_picture(path))
-    _tell(mount, path)
+    _print_mount(mount, path)
 
 
 def finish(mount: Mount, path: Path, mesh_file: MeshFile | None = None, phone: str = "") -> None:
@@ -81,7 +81,7 @@ def finish(mount: Mount, path: Path, mesh_file: MeshFile | None = None, phone: s
     """
     from capture_app.calibration.write_mount import write_mount
 
-    _tell(write_mount(mount, path, mesh_file, phone, picture=_picture(path)), path)
+    _print_mount(write_mount(mount, path, mesh_file, phone, picture=_picture(path)), path)
 
 
 def mesh_file_of(mesh: Path | None) -> MeshFile | None:
@@ -93,7 +93,7 @@ def _picture(path: Path) -> Path:
     return path.with_suffix(".png")
 
 
-def _tell(mount: Mount, path: Path) -> None:
+def _print_mount(mount: Mount, path: Path) -> None:
     show(mount)
     beside = f" and its picture, {mount.picture}" if mount.picture else ""
     output.print(f"Written: {escape(str(path))}{beside}", soft_wrap=True)
@@ -111,8 +111,8 @@ def show(mount: Mount) -> None:
     if mount.residuals:
         # The clocks of two devices differ by anything.
         left = {name: x for name, x in mount.residuals.items() if not name.endswith("_s")}
-        told = ", ".join(_residual(name, value) for name, value in left.items())
-        say("Left over", told, "bold")
+        listed = ", ".join(_residual(name, value) for name, value in left.items())
+        say("Left over", listed, "bold")
     for free in mount.free:
         say("Not seen", free, "bold yellow")
     if mount.note:

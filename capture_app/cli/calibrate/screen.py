@@ -125,7 +125,7 @@ def learn_screen(way: ScreenWay, known: Path, file: Path) -> None:
         InputError: as `learned_pose`, or the file cannot be written.
     """
     from capture_app.calibration.phones import need, phone_of
-    from capture_app.calibration.ways.by_screen import learned_pose
+    from capture_app.calibration.ways.by_camera import learned_pose
     from ingest.calibration.screen.shown import save_screen_pose
 
     pose = learned_pose(way, known)

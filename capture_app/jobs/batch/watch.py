@@ -24,7 +24,7 @@ def watch(
     Args:
         queue: they are in.
         ids: of the jobs.
-        show: told what is new.
+        show: called with what is new.
         pause: seconds between looks.
         full: whether the workers cannot even tell what became of their jobs, because the disk is full.
 

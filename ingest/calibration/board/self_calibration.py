@@ -92,8 +92,8 @@ def _solve(
         )
     except cv2.error:
         raise _refusal("no camera explains the views") from None
-    told = [float(s) for s in np.ravel(sigmas)[:4]]
-    return float(rms), np.asarray(K, float), np.ravel(lens), told, np.ravel(errors)
+    deviations = [float(s) for s in np.ravel(sigmas)[:4]]
+    return float(rms), np.asarray(K, float), np.ravel(lens), deviations, np.ravel(errors)
 
 
 def _spread(numbers: Int[np.ndarray, " corners"], board: Board) -> bool:

@@ -83,7 +83,7 @@ def track_video(
         board: as printed and measured.
         camera: its intrinsics; without them they are calibrated from the same pictures.
         rate: pictures looked at in a second of video.
-        progress: told "board" and the part that is done.
+        progress: called with "board" and the part that is done.
 
     Raises:
         InputError: no readable video; "board-not-seen", "board-dictionary-other", "board-mirrored",

@@ -44,17 +44,17 @@ def rotation_in_words(text: str) -> Rotation3:
         InputError: "drawing-words" (not understood), "drawing-axes" (too few sides, one side twice,
             the same direction twice, not perpendicular) or "drawing-mirrored" (left-handed).
     """
-    told: dict[int, np.ndarray] = {}
-    said: dict[int, str] = {}
+    axes_given: dict[int, np.ndarray] = {}
+    texts: dict[int, str] = {}
     for words, sign, axis, vector in _statements(text):
         which, way = _side(words)
-        if which in told:
-            raise _contradiction(f"Both '{said[which]}' and '{words}' say where one axis points.")
-        told[which], said[which] = way * _direction(sign, axis, vector), words
-    if len(told) < 2:
+        if which in axes_given:
+            raise _contradiction(f"Both '{texts[which]}' and '{words}' say where one axis points.")
+        axes_given[which], texts[which] = way * _direction(sign, axis, vector), words
+    if len(axes_given) < 2:
         raise _contradiction("One side alone leaves the phone free to turn about it.")
-    _check_square(told, said)
-    return _complete(told)
+    _check_square(axes_given, texts)
+    return _complete(axes_given)
 
 
 def _statements(text: str) -> list[tuple[str, str, str, str]]:
@@ -92,23 +92,23 @@ def _direction(sign: str, axis: str, vector: str) -> Float64[np.ndarray, "3"]:
     return direction / length
 
 
-def _check_square(told: dict[int, np.ndarray], said: dict[int, str]) -> None:
-    axes = sorted(told)
+def _check_square(axes_given: dict[int, np.ndarray], texts: dict[int, str]) -> None:
+    axes = sorted(axes_given)
     for k, i in enumerate(axes):
         for j in axes[k + 1 :]:
-            angle = float(np.degrees(np.arccos(np.clip(told[i] @ told[j], -1, 1))))
+            angle = float(np.degrees(np.arccos(np.clip(axes_given[i] @ axes_given[j], -1, 1))))
             if abs(np.radians(angle - 90)) > _SQUARE:
                 raise _contradiction(
-                    f"'{said[i]}' and '{said[j]}' are at right angles on a phone, but the "
+                    f"'{texts[i]}' and '{texts[j]}' are at right angles on a phone, but the "
                     f"directions given are {min(angle, 180 - angle):.0f} deg from being parallel."
                 )
 
 
-def _complete(told: dict[int, np.ndarray]) -> Rotation3:
+def _complete(axes_given: dict[int, np.ndarray]) -> Rotation3:
     """The rotation nearest to the axes told, the missing one by the right-hand rule."""
-    columns = [told.get(i, np.zeros(3)) for i in range(3)]
+    columns = [axes_given.get(i, np.zeros(3)) for i in range(3)]
     for i in range(3):
-        if i not in told:
+        if i not in axes_given:
             columns[i] = np.cross(columns[(i + 1) % 3], columns[(i + 2) % 3])
     matrix = np.stack(columns, axis=1)
     if np.linalg.det(matrix) < 0:

@@ -23,7 +23,7 @@ from omomo_core.motion import ObjectMesh
 
 WEAK = np.diag([np.radians(5.0) ** 2] * 3 + [0.05**2] * 3)
 """What is believed of a mount that does not say how sure it is."""
-_TOLD = 0.05
+_INFORMED = 0.05
 """Part of a prior's variance that must go for a direction to count as told by the floor."""
 
 
@@ -131,10 +131,10 @@ def check_plausible(problem: FloorProblem, best: Posterior, where: str) -> None:
     W = whitener(prior.covariance + FINEST)
     step = between(prior.T_phone_object, best.T)
     # In the prior's own units: what share of each direction the floor has told, and its step there.
-    told, axes = np.linalg.eigh(np.eye(6) - W @ best.covariance @ W.T)
+    shares, axes = np.linalg.eigh(np.eye(6) - W @ best.covariance @ W.T)
     moved = axes.T @ W @ step
-    known = told > _TOLD
-    far = float((moved[known] ** 2 / told[known]).sum())
+    known = shares > _INFORMED
+    far = float((moved[known] ** 2 / shares[known]).sum())
     chances = [chi2.sf(far, int(known.sum())) if known.any() else 1.0]
     chances.append(chi2.sf(best.cost, len(problem.covariance)))
     if 2 * min(chances) > DISAGREE:

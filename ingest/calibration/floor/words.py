@@ -53,8 +53,8 @@ def what_was_fixed(
     rests = sum(standing.contact.kind == "rest" for standing in standings)
     pushes, sides = len(standings) - rests, len({id(standing.side) for standing in standings})
     seen = f"{_count(rests, 'rest')} and {_count(pushes, 'push')} on {_count(sides, 'side')}"
-    told = f"The floor fixed {', '.join(parts)}" if parts else "The floor told nothing new"
-    words = [f"{told}, each one standard deviation, from {seen}."]
+    found_text = f"The floor fixed {', '.join(parts)}" if parts else "The floor told nothing new"
+    words = [f"{found_text}, each one standard deviation, from {seen}."]
     if any("height" in part for part in parts):
         words.append(f"The height comes from {_SOURCES[level.source]}.")
     elif _height_sd(best, standings[0]) > OPEN_M:

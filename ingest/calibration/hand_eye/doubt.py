@@ -96,7 +96,7 @@ def rms(fit: HandEyeFit) -> tuple[float, float]:
 def check_fit(
     fit: HandEyeFit, samples: Samples, streams: tuple[PoseStream, PoseStream], gather: Gather
 ) -> None:
-    """Refuse trackers that do not move as one thing, and say why if another reading explains it."""
+    """Refuse trackers that do not move as one rigid body; the error names another reading that would fit."""
     one = moves_as_one(fit)
     if not one or (undrifted(fit, samples) > _DOUBTFUL).any():
         left = _loose(samples)

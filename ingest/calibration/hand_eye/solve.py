@@ -85,7 +85,7 @@ def solve(phone: PoseStream, target: PoseStream, *, one_by_one: bool = False) ->
     check_turns(phone)
     found = _best(phone, target, one_by_one=one_by_one)
     check_fit(found.fit, found.samples, (phone, target), found.gather)
-    return _told(found, told=target.covariance is not None)
+    return _hand_eye_of(found, has_covariance=target.covariance is not None)
 
 
 @dataclass(frozen=True)
@@ -138,11 +138,11 @@ def _attempt(
     return _Attempt(fit, again(fit.offset), offset, gather)
 
 
-def _told(attempt: _Attempt, *, told: bool) -> HandEye:
-    """What is said of an attempt; `told` is whether the target's tracker says how it errs."""
+def _hand_eye_of(attempt: _Attempt, *, has_covariance: bool) -> HandEye:
+    """The result of an attempt; `has_covariance` is whether the target's tracker states its errors."""
     fit, samples = attempt.fit, attempt.samples
     covariance = mount_covariance(fit, samples)
-    if not told:
+    if not has_covariance:
         covariance = covariance + np.diag(_ALIKE**2)
     found = open_directions(covariance, _vertical(samples))
     if len(found) > 1:

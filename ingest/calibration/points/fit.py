@@ -63,8 +63,8 @@ def rigid_from_points(
             "points-collinear", "points-mirrored", "points-scale" or "points-wild".
     """
     spread = np.broadcast_to(np.asarray(sigma, float), len(points_a)).copy()
-    told = tuple(names) or tuple(f"pair {i + 1}" for i in range(len(points_a)))
-    everything = PointPairs(points_a, points_b, spread, told, scaled)
+    labels = tuple(names) or tuple(f"pair {i + 1}" for i in range(len(points_a)))
+    everything = PointPairs(points_a, points_b, spread, labels, scaled)
     check_pairs(everything)
     pairs, kept = _without_wild(everything)
     fit = pairs.fit()

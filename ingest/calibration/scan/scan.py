@@ -34,7 +34,7 @@ def scan_mount(
         landmarks: the scan, in the object's frame.
         places: pictures of the clamped phone, the object always where it was scanned.
         scale_sd: standard deviation of the scan's scale, as a part of it.
-        progress: told how many views are done.
+        progress: called with how many views are done.
 
     Raises:
         InputError: those of `localise` when no view of a place is localised; "scan-slipped" when

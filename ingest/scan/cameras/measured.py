@@ -70,8 +70,10 @@ def by_board(
     # z goes into the paper: half a turn about x makes it come out.
     out = np.diag([1.0, -1.0, -1.0])
     sigma = float(np.hypot(2 * rms / span / np.sqrt(len(numbers)), _PRINTED))
-    said = f"the board {board} ({len(numbers)} corners, {1e3 * rms:.1f} mm off)"
-    return Similarity(fit.scale, out @ fit.R, out @ fit.t, sigma), Scale(sigma, "board", said)
+    description = f"the board {board} ({len(numbers)} corners, {1e3 * rms:.1f} mm off)"
+    return Similarity(fit.scale, out @ fit.R, out @ fit.t, sigma), Scale(
+        sigma, "board", description
+    )
 
 
 def by_length(views: Sequence[View], length: Length) -> tuple[float, Scale]:

@@ -63,8 +63,8 @@ def check_scale(options: CameraOptions, logged: bool, where: str) -> None:
                 where=where,
                 fix="Give it in metres, e.g. 0.84.",
             )
-    told = (options.board, options.length, options.height)
-    if logged or options.metric or any(one is not None for one in told):
+    scale_sources = (options.board, options.length, options.height)
+    if logged or options.metric or any(one is not None for one in scale_sources):
         return
     raise InputError(
         "scan-scale",

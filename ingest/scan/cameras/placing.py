@@ -61,7 +61,7 @@ def place(
         logged: whether the frames have poses that are to be used.
         gravity: whether z is up in them.
         straightened: folder for pictures whose lens is undone, to look for a board.
-        progress: told "board".
+        progress: called with the stage "board".
 
     Raises:
         InputError: of `by_board` and `by_length`.
@@ -127,8 +127,8 @@ def _compared(factor: float, before: Scale | None, scale: Scale) -> tuple[Check,
     if before is None or abs(factor - 1) < _DIFFERENT:
         return ()
     message = (
-        f"By {scale.said} the object is {factor:.3f} times as large as by {before.said}; the first "
-        "is taken."
+        f"By {scale.description} the object is {factor:.3f} times as large as by "
+        f"{before.description}; the first is taken."
     )
     fix = "Measure the object, and check the board's squares with a ruler."
     return (Check("scale", "warn", message, None, fix),)

@@ -63,7 +63,7 @@ def from_poses(
     """Points triangulated with known poses, then poses and points refined together, and again.
 
     The result's place and size are free to move a little: see `ingest.scan.cameras.metric`.
-    `progress` is told "cameras".
+    `progress` is called with "cameras".
     """
     quiet()
     wide = max(max(frame.size) for frame in frames) / 960

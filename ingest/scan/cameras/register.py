@@ -49,7 +49,7 @@ def register(
         picked: its pictures, of `pick_frames`.
         folder: work folder of the scan.
         options: how, and what gives the scale.
-        progress: told "features", "compare", "match", "cameras", "board".
+        progress: called with the stages "features", "compare", "match", "cameras", "board".
 
     Raises:
         InputError: "scan-scale" when nothing says how large it is; "scan-textureless",

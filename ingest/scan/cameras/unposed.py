@@ -32,7 +32,7 @@ def from_pictures(
         output: folder for COLMAP's models; emptied.
         count: of pictures.
         known_lens: keep focal lengths and lenses as they are.
-        progress: told "cameras".
+        progress: called with the stage "cameras".
 
     Raises:
         InputError: "scan-overlap" when the pictures do not hang together.
@@ -42,13 +42,13 @@ def from_pictures(
     output.mkdir(parents=True)
     placed = 0
 
-    def told() -> None:
+    def on_next_image() -> None:
         nonlocal placed
         placed += 1
         progress("cameras", min(placed / count, 1.0))
 
     models = pycolmap.incremental_mapping(
-        database, images, output, options=_options(known_lens), next_image_callback=told
+        database, images, output, options=_options(known_lens), next_image_callback=on_next_image
     )
     sizes = sorted((model.num_reg_images() for model in models.values()), reverse=True)
     if not sizes or sizes[0] < max(_FEWEST, _SHARE * count):

@@ -55,7 +55,7 @@ def dense_surface(
         depths: of the views.
         region: what is measured.
         voxel: metres between the places that are measured; by default what the memory allows.
-        progress: told of the stages "fusion" and "colours".
+        progress: called with the stages "fusion" and "colours".
 
     Raises:
         InputError: "scan-no-surface", or "scan-picture".

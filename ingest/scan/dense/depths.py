@@ -47,7 +47,7 @@ def measure_depths(
         work: folder that keeps what is slow to measure.
         method: "stereo" matches pictures, "depth" takes the phone's LiDAR; "auto" both where there
             is depth.
-        progress: told of the "stereo" stage.
+        progress: called with the stage "stereo".
 
     Raises:
         InputError: "scan-no-depth" (asked for, and there is none), or "scan-picture".

@@ -52,7 +52,7 @@ def stereo_maps(
         pictures: of the registered views.
         aim: where they look.
         work: folder that keeps what is measured; what it already has is not measured again.
-        progress: told of the "stereo" stage.
+        progress: called with the stage "stereo".
     """
     folder = work / "stereo" / _key(registered, pictures)
     folder.mkdir(parents=True, exist_ok=True)
@@ -100,14 +100,14 @@ def _agreed(maps: Sequence[DepthMap], pictures: SmallPictures, aim: Aim) -> list
 
 def _key(registered: Registered, pictures: SmallPictures) -> str:
     """Changes with everything that the maps depend on."""
-    told = hashlib.sha256(_METHOD.encode())
+    digest = hashlib.sha256(_METHOD.encode())
     for index, view in enumerate(registered.views):
-        told.update(view.name.encode())
-        told.update(np.asarray(pictures.size(index)).tobytes())
-        told.update(view.intrinsics.tobytes() + view.T_world_camera.tobytes())
-        told.update(str(view.file.stat().st_mtime_ns).encode() if view.file.exists() else b"")
-    told.update(registered.points.tobytes())
-    return told.hexdigest()[:16]
+        digest.update(view.name.encode())
+        digest.update(np.asarray(pictures.size(index)).tobytes())
+        digest.update(view.intrinsics.tobytes() + view.T_world_camera.tobytes())
+        digest.update(str(view.file.stat().st_mtime_ns).encode() if view.file.exists() else b"")
+    digest.update(registered.points.tobytes())
+    return digest.hexdigest()[:16]
 
 
 def _file(folder: Path, index: int) -> Path:

@@ -101,8 +101,8 @@ class Volume:
     def field(self) -> Float32[np.ndarray, "z y x"]:
         """Below 0 in what is solid, above it in what is empty; about distances in bands."""
         free = np.float32(_FREE) * self._free
-        told = self._surface + free
-        field = (self._distance + free) / np.maximum(told, np.float32(1e-6))
+        weight = self._surface + free
+        field = (self._distance + free) / np.maximum(weight, np.float32(1e-6))
         unseen = (self._surface < _SEEN) & (self._free < _EMPTY)
         field[unseen] = -1.0
         # No view tells a floor from what is just above it: what stands there goes straight down.

@@ -115,8 +115,8 @@ def _scale(found: Found, cut: bool) -> Check:
         return _scale_of_a_part(found)
     largest = float(np.ptp(found.cleaned.mesh.vertices, axis=0).max())
     message = (
-        f"The size comes from {scale.said}, sure to {scale.sigma:.1%}: {1e3 * scale.sigma * largest:.0f}"
-        f" mm in its largest side of {largest:.2f} m."
+        f"The size comes from {scale.description}, sure to {scale.sigma:.1%}: "
+        f"{1e3 * scale.sigma * largest:.0f} mm in its largest side of {largest:.2f} m."
     )
     fix = "Measure the object's height and give it (--height), or lay a board beside it (--board)."
     return graded("scale", grade(scale.sigma, _SCALE_WARN, _SCALE_BAD), message, fix)
@@ -131,9 +131,7 @@ def _scale_of_a_part(found: Found) -> Check:
             f"The height of {tall:.2f} m was given to what was filmed, which is not the object: "
         )
         return Check("scale", "bad", message + "nothing is known about the object's size.")
-    message = (
-        f"The metre comes from {scale.said}, but the size is that of what was filmed: how large "
-    )
+    message = f"The metre comes from {scale.description}, but the size is that of what was filmed: how large "
     return Check("scale", "bad", message + "the object is, is not known.")
 
 
@@ -146,12 +144,12 @@ def _pieces(found: Found) -> Check:
 def _of_mesh(cleaned: CleanMesh) -> tuple[Check, ...]:
     sides = np.ptp(cleaned.mesh.vertices, axis=0)
     largest = float(sides.max())
-    said = f"It is {sides[0]:.2f} x {sides[1]:.2f} m wide and {sides[2]:.2f} m high."
+    description = f"It is {sides[0]:.2f} x {sides[1]:.2f} m wide and {sides[2]:.2f} m high."
     usual = _PLAUSIBLE[0] <= largest <= _PLAUSIBLE[1]
     severity = "bad" if not MIN_EXTENT <= largest <= MAX_EXTENT else "ok" if usual else "warn"
     fix = "Measure it; if that is wrong, give its height (--height) or the box it is in (--box)."
     count = f"{len(cleaned.mesh.vertices):,} vertices, {len(cleaned.mesh.faces):,} triangles."
-    return (graded("size", severity, said, fix), Check("vertices", "ok", count))
+    return (graded("size", severity, description, fix), Check("vertices", "ok", count))
 
 
 def _points_on(found: Found) -> int:

@@ -163,9 +163,9 @@ def _watched(
 def _certainty(aim: Aim, standing: StandingStructure) -> Check:
     """How sure it is that this is the object."""
     size = " x ".join(f"{side:.2f}" for side in (standing.high - standing.low)[:2])
-    said = (
+    description = (
         f"What stands where the cameras look is about {size} m wide and {standing.high[2]:.2f} m "
         f"high ({standing.points} points; the optical axes miss it by {aim.miss:.0%} of the way)."
     )
     fix = "Look at the picture of the box; give another if it is not around the object."
-    return graded("region", "warn" if standing.beside > 0.5 else "ok", said, fix)
+    return graded("region", "warn" if standing.beside > 0.5 else "ok", description, fix)

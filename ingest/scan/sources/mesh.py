@@ -218,12 +218,14 @@ def _guess_unit(extents: Float64[np.ndarray, "3"], where: str) -> tuple[float, t
             fix="Say its unit (--units), or the true height of the object (--height).",
         )
     best, others = likely[0], likely[1:]
-    told = "; ".join(f"in {NAMES[u]} it would be {largest * METRES[u]:.2f} m" for u in others)
+    alternatives = "; ".join(
+        f"in {NAMES[u]} it would be {largest * METRES[u]:.2f} m" for u in others
+    )
     message = (
         f"The mesh measures {sides} and does not say in what; taken for {NAMES[best]}, so that its "
         f"largest side is {largest * METRES[best]:.2f} m"
     )
-    message += f" ({told})." if told else "."
+    message += f" ({alternatives})." if alternatives else "."
     fix = "Measure the object; if that is wrong, say its unit (--units) or its height (--height)."
     return METRES[best], (Check("units", "warn", message, None, fix),)
 

@@ -5,6 +5,7 @@ from jaxtyping import Bool, Float
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from omomo_core.body.trajectory_optimization.config import ARM_SPEED
+from omomo_core.geometry.procrustes import nearest_rotation
 from omomo_core.geometry.transforms import turning_speed
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
@@ -41,7 +42,4 @@ def _spread(
     near = maximum_filter1d(quick.astype(float), round(4 * ARM_SPEED.width))
     weight = gaussian_filter1d(near, ARM_SPEED.width, mode="nearest")[:, None, None]
     mean = gaussian_filter1d(R, ARM_SPEED.width, axis=0, mode="nearest")
-    left, _, right = np.linalg.svd((1 - weight) * R + weight * mean)
-    flip = np.ones((len(R), 1, 3))
-    flip[:, 0, 2] = np.linalg.det(left @ right)
-    return (left * flip) @ right
+    return nearest_rotation((1 - weight) * R + weight * mean)

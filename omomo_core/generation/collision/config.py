@@ -77,6 +77,11 @@ class HandTurnConfig:
     lifts: tuple[float, ...] = setting(
         (0.0, 0.5, 1.0), "rad", "Turns of the wrist up from the surface that are tried."
     )
+    moved_share: float = setting(
+        0.4,
+        "share",
+        "Least share of the wrist's motion in a sphere's for it to belong to the hand or forearm.",
+    )
     stiffness: float = setting(0.15, "1/rad^2", "Cost of a hand's squared turn.")
     change: float = setting(2.0, "1/rad^2", "Cost of a squared change of the turn.")
 
@@ -86,6 +91,11 @@ class ContactFaceConfig:
     """When a hand holds the other face of a thin board."""
 
     thickest: float = setting(0.08, "m", "Largest thickness of a board.")
+    thinnest: float = setting(
+        1.25,
+        "palm thicknesses",
+        "Depth behind the palm beyond which a surface is the other face, not the held one.",
+    )
     beside: float = setting(
         0.03, "m", "Largest distance of its other face from the line through it."
     )

@@ -82,7 +82,7 @@ def _on_other_face(
     beside = np.linalg.norm(ways + deep[:, None] * out, axis=-1)
     through = (
         (beside < CONTACT_FACE.beside)
-        & (deep > 1.25 * ANCHOR.palm_thickness)
+        & (deep > CONTACT_FACE.thinnest * ANCHOR.palm_thickness)
         & (deep < ANCHOR.palm_thickness + CONTACT_FACE.thickest)
     )
     if segment.start < prefix_frames or not through.any():

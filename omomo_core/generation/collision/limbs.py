@@ -117,7 +117,7 @@ def turn_hands_clear(
     )
     for side, (elbow, wrist) in enumerate(zip(ELBOWS, WRISTS, strict=True)):
         share = avoidance.anatomy.follows[5:, wrist]
-        own = share > 0.4
+        own = share > HAND_TURN.moved_share
         share, radii = share[own, None], avoidance.anatomy.radii[own]
         palm = body.rest_joints[PALM_JOINTS[side]] - body.rest_joints[wrist]
         palms, start = targets.palms[:, avoidance.seen, side], joints[:, :, None, None, elbow]

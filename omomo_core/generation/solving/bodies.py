@@ -127,7 +127,7 @@ def _solved(
         pose.root,
         pose.rotations,
         np.stack([f.standing for f in feet]),
-        torch.where(targets.hold > 0.99, miss, 0.0),
+        torch.where(targets.hold > BODY_SOLVING.full_hold, miss, 0.0),
     )
 
 

@@ -18,6 +18,11 @@ class BodySolvingConfig:
         "each other.",
     )
     iterations: int = setting(5, "count", "Gauss-Newton steps of the trajectory optimisation.")
+    full_hold: float = setting(
+        0.99,
+        "share",
+        "Hold of a hand, which is blended in and out, above which its palm's miss is reported.",
+    )
 
 
 @dataclass(frozen=True)
@@ -62,6 +67,11 @@ class StepConfig:
 class ReachConfig:
     """How the pelvis moves to where arms reach what they hold, and legs the floor."""
 
+    least_height_squared: float = setting(
+        0.04,
+        "m^2",
+        "Squared height of a hip above the ankle that a leg keeps where the foot is far out.",
+    )
     first_stretch: float = setting(
         1.1,
         "share",

@@ -122,7 +122,11 @@ def _drop(
         length = (rest[knee] - rest[hip]).norm() + (rest[ankle] - rest[knee]).norm()
         way = joints[..., hip, :] - ankles[..., side, :]
         across = way[..., :2].norm(dim=-1)
-        height = ((REACH.leg_stretch * length) ** 2 - across**2).clamp(min=0.04).sqrt()
+        height = (
+            ((REACH.leg_stretch * length) ** 2 - across**2)
+            .clamp(min=REACH.least_height_squared)
+            .sqrt()
+        )
         drop = torch.maximum(
             drop, (way[..., 2] - height).clamp(0, REACH.lowest) * standing[..., side]
         )

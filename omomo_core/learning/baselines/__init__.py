@@ -1,1 +1,1 @@
-"""What a generator has to beat."""
+"""Baselines: simpler methods that the generator is compared with."""

@@ -15,7 +15,7 @@ from omomo_core.motion import HandMotion
 def opposed_palms(
     take: ObjectFeatures, samples: int, random: np.random.Generator
 ) -> list[HandMotion]:
-    """Guesses of the palms.
+    """Return samples of the palms.
 
     Args:
         take: the object's motion.

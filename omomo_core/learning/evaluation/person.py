@@ -76,7 +76,7 @@ def _all_joints(
 
 
 def _follow(body: BodyModel, moves: Float[torch.Tensor, "52 3"]) -> Float[torch.Tensor, "verts 3"]:
-    """How the surface moves with the joints; the head as the neck, lest a head grow or shrink."""
+    """How the surface moves with the joints; the head follows the neck, so that its size stays."""
     moves = moves.clone()
     moves[joint("head")] = moves[joint("neck")]
     return (body.skin_weights[..., None] * moves[body.skin_joints]).sum(dim=1)

@@ -1,4 +1,4 @@
-"""A whole evaluation: every clip under every protocol, and what it comes to."""
+"""A whole evaluation: every clip under every protocol, and the averages."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""What a clip's object says of a person: which palms touch it, how deep the body is inside it."""
+"""Contact and penetration: which palms touch a clip's object, and how deep a body is inside it."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -28,7 +28,7 @@ HANDS = (20, 21, *range(22, 52))
 
 @dataclass(frozen=True)
 class Touching:
-    """An object in motion, to be touched."""
+    """A moving object, with what contacts and depths are measured against."""
 
     motion: ObjectMotion
 

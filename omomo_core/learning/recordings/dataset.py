@@ -1,4 +1,4 @@
-"""A data set of synthetic clips: a folder of whole files, which an interrupted run goes on with.
+"""A data set of synthetic clips: a folder of whole files, so that an interrupted run can resume.
 
 The folder holds ``dataset.json`` (how it was made), ``recorded.npz`` (the mocap it was made from) and
 ``clips_00000.npz``, ``clips_00001.npz``... of 100 clips each; `load_clips` reads the folder.
@@ -27,7 +27,7 @@ CARD, RECORDED = "dataset.json", "recorded.npz"
 
 @dataclass(frozen=True)
 class DatasetRecipe:
-    """What fixes every clip of a data set; their number may grow."""
+    """Everything that determines the clips of a data set; their number may grow."""
 
     seed: int
     version: int
@@ -63,7 +63,7 @@ class Summary:
 
 
 def digest(clips: Sequence[Clip]) -> str:
-    """The same for the same recorded motion, in memory or read from a file."""
+    """Return a digest of recorded motion, equal in memory and when read from a file."""
     seen = hashlib.sha256()
     for clip in clips:
         seen.update(clip.name.encode())
@@ -73,7 +73,7 @@ def digest(clips: Sequence[Clip]) -> str:
 
 
 def open_dataset(folder: Path, recipe: DatasetRecipe, recorded: Sequence[Clip]) -> None:
-    """Start a data set, or check that the one in the folder can be gone on with.
+    """Start a data set, or check that the one in the folder can be resumed.
 
     Raises:
         InputError: ``dataset-differs`` when the clips in it were made otherwise; ``output-exists``
@@ -125,7 +125,7 @@ def _said(value: object) -> str:
 
 
 def missing_indices(folder: Path, count: int) -> list[int]:
-    """Indices of the clips that are still to be made, whole files of them.
+    """Return the indices of the clips that are missing, whole files of them.
 
     Raises:
         InputError: ``dataset-larger`` when the folder holds more than `count` clips.
@@ -154,7 +154,7 @@ def shards(folder: Path) -> list[Path]:
 def write_shards(
     folder: Path, indices: Sequence[int], clips: Iterable[Clip], rejected: Counter[str]
 ) -> Iterator[Path]:
-    """Write clips as they come, a file at a time, and tell each file that is whole.
+    """Write clips as they come, a file at a time, and yield each finished file.
 
     Args:
         folder: of the data set.

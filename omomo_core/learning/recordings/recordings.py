@@ -1,5 +1,6 @@
-"""Files of human motion of every kind we read, told apart by what is in them."""
+"""Files of human motion of every kind that can be read, recognised by their content."""
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -20,6 +21,7 @@ _TEST_SPLIT = "test_"
 def motion_files(source: Path) -> list[Path]:
     """The motion files of a folder and the folders in it, by path; or the one file given.
 
+    Links to folders are followed.
     The OMOMO release's test split is not taken from a folder: it must be given by name.
 
     Raises:
@@ -28,7 +30,7 @@ def motion_files(source: Path) -> list[Path]:
     if source.is_file():
         files = [source]
     else:
-        files = sorted(f for f in source.rglob("*") if f.suffix.lower() in _SUFFIXES)
+        files = sorted(f for f in _files_below(source) if f.suffix.lower() in _SUFFIXES)
         files = [f for f in files if f.is_file() and not f.name.endswith(_NO_MOTION)]
         files = [f for f in files if not (f.suffix in _RELEASE and f.name.startswith(_TEST_SPLIT))]
     if not files:
@@ -39,6 +41,17 @@ def motion_files(source: Path) -> list[Path]:
             fix="Give a folder of .bvh, .npz (joints, AMASS) or the OMOMO release's .p files.",
         )
     return files
+
+
+def _files_below(folder: Path) -> Iterator[Path]:
+    """Yield the files of a folder and of the folders in it; a folder that is linked twice counts once."""
+    seen = set[str]()
+    for place, folders, names in os.walk(folder, followlinks=True):
+        real = os.path.realpath(place)
+        folders[:] = [] if real in seen else sorted(folders)
+        if real not in seen:
+            yield from (Path(place) / name for name in names)
+        seen.add(real)
 
 
 def read_recordings(

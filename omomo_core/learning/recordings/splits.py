@@ -60,7 +60,7 @@ def side_of(name: str, *, object_split: bool = True) -> Side:
 
 
 def by_side(names: Iterable[str], *, object_split: bool = True) -> dict[Side, list[str]]:
-    """The names on each side, in their order, so that what belongs to neither can be told."""
+    """The names on each side, in their order; those that belong to neither form a group, too."""
     sides: defaultdict[Side, list[str]] = defaultdict(list)
     for name in names:
         sides[side_of(name, object_split=object_split)].append(name)

@@ -13,12 +13,12 @@ from omomo_core.body.model import BodyModel
 from omomo_core.geometry.easing import min_jerk
 from omomo_core.geometry.runs import runs
 from omomo_core.learning.synthesis.arms import SHOULDERS, with_arms, wrist_goals
+from omomo_core.learning.synthesis.base_motion import BaseMotion
 from omomo_core.learning.synthesis.bend import Torso, bent, manner
 from omomo_core.learning.synthesis.directions import ahead_of, in_space
 from omomo_core.learning.synthesis.footage import heading
 from omomo_core.learning.synthesis.hands import Hands
 from omomo_core.learning.synthesis.posture import Posture
-from omomo_core.learning.synthesis.stage import StagedMotion
 from omomo_core.skeleton import joint
 
 _STRAIGHT_LEG = 0.995
@@ -59,18 +59,20 @@ class _Pose:
     rotations: Float[np.ndarray, "frames 22 3 3"]
 
 
-def perform(body: BodyModel, stage: StagedMotion, posture: Posture, hands: Hands) -> ActorMotion:
+def solve_actor(
+    body: BodyModel, base_motion: BaseMotion, posture: Posture, hands: Hands
+) -> ActorMotion:
     """Solve the whole body for one clip."""
-    yaw = gaussian_filter1d(heading(stage.rotations), 4.0, mode="nearest")
+    yaw = gaussian_filter1d(heading(base_motion.rotations), 4.0, mode="nearest")
     engaged = gaussian_filter1d(hands.pull.max(axis=1), 3.0, mode="nearest")
     torso = Torso(
         yaw=yaw,
         how=manner(posture.squat * np.interp(_lowest_palm(hands), *_KNEES_BEND)),
-        lean=posture.lean * engaged + stage.sway[:, 3],
-        twist=posture.twist * _twist(stage, hands, yaw) + stage.sway[:, 4],
+        lean=posture.lean * engaged + base_motion.sway[:, 3],
+        twist=posture.twist * _twist(base_motion, hands, yaw) + base_motion.sway[:, 4],
     )
-    base = _shifted(stage, posture, yaw, engaged)
-    feet = joints_of(body, stage.root, stage.rotations)
+    base = _shifted(base_motion, posture, yaw, engaged)
+    feet = joints_of(body, base_motion.root, base_motion.rotations)
     amount = _amount(body, base, feet, hands, torso, posture.comfort)
     pose = _Pose(*bent(body, base.root, base.rotations, amount, torso))
     pose = _settled(body, pose, feet)
@@ -82,7 +84,7 @@ def perform(body: BodyModel, stage: StagedMotion, posture: Posture, hands: Hands
 
 
 def _lowest_palm(hands: Hands) -> Float[np.ndarray, " frames"]:
-    """Height of the lower hand at work, as it was last and will be next where there is none."""
+    """Return the height of the lower hand in use, interpolated where none is."""
     held = hands.contact > 0
     lowest = np.where(held, hands.palms[..., 2], np.inf).min(axis=1)
     frames = np.flatnonzero(held.any(axis=1))
@@ -90,15 +92,17 @@ def _lowest_palm(hands: Hands) -> Float[np.ndarray, " frames"]:
 
 
 def _shifted(
-    stage: StagedMotion,
+    base_motion: BaseMotion,
     posture: Posture,
     yaw: Float[np.ndarray, " frames"],
     engaged: Float[np.ndarray, " frames"],
 ) -> _Pose:
-    """The pelvis of somebody at work: ahead of the feet or behind them, and lower."""
+    """Return the pelvis shifted ahead of the feet or behind them, and lowered."""
     ahead = in_space(ahead_of(yaw))
     shift = posture.shift * ahead - np.array([0.0, 0.0, posture.crouch])
-    return _Pose(stage.root + stage.sway[:, :3] + engaged[:, None] * shift, stage.rotations)
+    return _Pose(
+        base_motion.root + base_motion.sway[:, :3] + engaged[:, None] * shift, base_motion.rotations
+    )
 
 
 def _settled(body: BodyModel, pose: _Pose, feet: Float[np.ndarray, "frames 24 3"]) -> _Pose:
@@ -126,11 +130,11 @@ def _too_high(
 
 
 def _twist(
-    stage: StagedMotion, hands: Hands, yaw: Float[np.ndarray, " frames"]
+    base_motion: BaseMotion, hands: Hands, yaw: Float[np.ndarray, " frames"]
 ) -> Float[np.ndarray, " frames"]:
     """Turn the chest toward the middle of the palms in use, and a shoulder after a hand that is far."""
     weight = hands.pull / np.maximum(hands.pull.sum(axis=1, keepdims=True), 1e-6)
-    middle = (hands.palms * weight[..., None]).sum(axis=1) - stage.root
+    middle = (hands.palms * weight[..., None]).sum(axis=1) - base_motion.root
     ahead = middle[:, 0] * np.cos(yaw) + middle[:, 1] * np.sin(yaw)
     aside = middle[:, 1] * np.cos(yaw) - middle[:, 0] * np.sin(yaw)
     both = hands.pull.min(axis=1)

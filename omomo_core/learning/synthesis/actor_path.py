@@ -8,9 +8,9 @@ from scipy.ndimage import gaussian_filter1d
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
+from omomo_core.learning.synthesis.base_motion import BaseMotion
 from omomo_core.learning.synthesis.directions import ahead_of, left_of
 from omomo_core.learning.synthesis.footage import heading
-from omomo_core.learning.synthesis.stage import StagedMotion
 from omomo_core.motion import FPS
 
 _SIGMA = 9.0
@@ -52,11 +52,11 @@ class ActorPath:
 
 
 def actor_path(
-    body: BodyModel, stage: StagedMotion, sigma: float = _SIGMA, turning: float = 1.3 * _SIGMA
+    body: BodyModel, base_motion: BaseMotion, sigma: float = _SIGMA, turning: float = 1.3 * _SIGMA
 ) -> ActorPath:
     """Smooth away what steps add to path and heading, over so many frames each (one sigma)."""
     return ActorPath(
-        joints=joints_of(body, stage.root, stage.rotations),
-        xy=gaussian_filter1d(stage.root[:, :2], sigma, axis=0, mode="nearest"),
-        yaw=gaussian_filter1d(heading(stage.rotations), turning, mode="nearest"),
+        joints=joints_of(body, base_motion.root, base_motion.rotations),
+        xy=gaussian_filter1d(base_motion.root[:, :2], sigma, axis=0, mode="nearest"),
+        yaw=gaussian_filter1d(heading(base_motion.rotations), turning, mode="nearest"),
     )

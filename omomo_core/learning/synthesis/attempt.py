@@ -17,25 +17,30 @@ from omomo_core.body.trajectory_optimization.solver import optimise_trajectory
 from omomo_core.body.trajectory_optimization.targets import SolverTargets
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.grounding import foot_contacts
-from omomo_core.learning.synthesis.actor import ActorMotion, perform
-from omomo_core.learning.synthesis.casting import ClipPlan, Sources, Wanted, cast
+from omomo_core.learning.synthesis.action_plan import Action
+from omomo_core.learning.synthesis.actor import ActorMotion, solve_actor
+from omomo_core.learning.synthesis.base_motion import BaseMotion, goes_its_way
+from omomo_core.learning.synthesis.base_motion_search import (
+    ClipPlan,
+    MotionRequirements,
+    Sources,
+    find_base_motion,
+)
 from omomo_core.learning.synthesis.directions import about_z
 from omomo_core.learning.synthesis.footage import heading
-from omomo_core.learning.synthesis.grammar import write_script
+from omomo_core.learning.synthesis.grammar import draw_action_plan
 from omomo_core.learning.synthesis.hands import Hands, along_forearms, plan_hands
 from omomo_core.learning.synthesis.holding import both_come
 from omomo_core.learning.synthesis.holds import Handling
 from omomo_core.learning.synthesis.posture import Posture
 from omomo_core.learning.synthesis.props import Prop, Stock, make_prop, scaled
 from omomo_core.learning.synthesis.review import fault, walked_through
-from omomo_core.learning.synthesis.script import Action
 from omomo_core.learning.synthesis.shapes import SolidPart
-from omomo_core.learning.synthesis.stage import StagedMotion, goes_its_way
-from omomo_core.learning.synthesis.tools.cart import direct_cart
-from omomo_core.learning.synthesis.tools.job import PROPS, ToolAction, write_job
-from omomo_core.learning.synthesis.tools.strokes import direct_strokes
-from omomo_core.learning.synthesis.tools.trolley import direct_trolley
-from omomo_core.learning.synthesis.trajectory import direct
+from omomo_core.learning.synthesis.tools.cart import cart_trajectory
+from omomo_core.learning.synthesis.tools.strokes import stroke_trajectory
+from omomo_core.learning.synthesis.tools.tool_use import PROPS, ToolAction, draw_tool_use
+from omomo_core.learning.synthesis.tools.trolley import trolley_trajectory
+from omomo_core.learning.synthesis.trajectory import prop_trajectory
 from omomo_core.learning.synthesis.walker.path import Chances
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.skeleton import joint
@@ -46,7 +51,7 @@ _SHORTEST_HOLD = 45
 _ANKLES = (joint("left_ankle"), joint("right_ankle"))
 
 _PROP_TRIES = 60
-_DIRECTORS = {"trolley": direct_trolley, "cart": direct_cart}
+_DIRECTORS = {"trolley": trolley_trajectory, "cart": cart_trajectory}
 _STROLL: Chances = {"walk": 0.3, "shuffle": 0.4, "side": 0.15, "back": 0.15}
 _AHEAD: Chances = {"walk": 1.0}
 _TOOL_ACTIONS: tuple[ToolAction, ...] = get_args(ToolAction)
@@ -83,19 +88,19 @@ def attempt(
     )
     if isinstance(plan, str):
         return plan
-    stage, prop, handling = plan.stage, plan.prop, plan.handling
-    if walked_through(body, stage, prop, handling):
+    base_motion, prop, handling = plan.base_motion, plan.prop, plan.handling
+    if walked_through(body, base_motion, prop, handling):
         return "walked-through"
-    hands = plan_hands(handling, heading(stage.rotations))
-    performance = perform(body, stage, plan.posture, hands)
+    hands = plan_hands(handling, heading(base_motion.rotations))
+    performance = solve_actor(body, base_motion, plan.posture, hands)
     if any(hold.fingers is None for hold in handling.holds):
         joints = joints_of(body, performance.root, performance.rotations)
         hands = plan_hands(along_forearms(handling, joints))
-        performance = perform(body, stage, plan.posture, hands)
+        performance = solve_actor(body, base_motion, plan.posture, hands)
     if not np.isfinite(performance.root).all():
         return "broken"
     performance = _optimised(body, plan, hands, performance)
-    reason = fault(body, stage, prop, handling, hands, performance)
+    reason = fault(body, base_motion, prop, handling, hands, performance)
     return reason or SynthesisedClip(plan.licence, action, prop, handling, hands, performance)
 
 
@@ -103,32 +108,32 @@ def _plan_handling(
     rng: np.random.Generator, sources: Sources, body: BodyModel, action: Action, scale: float
 ) -> ClipPlan | str:
     """Plan an action of the grammar; return the reason where that fails."""
-    script = write_script(rng, action, scale, sources.stock)
-    if script is None:
+    action_plan = draw_action_plan(rng, action, scale, sources.stock)
+    if action_plan is None:
         return "no-prop"
 
-    def suits(stage: StagedMotion) -> bool:
-        spans = script.spans(stage.pauses)
+    def suits(base_motion: BaseMotion) -> bool:
+        spans = action_plan.spans(base_motion.pauses)
         long_enough = sum(last - first for first, last in spans) >= _SHORTEST_HOLD
-        long_enough &= all(map(both_come, script.episodes, spans))
-        return long_enough and goes_its_way(stage, spans, script.wanted.way)
+        long_enough &= all(map(both_come, action_plan.episodes, spans))
+        return long_enough and goes_its_way(base_motion, spans, action_plan.wanted.way)
 
-    found = cast(rng, sources, script.wanted, suits)
+    found = find_base_motion(rng, sources, action_plan.wanted, suits)
     if found is None:
         return "no-stage"
-    slides = all(episode.slides for episode in script.episodes)
-    handling = direct(rng, body, found[0], script)
-    return ClipPlan(*found, script.prop, handling, script.posture, leant_on=slides)
+    slides = all(episode.slides for episode in action_plan.episodes)
+    handling = prop_trajectory(rng, body, found[0], action_plan)
+    return ClipPlan(*found, action_plan.prop, handling, action_plan.posture, leant_on=slides)
 
 
 def _optimised(
     body: BodyModel, plan: ClipPlan, hands: Hands, performance: ActorMotion
 ) -> ActorMotion:
     """Return the performance after trajectory optimisation."""
-    stage = plan.stage
+    base_motion = plan.base_motion
     targets = targets_of(
         body,
-        (stage.root, stage.rotations),
+        (base_motion.root, base_motion.rotations),
         hands,
         plan.handling.T_world_prop,
         plan.prop.parts,
@@ -237,26 +242,26 @@ def _plan_tool_work(
     tools = Stock(frozenset({PROPS[action]}))
     for _ in range(_PROP_TRIES):
         prop = scaled(make_prop(rng, "push" if rolls else "tool", tools), scale)
-        job = write_job(rng, action, prop, frames)
+        job = draw_tool_use(rng, action, prop, frames)
         if job is not None and sum(job.pause_frames) < frames - 40:
             break
     else:
         return "no-prop"
-    wanted = Wanted(
+    wanted = MotionRequirements(
         frames,
         job.pause_frames,
         rate=(0.6, 1.0) if rolls else (0.4, 0.7),
         backward=0.3 if action == "cart" else 0.0,
         moves=_AHEAD if rolls else _STROLL,
     )
-    director, handlings = _DIRECTORS.get(action, direct_strokes), list[Handling]()
+    trajectory_of, handlings = _DIRECTORS.get(action, stroke_trajectory), list[Handling]()
 
-    def suits(stage: StagedMotion) -> bool:
-        handling = director(rng, body, stage, job)
+    def suits(base_motion: BaseMotion) -> bool:
+        handling = trajectory_of(rng, body, base_motion, job)
         handlings.extend([handling] if handling is not None else [])
         return handling is not None
 
-    found = cast(rng, sources, wanted, suits)
+    found = find_base_motion(rng, sources, wanted, suits)
     if found is None:
         return "no-way"
     handling = handlings[-1]

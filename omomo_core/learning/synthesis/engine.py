@@ -12,7 +12,7 @@ from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.synthesis.attempt import attempt, finished
-from omomo_core.learning.synthesis.casting import Sources
+from omomo_core.learning.synthesis.base_motion_search import Sources
 from omomo_core.learning.synthesis.footage import survey
 from omomo_core.learning.synthesis.grammar import draw_action
 from omomo_core.learning.synthesis.people import our_scale

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from omomo_core.learning.synthesis.action_plan import Action, ActionPlan, Episode, timeline
 from omomo_core.learning.synthesis.actions.episodes import use_of
 from omomo_core.learning.synthesis.actions.lifting import (
     carry,
@@ -13,11 +14,10 @@ from omomo_core.learning.synthesis.actions.lifting import (
     relocate,
 )
 from omomo_core.learning.synthesis.actions.sliding import pivot, shove, slide, turn
-from omomo_core.learning.synthesis.casting import Wanted
-from omomo_core.learning.synthesis.manners import moves_for, posture_for, way_of
+from omomo_core.learning.synthesis.base_motion_search import MotionRequirements
 from omomo_core.learning.synthesis.props import ALL, Prop, Stock, make_prop, scaled
-from omomo_core.learning.synthesis.script import Action, Episode, Script, timeline
-from omomo_core.learning.synthesis.tools.job import PROPS as TOOL_PROPS
+from omomo_core.learning.synthesis.style import moves_for, posture_for, way_of
+from omomo_core.learning.synthesis.tools.tool_use import PROPS as TOOL_PROPS
 
 _ACTIONS: dict[Action, float] = {
     "carry": 0.15, "relocate": 0.13, "in_place": 0.06, "raise": 0.12, "one_hand": 0.06,
@@ -50,9 +50,9 @@ def _possible(action: Action, stock: Stock) -> bool:
     return bool(stock.of_use(use_of(action)))
 
 
-def write_script(
+def draw_action_plan(
     rng: np.random.Generator, action: Action, scale: float = 1.0, stock: Stock = ALL
-) -> Script | None:
+) -> ActionPlan | None:
     """Draw everything that belongs to an action.
 
     Args:
@@ -67,15 +67,15 @@ def write_script(
     for _ in range(_TRIES):
         prop = scaled(make_prop(rng, use_of(action), stock), scale)
         episodes = _WRITERS[action](rng, action, prop, scale)
-        script = _script(rng, action, prop, episodes) if episodes else None
-        if script is not None:
-            return script
+        action_plan = _action_plan(rng, action, prop, episodes) if episodes else None
+        if action_plan is not None:
+            return action_plan
     return None
 
 
-def _script(
+def _action_plan(
     rng: np.random.Generator, action: Action, prop: Prop, episodes: list[Episode]
-) -> Script | None:
+) -> ActionPlan | None:
     """Fit the episodes into a clip of a length that suits them; None when they take too long."""
     slow = episodes[0].slides
     walks = sum(not e.still for e in episodes)
@@ -88,7 +88,7 @@ def _script(
     frames = int(max(sum(pauses) + walking + spare + way, _SHORTEST))
     if frames > _LONGEST:
         return None
-    wanted = Wanted(
+    wanted = MotionRequirements(
         frames,
         pauses,
         rate=(0.45, 0.9) if slow else (0.7, 1.2),
@@ -100,4 +100,4 @@ def _script(
         comes=episodes[0].takes,
         goes=episodes[-1].leaves,
     )
-    return Script(action, prop, tuple(episodes), posture_for(rng, action), wanted)
+    return ActionPlan(action, prop, tuple(episodes), posture_for(rng, action), wanted)

@@ -147,7 +147,7 @@ def _part_of(
 
 
 def _hand_rotation(hold: Hold) -> Float[np.ndarray, "3 3"]:
-    """R_prop_wrist: palm on the surface, fingers as nearly as possible as wished."""
+    """R_prop_wrist: palm on the surface, fingers as near as possible to the wanted direction."""
     inward, fingers = hold.inward, hold.fingers
     assert fingers is not None
     flat = fingers - inward * (inward @ fingers)

@@ -1,7 +1,7 @@
 """How the holds of one episode follow each other."""
 
+from omomo_core.learning.synthesis.action_plan import Episode, Span
 from omomo_core.learning.synthesis.holds import Hold
-from omomo_core.learning.synthesis.script import Episode, Span
 
 _OFF_REACH = 10
 """Frames a hand takes to come off and to come back."""

@@ -9,5 +9,5 @@ STATURES = {
 
 
 def our_scale(person: int) -> float:
-    """Our stature over that of a person: as much larger are their things, seen from our body."""
+    """Our stature over that of a person: props are scaled by it."""
     return _OURS / STATURES[person]

@@ -12,11 +12,11 @@ from omomo_core.learning.recordings.grounding import foot_contacts, foot_skating
 from omomo_core.learning.recordings.joint_angles import SIDES, elbow, twist, wrist
 from omomo_core.learning.recordings.penetration import body_in_object
 from omomo_core.learning.synthesis.actor import ActorMotion
+from omomo_core.learning.synthesis.base_motion import BaseMotion
 from omomo_core.learning.synthesis.hands import Hands
 from omomo_core.learning.synthesis.holds import Handling
 from omomo_core.learning.synthesis.props import Prop
 from omomo_core.learning.synthesis.shapes import SolidPart, joined
-from omomo_core.learning.synthesis.stage import StagedMotion
 from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
 from omomo_core.skeleton import joint
 
@@ -52,9 +52,11 @@ _HARD_POINTS = ("pelvis", "spine2", "spine3", "neck", "head", "left_knee", "righ
                 "left_ankle", "right_ankle", "left_foot", "right_foot")  # fmt: skip
 
 
-def walked_through(body: BodyModel, stage: StagedMotion, prop: Prop, handling: Handling) -> bool:
+def walked_through(
+    body: BodyModel, base_motion: BaseMotion, prop: Prop, handling: Handling
+) -> bool:
     """Does the base motion lead through the place where the prop stands before or after?"""
-    joints = joints_of(body, stage.root, stage.rotations)
+    joints = joints_of(body, base_motion.root, base_motion.rotations)
     points = joints[:, [joint(n) for n in _LOWER_BODY], :2]
     vertices = np.concatenate([p.vertices for p in prop.parts])
     count = 0
@@ -72,7 +74,7 @@ def walked_through(body: BodyModel, stage: StagedMotion, prop: Prop, handling: H
 
 def fault(
     body: BodyModel,
-    stage: StagedMotion,
+    base_motion: BaseMotion,
     prop: Prop,
     handling: Handling,
     hands: Hands,
@@ -86,7 +88,7 @@ def fault(
     joints = joints_of(body, performance.root, performance.rotations)
     if _inside(prop.parts, handling, joints).sum() > _INSIDE_FRAMES:
         return "penetration"
-    if _skating(body, performance) > _skating(body, stage) + _MORE_SKATING:
+    if _skating(body, performance) > _skating(body, base_motion) + _MORE_SKATING:
         return "skating"
     if turning_speed(performance.rotations, FPS).max() > _FASTEST_TURN:
         return "too-fast"
@@ -151,6 +153,6 @@ def _inside(
     return inside
 
 
-def _skating(body: BodyModel, motion: StagedMotion | ActorMotion) -> float:
+def _skating(body: BodyModel, motion: BaseMotion | ActorMotion) -> float:
     soles = sole_points(body, motion.root, motion.rotations)
     return foot_skating(soles, foot_contacts(soles))

@@ -9,12 +9,12 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.easing import min_jerk
+from omomo_core.learning.synthesis.action_plan import ActionPlan, Episode, PropPlacement, Span
 from omomo_core.learning.synthesis.actor_path import ActorPath, actor_path
+from omomo_core.learning.synthesis.base_motion import BaseMotion
 from omomo_core.learning.synthesis.directions import ahead_of, left_of
 from omomo_core.learning.synthesis.holding import holds_of
 from omomo_core.learning.synthesis.holds import Handling, Hold
-from omomo_core.learning.synthesis.script import Episode, PropPlacement, Script, Span
-from omomo_core.learning.synthesis.stage import StagedMotion
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
 
@@ -56,20 +56,20 @@ clears the head is held above it."""
 _LOWEST_FLIGHT = 0.02
 
 
-def direct(
-    rng: np.random.Generator, body: BodyModel, stage: StagedMotion, script: Script
+def prop_trajectory(
+    rng: np.random.Generator, body: BodyModel, base_motion: BaseMotion, action_plan: ActionPlan
 ) -> Handling:
-    """Let the prop follow the script and the actor's base motion."""
+    """Return the motion of the prop, which follows the action plan and the actor's base motion."""
     sigma = rng.uniform(6.0, 12.0)
-    actor = actor_path(body, stage, sigma, sigma * 1.2)
-    poses = np.tile(np.eye(4), (len(stage.root), 1, 1))
+    actor = actor_path(body, base_motion, sigma, sigma * 1.2)
+    poses = np.tile(np.eye(4), (len(base_motion.root), 1, 1))
     rest: _Place | None = None
     holds: list[Hold] = []
-    spans = script.spans(stage.pauses)
-    for k, (episode, span) in enumerate(zip(script.episodes, spans, strict=True)):
-        path, rest = _episode(rng, actor, script, episode, span, rest)
+    spans = action_plan.spans(base_motion.pauses)
+    for k, (episode, span) in enumerate(zip(action_plan.episodes, spans, strict=True)):
+        path, rest = _episode(rng, actor, action_plan, episode, span, rest)
         begin = 0 if k == 0 else (spans[k - 1][1] + span[0]) // 2
-        poses[begin:] = _poses(path, script, episode)[begin:]
+        poses[begin:] = _poses(path, action_plan, episode)[begin:]
         holds += holds_of(episode, span)
     return Handling(poses, tuple(holds))
 
@@ -77,7 +77,7 @@ def direct(
 def _episode(
     rng: np.random.Generator,
     actor: ActorPath,
-    script: Script,
+    action_plan: ActionPlan,
     episode: Episode,
     span: Span,
     rest: _Place | None,
@@ -87,7 +87,7 @@ def _episode(
     t = np.arange(len(actor.xy))
     early, before, after = max(episode.late), *episode.supports
     if rest is None:
-        rest = _beside(actor, script, episode, 0, np.array([first]), np.array([before]))
+        rest = _beside(actor, action_plan, episode, 0, np.array([first]), np.array([before]))
         rest[:, 2] = before
     if episode.shove is not None:
         path = rest + _change(episode)
@@ -95,9 +95,9 @@ def _episode(
         end = rest if episode.shove.back else path[:1]
     else:
         heights = _heights(rng, episode, span, t)
-        path = _beside(actor, script, episode, 1, t, heights)
+        path = _beside(actor, action_plan, episode, 1, t, heights)
         path += _sway(rng, actor, episode, t, span)
-        end = _beside(actor, script, episode, 2, np.array([last - 1]), np.array([after]))
+        end = _beside(actor, action_plan, episode, 2, np.array([last - 1]), np.array([after]))
         end[:, 2] = after
         # The shorter way round: the body's own turns are part of both.
         path[:, 3] += 2 * np.pi * np.round((rest[0, 3] - path[first, 3]) / (2 * np.pi))
@@ -123,7 +123,7 @@ def _tilt_half_way(episode: Episode) -> float:
 
 def _beside(
     actor: ActorPath,
-    script: Script,
+    action_plan: ActionPlan,
     episode: Episode,
     moment: int,
     rows: np.ndarray,
@@ -131,20 +131,20 @@ def _beside(
 ) -> Path:
     """The pose relative to the body at three moments: 0 taken, 1 held, 2 left."""
     stance = episode.stances[moment]
-    near = _near_distance(actor, script, episode, stance, rows, heights)
+    near = _near_distance(actor, action_plan, episode, stance, rows, heights)
     phase = 2 * np.pi * episode.swinging[1] * rows / FPS
     angle = actor.yaw[rows] + stance.swing
     if moment == 1:
         angle = angle + episode.swinging[0] * np.sin(phase)
     at = actor.xy[rows] + near * ahead_of(angle)
-    at = at + _aside(script, episode, stance) * left_of(angle)
+    at = at + _aside(action_plan, episode, stance) * left_of(angle)
     yaw, pitch = angle + stance.turn, np.full(len(rows), stance.pitch)
     return np.column_stack([at, heights, yaw, pitch])
 
 
 def _near_distance(
     actor: ActorPath,
-    script: Script,
+    action_plan: ActionPlan,
     episode: Episode,
     stance: PropPlacement,
     rows: np.ndarray,
@@ -153,7 +153,7 @@ def _near_distance(
     """How far ahead the prop's origin is such that it does not touch the body."""
     if _beside_leg(episode):
         return (0.12 if len(rows) == 1 else 0.02) - float(_palm(episode)[0])
-    parts, palm = _before(script, episode, stance)
+    parts, palm = _before(action_plan, episode, stance)
     angle = actor.yaw[rows] + stance.swing
     farthest = np.interp(float(heights.max()) + palm[2], *_FARTHEST) + 0.2 * episode.slides
     close = np.interp(float(heights.mean()) + palm[2], *_STEP_CLOSE)
@@ -176,27 +176,27 @@ _Box = tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]
 
 
 def _before(
-    script: Script, episode: Episode, stance: PropPlacement
+    action_plan: ActionPlan, episode: Episode, stance: PropPlacement
 ) -> tuple[list[_Box], Float[np.ndarray, " 3"]]:
     """Corners of the prop's parts as it is turned and tilted before the actor, and its palms.
 
     Part by part, because feet go under a table.
     """
-    pose = _poses(np.array([[0.0, 0.0, 0.0, stance.turn, stance.pitch]]), script, episode)[0]
+    pose = _poses(np.array([[0.0, 0.0, 0.0, stance.turn, stance.pitch]]), action_plan, episode)[0]
     shift = pose[:3, 3] + np.array([0.0, stance.aside, 0.0])
-    corners = [part.vertices @ pose[:3, :3].T + shift for part in script.prop.parts]
+    corners = [part.vertices @ pose[:3, :3].T + shift for part in action_plan.prop.parts]
     palm = pose[:3, :3] @ _palm(episode) + shift
     return [(c.min(axis=0), c.max(axis=0)) for c in corners], palm
 
 
-def _aside(script: Script, episode: Episode, stance: PropPlacement) -> float:
+def _aside(action_plan: ActionPlan, episode: Episode, stance: PropPlacement) -> float:
     """Sideways offset: a thing in one hand hangs beside the leg."""
     outward = 1.0 if episode.hands[0] else -1.0
     if all(episode.hands):
         return stance.aside
     if not _beside_leg(episode):
         return stance.aside + 0.14 * outward - float(_palm(episode)[1])
-    half = float(script.prop.high[1] - script.prop.low[1]) / 2
+    half = float(action_plan.prop.high[1] - action_plan.prop.low[1]) / 2
     return outward * (_SIDE_DISTANCE + half) + 0.3 * stance.aside
 
 
@@ -255,7 +255,7 @@ def _towards(rest: _Place, path: Path, progress: Float[np.ndarray, " rows"]) -> 
     return rest + weight * (path - rest)
 
 
-def _poses(path: Path, script: Script, episode: Episode) -> Float[np.ndarray, "rows 4 4"]:
+def _poses(path: Path, action_plan: ActionPlan, episode: Episode) -> Float[np.ndarray, "rows 4 4"]:
     """Prop poses: tilted about the palms in the air, about its edge on the floor.
 
     In the air it tilts away from the actor, however it is turned; on the floor about its own edge.
@@ -266,7 +266,7 @@ def _poses(path: Path, script: Script, episode: Episode) -> Float[np.ndarray, "r
     turned = Rotation.from_euler("ZYZ", angles).as_matrix()
     upright = Rotation.from_euler("Z", yaw[:, None]).as_matrix()
     if episode.slides:
-        low, high = script.prop.low, script.prop.high
+        low, high = action_plan.prop.low, action_plan.prop.high
         edge = np.where(pitch > 0, high[0], low[0])
         pivot = np.stack([edge, 0.0 * edge, 0.0 * edge], axis=-1)
     else:
@@ -274,7 +274,7 @@ def _poses(path: Path, script: Script, episode: Episode) -> Float[np.ndarray, "r
     poses = np.tile(np.eye(4), (len(path), 1, 1))
     poses[:, :3, :3] = turned
     poses[:, :3, 3] = path[:, :3] + np.einsum("tij,tj->ti", upright - turned, pivot)
-    vertices = np.concatenate([p.vertices for p in script.prop.parts])
+    vertices = np.concatenate([p.vertices for p in action_plan.prop.parts])
     lowest = (turned[:, 2] @ vertices.T).min(axis=1)
     if episode.slides:
         poses[:, 2, 3] = path[:, 2] - lowest

@@ -1,4 +1,4 @@
-"""How a stage learns: noised windows in, clean ones out."""
+"""Training task of a diffusion stage: noised windows in, clean windows out."""
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -13,7 +13,7 @@ from torch.nn.attention import SDPBackend, sdpa_kernel
 from omomo_core.diffusion.schedule import LEVELS, Schedule, cosine_schedule, shifted
 from omomo_core.learning.training.corpus import Corpus
 from omomo_core.learning.training.examples import Example, make_example
-from omomo_core.learning.training.trainee import Mean, TrainOptions
+from omomo_core.learning.training.training_task import Mean, TrainOptions
 from omomo_core.precision import quick_in_bf16
 from omomo_core.stages.body import capture as body_capture
 from omomo_core.stages.body import paper as body_paper
@@ -76,7 +76,7 @@ class Denoising:
     def loss(
         self, forward: nn.Module, example: Noised, options: TrainOptions, mean: Mean
     ) -> Float[Tensor, ""]:
-        """The paper's L1 on x0, or ours."""
+        """L1 on x0 as published, or the losses of the capture configuration."""
         stage, e = self.network, example
         x0, condition = stage.normalise(e.x0), e.condition
         if self.config.configuration == "paper" and self.config.stage == "body":

@@ -87,7 +87,7 @@ def _paper(config: StageConfig, windows: Windows) -> Example:
 
 
 def _disturb(palms: Float[Tensor, "b frames 2 3"]) -> Float[Tensor, "b frames 2 3"]:
-    """Stage 2 meets the palms of stage 1, not true ones: it must not trust them to the millimetre."""
+    """Return disturbed palms: stage 2 gets palms that stage 1 predicted, so it is trained on inexact ones."""
     offset = PALM_OFFSET * torch.randn(len(palms), 1, 2, 3)
     knots = PALM_JITTER * torch.randn(len(palms), 6, palms.shape[1] // 8 + 1)
     smooth = torch.nn.functional.interpolate(

@@ -11,9 +11,9 @@ import torch
 from torch import nn
 
 from omomo_core.learning.training.corpus import Corpus
+from omomo_core.learning.training.distributed import ProcessGroup
 from omomo_core.learning.training.optimiser import Optimiser
-from omomo_core.learning.training.team import Team
-from omomo_core.learning.training.trainee import Make, Trainee, TrainOptions, joined
+from omomo_core.learning.training.training_task import Make, TrainingTask, TrainOptions, collate
 from omomo_core.stages.network_file import fill_network
 
 FALL = 0.4
@@ -24,7 +24,7 @@ FALL = 0.4
 class TrainState:
     """Everything that a resumed run needs."""
 
-    trainee: Trainee
+    task: TrainingTask
     average: nn.Module
     optimiser: Optimiser
     step: int = 0
@@ -34,7 +34,11 @@ class TrainState:
 
 
 def start(
-    make: Make, corpus: Corpus, options: TrainOptions, team: Team, weights: Path | None = None
+    make: Make,
+    corpus: Corpus,
+    options: TrainOptions,
+    group: ProcessGroup,
+    weights: Path | None = None,
 ) -> TrainState:
     """A fresh run: statistics from the data, average equal to the weights.
 
@@ -42,21 +46,21 @@ def start(
         make: gives the untrained network.
         corpus: the clips.
         options: the recipe.
-        team: the processes that train together.
+        group: the processes that train together.
         weights: folder of weights to go on from, their statistics included; chance, if not given.
 
     Raises:
         AssetError, InputError: as `fill_network`.
     """
     torch.manual_seed(options.seed)
-    trainee = make()
+    task = make()
     if weights is None:
-        trainee.measure(corpus, options.batch)
+        task.measure(corpus, options.batch)
     else:
-        fill_network(trainee.network, trainee.config, weights / f"{trainee.name}.safetensors")
-    trainee.network.to(team.device)
-    average = copy.deepcopy(trainee.network).eval()
-    return TrainState(trainee, average, Optimiser(trainee, options.rate))
+        fill_network(task.network, task.config, weights / f"{task.name}.safetensors")
+    task.network.to(group.device)
+    average = copy.deepcopy(task.network).eval()
+    return TrainState(task, average, Optimiser(task, options.rate))
 
 
 def train(
@@ -64,16 +68,16 @@ def train(
     corpus: Corpus,
     options: TrainOptions,
     on_step: Callable[[TrainState], bool],
-    team: Team,
+    group: ProcessGroup,
 ) -> None:
     """Run until `options.steps`, or until `on_step` (called after every step) returns False.
 
     Raises:
         InputError: the batch cannot be shared by the processes.
     """
-    trainee, parameters = state.trainee, list(state.trainee.network.parameters())
-    forward = team.wrapped(trainee.network.train())
-    shards, count = team.shards(options.batch)
+    task, parameters = state.task, list(state.task.network.parameters())
+    forward = group.wrap(task.network.train())
+    shards, count = group.shards(options.batch)
     smooth = state.loss
     while state.step < options.steps:
         began = time.process_time()
@@ -81,9 +85,9 @@ def train(
         for shard in shards:
             # Seeded by step and shard, so that a resumed or shared run is the uninterrupted one.
             torch.manual_seed((1_000_003 * options.seed + state.step) * 1_009 + shard)
-            parts.append(trainee.draw(corpus, count))
-        loss = trainee.loss(forward, joined(parts, team.device), options, team.mean)
-        value = float(team.mean(loss))
+            parts.append(task.draw(corpus, count))
+        loss = task.loss(forward, collate(parts, group.device), options, group.mean)
+        value = float(group.mean(loss))
         if math.isfinite(value):
             state.optimiser.step(loss, parameters, _rate(state.step, options))
             _follow(state, options.ema)
@@ -104,7 +108,7 @@ def _rate(step: int, options: TrainOptions) -> float:
 def _follow(state: TrainState, decay: float) -> None:
     """Move the average towards the weights; early on it follows fast."""
     decay = min(decay, (1 + state.step) / (10 + state.step))
-    average, network = state.average, state.trainee.network
+    average, network = state.average, state.task.network
     with torch.no_grad():
         for a, w in zip(average.parameters(), network.parameters(), strict=True):
             a.lerp_(w, 1 - decay)

@@ -6,7 +6,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from omomo_core.learning.training.trainee import Trainee
+from omomo_core.learning.training.training_task import TrainingTask
 from omomo_core.precision import quick_in_bf16
 
 MUON_RATE = 4.0
@@ -24,10 +24,10 @@ class Optimiser:
     paper's networks keep to AdamW.
     """
 
-    def __init__(self, trainee: Trainee, rate: float) -> None:
-        blocks = list(trainee.muon)
+    def __init__(self, task: TrainingTask, rate: float) -> None:
+        blocks = list(task.muon)
         inside = {id(p) for p in blocks}
-        others = [p for p in trainee.network.parameters() if id(p) not in inside]
+        others = [p for p in task.network.parameters() if id(p) not in inside]
         adam = torch.optim.AdamW(others, lr=rate, weight_decay=0.01, fused=True)
         self._parts: list[tuple[torch.optim.Optimizer, float]] = [(adam, rate)]
         if blocks:

@@ -7,14 +7,13 @@ from torch import Tensor
 
 from omomo_core.geometry.canonical import Layout, heading_of_palms, turn
 from omomo_core.stages.capture import stage_config
+from omomo_core.stages.config import BODY_STAGE
 from omomo_core.stages.windows import HumanWindows, ObjectWindows
 
 LAYOUT = Layout(vectors=1 + 23 + 44, scalars=4)
 """Root from the reference point; 21 joints and 2 palms from the root; two columns of each of the 22
 global rotations; four foot contacts as -1 or 1."""
 CONDITION = 18
-SMOOTHING = 10.0
-"""Frames (standard deviation) over which the reference path is smoothed."""
 
 CONFIG = stage_config("body", LAYOUT.channels, CONDITION)
 
@@ -22,7 +21,9 @@ CONFIG = stage_config("body", LAYOUT.channels, CONDITION)
 def reference_path(palms: Float[Tensor, "*b frames 2 3"]) -> Float[Tensor, "*b frames 2"]:
     """The floor point under the palms' midpoint, smoothed in time: what the body is measured from."""
     middle = palms.mean(dim=-2)[..., :2]
-    smooth = gaussian_filter1d(middle.numpy(), SMOOTHING, axis=-2, mode="nearest")
+    smooth = gaussian_filter1d(
+        middle.numpy(), BODY_STAGE.reference_smoothing, axis=-2, mode="nearest"
+    )
     return torch.from_numpy(smooth).to(palms.dtype)
 
 

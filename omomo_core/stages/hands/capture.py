@@ -12,15 +12,12 @@ from omomo_core.diffusion.low_discrepancy import golden_sequence
 from omomo_core.geometry.canonical import Layout, heading_of_travel, rotate, turn
 from omomo_core.geometry.rotations import rotmat_to_6d, yaw_matrix
 from omomo_core.stages.capture import stage_config
+from omomo_core.stages.config import HAND_STAGE
 from omomo_core.stages.windows import ObjectWindows
 
 LAYOUT = Layout(vectors=2, scalars=2)
 """Left and right palm minus the object's centre; contact of left and right hand as -1 or 1."""
 CONDITION = 22
-DISTURBED = 0.4
-"""Standard deviation of headings from that of travel, radians."""
-ELSEWHERE = 4
-"""One heading of so many is uniform over the circle."""
 
 CONFIG = stage_config("hands", LAYOUT.channels, CONDITION)
 
@@ -32,10 +29,10 @@ def canonical_yaw(windows: ObjectWindows) -> Float[Tensor, " b"]:
 
 
 def training_yaw(windows: ObjectWindows) -> Float[Tensor, " b"]:
-    """The canonical heading, disturbed; uniform for objects that stay and one in ELSEWHERE."""
+    """The canonical heading, disturbed; uniform where the object stays, and now and then."""
     yaw, travels = heading_of_travel(windows.centre, windows.valid)
-    keep = travels & (torch.rand(len(yaw)) > 1 / ELSEWHERE)
-    disturbed = yaw + DISTURBED * torch.randn(len(yaw))
+    keep = travels & (torch.rand(len(yaw)) > 1 / HAND_STAGE.uniform_every)
+    disturbed = yaw + HAND_STAGE.heading_spread * torch.randn(len(yaw))
     return torch.where(keep, disturbed, 2 * torch.pi * torch.rand(len(yaw)))
 
 
@@ -47,10 +44,11 @@ def sampling_yaw(windows: ObjectWindows, samples: int) -> Float[Tensor, " b"]:
         samples: how many samples.
     """
     yaw, travels = heading_of_travel(windows.centre, windows.valid)
+    every = HAND_STAGE.uniform_every
     turn = torch.arange(samples).repeat_interleave(len(yaw) // samples)
-    keep = travels & (turn % ELSEWHERE < ELSEWHERE - 1)
-    near = DISTURBED * torch.special.ndtri(golden_sequence(turn))
-    around = 2 * torch.pi * golden_sequence(torch.where(travels, turn // ELSEWHERE, turn))
+    keep = travels & (turn % every < every - 1)
+    near = HAND_STAGE.heading_spread * torch.special.ndtri(golden_sequence(turn))
+    around = 2 * torch.pi * golden_sequence(torch.where(travels, turn // every, turn))
     return torch.where(keep, yaw + near, around)
 
 

@@ -6,9 +6,7 @@ from scipy.spatial import KDTree
 
 from omomo_core.geometry.transforms import apply, inverse
 from omomo_core.motion import HandMotion
-
-TOUCH = 0.03
-"""Metres between palm and nearest vertex that count as touching."""
+from omomo_core.stages.config import CONTACT_RULE
 
 
 def constrain(
@@ -32,7 +30,7 @@ def constrain(
     distance, _ = KDTree(vertices).query(local)
     held, contact = palms.copy(), np.zeros(palms.shape[:2])
     for hand in range(2):
-        touching = np.flatnonzero(distance[:, hand] < TOUCH)
+        touching = np.flatnonzero(distance[:, hand] < CONTACT_RULE.touch)
         if len(touching):
             first = int(touching[0])
             held[first:, hand] = apply(T_world_object[first:], local[first, hand][None])[:, 0]

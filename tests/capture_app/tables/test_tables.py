@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,9 +12,10 @@ import typer
 from typer.testing import CliRunner
 
 from capture_app.cli.tables import tables as command
+from capture_app.commands.tables import TablesRequest
 from capture_app.tables.answers import FILE
 from capture_app.tables.paper import ABLATION, PAPER, PUBLISHED
-from capture_app.tables.run import TablesRequest, TablesRun, make_tables
+from capture_app.tables.run import TablesRun, make_tables
 from omomo_core.body.load import load_body
 from omomo_core.errors import AssetError, InputError
 from tests.capture_app.tables.stand_ins import load, never, write_data, write_weights
@@ -30,7 +32,9 @@ def everything(tmp_path_factory: pytest.TempPathFactory) -> tuple[TablesRun, Pat
     write_data(folder / "data.npz", NAMES)
     write_weights(folder / "weights")
     out = folder / "out"
-    request = TablesRequest([folder / "data.npz"], out, folder / "weights", samples=2)
+    request = TablesRequest(
+        clips=[folder / "data.npz"], output=out, weights=folder / "weights", samples=2
+    )
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("capture_app.tables.run.load_body", lambda: thin(load_body()))
         return make_tables(request, lambda done, total: None, load), out
@@ -46,7 +50,7 @@ def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Make:
     def run(loads=load, **changes) -> TablesRun:
         request = {
             "clips": [tmp_path / "data.npz"],
-            "out": tmp_path / "out",
+            "output": tmp_path / "out",
             "weights": tmp_path / "weights",
             "samples": 2,
             **changes,
@@ -121,7 +125,12 @@ def test_an_interrupted_run_goes_on_and_ends_as_an_uninterrupted_one(make: Make,
         if done == 9:
             raise KeyboardInterrupt
 
-    request = TablesRequest([tmp_path / "data.npz"], tmp_path / "out", tmp_path / "weights", **some)
+    request = TablesRequest(
+        clips=[tmp_path / "data.npz"],
+        output=tmp_path / "out",
+        weights=tmp_path / "weights",
+        **some,
+    )
     with pytest.raises(KeyboardInterrupt):
         make_tables(request, killed, load)
     with (tmp_path / "out" / FILE).open("a") as file:
@@ -130,12 +139,12 @@ def test_an_interrupted_run_goes_on_and_ends_as_an_uninterrupted_one(make: Make,
     make_tables(request, lambda done, total: seen.append(done), load)
     assert seen == list(range(9, 4 * 2 * 2 + 1))
     texts = [(tmp_path / "out" / name).read_text() for name in ("tables.md", "tables.json")]
-    make(**some, out=tmp_path / "again")
+    make(**some, output=tmp_path / "again")
     again = [(tmp_path / "again" / name).read_text() for name in ("tables.md", "tables.json")]
     assert texts == again
     # Nothing is asked that has been answered.
     make(**some, loads=never)
-    make(loads=never, methods=["omomo"], first_frame=(True,), limit=1)
+    make(loads=never, methods=["omomo"], first_frame="given", limit=1)
 
 
 @pytest.mark.slow
@@ -144,8 +153,8 @@ def test_processes_give_what_one_gives(tmp_path: Path):
     made = [
         make_tables(
             TablesRequest(
-                [tmp_path / "data.npz"],
-                tmp_path / str(workers),
+                clips=[tmp_path / "data.npz"],
+                output=tmp_path / str(workers),
                 methods=["recorded"],
                 limit=1,
                 workers=workers,
@@ -159,7 +168,7 @@ def test_processes_give_what_one_gives(tmp_path: Path):
 
 
 def test_changed_settings_windows_and_weights_are_refused_by_name(make: Make, tmp_path: Path):
-    some = {"methods": ["omomo"], "limit": 1, "first_frame": (True,)}
+    some = {"methods": ["omomo"], "limit": 1, "first_frame": "given"}
     make(**some)
     for change, named in (
         ({"samples": 3}, "samples was 2, now 3"),
@@ -184,22 +193,22 @@ def test_changed_settings_windows_and_weights_are_refused_by_name(make: Make, tm
 
 def test_a_window_that_one_method_cannot_answer_counts_for_none(make: Make, tmp_path: Path):
     write_data(tmp_path / "data.npz", [*NAMES, "sub16_trashcan_005"])
-    made = make(methods=["goal", "omomo"], first_frame=(True,))
+    made = make(methods=["goal", "omomo"], first_frame="given")
     assert made.tables[0].sections[0].windows == 3
     assert any("trashcan" in task for task in made.made.failed)
     assert "It gives up." in (tmp_path / "out" / "tables.md").read_text()
     # Without that method the window counts, and nothing is asked again.
-    alone = make(methods=["omomo"], first_frame=(True,), loads=never)
+    alone = make(methods=["omomo"], first_frame="given", loads=never)
     assert alone.tables[0].sections[0].windows == 4
 
 
 def test_the_split_leaves_the_others_out(make: Make, tmp_path: Path):
-    some = {"methods": ["recorded"], "first_frame": (True,)}
+    some = {"methods": ["recorded"], "first_frame": "given"}
     seen = make(**some, split="seen")
     assert [t.number for t in seen.tables] == [2]
     assert seen.tables[0].sections[0].clips == 2
     assert set(seen.made.skipped) == {"sub16_mop_003", "sub3_monitor_004"}
-    unseen = make(**some, split="unseen", out=tmp_path / "unseen")
+    unseen = make(**some, split="unseen", output=tmp_path / "unseen")
     assert [t.number for t in unseen.tables] == [3]
 
 
@@ -252,8 +261,9 @@ def test_files_say_the_same_and_how_they_were_made(everything):
         assert document["made"]["networks"]["omomo"][0]["digest"] in told
 
 
-@pytest.mark.runs("tables")
-def test_the_command_prints_the_tables(make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+@pytest.fixture
+def say_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, make: Make) -> Callable[..., str]:
+    """Runs the command on the small data set; gives what it prints."""
     from capture_app.tables import run
 
     def loaded(names, weights, sampler, steps):
@@ -266,10 +276,38 @@ def test_the_command_prints_the_tables(make: Make, tmp_path: Path, monkeypatch: 
     words = [str(tmp_path / "data.npz"), "--weights", str(tmp_path / "weights")]
     words += ["-o", str(tmp_path / "said"), "--samples", "2", "--methods", "omomo,recorded"]
     words += ["--first-frame", "given", "--sampler", "ddim", "--steps", "7", "--limit", "1"]
-    done = CliRunner().invoke(app, words, env={"COLUMNS": "160"})
-    assert done.exit_code == 0, done.output
+
+    def said(columns: str | None) -> str:
+        done = CliRunner().invoke(app, words, env={"COLUMNS": columns})
+        assert done.exit_code == 0, done.output
+        return done.stdout
+
+    return said
+
+
+@pytest.mark.runs("tables")
+def test_the_command_prints_the_tables(say_tables: Callable[..., str], tmp_path: Path):
+    say_tables("160")
     document = json.loads((tmp_path / "said" / "tables.json").read_text())
     assert document["made"]["sampler"] == "ddim"
     assert [s["first_frame"] for s in document["tables"][0]["sections"]] == [True, True]
     values = document["tables"][0]["sections"][0]["lines"][0]["values"]
     assert np.isfinite(list(values.values())).all()
+
+
+@pytest.mark.parametrize("columns", ["200", "80", None, "50", "20"], ids=str)
+def test_every_figure_is_printed_whole(
+    say_tables: Callable[..., str], tmp_path: Path, columns: str | None
+):
+    """On a terminal of so many columns, and in a pipe, which says none."""
+    printed = say_tables(columns)
+    assert "…" not in printed
+    grids = re.findall(r"(?:^\|.*\n)+", (tmp_path / "said" / "tables.md").read_text(), re.MULTILINE)
+    figures = re.findall(r"\d+\.\d\d\b", "".join(grids))
+    assert len(figures) > 50
+    rows = [line for line in printed.splitlines() if re.search(r"\d\.\d\d(?!\d)", line)]
+    found = re.findall(r"(?<![\d.])-?\d+\.\d\d(?=\s|$)", "\n".join(rows))
+    assert Counter(figures) <= Counter(found)
+    grid_lines = [line for line in rows if not line.startswith(("-", "Table", "These"))]
+    if columns not in ("50", "20"):
+        assert max(len(line) for line in grid_lines if "OMOMO  " in line) <= int(columns or 80)

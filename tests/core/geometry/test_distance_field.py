@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.errors import InputError
-from omomo_core.geometry.distance_field import COARSEST, FINEST, DistanceField, distance_field
+from omomo_core.geometry.config import DISTANCE_FIELD
+from omomo_core.geometry.distance_field import DistanceField, distance_field
 from omomo_core.motion import ObjectMesh
 
 SIZE = np.array([0.4, 0.3, 0.6])
@@ -275,7 +276,7 @@ def test_a_thin_plate_and_a_pole_have_an_inside():
 @pytest.mark.parametrize("size", [0.05, 0.5, 2.0, 3.5])
 def test_grids_are_neither_huge_nor_coarse(size: float):
     field = distance_field(mesh_of(trimesh.creation.box((size, size / 3, size / 3))))
-    assert FINEST <= field.spacing <= COARSEST
+    assert DISTANCE_FIELD.finest <= field.spacing <= DISTANCE_FIELD.coarsest
     assert field.values.numel() < 900_000
     assert (field.low.numpy() < -np.array([size, size / 3, size / 3]) / 2 - 0.149).all()
     np.testing.assert_allclose(field.high, -field.low, atol=1e-5)

@@ -1,4 +1,4 @@
-"""What GOAL sees of a moment: the last poses, and where the object's surface will be from the body."""
+"""Input features of GOAL: the last poses, and the way from the body to the object's next surface."""
 
 from dataclasses import dataclass, replace
 
@@ -23,7 +23,7 @@ _HAND = 0.1
 
 
 @dataclass(frozen=True)
-class Things:
+class ObjectFrames:
     """The object of each row of a batch in some frames; world, metres."""
 
     surface: Float[Tensor, "b points 3"]
@@ -46,16 +46,16 @@ class Things:
 
 
 @dataclass(frozen=True)
-class Moment:
+class PoseHistory:
     """Five frames of each person, the current one last, and the object in the next; world, metres."""
 
     joints: Float[Tensor, "b 5 24 3"]
     rotations: Float[Tensor, "b 5 22 3 3"]
-    next: Things
+    next: ObjectFrames
 
 
 @dataclass(frozen=True)
-class Seen:
+class LocalHistory:
     """A moment in the frame in which the person stands and faces now (`human_frame`)."""
 
     features: Float[Tensor, "b features"]
@@ -67,7 +67,7 @@ class Seen:
     yaw: Float[Tensor, " b"]
 
 
-def see(moment: Moment, felt: BodyModel) -> Seen:
+def goal_features(moment: PoseHistory, felt: BodyModel) -> LocalHistory:
     """Features of a moment.
 
     The four past poses are told by their difference from the current one, the object by the ways from
@@ -86,7 +86,7 @@ def see(moment: Moment, felt: BodyModel) -> Seen:
     asked = torch.cat([points, joints[:, 22:]], dim=1)
     ways = (moment.next.nearest(asked[:, None])[:, 0] @ yaw_matrix(yaw).to(R)).flatten(1)
     past = (poses[:, :-1] - current[:, None]).flatten(1)
-    return Seen(
+    return LocalHistory(
         features=torch.cat([current, past, ways[:, :-6]], dim=-1),
         pose=without_joints(current),
         ways=ways[:, -6:],
@@ -101,7 +101,7 @@ def without_joints(x: Float[Tensor, "*b 204"]) -> Float[Tensor, "*b 135"]:
 
 
 def feelers(body: BodyModel, index: Int[Tensor, " n"]) -> BodyModel:
-    """The body with these vertices only."""
+    """Return the body with these vertices only."""
     return replace(
         body,
         vertices=body.vertices[index],
@@ -111,7 +111,7 @@ def feelers(body: BodyModel, index: Int[Tensor, " n"]) -> BodyModel:
 
 
 def spread_out(body: BodyModel) -> Int[np.ndarray, " n"]:
-    """Vertices spread evenly over the body, then over each hand."""
+    """Return vertices spread evenly over the body, then over each hand (farthest point sampling)."""
     vertices = body.vertices.double().numpy()
     palms = body.rest_joints.double().numpy()[list(PALM_JOINTS)]
     parts = [_farthest(vertices, np.arange(len(vertices)), BODY_POINTS)]
@@ -124,7 +124,7 @@ def spread_out(body: BodyModel) -> Int[np.ndarray, " n"]:
 def _farthest(
     vertices: Float[np.ndarray, "verts 3"], among: Int[np.ndarray, " some"], count: int
 ) -> Int[np.ndarray, " count"]:
-    """Each vertex the one farthest from all before it, from the first on."""
+    """Return vertices by farthest point sampling, beginning with the first."""
     points = vertices[among]
     chosen, apart = [0], np.linalg.norm(points - points[0], axis=-1)
     while len(chosen) < count:

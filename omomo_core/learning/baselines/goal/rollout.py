@@ -16,7 +16,13 @@ from omomo_core.generation.sampling.paper import PersonView
 from omomo_core.geometry.human_frame import out_of_frame
 from omomo_core.geometry.object_features import ObjectFeatures
 from omomo_core.geometry.rotations import yaw_matrix
-from omomo_core.learning.baselines.goal.features import Moment, Seen, Things, feelers, see
+from omomo_core.learning.baselines.goal.features import (
+    LocalHistory,
+    ObjectFrames,
+    PoseHistory,
+    feelers,
+    goal_features,
+)
 from omomo_core.learning.baselines.goal.network import PAST, POSE, Goal
 from omomo_core.learning.training.shapes import KEPT
 from omomo_core.skeleton import joint
@@ -32,7 +38,7 @@ Poses = tuple[Float[Tensor, "b 3"], Float[Tensor, "b 22 3 3"]]
 def roll_out(
     network: Goal, take: ObjectFeatures, first: Poses, body: BodyModel
 ) -> tuple[Float[Tensor, "b frames 3"], Float[Tensor, "b frames 22 3 3"]]:
-    """Everybody's motion from their pose in the first frame, root and rotations; deterministic.
+    """Return root and rotations of each person from the pose in the first frame; deterministic.
 
     Args:
         network: trained.
@@ -46,8 +52,8 @@ def roll_out(
         while (now := root.shape[1] - 1) < take.frames - 1:
             seen = torch.arange(now + 1 - PAST, now + 1).clamp(min=0)
             joints = forward_kinematics(body, root[:, seen], turned[:, seen])
-            moment = Moment(joints, turned[:, seen], _things(take, now + 1, count))
-            coming = _coming(network, see(moment, felt))
+            moment = PoseHistory(joints, turned[:, seen], _things(take, now + 1, count))
+            coming = _coming(network, goal_features(moment, felt))
             root, turned = (torch.cat(x, dim=1) for x in zip((root, turned), coming, strict=True))
     return root[:, : take.frames], turned[:, : take.frames]
 
@@ -68,19 +74,19 @@ def standing(view: PersonView, body: BodyModel) -> Poses:
     return root, yaw_matrix(view.yaw)[:, None] @ (R_frame_rest @ local).expand(count, 22, 3, 3)
 
 
-def _things(take: ObjectFeatures, frame: int, count: int) -> Things:
+def _things(take: ObjectFeatures, frame: int, count: int) -> ObjectFrames:
     surface = torch.from_numpy(take.surface.points[:KEPT] - take.surface.centre).float()
     centre = torch.from_numpy(take.centre[frame]).float()
     R = torch.from_numpy(take.motion.T_world_object[frame, :3, :3]).float()
-    return Things(
+    return ObjectFrames(
         surface.expand(count, -1, 3), centre.expand(count, 1, 3), R.expand(count, 1, 3, 3)
     )
 
 
 def _coming(
-    network: Goal, seen: Seen
+    network: Goal, seen: LocalHistory
 ) -> tuple[Float[Tensor, "b 10 3"], Float[Tensor, "b 10 22 3 3"]]:
-    """Root and rotations of the next ten frames, in the world."""
+    """Return root and rotations of the next ten frames, in the world."""
     pose = seen.pose[:, None] + network(seen.features)[..., :POSE]
     root = out_of_frame(pose[..., :3], seen.origin, seen.yaw)
     return root, yaw_matrix(seen.yaw)[:, None, None] @ from_rows(pose[..., 3:])

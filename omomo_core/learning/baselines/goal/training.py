@@ -16,16 +16,16 @@ from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
 from omomo_core.geometry.rotations import rotmat_from_6d, yaw_matrix
 from omomo_core.learning.baselines.goal.features import (
-    Moment,
-    Things,
+    ObjectFrames,
+    PoseHistory,
     feelers,
-    see,
+    goal_features,
     spread_out,
     without_joints,
 )
 from omomo_core.learning.baselines.goal.network import FUTURE, PAST, POSE, Goal, GoalConfig
 from omomo_core.learning.training.corpus import Corpus, Windows
-from omomo_core.learning.training.trainee import Mean, TrainOptions
+from omomo_core.learning.training.training_task import Mean, TrainOptions
 from omomo_core.precision import quick_in_bf16
 from omomo_core.stages.body.paper import POSITIONS, from_rows, pack
 
@@ -36,7 +36,7 @@ BODY_WEIGHT, PALM_WEIGHT, FEET_WEIGHT, POSE_WEIGHT, WAY_WEIGHT = 10.0, 7.0, 3.0,
 
 
 @dataclass(frozen=True)
-class Steps:
+class GoalExample:
     """Moments, and what came after them; in the frame of each moment."""
 
     features: Float[Tensor, "b features"]
@@ -48,8 +48,8 @@ class Steps:
     valid: Bool[Tensor, "b 10"]
 
 
-class Following:
-    """GOAL in training."""
+class GoalTraining:
+    """The training task of GOAL."""
 
     name = "goal"
     muon: Sequence[nn.Parameter] = ()
@@ -63,7 +63,7 @@ class Following:
         """Choose the body's points; the scales are learnt with the batch norms."""
         self.network.feelers.copy_(torch.from_numpy(spread_out(self._body)))
 
-    def draw(self, corpus: Corpus, count: int) -> Steps:
+    def draw(self, corpus: Corpus, count: int) -> GoalExample:
         """Some moments of each of `count` random windows."""
         w = corpus.draw(count, 0, objects_only=True)
         length = w.object.valid.sum(dim=1, keepdim=True)
@@ -75,17 +75,17 @@ class Following:
         row = torch.arange(count).repeat_interleave(MOMENTS)
         valid = after < length[row]
         coming = _rows(w, after.minimum(length[row] - 1))
-        first = Things(
+        first = ObjectFrames(
             coming.things.surface,
             coming.things.centre[:, :1],
             coming.things.R_world_object[:, :1],
         )
         felt = feelers(self._body, self.network.feelers.cpu())
-        seen = see(Moment(past.joints, past.rotations, first), felt)
+        seen = goal_features(PoseHistory(past.joints, past.rotations, first), felt)
         true = pack(coming.joints, coming.rotations, seen.origin, seen.yaw)
         R_world_frame = yaw_matrix(seen.yaw)[:, None]
         ways = coming.things.nearest(coming.joints[:, :, 22:]) @ R_world_frame
-        return Steps(
+        return GoalExample(
             features=seen.features,
             pose=seen.pose,
             ways=seen.ways,
@@ -96,9 +96,9 @@ class Following:
         )
 
     def loss(
-        self, forward: nn.Module, example: Steps, options: TrainOptions, mean: Mean
+        self, forward: nn.Module, example: GoalExample, options: TrainOptions, mean: Mean
     ) -> Float[Tensor, ""]:
-        """GOAL's losses, over the frames that there are."""
+        """GOAL's losses, over the frames within the window."""
         e = example
         device = e.features.device
         with torch.autocast(device.type, torch.bfloat16, enabled=quick_in_bf16(device)):
@@ -128,13 +128,13 @@ class _Frames:
 
     joints: Float[Tensor, "b frames 24 3"]
     rotations: Float[Tensor, "b frames 22 3 3"]
-    things: Things
+    things: ObjectFrames
 
 
 def _rows(w: Windows, frame: Int[Tensor, "b frames"]) -> _Frames:
     """`MOMENTS` rows for each window, of these frames of it."""
     row = torch.arange(len(w.surface)).repeat_interleave(MOMENTS)[:, None]
-    things = Things(
+    things = ObjectFrames(
         w.surface[row[:, 0]], w.object.centre[row, frame], w.object.R_world_object[row, frame]
     )
     return _Frames(

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from omomo_core.learning.synthesis.manners import stance_for, tempo
+from omomo_core.learning.synthesis.action_plan import Action, Episode
 from omomo_core.learning.synthesis.props import Grasp, Prop, Use, side_grasp
-from omomo_core.learning.synthesis.script import Action, Episode
+from omomo_core.learning.synthesis.style import stance_for, tempo
 
 LEVELS: dict[str, tuple[float, float, float]] = {
     "low": (0.3, 0.76, 0.92),

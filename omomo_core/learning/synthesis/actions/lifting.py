@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from omomo_core.learning.synthesis.action_plan import Action, Episode, PropPlacement
 from omomo_core.learning.synthesis.actions.episodes import (
     LEVELS,
     LOWEST_FLIGHT,
@@ -18,9 +19,8 @@ from omomo_core.learning.synthesis.actions.episodes import (
     turned_over,
     use_of,
 )
-from omomo_core.learning.synthesis.manners import stance_for
 from omomo_core.learning.synthesis.props import Grasp, Prop, side_grasp
-from omomo_core.learning.synthesis.script import Action, Episode, PropPlacement
+from omomo_core.learning.synthesis.style import stance_for
 
 _TALL = 1.1
 """Height from which a prop is carried upright, low over the floor, metres."""

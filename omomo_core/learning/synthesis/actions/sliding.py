@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from omomo_core.learning.synthesis.action_plan import Action, Episode, Shove
 from omomo_core.learning.synthesis.actions.episodes import (
     draw_episode,
     draw_grasp,
@@ -12,9 +13,8 @@ from omomo_core.learning.synthesis.actions.episodes import (
     takes_and_leaves,
     use_of,
 )
-from omomo_core.learning.synthesis.manners import stance_for, tilt_for
 from omomo_core.learning.synthesis.props import Grasp, Prop, side_grasp
-from omomo_core.learning.synthesis.script import Action, Episode, Shove
+from omomo_core.learning.synthesis.style import stance_for, tilt_for
 
 _LOW = 0.65
 """Height of what nobody pushes standing, metres."""

@@ -80,7 +80,7 @@ _TRIES = 6
 
 @dataclass(frozen=True)
 class Stock:
-    """What there is to handle."""
+    """The props of a data set: procedural ones, and furniture meshes."""
 
     classes: frozenset[str] | None = None
     """Of `MAKERS`; None for all."""

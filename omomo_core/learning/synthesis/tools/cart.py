@@ -1,4 +1,4 @@
-"""A cart pushed by its handle: it goes ahead on the path its owner will walk, wheels rolling."""
+"""A cart pushed by its handle: it rolls ahead on the path that the actor will walk."""
 
 import numpy as np
 from jaxtyping import Float
@@ -6,10 +6,10 @@ from scipy.ndimage import gaussian_filter1d
 
 from omomo_core.body.model import BodyModel
 from omomo_core.learning.synthesis.actor_path import ActorPath, actor_path
+from omomo_core.learning.synthesis.base_motion import BaseMotion
 from omomo_core.learning.synthesis.holds import Handling
-from omomo_core.learning.synthesis.stage import StagedMotion
 from omomo_core.learning.synthesis.tools.grip import ToolBar, grip_holds
-from omomo_core.learning.synthesis.tools.job import ToolJob
+from omomo_core.learning.synthesis.tools.tool_use import ToolUse
 
 _GRIP = 0.012
 _STRAIGHT = 0.85
@@ -21,28 +21,28 @@ _NEAR, _FAR, _ASIDE = 0.27, 0.68, 0.24
 """Where the handle may be before the pelvis, metres."""
 
 
-def direct_cart(
-    rng: np.random.Generator, body: BodyModel, stage: StagedMotion, job: ToolJob
+def cart_trajectory(
+    rng: np.random.Generator, body: BodyModel, base_motion: BaseMotion, tool_use: ToolUse
 ) -> Handling | None:
     """Let a cart roll ahead of the walking actor, or be pulled along by one who walks backward.
 
     Returns:
         None where the actor sidesteps, or turns too sharply for the cart.
     """
-    path = actor_path(body, stage)
-    first, last = span = job.span(stage.pauses, len(path.xy))
+    path = actor_path(body, base_motion)
+    first, last = span = tool_use.span(base_motion.pauses, len(path.xy))
     straight = path.straight(span)
     if abs(straight) < _STRAIGHT:
         return None
-    bar = ToolBar(job.grasp.points + job.grasp.inward * _GRIP, _THUMBS)
+    bar = ToolBar(tool_use.grasp.points + tool_use.grasp.inward * _GRIP, _THUMBS)
     handle = float(bar.centres[:, 0].mean())
-    axle = float(job.prop.low[0]) + rng.uniform(0.1, 0.3) * float(
-        np.ptp([job.prop.low[0], job.prop.high[0]])
+    axle = float(tool_use.prop.low[0]) + rng.uniform(0.1, 0.3) * float(
+        np.ptp([tool_use.prop.low[0], tool_use.prop.high[0]])
     )
     pelvis, ahead = path.xy[first:last], path.ahead[first:last]
     if straight < 0:
         pelvis, ahead = pelvis[::-1], ahead[::-1]
-    rolled = _rolled(pelvis, ahead[-1], job.ahead + axle - handle)
+    rolled = _rolled(pelvis, ahead[-1], tool_use.ahead + axle - handle)
     if straight < 0:
         rolled = rolled[0][::-1], rolled[1][::-1]
     points, directions = rolled
@@ -53,7 +53,7 @@ def direct_cart(
     poses[first:last, 0, 1], poses[first:last, 1, 1] = -directions[:, 1], directions[:, 0]
     poses[first:last, :2, 3] = points - axle * directions
     poses[:first], poses[last:] = poses[first], poses[last - 1]
-    holds = grip_holds(body, path.joints, poses, bar, job.hands, span, job.times)
+    holds = grip_holds(body, path.joints, poses, bar, tool_use.hands, span, tool_use.times)
     return Handling(poses, holds)
 
 

@@ -9,12 +9,12 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
+from omomo_core.learning.synthesis.base_motion import BaseMotion
 from omomo_core.learning.synthesis.directions import ahead_of, left_of
 from omomo_core.learning.synthesis.footage import heading
 from omomo_core.learning.synthesis.holds import Handling
-from omomo_core.learning.synthesis.stage import StagedMotion
 from omomo_core.learning.synthesis.tools.grip import ToolBar, arm_lengths, grip_holds
-from omomo_core.learning.synthesis.tools.job import ToolJob, sole
+from omomo_core.learning.synthesis.tools.tool_use import ToolUse, sole
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
 
@@ -52,8 +52,8 @@ class _Tool:
     """Rise of that line above the floor as the tool is built, radians."""
 
 
-def direct_strokes(
-    rng: np.random.Generator, body: BodyModel, stage: StagedMotion, job: ToolJob
+def stroke_trajectory(
+    rng: np.random.Generator, body: BodyModel, base_motion: BaseMotion, tool_use: ToolUse
 ) -> Handling | None:
     """Let the head of a tool stroke the floor before the actor.
 
@@ -61,43 +61,45 @@ def direct_strokes(
         None where the actor is too fast, or has no room between the hands and the trunk.
     """
     sigma = rng.uniform(7.0, 11.0)
-    xy = gaussian_filter1d(stage.root[:, :2], sigma, axis=0, mode="nearest")
-    yaw = gaussian_filter1d(heading(stage.rotations), sigma * 1.2, mode="nearest")
+    xy = gaussian_filter1d(base_motion.root[:, :2], sigma, axis=0, mode="nearest")
+    yaw = gaussian_filter1d(heading(base_motion.rotations), sigma * 1.2, mode="nearest")
     if np.linalg.norm(np.diff(xy, axis=0), axis=-1).max() * FPS > _FASTEST:
         return None
-    tool = _tool(job)
-    joints = joints_of(body, stage.root, stage.rotations)
-    swing = _swing(rng, job, len(xy))
+    tool = _tool(tool_use)
+    joints = joints_of(body, base_motion.root, base_motion.rotations)
+    swing = _swing(rng, tool_use, len(xy))
     lift = gaussian_filter1d(rng.uniform(0.0, 0.008, len(xy)), 8.0)
     for _ in range(_TRIES):
         place = np.array(
-            [job.ahead + rng.uniform(-0.06, 0.14), tool.side * rng.uniform(-0.04, 0.2)]
+            [tool_use.ahead + rng.uniform(-0.06, 0.14), tool.side * rng.uniform(-0.04, 0.2)]
         )
-        poses = _poses(tool, job, xy, yaw, place, swing, lift)
+        poses = _poses(tool, tool_use, xy, yaw, place, swing, lift)
         room = _room(poses, tool, joints) > _TRUNK
-        if room and _in_reach(body, poses, tool, joints, job.hands):
+        if room and _in_reach(body, poses, tool, joints, tool_use.hands):
             break
         swing = 0.95 * swing
     else:
         return None
     span = (0, len(xy))
-    return Handling(poses, grip_holds(body, joints, poses, tool.bar, job.hands, span, job.times))
+    return Handling(
+        poses, grip_holds(body, joints, poses, tool.bar, tool_use.hands, span, tool_use.times)
+    )
 
 
-def _tool(job: ToolJob) -> _Tool:
-    vertices = np.unique(np.concatenate([p.vertices for p in job.prop.parts]), axis=0)
-    low = sole(job.prop)
+def _tool(tool_use: ToolUse) -> _Tool:
+    vertices = np.unique(np.concatenate([p.vertices for p in tool_use.prop.parts]), axis=0)
+    low = sole(tool_use.prop)
     foot = np.array([*(low.min(axis=0) + low.max(axis=0))[:2] / 2, 0.0])
-    centres = job.grasp.points + job.grasp.inward * _GRIP
+    centres = tool_use.grasp.points + tool_use.grasp.inward * _GRIP
     upper = int(centres[:, 2].argmax())
     up = centres[upper] - centres[1 - upper]
     up = up / np.linalg.norm(up)
-    if job.prop.name in _PLAIN:
+    if tool_use.prop.name in _PLAIN:
         # Nothing on such a pole is in the way of hands that take it higher up.
-        end = float((vertices @ up).max()) - job.spare
+        end = float((vertices @ up).max()) - tool_use.spare
         centres = centres + (end - float(centres[upper] @ up)) * up
-    middle = centres.mean(axis=0) if all(job.hands) else centres[upper]
-    if not all(job.hands):
+    middle = centres.mean(axis=0) if all(tool_use.hands) else centres[upper]
+    if not all(tool_use.hands):
         centres = np.stack([middle, middle])
     line = middle - foot
     length = float(np.linalg.norm(line))
@@ -106,25 +108,33 @@ def _tool(job: ToolJob) -> _Tool:
     return _Tool(vertices, foot, middle, bar, length, side, slant)
 
 
-def _swing(rng: np.random.Generator, job: ToolJob, frames: int) -> Float[np.ndarray, "frames 2"]:
+def _swing(
+    rng: np.random.Generator, tool_use: ToolUse, frames: int
+) -> Float[np.ndarray, "frames 2"]:
     """Where the head is, away from the middle of its strokes: outward and to the left, metres."""
     pace = gaussian_filter1d(rng.normal(size=frames + 80), 20.0)[40:-40]
     pace = 1.0 + 0.15 * pace / max(float(pace.std()), 1e-9)
-    phase = 2 * np.pi * (rng.random() + np.cumsum(job.rate * pace.clip(0.6, 1.4)) / FPS)
+    phase = 2 * np.pi * (rng.random() + np.cumsum(tool_use.rate * pace.clip(0.6, 1.4)) / FPS)
     reach = gaussian_filter1d(rng.normal(size=frames + 80), 15.0)[40:-40]
-    reach = job.length / 2 * (1.0 + 0.15 * reach / max(float(reach.std()), 1e-9)).clip(0.6, 1.3)
+    reach = (
+        tool_use.length / 2 * (1.0 + 0.15 * reach / max(float(reach.std()), 1e-9)).clip(0.6, 1.3)
+    )
     # The way back is not as fast as the way there.
     wave = np.sin(phase + rng.uniform(-0.3, 0.3) * np.sin(phase))
     drift = 0.04 * gaussian_filter1d(rng.normal(size=(frames, 2)), 25.0, axis=0) * 8
-    if job.stroke == "to_and_fro":
+    if tool_use.stroke == "to_and_fro":
         return drift + np.stack([reach * wave, 0.06 * np.sin(phase * 0.31)], axis=-1)
-    deep = 0.35 * reach * np.sin(2 * phase) if job.stroke == "eight" else 0.05 * np.sin(0.4 * phase)
+    deep = (
+        0.35 * reach * np.sin(2 * phase)
+        if tool_use.stroke == "eight"
+        else 0.05 * np.sin(0.4 * phase)
+    )
     return drift + np.stack([deep, reach * wave], axis=-1)
 
 
 def _poses(
     tool: _Tool,
-    job: ToolJob,
+    tool_use: ToolUse,
     xy: Float[np.ndarray, "frames 2"],
     yaw: Float[np.ndarray, " frames"],
     place: Float[np.ndarray, " 2"],
@@ -133,14 +143,14 @@ def _poses(
 ) -> Float[np.ndarray, "frames 4 4"]:
     """The sole where the stroke has it, the hands as far above the floor as the slant puts them."""
     rises = np.clip([tool.slant - _SWIVEL, tool.slant + _SWIVEL], *_RISE)
-    rise = np.arcsin(np.clip(job.height / tool.length, *np.sin(rises)))
-    out = _turned(yaw + job.aside)
-    if not all(job.hands):
-        place = np.array([place[0] - 0.08, 0.2 if job.hands[0] else -0.2])
+    rise = np.arcsin(np.clip(tool_use.height / tool.length, *np.sin(rises)))
+    out = _turned(yaw + tool_use.aside)
+    if not all(tool_use.hands):
+        place = np.array([place[0] - 0.08, 0.2 if tool_use.hands[0] else -0.2])
     palms = xy + _turned(yaw) @ place
     stroke = np.einsum("tij,tj->ti", out, swing)
     sole = palms + tool.length * np.cos(rise) * out[..., 0] + stroke
-    palms = palms + job.follow * stroke
+    palms = palms + tool_use.follow * stroke
     apart = sole - palms
     far = np.linalg.norm(apart, axis=-1)
     # Where the tool cannot rise or sink any farther the hands go along.

@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.easing import min_jerk
 from omomo_core.learning.synthesis.actor_path import ActorPath, actor_path
+from omomo_core.learning.synthesis.base_motion import BaseMotion
 from omomo_core.learning.synthesis.holds import Handling
-from omomo_core.learning.synthesis.stage import StagedMotion
 from omomo_core.learning.synthesis.tools.grip import ToolBar, arm_lengths, grip_holds
-from omomo_core.learning.synthesis.tools.job import ToolJob, sole
+from omomo_core.learning.synthesis.tools.tool_use import ToolUse, sole
 from omomo_core.skeleton import joint
 
 _GRIP = 0.012
@@ -63,41 +63,41 @@ class _Trail:
     """0 upright, radians."""
 
 
-def direct_trolley(
-    rng: np.random.Generator, body: BodyModel, stage: StagedMotion, job: ToolJob
+def trolley_trajectory(
+    rng: np.random.Generator, body: BodyModel, base_motion: BaseMotion, tool_use: ToolUse
 ) -> Handling | None:
     """Let a case follow the hand of the walking actor.
 
     Returns:
         None where the actor does not walk ahead, or the arm does not suit the handle.
     """
-    path, case = actor_path(body, stage), _case(job)
-    first, last = span = job.span(stage.pauses, len(path.xy))
+    path, case = actor_path(body, base_motion), _case(tool_use)
+    first, last = span = tool_use.span(base_motion.pauses, len(path.xy))
     if path.straight(span) < _STRAIGHT:
         return None
-    hand = _hand(rng, path, job, case)
+    hand = _hand(rng, path, tool_use, case)
     behind, rest = rng.uniform(0.08, 0.24), rng.uniform(0.18, 0.28)
     tilt = case.tilt_at(_hand_height(body, path, behind))
     if not _TILTS[0] < tilt < _TILTS[1]:
         return None
-    back = rest + (behind - rest) * _strides_away(path, job, span)
+    back = rest + (behind - rest) * _strides_away(path, tool_use, span)
     hand = hand - back[:, None] * path.ahead
-    trail = _trail(hand, path, case, tilt, job, span)
+    trail = _trail(hand, path, case, tilt, tool_use, span)
     if trail is None:
         return None
     poses = _poses(case, trail)
     poses[:first], poses[last:] = poses[first], poses[last - 1]
-    if not _in_reach(body, path, poses[first:last], case, job, span):
+    if not _in_reach(body, path, poses[first:last], case, tool_use, span):
         return None
-    holds = grip_holds(body, path.joints, poses, case.bar, job.hands, span, job.times)
+    holds = grip_holds(body, path.joints, poses, case.bar, tool_use.hands, span, tool_use.times)
     return Handling(poses, holds)
 
 
-def _case(job: ToolJob) -> _Case:
-    vertices = np.unique(np.concatenate([p.vertices for p in job.prop.parts]), axis=0)
-    centres = job.grasp.points + job.grasp.inward * _GRIP
+def _case(tool_use: ToolUse) -> _Case:
+    vertices = np.unique(np.concatenate([p.vertices for p in tool_use.prop.parts]), axis=0)
+    centres = tool_use.grasp.points + tool_use.grasp.inward * _GRIP
     middle = centres.mean(axis=0)
-    axle = float(sole(job.prop)[:, 0].min())
+    axle = float(sole(tool_use.prop)[:, 0].min())
     back = float(middle[0]) - axle
     # Whoever pulls it looks along -x: the right hand's thumb points to -y.
     thumbs = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
@@ -106,10 +106,10 @@ def _case(job: ToolJob) -> _Case:
 
 
 def _hand(
-    rng: np.random.Generator, path: ActorPath, job: ToolJob, case: _Case
+    rng: np.random.Generator, path: ActorPath, tool_use: ToolUse, case: _Case
 ) -> Float[np.ndarray, "frames 2"]:
     """Beside the hip on the side of the hand, swaying a little."""
-    side = 1.0 if job.hands[0] else -1.0
+    side = 1.0 if tool_use.hands[0] else -1.0
     wide = float(np.ptp(case.vertices[:, 1])) / 2
     aside = side * max(rng.uniform(0.26, 0.34), 0.6 * wide + 0.16)
     sway = 0.15 * gaussian_filter1d(rng.normal(size=len(path.xy)), 18.0)
@@ -128,12 +128,12 @@ def _in_reach(
     path: ActorPath,
     poses: Float[np.ndarray, "held 4 4"],
     case: _Case,
-    job: ToolJob,
+    tool_use: ToolUse,
     span: tuple[int, int],
 ) -> bool:
-    """Nobody bends for a handle behind the back."""
+    """Return whether the handle is within reach without bending."""
     shoulder = path.joints[
-        slice(*span), joint("left_shoulder" if job.hands[0] else "right_shoulder")
+        slice(*span), joint("left_shoulder" if tool_use.hands[0] else "right_shoulder")
     ]
     palm = poses[:, :3, :3] @ case.bar.centres[0] + poses[:, :3, 3]
     far = np.linalg.norm(palm - shoulder, axis=-1) / sum(arm_lengths(body))
@@ -141,15 +141,15 @@ def _in_reach(
 
 
 def _strides_away(
-    path: ActorPath, job: ToolJob, span: tuple[int, int]
+    path: ActorPath, tool_use: ToolUse, span: tuple[int, int]
 ) -> Float[np.ndarray, " frames"]:
     """0 while the case stands upright beside its owner, 1 when the arm trails behind."""
     t = np.arange(len(path.xy))
     out = np.ones(len(t))
-    if job.takes:
-        out *= min_jerk((t - span[0]) / (job.settle + 20))
-    if job.leaves:
-        out *= min_jerk((span[1] - 1 - t) / job.settle)
+    if tool_use.takes:
+        out *= min_jerk((t - span[0]) / (tool_use.settle + 20))
+    if tool_use.leaves:
+        out *= min_jerk((span[1] - 1 - t) / tool_use.settle)
     return out
 
 
@@ -158,23 +158,25 @@ def _trail(
     path: ActorPath,
     case: _Case,
     tilt: float,
-    job: ToolJob,
+    tool_use: ToolUse,
     span: tuple[int, int],
 ) -> _Trail | None:
     """Axle, direction of travel and tilt: the wheels roll where they point."""
     first, last = span
     full, upright = case.ahead(tilt), case.ahead(0.0)
     ahead = path.ahead[first]
-    if job.takes:
+    if tool_use.takes:
         gone = np.flatnonzero(np.linalg.norm(hand[first:last] - hand[first], axis=-1) > full)
         if not len(gone):
             return None
         ahead = hand[first + gone[0]] - hand[first]
         ahead = ahead / np.linalg.norm(ahead)
-    axle = hand[first] - (upright if job.takes else full) * ahead
+    axle = hand[first] - (upright if tool_use.takes else full) * ahead
     axles, yaws, lengths = np.tile(axle, (len(hand), 1)), np.zeros(len(hand)), np.zeros(len(hand))
     t = np.arange(len(hand))
-    put_down = min_jerk((t - last + 1 + job.settle) / max(job.settle - 2, 1)) * job.leaves
+    put_down = (
+        min_jerk((t - last + 1 + tool_use.settle) / max(tool_use.settle - 2, 1)) * tool_use.leaves
+    )
     for k in range(first, last):
         wanted = full + put_down[k] * (upright - full)
         apart = hand[k] - axle

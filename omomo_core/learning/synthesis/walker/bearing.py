@@ -1,4 +1,4 @@
-"""How people in the mocap stand: what a body that steps by rule looks like between its steps."""
+"""Standing poses of the mocap, which a generated walk takes between its steps."""
 
 from dataclasses import dataclass
 
@@ -64,7 +64,7 @@ def find_standing(footage: Footage, body: BodyModel) -> StandingPoses:
     return StandingPoses(np.array(heights), np.array(rotations), np.array(apart), np.array(toe_out))
 
 
-def bear(
+def vary_standing_poses(
     rng: np.random.Generator, standing: StandingPoses, changes: list[tuple[int, int]], frames: int
 ) -> Bearing:
     """Standing poses that change, one after another, during the given stretches of frames."""

@@ -50,7 +50,7 @@ class GaitStyle:
     """Factor on the time on both feet between steps."""
 
 
-def draw_manner(rng: np.random.Generator) -> GaitStyle:
+def draw_gait_style(rng: np.random.Generator) -> GaitStyle:
     """A random person."""
     return GaitStyle(
         over_stance=rng.uniform(0.18, 0.34),
@@ -79,7 +79,7 @@ def step_along(
     """Root and global rotations of a body that steps along a path."""
     frames = len(path.heading)
     neutral = neutral_stance(path, bearing.apart, bearing.toe_out)
-    manner = draw_manner(rng)
+    manner = draw_gait_style(rng)
     steps = plan_steps(rng, path, neutral, manner.dwell)
     feet = walk_feet(body, neutral, steps, frames, manner.lift)
     root_xy = _pelvis_way(path, feet, bearing, manner)

@@ -8,8 +8,8 @@ from omomo_core.body.kinematics import joints_of
 from omomo_core.body.soles import sole_points
 from omomo_core.geometry.runs import runs
 from omomo_core.learning.recordings.grounding import foot_contacts
-from omomo_core.learning.synthesis.stage import StagedMotion, idle_sway
-from omomo_core.learning.synthesis.walker.bearing import bear
+from omomo_core.learning.synthesis.base_motion import BaseMotion, idle_sway
+from omomo_core.learning.synthesis.walker.bearing import vary_standing_poses
 from omomo_core.learning.synthesis.walker.gait import step_along
 from omomo_core.learning.synthesis.walker.library import MotionLibrary
 from omomo_core.learning.synthesis.walker.path import (
@@ -57,7 +57,7 @@ def improvise(
     *,
     comes: bool = True,
     goes: bool = True,
-) -> StagedMotion | None:
+) -> BaseMotion | None:
     """Make up a base motion with a stop of each given length, in this order.
 
     Args:
@@ -81,9 +81,9 @@ def improvise(
         path = lay(parts, yaw=rng.uniform(-np.pi, np.pi))
         root, rotations = follow(rng, library, path)
         shown = slice(lead, lead + frames)
-        stage = StagedMotion(root[shown], rotations[shown], idle_sway(rng, frames), pauses)
-        if _sound(library, stage):
-            return stage
+        base_motion = BaseMotion(root[shown], rotations[shown], idle_sway(rng, frames), pauses)
+        if _sound(library, base_motion):
+            return base_motion
     return None
 
 
@@ -211,21 +211,21 @@ def _hurried(rng: np.random.Generator, frames: int) -> Move:
     return Move("shuffle", (far * np.cos(way), far * np.sin(way)), rng.normal(0.0, 0.2), frames)
 
 
-def _sound(library: MotionLibrary, stage: StagedMotion) -> bool:
+def _sound(library: MotionLibrary, base_motion: BaseMotion) -> bool:
     """Return whether both feet stand near each other in the stops, and legs never cross or twist."""
-    joints = joints_of(library.body, stage.root, stage.rotations)
+    joints = joints_of(library.body, base_motion.root, base_motion.rotations)
     apart = joints[:, joint("left_ankle")] - joints[:, joint("right_ankle")]
-    across = (apart * stage.rotations[:, 0, :, 0]).sum(-1)
-    soles = sole_points(library.body, stage.root, stage.rotations)
+    across = (apart * base_motion.rotations[:, 0, :, 0]).sum(-1)
+    soles = sole_points(library.body, base_motion.root, base_motion.rotations)
     down = foot_contacts(soles)
     stands = (down[:, 0] | down[:, 2]) & (down[:, 1] | down[:, 3]) & (across > _SIDE_BY_SIDE)
     stands &= np.linalg.norm(apart[:, :2], axis=-1) < _STRIDE
     moved = np.linalg.norm(np.gradient(soles, axis=0), axis=-1).max(axis=1) * FPS
     # Of the feet the axis to the left tells where they point: it stays level when the heel rises.
-    toes = stage.rotations[:, [joint("left_foot"), joint("right_foot")]]
-    along = np.einsum("tfi,ti->tf", toes[..., 0], stage.rotations[:, 0, :, 0])
+    toes = base_motion.rotations[:, [joint("left_foot"), joint("right_foot")]]
+    along = np.einsum("tfi,ti->tf", toes[..., 0], base_motion.rotations[:, 0, :, 0])
     return bool(across.min() > _CROSSED and along.min() > _TWISTED) and all(
-        stands[a:b].all() and moved[a:b].max() < _AT_REST for a, b in stage.pauses
+        stands[a:b].all() and moved[a:b].max() < _AT_REST for a, b in base_motion.pauses
     )
 
 
@@ -243,7 +243,7 @@ def follow(
         Pelvis (world, metres) and global R_world_joint at every frame of the path.
     """
     frames = len(path.heading)
-    bearing = bear(rng, library.standing, runs(_moving(path)), frames)
+    bearing = vary_standing_poses(rng, library.standing, runs(_moving(path)), frames)
     return step_along(rng, library.body, bearing, path)
 
 

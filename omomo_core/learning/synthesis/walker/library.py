@@ -1,4 +1,4 @@
-"""What a made-to-measure base motion is made of, computed once from the mocap."""
+"""Steps and standing poses of the mocap, from which base motions are generated."""
 
 from dataclasses import dataclass, replace
 

@@ -1,4 +1,4 @@
-"""What the training loop asks of a network: its examples and its loss."""
+"""TrainingTask: what the training loop asks of a network, its examples and its loss."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TrainOptions:
-    """The recipe."""
+    """Steps, batch, learning rate and weights of the losses."""
 
     steps: int
     batch: int = 64
@@ -39,8 +39,8 @@ Mean = Callable[[Tensor], Tensor]
 
 
 @runtime_checkable
-class Trainee(Protocol):
-    """A network and how it learns."""
+class TrainingTask(Protocol):
+    """A network with its training examples and its loss."""
 
     @property
     def name(self) -> str:
@@ -84,13 +84,13 @@ class Trainee(Protocol):
         ...
 
 
-Make = Callable[[], Trainee]
+Make = Callable[[], TrainingTask]
 """A fresh, untrained network."""
 Drawn = TypeVar("Drawn")
 
 
-def joined(parts: Sequence[Drawn], device: torch.device) -> Drawn:
-    """Draws (dataclasses of tensors or None) joined along their first axis, on a device."""
+def collate(parts: Sequence[Drawn], device: torch.device) -> Drawn:
+    """Return draws (dataclasses of tensors or None) joined along their first axis, on a device."""
     first: Any = parts[0]
     values = {f.name: [getattr(part, f.name) for part in parts] for f in fields(first)}
     return type(first)(

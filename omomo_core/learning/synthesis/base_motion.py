@@ -21,7 +21,7 @@ _LONGEST_IDLE = 75
 
 
 @dataclass(frozen=True)
-class StagedMotion:
+class BaseMotion:
     """A base motion with the places where the actor stands still."""
 
     root: Float[np.ndarray, "frames 3"]
@@ -32,14 +32,14 @@ class StagedMotion:
     """First and one-past-last frame of each stop asked for."""
 
 
-def rehearse(
+def motion_with_stops(
     rng: np.random.Generator,
     stretch: Stretch,
     frames: int,
     pause_frames: list[int],
     rates: tuple[float, float] = (0.7, 1.2),
     walk: tuple[int, int] = (24, 10_000),
-) -> StagedMotion | None:
+) -> BaseMotion | None:
     """Lay a stretch of mocap over `frames` frames with a stop of each given length, in this order.
 
     Args:
@@ -59,7 +59,7 @@ def rehearse(
         if spare < 0:
             return None
         source = rng.uniform(0, spare) + rate * np.arange(frames)
-        return StagedMotion(*sample(stretch, source), sway=idle_sway(rng, frames), pauses=[])
+        return BaseMotion(*sample(stretch, source), sway=idle_sway(rng, frames), pauses=[])
     moving = frames - sum(pause_frames)
     stops = _pick_stops(rng, stretch, rate, len(pause_frames), (walk[0], min(walk[1], moving)))
     if stops is None:
@@ -76,13 +76,13 @@ def rehearse(
     lead_in = rng.uniform(earliest, max(earliest, latest))
     source, pauses = _timeline(stops, rate, pause_frames, lead_in, idle_before, idle, frames)
     source = gaussian_filter1d(source.clip(0.0, len(stretch.root) - 1.0), _EASE)[_PAD:-_PAD]
-    return StagedMotion(*sample(stretch, source), sway=idle_sway(rng, frames), pauses=pauses)
+    return BaseMotion(*sample(stretch, source), sway=idle_sway(rng, frames), pauses=pauses)
 
 
-def goes_its_way(stage: StagedMotion, spans: list[tuple[int, int]], way: int) -> bool:
-    """Whether the actor mostly walks ahead (way 1) or backward (-1) in some frames; 0 is anyhow."""
-    ahead = ahead_of(gaussian_filter1d(np.unwrap(heading(stage.rotations)), _EASE))
-    steps = np.diff(gaussian_filter1d(stage.root[:, :2], _EASE, axis=0), axis=0)
+def goes_its_way(base_motion: BaseMotion, spans: list[tuple[int, int]], way: int) -> bool:
+    """Return whether the actor mostly walks ahead (way 1) or backward (-1) in some frames; 0 allows both."""
+    ahead = ahead_of(gaussian_filter1d(np.unwrap(heading(base_motion.rotations)), _EASE))
+    steps = np.diff(gaussian_filter1d(base_motion.root[:, :2], _EASE, axis=0), axis=0)
     held = np.zeros(len(steps), bool)
     for first, last in spans:
         held[first:last] = True
@@ -105,7 +105,7 @@ def sample(
 
 
 def idle_sway(rng: np.random.Generator, frames: int) -> Float[np.ndarray, "frames 5"]:
-    """What nobody can hold still, for `Stage.sway`."""
+    """Return the small sway of a standing body, for `BaseMotion.sway`."""
     noise = gaussian_filter1d(rng.normal(size=(frames + 120, 5)), rng.uniform(12, 20), axis=0)
     scale = np.array([0.006, 0.006, 0.002, 0.015, 0.02])
     return noise[60:-60] / max(float(noise.std()), 1e-9) * scale

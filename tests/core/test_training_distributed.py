@@ -13,22 +13,22 @@ from safetensors.torch import load_file, save_file
 from omomo_core.body.load import load_body
 from omomo_core.errors import InputError
 from omomo_core.learning.training.corpus import Corpus
+from omomo_core.learning.training.distributed import ProcessGroup, process_group
 from omomo_core.learning.training.loop import start, train
-from omomo_core.learning.training.team import Team, joined
-from omomo_core.learning.training.trainee import TrainOptions
+from omomo_core.learning.training.training_task import TrainOptions
 from tests.core.test_training import CLIPS, MAKES
 
 OPTIONS = TrainOptions(steps=6, batch=8, warmup=1)
 CPU = torch.device("cpu")
 
 
-def run(team: Team, file: Path) -> None:
+def run(group: ProcessGroup, file: Path) -> None:
     """Train and write the weights of this process, before and after."""
     corpus = Corpus(CLIPS, load_body(), synthesis_share=0.7)
-    state = start(MAKES["body of capture"], corpus, OPTIONS, team)
-    before = {f"before.{k}": v.clone() for k, v in state.trainee.network.state_dict().items()}
-    train(state, corpus, OPTIONS, lambda s: True, team)
-    save_file(before | dict(state.trainee.network.state_dict()), file)
+    state = start(MAKES["body of capture"], corpus, OPTIONS, group)
+    before = {f"before.{k}": v.clone() for k, v in state.task.network.state_dict().items()}
+    train(state, corpus, OPTIONS, lambda s: True, group)
+    save_file(before | dict(state.task.network.state_dict()), file)
 
 
 def test_two_processes_end_with_the_weights_of_one(tmp_path: Path):
@@ -40,7 +40,7 @@ def test_two_processes_end_with_the_weights_of_one(tmp_path: Path):
         check=True,
         timeout=300,
     )
-    run(Team(CPU), tmp_path / "alone.safetensors")
+    run(ProcessGroup(CPU), tmp_path / "alone.safetensors")
     first, second, alone = (
         load_file(tmp_path / f"{name}.safetensors") for name in ("rank0", "rank1", "alone")
     )
@@ -60,21 +60,21 @@ def test_two_processes_end_with_the_weights_of_one(tmp_path: Path):
 
 
 def test_a_batch_is_drawn_in_the_same_shards_by_any_number_of_processes():
-    alone, each = Team(CPU).shards(32)
+    alone, each = ProcessGroup(CPU).shards(32)
     for count in (2, 4):
-        parts = [Team(CPU, rank, count).shards(32) for rank in range(count)]
+        parts = [ProcessGroup(CPU, rank, count).shards(32) for rank in range(count)]
         assert sorted(shard for part, _ in parts for shard in part) == list(alone)
         assert {size for _, size in parts} == {each}
-    assert Team(CPU, 2, 3).shards(12) == (range(2, 3, 3), 4)
-    assert Team(CPU, 11, 12).shards(24) == (range(11, 12, 12), 2)
+    assert ProcessGroup(CPU, 2, 3).shards(12) == (range(2, 3, 3), 4)
+    assert ProcessGroup(CPU, 11, 12).shards(24) == (range(11, 12, 12), 2)
 
 
 def test_a_batch_that_cannot_be_shared_is_refused():
     for batch in (7, 12):
         with pytest.raises(InputError, match="batch-not-shared"):
-            Team(CPU, 0, 8).shards(batch)
+            ProcessGroup(CPU, 0, 8).shards(batch)
 
 
 if __name__ == "__main__":
-    with joined() as ours:
+    with process_group() as ours:
         run(ours, Path(sys.argv[1]) / f"rank{ours.rank}.safetensors")

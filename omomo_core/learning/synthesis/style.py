@@ -1,12 +1,12 @@
-"""How people do things: their pace, their posture, and where they stand to the thing."""
+"""Style of an action: tempo, posture, and where the actor stands to the prop."""
 
 from typing import TypedDict
 
 import numpy as np
 
+from omomo_core.learning.synthesis.action_plan import Action, PropPlacement
 from omomo_core.learning.synthesis.posture import Posture
 from omomo_core.learning.synthesis.props import Prop
-from omomo_core.learning.synthesis.script import Action, PropPlacement
 from omomo_core.learning.synthesis.walker.path import CHANCES, Chances
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from omomo_core.learning.synthesis.casting import Wanted
+from omomo_core.learning.synthesis.base_motion_search import MotionRequirements
 from omomo_core.learning.synthesis.posture import Posture
 from omomo_core.learning.synthesis.props import Grasp, Prop
 
@@ -99,14 +99,14 @@ class Episode:
 
 
 @dataclass(frozen=True)
-class Script:
+class ActionPlan:
     """The choices of one clip."""
 
     action: Action
     prop: Prop
     episodes: tuple[Episode, ...]
     posture: Posture
-    wanted: Wanted
+    wanted: MotionRequirements
     """Of the base motion."""
 
     def spans(self, pauses: list[Span]) -> list[Span]:

@@ -1,15 +1,15 @@
-"""Who moves in a clip, and how they walk: base motions that suit what is wanted."""
+"""Search for a base motion, recorded or generated, that meets the requirements of an action."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from omomo_core.learning.synthesis.base_motion import BaseMotion, motion_with_stops
 from omomo_core.learning.synthesis.footage import Footage, mirrored, reversed_in_time
 from omomo_core.learning.synthesis.holds import Handling
 from omomo_core.learning.synthesis.posture import Posture
 from omomo_core.learning.synthesis.props import ALL, Prop, Stock
-from omomo_core.learning.synthesis.stage import StagedMotion, rehearse
 from omomo_core.learning.synthesis.walker.improvise import improvise
 from omomo_core.learning.synthesis.walker.library import MotionLibrary
 from omomo_core.learning.synthesis.walker.path import CHANCES, Chances
@@ -21,7 +21,7 @@ _IMPROVISED = 0.6
 
 @dataclass(frozen=True)
 class Sources:
-    """What clips are made of."""
+    """Recorded motion, props and people from which clips are synthesised."""
 
     footage: Footage
     library: MotionLibrary
@@ -30,8 +30,8 @@ class Sources:
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """What a base motion must be like."""
+class MotionRequirements:
+    """Requirements on a base motion."""
 
     frames: int
     pause_frames: list[int]
@@ -58,7 +58,7 @@ class Wanted:
 class ClipPlan:
     """What happens in a clip, before the body is solved for it."""
 
-    stage: StagedMotion
+    base_motion: BaseMotion
     licence: str
     """Of the base motion."""
     prop: Prop
@@ -68,12 +68,12 @@ class ClipPlan:
     """The prop stays on the floor, and the body may lean on it or hang back from it."""
 
 
-def cast(
+def find_base_motion(
     rng: np.random.Generator,
     sources: Sources,
-    wanted: Wanted,
-    suits: Callable[[StagedMotion], bool] = lambda _: True,
-) -> tuple[StagedMotion, str] | None:
+    wanted: MotionRequirements,
+    suits: Callable[[BaseMotion], bool] = lambda _: True,
+) -> tuple[BaseMotion, str] | None:
     """Find a base motion.
 
     Args:
@@ -87,25 +87,27 @@ def cast(
     """
     for _ in range(_TRIES):
         if wanted.made_to_measure or rng.random() < _IMPROVISED:
-            stage = improvise(
+            base_motion = improvise(
                 rng, sources.library, wanted.frames, wanted.pause_frames, wanted.walk,
                 wanted.moves or CHANCES, comes=wanted.comes, goes=wanted.goes,
             )  # fmt: skip
             licence = sources.library.licence
         else:
-            stage, licence = _recorded(rng, sources.footage, wanted)
-        if stage is not None and suits(stage):
-            return stage, licence
+            base_motion, licence = _recorded(rng, sources.footage, wanted)
+        if base_motion is not None and suits(base_motion):
+            return base_motion, licence
     return None
 
 
 def _recorded(
-    rng: np.random.Generator, footage: Footage, wanted: Wanted
-) -> tuple[StagedMotion | None, str]:
+    rng: np.random.Generator, footage: Footage, wanted: MotionRequirements
+) -> tuple[BaseMotion | None, str]:
     stretch = footage.stretches[rng.choice(len(footage.stretches), p=footage.chances)]
     if rng.random() < 0.5:
         stretch = mirrored(stretch)
     if rng.random() < wanted.backward:
         stretch = reversed_in_time(stretch)
-    stage = rehearse(rng, stretch, wanted.frames, wanted.pause_frames, wanted.rate, wanted.walk)
-    return stage, stretch.licence
+    base_motion = motion_with_stops(
+        rng, stretch, wanted.frames, wanted.pause_frames, wanted.rate, wanted.walk
+    )
+    return base_motion, stretch.licence

@@ -1,4 +1,4 @@
-"""The processes that train one network together: one, or those that torchrun starts."""
+"""ProcessGroup: the processes that train one network together, one or those that torchrun starts."""
 
 import os
 from collections.abc import Generator, Sequence
@@ -14,21 +14,22 @@ from torch.nn.parallel import DistributedDataParallel
 from omomo_core.errors import InputError
 
 SHARDS = 4
-"""Parts that a batch is drawn in, each from a seed of its own: whoever draws them, they are the same."""
-_PATIENCE = timedelta(days=7)
+"""Parts that a batch is drawn in, each from a seed of its own, so that any number of processes draws the
+same batch."""
+_TIMEOUT = timedelta(days=7)
 """The first process reads and synthesises the data while the others wait."""
 
 
 @dataclass(frozen=True)
-class Team:
-    """Who this process is, and where it computes."""
+class ProcessGroup:
+    """Rank and number of the processes, and the device of this one."""
 
     device: torch.device
     rank: int = 0
     count: int = 1
 
     @property
-    def leads(self) -> bool:
+    def is_main(self) -> bool:
         """Whether this process is the one that writes and reports."""
         return self.rank == 0
 
@@ -50,8 +51,8 @@ class Team:
             )
         return range(self.rank, shards, self.count), batch // shards
 
-    def wrapped(self, network: nn.Module) -> nn.Module:
-        """The network with gradients averaged over the processes; itself when there is one."""
+    def wrap(self, network: nn.Module) -> nn.Module:
+        """Return the network with gradients averaged over the processes; itself when there is one."""
         if self.count == 1:
             return network
         if self.device.type == "cuda":
@@ -60,22 +61,22 @@ class Team:
         return DistributedDataParallel(network)
 
     def mean(self, x: Tensor) -> Tensor:
-        """The mean of a tensor over the processes, the same in all of them; without gradient."""
+        """Return the mean of a tensor over the processes, without gradient."""
         if self.count == 1:
             return x.detach()
         total = x.detach().float().clone()
         distributed.all_reduce(total)
         return total / self.count
 
-    def wait(self) -> None:
-        """Until every process has come here."""
+    def barrier(self) -> None:
+        """Wait until every process has called this."""
         if self.count > 1:
             distributed.barrier()
 
 
 @contextmanager
-def joined() -> Generator[Team]:
-    """The team of this process: torchrun says so in the environment; else it is alone.
+def process_group() -> Generator[ProcessGroup]:
+    """Give the group that torchrun describes in the environment, or a group of this process alone.
 
     The device is the process's own GPU where there is one, else the CPU.
     """
@@ -84,12 +85,12 @@ def joined() -> Generator[Team]:
     there = torch.cuda.is_available()
     device = torch.device("cuda", local) if there else torch.device("cpu")
     if count == 1:
-        yield Team(device)
+        yield ProcessGroup(device)
         return
     if there:
         torch.cuda.set_device(device)
-    distributed.init_process_group("nccl" if there else "gloo", timeout=_PATIENCE)
+    distributed.init_process_group("nccl" if there else "gloo", timeout=_TIMEOUT)
     try:
-        yield Team(device, rank, count)
+        yield ProcessGroup(device, rank, count)
     finally:
         distributed.destroy_process_group()

@@ -1,4 +1,4 @@
-"""What somebody does with a tool in one clip: pure numbers, no motion yet."""
+"""Parameters of the use of a tool in one clip, drawn before any motion."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -27,7 +27,7 @@ _WHEELBASE = 0.35
 
 
 @dataclass(frozen=True)
-class ToolJob:
+class ToolUse:
     """The choices of one clip; lengths in metres, angles in radians, times in frames."""
 
     action: ToolAction
@@ -79,9 +79,9 @@ class ToolJob:
         return self.reach * self.takes, self.release * self.leaves
 
 
-def write_job(
+def draw_tool_use(
     rng: np.random.Generator, action: ToolAction, prop: Prop, frames: int
-) -> ToolJob | None:
+) -> ToolUse | None:
     """Draw everything that belongs to an action; None where the prop cannot be used for it."""
     grasps = [g for g in prop.grasps if _suits(prop, g, action)]
     if not grasps:
@@ -91,7 +91,7 @@ def write_job(
     one = action == "trolley" or (action == "vacuum" and rng.random() < 0.5)
     left = bool(rng.random() < 0.5)
     stroke, length = _stroke(rng, action)
-    return ToolJob(
+    return ToolUse(
         action=action,
         prop=prop,
         grasp=grasps[rng.integers(len(grasps))],
