@@ -72,7 +72,7 @@ def export(
         take, notes = take_on_target(sampled, body, target)
     files = (path, *_beside(path, to, take))
     with whole_files(*files) as partials:
-        _write(files, partials, take, to, frame, options.bones, target, program)
+        _write(partials, files, take, to, frame, options.bones, target, program)
     return Exported(files, notes)
 
 
@@ -110,8 +110,8 @@ def _check(to: ExportFormat, bones: Bones, target: Target | None) -> None:
 
 
 def _write(
-    files: tuple[Path, ...],
     partials: tuple[Path, ...],
+    files: tuple[Path, ...],
     take: Take,
     to: ExportFormat,
     frame: tuple[UpAxis, Units],

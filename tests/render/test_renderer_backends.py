@@ -11,7 +11,7 @@ import trimesh
 from omomo_core.errors import InputError
 from render.backends import open_renderer
 from render.cameras import Camera, look_at, orbit, pinhole
-from render.normals import split_creases
+from render.normals import split_mesh
 from render.renderer import Renderer
 from render.scene import Drawable, Light, Scene
 
@@ -25,7 +25,8 @@ SQUARE_FACES = np.array([[0, 1, 2], [0, 2, 3]])
 
 
 def box(half: tuple[float, float, float], middle: tuple[float, float, float]) -> Drawable:
-    vertices, faces = split_creases(CUBE * half + middle, CUBE_FACES)
+    shape = split_mesh(CUBE * half + middle, CUBE_FACES)
+    vertices, faces = shape.vertices, shape.faces
     return Drawable("box", vertices, faces, ORANGE)
 
 

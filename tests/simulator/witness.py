@@ -20,7 +20,7 @@ from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS, ObjectMotion
 from render.actors import Actor
 from render.cameras import look_at
-from render.normals import split_creases
+from render.normals import split_mesh
 from render.scene import Drawable
 from render.video import write_video
 from tests.simulator.witness_view import frames
@@ -160,7 +160,8 @@ def film(
     """The witness's pictures (height, width, 3) at its `times`: the object with the board, in a room."""
     assert witness.camera.size is not None
     T_world_object = object_poses(motion, witness.times(motion) + witness.start)
-    vertices, faces = split_creases(motion.mesh.vertices, motion.mesh.faces)
+    shape = split_mesh(motion.mesh.vertices, motion.mesh.faces)
+    vertices, faces = shape.vertices, shape.faces
     actors = [
         Actor(Drawable("object", vertices, faces, (0.87, 0.60, 0.33)), T_world=T_world_object),
         Actor(_paper(board), T_world=T_world_object @ T_object_board),
