@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, FiniteFloat
 
-from capture_app.commands.inputs import OptionName
+from capture_app.commands.inputs import OptionName, Sample
 from capture_app.commands.reading import ReadingOptions
 from capture_app.commands.render import View
 from capture_app.commands.request import Request, VideoSize, place_of
@@ -169,7 +169,10 @@ class ResolveRequest(Request):
     READS: ClassVar[tuple[str, ...]] = ("result", "contacts")
 
     result: Path
-    contacts: Annotated[Path, Field(description="The result's contacts.json as you want it.")]
+    contacts: Annotated[
+        Path, Field(description="Contacts of the sample as you want them (contacts.json).")
+    ]
+    sample: Sample = None
     video_size: Size = (960, 540)
     """None makes no video."""
     video_view: VideoView = "third"
