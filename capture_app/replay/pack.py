@@ -87,11 +87,12 @@ _EMPTY: dict[str, Any] = {
 }
 
 
-def pack_result(result: Result, *, film: bool = True) -> bytes:
+def pack_result(result: Result, *, name: str | None = None, film: bool = True) -> bytes:
     """Every sample of a result, the object, and what the phone recorded as far as it is still there.
 
     Args:
         result: a result folder that is read.
+        name: what its owner calls it; the folder's name if not given.
         film: show what the phone filmed, too; decoding it takes some of its length.
 
     Raises:
@@ -102,7 +103,7 @@ def pack_result(result: Result, *, film: bool = True) -> bytes:
     thing = _object(moved.mesh)
     header = {
         "kind": "result",
-        "name": result.folder.resolve().name,
+        "name": name or result.folder.resolve().name,
         "frames": len(moved.valid),
         "start_time": moved.start_time,
         "body": {"name": body.name, "credit": body.credit, "height": body.height},
