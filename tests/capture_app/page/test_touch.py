@@ -7,6 +7,7 @@ PAGES = {
     "start": "/",
     "library": "/library",
     "session": "/sessions/{session}?object={object}&mount={mount}",
+    "shaken": "/sessions/{shaken}",
     "ways": "/calibrate?way=points&object={object}",
     "result": "/results/{motion}",
     "compare": "/compare?results={motion},{motion}",
@@ -33,7 +34,7 @@ SMALL = """() => {
 
 @pytest.mark.parametrize("name", PAGES)
 def test_targets_are_large_enough(tabs, server, example, motion, shaken, name):
-    page = tabs.open(server.at(PAGES[name].format(**example, motion=motion)))
+    page = tabs.open(server.at(PAGES[name].format(**example, motion=motion, shaken=shaken)))
     page.set_viewport_size({"width": 390, "height": 844})
     expect(page.locator("main h1")).to_be_visible()
     expect(page.locator("main[aria-busy], main [aria-busy]")).to_have_count(0, timeout=30_000)

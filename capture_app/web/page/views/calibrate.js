@@ -129,8 +129,12 @@ function drawWays(place, current, query) {
       "details",
       { open: current !== null && !(current in RECOMMENDED) },
       h("summary", {}, "Other ways"),
-      group("Record something else", RECORDED, current, query),
-      group("Without a recording", BY_HAND, current, query),
+      h(
+        "div",
+        { class: "stack" },
+        group("Record something else", RECORDED, current, query),
+        group("Without a recording", BY_HAND, current, query),
+      ),
     ),
   );
   /** @type {HTMLInputElement | null} */
