@@ -17,7 +17,7 @@ FORMAT_VERSION = 2
 _REMEMBERED = 2**14
 """Files whose hashes are remembered."""
 MOTION, MANIFEST, CONTACTS = "motion.npz", "manifest.json", "contacts.json"
-GLB, VIDEO = "motion.glb", "motion.mp4"
+GLB = "motion.glb"
 """Names of the files of a result folder."""
 
 

@@ -12,6 +12,7 @@ from capture_app.manifest import MOTION, Manifest
 from capture_app.manifest_builder import run_manifest
 from capture_app.prepare import PreparedTake, prepare_take
 from capture_app.progress import Progress, silent
+from capture_app.rendering import draw_video
 from capture_app.result import Result, save_motion
 from capture_app.staged_result import StagedResult, run_stages
 from omomo_core.body.model import BodyModel
@@ -21,12 +22,30 @@ from omomo_core.motion import ObjectMotion
 
 
 def run_take(request: RunRequest, progress: Progress = silent) -> Result:
-    """Turn a take into a result folder; nothing is left behind when it fails.
+    """Turn a take into a result folder, and draw its video if one is asked for.
 
     Args:
         request: the inputs and options; all are checked before the slow part starts.
-        progress: told each stage ("read", "object", "hands", "contact", "body", "solve", "export",
-            "video") and how far it is.
+        progress: told each stage (those of `motion_of_take`, then "video") and how far it is.
+
+    Returns:
+        The result, as it is on the disk.
+
+    Raises:
+        InputError, AssetError: see `motion_of_take`.
+    """
+    made = motion_of_take(request, progress)
+    draw_video(request, progress)
+    return made
+
+
+def motion_of_take(request: RunRequest, progress: Progress = silent) -> Result:
+    """Turn a take into a result folder without a video; nothing is left behind when it fails.
+
+    Args:
+        request: the inputs and options; all are checked before the slow part starts.
+        progress: told each stage ("read", "object", "hands", "contact", "body", "solve", "export")
+            and how far it is.
 
     Returns:
         The result, as it is on the disk.
@@ -43,12 +62,11 @@ class StagedRun(StagedResult[RunRequest]):
 
     @property
     def stages(self) -> Mapping[str, Callable[[], None]]:
-        """Read, generate, export, video, finish."""
+        """Read, generate, export, finish."""
         return {
             "read": self.read,
             "generate": self.generate,
             "export": self.export,
-            "video": self.video,
             "finish": self.finish,
         }
 

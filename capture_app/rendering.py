@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from capture_app.commands.render import RenderRequest
+from capture_app.commands.run import ResultRequest
 from capture_app.overlay.eye import eye_of
 from capture_app.pictures import MOVING, frame_at, save_pictures, stride, with_progress
 from capture_app.progress import Progress, silent
@@ -52,6 +53,20 @@ def render_result(request: RenderRequest, progress: Progress = silent) -> None:
         columns = request.sheet[0] if request.sheet else 1
         drawn = iter([contact_sheet(list(drawn), columns)])
     save_pictures(request.output, drawn)
+
+
+def draw_video(request: ResultRequest, progress: Progress = silent) -> None:
+    """Draw the video of a result that stands, if one is asked for.
+
+    Args:
+        request: what the result was made from.
+        progress: told the stage "video".
+
+    Raises:
+        InputError: see `render_result`; the result stays as it is.
+    """
+    if request.video is not None:
+        render_result(request.video, progress)
 
 
 def _order(request: RenderRequest, count: int) -> Sequence[int]:

@@ -9,6 +9,7 @@ from capture_app.generated_sample import GeneratedSample
 from capture_app.manifest import CONTACTS, MOTION, Manifest
 from capture_app.manifest_builder import correction_manifest
 from capture_app.progress import Progress, silent
+from capture_app.rendering import draw_video
 from capture_app.rerun import unchanged
 from capture_app.result import Result, body_of, load_result, sample_index, save_corrected
 from capture_app.staged_result import StagedResult, run_stages
@@ -25,11 +26,29 @@ from omomo_core.motion import ObjectMotion
 
 
 def resolve_result(request: ResolveRequest, progress: Progress = silent) -> Result:
-    """Correct one sample of a result; nothing is left behind when it fails.
+    """Correct one sample of a result, and draw the video if one is asked for.
 
     Args:
         request: the result and its corrected contacts.
-        progress: told each stage ("read", "solve", "export", "video") and how far it is.
+        progress: told each stage (those of `corrected_motion`, then "video") and how far it is.
+
+    Returns:
+        The new result, of that one sample, as it is on the disk.
+
+    Raises:
+        InputError, AssetError: see `corrected_motion`.
+    """
+    made = corrected_motion(request, progress)
+    draw_video(request, progress)
+    return made
+
+
+def corrected_motion(request: ResolveRequest, progress: Progress = silent) -> Result:
+    """Correct one sample of a result, without a video; nothing is left when it fails.
+
+    Args:
+        request: the result and its corrected contacts.
+        progress: told each stage ("read", "solve", "export") and how far it is.
 
     Returns:
         The new result, of that one sample, as it is on the disk.
@@ -47,12 +66,11 @@ class StagedCorrection(StagedResult[ResolveRequest]):
 
     @property
     def stages(self) -> Mapping[str, Callable[[], None]]:
-        """Read, solve, export, video, finish."""
+        """Read, solve, export, finish."""
         return {
             "read": self.read,
             "solve": self.solve,
             "export": self.export,
-            "video": self.video,
             "finish": self.finish,
         }
 

@@ -15,7 +15,7 @@ from capture_app.generated_sample import GeneratedSample, load_sample, save_samp
 from capture_app.manifest import MANIFEST, Manifest, write_manifest
 from capture_app.progress import Progress, StageClock
 from capture_app.result import Result, load_result
-from capture_app.sample_files import draw_sample, export_sample
+from capture_app.sample_files import export_sample
 from capture_app.staging import Staging
 from omomo_core.body.model import BodyModel
 from omomo_core.motion import ObjectMotion
@@ -97,14 +97,6 @@ class StagedResult(ABC, Generic[Request]):
             self.staging.folder, self.sample.person, self.object_motion, self.body, contacts
         )
         self.clock("export", 1.0)
-
-    def video(self) -> None:
-        """Draw the chosen sample."""
-        if size := self.request.video_size:
-            person = self.sample.person
-            view = self.request.video_view
-            motion, body = self.object_motion, self.body
-            draw_sample(self.staging.folder, person, motion, body, size, view, self.clock)
 
     def finish(self) -> None:
         """Write the manifest and put the folder in place; nothing to do where that is done."""

@@ -42,7 +42,7 @@ def write_video(path: Path, frames: Iterable[RGB], fps: float = 30.0, *, crf: in
         InputError: there is no frame, a frame has another size than the first, the path is a folder,
             or the disk is full.
     """
-    options: dict[str, object] = {"crf": str(crf), "preset": "medium"}
+    options: dict[str, object] = {"crf": str(crf), "preset": "veryfast"}
     return _write(path, frames, fps, ("mp4", {"movflags": "faststart"}), ("libx264", options))
 
 

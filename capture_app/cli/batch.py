@@ -159,11 +159,16 @@ def _end(
 ) -> "list[JobRecord]":
     """Stop the workers and write the tables; returns what became of the jobs."""
     from capture_app.jobs.batch.results import write_results
+    from capture_app.jobs.batch.watch import videos_of
 
     fleet.stop()
     jobs = queue.get_all(ids)
+    videos = queue.get_all(videos_of(jobs))
     queue.close()
     write_results(result, jobs)
+    for video in videos:
+        if video.state == "failed" and video.error:
+            say("Note", f"{video.name} could not be drawn: {video.error.what}", "yellow")
     return jobs
 
 

@@ -5,8 +5,7 @@ from typing import Annotated
 
 import typer
 
-from capture_app.cli.console import progress_bars
-from capture_app.cli.summary import summarise
+from capture_app.cli.summary import show_result
 
 
 def demo(
@@ -20,7 +19,7 @@ def demo(
     same as `omocap run` on that session; an earlier demo in the same place is replaced.
     """
     from capture_app.commands.run import RunRequest
-    from capture_app.pipeline import run_take
+    from capture_app.pipeline import motion_of_take
     from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 
     request = RunRequest(
@@ -30,6 +29,4 @@ def demo(
         output=result,
         replace=True,
     )
-    with progress_bars() as progress:
-        made = run_take(request, progress)
-    summarise(made)
+    show_result(request, motion_of_take)

@@ -3,9 +3,8 @@
 from typing import Any
 
 from capture_app.cli import options as given
-from capture_app.cli.console import progress_bars
 from capture_app.cli.derived import derived
-from capture_app.cli.summary import summarise
+from capture_app.cli.summary import show_result
 from capture_app.commands.request import validated
 from capture_app.commands.run import ResolveRequest
 
@@ -21,12 +20,10 @@ def resolve(
 
     Example: `omocap resolve chair_motion --contacts chair_motion/contacts.json -o chair_corrected`
     """
-    from capture_app.resolve import resolve_result
+    from capture_app.resolve import corrected_motion
 
     if not video:
         said["video_size"] = None
     said |= {"result": result, "output": output}
     request = validated(ResolveRequest, said, "option-invalid", prefix="--")
-    with progress_bars() as progress:
-        made = resolve_result(request, progress)
-    summarise(made)
+    show_result(request, corrected_motion)

@@ -3,9 +3,8 @@
 from typing import Any
 
 from capture_app.cli import options as given
-from capture_app.cli.console import progress_bars
 from capture_app.cli.derived import derived
-from capture_app.cli.summary import summarise
+from capture_app.cli.summary import show_result
 from capture_app.commands.request import validated
 from capture_app.commands.run import RunRequest
 
@@ -26,7 +25,7 @@ def run(
     session: given.Recording, output: given.ResultFolder, video: given.Video = True, **said: Any
 ) -> None:
     """See HELP."""
-    from capture_app.pipeline import run_take
+    from capture_app.pipeline import motion_of_take
     from ingest.animated.detect import is_animation
 
     animated = is_animation(session, mounted=said["mount"] is not None)
@@ -36,6 +35,4 @@ def run(
         said["video_size"] = None
     said |= {"session": session, "output": output, "animated": animated}
     request = validated(RunRequest, said, "option-invalid", prefix="--")
-    with progress_bars() as progress:
-        made = run_take(request, progress)
-    summarise(made)
+    show_result(request, motion_of_take)

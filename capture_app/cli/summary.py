@@ -1,13 +1,43 @@
 """What is printed at the end of a run."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
-from capture_app.cli.console import output, say
+from capture_app.cli.console import output, progress_bars, say
+from capture_app.commands.run import ResultRequest
 
 if TYPE_CHECKING:
+    from capture_app.progress import Progress
     from capture_app.result import Result
+
+
+def show_result(request: ResultRequest, make: "Callable[[Any, Progress], Result]") -> None:
+    """Make a result, tell of it as soon as it stands, and only then draw its video.
+
+    Args:
+        request: of a run or a correction.
+        make: makes the result without its video.
+    """
+    from capture_app.rendering import draw_video
+
+    with progress_bars() as progress:
+        made = make(request, progress)
+    summarise(made)
+    if request.video is None:
+        return
+    try:
+        with progress_bars() as progress:
+            draw_video(request, progress)
+    except BaseException:
+        say(
+            "Note",
+            "the result is complete, but has no video; draw one with `omocap render`.",
+            "yellow",
+        )
+        raise
+    say("Video", str(request.video.output), "green")
 
 
 def summarise(result: "Result") -> None:
@@ -16,7 +46,6 @@ def summarise(result: "Result") -> None:
     table = Table(box=None, pad_edge=False, show_header=False)
     about = {
         "motion.glb": "person and object, for Blender, Unity, Unreal",
-        "motion.mp4": "video",
         "motion.npz": "the numbers; see docs/format.md",
         "contacts.json": "which hand holds when and where; correct it with omocap resolve",
         "manifest.json": "how it was made",

@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Field, FiniteFloat
 
 from capture_app.commands.inputs import OptionName, Sample
 from capture_app.commands.reading import ReadingOptions
-from capture_app.commands.render import View
+from capture_app.commands.render import RenderRequest, View
 from capture_app.commands.request import Request, VideoSize, place_of
 from capture_app.commands.text_values import read_place
 
@@ -31,6 +31,10 @@ VideoView = Annotated[
     View, OptionName("--view"), Field(description="View of the video; see `omocap render --help`.")
 ]
 Replace = Annotated[bool, Field(description="Replace an earlier result of the same name.")]
+
+
+VIDEO = "motion.mp4"
+"""Name of the video in a result folder."""
 
 
 class TakeOptions(ReadingOptions):
@@ -87,7 +91,29 @@ class TakeOptions(ReadingOptions):
     ] = False
 
 
-class RunRequest(TakeOptions, Request):
+class ResultRequest(Request):
+    """A result folder is to be made, and a video of it."""
+
+    video_size: Size = (960, 540)
+    """None makes no video."""
+    video_view: VideoView = "third"
+    replace: Replace = False
+
+    @property
+    def video(self) -> RenderRequest | None:
+        """What draws the video, once the result is there."""
+        if self.video_size is None:
+            return None
+        return RenderRequest(
+            name=self.name,
+            result=self.output,
+            output=self.output / VIDEO,
+            view=self.video_view,
+            size=self.video_size,
+        )
+
+
+class RunRequest(TakeOptions, ResultRequest):
     """A take becomes a motion: its inputs, and all options."""
 
     KIND: ClassVar[str] = "run"
@@ -152,10 +178,6 @@ class RunRequest(TakeOptions, Request):
             description="Factor to metres, e.g. 0.01 for a mesh in centimetres.",
         ),
     ] = 1.0
-    video_size: Size = (960, 540)
-    """None makes no video."""
-    video_view: VideoView = "third"
-    replace: Replace = False
 
     @property
     def generation(self) -> "GenerationOptions":
@@ -182,7 +204,7 @@ class RunRequest(TakeOptions, Request):
         }
 
 
-class ResolveRequest(Request):
+class ResolveRequest(ResultRequest):
     """A result with corrected contacts becomes another one."""
 
     KIND: ClassVar[str] = "resolve"
@@ -193,7 +215,3 @@ class ResolveRequest(Request):
         Path, Field(description="Contacts of the sample as you want them (contacts.json).")
     ]
     sample: Sample = None
-    video_size: Size = (960, 540)
-    """None makes no video."""
-    video_view: VideoView = "third"
-    replace: Replace = False

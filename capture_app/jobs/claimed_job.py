@@ -7,9 +7,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from capture_app.commands.request import Request
 from capture_app.jobs.engine import durable
 from capture_app.jobs.job_errors import job_error
 from capture_app.jobs.protocol import Attempt, JobKind, StagedJob
+from capture_app.jobs.queue import JobQueue, order_id
 from capture_app.jobs.record import JobError
 from capture_app.jobs.reporter import JobCancelled, JobReporter
 from capture_app.jobs.worker_store import WorkerStore
@@ -71,8 +73,9 @@ class ClaimedJob:
         if kind is None:
             self._fail(_unknown(row["kind"]), None)
             return None
+        desk = self._desk
         attempt = Attempt(
-            row["id"], self._desk.progress, self._desk.say, self._desk.tell, row["timings"]
+            row["id"], desk.progress, desk.say, desk.tell, row["timings"], self._follow
         )
         try:
             work = kind.start(kind.order.model_validate(row["order"]), attempt)
@@ -90,6 +93,17 @@ class ClaimedJob:
         else:
             return work
         return None
+
+    def _follow(self, order: Request) -> str:
+        """Order another job, once."""
+        job_id = order_id(order)
+        queue = JobQueue(self._ledger.database)
+        try:
+            if not queue.submit_all([(job_id, order)], waited_for=False):
+                queue.again(job_id)  # of an earlier result in the same place
+        finally:
+            queue.let_go()
+        return job_id
 
     def _do(self, stage: Callable[[], None], work: StagedJob) -> bool:
         """One stage; whether to go on."""

@@ -22,6 +22,9 @@ class Attempt:
     """Takes what belongs into the summary."""
     timings: Mapping[str, float] = field(default_factory=dict[str, float])
     """Seconds spent by earlier attempts."""
+    follow: Callable[[Request], str] = lambda order: ""
+    """Puts another job into the queue, behind all that people wait for; returns its id, which is
+    the same for the same order."""
 
 
 class StagedJob(Protocol):

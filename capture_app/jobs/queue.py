@@ -19,6 +19,8 @@ from capture_app.jobs.tables import JOBS, WORKERS
 from capture_app.jobs.worker_store import count_death
 from omomo_core.errors import InputError
 
+_LAST = 1_000
+"""DBOS' priority of what nobody waits for; jobs without one come first."""
 _AT_ONCE = 500
 """Ids in one question; SQLite has a bound."""
 
@@ -94,8 +96,12 @@ class JobQueue:
         assert record is not None
         return record
 
-    def submit_all(self, orders: Iterable[tuple[str, Request]]) -> int:
+    def submit_all(self, orders: Iterable[tuple[str, Request]], *, waited_for: bool = True) -> int:
         """Put many jobs into the queue in one transaction: all or none.
+
+        Args:
+            orders: with their ids.
+            waited_for: somebody waits for these; others are begun when no such job waits.
 
         Returns:
             How many were not there yet.
@@ -107,7 +113,7 @@ class JobQueue:
             if new:
                 c.execute(sa.insert(JOBS), new)
             for row in new:
-                self._enqueue(c, row["id"], row["workflow"])
+                self._enqueue(c, row["id"], row["workflow"], None if waited_for else _LAST)
         return len(new)
 
     def adopt(self, id: str, order: Request, *, timings: Mapping[str, float], summary: Any) -> None:
@@ -199,9 +205,13 @@ class JobQueue:
                 )
         self._dbos.delete_workflow(row.workflow)
 
-    def close(self) -> None:
-        """Let go of the database."""
+    def let_go(self) -> None:
+        """Leave the database open for others."""
         self._dbos.destroy()
+
+    def close(self) -> None:
+        """Let go, and close the database."""
+        self.let_go()
         self._database.close()
 
     def _known(self, c: sa.Connection, ids: Sequence[str]) -> set[str]:
@@ -211,12 +221,16 @@ class JobQueue:
             known.update(c.execute(some).scalars())
         return known
 
-    def _enqueue(self, c: sa.Connection, id: str, workflow: str) -> None:
+    def _enqueue(
+        self, c: sa.Connection, id: str, workflow: str, priority: int | None = None
+    ) -> None:
         options: EnqueueOptions = {
             "workflow_name": WORKFLOW,
             "queue_name": QUEUE,
             "workflow_id": workflow,
         }
+        if priority is not None:
+            options["priority"] = priority
         self._dbos.enqueue_in_transaction(c, options, id)
 
 

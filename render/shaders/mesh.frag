@@ -43,12 +43,16 @@ float sunlit(vec3 n) {
     vec3 t = normalize(cross(n, abs(n.x) < 0.7 ? vec3(1, 0, 0) : vec3(0, 1, 0)));
     vec3 s = (light_matrix * vec4(frag_position + LIFT * n, 1.0)).xyz * 0.5 + 0.5;
     mat2x3 disc = mat2x3(mat3(light_matrix) * t, mat3(light_matrix) * cross(n, t)) * (0.5 * blur);
-    if (any(lessThan(s, vec3(0.0))) || any(greaterThan(s, vec3(1.0)))) return 1.0;
+    bool inside = all(greaterThanEqual(s.xy, vec2(0.0))) && all(lessThanEqual(s.xy, vec2(1.0)));
+    s.z = min(s.z, 1.0);  // what lies behind all casters; where there is none, the map holds 1
+    // Such a loop is left when no pixel of a block needs it, where an "if" would run for all.
     float lit = 0.0;
-    for (int i = 0; i < FEW; i++) lit += lit_at(s + disc * TAPS[i]);
-    if (lit == 0.0 || lit == float(FEW)) return lit / float(FEW);  // no edge is near
-    for (int i = FEW; i < ALL; i++) lit += lit_at(s + disc * TAPS[i]);
-    return lit / float(ALL);
+    for (int once = 0; once < int(inside); once++)
+        for (int i = 0; i < FEW; i++) lit += lit_at(s + disc * TAPS[i]);
+    bool edge = inside && lit > 0.0 && lit < float(FEW);
+    for (int once = 0; once < int(edge); once++)
+        for (int i = FEW; i < ALL; i++) lit += lit_at(s + disc * TAPS[i]);
+    return inside ? lit / float(edge ? ALL : FEW) : 1.0;
 }
 #endif
 

@@ -30,8 +30,10 @@ def test_a_take_becomes_a_result_folder(inputs: Inputs, weights: Path) -> None:
 
     names = ["contacts.json", "manifest.json", "motion.glb", "motion.mp4", "motion.npz"]
     assert sorted(path.name for path in inputs.output.iterdir()) == names
-    assert list(dict.fromkeys(stage for stage, _ in heard)) == list(made.manifest.timings)
-    assert {stage: f for stage, f in heard} == dict.fromkeys(made.manifest.timings, 1.0)
+    # The result stands before its video is drawn.
+    stages = [*made.manifest.timings, "video"]
+    assert list(dict.fromkeys(stage for stage, _ in heard)) == stages
+    assert {stage: f for stage, f in heard} == dict.fromkeys(stages, 1.0)
 
     frames = len(made.object_motion.valid)
     assert frames == 91
@@ -141,7 +143,7 @@ def test_a_split_take_uses_the_longest_segment_and_says_so(inputs: Inputs, weigh
     assert caught.value.code == "segment-missing"
 
 
-@pytest.mark.parametrize("stage", ["hands", "solve", "export", "video"])
+@pytest.mark.parametrize("stage", ["hands", "solve", "export"])
 def test_an_interrupted_run_leaves_nothing(inputs: Inputs, weights: Path, stage: str) -> None:
     def interrupt(heard: str, fraction: float) -> None:
         if heard == stage:
@@ -151,3 +153,19 @@ def test_an_interrupted_run_leaves_nothing(inputs: Inputs, weights: Path, stage:
     with pytest.raises(KeyboardInterrupt):
         run_take(inputs.request(weights).model_copy(update={"video_size": (96, 64)}), interrupt)
     assert set(inputs.folder.iterdir()) == before
+
+
+def test_an_interrupted_video_leaves_the_result(inputs: Inputs, weights: Path) -> None:
+    def interrupt(heard: str, fraction: float) -> None:
+        if heard == "video":
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_take(inputs.request(weights).model_copy(update={"video_size": (96, 64)}), interrupt)
+    assert len(load_result(inputs.output).motions) == 2
+    assert sorted(path.suffix for path in inputs.output.iterdir()) == [
+        ".glb",
+        ".json",
+        ".json",
+        ".npz",
+    ]

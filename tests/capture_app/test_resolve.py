@@ -277,7 +277,7 @@ def test_a_result_of_the_published_rule_has_no_contacts_to_correct(
     assert_refused(capsys, inputs.folder, words, "result-without-contacts")
 
 
-@pytest.mark.parametrize("stage", ["solve", "export", "video"])
+@pytest.mark.parametrize("stage", ["solve", "export"])
 def test_an_interrupted_correction_leaves_nothing(
     demo: Result, contacts: Contacts, tmp_path: Path, stage: str
 ) -> None:

@@ -12,6 +12,19 @@ from tests.docs.inputs import Given
 from tests.docs.running import Stage, run_page
 
 DEV, PLAIN = ".installed[dev]", ".installed"
+PIP = """#!/bin/sh
+case "$*" in
+list*) cat torch 2>/dev/null ;;
+*) echo "$@" >> installed ;;
+esac
+case "$*" in *+cpu) ! [ -f unseen ] ;; esac
+"""
+"""Lists the file "torch", and cannot find the CPU build of PyTorch where there is a file "unseen"."""
+
+
+@pytest.fixture(autouse=True)
+def without_gpu(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("OMOCAP_TORCH", "cpu")
 
 
 def stand_in(folder: Path) -> Path:
@@ -21,7 +34,7 @@ def stand_in(folder: Path) -> Path:
         (folder / name).symlink_to(REPO / name)
     write_shim(folder / ".venv" / "bin" / "omocap")
     pip = folder / ".venv" / "bin" / "pip"
-    pip.write_text('#!/bin/sh\necho "$@" >> installed\n')
+    pip.write_text(PIP)
     pip.chmod(0o755)
     return folder
 
@@ -31,12 +44,15 @@ def stamp(folder: Path, name: str, text: str | None = None) -> None:
     files = [str(REPO / name) for name in ("pyproject.toml", "constraints.txt")]
     both = subprocess.run(["cat", *files], capture_output=True, check=True).stdout
     sum_ = subprocess.run(["cksum"], input=both, capture_output=True, check=True).stdout.decode()
-    (folder / ".venv" / name).write_text(sum_ if text is None else text)
+    (folder / ".venv" / name).write_text(f"{sum_.strip()} cpu\n" if text is None else text)
 
 
-def run(folder: Path, *words: str) -> str:
+def run(folder: Path, *words: str, says: str = "") -> str:
     """What was installed by the script."""
-    subprocess.run(["./run", *words], cwd=folder, capture_output=True, check=False)
+    done = subprocess.run(
+        ["./run", *words], cwd=folder, capture_output=True, check=False, text=True
+    )
+    assert says in done.stderr
     noted = folder / "installed"
     return noted.read_text() if noted.exists() else ""
 
@@ -49,9 +65,32 @@ def test_what_is_installed_is_not_installed_again(tmp_path: Path, name: str):
 
 def test_what_is_missing_is_installed(tmp_path: Path):
     stand_in(tmp_path)
-    assert run(tmp_path, "formats").endswith("-e .\n")
-    assert run(tmp_path, "formats").count("\n") == 1
+    first, second = run(tmp_path, "formats").splitlines()
+    assert first.endswith(f"{torch_line()}+cpu")
+    assert second.endswith("-e .")
+    assert run(tmp_path, "formats").count("\n") == 2
     assert run(tmp_path, "test").endswith("-e .[dev]\n")
+
+
+def torch_line() -> str:
+    lines = (REPO / "constraints.txt").read_text().splitlines()
+    return next(line for line in lines if line.startswith("torch=="))
+
+
+def test_a_cpu_build_that_pip_cannot_see_is_told_of(tmp_path: Path):
+    stand_in(tmp_path)
+    (tmp_path / "unseen").touch()
+    assert run(tmp_path, "formats", says="PIP_EXTRA_INDEX_URL").endswith("-e .\n")
+
+
+def test_the_cuda_build_takes_the_place_of_the_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv("OMOCAP_TORCH", "cuda")
+    (stand_in(tmp_path) / "torch").write_text(f"{torch_line()}+cpu\n")
+    first, second = run(tmp_path, "formats").splitlines()
+    assert first == "uninstall --quiet --yes torch"
+    assert second.endswith("-e .")
 
 
 def test_other_dependencies_are_installed(tmp_path: Path):

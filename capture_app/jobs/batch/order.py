@@ -9,8 +9,10 @@ from typing import Any
 from capture_app.commands.request import validated
 from capture_app.commands.run import RunRequest
 from capture_app.jobs.batch.sessions import unused
+from capture_app.jobs.batch.watch import videos_of
 from capture_app.jobs.kinds.results import summary_of
 from capture_app.jobs.queue import JobQueue, order_id
+from capture_app.jobs.record import JobRecord
 from capture_app.manifest import MANIFEST, Manifest, read_manifest
 from ingest.animated.detect import is_animation
 from omomo_core.errors import InputError
@@ -117,7 +119,16 @@ def submit_batch(queue: JobQueue, orders: Sequence[RunRequest]) -> tuple[list[st
                 f"The result {output.name} was damaged; it is now {aside.name}, and made again."
             )
             queue.again(job.id)
+        else:
+            _again_video(queue, job)
     return [order_id(order) for order in orders], notes
+
+
+def _again_video(queue: JobQueue, job: JobRecord) -> None:
+    """Try a video once more that could not be drawn."""
+    for video in queue.get_all(videos_of([job])):
+        if video.state in ("failed", "cancelled"):
+            queue.again(video.id)
 
 
 def _animated(session: Path, *, mounted: bool) -> bool:

@@ -19,7 +19,7 @@ def watch(
     pause: float = 1.0,
     full: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Return when all jobs are over; they are over whoever does them.
+    """Return when all jobs and the videos they ordered are over, whoever does them.
 
     Args:
         queue: they are in.
@@ -31,17 +31,26 @@ def watch(
     Raises:
         InputError: "disk-full": no job that is left can be done, and what failed for it may be done later.
     """
-    left = list(ids)
+    asked, left = set(ids), list(ids)
     while True:
         now = queue.get_all(left)
         ended = [job for job in now if job.state in OVER]
         left = [job.id for job in now if job.state not in OVER]
-        show(ended, [job for job in now if job.state in ("running", "cancelling")])
+        left += videos_of(ended)
+        show(
+            [job for job in ended if job.id in asked],
+            [job for job in now if job.state in ("running", "cancelling")],
+        )
         if full() or any(job.error and job.error.code == "disk-full" for job in ended):
             raise _full(len(left) + sum(job.state != "done" for job in ended))
         if not left:
             return
         time.sleep(pause)
+
+
+def videos_of(jobs: Sequence[JobRecord]) -> list[str]:
+    """Ids of the jobs that draw their videos."""
+    return [job.summary["video_job"] for job in jobs if job.summary.get("video_job")]
 
 
 def _full(left: int) -> InputError:

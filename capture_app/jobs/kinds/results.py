@@ -1,4 +1,7 @@
-"""Jobs that make a result folder, stage by stage: a run, and a run with corrected contacts."""
+"""Jobs that make a result folder, stage by stage: a run, and a run with corrected contacts.
+
+The video is a job of its own, which the last stage orders: a result waits for no picture.
+"""
 
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
@@ -54,6 +57,8 @@ class FolderJob:
         manifest = read_manifest(self.staged.staging.target / MANIFEST)
         for sentence in (*manifest.notes, *manifest.faults):
             self._attempt.say(sentence)
+        if video := self.staged.request.video:
+            self._attempt.tell({"video_job": self._attempt.follow(video)})
         self._attempt.tell(summary_of(manifest))
 
 
@@ -71,7 +76,6 @@ _RUN_SHARES = {
     "body": 0.15,
     "solve": 0.3,
     "export": 0.05,
-    "video": 0.3,
 }
 
 
@@ -108,6 +112,4 @@ def _start_resolve(order: ResolveRequest, attempt: Attempt) -> FolderJob:
     return FolderJob(staged, attempt)
 
 
-RESOLVE = JobKind(
-    ResolveRequest, _start_resolve, {"read": 0.1, "solve": 0.4, "export": 0.1, "video": 0.4}
-)
+RESOLVE = JobKind(ResolveRequest, _start_resolve, {"read": 0.2, "solve": 0.6, "export": 0.2})

@@ -8,8 +8,10 @@ from fastapi import APIRouter
 from fastapi.responses import FileResponse, Response
 from pydantic import BaseModel, ConfigDict
 
+from capture_app.commands.run import VIDEO
+from capture_app.jobs.record import OVER
 from capture_app.library_item import Info
-from capture_app.manifest import CONTACTS, MANIFEST, VIDEO, Manifest, read_manifest
+from capture_app.manifest import CONTACTS, MANIFEST, Manifest, read_manifest
 from capture_app.web.cache import key
 from capture_app.web.file_response import ResultFile, file_name, file_response, listed, one_of
 from capture_app.web.in_use import refuse_in_use
@@ -40,6 +42,8 @@ class Whole(BaseModel):
     manifest: dict[str, Any]
     files: list[ResultFile]
     exports: list[ResultFile]
+    video_job: str | None
+    """Id of the job that draws its video; null when that is over."""
 
 
 @router.get("")
@@ -62,6 +66,7 @@ def one(site: Here, id: Id) -> Whole:
         manifest=manifest,
         files=listed(results.place(id), f"{at}/files"),
         exports=listed(results.exports(id), f"{at}/exports"),
+        video_job=_video_job(site, id),
     )
 
 
@@ -126,6 +131,13 @@ async def share(site: Here, id: Id) -> FileResponse:
     if not path.is_file():
         await site.sandbox.run(work.share_result, folder, name, path)
     return file_response(path, f"{file_name(name)}.html")
+
+
+def _video_job(site: Site, id_: str) -> str | None:
+    """The job that draws the video; a result that a job made has the job's id."""
+    made = site.queue.get(id_)
+    video = made and site.queue.get(made.summary.get("video_job", ""))
+    return video.id if video and video.state not in OVER else None
 
 
 def _served(site: Site, id_: str, path: Path) -> FileResponse:

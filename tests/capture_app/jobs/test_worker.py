@@ -37,6 +37,16 @@ def test_jobs_are_done_whole_by_several_workers(
     check_nothing_left(tmp_path / "out")
 
 
+def test_what_nobody_waits_for_comes_last(queue: JobQueue, start: Start, tmp_path: Path) -> None:
+    patient, *others = orders(tmp_path / "out", 3)
+    queue.submit_all([patient], waited_for=False)
+    queue.submit_all(others)
+    start(queue)
+    last, *first = finished(queue, [id for id, _ in (patient, *others)])
+    assert last.started is not None
+    assert all(record.ended and record.ended <= last.started for record in first)
+
+
 def test_a_failure_is_told_in_words_and_stops_no_other(
     queue: JobQueue, start: Start, tmp_path: Path
 ) -> None:

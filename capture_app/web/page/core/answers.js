@@ -13,7 +13,8 @@
 /** @typedef {Item & {session?: string | null, object?: string | null, mount?: string | null,
  *    parent?: string | null, object_name?: string, seconds?: number, samples: number,
  *    chosen?: number, video?: string | null, faults?: string[], notes?: string[]}} Motion */
-/** @typedef {Motion & {manifest: Manifest, files: Made[], exports: Made[]}} Result */
+/** @typedef {Motion & {manifest: Manifest, files: Made[], exports: Made[],
+ *    video_job: string | null}} Result */
 /** @typedef {{
  *    inputs: {role: string}[], options: Record<string, unknown>, correction: unknown,
  *    scores: Record<string, number>[], chosen: number, timings: Record<string, number>,

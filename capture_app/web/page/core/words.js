@@ -109,14 +109,13 @@ export const STAGES = {
 };
 
 /** Stages of a job in order, as far as they are known before it runs.
- *  @param {string} kind @param {boolean} video */
-export function stagesOf(kind, video) {
+ *  @param {string} kind */
+export function stagesOf(kind) {
   const run = ["read", "object", "hands", "contact", "body", "solve", "export"];
   const scan = ["look", "frames", "features", "match", "cameras", "stereo", "fusion", "clean"];
   /** @type {Record<string, string[]>} */
   const all = { run, resolve: ["read", "solve", "export"], scan };
-  const known = all[kind] ?? [];
-  return video && kind !== "scan" && known.length ? [...known, "video"] : known;
+  return all[kind] ?? [];
 }
 
 /** Whether a job will change by itself no more. @param {{state: string}} job */

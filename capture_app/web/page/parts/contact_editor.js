@@ -167,7 +167,7 @@ class Editor {
     const key = (this.key ??= freshKey());
     return attempt(this.solve, this.problem, async () => {
       const name = `${this.item.name}, corrected`;
-      const video = Boolean(this.item.video);
+      const video = Boolean(this.item.video ?? this.item.video_job);
       const json = {
         kind: "resolve",
         name,

@@ -10,8 +10,7 @@ export function stageWords(job) {
 
 /** All stages of a job as a list. @param {Job} job */
 export function stageList(job) {
-  const video = Boolean(job.options?.video_size);
-  const known = stagesOf(job.kind, video);
+  const known = stagesOf(job.kind);
   const seen = [...Object.keys(job.timings), job.stage].filter(Boolean);
   const stages = [
     ...known,

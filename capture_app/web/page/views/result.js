@@ -7,6 +7,7 @@ import { count, size, span } from "../core/words.js";
 import { contactEditor } from "../parts/contact_editor.js";
 import { exportForm } from "../parts/export_form.js";
 import { fileList } from "../parts/files.js";
+import { resultVideo } from "../parts/result_video.js";
 import { samplePicker } from "../parts/samples.js";
 import { Stage } from "../parts/stage.js";
 import { stood } from "../parts/stood.js";
@@ -61,7 +62,7 @@ export async function result({ params, signal }) {
       ),
       h("div", { class: "stack" }, use(item, choices, which, { sample, signal }), share(item), words(item)),
     ),
-    film(item),
+    resultVideo(item, signal),
     moreVideos(item, { guide, videos, sessions, sample, signal }),
     making(item),
   );
@@ -161,18 +162,6 @@ function words(item) {
           { class: "hint" },
           "Every hand is where it should be, and nothing is inside the object.",
         ),
-  );
-}
-
-/** @param {Result} item */
-function film(item) {
-  if (!item.video) return null;
-  return h(
-    "section",
-    {},
-    h("h2", {}, "Video"),
-    h("video", { controls: true, preload: "auto", src: item.video, class: "film" }),
-    h("p", {}, h("a", { href: item.video, download: `${item.name}.mp4` }, "Download the video")),
   );
 }
 
