@@ -5,7 +5,7 @@ The layout is in `capture_app.replay.pack`, what is in it in docs/replay.md.
 
 import json
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -64,6 +64,7 @@ QUATERNION = 32767
 _MOST_FRAMES = 200_000
 _GUESSED_HEIGHT = 1.0
 """Metres above the floor at which a phone is taken to start when nothing says where the floor is."""
+_TOLD = ("events", "faults", "notes")
 _EMPTY: dict[str, Any] = {
     "start_time": 0.0,
     "object": None,
@@ -87,12 +88,19 @@ _EMPTY: dict[str, Any] = {
 }
 
 
-def pack_result(result: Result, *, name: str | None = None, film: bool = True) -> bytes:
+def pack_result(
+    result: Result,
+    *,
+    name: str | None = None,
+    words: Callable[[Any], Any] = lambda told: told,
+    film: bool = True,
+) -> bytes:
     """Every sample of a result, the object, and what the phone recorded as far as it is still there.
 
     Args:
         result: a result folder that is read.
         name: what its owner calls it; the folder's name if not given.
+        words: brings what is told of it (checks, faults, notes) into the words of who shows it.
         film: show what the phone filmed, too; decoding it takes some of its length.
 
     Raises:
@@ -116,8 +124,9 @@ def pack_result(result: Result, *, name: str | None = None, film: bool = True) -
         "faults": manifest.faults,
         "notes": (*manifest.notes, *told.pop("notes", ())),
     }
+    header = {**_EMPTY, **header, **thing[0], **told}
     return pack_bytes(
-        {**_EMPTY, **header, **thing[0], **told},
+        header | {key: words(header[key]) for key in _TOLD},
         {
             **body_arrays(body),
             **_people_arrays(result.people, body),

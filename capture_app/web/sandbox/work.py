@@ -11,7 +11,7 @@ from typing import Any
 
 from capture_app.inspection import Inspection, inspect_take
 from capture_app.report_page.page import report_page
-from capture_app.web.page_words import in_page_words
+from capture_app.web.page_words import all_in_page_words, in_page_words
 from capture_app.web.sandbox.report import own_motion, report_data
 from ingest.animated.detect import is_animation
 from ingest.formats.detect import check_is_session
@@ -141,7 +141,7 @@ def pack_result_scene(result: Path, scene: Path) -> dict[str, Any]:
     from capture_app.replay.pack import pack_result
     from capture_app.result import load_result
 
-    return _written(scene, pack_result(load_result(result)))
+    return _written(scene, pack_result(load_result(result), words=all_in_page_words))
 
 
 def share_result(result: Path, title: str, page: Path) -> dict[str, Any]:
@@ -154,7 +154,7 @@ def share_result(result: Path, title: str, page: Path) -> dict[str, Any]:
     from capture_app.replay.share import share_page
     from capture_app.result import load_result
 
-    pack = pack_result(load_result(result), name=title)
+    pack = pack_result(load_result(result), name=title, words=all_in_page_words)
     write_whole(page, share_page([pack], title=title))
     return {}
 
