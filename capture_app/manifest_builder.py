@@ -108,11 +108,16 @@ def run_manifest(
 def correction_manifest(
     request: ResolveRequest,
     before: Result,
+    index: int,
     sample: GeneratedSample,
     timings: dict[str, float],
     files: tuple[str, ...],
 ) -> Manifest:
-    """The manifest of a result whose chosen sample was corrected: that one's, but for what is new."""
+    """The manifest of a result with one sample corrected: what is not new is of the result before.
+
+    Args:
+        index: of the sample in the result before.
+    """
     first = before.manifest
     return Manifest(
         inputs=first.inputs,
@@ -127,7 +132,7 @@ def correction_manifest(
         correction=Correction(
             result=str(request.result),
             manifest_sha256=sha256(request.result / MANIFEST),
-            sample=first.chosen,
+            sample=index,
             contacts=str(request.contacts),
             contacts_sha256=sha256(request.contacts),
         ),

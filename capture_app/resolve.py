@@ -11,7 +11,7 @@ from capture_app.manifest_builder import correction_manifest
 from capture_app.progress import Progress, silent
 from capture_app.rendering import draw_video
 from capture_app.rerun import unchanged
-from capture_app.result import Result, body_of, load_result, save_corrected
+from capture_app.result import Result, body_of, load_result, sample_index, save_corrected
 from capture_app.staged_result import StagedResult, run_stages
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.file import read_contacts
@@ -26,7 +26,7 @@ from omomo_core.motion import ObjectMotion
 
 
 def resolve_result(request: ResolveRequest, progress: Progress = silent) -> Result:
-    """Correct the chosen sample of a result, and draw the video if one is asked for.
+    """Correct one sample of a result, and draw the video if one is asked for.
 
     Args:
         request: the result and its corrected contacts.
@@ -44,7 +44,7 @@ def resolve_result(request: ResolveRequest, progress: Progress = silent) -> Resu
 
 
 def corrected_motion(request: ResolveRequest, progress: Progress = silent) -> Result:
-    """Correct the chosen sample of a result, without a video; nothing is left when it fails.
+    """Correct one sample of a result, without a video; nothing is left when it fails.
 
     Args:
         request: the result and its corrected contacts.
@@ -88,7 +88,7 @@ class StagedCorrection(StagedResult[ResolveRequest]):
         scene = self._thing.clip(self.object_motion.T_world_object)
         person = resolve(self._person, self._edited, scene, self._thing, self.body)
         self.clock("solve", 1.0)
-        save_corrected(self.staging.folder / MOTION, self._before, person)
+        save_corrected(self.staging.folder / MOTION, self._before, self._index, person)
         scores = score(person, scene.must_hold)
         self.keep(GeneratedSample(person, 0, (scores,), notes_of(scores)))
 
@@ -115,7 +115,9 @@ class StagedCorrection(StagedResult[ResolveRequest]):
     def manifest(self, files: tuple[str, ...]) -> Manifest:
         """Of the new result."""
         timings = self.clock.seconds
-        return correction_manifest(self.request, self._before, self.sample, timings, files)
+        return correction_manifest(
+            self.request, self._before, self._index, self.sample, timings, files
+        )
 
     @cached_property
     def _before(self) -> Result:
@@ -125,9 +127,13 @@ class StagedCorrection(StagedResult[ResolveRequest]):
     def _body(self) -> BodyModel:
         return _unchanged_body(self._before)
 
+    @cached_property
+    def _index(self) -> int:
+        return sample_index(self._before, self.request.sample)
+
     @property
     def _person(self) -> Person:
-        return self._before.people[self._before.manifest.chosen]
+        return self._before.people[self._index]
 
     @cached_property
     def _thing(self) -> ObjectModel:

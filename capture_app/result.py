@@ -114,20 +114,21 @@ def save_motion(
     _write(path, arrays)
 
 
-def save_corrected(path: Path, before: Result, person: Person) -> None:
-    """Write a result's arrays again with its chosen sample, as corrected, in place of all samples.
+def save_corrected(path: Path, before: Result, index: int, person: Person) -> None:
+    """Write a result's arrays again with one sample, as corrected, in place of all samples.
 
     What is the same has the same numbers, to the last bit.
 
     Args:
         path: the .npz file to write.
         before: the result; its file is read again.
-        person: its chosen sample, corrected.
+        index: of the sample that was corrected.
+        person: that sample, corrected.
     """
     arrays = _read(before.folder / MOTION)
     new = _people_arrays([person])
     for key in ("rotations_xyzw", "fingers_xyzw"):
-        new[key] = same_numbers(new[key][0], arrays[key][before.manifest.chosen])[None]
+        new[key] = same_numbers(new[key][0], arrays[key][index])[None]
     _write(path, {**arrays, **new, "chosen": np.array(0, np.int32)})
 
 

@@ -9,7 +9,7 @@ import trimesh
 from jaxtyping import Float64
 
 from ingest.mesh_texture import read_texture
-from omomo_core.errors import InputError
+from omomo_core.errors import InputError, reader_complaint
 from omomo_core.motion import ObjectMesh
 
 FORMATS = (".obj", ".ply", ".stl", ".glb", ".gltf")
@@ -96,7 +96,7 @@ def decoding(path: Path) -> Generator[None]:
     except Exception as problem:  # the decoders raise anything on a damaged file
         raise InputError(
             "mesh-unreadable",
-            f"{path.name} cannot be read: {type(problem).__name__}: {str(problem)[:200]}",
+            f"{path.name} cannot be read: {reader_complaint(problem)}.",
             where=str(path),
             fix="Open it in a 3D program and export it again.",
         ) from problem

@@ -30,3 +30,17 @@ class InputError(OmocapError):
 
 class AssetError(OmocapError):
     """A file the program needs (body, weights) is missing, damaged or of another version."""
+
+
+_OF_PYTHON = (LookupError, TypeError, AttributeError, AssertionError, ArithmeticError, UnicodeError)
+
+
+def reader_complaint(problem: Exception) -> str:
+    """Return what a library says of a file that it cannot read, without the words of Python.
+
+    Exceptions that only name a key, a type or an attribute tell a user nothing.
+    """
+    text = str(problem)
+    if isinstance(problem, _OF_PYTHON) or " " not in text:
+        return "what it holds is not as its format has it"
+    return text[:200]

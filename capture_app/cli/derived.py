@@ -9,7 +9,7 @@ import typer
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from capture_app.commands.inputs import OptionName
+from capture_app.commands.inputs import option_of
 from capture_app.commands.typed import typed_as
 
 
@@ -48,8 +48,7 @@ def derived(
 
 
 def _parameter(name: str, field: FieldInfo) -> inspect.Parameter:
-    flags = [mark.name for mark in field.metadata if isinstance(mark, OptionName)]
-    flag = flags[0] if flags else f"--{name.replace('_', '-')}"
+    flag = option_of(name, field)
     kind = typed_as(field.annotation)
     if field.default is True or kind == bool | None:
         flag = f"{flag}/--no-{flag[2:]}"

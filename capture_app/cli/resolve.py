@@ -16,7 +16,7 @@ def resolve(
     """Solve the motion again where you have corrected its contacts.
 
     Edit *contacts.json* of a result: move, add or take out a segment, or put an anchor elsewhere. The
-    chosen sample gets these contacts; what they do not touch stays as it was, to the last bit.
+    sample gets these contacts; what they do not touch stays as it was, to the last bit.
 
     Example: `omocap resolve chair_motion --contacts chair_motion/contacts.json -o chair_corrected`
     """

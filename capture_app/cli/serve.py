@@ -49,12 +49,21 @@ def serve(
 
     Nothing leaves this machine. Ctrl-C stops it; a job in the middle goes on at the next start.
     """
+    from capture_app.cli.qr import print_qr
+    from capture_app.web.guards.hosts import is_loopback
     from capture_app.web.server import ServerConfig, open_browser
     from capture_app.web.server import serve as run
 
     def started(address: str) -> None:
         say("Open", address, "bold green")
         say("Library", str(library.expanduser()), "bold")
+        if not is_loopback(host):
+            say(
+                "Phone",
+                "open the address on the same network, or scan this with its camera",
+                "bold",
+            )
+            print_qr(address)
         if not no_browser:
             open_browser(address)
 

@@ -46,21 +46,26 @@ class ExportOptions(BaseModel):
 
     to: Annotated[
         ExportFormat | None,
-        Field(description="Format; that of the output file's ending if not given."),
+        Field(title="Format", description="Format; that of the output file's ending if not given."),
     ] = None
     fps: Annotated[
-        Literal[24, 25, 30, 60], BeforeValidator(_number), Field(description="Frames a second.")
+        Literal[24, 25, 30, 60],
+        BeforeValidator(_number),
+        Field(title="Frames a second", description="Frames a second."),
     ] = 30
     up: Annotated[
         UpAxis | None,
-        Field(description="Up axis; what the format's readers expect if not given."),
+        Field(
+            title="Up axis", description="Up axis; what the format's readers expect if not given."
+        ),
     ] = None
     units: Annotated[
         Units | None, Field(description="Unit; what the format's readers expect if not given.")
     ] = None
-    bones: Annotated[Bones, Field(description="Program whose names the bones shall have.")] = (
-        Bones.smplx
-    )
+    bones: Annotated[
+        Bones,
+        Field(title="Names of the bones", description="Program whose names the bones shall have."),
+    ] = Bones.smplx
     sample: Sample = None
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
+from pydantic.fields import FieldInfo
 
 Number = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
 ShortText = Annotated[str, Field(max_length=200)]
@@ -69,6 +70,12 @@ ItemKind = Literal["session", "object", "mount", "video", "contacts", "material"
 """What can be in the library of the page."""
 
 
+def option_of(name: str, field: FieldInfo) -> str:
+    """The option of the command line for a field, such as "--mesh-scale"."""
+    marks = [mark.name for mark in field.metadata if isinstance(mark, OptionName)]
+    return marks[0] if marks else f"--{name.replace('_', '-')}"
+
+
 @dataclass(frozen=True)
 class OptionName:
     """Marks a field whose command-line option is not named with_example the field."""
@@ -99,6 +106,7 @@ class Inline:
 LogFormat = Annotated[
     str | None,
     Field(
+        title="Recorded with",
         max_length=100,
         description="Read the log as that of this app (a name that `omocap formats` lists), "
         "whatever it looks like.",

@@ -36,23 +36,26 @@ class OverlayRequest(Request):
         Path | None,
         FromLibrary(("video", "session")),
         Field(
+            title="The film",
             description="The film: a video file of a camera that stood still, or the session of a second "
-            "phone; the clamped phone's own film if not given."
+            "phone; the clamped phone's own film if not given.",
         ),
     ] = None
     camera: Annotated[
         Path | None,
         Inline(CameraIntrinsics, "camera.json"),
         Field(
+            title="The camera's numbers",
             description="Intrinsics of the video's camera (JSON, or YAML of OpenCV or ROS); in JSON also "
-            "T_world_camera, its pose in the result's world. With --board it may be left out."
+            "T_world_camera, its pose in the result's world. With --board it may be left out.",
         ),
     ] = None
     board: Annotated[
         ShortText | None,
         Field(
+            title="The board",
             description="The board that the film shows, as its sheet says: A4, or "
-            "5x7:35mm:26mm:DICT_5X5_100."
+            "5x7:35mm:26mm:DICT_5X5_100.",
         ),
     ] = None
     board_at: Annotated[
@@ -66,13 +69,17 @@ class OverlayRequest(Request):
         Path | None,
         Inline(BoardPlacement, "place.json", name="place"),
         Field(
+            title="I know where the board is on the object",
             description="Where the board is on the object (points or a matrix), or in the result's world "
-            "(a matrix); without it the motion has to show it."
+            "(a matrix); without it the motion has to show it.",
         ),
     ] = None
     shared_world: Annotated[
         bool,
-        Field(description="The second phone logged in the same ARKit world as the clamped one."),
+        Field(
+            title="one ARKit world of both phones",
+            description="The second phone logged in the same ARKit world as the clamped one.",
+        ),
     ] = False
     scan: Annotated[
         Path | None,
@@ -103,14 +110,16 @@ class OverlayRequest(Request):
     offset: Annotated[
         FiniteFloat | None,
         Field(
+            title="Add to the film's time to get the motion's",
             description="Seconds to add to the film's time to get the motion's; found by a board on the "
-            "object, or by what moves in the film of a camera that stood still."
+            "object, or by what moves in the film of a camera that stood still.",
         ),
     ] = None
     object_style: Annotated[
         Literal["outline", "drawn", "hidden"],
         OptionName("--object"),
         Field(
+            title="Draw of the object",
             # The name that earlier clients of the page's API send is still understood.
             validation_alias=AliasChoices("object_style", "thing"),
             description="Draw the object's outline, the object, or nothing of it; it hides what is "
@@ -118,7 +127,13 @@ class OverlayRequest(Request):
         ),
     ] = "outline"
     opacity: Annotated[
-        float, Field(ge=0, le=1, description="Opacity of what is drawn, 0 to 1.")
+        float,
+        Field(
+            title="How solid the person is",
+            ge=0,
+            le=1,
+            description="Opacity of what is drawn, 0 to 1.",
+        ),
     ] = 1.0
     wipe: Annotated[
         bool, Field(description="A line that goes to and fro between before and after.")

@@ -26,35 +26,40 @@ class ReadingOptions(BaseModel):
     floor: Annotated[
         FiniteFloat | None,
         Field(
+            title="Height of the floor",
             description="Height of the floor in the phone's world, metres (0 is where recording began, "
             "so it is negative). Found where the object rests if not given. In an animation, the "
-            "height in its file; the object's lowest point if not given."
+            "height in its file; the object's lowest point if not given.",
         ),
     ] = None
     up: Annotated[
         Up | None,
         Field(
+            title="Which way is up",
             description="Which way is up, where the log does not say: a direction in the phone's world, "
             "e.g. 0,1,0; or the axis of the mesh that points up where the object rests, e.g. object:z "
-            "or object:-y."
+            "or object:-y.",
         ),
     ] = None
     stitch: Annotated[
         bool,
         Field(
+            title="Put tracking jumps back together",
             description="Move what follows a tracking jump back to where it belongs, instead of "
-            "splitting the take there."
+            "splitting the take there.",
         ),
     ] = False
     closure: Annotated[
         bool,
         Field(
-            description="The object ends on the mark where it began: the drift in between is removed."
+            title="The object ends on the mark where it began",
+            description="The object ends on the mark where it began: the drift in between is removed.",
         ),
     ] = False
     segment: Annotated[
         int | None,
         Field(
+            title="Stretch to use",
             ge=1,
             lt=2**31,
             description="Which stretch of a take that tracking failures split, from 1; the longest if "

@@ -45,9 +45,10 @@ class RenderOptions(BaseModel):
     view: Annotated[
         View,
         Field(
+            title="Seen",
             description="third: person and object from the front; orbit: a slow circle around them; "
             "follow: behind the person; top: a map with its scale; object: what the clamped phone "
-            "sees, or a view across the object at the person if it never sees them."
+            "sees, or a view across the object at the person if it never sees them.",
         ),
     ] = "third"
     sample: Sample = None

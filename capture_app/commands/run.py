@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, FiniteFloat
 
-from capture_app.commands.inputs import OptionName
+from capture_app.commands.inputs import OptionName, Sample
 from capture_app.commands.reading import ReadingOptions
 from capture_app.commands.render import RenderRequest, View
 from capture_app.commands.request import Request, VideoSize, place_of
@@ -41,24 +41,32 @@ class TakeOptions(ReadingOptions):
     """What the page, the command line and tables alike can say about a take and its motion."""
 
     samples: Annotated[
-        int, Field(ge=1, le=64, description="Motions to make; the best is chosen.")
+        int, Field(title="Samples", ge=1, le=64, description="Motions to make; the best is chosen.")
     ] = 4
     seed: Annotated[
-        int, Field(ge=0, lt=2**63, description="The same seed gives the same motion.")
+        int, Field(title="Seed", ge=0, lt=2**63, description="The same seed gives the same motion.")
     ] = 0
     steps: Annotated[
-        int, Field(ge=1, le=1000, description="Steps of the sampler; more is slower and finer.")
+        int,
+        Field(
+            title="Steps of the sampler",
+            ge=1,
+            le=1000,
+            description="Steps of the sampler; more is slower and finer.",
+        ),
     ] = 10
     contact: Annotated[
         Literal["segments", "paper"],
         Field(
+            title="Hands hold the object",
             description="When hands hold the object: while it needs to be held (segments), or from the "
-            "first touch to the end, as published (paper)."
+            "first touch to the end, as published (paper).",
         ),
     ] = "segments"
     height: Annotated[
         float | None,
         Field(
+            title="Height of the person",
             ge=0.8,
             le=2.6,
             description="Height of the person in metres; an average adult if not given.",
@@ -67,14 +75,19 @@ class TakeOptions(ReadingOptions):
     stood: Annotated[
         Stood | None,
         Field(
+            title="They stood elsewhere",
             description="Where the person stood when the take began, to about 30 cm: x,y on the floor "
             "of the result's world in metres, e.g. 0.8,-1.2; or the word phone, if the "
             "person stood before the phone's screen and tapped it to record. Every result "
-            "says where its person begins."
+            "says where its person begins.",
         ),
     ] = None
     force: Annotated[
-        bool, Field(description="Use a take that `omocap inspect` calls not usable.")
+        bool,
+        Field(
+            title="Use a recording that is not usable",
+            description="Use a take that `omocap inspect` calls not usable.",
+        ),
     ] = False
 
 
@@ -111,17 +124,19 @@ class RunRequest(TakeOptions, ResultRequest):
     object: Annotated[
         Path | None,
         Field(
+            title="The object",
             description="Mesh of the object: OBJ, PLY, STL or GLB, in metres. An animated GLB or USD "
-            "has its own."
+            "has its own.",
         ),
     ] = None
     mount: Annotated[
         Path | None,
         Field(
+            title="The mount",
             description="Mount file, which says where the object is in the phone's frame; or the word "
             "identity, if the mesh was made in the phone's own frame. An object's own "
             "motion takes no mount. TUM text is a phone's log if there is a mount, else the "
-            "object's motion."
+            "object's motion.",
         ),
     ] = None
     """None where the phone's frame is the object's."""
@@ -156,7 +171,12 @@ class RunRequest(TakeOptions, ResultRequest):
     )
     sampler: Literal["ddpm", "ddim", "dpm++"] = "dpm++"
     mesh_scale: Annotated[
-        float, Field(ge=1e-6, description="Factor to metres, e.g. 0.01 for a mesh in centimetres.")
+        float,
+        Field(
+            title="Unit of the mesh's file",
+            ge=1e-6,
+            description="Factor to metres, e.g. 0.01 for a mesh in centimetres.",
+        ),
     ] = 1.0
 
     @property
@@ -191,4 +211,7 @@ class ResolveRequest(ResultRequest):
     READS: ClassVar[tuple[str, ...]] = ("result", "contacts")
 
     result: Path
-    contacts: Annotated[Path, Field(description="The result's contacts.json as you want it.")]
+    contacts: Annotated[
+        Path, Field(description="Contacts of the sample as you want them (contacts.json).")
+    ]
+    sample: Sample = None

@@ -30,6 +30,7 @@ class ScanOptions(BaseModel):
     height: Annotated[
         float | None,
         Field(
+            title="Height of the object",
             gt=0,
             le=10,
             description="The object's height in metres, where nothing else tells its size.",
@@ -38,8 +39,9 @@ class ScanOptions(BaseModel):
     board: Annotated[
         ShortText | None,
         Field(
+            title="The board",
             description="A printed board lies beside the object and gives the size: A4, or such as "
-            "5x7:35mm:26mm:DICT_5X5_100."
+            "5x7:35mm:26mm:DICT_5X5_100.",
         ),
     ] = None
     length: Annotated[
@@ -50,7 +52,10 @@ class ScanOptions(BaseModel):
             "METRES:PICTURE,X,Y;PICTURE,X,Y:PICTURE,X,Y;PICTURE,X,Y.",
         ),
     ] = None
-    poses: Annotated[bool, Field(description="Use the poses that the phone logged.")] = True
+    poses: Annotated[
+        bool,
+        Field(title="Use the phone's poses", description="Use the poses that the phone logged."),
+    ] = True
     camera_axes: Annotated[
         ShortText, Field(description="How logged poses are to be read, if an error says so.")
     ] = "logged"
@@ -58,7 +63,9 @@ class ScanOptions(BaseModel):
         bool, Field(description="The COLMAP model is in metres already, and z is up.")
     ] = False
     format: LogFormat = None
-    frames: Annotated[int, Field(ge=12, le=400, description="Pictures to use.")] = PICTURES
+    frames: Annotated[
+        int, Field(title="Pictures to use", ge=12, le=400, description="Pictures to use.")
+    ] = PICTURES
     box: Annotated[
         Annotated[Corners, BeforeValidator(_box)] | None,
         Field(
@@ -69,12 +76,19 @@ class ScanOptions(BaseModel):
     method: Annotated[
         Method,
         Field(
+            title="Measure the surface by",
             description="Measure the surface by matching pictures (stereo), by the phone's LiDAR "
-            "(depth), or by both; auto takes all there is."
+            "(depth), or by both; auto takes all there is.",
         ),
     ] = "auto"
     vertices: Annotated[
-        int, Field(ge=500, le=100_000, description="Vertices of the mesh, about.")
+        int,
+        Field(
+            title="Corners of the mesh",
+            ge=500,
+            le=100_000,
+            description="Vertices of the mesh, about.",
+        ),
     ] = VERTICES
     unit: Annotated[
         Unit | None, OptionName("--units"), Field(description="Unit of a mesh of another app.")

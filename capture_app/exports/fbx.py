@@ -10,6 +10,7 @@ from capture_app.exports.glb import write_glb_take
 from capture_app.exports.take import Take
 from omomo_core.errors import InputError
 
+_BLENDER = "blender"
 _SCRIPT = Path(__file__).with_name("in_blender.py")
 _PATIENCE = 900.0
 """Seconds; a minute of motion takes about one."""
@@ -37,6 +38,11 @@ def write_fbx(path: Path, take: Take, up: UpAxis, units: Units, blender: str) ->
         _run(words, path)
 
 
+def has_blender() -> bool:
+    """Whether there is a Blender on the PATH."""
+    return shutil.which(_BLENDER) is not None
+
+
 def find_blender(given: str | None) -> str:
     """Blender's executable.
 
@@ -46,7 +52,7 @@ def find_blender(given: str | None) -> str:
     Raises:
         InputError: "blender-missing".
     """
-    found = shutil.which(given or "blender")
+    found = shutil.which(given or _BLENDER)
     if found is None:
         raise InputError(
             "blender-missing",

@@ -5,7 +5,7 @@ The layout is in `capture_app.replay.pack`, what is in it in docs/replay.md.
 
 import json
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -66,6 +66,7 @@ QUATERNION = 32767
 _MOST_FRAMES = 200_000
 _GUESSED_HEIGHT = 1.0
 """Metres above the floor at which a phone is taken to start when nothing says where the floor is."""
+_TOLD = ("events", "faults", "notes")
 _EMPTY: dict[str, Any] = {
     "start_time": 0.0,
     "object": None,
@@ -89,11 +90,19 @@ _EMPTY: dict[str, Any] = {
 }
 
 
-def pack_result(result: Result, *, film: bool = True) -> bytes:
+def pack_result(
+    result: Result,
+    *,
+    name: str | None = None,
+    words: Callable[[Any], Any] = lambda told: told,
+    film: bool = True,
+) -> bytes:
     """Every sample of a result, the object, and what the phone recorded as far as it is still there.
 
     Args:
         result: a result folder that is read.
+        name: what its owner calls it; the folder's name if not given.
+        words: brings what is told of it (checks, faults, notes) into the words of who shows it.
         film: show what the phone filmed, too; decoding it takes some of its length.
 
     Raises:
@@ -104,7 +113,7 @@ def pack_result(result: Result, *, film: bool = True) -> bytes:
     thing = _object(moved.mesh)
     header = {
         "kind": "result",
-        "name": result.folder.resolve().name,
+        "name": name or result.folder.resolve().name,
         "frames": len(moved.valid),
         "start_time": moved.start_time,
         "body": {"name": body.name, "credit": body.credit, "height": body.height},
@@ -117,8 +126,9 @@ def pack_result(result: Result, *, film: bool = True) -> bytes:
         "faults": manifest.faults,
         "notes": (*manifest.notes, *header_part.pop("notes", ())),
     }
+    header = {**_EMPTY, **header, **thing[0], **header_part}
     return pack_bytes(
-        {**_EMPTY, **header, **thing[0], **header_part},
+        header | {key: words(header[key]) for key in _TOLD},
         {
             **body_arrays(body),
             **_people_arrays(result.people, body),

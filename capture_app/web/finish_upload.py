@@ -6,8 +6,10 @@ from typing import Any
 from capture_app.commands.inputs import ItemKind
 from capture_app.library_item import FILES, Info
 from capture_app.summaries import mesh_summary, mount_summary
+from capture_app.web.library.shelf import content_of
 from capture_app.web.library.uploads import Upload
 from capture_app.web.problems import Refused
+from capture_app.web.sandbox import work
 from capture_app.web.site import Site
 from ingest.mesh import FORMATS
 from omomo_core.errors import InputError
@@ -91,7 +93,7 @@ async def finish_upload(site: Site, id_: str, scale: float) -> ItemKind:
 
     Raises:
         Refused: 404, or 409 while files are missing.
-        InputError: a mesh or a mount is no good; the upload is kept.
+        InputError: a mesh or a mount is no good, or no reader finds a recording; the upload is kept.
     """
     for kind, shelf in site.library.shelves.items():
         if (shelf.folder / id_).is_dir():
@@ -111,4 +113,15 @@ async def _facts(site: Site, upload: Upload, files: Path, scale: float) -> dict[
     if upload.kind == "mount":
         found = await site.sandbox.run(mount_summary, files / upload.files[0].path)
         return {**found, "object": None}
+    if upload.kind == "session":
+        await _check_session(site, content_of(files))
     return {}
+
+
+async def _check_session(site: Site, recording: Path) -> None:
+    """Refuse what is no recording; one that is damaged is kept, and its report says so."""
+    try:
+        await site.sandbox.run(work.check_session, recording)
+    except InputError as error:
+        if error.code == "session-unknown":
+            raise

@@ -126,6 +126,7 @@ def _resolve(results: Results, id_: str, given: Resolve) -> ResolveRequest:
         output=results.place(id_),
         result=results.content(given.result),
         contacts=contacts,
+        sample=given.sample,
         video_size=_VIDEO if given.video else None,
     )
 

@@ -12,6 +12,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
+from capture_app.web.page_words import in_page_words
 from omomo_core.errors import InputError, OmocapError
 
 log = logging.getLogger(__name__)
@@ -98,7 +99,11 @@ def add_error_replies(app: FastAPI) -> None:
 
     def ours(request: Request, error: Exception) -> JSONResponse:
         assert isinstance(error, OmocapError)
-        shown = request.app.state.site.library.shown
+        library = request.app.state.site.library
+
+        def shown(text: str) -> str:
+            return in_page_words(library.shown(text))
+
         problem = ErrorDetail(
             code=error.code, what=shown(error.what), where=shown(error.where), fix=shown(error.fix)
         )

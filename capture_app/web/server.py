@@ -34,6 +34,10 @@ _PORTS = 50
 """Tried one after the other, when the first is taken."""
 _WAITING = 1024
 """Connections that may wait to be taken."""
+_EVERYWHERE = ("0.0.0.0", "::")
+"""What listens at all addresses of this machine, and is none itself."""
+_FAR_AWAY = "192.0.2.1"
+"""An address of documentation (RFC 5737)."""
 _STOPPING = (signal.SIGINT, signal.SIGTERM)
 _LEAVE = 3
 """Seconds that requests get to end when the server stops."""
@@ -169,9 +173,20 @@ def _cannot_listen(host: str, port: int, why: str) -> InputError:
 
 
 def _address(host: str, port: int) -> str:
-    """What to type into a browser on this machine, or on another one."""
-    name = {"0.0.0.0": socket.gethostname(), "::": socket.gethostname()}.get(host, host)
+    """What to type into a browser on this machine, or on another one of its network."""
+    name = _network_address() if host in _EVERYWHERE else host
     return f"http://[{name}]:{port}/" if ":" in name else f"http://{name}:{port}/"
+
+
+def _network_address() -> str:
+    """This machine's address in its network; its name where it has none."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asking:
+        try:
+            # Nothing is sent: this only asks which way a packet would leave.
+            asking.connect((_FAR_AWAY, 9))
+            return asking.getsockname()[0]
+        except OSError:
+            return socket.gethostname()
 
 
 def _config(app: FastAPI) -> uvicorn.Config:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from pygltflib import GLTF2, BufferView
 
-from omomo_core.errors import InputError
+from omomo_core.errors import InputError, reader_complaint
 
 MAX_BYTES = 500 * 10**6
 MAX_COUNT = 20_000_000
@@ -102,7 +102,7 @@ def unreadable(path: Path, problem: Exception) -> InputError:
     """The error for a file that violates the format."""
     return InputError(
         "gltf-unreadable",
-        f"{path.name} cannot be read: {type(problem).__name__}: {str(problem)[:200]}",
+        f"{path.name} cannot be read: {reader_complaint(problem)}.",
         where=str(path),
         fix="Open it in a 3D program and export it again as GLB.",
     )

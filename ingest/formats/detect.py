@@ -59,6 +59,24 @@ def read_session(path: Path, app: str | None = None) -> CaptureSession:
         ) from error
 
 
+def check_is_session(path: Path) -> None:
+    """Refuse what no format claims, without reading any log.
+
+    Args:
+        path: as for `read_session`.
+
+    Raises:
+        InputError: "session-unknown"; what else is wrong with a session, its reader says.
+    """
+    if not is_archive(path):
+        _find(path, known_formats())
+        return
+    try:
+        _find(unpack(path), known_formats())
+    except InputError as error:
+        raise InputError(error.code, error.what, where=path.name, fix=error.fix) from error
+
+
 def _read_archive(path: Path, formats: Formats) -> CaptureSession:
     folder = unpack(path)
     try:
@@ -70,8 +88,14 @@ def _read_archive(path: Path, formats: Formats) -> CaptureSession:
 
 
 def _read(path: Path, formats: Formats) -> CaptureSession:
+    format_, place = _find(path, formats)
+    return _read_as(format_, place)
+
+
+def _find(path: Path, formats: Formats) -> tuple[Format, Path]:
+    """The format of a session, and where its folder or file is."""
     if (format_ := _format_of(path, formats)) is not None:
-        return _read_as(format_, path)
+        return format_, path
     found = _sessions_in(path, formats)
     if len(found) > 1:
         names = _names([str(folder.relative_to(path)) for folder, _ in found])
@@ -82,9 +106,9 @@ def _read(path: Path, formats: Formats) -> CaptureSession:
             fix="Pass one of these folders.",
         )
     for folder, format_ in found:
-        return _read_as(format_, folder)
+        return format_, folder
     if len(formats) == 1 and path.is_file():
-        return _read_as(formats[0], path)  # whoever names the format is told what is amiss
+        return formats[0], path  # whoever names the format is told what is amiss
     raise _not_a_session(path, formats)
 
 

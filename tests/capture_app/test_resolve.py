@@ -15,6 +15,7 @@ from capture_app.resolve import resolve_result
 from capture_app.result import Result, load_result
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 from omomo_core.contact.file import read_contacts
+from omomo_core.errors import InputError
 from omomo_core.geometry.surface import sample_surface
 from tests.capture_app.test_cli import assert_refused
 
@@ -54,6 +55,29 @@ def correct(demo: Result, contacts: Contacts, folder: Path) -> Result:
         result=demo.folder, contacts=edited, output=folder / "new", video_size=None
     )
     return resolve_result(request, silent)
+
+
+def test_any_sample_is_corrected_when_it_is_named(demo: Result, tmp_path: Path) -> None:
+    other = 1 - demo.manifest.chosen
+    edited = tmp_path / "edited.json"
+    edited.write_text(
+        '{"version": 1, "fps": 30, "frames": FRAMES, "segments": []}'.replace(
+            "FRAMES", str(len(demo.object_motion.valid))
+        )
+    )
+    request = ResolveRequest(
+        result=demo.folder,
+        contacts=edited,
+        sample=other + 1,
+        output=tmp_path / "new",
+        video_size=None,
+    )
+    made = resolve_result(request, silent)
+    assert made.manifest.correction is not None
+    assert made.manifest.correction.sample == other
+    np.testing.assert_allclose(made.people[0].human.root, demo.people[other].human.root, atol=0.05)
+    with pytest.raises(InputError, match="no sample 3"):
+        resolve_result(request.model_copy(update={"sample": 3, "output": tmp_path / "x"}), silent)
 
 
 def test_a_run_writes_the_contacts_of_its_chosen_sample(demo: Result) -> None:

@@ -44,21 +44,26 @@ class BoardWay(Way):
     board: Annotated[
         ShortText,
         Field(
-            description="The board, as its sheet says: A4, or such as 5x7:35mm:26mm:DICT_5X5_100."
+            title="The board",
+            description="The board, as its sheet says: A4, or such as 5x7:35mm:26mm:DICT_5X5_100.",
         ),
     ]
     place: Annotated[
         Path,
         OptionName("--board-place"),
         Inline(BoardPlacement, "place.json"),
-        Field(description="File that says where the board is on the object: points, or a matrix."),
+        Field(
+            title="Where the board is on the object",
+            description="File that says where the board is on the object: points, or a matrix.",
+        ),
     ]
     camera: Annotated[
         Path | None,
         Inline(CameraIntrinsics, "camera.json"),
         Field(
+            title="I know the second camera's numbers",
             description="Intrinsics of the second camera (JSON, or YAML of OpenCV or ROS); without them "
-            "they are calibrated from the film."
+            "they are calibrated from the film.",
         ),
     ] = None
 
@@ -77,8 +82,9 @@ class TrackerWay(Way):
         Path | None,
         Inline(Matrix, "body.txt"),
         Field(
+            title="The tracked body does not have the mesh's frame",
             description="Where the tracked body is on the object (T_object_body, a 4x4 matrix as JSON or "
-            "text); without it the body's frame is the mesh's."
+            "text); without it the body's frame is the mesh's.",
         ),
     ] = None
 
@@ -100,17 +106,22 @@ class ScreenWay(Way):
     ruler: Annotated[
         Ruler | None,
         Field(
+            title="measure its lens",
             description='For a phone whose lens is not known: "WIDTH HEIGHT TOP SIDE" of its body and of '
-            "the main lens from the top and, from behind, from the left edge, mm."
+            "the main lens from the top and, from behind, from the left edge, mm.",
         ),
     ] = None
     board: Annotated[
-        ShortText | None, Field(description="The board on the object, as printed on its sheet.")
+        ShortText | None,
+        Field(title="The board", description="The board on the object, as printed on its sheet."),
     ] = None
     place: Annotated[
         Path | None,
         Inline(BoardPlacement, "place.json"),
-        Field(description="Where that board is on the object: JSON or CSV."),
+        Field(
+            title="Where the board is on the object",
+            description="Where that board is on the object: JSON or CSV.",
+        ),
     ] = None
     camera: Annotated[
         Path | None,
@@ -142,6 +153,7 @@ class ScreenWay(Way):
     turned: Annotated[
         int,
         Field(
+            title="The picture stands on the screen",
             ge=-270,
             le=270,
             description="By how many degrees clockwise the picture stood on the screen: 0, 90...",

@@ -65,8 +65,9 @@ class SessionWay(Way):
         Path | None,
         FromLibrary(("material", "object")),
         Field(
+            title="The mesh of the recording",
             description="Mesh of the object that the app made in this very session, as it exports it "
-            "(y up)."
+            "(y up).",
         ),
     ] = None
     object_pose: Annotated[
@@ -80,15 +81,19 @@ class SessionWay(Way):
     board: Annotated[
         ShortText | None,
         Field(
+            title="The board",
             description="Instead of a scan: the ChArUco board on the object that the phone filmed before "
-            "it was clamped, e.g. A4 or 5x7:35mm:26mm:DICT_5X5_100."
+            "it was clamped, e.g. A4 or 5x7:35mm:26mm:DICT_5X5_100.",
         ),
     ] = None
     place: Annotated[
         Path | None,
         OptionName("--board-place"),
         Inline(BoardPlacement, "place.json"),
-        Field(description="With --board: file that says where it is on the object."),
+        Field(
+            title="Where the board is on the object",
+            description="With --board: file that says where it is on the object.",
+        ),
     ] = None
     stills: Stills = ()
     clamped_at: ClampedAt = 0.0
@@ -201,6 +206,7 @@ class FloorWay(Way):
     phone_height: Annotated[
         float | None,
         Field(
+            title="From the floor up to the lens, where the object first rests",
             gt=0,
             le=5,
             description="Metres from the floor up to the lens of the wide camera, measured with a tape "

@@ -25,7 +25,9 @@ class Way(BaseModel):
 
     mesh_scale: Annotated[float, Field(gt=0)] = 1.0
     """Factor that brings the mesh to metres."""
-    phone: Annotated[ShortText, Field(description='Model of the phone, such as "iPhone 15".')] = ""
+    phone: Annotated[
+        ShortText, Field(title="Phone", description='Model of the phone, such as "iPhone 15".')
+    ] = ""
     format: LogFormat = None
 
     @property

@@ -26,6 +26,10 @@ const FOV = 0.62;
 const TOP_FOV = 0.3;
 const STEEPEST = 1.5;
 const SMOOTH = 0.6; // seconds around a moment over which who is followed is averaged
+// A picture that is narrower than so many times its height is seen from farther away.
+const NARROW = 0.9;
+const NARROW_FOLLOWED = 0.45;
+const PERSON = 1.75; // metres
 const NEAREST = 0.25;
 const FARTHEST = 60;
 
@@ -38,7 +42,7 @@ export class Camera {
     this.pan = [0, 0, 0];
     this.zoom = 1;
     this.sun = 0;
-    this.scene = { centre: [0, 0, 0.8], radius: 2, object: 0.4 };
+    this.scene = { centre: [0, 0, 0.8], radius: 2, object: 0.4, person: PERSON };
   }
 
   /** Looks at the whole of some motions, from before the person. @param {Motion[]} motions */
@@ -49,7 +53,8 @@ export class Camera {
     const centre = low.map((value, k) => (value + high[k]) / 2);
     const radius = Math.max(0.25, Math.hypot(...high.map((value, k) => value - low[k])) / 2);
     const object = Math.max(0.15, ...motions.map((motion) => reachOf(motion.pack)));
-    this.scene = { centre, radius, object };
+    const person = Math.max(...motions.map(({ header }) => header.body?.height ?? PERSON));
+    this.scene = { centre, radius, object, person };
     this.pan = [0, 0, 0];
     this.zoom = 1;
     this.yaw = facingOf(motions[0]) + 0.55;
@@ -95,7 +100,8 @@ export class Camera {
     const now = motion.at(time);
     const focus = this.#focus(motion, now, time);
     const spread = this.mode === "object" ? Math.max(2, 3 * this.scene.object) : 2.6;
-    const distance = this.#distance() * Math.max(1, 0.9 / aspect);
+    const narrow = this.mode === "follow" ? NARROW_FOLLOWED : NARROW;
+    const distance = this.#distance() * Math.max(1, narrow / aspect);
     const reach = Math.max(6, this.scene.radius + 5, 1.6 * distance);
     const shared = { focus, spread, reach, sun: this.sun };
     if (this.mode === "phone" && now.phone) {
@@ -117,7 +123,8 @@ export class Camera {
     const size = {
       orbit: Math.min(this.scene.radius, 2.4),
       top: this.scene.radius + 0.4,
-      follow: Math.min(this.scene.radius, 1.25),
+      // A person fills half the height of the picture.
+      follow: this.scene.person / 1.08,
       object: 1.5 * this.scene.object,
       phone: 1,
     }[this.mode];
@@ -129,7 +136,7 @@ export class Camera {
     if (this.mode === "object" && now.object) return centreOfObject(motion.pack, now.object);
     if (this.mode === "follow") {
       const [x, y] = motion.centre(time, SMOOTH);
-      return [x, y, this.scene.centre[2]];
+      return [x, y, 0.55 * this.scene.person];
     }
     return this.scene.centre;
   }

@@ -81,6 +81,12 @@ export class ContactEdits {
     this.segments = this.past.pop() ?? this.segments;
   }
 
+  /** @param {Segment[]} segments */
+  restore(segments) {
+    this.#keep();
+    this.segments = sorted(segments.map((segment) => ({ ...segment })));
+  }
+
   reset() {
     this.#keep();
     this.segments = this.own;

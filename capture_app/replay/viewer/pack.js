@@ -5,7 +5,7 @@
  *    version: number, kind: "result" | "session" | "object", name: string,
  *    fps: number, frames: number, samples: number, chosen: number, editable: boolean,
  *    joint_names: string[], joint_parents: number[], contacts: Segment[][],
- *    object: {name: string} | null, report: {verdict: string, app: string} | null,
+ *    object: {name: string} | null, body: {height: number} | null, report: {verdict: string, app: string} | null,
  *    events: Check[], faults: string[], notes: string[], phone: Lens | null,
  *    arrays: Record<string, {dtype: keyof typeof TYPES, shape: number[], offset: number}>,
  *  }} Header */

@@ -3,29 +3,11 @@
 import { clock, element } from "./elements.js";
 import { TINTS } from "./palette.js";
 import { isPlaced } from "./reports.js";
+import { CAMERAS, LAYERS } from "./words.js";
 /** @import {Check, Header} from "./pack.js"
  *  @import {Placed} from "./reports.js"
  *  @import {Viewer} from "./viewer.js" */
 
-/** @type {Record<string, string>} */
-const CAMERAS = {
-  follow: "Follow",
-  orbit: "Whole way",
-  object: "Object",
-  phone: "Phone",
-  top: "From above",
-};
-/** @type {Record<string, string>} */
-const LAYERS = {
-  body: "Person",
-  object: "Object",
-  contacts: "Hands and contacts",
-  phone: "Phone",
-  path: "Phone's path",
-  trail: "Object's trail",
-  grid: "Grid",
-  shadow: "Shadow",
-};
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 
 /** @param {Element} host @param {Viewer} viewer @param {Header} header */
@@ -80,11 +62,6 @@ export function speedChoice(select, viewer) {
   select.replaceChildren(...SPEEDS.map((s) => element("option", { value: s, text: `${s}×` })));
   select.value = "1";
   select.addEventListener("change", () => (viewer.speed = Number(select.value)));
-}
-
-/** @param {Header} header @param {number} k */
-export function sampleName(header, k) {
-  return `Sample ${k + 1}${k === header.chosen && header.samples > 1 ? " (best)" : ""}`;
 }
 
 /** @param {Element} host @param {Viewer} viewer @param {(string | undefined)[]} names */

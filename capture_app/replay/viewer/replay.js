@@ -7,6 +7,7 @@ import * as panels from "./panels.js";
 import { readScenes } from "./scenes.js";
 import { createTimeline } from "./timeline.js";
 import { createViewer } from "./viewer.js";
+import { sampleName } from "./words.js";
 /** @import {Pack, Segment} from "./pack.js"
  *  @import {Placed} from "./reports.js"
  *  @import {Viewer} from "./viewer.js" */
@@ -107,7 +108,7 @@ class Page {
 
   #choices() {
     const { samples, chosen } = this.header;
-    const names = Array.from({ length: samples }, (_, k) => panels.sampleName(this.header, k));
+    const names = Array.from({ length: samples }, (_, k) => sampleName(this.header, k));
     const [sample, compare, arrange] = ["sample", "compare", "arrange"].map(select);
     fill(sample, names.map((text, k) => [String(k), text]));
     sample.value = String(chosen);
@@ -141,7 +142,7 @@ class Page {
     } else await this.viewer.load(this.scenes[Number(number)], { slot: 1 });
     const header = this.viewer.header(1);
     const sample = header && kind === "sample";
-    this.other = sample ? panels.sampleName(header, Number(number)) : (header?.name ?? "");
+    this.other = sample ? sampleName(header, Number(number)) : (header?.name ?? "");
     const compare = select("compare");
     compare.value = what;
     if (kind === "scene") compare.selectedOptions[0].textContent = this.other;
@@ -153,7 +154,7 @@ class Page {
   #names() {
     const same = this.other.startsWith("Sample");
     const shown = Number(select("sample").value);
-    const first = same ? panels.sampleName(this.header, shown) : this.header.name;
+    const first = same ? sampleName(this.header, shown) : this.header.name;
     const names = this.viewer.header(1) ? [first, this.other] : [];
     panels.paneNames(at("panes"), this.viewer, names);
     at("panes").hidden = !names.length;

@@ -5,7 +5,7 @@ import { lanesOf } from "./lanes.js";
 import { reportLane } from "./reports.js";
 import { Strips } from "./strips.js";
 import { tickSeconds } from "./ticks.js";
-/** @import {Pack} from "./pack.js"
+/** @import {Pack, Segment} from "./pack.js"
  *  @import {Picked} from "./pick.js"
  *  @import {Placed} from "./reports.js" */
 
@@ -41,7 +41,7 @@ export class Timeline extends EventTarget {
     this.#sample = sample;
     this.#status = element("p", { class: "tl-status", role: "status" });
     this.#rows = element("div", { class: "tl-rows" });
-    this.#tools = element("div", { class: "tl-tools", role: "group", "aria-label": "Edit contacts" });
+    this.#tools = element("div", { class: "tl-tools", role: "group", "aria-label": "Correct the contacts" });
     this.#root = element("div", { class: "tl" }, [this.#rows, this.#tools, this.#status]);
     host.append(this.#root);
     if (pack.header.samples) {
@@ -106,6 +106,16 @@ export class Timeline extends EventTarget {
     if (!selected) return;
     const held = Array.isArray(at) ? { anchor: at } : at && heldAt(at);
     this.#strips?.edit((edits) => edits.hold(selected, held));
+  }
+
+  /** All contacts as they are now, the corrected ones with the places that were picked. */
+  get segments() {
+    return this.#strips?.edits.segments ?? [];
+  }
+
+  /** Corrections of earlier, in place of the contacts as they are. @param {Segment[]} segments */
+  restore(segments) {
+    this.#strips?.edit((edits) => edits.restore(segments));
   }
 
   undo() {

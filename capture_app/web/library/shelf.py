@@ -44,9 +44,7 @@ class Shelf:
             Refused: 404 when it is not there.
         """
         self.get(id_)
-        files = self.folder / id_ / FILES
-        entries = list(files.iterdir())
-        return entries[0] if len(entries) == 1 else files
+        return content_of(self.folder / id_ / FILES)
 
     def change(self, id_: str, edit: Callable[[Info], Info]) -> Info:
         """Write an edited record.
@@ -78,6 +76,12 @@ class Shelf:
         save_info(source / INFO, info)
         os.rename(source, self.folder / id_)
         keep(self.folder)
+
+
+def content_of(files: Path) -> Path:
+    """The one file or folder in a folder, or the folder of many."""
+    entries = list(files.iterdir())
+    return entries[0] if len(entries) == 1 else files
 
 
 def missing(word: str, id_: str) -> Refused:

@@ -9,13 +9,14 @@ from fastapi import APIRouter, Request
 from fastapi.responses import Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from capture_app.commands.export import Bones
+from capture_app.commands.export import Bones, ExportFormat
+from capture_app.exports.fbx import has_blender
 from capture_app.exports.formats import FORMATS
 from capture_app.web.limits import Limits
 from capture_app.web.problems import Refused
 from capture_app.web.routes.orders import RunOptions
 from capture_app.web.site import Here
-from ingest.calibration.phone.models import MODELS
+from ingest.calibration.phone.models import MODELS, Model
 from ingest.formats.registry import FORMATS as LOGS
 
 _FPS = (24, 25, 30, 60)
@@ -59,7 +60,7 @@ def choices() -> dict[str, Any]:
     sides = [f"{v} {h}" for v in ("top", "middle", "bottom") for h in ("left", "middle", "right")]
     named = [side.replace("middle middle", "centre") for side in sides]
     return {
-        "phones": list(MODELS),
+        "phones": [_phone(name, model) for name, model in MODELS.items()],
         "phone_points": [
             "lens",
             *(f"{side} {face}" for face in ("back", "front") for side in named),
@@ -67,6 +68,7 @@ def choices() -> dict[str, Any]:
         "exports": [
             {"to": kind.value, "ending": f.endings[0], "ups": f.ups, "units": f.units}
             for kind, f in FORMATS.items()
+            if kind is not ExportFormat.fbx or has_blender()
         ],
         "bones": [bones.value for bones in Bones],
         "fps": _FPS,
@@ -75,6 +77,12 @@ def choices() -> dict[str, Any]:
         "formats": [format_.NAME for format_ in LOGS],
         "run": RunOptions().model_dump(),
     }
+
+
+def _phone(name: str, model: Model) -> dict[str, Any]:
+    """A model for a form: its body in millimetres, and whether the place of its lens is known."""
+    width, height, _ = model.body
+    return {"name": name, "width": width, "height": height, "lens_known": model.lens is not None}
 
 
 def login(request: Request, site: Here, given: Login) -> Response:

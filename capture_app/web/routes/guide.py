@@ -10,6 +10,7 @@ from capture_app.commands.inputs import ShortText
 from capture_app.web.cache import key
 from capture_app.web.file_response import file_response
 from capture_app.web.library.ids import Id
+from capture_app.web.page_words import all_in_page_words
 from capture_app.web.sandbox import drawing, looks
 from capture_app.web.site import Here
 from ingest.calibration.board.sheet import PAPERS
@@ -59,7 +60,8 @@ async def look(
 ) -> Looked:
     """A quick look at a recording, a film, photos or a log, by what it is to be used for."""
     path = site.library.content(id, "session", "video", "material")
-    return Looked.model_validate(await site.sandbox.run(looks.look, path, of, board, phone))
+    looked = await site.sandbox.run(looks.look, path, of, board, phone)
+    return Looked.model_validate(all_in_page_words(looked, "calibrate"))
 
 
 @router.get("/board.pdf", response_class=FileResponse, responses=_PDF)

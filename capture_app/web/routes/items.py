@@ -12,6 +12,7 @@ from capture_app.summaries import mesh_summary
 from capture_app.web.in_use import refuse_in_use
 from capture_app.web.library.ids import Id
 from capture_app.web.library.library import SHELVES
+from capture_app.web.page_words import all_in_page_words
 from capture_app.web.site import Here
 from capture_app.web.sources import mesh_file_of
 
@@ -51,7 +52,7 @@ class Change(BaseModel):
 def item(id_: str, info: Info) -> LibraryItem:
     """What a list tells of a thing."""
     head = info.model_dump(exclude={"facts"})
-    return LibraryItem(id=id_, **{**info.facts, **head})
+    return LibraryItem(id=id_, **{**all_in_page_words(info.facts), **head})
 
 
 def routes(kind: ItemKind) -> APIRouter:

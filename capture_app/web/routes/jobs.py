@@ -12,6 +12,7 @@ from capture_app.web.file_response import ResultFile, listed
 from capture_app.web.job_requests import to_order
 from capture_app.web.library.ids import Id, new_id
 from capture_app.web.library.shelf import missing
+from capture_app.web.page_words import all_in_page_words
 from capture_app.web.problems import Refused
 from capture_app.web.routes.orders import Ordered
 from capture_app.web.site import Here, Site
@@ -103,6 +104,10 @@ def _there(site: Site, id_: str, record: JobRecord | None) -> Job:
 def _job(site: Site, record: JobRecord) -> Job:
     made = _made(site, record)
     told: dict[str, Any] = _shown(site, record.model_dump())
+    if record.error is not None and record.error.code == "defect":
+        # Its class says nothing to the owner of a job; the log of the worker has all of it.
+        told["error"]["what"] = "Something went wrong in the program; what you brought is unharmed."
+    told |= {key: all_in_page_words(told[key], record.kind) for key in ("error", "log")}
     links = {
         "output": site.library.shown(record.output or "") or None,
         "result": _result(site, record),
@@ -118,8 +123,8 @@ def _waits(site: Site) -> str:
     """What a job that has not begun waits for."""
     if not site.queue.workers():
         return (
-            "No worker is there yet. If none comes within half a minute, start `omocap serve` without "
-            "--workers 0, or `omocap worker` for this library."
+            "No worker is there yet. If none comes within half a minute, nobody has started one for this "
+            "library: `omocap worker` does."
         )
     counts = site.queue.counts()
     busy = counts.get("running", 0) + counts.get("cancelling", 0)

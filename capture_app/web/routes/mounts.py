@@ -43,9 +43,11 @@ class Identity(BaseModel):
 
 
 class _Phone(BaseModel):
-    phone: _Words | None = None
+    phone: Annotated[_Words | None, Field(title="Phone")] = None
     """Its model, e.g. "iPhone 15"."""
-    ruler: tuple[_Positive, _Positive, _Positive, _Positive] | None = None
+    ruler: Annotated[
+        tuple[_Positive, _Positive, _Positive, _Positive] | None, Field(title="measure its lens")
+    ] = None
     """Body width and height, the lens from the top and from the right edge, millimetres."""
 
 
@@ -63,10 +65,10 @@ class Drawing(_Phone):
     method: Literal["drawing"]
     name: Name
     of: Literal["body", "camera"] = "body"
-    xyz: _Point
+    xyz: Annotated[_Point, Field(title="Where it is, in the object's own axes")]
     """Where it is in the object's frame, metres."""
     point: _Words = "centre front"
-    axes: _Words | None = None
+    axes: Annotated[_Words | None, Field(title="How it is turned")] = None
     euler: _Words | None = None
     quaternion: tuple[_Number, _Number, _Number, _Number] | None = None
     """x y z w."""

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, Discriminator, Field, Tag
 
 from capture_app.commands.export import ExportFormat, ExportRequest
-from capture_app.commands.inputs import with_example
+from capture_app.commands.inputs import Sample, with_example
 from capture_app.commands.overlay import OverlayRequest
 from capture_app.commands.render import RenderOptions
 from capture_app.commands.run import TakeOptions
@@ -72,6 +72,7 @@ class Resolve(BaseModel):
     result: Id
     contacts: dict[str, Any]
     """The whole of contacts.json, as corrected."""
+    sample: Sample = None
     video: bool = True
 
 

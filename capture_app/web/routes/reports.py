@@ -11,11 +11,13 @@ from pydantic import BaseModel, ConfigDict
 from capture_app.web.cache import key
 from capture_app.web.guards.headers import REPORT
 from capture_app.web.library.ids import Id
+from capture_app.web.page_words import all_in_page_words
 from capture_app.web.problems import ErrorDetail, Refused, is_of_the_disk
 from capture_app.web.sandbox import work
 from capture_app.web.sandbox.report import unreadable
 from capture_app.web.site import Here, Site
 from capture_app.web.sources import ReadAs, mesh_file_of, seen_with
+from ingest.trajectory.reading import AS_LOGGED
 from omomo_core.errors import InputError
 
 router = APIRouter(prefix="/api", tags=["reports"])
@@ -79,6 +81,8 @@ async def report(site: Here, id: Id, said: Asked) -> Report:
     except InputError as problem:
         if is_of_the_disk(problem):
             raise
+        if seen.reading == AS_LOGGED:
+            _note(site, id, {"verdict": "not usable"})
         return _shown(site, unreadable(problem))
     return _shown(site, json.loads(data.read_bytes()))
 
@@ -127,13 +131,22 @@ async def _inspected(site: Site, id_: str, seen: work.SessionInputs) -> tuple[Pa
     data, page = folder / f"report-{made}.json", folder / f"report-{made}.html"
     if not data.is_file():
         found = await site.sandbox.run(work.inspect, seen, data, page)
-        shelf = site.library.shelves["session"]
-        shelf.change(id_, lambda info: info.model_copy(update={"facts": {**info.facts, **found}}))
+        if seen.reading != AS_LOGGED:
+            # What somebody tries out says nothing about the recording.
+            found.pop("verdict")
+        _note(site, id_, found)
     return data, page
+
+
+def _note(site: Site, id_: str, found: dict[str, Any]) -> None:
+    """Keep what lists tell of a session."""
+    shelf = site.library.shelves["session"]
+    shelf.change(id_, lambda info: info.model_copy(update={"facts": {**info.facts, **found}}))
 
 
 def _shown(site: Site, found: dict[str, Any]) -> Report:
     """With the names that people gave in place of paths."""
+    found = all_in_page_words(found, "run")
     if found["problem"] is not None:
         found["problem"] = {k: site.library.shown(v) for k, v in found["problem"].items()}
     return Report.model_validate(

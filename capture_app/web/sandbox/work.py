@@ -5,16 +5,19 @@ what is small as JSON.
 """
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from capture_app.inspection import Inspection, inspect_take
 from capture_app.report_page.page import report_page
+from capture_app.web.page_words import all_in_page_words, in_page_words
 from capture_app.web.sandbox.report import own_motion, report_data
 from ingest.animated.detect import is_animation
+from ingest.formats.detect import check_is_session
 from ingest.mesh import load_mesh
 from ingest.mount_file import load_mount
+from ingest.report.check import Check
 from ingest.trajectory.reading import Reading
 from omomo_core.errors import InputError
 from omomo_core.whole_file import whole_file, write_whole
@@ -39,9 +42,16 @@ class SessionInputs:
             InputError: an input cannot be read at all.
         """
         scale = self.scale
-        return inspect_take(
+        seen = inspect_take(
             self.session, self.mesh, self.mount, reading=self.reading, mesh_scale=scale
         )
+        checks = tuple(map(_in_page_words, seen.report.checks))
+        return replace(seen, report=replace(seen.report, checks=checks))
+
+
+def _in_page_words(check: Check) -> Check:
+    message, fix = (in_page_words(text, "run") for text in (check.message, check.fix))
+    return replace(check, message=message, fix=fix)
 
 
 def inspect(seen: SessionInputs, data: Path, page: Path) -> dict[str, Any]:
@@ -65,6 +75,17 @@ def inspect(seen: SessionInputs, data: Path, page: Path) -> dict[str, Any]:
         write_whole(page, report_page(looked))
     write_whole(data, json.dumps(found, allow_nan=False))
     return {key: found[key] for key in ("app", "seconds", "verdict")}
+
+
+def check_session(recording: Path) -> dict[str, Any]:
+    """Refuse a recording in which no reader finds one, of a phone or of an object's own motion.
+
+    Raises:
+        InputError: "session-unknown", or as `check_is_session`.
+    """
+    if not is_animation(recording, mounted=False):
+        check_is_session(recording)
+    return {}
 
 
 def check_animated(session: Path, mounted: bool) -> dict[str, Any]:
@@ -120,7 +141,7 @@ def pack_result_scene(result: Path, scene: Path) -> dict[str, Any]:
     from capture_app.replay.pack import pack_result
     from capture_app.result import load_result
 
-    return _written(scene, pack_result(load_result(result)))
+    return _written(scene, pack_result(load_result(result), words=all_in_page_words))
 
 
 def share_result(result: Path, title: str, page: Path) -> dict[str, Any]:
@@ -133,7 +154,8 @@ def share_result(result: Path, title: str, page: Path) -> dict[str, Any]:
     from capture_app.replay.share import share_page
     from capture_app.result import load_result
 
-    write_whole(page, share_page([pack_result(load_result(result))], title=title))
+    pack = pack_result(load_result(result), name=title, words=all_in_page_words)
+    write_whole(page, share_page([pack], title=title))
     return {}
 
 

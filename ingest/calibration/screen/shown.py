@@ -14,7 +14,7 @@ from ingest.calibration.board.spec import Board
 from ingest.calibration.phone.body import Phone, phone_body
 from ingest.uncertainty import of_product, rotation
 from omomo_core import strict_json
-from omomo_core.errors import InputError
+from omomo_core.errors import InputError, reader_complaint
 
 _COLUMNS, _ROWS = 5, 9
 _DICTIONARY = "DICT_4X4_50"
@@ -127,7 +127,7 @@ def load_screen_pose(path: Path) -> ScreenPose:
         T = np.array(table["T_phone_screen"], float).reshape(4, 4)
         covariance = np.array(table["covariance"], float).reshape(6, 6)
     except (OSError, ValueError, KeyError, TypeError) as problem:
-        raise _no_phone_file(path, f"{type(problem).__name__} {problem}") from None
+        raise _no_phone_file(path, reader_complaint(problem)) from None
     R = T[:3, :3]
     if not (np.isfinite(T).all() and np.abs(R @ R.T - np.eye(3)).max() < 1e-3):
         raise _no_phone_file(path, "T_phone_screen is not rigid")

@@ -26,6 +26,43 @@ def _use(page, server, example):
     return server.ask(f"mounts/{mount}")
 
 
+def test_one_way_is_recommended_and_the_others_are_folded_up(tabs, server, example):
+    page = tabs.open(server.at(f"/calibrate?object={example['object']}"))
+    expect(page.get_by_role("radio", name=re.compile("Board, and only the phone"))).to_be_visible()
+    expect(page.get_by_role("radio")).to_have_count(1)
+    page.get_by_text("Other ways").click()
+    expect(page.get_by_role("radio")).to_have_count(10)
+    page.get_by_role("radio", name=re.compile("Click points")).check()
+    page.wait_for_url(re.compile("way=points"))
+    expect(page.get_by_role("radio", name=re.compile("Click points"))).to_be_focused()
+
+
+def test_the_phone_that_is_there_first_makes_a_mount(tabs, server, example):
+    page = _start(tabs, server, example, "drawing")
+    phone = page.get_by_role("combobox", name="Phone", exact=True)
+    expect(phone).to_have_value("iPhone 15 Pro")
+    expect(page.get_by_label("Main lens from the top edge")).to_be_hidden()
+    for axis in "xyz":
+        page.get_by_label(f"{axis} (cm)").fill("5")
+    page.get_by_role("button", name="Keep this mount").click()
+    page.wait_for_url(re.compile("#/mounts/"))
+
+
+def test_of_a_phone_with_an_unknown_lens_only_the_lens_is_measured(tabs, server, example):
+    page = _start(tabs, server, example, "drawing")
+    page.get_by_role("combobox", name="Phone", exact=True).select_option("iPhone 17 Pro")
+    expect(
+        page.get_by_text("Nobody published where the lens of an iPhone 17 Pro is")
+    ).to_be_visible()
+    expect(page.get_by_label("Width (mm)")).to_have_value("71.85")
+    page.get_by_label("Main lens from the top edge").fill("34")
+    page.get_by_label("Main lens from the left edge").fill("14")
+    for axis in "xyz":
+        page.get_by_label(f"{axis} (cm)").fill("5")
+    page.get_by_role("button", name="Keep this mount").click()
+    page.wait_for_url(re.compile("#/mounts/"))
+
+
 def test_points_typed_give_a_mount_with_its_error(tabs, server, example):
     page = _start(tabs, server, example, "points")
     page.get_by_role("combobox", name="Phone", exact=True).select_option("iPhone 15 Pro")

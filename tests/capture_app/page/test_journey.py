@@ -53,6 +53,50 @@ def test_a_job_that_fails_tells_why_and_leads_back(tabs, server, example):
     page.wait_for_url(f"**/sessions/{example['session']}{chosen}")
 
 
+def test_options_stay_when_one_goes_back(tabs, server, example):
+    chosen = f"?object={example['object']}&mount={example['mount']}"
+    page = tabs.open(server.at(f"/sessions/{example['session']}{chosen}"))
+    page.get_by_label("Samples", exact=True).fill("1")
+    page.get_by_text("More options").click()
+    page.get_by_label("Steps of the sampler").fill("999")
+    page.get_by_label("Draw a video").uncheck()
+    page.get_by_label("Which way is up").select_option("direction")
+    page.get_by_label("Direction of up").fill("0,1,0")
+    page.get_by_label("Direction of up").blur()
+    page.get_by_role("button", name="Make the motion").click(timeout=40_000)
+    page.wait_for_url(re.compile("#/jobs/"))
+    page.go_back()
+    expect(page.get_by_label("Samples", exact=True)).to_have_value("1")
+    expect(page.get_by_label("Steps of the sampler")).to_be_visible()
+    expect(page.get_by_label("Steps of the sampler")).to_have_value("999")
+    expect(page.get_by_label("Draw a video")).not_to_be_checked()
+    expect(page.get_by_label("Direction of up")).to_have_value("0,1,0")
+
+
+def test_errors_use_the_words_of_the_page(tabs, server, example):
+    chosen = f"?object={example['object']}&mount={example['mount']}"
+    page = tabs.open(server.at(f"/sessions/{example['session']}{chosen}"))
+    page.get_by_text("More options").click()
+    page.get_by_label("Stretch to use").fill("9")
+    page.get_by_label("Stretch to use").blur()
+    told = page.get_by_text("This recording is not usable: ")
+    expect(told).to_be_visible(timeout=30_000)
+    expect(page.get_by_text("“Stretch to use”").first).to_be_visible()
+    assert not re.search(r"--[a-z]{2}", page.locator("main").inner_text())
+    order = {"kind": "run", **example, "options": {"segment": 9}}
+    page.goto(server.at(f"/jobs/{server.ask('jobs', order)['id']}"))
+    expect(page.get_by_role("alert")).to_contain_text("“Stretch to use”", timeout=60_000)
+    assert not re.search(r"--[a-z]{2}", page.locator("main").inner_text())
+
+
+def test_an_object_that_is_chosen_brings_its_mount(tabs, server, example):
+    page = tabs.open(server.at(f"/sessions/{example['session']}"))
+    page.locator(f"input[value='{example['object']}']").check()
+    page.wait_for_url(re.compile(rf"object={example['object']}&mount=[0-9a-f]{{16}}"))
+    expect(page.get_by_text("It was made for this object.")).to_be_visible()
+    expect(page.get_by_role("button", name="Make the motion")).to_be_enabled(timeout=30_000)
+
+
 def test_a_motion_is_ordered_of_a_usable_recording_and_a_mount_that_was_chosen(
     tabs, server, example
 ):

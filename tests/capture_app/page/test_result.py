@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 
 import pytest
 from playwright.sync_api import expect
@@ -89,12 +90,29 @@ def test_export_is_made_and_downloaded(result_page):
     assert any(line.startswith("Frame Time: 0.0166") for line in lines)
 
 
-def test_shared_file_holds_the_motion(result_page):
+def test_fbx_is_offered_only_where_there_is_a_blender(tabs, server, motion):
+    offered = [export["to"] for export in server.ask("choices")["exports"]]
+    page = tabs.open(server.at(f"/results/{motion}"))
+    expect(page.get_by_label("Format")).to_be_visible()
+    options = page.get_by_label("Format").locator("option")
+    values = options.evaluate_all("(all) => all.map((one) => one.value)")
+    assert values == offered
+    assert ("fbx" in values) == (shutil.which("blender") is not None)
+
+
+def test_shared_file_holds_the_motion(result_page, tabs):
     with result_page.expect_download() as taken:
         result_page.get_by_role("link", name="Download to share").click()
     text = taken.value.path().read_text()
     assert text.lower().startswith("<!doctype html>")
     assert json.dumps("http")[1:-1] + "://cdn" not in text
+    assert taken.value.suggested_filename == "the-motion.html"
+    shared = tabs.context.new_page()
+    shared.set_content(text)
+    expect(shared.get_by_role("heading", level=1)).to_have_text("The motion")
+    expect(shared).to_have_title("The motion · replay")
+    for words in ("Follow the person", "Correct the contacts", "From above"):
+        expect(shared.get_by_role("button", name=words)).to_be_visible()
 
 
 @pytest.mark.slow

@@ -34,6 +34,41 @@ def test_folder_gives_report(tabs, server, take):
     assert (session["name"], session["files"]) == ("kitchen chair", 4)
 
 
+def test_what_is_no_recording_is_refused_and_not_lost(tabs, server, tmp_path):
+    rubbish = tmp_path / "holiday.jpg"
+    rubbish.write_bytes(b"\xff\xd8")
+    before = len(server.ask("sessions"))
+    page = tabs.open(server.url)
+    page.locator(FILES).first.set_input_files(rubbish)
+    expect(page.get_by_role("alert")).to_contain_text("This is not a phone session")
+    assert len(server.ask("sessions")) == before
+    page.reload()
+    expect(page.get_by_text("Unfinished: holiday.jpg")).to_be_visible()
+    page.get_by_role("button", name="Throw it away").click()
+    expect(page.get_by_text("Unfinished: holiday.jpg")).to_have_count(0)
+
+
+def test_from_a_drop_to_the_motion_it_is_one_click(tabs, server, tmp_path):
+    folder = tmp_path / "all of it"
+    page = tabs.open(server.url)
+    page.locator(".drop").first.wait_for()
+    folder.mkdir()
+    for name in ("session/odometry.csv", "session/camera_matrix.csv", "box.obj", "mount.json"):
+        shutil.copy(DEMO / name, folder / Path(name).name)
+    page.locator(FILES).first.set_input_files(sorted(folder.iterdir()))
+    _reported(page)
+    make = page.get_by_role("button", name="Make the motion")
+    expect(make).to_be_enabled(timeout=30_000)
+    page.get_by_label("Samples", exact=True).fill("1")
+    page.get_by_text("More options").click()
+    page.get_by_label("Steps of the sampler").fill("2")
+    page.get_by_label("Draw a video").uncheck()
+    make.click()
+    page.wait_for_url(re.compile(r"#/results/"), timeout=90_000)
+    expect(page.get_by_role("slider", name="Time")).to_be_visible(timeout=30_000)
+    expect(page.locator("video")).to_have_count(0)
+
+
 def test_dropped_files_are_sorted_by_what_they_are(tabs, server):
     page = tabs.open(server.url)
     names = ["session/odometry.csv", "session/camera_matrix.csv", "box.obj", "mount.json"]

@@ -17,7 +17,7 @@ def test_edited_contacts_are_a_file_that_resolve_reads(
     open_page: OpenPage, packs, made, tmp_path: Path
 ) -> None:
     page = open_page(packs[0])
-    page.get_by_role("button", name="Edit contacts").click()
+    page.get_by_role("button", name="Correct the contacts").click()
     stop = page.get_by_role("slider", name="Left hand contact 1, stop")
     stop.scroll_into_view_if_needed()
     box, lane = stop.bounding_box(), page.locator(".tl-lane").first.bounding_box()
@@ -35,7 +35,7 @@ def test_edited_contacts_are_a_file_that_resolve_reads(
     spot = page.evaluate(f"replay.viewer.project({place})")
     page.locator("#view").click(position={"x": spot["x"], "y": spot["y"]})
     with page.expect_download() as saving:
-        page.get_by_role("button", name="Save contacts.json").click()
+        page.get_by_role("button", name="Save the contacts").click()
     file = tmp_path / "contacts.json"
     saving.value.save_as(file)
     spans = read_contacts(file, FRAMES, sample_surface(made.object_motion.mesh))
@@ -50,7 +50,7 @@ def test_edited_contacts_are_a_file_that_resolve_reads(
 
 def test_contacts_keep_their_distance_and_can_be_undone(open_page: OpenPage, packs) -> None:
     page = open_page(packs[0])
-    page.get_by_role("button", name="Edit contacts").click()
+    page.get_by_role("button", name="Correct the contacts").click()
     whole = "replay.timeline.contacts"
     before = page.evaluate(whole)
     page.evaluate(f"replay.viewer.seek({20 / FPS})")

@@ -118,6 +118,13 @@ def test_result_whose_recording_is_gone_is_shown_without_it(tmp_path: Path) -> N
     assert any("recording is not shown" in note for note in header["notes"])
 
 
+def test_a_result_is_called_and_told_as_who_shows_it_says(tmp_path: Path) -> None:
+    result = make_result(tmp_path)
+    header, _ = read_pack(pack_result(result, name="The chair", words=lambda told: [len(told)]))
+    assert header["name"] == "The chair"
+    assert header["notes"] == [len(read_pack(pack_result(result))[0]["notes"])]
+
+
 def test_film_can_be_left_out(tmp_path: Path) -> None:
     header, arrays = read_pack(pack_session(inspect_take(DEMO / SESSION), film=False))
     assert header["film"] is None

@@ -107,7 +107,7 @@ def test_all_goes_by_keyboard(open_page: OpenPage, packs) -> None:
         seen.add(page.evaluate("document.activeElement.id || document.activeElement.textContent"))
         if page.evaluate("document.activeElement.id") == "edit":
             break
-    assert {"Follow", "From above", "sample", "compare", "view", "play"} <= seen
+    assert {"Follow the person", "From above", "sample", "compare", "view", "play"} <= seen
     page.keyboard.press("Enter")
     page.get_by_role("slider", name="Time").focus()
     page.keyboard.press("PageUp")
@@ -122,9 +122,9 @@ def test_all_goes_by_keyboard(open_page: OpenPage, packs) -> None:
     left = page.evaluate("replay.timeline.contacts.segments")
     assert [(s["hand"], s["start"], s["stop"]) for s in left] == [("right", 5, 30)]
     page.locator("#view").focus()
-    before = page.evaluate("replay.viewer.project([0, 0, 1]).x")
+    before = page.evaluate("replay.viewer.project([1, 0, 1]).x")
     page.keyboard.press("ArrowLeft")
-    assert abs(page.evaluate("replay.viewer.project([0, 0, 1]).x") - before) > 1
+    assert abs(page.evaluate("replay.viewer.project([1, 0, 1]).x") - before) > 1
     assert _time(page) == pytest.approx(30 / FPS)
 
 
@@ -158,8 +158,8 @@ def test_session_without_a_result(open_page: OpenPage, tmp_path: Path) -> None:
     decoded = """async () => { const picture = document.querySelector("#film img");
         await picture.decode(); return picture.naturalWidth; }"""
     assert page.evaluate(decoded) > 50
-    assert page.get_by_role("button", name="Edit contacts").count() == 0
-    page.get_by_role("button", name="Phone", exact=True).click()
+    assert page.get_by_role("button", name="Correct the contacts").count() == 0
+    page.get_by_role("button", name="The phone's eye", exact=True).click()
     shown = canvas_of(page)
     page.evaluate("replay.viewer.show({path: false})")
     assert _differ(shown, canvas_of(page)) > 50
@@ -182,7 +182,7 @@ def test_picture_comes_back_with_a_lost_context(open_page: OpenPage, packs) -> N
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_nobody_is_shut_out(open_page: OpenPage, packs, scheme: str) -> None:
     page = open_page(*packs, color_scheme=scheme)
-    page.get_by_role("button", name="Edit contacts").click()
+    page.get_by_role("button", name="Correct the contacts").click()
     page.locator("summary").click()
     found = Axe().run(page).response["violations"]
     assert [(f["id"], [n["html"] for n in f["nodes"]]) for f in found] == []

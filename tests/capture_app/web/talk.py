@@ -8,6 +8,9 @@ from fastapi import FastAPI
 
 from capture_app.web.site import Site
 
+BROKEN = {"take.zip": b"PK\x03\x04"}
+"""A recording of which nothing can be read; it is kept, and its report says so."""
+
 
 @dataclass(frozen=True)
 class Live:
@@ -25,7 +28,7 @@ class Live:
         return socket.create_connection(("127.0.0.1", self.port), timeout=10)
 
 
-def announce(client: httpx.Client, files: dict[str, int], kind: str = "session") -> dict:
+def announce(client: httpx.Client, files: dict[str, int], kind: str = "material") -> dict:
     """Begin an upload of files of so many bytes."""
     listed = [{"path": path, "size": size} for path, size in files.items()]
     answer = client.post("/api/uploads", json={"kind": kind, "name": "a take", "files": listed})
@@ -33,7 +36,7 @@ def announce(client: httpx.Client, files: dict[str, int], kind: str = "session")
     return answer.json()
 
 
-def upload(client: httpx.Client, files: dict[str, bytes], kind: str = "session", **how) -> str:
+def upload(client: httpx.Client, files: dict[str, bytes], kind: str = "material", **how) -> str:
     """Bring files as one thing; returns its id."""
     begun = announce(client, {path: len(data) for path, data in files.items()}, kind)
     for file, data in zip(begun["files"], files.values(), strict=True):

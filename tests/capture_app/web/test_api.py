@@ -9,7 +9,7 @@ import trimesh
 
 from capture_app.web.routes import about
 from capture_app.web.site import Site
-from tests.capture_app.web.talk import announce, problem, upload
+from tests.capture_app.web.talk import BROKEN, announce, problem, upload
 
 UNKNOWN = "ffffffffffffffff"
 
@@ -47,13 +47,24 @@ def test_the_report_of_the_phone_alone_and_as_a_page(client, example: dict[str, 
 
 
 def test_a_session_that_cannot_be_read_is_kept_and_says_why(client):
-    id_ = upload(client, {"holiday.jpg": b"\xff\xd8"})
+    id_ = upload(client, BROKEN, "session")
     report = client.get(f"/api/sessions/{id_}/report").json()
     assert report["verdict"] == "not usable"
-    assert report["problem"]["code"] == "session-unknown"
+    assert report["problem"]["code"] == "archive-damaged"
     assert report["advice"] == report["problem"]["fix"] != ""
-    assert problem(client.get(f"/api/sessions/{id_}/report.html"), 422)["code"] == "session-unknown"
+    assert problem(client.get(f"/api/sessions/{id_}/report.html"), 422)["code"] == "archive-damaged"
     assert client.get(f"/api/sessions/{id_}").status_code == 200
+
+
+def test_what_is_no_recording_is_refused_in_words_and_kept_as_an_upload(client, site: Site):
+    begun = announce(client, {"holiday.jpg": 2}, "session")
+    client.put(f"/api/uploads/{begun['id']}/files/0?offset=0", content=b"\xff\xd8")
+    refused = problem(client.post(f"/api/uploads/{begun['id']}/finish"), 422)
+    assert refused["code"] == "session-unknown"
+    assert "holiday.jpg" in refused["what"]
+    assert str(site.library.root) not in str(refused)
+    assert begun["id"] not in [one["id"] for one in client.get("/api/sessions").json()]
+    assert client.get(f"/api/uploads/{begun['id']}").json()["received"] == 2
 
 
 def test_a_mesh_says_what_it_is(client):
@@ -116,7 +127,7 @@ def test_a_mesh_reads_no_file_beside_its_own(client, site: Site):
 
 
 def test_things_are_renamed_and_deleted(client):
-    id_ = upload(client, {"a.csv": b"1"})
+    id_ = upload(client, BROKEN, "session")
     at = f"/api/sessions/{id_}"
     assert client.patch(at, json={"name": "  chair <b>1</b> "}).json()["name"] == "chair <b>1</b>"
     assert problem(client.patch(at, json={"name": "  "}), 422)["code"] == "request-invalid"
@@ -262,7 +273,8 @@ def test_a_defect_is_answered_in_a_sentence_and_logged(client, monkeypatch, capl
 
 def test_choices_name_what_can_be_ordered(client, example: dict[str, str]):
     choices = client.get("/api/choices").json()
-    assert "iPhone 15" in choices["phones"]
+    phones = {phone["name"]: phone["lens_known"] for phone in choices["phones"]}
+    assert (phones["iPhone 15"], phones["iPhone 17 Pro"]) == (True, False)
     assert {"glb", "bvh", "usd"} <= {export["to"] for export in choices["exports"]}
     form = {
         "method": "points",
@@ -275,8 +287,17 @@ def test_choices_name_what_can_be_ordered(client, example: dict[str, str]):
     assert problem(client.post("/api/mounts", json=form), 422)["code"] != "phone-point"
 
 
+@pytest.mark.parametrize("there", [False, True])
+def test_fbx_is_offered_only_where_there_is_a_blender(client, monkeypatch, tmp_path, there: bool):
+    if there:
+        (tmp_path / "blender").touch(mode=0o755)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    offered = {export["to"] for export in client.get("/api/choices").json()["exports"]}
+    assert ("fbx" in offered) == there
+
+
 def test_what_is_deleted_leaves_nothing(client, site: Site):
-    id_ = upload(client, {"a.csv": b"1"})
+    id_ = upload(client, BROKEN, "session")
     client.get(f"/api/sessions/{id_}/report")
     client.delete(f"/api/sessions/{id_}")
     left = [p for p in site.library.root.rglob("*") if id_ in str(p)]
@@ -284,7 +305,7 @@ def test_what_is_deleted_leaves_nothing(client, site: Site):
 
 
 def test_two_things_of_one_name_stay_two(client):
-    one, other = (upload(client, {"a.csv": b"1"}) for _ in range(2))
+    one, other = (upload(client, BROKEN, "session") for _ in range(2))
     assert one != other
 
 

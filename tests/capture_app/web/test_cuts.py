@@ -39,7 +39,7 @@ def test_twenty_cuts_and_the_file_is_the_same(live: Live, client: httpx.Client):
         piece = data[have : have + 2**20]
         client.put(f"/api/uploads/{id_}/files/0?offset={have}", content=piece)
     assert client.post(f"/api/uploads/{id_}/finish").status_code == 200
-    kept = live.site.library.shelves["session"].folder / id_ / "files" / "a.bin"
+    kept = live.site.library.shelves["material"].folder / id_ / "files" / "a.bin"
     assert hashlib.sha256(kept.read_bytes()).digest() == hashlib.sha256(data).digest()
 
 
@@ -75,7 +75,7 @@ def test_a_length_that_is_a_lie_puts_nothing_where_it_does_not_belong(live: Live
     assert 10 <= have <= 30
     client.put(f"/api/uploads/{id_}/files/0?offset={have}", content=data[have:])
     client.post(f"/api/uploads/{id_}/finish")
-    kept = live.site.library.shelves["session"].folder / id_ / "files" / "a.bin"
+    kept = live.site.library.shelves["material"].folder / id_ / "files" / "a.bin"
     assert kept.read_bytes() == data
 
 
@@ -126,7 +126,7 @@ def test_slow_clients_starve_nobody(live: Live, client: httpx.Client, count: int
             for connection in crawling:
                 connection.sendall(b"x")
             begun = time.perf_counter()
-            client.get("/api/sessions")
+            client.get("/api/materials")
             sent = client.put(f"{at}/{count}?offset={k * len(other)}", content=other)
             took.append(time.perf_counter() - begun)
             assert sent.json() == {"received": (k + 1) * len(other)}

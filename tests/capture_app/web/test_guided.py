@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from capture_app.web.site import Site
-from tests.capture_app.web.talk import problem, upload
+from tests.capture_app.web.talk import BROKEN, problem, upload
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +88,7 @@ def test_an_object_that_was_brought_has_no_scan(client: httpx.Client, site: Site
         answer = client.get(f"/api/objects/{object_}/scan/{name}")
         assert problem(answer, 404)["code"] == "scan-missing"
     order = {"kind": "calibrate", "method": "scan", "name": "clamp", "object": object_}
-    session = upload(client, {"a.csv": b"1"})
+    session = upload(client, BROKEN, "session")
     refused = client.post("/api/jobs", json={**order, "session": session})
     assert problem(refused, 404)["code"] == "scan-missing"
     assert list(site.library.notes.folder.iterdir()) == []

@@ -23,7 +23,7 @@ from ingest.uncertainty import between
 from omomo_core.motion import FPS
 from render.video import write_video
 from tests.capture_app.overlay.taken import LENS, Watched, phone_take, standing
-from tests.capture_app.web.talk import problem, upload
+from tests.capture_app.web.talk import BROKEN, problem, upload
 from tests.simulator.scan_log import scan_log, with_pictures
 from tests.simulator.scan_model import drawn_model
 from tests.simulator.scan_scene import orbit_poses, scan_scene
@@ -148,7 +148,7 @@ def wiggled(client: httpx.Client, folder: Path, kind: Wiggle) -> tuple[str, str]
     rows = np.column_stack([np.arange(len(T)) / FPS, T[:, :3, 3], turns])
     np.savetxt(folder / "poses.csv", rows, delimiter=",", header="t,x,y,z,qx,qy,qz,qw")
     poses = upload(client, {"poses.csv": (folder / "poses.csv").read_bytes()}, "material")
-    return upload(client, files_of(folder / "log")), poses
+    return upload(client, files_of(folder / "log"), "session"), poses
 
 
 def test_a_calibration_becomes_a_mount_with_its_report(
@@ -181,7 +181,7 @@ def test_the_clamped_phone_is_found_in_a_scan_and_by_the_mesh_of_its_recording(
     log, T_arkit_world = scan_log(scene, seed=4)
     filmed = with_pictures(log, scene, tmp_path / "film", (16.0, 17.0, 22.5, 23.5))
     scanner_3d.write(filmed, tmp_path / "take")
-    session = upload(client, files_of(tmp_path / "take"))
+    session = upload(client, files_of(tmp_path / "take"), "session")
     mesh = trimesh.Trimesh(scene.mesh.vertices, scene.mesh.faces, process=False)
     chair = upload(client, {"chair.ply": mesh.export(file_type="ply")}, "object")
     colmap = {f"sparse/{name}": data for name, data in files_of(model.sparse).items()}
@@ -224,7 +224,7 @@ def test_a_calibration_that_cannot_be_says_what_to_do_and_leaves_nothing(
 def test_what_an_order_says_in_words_is_kept_while_the_job_is_known(
     client: httpx.Client, site: Site, box: str
 ):
-    session = upload(client, {"a.csv": b"1"})
+    session = upload(client, BROKEN, "session")
     points = [[0, 0], [175, 0], [175, 245]]
     place = {"points": [{"board_mm": at, "object": [*at, 0.1]} for at in points]}
     common = {"kind": "calibrate", "method": "board", "name": "clamp", "object": box}

@@ -25,7 +25,7 @@ def thrown(client: httpx.Client, tmp_path_factory: pytest.TempPathFactory) -> st
     """Id of an object's own motion."""
     file = tmp_path_factory.mktemp("own") / "thrown.npz"
     np.savez(file, T_world_object=np.tile(np.eye(4), (60, 1, 1)), fps=30)
-    return upload(client, {"thrown.npz": file.read_bytes()})
+    return upload(client, {"thrown.npz": file.read_bytes()}, "session")
 
 
 def report(client: httpx.Client, session: str, **said: object) -> dict:

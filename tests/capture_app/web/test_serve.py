@@ -3,11 +3,15 @@
 import random
 import signal
 import socket
+from ipaddress import ip_address
 from pathlib import Path
 
+import cv2
 import httpx
+import numpy as np
 import pytest
 
+from capture_app.cli.qr import print_qr
 from capture_app.web.library.lock import only_server
 from capture_app.web.server import ServerConfig, _listen, _token
 from omomo_core.errors import InputError
@@ -30,8 +34,23 @@ def test_beyond_this_machine_it_asks_for_the_token_that_it_said_once(tmp_path: P
         status = server.stop(signal.SIGTERM)
     assert status == 0
     assert server.said.count(token) == 1
+    assert ip_address(server.url.removeprefix("http://").rpartition(":")[0]) != ip_address(
+        "0.0.0.0"
+    )
+    assert "▀" in server.said
     assert "Traceback" not in server.said
     assert list((tmp_path / "library" / "scratch").iterdir()) == []
+
+
+def test_a_phone_reads_the_address_off_the_terminal(capsys: pytest.CaptureFixture[str]):
+    address = f"http://192.168.178.33:8765/?token={'x' * 43}"
+    print_qr(address)
+    # Each block is two squares of the code, one above the other; light ones are painted.
+    halves = {"█": (255, 255), "▀": (255, 0), "▄": (0, 255), " ": (0, 0), "\xa0": (0, 0)}
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.strip()]
+    rows = [[halves[c][k] for c in line] for line in lines for k in (0, 1)]
+    picture = np.kron(np.array(rows, np.uint8), np.ones((6, 6), np.uint8))
+    assert cv2.QRCodeDetector().detectAndDecode(picture)[0] == address
 
 
 def test_on_this_machine_alone_nothing_is_asked_for():
@@ -97,9 +116,9 @@ def test_an_upload_survives_cuts_and_killed_servers(
     for k in [*broken, None]:
         server = _send_until(server, id_, source, k, chunk, kill=k in killed)
     with httpx.Client(base_url=server.url, timeout=600) as client:
-        assert client.post(f"/api/uploads/{id_}/finish").json() == {"kind": "session", "id": id_}
+        assert client.post(f"/api/uploads/{id_}/finish").json() == {"kind": "material", "id": id_}
     server.stop()
-    kept = tmp_path / "library" / "sessions" / id_ / "files" / "film.mp4"
+    kept = tmp_path / "library" / "materials" / id_ / "files" / "film.mp4"
     with kept.open("rb") as file:
         assert hashlib.file_digest(file, "sha256").digest() == sent.digest()
 

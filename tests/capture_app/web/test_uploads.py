@@ -13,7 +13,7 @@ import pytest
 from capture_app.web.library.folders import TRASH
 from capture_app.web.library.library import Library
 from capture_app.web.site import Site
-from tests.capture_app.web.talk import announce, problem, upload
+from tests.capture_app.web.talk import BROKEN, announce, problem, upload
 
 RNG = random.Random(0)
 
@@ -27,7 +27,7 @@ def small(open_site, serve):
 
 
 def _kept(site: Site, id_: str, path: str) -> bytes:
-    return (site.library.shelves["session"].folder / id_ / "files" / path).read_bytes()
+    return (site.library.shelves["material"].folder / id_ / "files" / path).read_bytes()
 
 
 def test_a_folder_becomes_a_session_with_the_same_files(client, site: Site):
@@ -38,8 +38,8 @@ def test_a_folder_becomes_a_session_with_the_same_files(client, site: Site):
         "take/Gerät 日本.txt": b"words",
     }
     id_ = upload(client, files)
-    listed = client.get(f"/api/sessions/{id_}").json()
-    assert listed in client.get("/api/sessions").json()
+    listed = client.get(f"/api/materials/{id_}").json()
+    assert listed in client.get("/api/materials").json()
     assert (listed["name"], listed["size"], listed["files"]) == ("a take", 100_006, 4)
     for path, data in files.items():
         assert _kept(site, id_, path) == data
@@ -62,7 +62,7 @@ def test_pieces_go_behind_each_other_and_nowhere_else(client, site: Site):
     assert unfinished["code"] == "upload-incomplete"
     assert unfinished["where"] == "a.bin"
     client.put(f"{at}?offset=2000", content=data[2000:])
-    assert client.post(f"/api/uploads/{begun['id']}/finish").json()["kind"] == "session"
+    assert client.post(f"/api/uploads/{begun['id']}/finish").json()["kind"] == "material"
     assert _kept(site, begun["id"], "a.bin") == data
 
 
@@ -79,8 +79,8 @@ def test_a_large_piece_for_another_place_is_left_out_as_a_whole(client):
 def test_an_answer_that_got_lost_may_be_asked_for_again(client):
     id_ = upload(client, {"a.csv": b"1,2"})
     again = client.post(f"/api/uploads/{id_}/finish")
-    assert again.json() == {"kind": "session", "id": id_}
-    assert [item["id"] for item in client.get("/api/sessions").json()].count(id_) == 1
+    assert again.json() == {"kind": "material", "id": id_}
+    assert [item["id"] for item in client.get("/api/materials").json()].count(id_) == 1
 
 
 def test_more_than_was_announced_is_refused(client, site: Site):
@@ -217,16 +217,16 @@ def test_an_upload_can_be_given_up(client, site: Site):
 def test_a_folder_of_many_files(client, site: Site, count: int):
     files = {f"take/depth/{k:05d}.png": str(k).encode() for k in range(count)}
     id_ = upload(client, files)
-    kept = site.library.shelves["session"].folder / id_ / "files"
+    kept = site.library.shelves["material"].folder / id_ / "files"
     digest = hashlib.sha256()
     for path in sorted(kept.rglob("*.png")):
         digest.update(path.read_bytes())
     assert digest.digest() == hashlib.sha256(b"".join(files.values())).digest()
-    assert client.get(f"/api/sessions/{id_}").json()["files"] == count
+    assert client.get(f"/api/materials/{id_}").json()["files"] == count
 
 
 def test_the_server_shows_nothing_of_where_it_is(client, site: Site):
-    id_ = upload(client, {"notes.txt": b"no session"})
+    id_ = upload(client, BROKEN, "session")
     report = client.get(f"/api/sessions/{id_}/report")
-    assert report.json()["problem"]["where"] == "notes.txt"
+    assert report.json()["problem"]["where"] == "take.zip"
     assert str(site.library.root) not in report.text

@@ -4,7 +4,7 @@
 /** A file to download. @typedef {{name: string, size: number, href: string}} Made */
 /** What every thing of the library has; of a result that is asked for by itself, `files` are listed.
  *  @typedef {{id: string, name: string, created: string, size: number}} Item */
-/** @typedef {Item & {files: number, app?: string, seconds?: number}} Session */
+/** @typedef {Item & {files: number, app?: string, seconds?: number, verdict?: string}} Session */
 /** @typedef {Item & {extents: number[], faces: number, vertices: number, warnings: string[],
  *    scale: number, scan?: {severity: Severity, checks: Check[]}}} Thing an object */
 /** Within what a mount is true 95 times of 100. @typedef {{mm: number, deg: number}} Bounds */
@@ -38,7 +38,9 @@
  *  }} Report */
 /** @typedef {{seconds: number | null, rate: number | null, stretches: number | null,
  *    longest: number | null}} Facts */
-/** @typedef {{phones: string[], phone_points: string[], exports: {to: string, ups: string[]}[],
+/** Its body in millimetres, and whether it is known where in it the lens is.
+ *  @typedef {{name: string, width: number, height: number, lens_known: boolean}} Phone */
+/** @typedef {{phones: Phone[], phone_points: string[], exports: {to: string, ups: string[]}[],
  *    bones: string[], fps: number[], formats: string[], run: RunDefaults}} Choices */
 /** @typedef {{samples: number, steps: number, seed: number, video: boolean}} RunDefaults */
 /** @typedef {Record<string, {text: string}>} Boards */

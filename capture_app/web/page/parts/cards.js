@@ -2,6 +2,7 @@
 import { h } from "../core/dom.js";
 import { KINDS, STATES, ago, ended, sides, span } from "../core/words.js";
 import { stageWords } from "./stages.js";
+import { badge, verdictOf } from "./verdicts.js";
 /** @import {Bounds, Job, Motion, Mount, Session, Shelf, Thing} from "../core/answers.js" */
 
 /** @typedef {Session | Thing | Mount} Stored */
@@ -38,6 +39,7 @@ export function resultCard(result) {
     { class: "card tile", href: `#/results/${result.id}` },
     h("div", { class: "picture" }, poster("results", result.id, 480, 270)),
     h("span", { class: "tile-name" }, result.name),
+    badge(verdictOf("results", result)),
     h(
       "span",
       { class: "hint" },
@@ -62,7 +64,12 @@ export function itemRow(kind, item, ...buttons) {
     { class: pictured ? "row-item pictured" : "row-item" },
     pictured && h("span", { class: "thumb" }, poster(kind, item.id, 56, 56)),
     h("a", { href: path, class: "row-name" }, item.name),
-    h("span", { class: "hint" }, [details(item), ago(item.created)].filter(Boolean).join(" · ")),
+    h(
+      "span",
+      { class: "row-told" },
+      h("span", { class: "hint" }, [details(item), ago(item.created)].filter(Boolean).join(" · ")),
+      badge(verdictOf(kind, item)),
+    ),
     buttons.length > 0 && h("span", { class: "row" }, buttons),
   );
 }

@@ -3,12 +3,15 @@ import { api } from "../core/api.js";
 import { h, say } from "../core/dom.js";
 import { announce } from "../core/live.js";
 import { go } from "../core/router.js";
+import { draft, forget, keep } from "./contact_drafts.js";
+import { confirmed } from "./dialog.js";
 import { attempt, button } from "./fields.js";
 import { freshKey } from "./order_form.js";
 /** @import {Segment} from "/static/viewer/pack.js"
  *  @import {Result} from "../core/answers.js"
  *  @import {Stage} from "./stage.js" */
 
+const KEPT = "These are your corrections of last time. Nothing is solved again yet.";
 const HELP =
   "Drag a contact on the timeline or its ends; with the keyboard: Tab to it, " +
   "Enter, arrows. “Add” puts one at the playhead.";
@@ -30,17 +33,17 @@ class Editor {
     this.stage = stage;
     this.edit = button("Correct the contacts", () => this.begin());
     this.place = button("Put this hand elsewhere", () => this.pick(!this.picking));
-    this.stop = button("Stop correcting", () => (this.timeline?.reset(), this.finish()));
+    this.stop = button("Stop correcting", () => this.leave());
     this.solve = button("Solve again", () => this.send(), { class: "main" });
     this.hint = h("p", { class: "hint", role: "status" });
     this.problem = h("div");
     this.tools = h("div", { class: "row" }, this.place, this.solve, this.stop);
     this.node = h(
       "div",
-      { class: "stack" },
+      { class: "stack tight" },
       h("div", { class: "row" }, this.edit),
-      this.tools,
       this.hint,
+      this.tools,
       this.problem,
     );
     stage.canvas.addEventListener("click", (event) => this.clicked(event));
@@ -59,15 +62,24 @@ class Editor {
     });
     this.timeline?.addEventListener("select", () => this.refresh());
     this.reset();
+    const kept = this.edit.hidden ? null : draft(this.item.id, this.sample);
+    if (!kept) return;
+    this.begin();
+    this.timeline?.restore(kept);
+    say(this.hint, KEPT);
+  }
+
+  /** Index of the one sample that is shown. */
+  get sample() {
+    return this.stage.scenes.at(0)?.sample ?? this.item.chosen ?? 0;
   }
 
   /** Nothing is corrected yet. */
   reset() {
-    const [scene, another] = this.stage.scenes;
     const editable = this.timeline && this.stage.viewer?.header(0)?.editable;
-    const best = scene?.sample === (this.item.chosen ?? 0);
-    this.edit.hidden = Boolean(another) || !editable || !best;
+    this.edit.hidden = this.stage.scenes.length !== 1 || !editable;
     this.tools.hidden = true;
+    this.stage.node.classList.remove("correcting");
     this.pick(false);
     say(this.hint, "");
   }
@@ -77,8 +89,24 @@ class Editor {
     this.timeline.editable = true;
     this.edit.hidden = true;
     this.tools.hidden = false;
+    this.stage.node.classList.add("correcting");
+    this.stage.node.scrollIntoView({ block: "start" });
     say(this.hint, HELP);
     this.refresh();
+  }
+
+  /** Stop; what was corrected is thrown away, after it was asked for. */
+  async leave() {
+    const asked = {
+      title: "Throw the corrections away?",
+      text: "The contacts become what they were. If you only want to look at something else, go there: the corrections are kept.",
+      yes: "Throw them away",
+      act: async () => {},
+    };
+    if (this.timeline?.dirty && !(await confirmed(asked))) return;
+    this.timeline?.reset();
+    forget(this.item.id, this.sample);
+    this.finish();
   }
 
   finish() {
@@ -91,6 +119,9 @@ class Editor {
   /** @param {Segment[]} segments */
   edited(segments) {
     this.stage.viewer?.contacts(0, segments);
+    this.key = null;
+    if (this.timeline?.dirty) keep(this.item.id, this.sample, segments);
+    else forget(this.item.id, this.sample);
     this.refresh();
   }
 
@@ -142,9 +173,11 @@ class Editor {
         name,
         result: this.item.id,
         contacts: this.timeline?.contacts,
+        sample: this.sample + 1,
         video,
       };
       const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": key } });
+      forget(this.item.id, this.sample);
       go(`#/jobs/${job.id}`);
     });
   }

@@ -25,9 +25,10 @@ const FORMATS = {
 const BONES = { smplx: "SMPL-X", mixamo: "Mixamo", unreal: "Unreal", unity: "Unity", vrm: "VRM" };
 
 /** Format and its few options, the job, and the file when it is there. `made()` after each file.
+ *  `sample()`: which one the file is of, from 1.
  *  @param {Result} item @param {Choices} choices
- *  @param {{chosen: number, signal: AbortSignal, made: () => Promise<void>}} more */
-export function exportForm(item, choices, { chosen, signal, made }) {
+ *  @param {{sample: () => number, signal: AbortSignal, made: () => Promise<void>}} more */
+export function exportForm(item, choices, { sample, signal, made }) {
   const to = choice(
     "Format",
     choices.exports.map(({ to: key }) => [key, FORMATS[key] ?? key]),
@@ -62,7 +63,7 @@ export function exportForm(item, choices, { chosen, signal, made }) {
     bones: bones.read(),
     fps: Number(fps.read()),
     up: up.read() || null,
-    sample: chosen + 1,
+    sample: sample(),
   });
   return h(
     "form",

@@ -1,11 +1,15 @@
 // What the forms of a mount share: the name, the phone, and what happens when it is kept.
 import { api } from "../core/api.js";
-import { h } from "../core/dom.js";
+import { h, say } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { attempt, choice, number } from "./fields.js";
-/** @import {Thing} from "../core/answers.js" */
+/** @import {Phone, Thing} from "../core/answers.js" */
 
 const RULER = "";
+const MEASURE = "measure its lens";
+const HOW =
+  "Measure with a ruler, in millimetres. The main lens is the one that darkens the picture at 1× " +
+  "when you cover it.";
 
 /** A form around fields that makes a mount; `read()` gives the body of POST /api/mounts.
  *  @param {{back: string | null, name: string, content: Node, read: () => object}} asked */
@@ -36,40 +40,52 @@ export function mountForm({ back, name, content, read }) {
   );
 }
 
-/** Which phone: a known model, or one that is measured. @param {string[]} phones */
+/** Which phone: a model whose lens is known, or one on which it is measured. @param {Phone[]} phones */
 export function phoneFields(phones) {
+  const known = phones.filter((one) => one.lens_known);
   const model = choice(
     "Phone",
-    [...phones.map((name) => [name, name]), [RULER, "Another: measure it"]],
-    { value: phones.findLast((name) => /^iPhone \d+ Pro$/.test(name)) ?? phones[0] },
+    [
+      ...phones.map(({ name, lens_known }) => [name, lens_known ? name : `${name}: ${MEASURE}`]),
+      [RULER, `Another: ${MEASURE}`],
+    ],
+    { value: (known.findLast(({ name }) => / Pro$/.test(name)) ?? known.at(-1))?.name ?? RULER },
   );
-  const ruler = [
+  const [width, height, ...lens] = [
     number("Width", { unit: "mm", min: 30, max: 200 }),
     number("Height", { unit: "mm", min: 80, max: 300 }),
     number("Main lens from the top edge", { unit: "mm", min: 0, max: 200 }),
-    number("Main lens from the left edge, seen from behind", {
-      unit: "mm",
-      min: 0,
-      max: 200,
-    }),
+    number("Main lens from the left edge, seen from behind", { unit: "mm", min: 0, max: 200 }),
   ];
+  const ruler = [width, height, ...lens];
+  const why = h("p", { class: "hint" });
   const measured = h(
     "div",
-    { class: "grid" },
-    ruler.map((one) => one.node),
+    { class: "stack" },
+    why,
+    h(
+      "div",
+      { class: "grid" },
+      ruler.map((one) => one.node),
+    ),
   );
+  const chosen = () => phones.find(({ name }) => name === model.read());
   const show = () => {
-    measured.hidden = model.read() !== RULER;
+    const phone = chosen();
+    measured.hidden = Boolean(phone?.lens_known);
     for (const one of ruler) one.input.required = !measured.hidden;
+    say(why, phone ? `Nobody published where the lens of an ${phone.name} is. ${HOW}` : HOW);
+    width.input.value = phone ? String(phone.width) : "";
+    height.input.value = phone ? String(phone.height) : "";
   };
   model.input.addEventListener("change", show);
   show();
   return {
     node: h("div", { class: "stack" }, model.node, measured),
-    read: () =>
-      model.read() === RULER
-        ? { phone: "measured", ruler: ruler.map((one) => one.read()) }
-        : { phone: model.read() },
+    read: () => ({
+      phone: model.read() || "measured",
+      ruler: chosen()?.lens_known ? null : ruler.map((one) => one.read()),
+    }),
   };
 }
 

@@ -3,6 +3,7 @@ import { api } from "../core/api.js";
 import { freshId, h, say } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { attempt, choice, number, tick } from "./fields.js";
+import { remembered } from "./remembered.js";
 import { readingFields, readingQuery } from "./reading_fields.js";
 /** @import {Choices, Report, RunDefaults, Session} from "../core/answers.js" */
 
@@ -63,6 +64,9 @@ export function orderForm(session, choices, changed) {
       go(address(`/jobs/${job.id}`, { from: location.hash }));
     });
   });
+  // Taken up before anything listens: the view looks at the recording by itself.
+  const left = remembered(node, `options of ${session.id}`);
+  more.open = left.some((field) => more.contains(field));
   known.addEventListener("change", changed);
   fields.force.input.addEventListener("change", weigh);
   /** @param {With} now */

@@ -7,7 +7,7 @@ import { dropArea } from "../upload/drop.js";
 import { order } from "../upload/gather.js";
 import { boundWords, mountWords } from "./cards.js";
 import { pickList } from "./pick_list.js";
-/** @import {Mount} from "../core/answers.js"
+/** @import {Bounds, Mount} from "../core/answers.js"
  *  @import {Choosing} from "./pick_object.js" */
 
 // In place of a mount's id, as the API has it.
@@ -16,6 +16,8 @@ const OWN_FRAME = {
   name: "The mesh is in the phone's own frame",
   line: "No mount: the origin of the mesh is the phone's camera, x to the right, y up, z towards you",
 };
+const CLAMPED =
+  "It was made for this object. If you clamped the phone anew since then, find the mount again.";
 const FAR = { mm: 20, deg: 3 };
 
 /** The choice; those made for the object come first. `here`: where to come back to.
@@ -23,6 +25,7 @@ const FAR = { mm: 20, deg: 3 };
  *  @param {Choosing & {object: string | null}} choosing */
 export function pickMount(mounts, current, { object, here, chosen }) {
   const place = h("div", { class: "stack" });
+  const taken = mounts.find(({ id }) => id === current);
   /** @param {Mount} mount */
   const fit = (mount) => Number(mount.object === object && object !== null);
   const items = [...mounts]
@@ -38,7 +41,8 @@ export function pickMount(mounts, current, { object, here, chosen }) {
     "div",
     { class: "stack" },
     pickList("Mount", [...items, OWN_FRAME], current, chosen),
-    mountWarning(mounts.find(({ id }) => id === current)),
+    taken && fit(taken) > 0 && h("p", { class: "hint" }, CLAMPED),
+    mountWarning(taken),
     h(
       "div",
       { class: "row" },
@@ -64,12 +68,17 @@ export function pickMount(mounts, current, { object, here, chosen }) {
   );
 }
 
+/** Whether hands may be clearly off the object. @param {Bounds | null} bounds */
+export function isFar(bounds) {
+  return bounds !== null && (bounds.mm > FAR.mm || bounds.deg > FAR.deg);
+}
+
 /** A word of warning where the mount may be far off. @param {Mount | undefined} mount */
 export function mountWarning(mount) {
   if (!mount) return null;
   const told = [...(mount.warnings ?? [])];
   const { bounds } = mount;
-  if (bounds && (bounds.mm > FAR.mm || bounds.deg > FAR.deg)) {
+  if (isFar(bounds)) {
     told.unshift(
       `This mount is only known ${boundWords(bounds)}: hands may be that far off ` +
         `the object. A board or more points make it surer.`,

@@ -27,7 +27,7 @@ export function samplePicker(samples, chosen, show) {
     "fieldset",
     { class: "pills" },
     h("legend", {}, "Samples"),
-    all.map((k) => option(k === chosen ? `${k + 1} · best` : `${k + 1}`, [k])),
+    all.map((k) => option(k === chosen ? `${k + 1} (best)` : `${k + 1}`, [k])),
     option(samples > MOST ? `First ${MOST} side by side` : "All side by side", beside),
   );
 }

@@ -1,7 +1,6 @@
 // The 3D view with its clock: play, speed, cameras, layers, and a timeline for each scene.
 import { bytes, inWords } from "../core/api.js";
 import { h, put } from "../core/dom.js";
-import { stageControls } from "./stage_controls.js";
 import { trouble } from "./trouble.js";
 /** @import {Film} from "/static/viewer/film.js"
  *  @import {Timeline} from "/static/viewer/timeline.js"
@@ -25,6 +24,8 @@ export class Stage extends EventTarget {
   film = null;
   /** @type {Owner | null} */
   picker = null;
+  /** Whether the camera has been put where it shows most; from then on it is the user's. */
+  aimed = false;
 
   /** @param {{label: string, signal: AbortSignal, controls?: boolean}} asked */
   constructor({ label, signal, controls = true }) {
@@ -75,6 +76,7 @@ export class Stage extends EventTarget {
   async ready() {
     if (this.viewer) return this.viewer;
     const { createViewer } = await import("/static/viewer/viewer.js");
+    const { playBySpace, stageControls } = await import("./stage_controls.js");
     if (this.signal.aborted) return null;
     const viewer = await createViewer(this.canvas);
     this.viewer = viewer;
@@ -82,6 +84,7 @@ export class Stage extends EventTarget {
     if (!this.controls) return viewer;
     viewer.addEventListener("time", () => this.tick(viewer));
     put(this.bar, stageControls(viewer));
+    playBySpace(viewer, this.canvas, this.signal);
     return viewer;
   }
 
@@ -94,6 +97,10 @@ export class Stage extends EventTarget {
       await viewer.load(pack, { slot, sample: scenes[slot].sample });
     }
     if (this.signal.aborted) return;
+    if (!this.aimed && viewer.pack(0)?.array("root")) viewer.camera("follow");
+    this.aimed = true;
+    // The new scene may be shorter than what was shown before.
+    viewer.seek(viewer.time);
     await this.drawTracks(viewer);
     await this.showFilm(viewer);
     this.label();
@@ -111,6 +118,7 @@ export class Stage extends EventTarget {
       const pack = viewer.pack(slot);
       if (!this.controls || !pack || pack.header.frames < 2 || scene.plain) continue;
       const timeline = createTimeline(this.track(scene), pack, { sample: scene.sample });
+      timeline.time = viewer.time;
       timeline.addEventListener("seek", () => viewer.seek(timeline.time));
       this.timelines.push(timeline);
     }

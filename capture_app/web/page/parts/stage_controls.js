@@ -1,14 +1,8 @@
 // Buttons and choices of the 3D view.
 import { h, say } from "../core/dom.js";
+import { CAMERAS, LAYERS } from "/static/viewer/words.js";
 /** @import {Viewer} from "/static/viewer/viewer.js" */
 
-const CAMERAS = [
-  ["orbit", "Free"],
-  ["follow", "Follow the person"],
-  ["object", "On the object"],
-  ["phone", "The phone's eye"],
-  ["top", "From above"],
-];
 const SPEEDS = [
   ["0.1", "0.1×"],
   ["0.25", "0.25×"],
@@ -16,16 +10,8 @@ const SPEEDS = [
   ["1", "1×"],
   ["2", "2×"],
 ];
-const LAYERS = [
-  ["body", "Person"],
-  ["object", "Object"],
-  ["contacts", "Contacts"],
-  ["phone", "Phone"],
-  ["path", "Phone's path"],
-  ["trail", "Trail"],
-  ["grid", "Floor"],
-  ["shadow", "Shadow"],
-];
+// What a space is for in them is another thing; of a radio button that is chosen it is nothing.
+const OWN_SPACE = "input:not([type=radio]:checked), select, textarea, button, summary, dialog *";
 
 /** Play, clock, speed, camera and layers for a viewer: a list of nodes. @param {Viewer} viewer */
 export function stageControls(viewer) {
@@ -39,6 +25,23 @@ function play(viewer) {
   button.addEventListener("click", () => (viewer.playing ? viewer.pause() : viewer.play(), show()));
   for (const event of ["play", "pause", "loaded"]) viewer.addEventListener(event, show);
   return button;
+}
+
+/** The space bar plays and pauses while the picture is on the screen.
+ *  @param {Viewer} viewer @param {HTMLElement} picture @param {AbortSignal} signal */
+export function playBySpace(viewer, picture, signal) {
+  /** @param {KeyboardEvent} event */
+  const strike = (event) => {
+    if (event.key !== " " || event.defaultPrevented) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey) return;
+    if (event.target instanceof Element && event.target.matches(OWN_SPACE)) return;
+    const { top, bottom } = picture.getBoundingClientRect();
+    if (bottom < 0 || top > innerHeight || viewer.duration === 0) return;
+    event.preventDefault();
+    if (viewer.playing) viewer.pause();
+    else viewer.play();
+  };
+  document.addEventListener("keydown", strike, { signal });
 }
 
 /** @param {Viewer} viewer */
@@ -58,7 +61,7 @@ function speed(viewer) {
 /** @param {Viewer} viewer */
 function camera(viewer) {
   const change = (/** @type {string} */ mode) => viewer.camera(mode);
-  const { node, input } = select("Camera", CAMERAS, viewer.cameraMode, change);
+  const { node, input } = select("Camera", Object.entries(CAMERAS), viewer.cameraMode, change);
   viewer.addEventListener("camera", () => (input.value = viewer.cameraMode));
   return node;
 }
@@ -77,7 +80,7 @@ function select(label, options, value, changed) {
 
 /** @param {Viewer} viewer */
 function layers(viewer) {
-  const boxes = LAYERS.map(([key, words]) => {
+  const boxes = Object.entries(LAYERS).map(([key, words]) => {
     const input = h("input", { type: "checkbox", checked: viewer.layers[key] });
     input.addEventListener("change", () => viewer.show({ [key]: input.checked }));
     return h("label", { class: "tick" }, input, h("span", {}, words));

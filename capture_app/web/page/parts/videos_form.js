@@ -9,7 +9,9 @@ import { attempt, choice, number, tick } from "./fields.js";
 import { freshKey } from "./order_form.js";
 /** @import {Guide, Item, Result, Session} from "../core/answers.js" */
 
-/** @typedef {{guide: Guide, videos: Item[], sessions: Session[], signal: AbortSignal}} Context */
+/** `sample()`: which one is drawn, from 1.
+ *  @typedef {{guide: Guide, videos: Item[], sessions: Session[], sample: () => number,
+ *    signal: AbortSignal}} Context */
 
 const VIEWS = {
   third: "from the side",
@@ -24,8 +26,8 @@ const THINGS = [
   ["hidden", "nothing of it"],
 ];
 
-/** A video from a camera of its own. @param {Result} item */
-export function renderForm(item) {
+/** A video from a camera of its own. @param {Result} item @param {() => number} sample from 1 */
+export function renderForm(item, sample) {
   const view = choice("Seen", Object.entries(VIEWS));
   return orderForm(
     "Draw the video",
@@ -33,6 +35,7 @@ export function renderForm(item) {
       kind: "render",
       result: item.id,
       view: view.read(),
+      sample: sample(),
     }),
     [view.node],
   );
@@ -62,6 +65,7 @@ export function overlayForm(item, context) {
   const read = () => ({
     kind: "overlay",
     result: item.id,
+    sample: context.sample(),
     thing: thing.read(),
     opacity: (opacity.read() ?? 100) / 100,
     wipe: wipe.read(),

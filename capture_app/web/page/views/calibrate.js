@@ -12,16 +12,20 @@ import { pointsForm } from "../parts/mount_points.js";
 /** Title, words, and the form. @typedef {[string, string, (context: Context) => Node]} Way */
 
 /** @type {Record<string, Way>} */
+const RECOMMENDED = {
+  filmed: [
+    "Board, and only the phone",
+    "You need a printer. The phone films a printed board on the object, and is then clamped without " +
+      "stopping the log.",
+    recorded.filmed,
+  ],
+};
+/** @type {Record<string, Way>} */
 const RECORDED = {
   board: [
     "Board, and a second camera on a tripod",
     "The surest. You turn the object for 20 seconds: a few millimetres and tenths of a degree.",
     recorded.board,
-  ],
-  filmed: [
-    "Board, and only the phone",
-    "The phone films the board on the object, and is then clamped without stopping the log.",
-    recorded.filmed,
   ],
   meshed: [
     "The phone's own scan (LiDAR)",
@@ -68,7 +72,7 @@ const BY_HAND = {
     identityForm,
   ],
 };
-const WAYS = { ...RECORDED, ...BY_HAND };
+const WAYS = { ...RECOMMENDED, ...RECORDED, ...BY_HAND };
 const BROUGHT = ["choices", "objects", "sessions", "videos", "materials", "mounts", "calibration"];
 
 /** `#/calibrate?object=ID&way=points&back=...` @param {Visit} visit */
@@ -120,8 +124,18 @@ function drawWays(place, current, query) {
   const focused = active instanceof HTMLInputElement && active.value === current;
   put(
     place,
-    group("Record something: the surest", RECORDED, current, query),
-    group("Without a recording", BY_HAND, current, query),
+    group("Recommended", RECOMMENDED, current, query),
+    h(
+      "details",
+      { open: current !== null && !(current in RECOMMENDED) },
+      h("summary", {}, "Other ways"),
+      h(
+        "div",
+        { class: "stack" },
+        group("Record something else", RECORDED, current, query),
+        group("Without a recording", BY_HAND, current, query),
+      ),
+    ),
   );
   /** @type {HTMLInputElement | null} */
   const again = place.querySelector(`input[value="${current}"]`);

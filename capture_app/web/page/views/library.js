@@ -1,76 +1,104 @@
-// Everything that lies in the library.
+// Everything that lies in the library: searched by name, and filtered by how good it is.
 import { api } from "../core/api.js";
-import { h } from "../core/dom.js";
+import { h, put, say } from "../core/dom.js";
+import { store, stored } from "../core/stored.js";
+import { count, size } from "../core/words.js";
 import { itemRow, jobRow, resultCard } from "../parts/cards.js";
-import { size } from "../core/words.js";
-/** @import {Item, Shelf} from "../core/answers.js"
+import { choice, field } from "../parts/fields.js";
+import { verdictOf } from "../parts/verdicts.js";
+/** @import {Job, Shelf} from "../core/answers.js"
  *  @import {Visit} from "../core/router.js"
- *  @import {Stored} from "../parts/cards.js" */
+ *  @import {Any} from "../parts/verdicts.js" */
 
-/** @type {[Exclude<Shelf, "results">, string][]} */
+/** @type {[Shelf, string][]} */
 const PARTS = [
+  ["results", "Motions"],
   ["sessions", "Recordings"],
   ["objects", "Objects"],
   ["mounts", "Mounts"],
 ];
+const FILTERS = [
+  ["", "all"],
+  ["ok", "good"],
+  ["warn", "to be looked at"],
+  ["bad", "not usable"],
+  ["unknown", "not known"],
+];
+const KEPT = "library";
 
 /** `#/library` @param {Visit} visit */
 export async function library({ signal }) {
-  const kinds = ["results", ...PARTS.map(([kind]) => kind), "jobs", "health"];
-  const [results, sessions, objects, mounts, jobs, health] = await Promise.all(
-    kinds.map((what) => api(`/api/${what}`, { signal })),
-  );
-  /** @type {Record<string, Stored[]>} */
-  const lists = { sessions, objects, mounts };
-  /** @type {Item[]} */
-  const all = [...results, ...sessions, ...objects, ...mounts];
-  const used = all.reduce((sum, one) => sum + one.size, 0);
+  const kinds = [...PARTS.map(([kind]) => kind), "jobs", "health"];
+  const answers = await Promise.all(kinds.map((what) => api(`/api/${what}`, { signal })));
+  const [jobs, health] = answers.slice(PARTS.length);
+  /** @type {[Shelf, string, Any[]][]} */
+  const shelves = PARTS.map(([kind, words], at) => [kind, words, answers[at]]);
+  const used = shelves.flatMap(([, , items]) => items).reduce((sum, one) => sum + one.size, 0);
+  const room = `${size(used)} used, ${size(health.free_bytes)} free on this disk`;
   const node = h(
     "div",
     { class: "stack wide" },
-    h(
-      "header",
-      { class: "head" },
-      h(
-        "div",
-        {},
-        h("h1", {}, "Library"),
-        h(
-          "p",
-          { class: "hint" },
-          `${size(used)} used, ${size(health.free_bytes)} free on this disk`,
-        ),
-      ),
-    ),
-    h(
-      "section",
-      {},
-      h("h2", {}, "Motions"),
-      results.length
-        ? h("div", { class: "tiles" }, results.map(resultCard))
-        : h("p", { class: "hint" }, "None yet. ", h("a", { href: "#/" }, "Drop a recording")),
-    ),
-    PARTS.map(([kind, words]) =>
-      h(
-        "section",
-        {},
-        h("h2", {}, words),
-        lists[kind].length
-          ? h(
-              "ul",
-              { class: "rows" },
-              lists[kind].map((one) => itemRow(kind, one)),
-            )
-          : h("p", { class: "hint" }, "None yet."),
-      ),
-    ),
-    jobs.length > 0 &&
-      h(
-        "details",
-        {},
-        h("summary", {}, `Jobs (${jobs.length})`),
-        h("ul", { class: "rows" }, jobs.map(jobRow)),
-      ),
+    h("header", {}, h("h1", {}, "Library"), h("p", { class: "hint" }, room)),
+    found(shelves),
+    jobsPart(jobs),
   );
   return { title: "Library", node };
+}
+
+/** The search, the filter, and what they leave. @param {[Shelf, string, Any[]][]} shelves */
+function found(shelves) {
+  const kept = stored(sessionStorage, KEPT) ?? {};
+  const search = h("input", { type: "search", value: String(kept.search ?? "") });
+  const filter = choice("Show", FILTERS, { value: String(kept.filter ?? "") });
+  const told = h("p", { class: "hint", role: "status" });
+  const list = h("div", { class: "stack" });
+  const show = () => {
+    const word = search.value.trim().toLowerCase();
+    const wanted = filter.read();
+    store(sessionStorage, KEPT, { search: search.value, filter: wanted });
+    const fits = shelves.map(([kind, , items]) =>
+      items.filter(
+        (one) =>
+          one.name.toLowerCase().includes(word) &&
+          (!wanted || verdictOf(kind, one).kind === wanted),
+      ),
+    );
+    const total = fits.reduce((sum, some) => sum + some.length, 0);
+    say(told, word || wanted ? `${count(total, "thing")} found.` : "");
+    put(
+      list,
+      shelves.map(([kind, words, all], at) => part(kind, words, all, fits[at])),
+    );
+  };
+  search.addEventListener("input", show);
+  filter.input.addEventListener("change", show);
+  show();
+  const tools = h("div", { class: "grid" }, field("Search by name", search), filter.node);
+  return h("div", { class: "stack" }, h("search", {}, tools), told, list);
+}
+
+/** @param {Shelf} kind @param {string} words @param {Any[]} all @param {Any[]} some */
+function part(kind, words, all, some) {
+  if (all.length > 0 && some.length === 0) return null;
+  const none = ["None yet. ", kind === "results" && h("a", { href: "#/" }, "Drop a recording")];
+  const cards = some.map((one) => ("samples" in one ? resultCard(one) : itemRow(kind, one)));
+  return h(
+    "section",
+    {},
+    h("h2", {}, words),
+    all.length === 0
+      ? h("p", { class: "hint" }, none)
+      : h(kind === "results" ? "div" : "ul", { class: kind === "results" ? "tiles" : "rows" }, cards),
+  );
+}
+
+/** @param {Job[]} jobs */
+function jobsPart(jobs) {
+  if (jobs.length === 0) return null;
+  return h(
+    "details",
+    {},
+    h("summary", {}, `Jobs (${jobs.length})`),
+    h("ul", { class: "rows" }, jobs.map(jobRow)),
+  );
 }

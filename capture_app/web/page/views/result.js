@@ -1,6 +1,6 @@
 // A motion: to look at, to correct, to use, to share.
 import { api } from "../core/api.js";
-import { h, put } from "../core/dom.js";
+import { h, put, say } from "../core/dom.js";
 import { itemHead } from "../core/library.js";
 import { address } from "../core/router.js";
 import { count, size, span } from "../core/words.js";
@@ -12,6 +12,7 @@ import { samplePicker } from "../parts/samples.js";
 import { Stage } from "../parts/stage.js";
 import { stood } from "../parts/stood.js";
 import { overlayForm, renderForm } from "../parts/videos_form.js";
+import { sampleWords } from "/static/viewer/words.js";
 /** @import {Choices, Made, Motion, Result} from "../core/answers.js"
  *  @import {Visit} from "../core/router.js"
  *  @import {Context} from "../parts/videos_form.js" */
@@ -28,10 +29,17 @@ export async function result({ params, signal }) {
   ]);
   const stage = new Stage({ label: `The motion ${item.name} in 3D`, signal });
   const url = `/api/results/${item.id}/scene`;
-  /** @param {number[]} samples */
-  const show = (samples) =>
-    stage.open(samples.map((sample) => ({ url, sample, name: `Sample ${sample + 1}` })));
   const chosen = item.chosen ?? 0;
+  let shown = chosen;
+  const which = h("p", { class: "hint", role: "status" });
+  /** What is done below is done with the sample that is shown; of several, with the last alone.
+   *  @param {number[]} samples */
+  const show = (samples) => {
+    if (samples.length === 1) [shown] = samples;
+    if (item.samples > 1) say(which, `Of ${sampleWords(shown).toLowerCase()}.`);
+    return stage.open(samples.map((sample) => ({ url, sample, name: sampleWords(sample) })));
+  };
+  const sample = () => shown + 1;
   const node = h(
     "div",
     { class: "stack wide" },
@@ -48,14 +56,14 @@ export async function result({ params, signal }) {
         "div",
         { class: "stack" },
         stage.node,
-        samplePicker(item.samples, chosen, show),
         contactEditor(item, stage),
+        samplePicker(item.samples, chosen, show),
         stood(item, stage),
       ),
-      h("div", { class: "stack" }, use(item, choices, chosen, signal), share(item), words(item)),
+      h("div", { class: "stack" }, use(item, choices, which, { sample, signal }), share(item), words(item)),
     ),
     resultVideo(item, signal),
-    moreVideos(item, { guide, videos, sessions, signal }),
+    moreVideos(item, { guide, videos, sessions, sample, signal }),
     making(item),
   );
   show([chosen]);
@@ -94,8 +102,10 @@ function origin(item, parent) {
   ];
 }
 
-/** @param {Result} item @param {Choices} choices @param {number} chosen @param {AbortSignal} signal */
-function use(item, choices, chosen, signal) {
+/** `which`: says of which sample a file is.
+ *  @param {Result} item @param {Choices} choices @param {HTMLElement} which
+ *  @param {{sample: () => number, signal: AbortSignal}} shown */
+function use(item, choices, which, { sample, signal }) {
   const files = h("div");
   /** @param {Made[]} all */
   const list = (all) => put(files, fileList(all));
@@ -109,7 +119,8 @@ function use(item, choices, chosen, signal) {
     "section",
     { class: "card stack" },
     h("h2", {}, "Use it"),
-    exportForm(item, choices, { chosen, signal, made: refresh }),
+    which,
+    exportForm(item, choices, { sample, signal, made: refresh }),
     h("details", {}, h("summary", {}, "All files"), files),
   );
 }
@@ -160,7 +171,7 @@ function moreVideos(item, context) {
     "section",
     { class: "stack" },
     h("h2", {}, "More videos"),
-    h("details", {}, h("summary", {}, "Seen from elsewhere"), renderForm(item)),
+    h("details", {}, h("summary", {}, "Seen from elsewhere"), renderForm(item, context.sample)),
     h(
       "details",
       {},

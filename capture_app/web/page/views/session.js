@@ -3,6 +3,7 @@ import { api, inWords } from "../core/api.js";
 import { h, put } from "../core/dom.js";
 import { itemHead } from "../core/library.js";
 import { address, go } from "../core/router.js";
+import { usualMount } from "../core/usual.js";
 import { capital, count, span } from "../core/words.js";
 import { checkList, verdict } from "../parts/checks.js";
 import { numbered } from "../parts/numbered.js";
@@ -81,7 +82,10 @@ class Take {
     const here = address(`/sessions/${this.item.id}`, chosen);
     put(
       this.object,
-      pickObject(this.objects, object, { here, chosen: (id) => choose({ object: id }) }),
+      pickObject(this.objects, object, {
+        here,
+        chosen: (id) => choose({ object: id, mount: usualMount(this.mounts, id) ?? mount }),
+      }),
     );
     put(
       this.mount,

@@ -3,6 +3,7 @@ import { api, inWords } from "../core/api.js";
 import { h, put } from "../core/dom.js";
 import { poll } from "../core/poll.js";
 import { address, go } from "../core/router.js";
+import { usual } from "../core/usual.js";
 import { ended, size } from "../core/words.js";
 import { itemRow, jobRow, resultCard } from "../parts/cards.js";
 import { doing } from "../parts/fields.js";
@@ -95,7 +96,7 @@ async function take(roots, place, problem) {
       (kind) => items.find((item) => item.kind === kind)?.id,
     );
     if (!place.isConnected) return;
-    if (session) go(address(`/sessions/${session}`, { object, mount }));
+    if (session) go(address(`/sessions/${session}`, { ...(await usual({ object, mount })) }));
     else go(object ? `#/objects/${object}` : `#/mounts/${mount}`);
   } catch (error) {
     put(problem, trouble(inWords(error)));

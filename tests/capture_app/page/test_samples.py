@@ -1,0 +1,157 @@
+"""What is done with a motion is done with the sample on the screen, and loses nothing on the way."""
+
+import io
+import re
+
+import numpy as np
+import pytest
+from PIL import Image
+from playwright.sync_api import expect
+
+STOP = re.compile(r"hand contact 1, stop")
+
+
+@pytest.fixture
+def page(tabs, server, motion):
+    page = tabs.open(server.at(f"/results/{motion}"))
+    expect(page.get_by_role("slider", name="Time")).to_be_visible(timeout=30_000)
+    return page
+
+
+def _other(server, motion: str) -> int:
+    """Index of the sample that is not the best."""
+    return 1 - server.ask(f"results/{motion}")["chosen"]
+
+
+def _show(page, sample: int) -> None:
+    page.get_by_label(re.compile(rf"^{sample + 1}( \(best\))?$")).check()
+    expect(page.locator(".stage-message p")).to_have_count(0)
+
+
+def _lengthen(page) -> str | None:
+    """Make a contact longer; where it ends then."""
+    page.get_by_role("button", name="Correct the contacts").click()
+    stop = page.get_by_role("slider", name=STOP).first
+    stop.focus()
+    page.keyboard.press("PageDown")
+    return page.get_by_role("slider", name=STOP).first.get_attribute("aria-valuenow")
+
+
+def test_files_and_videos_are_of_the_sample_that_is_shown(page, server, motion):
+    other = _other(server, motion)
+    _show(page, other)
+    expect(page.get_by_text(f"Of sample {other + 1}.")).to_be_visible()
+    page.get_by_label("Format").select_option("csv")
+    page.get_by_role("button", name="Make the file").click()
+    link = page.get_by_role("status").get_by_role("link").first
+    expect(link).to_have_text(re.compile(f"-sample{other + 1}-"), timeout=60_000)
+    page.get_by_label("All side by side").check()
+    expect(page.get_by_text(f"Of sample {other + 1}.")).to_be_visible()
+    page.get_by_text("Seen from elsewhere").click()
+    page.get_by_role("button", name="Draw the video").click()
+    page.wait_for_url(re.compile(r"#/jobs/"))
+    job = server.ask(f"jobs/{page.url.partition('#/jobs/')[2][:16]}")
+    assert job["options"]["sample"] == other + 1
+
+
+def test_the_sample_that_is_shown_is_corrected(page, server, motion):
+    other = _other(server, motion)
+    _show(page, other)
+    _lengthen(page)
+    page.get_by_role("button", name="Solve again").click()
+    page.wait_for_url(re.compile(r"#/results/(?!" + motion + ")"), timeout=60_000)
+    made = server.ask(f"results/{page.url[-16:]}")
+    assert made["manifest"]["correction"]["sample"] == other
+    page.goto(server.at(f"/results/{motion}"))
+    expect(page.get_by_role("button", name="Correct the contacts")).to_be_visible(timeout=30_000)
+    _show(page, other)
+    expect(page.get_by_role("button", name="Correct the contacts")).to_be_visible()
+
+
+def test_corrections_are_kept_until_they_are_thrown_away(page, server, motion):
+    best, other = 1 - _other(server, motion), _other(server, motion)
+    end = _lengthen(page)
+    stop = page.get_by_role("slider", name=STOP).first
+    _show(page, other)
+    expect(page.get_by_role("button", name="Correct the contacts")).to_be_visible()
+    _show(page, best)
+    expect(page.get_by_text("your corrections of last time")).to_be_visible()
+    expect(stop).to_have_attribute("aria-valuenow", end)
+    page.get_by_role("link", name="Library").click()
+    page.wait_for_url("**/#/library")
+    page.go_back()
+    expect(stop).to_have_attribute("aria-valuenow", end, timeout=30_000)
+    expect(page.get_by_role("button", name="Solve again")).to_be_enabled()
+    page.get_by_role("button", name="Stop correcting").click()
+    page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
+    expect(stop).to_have_attribute("aria-valuenow", end)
+    page.get_by_role("button", name="Stop correcting").click()
+    page.get_by_role("button", name="Throw them away").click()
+    expect(page.get_by_role("button", name="Correct the contacts")).to_be_focused()
+    page.reload()
+    expect(page.get_by_role("button", name="Correct the contacts")).to_be_visible(timeout=30_000)
+
+
+def test_playhead_and_clock_agree_after_another_sample_is_shown(page, server, motion):
+    time = page.get_by_role("slider", name="Time")
+    time.focus()
+    for _ in range(3):
+        page.keyboard.press("PageUp")
+    _show(page, _other(server, motion))
+    expect(page.locator(".clock")).to_have_text(re.compile(r"^3\.0 /"))
+    expect(time).to_have_attribute("aria-valuenow", "90")
+    assert page.locator(".tl-rows").evaluate("(one) => one.style.getPropertyValue('--at')") != "0"
+
+
+def test_the_space_bar_plays_and_pauses(page, server, motion):
+    _show(page, _other(server, motion))
+    page.keyboard.press("Space")
+    expect(page.get_by_role("button", name="Pause", exact=True)).to_be_visible()
+    page.locator(".stage canvas").first.focus()
+    page.keyboard.press("Space")
+    expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
+    # On a button a space is the button's.
+    page.get_by_role("button", name="Rename").press("Space")
+    expect(page.get_by_role("dialog")).to_be_visible()
+    expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
+
+
+def test_the_camera_follows_the_person_who_fills_half_the_height(page):
+    expect(page.get_by_role("combobox", name="Camera")).to_have_value("follow")
+    page.locator(".layers summary").click()
+    layers = ("Object", "Contacts", "Phone", "Phone's path", "Object's trail", "Floor", "Shadow")
+    for layer in layers:
+        page.get_by_role("checkbox", name=layer, exact=True).uncheck()
+    page.locator(".layers summary").click()
+    time = page.get_by_role("slider", name="Time")
+    for second in (0, 3, 6, 9):
+        time.focus()
+        page.keyboard.press("Home")
+        for _ in range(second):
+            page.keyboard.press("PageUp")
+        top, bottom, middle = _extent(page)
+        assert 0.35 < bottom - top < 0.65
+        assert 0.35 < middle < 0.65
+
+
+def _extent(page) -> tuple[float, float, float]:
+    """Of the person in the picture: upper end, lower end and middle across, shares of the picture."""
+    canvas = page.locator(".stage canvas").first
+    shown = np.asarray(Image.open(io.BytesIO(canvas.screenshot())).convert("RGB"), float)
+    height, width, _ = shown.shape
+    # The body is the one thing that is much more blue than red; the phone's film is in a corner.
+    blue = (shown[..., 2] - shown[..., 0] > 25) & (np.arange(width) < 0.75 * width)
+    rows, columns = np.nonzero(blue)
+    return rows.min() / height, rows.max() / height, columns.mean() / width
+
+
+def test_correcting_fits_a_window_of_900_pixels(page):
+    page.set_viewport_size({"width": 1440, "height": 900})
+    page.get_by_role("button", name="Correct the contacts").click()
+    for part in (".stage canvas", ".stage-tracks"):
+        box = page.locator(part).first.bounding_box()
+        assert box["y"] >= 56
+        assert box["y"] + box["height"] <= 900
+    for name in ("Solve again", "Stop correcting", "Add left"):
+        box = page.get_by_role("button", name=name).bounding_box()
+        assert box["y"] + box["height"] <= 900
