@@ -191,6 +191,15 @@ class RunRequest(TakeOptions, ResultRequest):
         Field(description="Your own SMPL-X model file, as the body."),
     ] = None
     sampler: Literal["ddpm", "ddim", "dpm++"] = "dpm++"
+    device: Annotated[
+        Literal["cpu", "cuda", "mps"],
+        OptionGroup.MOTION,
+        Field(
+            description="Where the two networks run: the processor (cpu) or a graphics card of NVIDIA "
+            "(cuda) or Apple (mps). All else runs on the processor. Each rounds in its own way, so "
+            "the motion of a seed differs a little between them."
+        ),
+    ] = "cpu"
     mesh_scale: Annotated[
         float,
         OptionGroup.READING,
