@@ -35,7 +35,7 @@ from render.renderer import FAR, NEAR
 Movie = Generator[UInt8[np.ndarray, "h w 3"]]
 TURN = 3
 """Frames of each before the next one's turn."""
-GOAL = 2.5
+GOAL = 6.0
 """Times the frame rate of stock pyrender that ours has at least."""
 
 

@@ -22,16 +22,16 @@ _SAME = 1e-5
 """Corners so close, by the object's extent, are one."""
 _UNKNOWN = 0.02
 """Share of triangles whose place on the picture may be unknown."""
-_PATCH = 8
+PATCH = 8
 """Pixels along each side of a patch of one colour, for a part without a picture."""
-_GREY = (178, 178, 178)
+GREY = (178, 178, 178)
 
 Pixels = UInt8[np.ndarray, "h w 3"]
 
 
 @dataclass(frozen=True)
-class _Part:
-    """Triangles that have one material."""
+class TexturedPart:
+    """Triangles that have one material, wherever they stand."""
 
     corners: Float[np.ndarray, "faces 3 3"]
     uv: Float[np.ndarray, "faces 3 2"]
@@ -56,11 +56,11 @@ def read_texture(path: Path, corners: Float[np.ndarray, "faces 3 3"]) -> Texture
         if not _has_pictures(scene):
             return None
         parts = list(_parts(scene))
-        uv, image = _joined(parts)
-        placed = _matched(corners, np.concatenate([part.corners for part in parts]), uv)
+        joined = join_textures(parts)
+        placed = _matched(corners, np.concatenate([part.corners for part in parts]), joined.uv)
     except Exception:  # the decoders raise anything on a damaged file
         return None
-    return None if placed is None else Texture(placed, image)
+    return None if placed is None else Texture(placed, joined.image)
 
 
 def _has_pictures(scene: trimesh.Scene) -> bool:
@@ -69,7 +69,7 @@ def _has_pictures(scene: trimesh.Scene) -> bool:
     return bool(sizes) and sum(width * height for width, height in sizes) <= MOST_PIXELS
 
 
-def _parts(scene: trimesh.Scene) -> Iterator[_Part]:
+def _parts(scene: trimesh.Scene) -> Iterator[TexturedPart]:
     """Every copy of every mesh of a scene, where it stands."""
     pixels = {name: _pixels(mesh) for name, mesh in scene.geometry.items()}
     for node in scene.graph.nodes_geometry:
@@ -80,7 +80,7 @@ def _parts(scene: trimesh.Scene) -> Iterator[_Part]:
         uv = np.full((*faces.shape, 2), 0.5)
         if _image(mesh) is not None:  # trimesh counts from the bottom left
             uv = np.asarray(mesh.visual.uv, float)[faces] * [1.0, -1.0] + [0.0, 1.0]
-        yield _Part(corners, uv, pixels[name])
+        yield TexturedPart(corners, uv, pixels[name])
 
 
 def _image(mesh: Any) -> Image.Image | None:
@@ -95,11 +95,26 @@ def _image(mesh: Any) -> Image.Image | None:
 def _pixels(mesh: Any) -> Pixels:
     image, material = _image(mesh), getattr(mesh.visual, "material", None)
     if image is None:
-        colour = _GREY if material is None else np.asarray(material.main_color)[:3]
-        return np.tile(np.asarray(colour, np.uint8), (_PATCH, _PATCH, 1))
+        return patch(GREY if material is None else np.asarray(material.main_color)[:3])
+    return _tinted(pixels_of(image), getattr(material, "baseColorFactor", None))
+
+
+def patch(colour: Sequence[int] | np.ndarray = GREY) -> Pixels:
+    """A small picture of one colour, for a part without a picture."""
+    return np.tile(np.asarray(colour, np.uint8), (PATCH, PATCH, 1))
+
+
+def pixels_of(image: Image.Image) -> Pixels:
+    """The pixels of a picture, which is made smaller if it is large.
+
+    Raises:
+        ValueError: it has more than MOST_PIXELS.
+    """
+    if image.width * image.height > MOST_PIXELS:
+        raise ValueError("the picture is too large")
     shown = image.convert("RGB")
     shown.thumbnail((MOST_SIDE, MOST_SIDE))
-    return _tinted(np.asarray(shown, np.uint8), getattr(material, "baseColorFactor", None))
+    return np.asarray(shown, np.uint8)
 
 
 def _tinted(pixels: Pixels, factor: Any) -> Pixels:
@@ -114,11 +129,11 @@ def _tinted(pixels: Pixels, factor: Any) -> Pixels:
     return np.stack([table[:, k][pixels[..., k]] for k in range(3)], axis=-1)
 
 
-def _joined(parts: Sequence[_Part]) -> tuple[Float[np.ndarray, "faces 3 2"], Pixels]:
-    """All pictures below each other, and the places of the triangles on that."""
+def join_textures(parts: Sequence[TexturedPart]) -> Texture:
+    """One texture of all parts, their triangles in order: the pictures below each other."""
     images = list({id(part.image): part.image for part in parts}.values())
     if len(images) == 1:
-        return np.concatenate([part.uv for part in parts]), images[0]
+        return Texture(np.concatenate([part.uv for part in parts]), images[0])
     shrink = min(1.0, 2 * MOST_SIDE / sum(len(image) for image in images))
     rows = [max(2, round(len(image) * shrink)) for image in images]
     width = max(max(2, round(image.shape[1] * shrink)) for image in images)
@@ -129,7 +144,7 @@ def _joined(parts: Sequence[_Part]) -> tuple[Float[np.ndarray, "faces 3 2"], Pix
     top = dict(zip(map(id, images), np.cumsum([0, *rows[:-1]]).tolist(), strict=True))
     height = {id(image): count for image, count in zip(images, rows, strict=True)}
     uv = [_moved(part.uv, top[id(part.image)], height[id(part.image)], sum(rows)) for part in parts]
-    return np.concatenate(uv), np.concatenate(scaled)
+    return Texture(np.concatenate(uv), np.concatenate(scaled))
 
 
 def _moved(

@@ -87,8 +87,17 @@ def open_stage(path: Path) -> Any:
 
 def triangles_of(
     mesh: Any, code: float
-) -> tuple[Float64[np.ndarray, "points 3"], Int64[np.ndarray, "triangles 3"]]:
-    """Points of a UsdGeom.Mesh at a time code, in its own frame, and its polygons as triangles."""
+) -> tuple[
+    Float64[np.ndarray, "points 3"],
+    Int64[np.ndarray, "triangles 3"],
+    Int64[np.ndarray, "triangles 3"],
+]:
+    """Points of a UsdGeom.Mesh at a time code, in its own frame, and its polygons as triangles.
+
+    Returns:
+        The points; which points are the triangles' corners; and which of all the polygons' corners,
+        in the order of the file, these are.
+    """
     points = np.array(mesh.GetPointsAttr().Get(code) or [], np.float64).reshape(-1, 3)
     counts = np.array(mesh.GetFaceVertexCountsAttr().Get(code) or [], np.int64)
     corners = np.array(mesh.GetFaceVertexIndicesAttr().Get(code) or [], np.int64)
@@ -96,7 +105,7 @@ def triangles_of(
     fans = np.maximum(counts - 2, 0)
     first = np.repeat(starts, fans)
     nth = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
-    faces = corners[np.stack([first, first + nth + 1, first + nth + 2], axis=1)]
+    used = np.stack([first, first + nth + 1, first + nth + 2], axis=1)
     if mesh.GetOrientationAttr().Get() == pxr("UsdGeom").Tokens.leftHanded:
-        faces = faces[:, ::-1]
-    return points, faces
+        used = used[:, ::-1]
+    return points, corners[used], used

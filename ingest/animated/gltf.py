@@ -12,6 +12,7 @@ from ingest.animated.animation import Animation, frame_times
 from ingest.animated.choice import choose
 from ingest.animated.gltf_channels import REST, Channel, channels, movers
 from ingest.animated.gltf_file import GltfFile, open_gltf, unreadable
+from ingest.animated.gltf_picture import painted
 from ingest.animated.stretch import split_stretch
 from ingest.animated.surface import Part, joined
 from ingest.formats.json_file import mentions
@@ -78,11 +79,7 @@ class _Scene:
         for i in reversed(chain):
             placed = placed @ self._local(i, moving.get(i, ()), times)
         poses, stretch = split_stretch(placed, lambda k: f"{source}, {first + k / FPS:.2f} s")
-        parts = [
-            (vertices @ M[:3, :3].T + M[:3, 3], faces)
-            for i, M in self._solids(node)
-            for vertices, faces in self._parts(i)
-        ]
+        parts = [part.moved(M) for i, M in self._solids(node) for part in self._parts(i)]
         mesh = joined(parts, stretch, names[node], source)
         return Animation(source, poses, np.ones(len(times), bool), "y", mesh)
 
@@ -158,7 +155,8 @@ class _Scene:
                 position = primitive.attributes.POSITION
                 if position is None:
                     raise ValueError("a primitive has no positions")
-                yield self._file.array(position).astype(np.float64), faces
+                vertices = self._file.array(position).astype(np.float64)
+                yield Part(vertices, faces, *painted(self._file, primitive, faces))
 
     def _faces(self, primitive: Primitive) -> np.ndarray:
         if primitive.indices is None:

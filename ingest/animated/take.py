@@ -1,6 +1,6 @@
 """An animation and a mesh become the object's motion over our floor."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -90,7 +90,7 @@ def _mesh(animation: Animation, mesh_file: Path | None, scale: float) -> tuple[O
         )
     check_size(own, scale, animation.source)
     R = _T_ZUP[animation.up][:3, :3]
-    return ObjectMesh(own.vertices @ R.T * scale, own.faces, own.name), animation.up
+    return replace(own, vertices=own.vertices @ R.T * scale), animation.up
 
 
 def _floor(motion: ObjectMotion, given: float | None, source: Path) -> Floor:

@@ -20,6 +20,7 @@ from ingest.animated.recorded import sampled
 from ingest.animated.rows import not_finite
 from ingest.animated.stretch import split_stretch
 from ingest.animated.surface import Part, joined
+from ingest.animated.usd_picture import painted
 from ingest.usd import open_stage, pxr, reading_usd, triangles_of
 from omomo_core.errors import InputError
 
@@ -102,7 +103,7 @@ class _Stage:
         poses, stretch = split_stretch(T, place)
         T_prim_units = np.linalg.inv(self._placed(prim, codes[0]))
         parts = [self._part(mesh, T_prim_units, codes[0]) for mesh in self._meshes(prim)]
-        mesh = joined([p for p in parts if len(p[1])], stretch, str(prim.GetName()), self._path)
+        mesh = joined([p for p in parts if len(p.faces)], stretch, str(prim.GetName()), self._path)
         up = "y" if self._geom.GetStageUpAxis(self._stage) == self._geom.Tokens.y else "z"
         moved = sampled(self._path, times, poses, up)
         return Animation(self._path, moved.T_file_object, moved.valid, up, mesh)
@@ -146,6 +147,6 @@ class _Stage:
 
     def _part(self, prim: Any, T_top_world: Float64[np.ndarray, "4 4"], code: float) -> Part:
         """Vertices and triangles of a mesh, in the top prim's axes."""
-        points, faces = triangles_of(self._geom.Mesh(prim), code)
-        T = T_top_world @ self._placed(prim, code)
-        return points @ T[:3, :3].T + T[:3, 3], faces
+        points, faces, corners = triangles_of(self._geom.Mesh(prim), code)
+        part = Part(points, faces, *painted(prim, faces, corners))
+        return part.moved(T_top_world @ self._placed(prim, code))

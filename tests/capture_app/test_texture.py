@@ -16,6 +16,7 @@ from capture_app.pipeline import run_take
 from capture_app.rendering import render_result
 from capture_app.replay.pack import pack_result
 from capture_app.result import Result, load_result
+from ingest.animated.detect import read_animation
 from tests.capture_app.conftest import Inputs
 from tests.textured_box import COLOURS, write_textured_box
 
@@ -84,3 +85,20 @@ def test_a_photograph_becomes_a_jpeg() -> None:
     assert (small.ending, small.mime) == ("png", "image/png")
     np.testing.assert_array_equal(decoded(small.data), noise[:8, :8])
     assert encoded(noise).ending == "jpg"
+
+
+@pytest.mark.parametrize("kind", ["glb", "usda", "usdz"])
+def test_an_animated_object_brings_its_picture_along(made: Result, tmp_path: Path, kind: str):
+    file = made.folder / "motion.glb"
+    if kind != "glb":
+        file = tmp_path / f"take.{kind}"
+        export_result(ExportRequest(result=made.folder, output=file, to=ExportFormat.usd))
+    mesh = read_animation(file, "object").mesh
+    assert mesh is not None
+    before = load_result(made.folder).object_motion.mesh.texture
+    assert mesh.texture is not None
+    assert before is not None
+    np.testing.assert_array_equal(mesh.texture.image, before.image)
+    wanted = np.sort(before.uv.reshape(-1, 2) % 1.0, axis=0)
+    there = np.sort(mesh.texture.uv.reshape(-1, 2) % 1.0, axis=0)
+    np.testing.assert_allclose(there, wanted, atol=1e-5)

@@ -260,7 +260,7 @@ def _stage_parts(path: Path) -> tuple[dict[str, trimesh.Trimesh], float]:
 
 
 def _stage_part(mesh: Any, placed: Any, R: np.ndarray) -> trimesh.Trimesh:
-    points, faces = triangles_of(mesh, 0.0)
+    points, faces, _ = triangles_of(mesh, 0.0)
     # USD multiplies row vectors from the left.
     T = np.asarray(placed, np.float64)
     vertices = (points @ T[:3, :3] + T[3, :3]) @ R.T

@@ -1,0 +1,72 @@
+"""painted: the picture on a USD mesh that has a UsdPreviewSurface with a UsdUVTexture."""
+
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float64, Int, UInt8
+from PIL import Image
+
+from ingest.mesh_texture import pixels_of
+from ingest.usd import pxr
+
+Paint = tuple[Float64[np.ndarray, "faces 3 2"] | None, UInt8[np.ndarray, "h w 3"] | None]
+
+
+def painted(
+    prim: Any, faces: Int[np.ndarray, "faces 3"], corners: Int[np.ndarray, "faces 3"]
+) -> Paint:
+    """Places of the triangles' corners on the picture, and the picture.
+
+    Two times None where the mesh has no picture, several materials, or a picture that cannot be read:
+    it shapes no motion.
+
+    Args:
+        prim: of the mesh.
+        faces: which points are the corners of its triangles.
+        corners: which of the polygons' corners these are.
+    """
+    try:
+        sampler = _sampler(prim)
+        places = None if sampler is None else _places(prim, sampler, faces, corners)
+        if sampler is None or places is None:
+            return None, None
+        # USD counts from the bottom left.
+        return places * [1.0, -1.0] + [0.0, 1.0], pixels_of(Image.open(BytesIO(_bytes(sampler))))
+    except Exception:  # the decoders raise anything on a damaged file
+        return None, None
+
+
+def _sampler(prim: Any) -> Any:
+    """The shader that reads the picture of the diffuse colour."""
+    shade = pxr("UsdShade")
+    material = shade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
+    surface = material.ComputeSurfaceSource()[0] if material else None
+    colour = surface.GetInput("diffuseColor") if surface else None
+    if not colour or not colour.HasConnectedSource():
+        return None
+    found = shade.Shader(colour.GetConnectedSource()[0].GetPrim())
+    return found if found.GetIdAttr().Get() == "UsdUVTexture" else None
+
+
+def _places(prim: Any, sampler: Any, faces: np.ndarray, corners: np.ndarray) -> np.ndarray | None:
+    """Texture coordinates of the triangles' corners."""
+    geom, name = pxr("UsdGeom"), "st"
+    where = sampler.GetInput("st")
+    if where and where.HasConnectedSource():
+        reader = pxr("UsdShade").Shader(where.GetConnectedSource()[0].GetPrim())
+        told = reader.GetInput("varname")
+        name = str(told.Get()) if told and told.Get() else name
+    primvar = geom.PrimvarsAPI(prim).GetPrimvar(name)
+    if not primvar.HasValue():
+        return None
+    values = np.array(primvar.ComputeFlattened(), np.float64)
+    whole = primvar.GetInterpolation() == geom.Tokens.faceVarying
+    return values[corners if whole else faces]
+
+
+def _bytes(sampler: Any) -> bytes:
+    asset = sampler.GetInput("file").Get()
+    ar = pxr("Ar")
+    opened = ar.GetResolver().OpenAsset(ar.ResolvedPath(asset.resolvedPath))
+    return bytes(opened.GetBuffer())
