@@ -1,16 +1,14 @@
 """What this machine has and lacks to run omocap, as data."""
 
-import os
 import platform
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, requires, version
-from pathlib import Path
 from re import match
 from typing import Literal
 
 from omomo_core.errors import OmocapError
+from omomo_core.system import free_memory, usable_cores
 
 Level = Literal["ok", "warn", "bad"]
 
@@ -88,14 +86,14 @@ def _weights() -> HealthCheck:
 
 
 def _opengl() -> HealthCheck:
-    from render.backends import open_renderer
+    from render.backends import OPENGL_FIX, open_renderer
 
     try:
         with open_renderer(64, 64, "pyrender"):
-            return HealthCheck("OpenGL", "ok", "offscreen pictures through EGL")
+            return HealthCheck("OpenGL", "ok", "offscreen pictures")
     except OmocapError as error:
         found = f"{error.what} Videos are drawn by the slower ray caster."
-        return HealthCheck("OpenGL", "warn", found, "apt-get install libegl1 libgl1")
+        return HealthCheck("OpenGL", "warn", found, OPENGL_FIX)
 
 
 def _encoder() -> HealthCheck:
@@ -112,7 +110,7 @@ def _encoder() -> HealthCheck:
 
 
 def _memory() -> HealthCheck:
-    free = _free_memory()
+    free = free_memory()
     if free is None:
         return HealthCheck("memory", "ok", "unknown on this system")
     found = f"{free / 2**30:.1f} GiB free"
@@ -123,19 +121,10 @@ def _memory() -> HealthCheck:
     return HealthCheck("memory", "ok", found)
 
 
-def _free_memory() -> int | None:
-    try:
-        lines = Path("/proc/meminfo").read_text().splitlines()
-    except OSError:
-        return None
-    sizes = {line.split(":")[0]: int(line.split()[1]) * 1024 for line in lines}
-    return sizes.get("MemAvailable")
-
-
 def _threads() -> HealthCheck:
     import torch
 
-    cores = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+    cores = usable_cores()
     found = f"{torch.get_num_threads()} for torch on {cores} cores"
     if torch.get_num_threads() > cores:
         return HealthCheck("threads", "warn", found, f"Set OMP_NUM_THREADS={cores}.")

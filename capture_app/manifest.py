@@ -123,7 +123,7 @@ class Manifest(_Record):
 
 def write_manifest(path: Path, manifest: Manifest) -> None:
     """Write it as indented JSON."""
-    path.write_text(manifest.model_dump_json(indent=2) + "\n")
+    path.write_text(manifest.model_dump_json(indent=2) + "\n", encoding="utf-8")
 
 
 def read_manifest(path: Path) -> Manifest:

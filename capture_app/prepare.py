@@ -141,7 +141,7 @@ def _choose(take: ObjectTake | AnimatedTake, wanted: int | None, session: Path) 
 
 
 def _stages(request: RunRequest) -> Stages:
-    stages = load_stages(request.configuration, request.weights)
+    stages = load_stages(request.configuration, request.weights, request.device)
     trained = stages.hands.config.configuration
     if trained != request.configuration:
         raise InputError(

@@ -2,12 +2,13 @@
 
 import os
 import shutil
-from collections.abc import Generator, Iterable
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from uuid import uuid4
 
 from omomo_core.errors import InputError
+from omomo_core.system import flush
 
 MARK = "manifest.json"
 """A folder that holds this file is one of ours, and may be replaced."""
@@ -53,7 +54,7 @@ class Staging:
 
     def flush(self) -> None:
         """What is in the folder survives a power cut."""
-        _flush([*self.folder.rglob("*"), self.folder])
+        flush(*self.folder.rglob("*"), self.folder)
 
     def publish(self) -> None:
         """Rename into place, or do nothing where that is done already.
@@ -107,7 +108,7 @@ class Staging:
                 where=str(self.target),
                 fix="Something else was written there meanwhile: give another folder with -o.",
             ) from error
-        _flush([self.target.parent])
+        flush(self.target.parent)
 
 
 @contextmanager
@@ -126,12 +127,3 @@ def staged_folder(target: Path, *, replace: bool = False) -> Generator[Path]:
         staging.publish()
     finally:
         staging.discard()
-
-
-def _flush(paths: Iterable[Path]) -> None:
-    for path in paths:
-        handle = os.open(path, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)

@@ -73,7 +73,7 @@ def gather(
     wanted, run = _fingerprint(sources, request), request.output
     kept, card = run / RECORDED, run / REPORT
     if kept.is_file() and card.is_file():
-        before = json.loads(card.read_text())
+        before = json.loads(card.read_text(encoding="utf-8"))
         if before.get("fingerprint") != wanted:
             raise InputError(
                 "run-differs",

@@ -1,12 +1,12 @@
 """Files that appear under their names when they are complete, or not at all."""
 
 import errno
-import os
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from omomo_core.errors import InputError
+from omomo_core.system import flush
 
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _CANNOT_WRITE = (*_FULL, errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOENT, errno.ENOTDIR)
@@ -62,13 +62,10 @@ def whole_files(*targets: Path) -> Generator[tuple[Path, ...]]:
     partials = tuple(partial_of(target) for target in targets)
     try:
         yield partials
-        for partial in partials:
-            with partial.open("rb") as written:
-                os.fsync(written.fileno())
+        flush(*partials)
         for partial, target in zip(partials, targets, strict=True):
             partial.replace(target)
-        for folder in {target.parent for target in targets}:
-            _flush_folder(folder)
+        flush(*{target.parent for target in targets})
     except OSError as error:
         if error.errno not in _CANNOT_WRITE:
             raise
@@ -76,17 +73,6 @@ def whole_files(*targets: Path) -> Generator[tuple[Path, ...]]:
     finally:
         for partial in partials:
             partial.unlink(missing_ok=True)
-
-
-def _flush_folder(folder: Path) -> None:
-    """The names in it survive a power cut; where folders cannot be opened, the system sees to it."""
-    if os.name == "nt":
-        return
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
 
 
 @contextmanager

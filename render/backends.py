@@ -1,12 +1,19 @@
 """open_renderer: OpenGL where it works, else the ray caster."""
 
 import logging
+import sys
 from typing import Literal
 
 from omomo_core.errors import InputError
 from render.renderer import Renderer
 
 Backend = Literal["auto", "pyrender", "raycast"]
+
+OPENGL_FIX = (
+    "Install the apt packages libegl1 and libgl1"
+    if sys.platform == "linux"
+    else "Install the driver of the graphics card"
+)
 
 _log = logging.getLogger(__name__)
 
@@ -18,7 +25,7 @@ def open_renderer(
 
     Args:
         width, height: size of the pictures in pixels.
-        backend: "pyrender" draws with OpenGL through EGL, no display needed; "raycast" needs no
+        backend: "pyrender" draws with OpenGL (on Linux through EGL, no display needed); "raycast" needs no
             OpenGL at all but has jagged edges and hard shadows; "auto" takes the first that works.
         samples: multisampling of "pyrender": 4 smooths edges and takes half as long again; 0 is
             none. "raycast" shoots one ray a pixel.
@@ -35,13 +42,13 @@ def open_renderer(
             if backend == "pyrender":
                 raise InputError(
                     "no-opengl",
-                    f"OpenGL could not be opened through EGL: {error}.",
-                    fix="Install the apt packages libegl1 and libgl1, or choose backend raycast.",
+                    f"OpenGL could not be opened: {error}.",
+                    fix=f"{OPENGL_FIX}, or choose backend raycast.",
                 ) from error
             _log.warning(
-                "OpenGL is not available (%s); drawing with the slower ray caster. "
-                "The apt packages libegl1 and libgl1 bring OpenGL.",
+                "OpenGL is not available (%s); drawing with the slower ray caster. %s for OpenGL.",
                 error,
+                OPENGL_FIX,
             )
     from render.raycast_backend import RaycastRenderer
 

@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from render.cameras import Camera, look_at
 from render.normals import VertexNormals
-from render.pyrender_shim import GLRenderer, egl, gl, pyrender
+from render.pyrender_shim import GLRenderer, gl, pyrender, release_context
 from render.renderer import FAR, NEAR, Layer, Picture, Renderer
 from render.scene import Drawable, Light, Scene
 
@@ -26,7 +26,7 @@ third off the time of a picture where the processor draws it, because the map st
 
 
 class PyrenderRenderer(Renderer):
-    """The "pyrender" backend; EGL binds it to its first thread."""
+    """The "pyrender" backend; OpenGL binds it to its first thread."""
 
     def __init__(self, width: int, height: int, samples: int) -> None:
         super().__init__(width, height)
@@ -94,16 +94,13 @@ class PyrenderRenderer(Renderer):
         return self._offscreen.render(self._stage, flags)
 
     def close(self) -> None:
-        """Free the OpenGL context, and no more: pyrender would close the display under others."""
+        """Free the OpenGL context."""
         platform: Any = self._offscreen._platform
         if platform is None:
             return
         platform.make_current()
         self._offscreen._renderer.delete()
-        egl.eglMakeCurrent(
-            platform._egl_display, egl.EGL_NO_SURFACE, egl.EGL_NO_SURFACE, egl.EGL_NO_CONTEXT
-        )
-        egl.eglDestroyContext(platform._egl_display, platform._egl_context)
+        release_context(platform)
         self._offscreen._renderer = self._offscreen._platform = None
 
 

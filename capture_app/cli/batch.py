@@ -14,6 +14,7 @@ from capture_app.cli.bars import ProgressBars
 from capture_app.cli.console import errors, say
 from capture_app.cli.console import output as console
 from capture_app.cli.derived import derived
+from capture_app.commands.inputs import OptionGroup
 from capture_app.commands.run import RunRequest
 from capture_app.jobs.batch.watch import Shown
 from capture_app.jobs.record import JobRecord
@@ -87,6 +88,7 @@ Database = Annotated[
         help="Queue that other machines work for, postgresql://user@host/name; a file in the output "
         "folder if not given.",
         show_default=False,
+        rich_help_panel=OptionGroup.MACHINES,
     ),
 ]
 Workers = Annotated[
@@ -95,11 +97,16 @@ Workers = Annotated[
         help="Sessions at once on this machine; 1, or none where --database has workers.",
         min=0,
         show_default=False,
+        rich_help_panel=OptionGroup.MACHINES,
     ),
 ]
 
 
-@derived(RunRequest, leave_out=("session", "node", "contacts", "segment"))
+@derived(
+    RunRequest,
+    first=("object", "mount"),
+    leave_out=("session", "node", "contacts", "segment"),
+)
 def batch(
     sessions: Sessions,
     output: Results,

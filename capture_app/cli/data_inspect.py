@@ -56,7 +56,7 @@ def inspect(
             judged.append(judge(clip, body))
             progress(len(judged), len(chosen))
     rows = [asdict(q) for q in judged]
-    (out / "quality.json").write_text(json.dumps(rows, indent=1) + "\n")
+    (out / "quality.json").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     _show(judged)
     if not measure_only:
         _draw_sheets(out, chosen, judged, body, backend)

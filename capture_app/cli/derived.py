@@ -1,7 +1,7 @@
 """derived: the options of a command, made from the model of what it asks for."""
 
 import inspect
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from typing import Annotated, Any, Literal, get_origin
 
 import annotated_types
@@ -9,12 +9,16 @@ import typer
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from capture_app.commands.inputs import option_of
+from capture_app.commands.inputs import group_of, option_of
 from capture_app.commands.typed import typed_as
 
 
 def derived(
-    model: type[BaseModel], *, leave_out: Collection[str] = (), only: Collection[str] | None = None
+    model: type[BaseModel],
+    *,
+    first: Sequence[str] = (),
+    leave_out: Collection[str] = (),
+    only: Collection[str] | None = None,
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Give a command an option for each described field of a model.
 
@@ -24,14 +28,17 @@ def derived(
 
     Args:
         model: with a description for each field that the command line offers.
+        first: fields whose options the help lists before the others of their group.
         leave_out: fields that the command spells itself or does not offer.
         only: the fields to take; all that are described if None.
     """
 
+    ordered = {name: model.model_fields[name] for name in first} | model.model_fields
+
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
         made = {
             name: _parameter(name, field)
-            for name, field in model.model_fields.items()
+            for name, field in ordered.items()
             if field.description and name not in leave_out and (only is None or name in only)
         }
         own = [
@@ -61,6 +68,7 @@ def _parameter(name: str, field: FieldInfo) -> inspect.Parameter:
         show_default=default not in (None, False, "", [], inspect.Parameter.empty),
         min=least,
         max=most,
+        rich_help_panel=group_of(field),
     )
     return inspect.Parameter(
         name,

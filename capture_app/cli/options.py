@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+from capture_app.commands.inputs import OptionGroup
 from omomo_core.errors import InputError
 
 IDENTITY = "identity"
@@ -65,8 +66,15 @@ Format = Annotated[
         text="Read the log as that of this app (a name that `omocap formats` lists), whatever it looks like.",
     ),
 ]
-Video = Annotated[bool, typer.Option(help="Draw a video.")]
-Replace = Annotated[bool, _option("--replace", text="Replace an earlier result of the same name.")]
+Video = Annotated[bool, typer.Option(help="Draw a video.", rich_help_panel=OptionGroup.RESULT)]
+Replace = Annotated[
+    bool,
+    _option(
+        "--replace",
+        text="Replace an earlier result of the same name.",
+        rich_help_panel=OptionGroup.RESULT,
+    ),
+]
 AsJson = Annotated[bool, _option("--json", text="Print the report as JSON, for programs.")]
 Backend = Annotated[
     DrawingBackend, typer.Option(help="OpenGL (pyrender), or a ray caster that needs none.")

@@ -20,7 +20,7 @@ An object that was animated needs no phone: `omocap run chair.glb -o chair_motio
 """
 
 
-@derived(RunRequest)
+@derived(RunRequest, first=("object", "mount"))
 def run(
     session: given.Recording, output: given.ResultFolder, video: given.Video = True, **said: Any
 ) -> None:

@@ -1,6 +1,7 @@
 """How the inputs of a request are named: a path here, an id of the library or a JSON value over HTTP."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -68,6 +69,23 @@ class CameraIntrinsics(BaseModel):
 
 ItemKind = Literal["session", "object", "mount", "video", "contacts", "material"]
 """What can be in the library of the page."""
+
+
+class OptionGroup(StrEnum):
+    """Marks a field with the group in which the help of the command line lists its option."""
+
+    MAIN = "Options"
+    """What most people need, and every field without a mark."""
+    READING = "Reading the inputs"
+    MOTION = "Making the motion"
+    RESULT = "Result and video"
+    MACHINES = "Queue and workers"
+
+
+def group_of(field: FieldInfo) -> OptionGroup:
+    """The group of a field's option."""
+    marks = (mark for mark in field.metadata if isinstance(mark, OptionGroup))
+    return next(marks, OptionGroup.MAIN)
 
 
 def option_of(name: str, field: FieldInfo) -> str:

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat
 
-from capture_app.commands.inputs import LogFormat
+from capture_app.commands.inputs import LogFormat, OptionGroup
 from capture_app.commands.request import place_of
 from capture_app.commands.text_values import read_up
 from ingest.trajectory.reading import Reading, Top
@@ -25,6 +25,7 @@ class ReadingOptions(BaseModel):
 
     floor: Annotated[
         FiniteFloat | None,
+        OptionGroup.READING,
         Field(
             title="Height of the floor",
             description="Height of the floor in the phone's world, metres (0 is where recording began, "
@@ -34,6 +35,7 @@ class ReadingOptions(BaseModel):
     ] = None
     up: Annotated[
         Up | None,
+        OptionGroup.READING,
         Field(
             title="Which way is up",
             description="Which way is up, where the log does not say: a direction in the phone's world, "
@@ -43,6 +45,7 @@ class ReadingOptions(BaseModel):
     ] = None
     stitch: Annotated[
         bool,
+        OptionGroup.READING,
         Field(
             title="Put tracking jumps back together",
             description="Move what follows a tracking jump back to where it belongs, instead of "
@@ -51,6 +54,7 @@ class ReadingOptions(BaseModel):
     ] = False
     closure: Annotated[
         bool,
+        OptionGroup.READING,
         Field(
             title="The object ends on the mark where it began",
             description="The object ends on the mark where it began: the drift in between is removed.",
@@ -58,6 +62,7 @@ class ReadingOptions(BaseModel):
     ] = False
     segment: Annotated[
         int | None,
+        OptionGroup.READING,
         Field(
             title="Stretch to use",
             ge=1,
@@ -66,7 +71,7 @@ class ReadingOptions(BaseModel):
             "not given.",
         ),
     ] = None
-    format: LogFormat = None
+    format: Annotated[LogFormat, OptionGroup.READING] = None
 
     @property
     def reading(self) -> Reading:

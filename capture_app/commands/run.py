@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, FiniteFloat
 
-from capture_app.commands.inputs import OptionName, Sample
+from capture_app.commands.inputs import OptionGroup, OptionName, Sample
 from capture_app.commands.reading import ReadingOptions
 from capture_app.commands.render import RenderRequest, View
 from capture_app.commands.request import Request, VideoSize, place_of
@@ -26,11 +26,20 @@ def _stood(value: object, info: Any) -> object:
 
 Stood = Annotated[tuple[FiniteFloat, FiniteFloat] | Literal["phone"], BeforeValidator(_stood)]
 
-Size = Annotated[VideoSize | None, Field(description="Width x height of the pictures in pixels.")]
-VideoView = Annotated[
-    View, OptionName("--view"), Field(description="View of the video; see `omocap render --help`.")
+Size = Annotated[
+    VideoSize | None,
+    OptionGroup.RESULT,
+    Field(description="Width x height of the pictures in pixels."),
 ]
-Replace = Annotated[bool, Field(description="Replace an earlier result of the same name.")]
+VideoView = Annotated[
+    View,
+    OptionName("--view"),
+    OptionGroup.RESULT,
+    Field(description="View of the video; see `omocap render --help`."),
+]
+Replace = Annotated[
+    bool, OptionGroup.RESULT, Field(description="Replace an earlier result of the same name.")
+]
 
 
 VIDEO = "motion.mp4"
@@ -44,10 +53,13 @@ class TakeOptions(ReadingOptions):
         int, Field(title="Samples", ge=1, le=64, description="Motions to make; the best is chosen.")
     ] = 4
     seed: Annotated[
-        int, Field(title="Seed", ge=0, lt=2**63, description="The same seed gives the same motion.")
+        int,
+        OptionGroup.MOTION,
+        Field(title="Seed", ge=0, lt=2**63, description="The same seed gives the same motion."),
     ] = 0
     steps: Annotated[
         int,
+        OptionGroup.MOTION,
         Field(
             title="Steps of the sampler",
             ge=1,
@@ -57,6 +69,7 @@ class TakeOptions(ReadingOptions):
     ] = 10
     contact: Annotated[
         Literal["segments", "paper"],
+        OptionGroup.MOTION,
         Field(
             title="Hands hold the object",
             description="When hands hold the object: while it needs to be held (segments), or from the "
@@ -84,6 +97,7 @@ class TakeOptions(ReadingOptions):
     ] = None
     force: Annotated[
         bool,
+        OptionGroup.READING,
         Field(
             title="Use a recording that is not usable",
             description="Use a take that `omocap inspect` calls not usable.",
@@ -142,6 +156,7 @@ class RunRequest(TakeOptions, ResultRequest):
     """None where the phone's frame is the object's."""
     node: Annotated[
         str | None,
+        OptionGroup.READING,
         Field(
             description="Name of the object in an animated GLB or USD in which several things move."
         ),
@@ -150,6 +165,7 @@ class RunRequest(TakeOptions, ResultRequest):
     """The session is the object's own motion; there is no phone and no mount."""
     contacts: Annotated[
         Path | None,
+        OptionGroup.MOTION,
         Field(
             description="A contacts.json that says which hand holds the object when and where; decided "
             "by the program if not given."
@@ -158,20 +174,35 @@ class RunRequest(TakeOptions, ResultRequest):
     configuration: Annotated[
         Literal["capture", "paper"],
         OptionName("--config"),
+        OptionGroup.MOTION,
         Field(
             description="Trained model: capture (made for this program) or paper (the published "
             "method)."
         ),
     ] = "capture"
     weights: Annotated[
-        Path | None, Field(description="Folder of your own weights, from `omocap train`.")
+        Path | None,
+        OptionGroup.MOTION,
+        Field(description="Folder of your own weights, from `omocap train`."),
     ] = None
-    body: Annotated[Path | None, Field(description="Your own SMPL-X model file, as the body.")] = (
-        None
-    )
+    body: Annotated[
+        Path | None,
+        OptionGroup.MOTION,
+        Field(description="Your own SMPL-X model file, as the body."),
+    ] = None
     sampler: Literal["ddpm", "ddim", "dpm++"] = "dpm++"
+    device: Annotated[
+        Literal["cpu", "cuda", "mps"],
+        OptionGroup.MOTION,
+        Field(
+            description="Where the two networks run: the processor (cpu) or a graphics card of NVIDIA "
+            "(cuda) or Apple (mps). All else runs on the processor. Each rounds in its own way, so "
+            "the motion of a seed differs a little between them."
+        ),
+    ] = "cpu"
     mesh_scale: Annotated[
         float,
+        OptionGroup.READING,
         Field(
             title="Unit of the mesh's file",
             ge=1e-6,

@@ -34,10 +34,12 @@ def write_bvh(path: Path, object_path: Path, take: Take) -> None:
     """
     bones = take.skeleton
     turns = take.rotations @ bones.rotations.swapaxes(-1, -2)
-    path.write_text(_text(bones, take.positions, turns, take.fps))
+    path.write_text(_text(bones, take.positions, turns, take.fps), encoding="utf-8")
     thing = _object_bone(take)
     T = take.T_world_object
-    object_path.write_text(_text(thing, T[:, None, :3, 3], T[:, None, :3, :3], take.fps))
+    object_path.write_text(
+        _text(thing, T[:, None, :3, 3], T[:, None, :3, :3], take.fps), encoding="utf-8"
+    )
 
 
 def _object_bone(take: Take) -> Skeleton:

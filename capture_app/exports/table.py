@@ -38,7 +38,7 @@ def write_table(path: Path, take: Take, units: Units) -> None:
     ]
     contacts = np.concatenate([take.hand_contact, take.foot_contact], axis=1).astype(int)
     rows = zip(np.concatenate(values, axis=1), contacts.tolist(), strict=True)
-    with path.open("w", newline="") as file:
+    with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(_header(take, units))
         writer.writerows([k, *_rounded(row), *touch] for k, (row, touch) in enumerate(rows))

@@ -51,7 +51,7 @@ class Key(_Record):
 
 def write_key(folder: Path, key: Key) -> None:
     """Write it into a study's folder."""
-    (folder / KEY).write_text(key.model_dump_json(indent=1) + "\n")
+    (folder / KEY).write_text(key.model_dump_json(indent=1) + "\n", encoding="utf-8")
 
 
 def read_key(folder: Path) -> Key:

@@ -14,7 +14,7 @@ from ingest.animated.gltf_channels import REST, Channel, channels, movers
 from ingest.animated.gltf_file import GltfFile, open_gltf, unreadable
 from ingest.animated.gltf_picture import painted
 from ingest.animated.stretch import split_stretch
-from ingest.animated.surface import Part, joined
+from ingest.animated.surface import MeshPart, joined
 from ingest.formats.json_file import mentions
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
@@ -147,7 +147,7 @@ class _Scene:
                     seen.add(child)
                     stack.append((child, T @ self._local(child, (), np.zeros(1))[0]))
 
-    def _parts(self, i: int) -> Iterator[Part]:
+    def _parts(self, i: int) -> Iterator[MeshPart]:
         """Vertices and triangles of a node's mesh, in the node's axes."""
         for primitive in self._file.gltf.meshes[self._nodes[i].mesh or 0].primitives:
             faces = self._faces(primitive)
@@ -156,7 +156,7 @@ class _Scene:
                 if position is None:
                     raise ValueError("a primitive has no positions")
                 vertices = self._file.array(position).astype(np.float64)
-                yield Part(vertices, faces, *painted(self._file, primitive, faces))
+                yield MeshPart(vertices, faces, *painted(self._file, primitive, faces))
 
     def _faces(self, primitive: Primitive) -> np.ndarray:
         if primitive.indices is None:

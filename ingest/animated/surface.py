@@ -14,7 +14,7 @@ from omomo_core.motion import ObjectMesh, Texture
 
 
 @dataclass(frozen=True)
-class Part:
+class MeshPart:
     """A mesh of the file, or a part of one that has its own material."""
 
     vertices: Float64[np.ndarray, "verts 3"]
@@ -23,13 +23,13 @@ class Part:
     """Places of the corners on the picture, as `omomo_core.motion.Texture` has them."""
     image: UInt8[np.ndarray, "h w 3"] | None = None
 
-    def moved(self, T: Float64[np.ndarray, "4 4"]) -> "Part":
+    def moved(self, T: Float64[np.ndarray, "4 4"]) -> "MeshPart":
         """The part in other axes."""
         return replace(self, vertices=self.vertices @ T[:3, :3].T + T[:3, 3])
 
 
 def joined(
-    parts: list[Part], stretch: Float64[np.ndarray, "3 3"], name: str, source: Path
+    parts: list[MeshPart], stretch: Float64[np.ndarray, "3 3"], name: str, source: Path
 ) -> ObjectMesh | None:
     """All parts as one mesh, stretched; equal vertices merged. None when there is no part.
 
@@ -55,7 +55,7 @@ def joined(
     )
 
 
-def _texture(parts: list[Part]) -> Texture | None:
+def _texture(parts: list[MeshPart]) -> Texture | None:
     """One picture of the parts'; grey where a part has none and another has one."""
     if all(part.image is None for part in parts):
         return None
@@ -70,7 +70,7 @@ def _texture(parts: list[Part]) -> Texture | None:
     return join_textures(painted)
 
 
-def _check(parts: list[Part], source: Path) -> None:
+def _check(parts: list[MeshPart], source: Path) -> None:
     triangles = sum(len(part.faces) for part in parts)
     if triangles > MAX_FACES:
         raise InputError(

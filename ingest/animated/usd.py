@@ -19,7 +19,7 @@ from ingest.animated.poses import check_times
 from ingest.animated.recorded import sampled
 from ingest.animated.rows import not_finite
 from ingest.animated.stretch import split_stretch
-from ingest.animated.surface import Part, joined
+from ingest.animated.surface import MeshPart, joined
 from ingest.animated.usd_picture import painted
 from ingest.usd import open_stage, pxr, reading_usd, triangles_of
 from omomo_core.errors import InputError
@@ -145,8 +145,8 @@ class _Stage:
             inside = prim.GetFilteredChildren(self._usd.TraverseInstanceProxies())
             stack += [child for child in inside if child.GetPath() not in self._moving]
 
-    def _part(self, prim: Any, T_top_world: Float64[np.ndarray, "4 4"], code: float) -> Part:
+    def _part(self, prim: Any, T_top_world: Float64[np.ndarray, "4 4"], code: float) -> MeshPart:
         """Vertices and triangles of a mesh, in the top prim's axes."""
         points, faces, corners = triangles_of(self._geom.Mesh(prim), code)
-        part = Part(points, faces, *painted(prim, faces, corners))
+        part = MeshPart(points, faces, *painted(prim, faces, corners))
         return part.moved(T_top_world @ self._placed(prim, code))

@@ -73,7 +73,9 @@ def write(session: CaptureSession, folder: Path) -> Path:
         (folder / INTRINSICS).mkdir(exist_ok=True)
         for t, k in zip(session.times, session.intrinsics, strict=True):
             line = " ".join([*map(str, session.image_size), *(f"{x:.9f}" for x in k)])
-            (folder / INTRINSICS / f"omocap_{t:.6f}.pincam").write_text(f"{line}\n")
+            (folder / INTRINSICS / f"omocap_{t:.6f}.pincam").write_text(
+                f"{line}\n", encoding="utf-8"
+            )
 
     def target(kind: str) -> Callable[[int], Path]:
         return lambda i: folder / kind / f"omocap_{session.times[i]:.6f}.png"

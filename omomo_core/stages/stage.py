@@ -60,11 +60,15 @@ class Stage(nn.Module):
         level: Tensor,
         valid: Bool[Tensor, "b frames"],
     ) -> Float[Tensor, "b frames channels"]:
-        """x0 (normalised) from x_n (normalised) and a raw condition, in the precision of x."""
-        precision = self.denoiser.out.weight.dtype
-        normalised = ((condition - self.c_mean) / self.c_std).to(precision)
-        code = None if shape is None else shape.to(precision)
-        x0 = self.denoiser(x.to(precision), normalised, code, level, valid).to(x.dtype)
+        """x0 (normalised) from x_n (normalised) and a raw condition, as precise and where x is.
+
+        The denoiser may be on another device than its statistics and the arguments.
+        """
+        weight = self.denoiser.out.weight
+        normalised = ((condition - self.c_mean) / self.c_std).to(weight)
+        code = None if shape is None else shape.to(weight)
+        level, valid = level.to(weight.device), valid.to(weight.device)
+        x0 = self.denoiser(x.to(weight), normalised, code, level, valid).to(x)
         return x0.clamp(-1, 1) if self.config.clamp and not self.training else x0
 
 

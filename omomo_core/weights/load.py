@@ -5,6 +5,7 @@ from pathlib import Path
 import torch
 
 from omomo_core.body.load import load_body
+from omomo_core.device import Device, find_device
 from omomo_core.errors import AssetError
 from omomo_core.stages.body import capture as body_stage
 from omomo_core.stages.hands import capture as hand_stage
@@ -15,18 +16,29 @@ _CONDITION_SIZES = {"hands": hand_stage.CONDITION, "body": body_stage.CONDITION}
 """Channels of the condition of the networks of `capture`."""
 
 
-def load_stages(configuration: Configuration = "capture", folder: Path | None = None) -> Stages:
+def load_stages(
+    configuration: Configuration = "capture", folder: Path | None = None, device: Device = "cpu"
+) -> Stages:
     """The stages in `folder` (as `omocap train` writes them), or those that ship.
 
+    Args:
+        configuration: of the stages that ship.
+        folder: of other weights.
+        device: where the denoisers run; what they take in and give out is on the CPU.
+
     Raises:
+        InputError: "device-missing" where this machine has no such device.
         AssetError: a file is missing, damaged, or of an earlier version of the program. Only `capture`
             weights ship.
     """
+    place = find_device(device)
     folder = folder or SHIPPED / configuration
     hands, body = (_checked(folder / f"{name}.safetensors") for name in ("hands", "body"))
-    if configuration == "capture" and torch.cpu.get_capabilities().get("amx_bf16", False):
-        # Matrix units make it three times as fast, and what it rounds is a hundredth of the error.
-        for stage in (hands, body):
+    matrix_units = device == "cpu" and torch.cpu.get_capabilities().get("amx_bf16", False)
+    for stage in (hands, body):
+        stage.denoiser.to(place)
+        if configuration == "capture" and matrix_units:
+            # They make it three times as fast, and what it rounds is a hundredth of the error.
             stage.denoiser.bfloat16()
     return Stages(hands, body, load_body().height)
 

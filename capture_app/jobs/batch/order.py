@@ -41,7 +41,9 @@ def made_by(order: RunRequest) -> Manifest | None:
         paths = {item.role: Path(item.path) for item in manifest.inputs}
         if manifest.correction is not None or paths != order.inputs:
             return None
-        if _as_json(manifest.options) != _as_json(order.recorded_options):
+        # What an older version did not offer was as it is by default now.
+        before = {name: RunRequest.model_fields[name].default for name in order.recorded_options}
+        if _as_json({**before, **manifest.options}) != _as_json(order.recorded_options):
             return None
         for item in manifest.inputs:
             unchanged(item)

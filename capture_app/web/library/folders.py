@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from capture_app.web.library.ids import new_id
+from omomo_core.system import flush
 
 TRASH = ".trash-"
 _AT_ONCE = 16
@@ -24,16 +25,6 @@ def sweep_trash(folder: Path) -> None:
         shutil.rmtree(left, ignore_errors=True)
 
 
-def keep(*paths: Path) -> None:
-    """Flush files and folders to the disk."""
-    for path in paths:
-        handle = os.open(path, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
-
-
 def keep_tree(folder: Path) -> None:
     """Flush a folder and all that is in it."""
     places = [Path(place) for place, _, _ in os.walk(folder)]
@@ -41,4 +32,4 @@ def keep_tree(folder: Path) -> None:
     # A disk flushes many files at once about as fast as one.
     with ThreadPoolExecutor(_AT_ONCE) as pool:
         for batch in (files, places):
-            list(pool.map(keep, batch))
+            list(pool.map(flush, batch))

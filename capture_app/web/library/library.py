@@ -7,10 +7,11 @@ from pathlib import Path
 
 from capture_app.commands.inputs import ItemKind
 from capture_app.library_item import FILES, now
-from capture_app.web.library.folders import keep, sweep_trash
+from capture_app.web.library.folders import sweep_trash
 from capture_app.web.library.results import Results
 from capture_app.web.library.shelf import Shelf, missing
 from capture_app.web.library.uploads import Uploads
+from omomo_core.system import flush
 from omomo_core.whole_file import write_whole
 
 
@@ -31,7 +32,7 @@ class Notes:
         place = self.folder / id_
         place.mkdir(exist_ok=True)
         write_whole(place / name, text)
-        keep(place, self.folder)
+        flush(place, self.folder)
         return place / name
 
     def forget(self, id_: str) -> None:
@@ -93,7 +94,7 @@ class Library:
         for folder in self._folders:
             for part in folder.glob(".*.part"):
                 shutil.rmtree(part, ignore_errors=True)
-        keep(self.root)
+        flush(self.root)
         return aside
 
     @property

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from capture_app.library_item import FILES, INFO, Info, load_info, save_info
-from capture_app.web.library.folders import keep, remove_folder
+from capture_app.web.library.folders import remove_folder
 from capture_app.web.problems import Refused
+from omomo_core.system import flush
 
 CACHE = "cache"
 
@@ -75,7 +76,7 @@ class Shelf:
         """Take in a folder with `files` in it under an id of its own, in one step."""
         save_info(source / INFO, info)
         os.rename(source, self.folder / id_)
-        keep(self.folder)
+        flush(self.folder)
 
 
 def content_of(files: Path) -> Path:

@@ -1,7 +1,9 @@
 """What a child process may use, and the setting of it from inside."""
 
+import mmap
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 GIB = 2**30
 
@@ -24,26 +26,16 @@ def set_bounds(bounds: ProcessLimits) -> None:
         return
     import resource as r
 
-    _at_most(r.RLIMIT_CPU, int(2 * bounds.seconds) + 1)
-    _at_most(r.RLIMIT_FSIZE, bounds.written)
-    _at_most(r.RLIMIT_CORE, 0)
+    limits = {
+        r.RLIMIT_CPU: int(2 * bounds.seconds) + 1,
+        r.RLIMIT_FSIZE: bounds.written,
+        r.RLIMIT_CORE: 0,
+    }
     if sys.platform == "linux":
-        _at_most(r.RLIMIT_AS, _mapped() + bounds.memory)
-
-
-def _at_most(what: int, value: int) -> None:
-    import resource
-
-    hard = resource.getrlimit(what)[1]
-    if hard != resource.RLIM_INFINITY:
-        value = min(value, hard)
-    resource.setrlimit(what, (value, value))
-
-
-def _mapped() -> int:
-    """Bytes of address space that the libraries have taken already."""
-    with open("/proc/self/statm", encoding="ascii") as file:
-        pages = int(file.read().split()[0])
-    import resource
-
-    return pages * resource.getpagesize()
+        # Beside the address space that the libraries have taken already.
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+        limits[r.RLIMIT_AS] = pages * mmap.PAGESIZE + bounds.memory
+    for limit, value in limits.items():
+        hard = r.getrlimit(limit)[1]
+        most = value if hard == r.RLIM_INFINITY else min(value, hard)
+        r.setrlimit(limit, (most, most))

@@ -8,7 +8,6 @@ import signal
 import sys
 import tempfile
 from collections.abc import Callable
-from multiprocessing import forkserver
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -33,6 +32,8 @@ else:
 def warm_up() -> None:
     """Load all that children share now, so that nobody waits for it later."""
     if sys.platform != "win32":
+        from multiprocessing import forkserver
+
         _context.set_forkserver_preload([_READING, *_DRAWING])
         forkserver.ensure_running()
 

@@ -97,7 +97,7 @@ def open_dataset(folder: Path, recipe: DatasetRecipe, recorded: Sequence[Clip]) 
 
 def _check_same(card: Path, recipe: DatasetRecipe) -> None:
     try:
-        before = json.loads(card.read_text())["recipe"]
+        before = json.loads(card.read_text(encoding="utf-8"))["recipe"]
         # A data set that does not say them was made before there was a choice.
         open_to_choice = {"furniture": None, "people": "1-17", "objects": "all"}
         before, now = {**open_to_choice, **before}, asdict(recipe)

@@ -127,7 +127,7 @@ def _read_obj(path: Path) -> tuple[Float[np.ndarray, "v 3"], np.ndarray]:
         InputError: ``furniture-mesh`` when the file holds no solid surface.
     """
     try:
-        vertices, faces = _surface(path.read_text())
+        vertices, faces = _surface(path.read_text(encoding="utf-8"))
         finite = np.isfinite(vertices).all()
         # What is flat has no size to be changed.
         if not (finite and (np.ptp(vertices[faces].reshape(-1, 3), axis=0) > 0).all()):

@@ -1,0 +1,37 @@
+"""What Linux, macOS and Windows do in different ways: flushing to the disk, counting cores and memory."""
+
+import os
+import sys
+from pathlib import Path
+
+
+def flush(*paths: Path) -> None:
+    """Put files, and the names in folders, on the disk, where a power cut does not reach them.
+
+    Windows flushes only files that are open for writing, and sees to its folders itself.
+    """
+    windows = sys.platform == "win32"
+    for path in paths:
+        if windows and path.is_dir():
+            continue
+        handle = os.open(path, os.O_RDWR if windows else os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def usable_cores() -> int:
+    """Cores that this process may use; outside Linux all that the machine has."""
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def free_memory() -> int | None:
+    """Bytes that programs may still take; None where only Linux could tell."""
+    if sys.platform != "linux":
+        return None
+    lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+    sizes = {line.split(":")[0]: int(line.split()[1]) * 1024 for line in lines}
+    return sizes.get("MemAvailable")
