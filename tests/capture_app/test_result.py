@@ -129,7 +129,7 @@ def test_what_a_correction_leaves_keeps_its_numbers(saved: Path) -> None:
     rotations = person.human.rotations.copy()
     rotations[10:20] = rotations[10:20].swapaxes(-1, -2)
     human = replace(person.human, rotations=rotations)
-    save_corrected(saved / "new.npz", before, replace(person, human=human, segments=()))
+    save_corrected(saved / "new.npz", before, 1, replace(person, human=human, segments=()))
     with np.load(saved / "motion.npz") as old, np.load(saved / "new.npz") as new:
         same = np.abs(new["rotations_xyzw"][0]) == np.abs(old["rotations_xyzw"][1])
         kept = np.delete(np.arange(40), range(10, 20))

@@ -82,7 +82,8 @@ def test_the_clamped_phone_is_found_in_the_scan(scanned: Scanned):
     step = between(found.T_phone_object, truth.T_phone_object)
     assert np.linalg.norm(step[3:]) < 0.01
     assert np.degrees(np.linalg.norm(step[:3])) < 0.3
-    assert _surprise(found, truth) < 12.6
+    # One case is beyond the 95 % of this in one of twenty; many are counted below.
+    assert _surprise(found, truth) < 16.8
     assert found.covariance is not None
     assert bounds_95(found.covariance).mm < 40
     assert found.residuals["reprojection_px"] < 1.5
