@@ -34,7 +34,8 @@ const vec2 TAPS[ALL] = vec2[](
     vec2(-0.83, 0.39), vec2(0.40, -0.85), vec2(0.31, 0.88));
 
 float lit_at(vec3 s) {
-    return texture(shadow_map, s.xy).r < s.z ? 0.0 : 1.0;
+    // Where there is no caster the map holds 1, which a point behind all casters must not exceed.
+    return texture(shadow_map, s.xy).r < min(s.z, 1.0) ? 0.0 : 1.0;
 }
 
 // Share of a disc around this point that the sun sees. The disc lies in the surface, so that slopes
@@ -44,7 +45,6 @@ float sunlit(vec3 n) {
     vec3 s = (light_matrix * vec4(frag_position + LIFT * n, 1.0)).xyz * 0.5 + 0.5;
     mat2x3 disc = mat2x3(mat3(light_matrix) * t, mat3(light_matrix) * cross(n, t)) * (0.5 * blur);
     bool inside = all(greaterThanEqual(s.xy, vec2(0.0))) && all(lessThanEqual(s.xy, vec2(1.0)));
-    s.z = min(s.z, 1.0);  // what lies behind all casters; where there is none, the map holds 1
     // Such a loop is left when no pixel of a block needs it, where an "if" would run for all.
     float lit = 0.0;
     for (int once = 0; once < int(inside); once++)

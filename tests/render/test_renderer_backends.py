@@ -110,6 +110,26 @@ def test_a_box_throws_a_shadow_away_from_the_sun(renderer: Renderer) -> None:
     assert renderer.draw(camera)[0][v, u, 0] / 255.0 == pytest.approx(0.8, abs=0.02)
 
 
+def test_between_two_shadows_the_ground_is_lit(renderer: Renderer) -> None:
+    light = Light(azimuth=np.pi, elevation=np.pi / 6)
+    boxes = [
+        replace(box((0.1, 0.1, 0.1), middle), name=f"box {k}")
+        for k, middle in enumerate([(-0.6, -0.5, 0.4), (-0.6, 0.5, 0.6)])
+    ]
+    camera = from_above()
+    renderer.show(Scene([ground(), *boxes], light=light))
+    picture = renderer.draw(camera)[0] / 255.0
+    dark = np.abs(picture - ground().color).max(axis=2) > 0.02
+    for thing in boxes:
+        # The box itself and where the sun throws it on the ground, with the soft edge.
+        thrown = thing.vertices - thing.vertices[:, 2:] * (light.to_sun / light.to_sun[2])
+        for points in (thing.vertices, thrown):
+            u, v, _ = camera.project(points).T
+            rows = slice(int(v.min()) - 4, int(v.max()) + 5)
+            dark[rows, int(u.min()) - 4 : int(u.max()) + 5] = False
+    assert not dark.any()
+
+
 def test_updates_happen_in_place(renderer: Renderer) -> None:
     camera = from_above()
     renderer.show(Scene([box((0.2, 0.2, 0.2), (0.0, 0.0, 0.0))]))

@@ -82,8 +82,8 @@ def test_the_clamped_phone_is_found_in_the_scan(scanned: Scanned):
     step = between(found.T_phone_object, truth.T_phone_object)
     assert np.linalg.norm(step[3:]) < 0.01
     assert np.degrees(np.linalg.norm(step[:3])) < 0.3
-    # One case is beyond the 95 % of this in one of twenty; many are counted below.
-    assert _surprise(found, truth) < 16.8
+    # The share within 95 % bounds is tested over many scenes; of one, only that it is no wild guess.
+    assert _surprise(found, truth) < 33.0
     assert found.covariance is not None
     assert bounds_95(found.covariance).mm < 40
     assert found.residuals["reprojection_px"] < 1.5
