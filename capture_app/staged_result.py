@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from capture_app.commands.run import ResolveRequest, RunRequest
+from capture_app.exports.glb import write_glb
 from capture_app.generated_sample import GeneratedSample, load_sample, save_sample
-from capture_app.manifest import MANIFEST, Manifest, write_manifest
+from capture_app.manifest import CONTACTS, GLB, MANIFEST, Manifest, write_manifest
 from capture_app.progress import Progress, StageClock
 from capture_app.result import Result, load_result
-from capture_app.sample_files import export_sample
 from capture_app.staging import Staging
 from omomo_core.body.model import BodyModel
+from omomo_core.contact.file import write_contacts
 from omomo_core.motion import ObjectMotion
 
 _SAMPLE_FILE = ".made.npz"
@@ -92,10 +93,10 @@ class StagedResult(ABC, Generic[Request]):
     def export(self) -> None:
         """Write contacts.json and the GLB of the chosen sample."""
         self.clock("export", 0.0)
-        contacts = self.has_contacts
-        export_sample(
-            self.staging.folder, self.sample.person, self.object_motion, self.body, contacts
-        )
+        folder, person, motion = self.staging.folder, self.sample.person, self.object_motion
+        if self.has_contacts:
+            write_contacts(folder / CONTACTS, person.segments, len(motion.valid))
+        write_glb(folder / GLB, person.human, motion, self.body)
         self.clock("export", 1.0)
 
     def finish(self) -> None:

@@ -22,11 +22,13 @@ _SAME = 1e-5
 """Corners so close, by the object's extent, are one."""
 _UNKNOWN = 0.02
 """Share of triangles whose place on the picture may be unknown."""
-PATCH = 8
+_PATCH = 8
 """Pixels along each side of a patch of one colour, for a part without a picture."""
-GREY = (178, 178, 178)
+_GREY = (178, 178, 178)
 
 Pixels = UInt8[np.ndarray, "h w 3"]
+Paint = tuple[Float[np.ndarray, "faces 3 2"] | None, Pixels | None]
+"""Places of triangles' corners on a picture, and the picture; None where there is none."""
 
 
 @dataclass(frozen=True)
@@ -95,13 +97,13 @@ def _image(mesh: Any) -> Image.Image | None:
 def _pixels(mesh: Any) -> Pixels:
     image, material = _image(mesh), getattr(mesh.visual, "material", None)
     if image is None:
-        return patch(GREY if material is None else np.asarray(material.main_color)[:3])
+        return patch(_GREY if material is None else np.asarray(material.main_color)[:3])
     return _tinted(pixels_of(image), getattr(material, "baseColorFactor", None))
 
 
-def patch(colour: Sequence[int] | np.ndarray = GREY) -> Pixels:
+def patch(colour: Sequence[int] | np.ndarray = _GREY) -> Pixels:
     """A small picture of one colour, for a part without a picture."""
-    return np.tile(np.asarray(colour, np.uint8), (PATCH, PATCH, 1))
+    return np.tile(np.asarray(colour, np.uint8), (_PATCH, _PATCH, 1))
 
 
 def pixels_of(image: Image.Image) -> Pixels:

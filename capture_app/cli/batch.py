@@ -198,7 +198,6 @@ def _make_folder(result: Path) -> None:
 
 
 def _watch(queue: "JobQueue", ids: Sequence[str], fleet: "Fleet") -> None:
-    from capture_app.cli.batch import batch_bars
     from capture_app.jobs.batch.watch import watch
 
     with batch_bars(len(ids)) as show:

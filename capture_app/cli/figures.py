@@ -17,7 +17,7 @@ class FigureRow:
     labels: Sequence[str]
     figures: Sequence[str]
     dim: bool = False
-    """It stands back."""
+    """It is printed in a dim style."""
     ends_section: bool = False
     """A line follows."""
 

@@ -96,7 +96,7 @@ def option_of(name: str, field: FieldInfo) -> str:
 
 @dataclass(frozen=True)
 class OptionName:
-    """Marks a field whose command-line option is not named with_example the field."""
+    """Marks a field whose command-line option has another name than the field."""
 
     name: str
 

@@ -3,14 +3,12 @@
 from io import BytesIO
 
 import numpy as np
-from jaxtyping import Float64, Int, UInt8
+from jaxtyping import Int
 from PIL import Image
 from pygltflib import Primitive
 
 from ingest.animated.gltf_file import GltfFile
-from ingest.mesh_texture import pixels_of
-
-Paint = tuple[Float64[np.ndarray, "faces 3 2"] | None, UInt8[np.ndarray, "h w 3"] | None]
+from ingest.mesh_texture import Paint, pixels_of
 
 
 def painted(file: GltfFile, primitive: Primitive, faces: Int[np.ndarray, "faces 3"]) -> Paint:

@@ -4,13 +4,11 @@ from io import BytesIO
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float64, Int, UInt8
+from jaxtyping import Int
 from PIL import Image
 
-from ingest.mesh_texture import pixels_of
+from ingest.mesh_texture import Paint, pixels_of
 from ingest.usd import pxr
-
-Paint = tuple[Float64[np.ndarray, "faces 3 2"] | None, UInt8[np.ndarray, "h w 3"] | None]
 
 
 def painted(

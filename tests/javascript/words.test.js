@@ -75,13 +75,12 @@ test("sentences begin with a capital", () => {
   assert.equal(words.capital(""), "");
 });
 
-test("a job's stages are known before it runs, with the video that was ordered", () => {
-  assert.deepEqual(words.stagesOf("resolve", true), ["read", "solve", "export", "video"]);
-  assert.equal(words.stagesOf("run", false).at(-1), "export");
-  assert.equal(words.stagesOf("scan", true).includes("video"), false);
-  assert.deepEqual(words.stagesOf("export", true), []);
+test("a job's stages are known before it runs; the video is a job of its own", () => {
+  assert.deepEqual(words.stagesOf("resolve"), ["read", "solve", "export"]);
+  assert.equal(words.stagesOf("run").at(-1), "export");
+  assert.deepEqual(words.stagesOf("export"), []);
   for (const kind of ["run", "resolve", "scan"])
-    for (const stage of words.stagesOf(kind, true)) assert.ok(words.STAGES[stage], stage);
+    for (const stage of words.stagesOf(kind)) assert.ok(words.STAGES[stage], stage);
 });
 
 test("a job has ended where no worker will touch it by itself", () => {
