@@ -62,12 +62,12 @@ def start_constraint(
         prefix: the first frame of a start pose, if one is given.
         clip: the object.
     """
+    centre = torch.from_numpy(clip.trained.centre[0, :2]).float()
     if prefix is not None and prefix.hands is not None:
-        return StartPose(prefix.hands.values[0, 0])
+        return StartPose(prefix.hands.values[0, 0], prefix.root[0, 0, :2] * clip.scale - centre)
     if conditioning.start_position is None:
         return None
-    place = conditioning.start_position * clip.scale - clip.trained.centre[0, :2]
-    return StartPosition(torch.from_numpy(place).float())
+    return StartPosition(torch.from_numpy(conditioning.start_position).float() * clip.scale - centre)
 
 
 def prefix_from_pose(

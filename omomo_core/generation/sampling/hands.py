@@ -69,7 +69,7 @@ def sample_hands(
         drawn = sample_take(
             stage,
             torch.randn(samples, clip.trained.frames, LAYOUT.channels, generator=generator),
-            _window_conditions(clip, samples, canonical=prefix is not None),
+            _window_conditions(clip, samples, start, canonical=prefix is not None),
             LAYOUT,
             options,
             generator,
@@ -120,15 +120,19 @@ def _holds_at_start(
     return torch.tensor([posed])
 
 
-def _window_conditions(clip: ObjectClip, samples: int, *, canonical: bool) -> WindowConditions:
+def _window_conditions(
+    clip: ObjectClip, samples: int, start: StartConstraint | None, *, canonical: bool
+) -> WindowConditions:
     """Return the windows' conditions, seen from the canonical heading or from each sample's own."""
-    windows = object_windows(
-        clip.trained, window_frames(clip.trained.frames), samples, BASIS_POINTS
-    )
+    index = window_frames(clip.trained.frames)
+    windows = object_windows(clip.trained, index, samples, BASIS_POINTS)
     own = partial(hand_stage.sampling_yaw, samples=samples)
     yaw = (hand_stage.canonical_yaw if canonical else own)(windows)
     axes = hand_stage.object_axes(windows, yaw)
-    condition = hand_stage.condition(windows, yaw, axes)
+    begins = torch.tensor(hand_stage.UNKNOWN_START).repeat(len(yaw), 1)
+    if start is not None:
+        begins[:: len(index)] = torch.cat([start.position, torch.ones(1)])
+    condition = hand_stage.condition(windows, yaw, axes, begins)
     return WindowConditions(windows.valid, condition, hand_stage.shape_code(windows, axes), axes)
 
 

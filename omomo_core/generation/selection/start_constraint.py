@@ -32,11 +32,8 @@ class StartPose:
 
     first: Float[Tensor, "8"]
     """Features of one frame: palms from the object's centre, metres, and contacts."""
-
-    @property
-    def position(self) -> Float[Tensor, "2"]:
-        """Where the person stands on the floor, from the object's centre, metres."""
-        return _standing_position(self.first)
+    position: Float[Tensor, "2"]
+    """Where the pelvis is above the floor, from the object's centre, metres."""
 
     def distance(self, first: First) -> Float[Tensor, "*b"]:
         """Return the mean distance of palms from the known ones, given features of first frames; metres."""
