@@ -68,7 +68,7 @@ def test_guesses_from_the_wrong_side_change_sides(side: float, samples: int):
     guesses = torch.stack([_guess(1.0, 40 + k) for k in range(18)])
     guesses[..., :6] += 0.01 * torch.randn(18, FRAMES, 6)
     start = _guess(side, 45)[0]
-    x = select_by_start(guesses, StartPose(start), _box(), samples)
+    x = select_by_start(guesses, StartPose(start, torch.tensor([1.5 * side, 0.0])), _box(), samples)
     assert x.shape == (samples, FRAMES, 8)
     torch.testing.assert_close(x[:, 0], start.expand(samples, 8))
     on_the_way = x[:, 30, :6].unflatten(-1, (2, 3))
