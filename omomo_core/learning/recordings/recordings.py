@@ -6,8 +6,10 @@ from pathlib import Path
 
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
+from omomo_core.learning.recordings.ball import is_ball, read_ball
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.mocap import SourceMotion, read_bvh_motion, read_mocap_npz
+from omomo_core.learning.recordings.object_recordings import ObjectRecording
 from omomo_core.learning.recordings.release import release_clips
 from omomo_core.learning.recordings.smpl import RecordedMotion, is_smpl, read_smpl
 
@@ -56,7 +58,7 @@ def _files_below(folder: Path) -> Iterator[Path]:
 
 def read_recordings(
     path: Path, body: BodyModel, metres_per_unit: float, *, object_split: bool = False
-) -> Iterator[SourceMotion | RecordedMotion | Clip | InputError]:
+) -> Iterator[SourceMotion | ObjectRecording | RecordedMotion | Clip | InputError]:
     """What is in a motion file: recordings, or the errors of those that cannot be used.
 
     Args:
@@ -72,8 +74,14 @@ def read_recordings(
         elif suffix == ".bvh":
             yield read_bvh_motion(path, metres_per_unit)
         elif suffix == ".npz":
-            yield read_smpl(path, body) if is_smpl(path) else read_mocap_npz(path)
+            yield _read_npz(path, body)
         else:
             raise InputError("mocap-file", "This is no motion file.", where=str(path))
     except InputError as problem:
         yield problem
+
+
+def _read_npz(path: Path, body: BodyModel) -> SourceMotion | ObjectRecording | RecordedMotion:
+    if is_smpl(path):
+        return read_smpl(path, body)
+    return read_ball(path) if is_ball(path) else read_mocap_npz(path)
