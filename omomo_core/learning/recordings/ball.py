@@ -143,8 +143,10 @@ def _turning(
     """R_world_ball that turns as the hands on the ball turn about its centre, and else stays."""
     # Smooth over touching frames alone: hands come fast, and the rest of their way turns no ball.
     weight = contact[..., None, None].astype(float)
-    sums = (gaussian_filter1d(x, 1.5, axis=0, mode="nearest") for x in (fingers * weight, weight))
-    fingers = np.divide(*sums, out=np.zeros_like(fingers), where=weight > 0)
+    total, share = (
+        gaussian_filter1d(x, 1.5, axis=0, mode="nearest") for x in (fingers * weight, weight)
+    )
+    fingers = total / share.clip(1e-9)
     R = np.tile(np.eye(3), (len(fingers), 1, 1))
     for t in range(1, len(fingers)):
         on = contact[t] & contact[t - 1]
