@@ -22,7 +22,7 @@ from omomo_core.learning.recordings.retargeting import SHORTEST, WORST_SKATING, 
 from omomo_core.learning.recordings.smpl import RecordedMotion
 from omomo_core.motion import ObjectMesh, ObjectMotion
 
-_LEAST_CONTACT = 10
+LEAST_CONTACT = 10
 """Frames of contact without which a stretch says nothing about holding."""
 
 
@@ -97,4 +97,4 @@ def object_clips(
 
 def _stretches(held: RecordedObject, standing: Bool[np.ndarray, " frames"]) -> list[slice]:
     found = [slice(a, b) for a, b in runs(held.usable & standing) if b - a >= SHORTEST]
-    return [part for part in found if held.contact[part].any(axis=1).sum() >= _LEAST_CONTACT]
+    return [part for part in found if held.contact[part].any(axis=1).sum() >= LEAST_CONTACT]

@@ -8,6 +8,7 @@ from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.learning.recordings.ball import is_ball, read_ball
 from omomo_core.learning.recordings.clips import Clip
+from omomo_core.learning.recordings.core4d import core4d_clips, is_core4d
 from omomo_core.learning.recordings.mocap import SourceMotion, read_bvh_motion, read_mocap_npz
 from omomo_core.learning.recordings.object_recordings import ObjectRecording
 from omomo_core.learning.recordings.release import release_clips
@@ -62,7 +63,8 @@ def read_recordings(
     """What is in a motion file: recordings, or the errors of those that cannot be used.
 
     Args:
-        path: BVH; npz of joints (`read_mocap_npz`) or AMASS; a file of the OMOMO release.
+        path: BVH; npz of joints (`read_mocap_npz`), with a ball or AMASS; a person of a CORE4D take; a
+            file of the OMOMO release.
         body: whose proportions motion without a skeleton of its own gets.
         metres_per_unit: of BVH.
         object_split: of the release, only the paper's ten objects of training.
@@ -73,6 +75,8 @@ def read_recordings(
             yield from release_clips(path, body, object_split=object_split)
         elif suffix == ".bvh":
             yield read_bvh_motion(path, metres_per_unit)
+        elif is_core4d(path):
+            yield from core4d_clips(path, body)
         elif suffix == ".npz":
             yield _read_npz(path, body)
         else:
