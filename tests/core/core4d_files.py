@@ -42,7 +42,7 @@ def carrying() -> tuple[dict[str, np.ndarray], np.ndarray]:
     R = world_rotations(pose)
     joints = joints_of(load_body(), root, R)
     palm = joints[:, 22] + R[:, 20] @ [0.0, -0.07, 0.0]
-    joints, palm = (x * SIZE - [0.0, 0.0, HIGH] for x in (joints, palm))
+    joints, palm = (x * SIZE - np.array([0.0, 0.0, HIGH]) for x in (joints, palm))
     every = np.zeros((len(root), 127, 3))
     every[:, :22], every[:, [28, 43]] = joints[:, :22], joints[:, 22:]
     T = np.tile(np.eye(4), (len(root), 1, 1))

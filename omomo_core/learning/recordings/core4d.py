@@ -102,7 +102,8 @@ def _stretches(clip: Clip) -> list[slice]:
     contact = clip.hand_contact.any(axis=1)
     known = _resting(clip.object_motion.T_world_object) | contact
     known = np.pad(known, 2 * _BRIDGED, constant_values=True)
-    known = binary_closing(known, np.ones(2 * _BRIDGED + 1, bool))[2 * _BRIDGED : -2 * _BRIDGED]
+    known = np.asarray(binary_closing(known, np.ones(2 * _BRIDGED + 1, bool)))
+    known = known[2 * _BRIDGED : -2 * _BRIDGED]
     found = [slice(a, b) for a, b in runs(known) if b - a >= SHORTEST]
     return [part for part in found if contact[part].sum() >= LEAST_CONTACT]
 
