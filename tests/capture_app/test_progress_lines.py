@@ -61,6 +61,15 @@ def test_counts_say_what_is_left(log: Log):
     assert line.startswith("retarget 60/200 left 0:0")
 
 
+def test_a_line_names_what_is_worked_on(log: Log):
+    with bars.following("evaluate") as progress:
+        for step in range(101):
+            progress(f"clip_{step // 50}, predicted_palms", step / 200)
+            log.seconds += 1.0
+    (line,) = log.lines
+    assert line.startswith("evaluate clip_1, predicted_palms 30% left 0:0")
+
+
 def test_what_takes_less_than_a_minute_leaves_no_line(log: Log):
     with console.progress_bars() as progress:
         for step in range(60):
