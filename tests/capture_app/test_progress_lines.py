@@ -35,12 +35,12 @@ def log(monkeypatch: pytest.MonkeyPatch) -> Log:
 def test_stages_say_once_a_minute_how_far_they_are(log: Log):
     with console.progress_bars() as progress:
         for step in range(201):
-            progress("evaluate", step / 200)
+            progress("video", step / 200)
             log.seconds += 1.0
     assert [line.split() for line in log.lines] == [
-        ["Evaluating", "30%", "0:01:00"],
-        ["Evaluating", "60%", "0:02:00"],
-        ["Evaluating", "90%", "0:03:00"],
+        ["Drawing", "the", "video", "30%", "0:01:00"],
+        ["Drawing", "the", "video", "60%", "0:02:00"],
+        ["Drawing", "the", "video", "90%", "0:03:00"],
     ]
 
 
