@@ -44,7 +44,7 @@ SPREAD = {
     "toe_swing_cm": "Swing",
     "toe_skimming_share": "Skim",
 }
-"""Medians, the share of clips with a pelvis 60 cm off, the median error of a hand's first contact, and toes."""
+"""Medians, the share of clips with the pelvis 60 cm off, onsets of contact, and the steps of toes."""
 BY_OBJECT = {
     "hand_jpe_cm": "HandJPE",
     "mpjpe_cm": "MPJPE",

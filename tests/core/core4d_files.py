@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import trimesh
+from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.load import load_body
@@ -27,7 +28,7 @@ def write_take(root: Path, **changes: Any) -> Path:
     trimesh.creation.box((0.3, 0.1, 0.3)).subdivide().export(meshes / "box007_m.obj")
     (take / "object_metadata.json").write_text(json.dumps({"obj_name": "Box007"}))
     carrier, T = carrying()
-    aside = {**carrier, "joints": carrier["joints"] + np.float32([3, 0, 0])}
+    aside = {**carrier, "joints": carrier["joints"] + np.array([3, 0, 0], np.float32)}
     np.save(take / "smooth_objposes.npy", changes.pop("poses", T))
     kept = {k: v for k, v in {**carrier, **changes}.items() if v is not None}
     # As the authors write them: a dict, which numpy pickles.
@@ -50,15 +51,9 @@ def carrying() -> tuple[dict[str, np.ndarray], np.ndarray]:
     orient = R_YUP_ZUP @ R[:, 0]
     person = {
         "betas": np.zeros((len(root), 10)),
-        "global_orient": _rotvec(orient),
+        "global_orient": Rotation.from_matrix(orient).as_rotvec(),
         "transl": root @ R_YUP_ZUP.T,
         "body_pose": pose[:, 1:],
         "joints": every @ R_YUP_ZUP.T,
     }
     return {k: v.astype(np.float32) for k, v in person.items()}, T
-
-
-def _rotvec(R: np.ndarray) -> np.ndarray:
-    from scipy.spatial.transform import Rotation
-
-    return Rotation.from_matrix(R).as_rotvec()

@@ -99,13 +99,13 @@ def core4d_clips(path: Path, body: BodyModel) -> Iterator[Clip]:
 
 def _stretches(clip: Clip) -> list[slice]:
     assert clip.object_motion is not None
-    contact = clip.hand_contact.any(axis=1)
-    known = _resting(clip.object_motion.T_world_object) | contact
+    hands = clip.hand_contact
+    known = _resting(clip.object_motion.T_world_object) | hands.any(axis=1)
     known = np.pad(known, 2 * _BRIDGED, constant_values=True)
     known = np.asarray(binary_closing(known, np.ones(2 * _BRIDGED + 1, bool)))
     known = known[2 * _BRIDGED : -2 * _BRIDGED]
     found = [slice(a, b) for a, b in runs(known) if b - a >= SHORTEST]
-    return [part for part in found if contact[part].sum() >= LEAST_CONTACT]
+    return [part for part in found if hands[part].any(axis=1).sum() >= LEAST_CONTACT]
 
 
 def _resting(T: Float[np.ndarray, "frames 4 4"]) -> Bool[np.ndarray, " frames"]:
