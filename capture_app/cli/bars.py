@@ -10,6 +10,7 @@ from rich.progress import (
     Progress,
     ProgressColumn,
     TaskID,
+    TaskProgressColumn,
     TextColumn,
     TimeRemainingColumn,
 )
@@ -56,3 +57,22 @@ def counting(label: str) -> Generator[Callable[[int, int], None]]:
     with ProgressBars(*columns) as bars:
         task = bars.add_task(label, total=None)
         yield lambda done, total: bars.update(task, completed=done, total=total)
+
+
+@contextmanager
+def following(label: str) -> Generator[Callable[[str, float], None]]:
+    """Show what is being worked on; gives what is called with (its name, fraction of all done)."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    with ProgressBars(*columns) as bars:
+        task = bars.add_task(label, total=1.0)
+
+        def show(name: str, fraction: float) -> None:
+            bars.update(task, description=f"{label} {name}", completed=fraction)
+
+        yield show

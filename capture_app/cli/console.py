@@ -21,7 +21,6 @@ _STAGES = {
     "solve": "Fitting the body",
     "export": "Writing the files",
     "video": "Drawing the video",
-    "evaluate": "Evaluating",
     "board": "Looking for the board",
     "look": "Looking for sharp pictures",
     "frames": "Picking pictures",

@@ -3,7 +3,7 @@
 import json
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -34,6 +34,23 @@ FIGURES = {
     "penetration_cm": "Inside",
 }
 """What is printed; the file has more."""
+SPREAD = {
+    "hand_jpe_cm_median": "HandJPE",
+    "mpjpe_cm_median": "MPJPE",
+    "t_root_cm_median": "T_root",
+    "t_root_over_60_cm_share": ">60 cm",
+    "onset_error_s_median": "Onset s",
+    "toe_skating_cm_s": "Skating",
+    "toe_swing_cm": "Swing",
+    "toe_skimming_share": "Skim",
+}
+"""Medians, the share of clips with the pelvis 60 cm off, onsets of contact, and the steps of toes."""
+BY_OBJECT = {
+    "hand_jpe_cm": "HandJPE",
+    "mpjpe_cm": "MPJPE",
+    "t_root_cm": "T_root",
+    "contact_f1_all_frames": "F1 all",
+}
 GIVEN = {
     "gt_palms": "palms",
     "gt_palms_first_frame": "palms, pose",
@@ -73,8 +90,15 @@ def evaluate(
     --samples) with the least MPJPE, as published, beside the least HandJPE of any sample. F1 is the
     mean over clips, as published; "F1 all" is over the frames of all clips together. Lengths are in
     centimetres.
+
+    A second table has medians, the share of clips with the pelvis more than 60 cm off, by how many
+    seconds a hand's first contact is early or late (median), and toes: their speed while low (cm/s), how
+    high they rise in a step, and the share of steps that stay under 3 cm. Then comes a table of the
+    classes of objects for each protocol; "moved" is the F1 of an answer without learning, that some
+    hand touches exactly while the object moves.
     """
-    from capture_app.cli.console import progress_bars, say
+    from capture_app.cli.bars import following
+    from capture_app.cli.console import say
     from omomo_core.body.load import load_body
     from omomo_core.generation.result import GenerationOptions
     from omomo_core.learning.evaluation.clips import clip_paths
@@ -85,7 +109,7 @@ def evaluate(
     _check(json_file, protocol or [])
     chosen = [p for p in PROTOCOLS if protocol is None or p in protocol]
     paths, stages = clip_paths(clips), load_stages("capture", weights)
-    with progress_bars() as progress:
+    with following("evaluate") as progress:
         made = run(
             paths,
             chosen,
@@ -93,7 +117,7 @@ def evaluate(
             load_body(),
             GenerationOptions(samples=samples, seed=seed, steps=steps),
             body.value,
-            lambda clip, done: progress("evaluate", done),
+            progress,
         )
     for name, reason in made.skipped.items():
         say("skipped", f"{name}: {reason}", "yellow")
@@ -122,18 +146,47 @@ def _check(json_file: Path | None, protocols: list[str]) -> None:
 
 
 def _print(made: "Evaluation") -> None:
-    from omomo_core.learning.evaluation.average import average
+    from omomo_core.learning.evaluation.protocols import BASELINE
 
-    best = f"K{made.samples}"
+    best, table = f"K{made.samples}", made.table()
     title = f"Mean of {len(made.clips)} clips, {len(made.skipped)} skipped"
+    _print_protocols(title, FIGURES, table, made.recorded(), best)
+    table.pop(BASELINE)
+    _print_protocols("Medians, onset of contact and steps", SPREAD, table, made.recorded(), best)
+    for protocol in table:
+        _print_objects(made, protocol, best)
+
+
+def _print_protocols(
+    title: str,
+    figures: dict[str, str],
+    table: dict[str, Any],
+    recorded: dict[str, float],
+    best: str,
+) -> None:
     rows = [
-        FigureRow([GIVEN[protocol], k], _cells(columns[k]), ends_section=k == best)
-        for protocol, columns in made.table().items()
-        for k in ("K1", best)
+        FigureRow([GIVEN[protocol], k], _cells(columns[k], figures), ends_section=k == best)
+        for protocol, columns in table.items()
+        for k in dict.fromkeys(("K1", best))
     ]
-    rows.append(FigureRow(["real clips", ""], _cells(average([clip.own for clip in made.clips]))))
-    FigureTable(title, ["given", ""], list(FIGURES.values()), rows).print()
+    rows.append(FigureRow(["real clips", ""], _cells(recorded, figures)))
+    FigureTable(title, ["given", ""], list(figures.values()), rows).print()
 
 
-def _cells(row: dict[str, float]) -> list[str]:
-    return [f"{row[key]:.2f}" if key in row else "" for key in FIGURES]
+def _print_objects(made: "Evaluation", protocol: str, best: str) -> None:
+    """One row for each class of objects: one result and the best of K, and contact without learning."""
+    samples = list(dict.fromkeys(("K1", best)))
+    parts = made.by_object() | {"all": made}
+    rows: list[FigureRow] = []
+    for name, part in parts.items():
+        columns = part.table()[protocol]
+        cells = [f"{columns[k][key]:.2f}" for key in BY_OBJECT for k in samples]
+        moved = f"{part.recorded()['must_hold_contact_f1_all_frames']:.2f}"
+        rows.append(FigureRow([name, str(len(part.clips))], [*cells, moved]))
+    titles = [f"{title} {k}" for title in BY_OBJECT.values() for k in samples]
+    title = f"By object, given {GIVEN[protocol]}"
+    FigureTable(title, ["object", "clips"], [*titles, "moved"], rows).print()
+
+
+def _cells(row: dict[str, float], figures: dict[str, str]) -> list[str]:
+    return [f"{row[key]:.2f}" if key in row else "" for key in figures]

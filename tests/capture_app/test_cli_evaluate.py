@@ -40,6 +40,8 @@ def test_every_protocol_is_measured_and_bad_clips_are_skipped_with_their_names(
     printed = capsys.readouterr().out
     assert "sub1_box_002.npz" in printed
     assert "1 skipped" in printed
+    assert "By object, given palms" in printed
+    assert "…" not in printed
     found = json.loads(out.read_text())
     metrics = {"mpjpe_cm", "t_root_cm", "hand_jpe_cm", "o_root", "contact_f1", "penetration_cm"}
     metrics |= {"contact_precision", "contact_recall", "left_contact_f1", "foot_sliding_cm"}
@@ -53,6 +55,13 @@ def test_every_protocol_is_measured_and_bad_clips_are_skipped_with_their_names(
     assert found["real_clips"]["contact_share"] == 1.0
     assert [row["clip"] for row in found["clips"]] == ["sub1_box_001"]
     assert found["clips"][0]["gt_palms"] == found["gt_palms"]
+    (box,) = found["objects"].values()
+    assert found["objects"].keys() == {"box"}
+    assert box["clips"] == 1
+    assert box["predicted_palms"] == found["predicted_palms"]
+    assert 0 <= box["real_clips"]["must_hold_contact_f1_all_frames"] <= 1
+    assert found["predicted_palms"]["K1"]["t_root_over_60_cm_share"] in (0.0, 1.0)
+    assert found["predicted_palms"]["K1"]["hand_jpe_cm_median"] > 0
     assert list(found["skipped"]) == ["sub1_box_002.npz"]
     assert "clip-keys" in found["skipped"]["sub1_box_002.npz"]
 

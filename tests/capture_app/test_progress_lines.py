@@ -35,12 +35,12 @@ def log(monkeypatch: pytest.MonkeyPatch) -> Log:
 def test_stages_say_once_a_minute_how_far_they_are(log: Log):
     with console.progress_bars() as progress:
         for step in range(201):
-            progress("evaluate", step / 200)
+            progress("video", step / 200)
             log.seconds += 1.0
     assert [line.split() for line in log.lines] == [
-        ["Evaluating", "30%", "0:01:00"],
-        ["Evaluating", "60%", "0:02:00"],
-        ["Evaluating", "90%", "0:03:00"],
+        ["Drawing", "the", "video", "30%", "0:01:00"],
+        ["Drawing", "the", "video", "60%", "0:02:00"],
+        ["Drawing", "the", "video", "90%", "0:03:00"],
     ]
 
 
@@ -59,6 +59,15 @@ def test_counts_say_what_is_left(log: Log):
             log.seconds += 1.0
     (line,) = log.lines
     assert line.startswith("retarget 60/200 left 0:0")
+
+
+def test_a_line_names_what_is_worked_on(log: Log):
+    with bars.following("evaluate") as progress:
+        for step in range(101):
+            progress(f"clip_{step // 50}, predicted_palms", step / 200)
+            log.seconds += 1.0
+    (line,) = log.lines
+    assert line.startswith("evaluate clip_1, predicted_palms 30% left 0:0")
 
 
 def test_what_takes_less_than_a_minute_leaves_no_line(log: Log):

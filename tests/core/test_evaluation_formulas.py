@@ -11,7 +11,7 @@ from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import full_kinematics
-from omomo_core.learning.evaluation.average import average
+from omomo_core.learning.evaluation.average import average, spread
 from omomo_core.learning.evaluation.clips import RealClip
 from omomo_core.learning.evaluation.metrics import (
     clusters,
@@ -262,3 +262,24 @@ def test_windows_in_which_nobody_touches_count_as_failures_or_not_at_all():
     assert mean["hand_contact_f1"] == 0.5
     assert mean["contact_precision_all_frames"] == 0.5
     assert average(rows[1:])["contact_f1_where_held"] == 0.0
+
+
+def test_medians_and_shares_of_clips():
+    rows = [
+        {"t_root_cm": 10.0, "mpjpe_cm": 1.0, "left_onset_error_s": 0.1, "right_onset_error_s": 0.5},
+        {"t_root_cm": 70.0, "mpjpe_cm": 2.0, "left_onset_error_s": 0.2},
+        {"t_root_cm": 30.0, "mpjpe_cm": 9.0},
+    ]
+    assert spread(rows) == {
+        "mpjpe_cm_median": 2.0,
+        "t_root_cm_median": 30.0,
+        "t_root_over_60_cm_share": pytest.approx(1 / 3),
+        "onset_error_s_median": 0.2,
+    }
+    assert average(rows)["left_onset_error_s"] == pytest.approx(0.15)
+
+
+def test_touching_while_it_moves_is_scored_over_all_frames():
+    scores = {"hit": 30.0, "found": 40.0, "true": 60.0}
+    rows = [{f"must_hold_contact_{k}_frames": n * v for k, v in scores.items()} for n in (1.0, 3.0)]
+    assert average(rows)["must_hold_contact_f1_all_frames"] == pytest.approx(0.6)

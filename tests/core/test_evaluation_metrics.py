@@ -16,7 +16,9 @@ from omomo_core.learning.evaluation.metrics import (
     floor_height,
     foot_measures,
     joint_errors,
+    onset_errors,
     root_orientation_errors,
+    swing_measures,
 )
 from omomo_core.learning.evaluation.touch import Touching
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
@@ -68,6 +70,32 @@ def test_contact_scores_of_some_hand_and_of_each():
     assert scores["left_contact_f1"] == pytest.approx(2 / 3)
     assert scores["right_contact_f1"] == 0.0
     assert contact_scores(~true & true, true & ~true)["contact_f1"] == 0.0
+
+
+def test_the_onset_of_a_hand_counts_where_it_touches_in_both():
+    found, true = np.zeros((2, 60, 2), bool)
+    found[12:, 0] = true[30:, 0] = true[5:, 1] = True
+    assert onset_errors(found, true) == {"left_onset_error_s": pytest.approx(0.6)}
+    found[8:20, 1] = True
+    assert onset_errors(found, true)["right_onset_error_s"] == pytest.approx(0.1)
+
+
+@given(st.floats(0.01, 0.2))
+def test_swings_are_as_high_as_toes_rise_in_steps(top: float):
+    joints = np.zeros((60, 24, 3))
+    step = np.sin(np.linspace(0, np.pi, 16))
+    for foot, first in ((10, 5), (11, 30)):
+        joints[first : first + 16, foot, 2] = top * step
+        joints[first : first + 16, foot, 0] = np.linspace(0, 0.6, 16)
+        joints[first + 16 :, foot, 0] = 0.6
+    found = swing_measures(joints)
+    assert found["toe_swing_cm"] == pytest.approx(100 * top, rel=0.02)
+    if abs(top - 0.03) > 0.001:
+        assert found["toe_skimming_share"] == float(top < 0.03)
+
+
+def test_people_who_stand_have_no_swings():
+    assert swing_measures(np.random.default_rng(0).normal(0, 0.002, (60, 24, 3))) == {}
 
 
 @given(st.lists(st.floats(0, 0.1), max_size=40))

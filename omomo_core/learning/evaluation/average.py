@@ -11,6 +11,15 @@ _SCORES = ("contact_precision", "contact_recall", "contact_f1")
 _SIDES = ("left_", "right_")
 
 DRAWS = 10_000
+FAR = 60.0
+"""Centimetres from which a pelvis is on another side of the object."""
+_SPREAD = ("hand_jpe_cm", "mpjpe_cm", "t_root_cm")
+
+
+def mean_of(rows: Sequence[Mapping[str, float]]) -> Row:
+    """Plain mean of every figure over the rows that have it."""
+    keys = dict.fromkeys(key for row in rows for key in row)
+    return {key: float(np.mean([row[key] for row in rows if key in row])) for key in keys}
 
 
 def average(rows: Sequence[Mapping[str, float]]) -> Row:
@@ -21,17 +30,42 @@ def average(rows: Sequence[Mapping[str, float]]) -> Row:
     ``contact_..._where_held`` leaves out windows in which nobody truly touches, and ``hand_contact_...``
     is the mean over hands that truly touch in their window.
     """
-    mean = {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
-    if "contact_hit_frames" not in mean:
-        return mean
-    hit, found, true = (mean[f"contact_{name}_frames"] for name in ("hit", "found", "true"))
-    mean["contact_precision_all_frames"] = hit / max(found, 1e-9)
-    mean["contact_recall_all_frames"] = hit / max(true, 1e-9)
-    mean["contact_f1_all_frames"] = 2 * hit / max(found + true, 1e-9)
-    for score in _SCORES:
-        mean[f"{score}_where_held"] = _where_held(rows, score, ("",))
-        mean[f"hand_{score}"] = _where_held(rows, score, _SIDES)
+    mean = mean_of(rows)
+    for who in ("", "must_hold_"):
+        if f"{who}contact_hit_frames" in mean:
+            mean |= _over_all_frames(mean, f"{who}contact")
+    if "contact_hit_frames" in mean:
+        for score in _SCORES:
+            mean[f"{score}_where_held"] = _where_held(rows, score, ("",))
+            mean[f"hand_{score}"] = _where_held(rows, score, _SIDES)
     return mean
+
+
+def _over_all_frames(mean: Row, contact: str) -> Row:
+    hit, found, true = (mean[f"{contact}_{name}_frames"] for name in ("hit", "found", "true"))
+    return {
+        f"{contact}_precision_all_frames": hit / max(found, 1e-9),
+        f"{contact}_recall_all_frames": hit / max(true, 1e-9),
+        f"{contact}_f1_all_frames": 2 * hit / max(found + true, 1e-9),
+    }
+
+
+def spread(rows: Sequence[Mapping[str, float]]) -> Row:
+    """Medians over windows, the share of windows with a pelvis 60 cm off, and the median onset error.
+
+    The last one is over all hands that touch, in truth and as generated.
+    """
+    out: Row = {}
+    for key in _SPREAD:
+        if values := [row[key] for row in rows if key in row]:
+            out[f"{key}_median"] = float(np.median(values))
+    if far := [row["t_root_cm"] > FAR for row in rows if "t_root_cm" in row]:
+        out["t_root_over_60_cm_share"] = float(np.mean(far))
+    hands = [row[f"{side}onset_error_s"] for side in _SIDES for row in rows
+             if f"{side}onset_error_s" in row]  # fmt: skip
+    if hands:
+        out["onset_error_s_median"] = float(np.median(hands))
+    return out
 
 
 def _where_held(rows: Sequence[Mapping[str, float]], score: str, sides: Sequence[str]) -> float:

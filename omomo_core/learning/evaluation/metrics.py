@@ -6,6 +6,7 @@ Beside a measure as published stands one without its oddities, under another nam
 import numpy as np
 from jaxtyping import Bool, Float
 
+from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
 
 Joints = Float[np.ndarray, "frames 24 3"]
@@ -15,6 +16,10 @@ STILL = 0.005
 """Metres per frame: slower toes stand, for finding the floor."""
 ANKLE_LOW, TOE_LOW = 0.08, 0.04
 """Metres above the floor under which ankles and toes should not slide."""
+SWING_SPEED, SWING_WAY = 0.5, 0.1
+"""Metres per second, and metres, from which a toe that travels is in the swing of a step."""
+SKIMMING = 0.03
+"""Metres: a swing that stays lower skims the floor."""
 
 
 def joint_errors(joints: Joints, true: Joints) -> dict[str, float]:
@@ -71,6 +76,34 @@ def contact_scores(found: Touch, true: Touch) -> dict[str, float]:
         scores[f"{side}contact_recall"] = hits / max(1, int(t.sum()))
         scores[f"{side}contact_f1"] = 2 * hits / max(1, int(f.sum() + t.sum()))
     return scores
+
+
+def onset_errors(found: Touch, true: Touch) -> dict[str, float]:
+    """Seconds between the first contact found and the first true one, for each hand that has both."""
+    return {
+        f"{side}_onset_error_s": abs(int(f.argmax()) - int(t.argmax())) / FPS
+        for side, f, t in zip(("left", "right"), found.T, true.T, strict=True)
+        if f.any() and t.any()
+    }
+
+
+def swing_measures(joints: Joints) -> dict[str, float]:
+    """How high toes rise in the swings of steps, cm, on average, and the share of swings that skim.
+
+    Heights are those of the toe joint above its own lowest level. Without a swing there is neither.
+    """
+    tops: list[float] = []
+    for foot in TOES:
+        toe = joints[:, foot]
+        height = toe[:, 2] - np.percentile(toe[:, 2], 5)
+        way = np.linalg.norm(np.diff(toe[:, :2], axis=0), axis=-1)
+        for first, last in runs(way > SWING_SPEED / FPS):
+            if way[first:last].sum() > SWING_WAY:
+                tops.append(float(height[first : last + 1].max()))
+    if not tops:
+        return {}
+    skimming = float((np.array(tops) < SKIMMING).mean())
+    return {"toe_swing_cm": 100 * float(np.mean(tops)), "toe_skimming_share": skimming}
 
 
 def foot_measures(joints: Joints) -> dict[str, float]:

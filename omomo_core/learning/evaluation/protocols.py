@@ -15,7 +15,7 @@ from omomo_core.generation.result import GenerationOptions, Progress
 from omomo_core.geometry.object_features import object_features
 from omomo_core.learning.baselines.opposed_palms import opposed_palms
 from omomo_core.learning.evaluation.average import Row
-from omomo_core.learning.evaluation.metrics import contact_scores, foot_measures
+from omomo_core.learning.evaluation.metrics import contact_scores, foot_measures, swing_measures
 from omomo_core.learning.evaluation.truth import MeasuredSamples, Truth, recorded_person
 from omomo_core.motion import FPS, HandMotion
 from omomo_core.stages.stage import Stages
@@ -64,15 +64,22 @@ def ask(
 
 
 def own_values(truth: Truth) -> Row:
-    """What the recorded person gives where nothing is compared."""
+    """What the recorded person gives where nothing is compared.
+
+    ``must_hold_contact_...`` are the scores of an answer without learning: some hand touches exactly
+    while the object's motion demands it.
+    """
     clip, held = truth.clip, truth.held[0]
+    while_moved = contact_scores(np.repeat(truth.must_hold[:, None], 2, axis=1), held)
     return {
         **foot_measures(clip.joints),
+        **swing_measures(clip.joints),
         **truth.touching.penetration(recorded_person(clip, clip.body), clip.body),
         **truth.touching.collisions(truth.vertices),
         "contact_share": float(held.any(axis=1).mean()),
         "left_contact_share": float(held[:, 0].mean()),
         "right_contact_share": float(held[:, 1].mean()),
+        **{f"must_hold_{k}": v for k, v in while_moved.items() if k.startswith("contact_")},
         "seconds": len(held) / FPS,
     }
 

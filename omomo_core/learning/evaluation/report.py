@@ -8,7 +8,7 @@ from typing import Any
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.generation.result import GenerationOptions, Progress, no_progress
-from omomo_core.learning.evaluation.average import Row, average
+from omomo_core.learning.evaluation.average import Row, average, spread
 from omomo_core.learning.evaluation.clips import RealClip, read_clip
 from omomo_core.learning.evaluation.protocols import (
     BASELINE,
@@ -26,6 +26,7 @@ class ClipResult:
     """What was measured on one clip."""
 
     clip: str
+    object: str
     text: str
     frames: int
     own: Row
@@ -48,8 +49,8 @@ class Evaluation:
         for protocol in self.clips[0].answers:
             answers = [clip.answers[protocol] for clip in self.clips]
             out[protocol] = {
-                "K1": average([a.one for a in answers]),
-                best: average([a.best for a in answers]),
+                "K1": _summary([a.one for a in answers]),
+                best: _summary([a.best for a in answers]),
                 "mean_of_samples": average([a.mean for a in answers]),
             }
         out[BASELINE] = {
@@ -58,11 +59,26 @@ class Evaluation:
         }
         return out
 
+    def recorded(self) -> Row:
+        """Means of the recorded people's own values."""
+        return average([clip.own for clip in self.clips])
+
+    def by_object(self) -> dict[str, "Evaluation"]:
+        """The clips of each class of objects, by its name."""
+        parts: dict[str, Evaluation] = {}
+        for clip in sorted(self.clips, key=lambda clip: clip.object):
+            parts.setdefault(clip.object, Evaluation(self.samples)).clips.append(clip)
+        return parts
+
     def document(self, settings: dict[str, Any]) -> dict[str, Any]:
         """All of it, for a JSON file: the table, the clips' own values, a row per clip, the rest."""
         return {
             **self.table(),
-            "real_clips": average([clip.own for clip in self.clips]),
+            "real_clips": self.recorded(),
+            "objects": {
+                name: {"clips": len(part.clips), **part.table(), "real_clips": part.recorded()}
+                for name, part in self.by_object().items()
+            },
             "clips": [self._row(clip) for clip in self.clips],
             "skipped": self.skipped,
             "settings": settings,
@@ -71,7 +87,12 @@ class Evaluation:
     def _row(self, clip: ClipResult) -> dict[str, Any]:
         alone = Evaluation(self.samples, [clip])
         names = {"clip": clip.clip, "text": clip.text, "frames": clip.frames}
+        names["object"] = clip.object
         return {**names, **alone.table(), "real_clip": clip.own}
+
+
+def _summary(rows: Sequence[Row]) -> Row:
+    return average(rows) | spread(rows)
 
 
 def evaluate(
@@ -92,7 +113,7 @@ def evaluate(
         body: the shipped body.
         options: samples (K) and seed.
         whose: bones of the generated people.
-        on_progress: called with the clip and the fraction of all clips done.
+        on_progress: called with the clip and protocol, and the fraction of all clips done.
 
     Raises:
         InputError: not one clip can be used.
@@ -107,7 +128,8 @@ def evaluate(
 
         def step(protocol: int, name: str, done: float, i: int = i, path: Path = path) -> None:
             part = (protocol + 0.5 * done + (0.5 if name != "hands" else 0)) / len(protocols)
-            on_progress(path.stem, (i + min(1.0, part)) / len(paths))
+            what = f"{path.stem}, {protocols[protocol]}"
+            on_progress(what, (i + min(1.0, part)) / len(paths))
 
         evaluation.clips.append(_measure(clip, protocols, stages, body, options, whose, step))
     if not evaluation.clips:
@@ -138,6 +160,7 @@ def _measure(
     }
     return ClipResult(
         clip=clip.name,
+        object=clip.motion.mesh.name,
         text=clip.text,
         frames=len(clip.root),
         own=own_values(truth),

@@ -11,13 +11,17 @@ from jaxtyping import Bool, Float
 from omomo_core.body.kinematics import forward_kinematics, full_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.body.skinning import skin
-from omomo_core.learning.evaluation.average import Row
+from omomo_core.contact.support import must_be_held
+from omomo_core.geometry.object_features import object_features
+from omomo_core.learning.evaluation.average import Row, mean_of
 from omomo_core.learning.evaluation.clips import RealClip
 from omomo_core.learning.evaluation.metrics import (
     contact_scores,
     foot_measures,
     joint_errors,
+    onset_errors,
     root_orientation_errors,
+    swing_measures,
     vertex_error,
 )
 from omomo_core.learning.evaluation.touch import Touching
@@ -53,6 +57,11 @@ class Truth:
         return self._held(self.clip.joints)
 
     @cached_property
+    def must_hold(self) -> Bool[np.ndarray, " frames"]:
+        """Frames in which somebody must hold the object, by its motion alone."""
+        return must_be_held(object_features(self.clip.motion))
+
+    @cached_property
     def vertices(self) -> Float[np.ndarray, "frames verts 3"]:
         """The recorded person's skin, world, metres."""
         return skin_of(recorded_person(self.clip, self.clip.body), self.clip.body)
@@ -67,7 +76,7 @@ class Truth:
         """
         rows = [self.of_joints(human) for human in people]
         best = int(np.argmin([row["mpjpe_cm"] for row in rows]))
-        mean = {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
+        mean = mean_of(rows)
         for k in {shown, best}:
             rows[k] |= self.of_skin(people[k], body)
         hand = min(row["hand_jpe_cm"] for row in rows)
@@ -85,7 +94,9 @@ class Truth:
             **root_orientation_errors(human.rotations[:, 0], self.clip.rotations[:, 0]),
             **contact_scores(found[0], true[0]),
             **{f"published_{k}": v for k, v in published.items() if k.startswith("contact_")},
+            **onset_errors(found[0], true[0]),
             **foot_measures(human.joints),
+            **swing_measures(human.joints),
         }
 
     def of_skin(self, human: HumanMotion, body: BodyModel) -> Row:

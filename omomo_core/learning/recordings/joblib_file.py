@@ -11,8 +11,10 @@ import gzip
 import io
 import lzma
 import pickle
+import zipfile
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -26,21 +28,58 @@ _LARGEST = 16 * 2**30
 _DEEPEST = 4
 _DAMAGED = (
     pickle.UnpicklingError, EOFError, OSError, ValueError, TypeError, KeyError, IndexError,
-    AttributeError, ImportError, MemoryError, OverflowError, RecursionError, zlib.error,
-    lzma.LZMAError,
+    AttributeError, ImportError, MemoryError, OverflowError, RecursionError, NotImplementedError,
+    zlib.error, lzma.LZMAError, zipfile.BadZipFile,
 )  # fmt: skip
 
 
 def read_joblib(path: Path) -> Any:
-    """What a joblib or pickle file holds; arrays of numbers as numpy arrays.
+    """What a joblib or pickle file holds; arrays of numbers as numpy arrays, those of objects as lists.
 
     Raises:
         InputError: ``pickle-refused`` when the file wants more than data; ``pickle-damaged``.
     """
+    with _as_data(path) as at, path.open("rb") as file:
+        return _plain(_Reader(_Stream(_decompressed(file), at)).load())
+
+
+def read_pickled_array(path: Path, name: str) -> list[Any]:
+    """The objects of an array in an npz that numpy reads only with ``allow_pickle=True``.
+
+    Args:
+        path: the npz.
+        name: of the array.
+
+    Raises:
+        InputError: as `read_joblib`.
+    """
+    with (
+        _as_data(path) as at,
+        zipfile.ZipFile(path) as archive,
+        archive.open(f"{name}.npy") as member,
+    ):
+        stream = cast(io.BufferedIOBase, member)
+        _skip_header(stream)
+        found = _plain(_Reader(_Stream(stream, at)).load())
+    return found if isinstance(found, list) else [found]
+
+
+def _skip_header(file: io.BufferedIOBase) -> None:
+    """Leave the file where the pickle of an array of objects begins."""
+    version = np.lib.format.read_magic(file)
+    read = np.lib.format.read_array_header_1_0
+    if version != (1, 0):
+        read = np.lib.format.read_array_header_2_0
+    if not read(file)[2].hasobject:
+        raise ValueError("the array holds no objects")
+
+
+@contextmanager
+def _as_data(path: Path) -> Generator["_Place"]:
+    """Turn what is wrong with a file that is being read into an error that names the place."""
     at = _Place()
     try:
-        with path.open("rb") as file:
-            return _plain(_Reader(_Stream(_decompressed(file), at)).load())
+        yield at
     except _DAMAGED as problem:
         raise InputError(
             "pickle-damaged",
@@ -129,14 +168,17 @@ class _Array:
     """An array being put together; `value` is it."""
 
     stream: _Stream
-    value: np.ndarray | None = None
+    value: np.ndarray | list[Any] | None = None
 
     def __setstate__(self, state: Any) -> None:
         if isinstance(state, dict):
             self.value = _from_joblib(cast(dict[str, Any], state), self.stream)
         else:
             _, shape, dtype, fortran, data = state
-            self.value = _array(data, dtype, shape, fortran=bool(fortran))
+            if isinstance(data, list):  # an array of objects
+                self.value = cast(list[Any], data)
+            else:
+                self.value = _array(data, dtype, shape, fortran=bool(fortran))
 
 
 class _Type:
@@ -210,7 +252,7 @@ def _plain(value: Any, depth: int = 0) -> Any:
     if depth > _DEEPEST:
         raise ValueError("it is nested deeper than motion data")
     if isinstance(value, _Array):
-        return value.value
+        return value.value if not isinstance(value.value, list) else _plain(value.value, depth)
     if isinstance(value, dict):
         return {k: _plain(v, depth + 1) for k, v in cast(dict[Any, Any], value).items()}
     if isinstance(value, (list, tuple)):

@@ -23,7 +23,7 @@ CMU_LICENCE = "CMU motion capture database (mocap.cs.cmu.edu, NSF EIA-0196217): 
 OWN_LICENCE = "as the owner of the recordings gave it"
 METRES_PER_BVH_UNIT = 0.01
 """BVH does not say its unit; nearly every program writes centimetres."""
-_R_ZUP = {
+R_ZUP = {
     "x": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
     "y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
     "z": np.eye(3),
@@ -159,7 +159,7 @@ def checked_motion(
         raise _unknown_skeleton(path)
     if joints.shape != (*rotations.shape[:2], 3) or joints.shape[1] != len(names):
         raise InputError("mocap-file", "Joints, rotations and names do not match.", where=where)
-    if up not in _R_ZUP:
+    if up not in R_ZUP:
         raise InputError("mocap-file", f"'{up}' is no axis that could be up.", where=where)
     check_rate(fps, where)
     if len(joints) / fps < 0.2:
@@ -169,7 +169,7 @@ def checked_motion(
         raise InputError(
             "mocap-not-finite", "A channel is not a number.", where=f"{where}, frame {bad[0]}"
         )
-    joints, rotations = joints @ _R_ZUP[up].T, _R_ZUP[up] @ rotations
+    joints, rotations = joints @ R_ZUP[up].T, R_ZUP[up] @ rotations
     joints, rotations = resample(joints, rotations, fps)
     motion = SourceMotion(path.stem, skeleton, licence, names, joints, rotations)
     check_legs(leg_length(motion), where)

@@ -6,8 +6,11 @@ from pathlib import Path
 
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
+from omomo_core.learning.recordings.ball import is_ball, read_ball
 from omomo_core.learning.recordings.clips import Clip
+from omomo_core.learning.recordings.core4d import core4d_clips, is_core4d
 from omomo_core.learning.recordings.mocap import SourceMotion, read_bvh_motion, read_mocap_npz
+from omomo_core.learning.recordings.object_recordings import ObjectRecording
 from omomo_core.learning.recordings.release import release_clips
 from omomo_core.learning.recordings.smpl import RecordedMotion, is_smpl, read_smpl
 
@@ -56,11 +59,12 @@ def _files_below(folder: Path) -> Iterator[Path]:
 
 def read_recordings(
     path: Path, body: BodyModel, metres_per_unit: float, *, object_split: bool = False
-) -> Iterator[SourceMotion | RecordedMotion | Clip | InputError]:
+) -> Iterator[SourceMotion | ObjectRecording | RecordedMotion | Clip | InputError]:
     """What is in a motion file: recordings, or the errors of those that cannot be used.
 
     Args:
-        path: BVH; npz of joints (`read_mocap_npz`) or AMASS; a file of the OMOMO release.
+        path: BVH; npz of joints (`read_mocap_npz`), with a ball or AMASS; a person of a CORE4D take; a
+            file of the OMOMO release.
         body: whose proportions motion without a skeleton of its own gets.
         metres_per_unit: of BVH.
         object_split: of the release, only the paper's ten objects of training.
@@ -71,9 +75,17 @@ def read_recordings(
             yield from release_clips(path, body, object_split=object_split)
         elif suffix == ".bvh":
             yield read_bvh_motion(path, metres_per_unit)
+        elif is_core4d(path):
+            yield from core4d_clips(path, body)
         elif suffix == ".npz":
-            yield read_smpl(path, body) if is_smpl(path) else read_mocap_npz(path)
+            yield _read_npz(path, body)
         else:
             raise InputError("mocap-file", "This is no motion file.", where=str(path))
     except InputError as problem:
         yield problem
+
+
+def _read_npz(path: Path, body: BodyModel) -> SourceMotion | ObjectRecording | RecordedMotion:
+    if is_smpl(path):
+        return read_smpl(path, body)
+    return read_ball(path) if is_ball(path) else read_mocap_npz(path)

@@ -19,9 +19,9 @@ from omomo_core.learning.recordings.joblib_file import read_joblib
 from omomo_core.learning.recordings.mocap import check_legs
 from omomo_core.learning.recordings.release_objects import ReleaseObjects
 from omomo_core.learning.recordings.smpl import world_rotations
+from omomo_core.learning.recordings.smpl_person import SmplPerson, leg
 from omomo_core.learning.recordings.splits import Side, cast_of, side_of
 from omomo_core.motion import ObjectMesh, ObjectMotion
-from omomo_core.skeleton import MODEL_PARENTS, joint
 
 MESHES = "captured_objects"
 _SHAPES: dict[str, tuple[int, ...]] = {
@@ -39,29 +39,15 @@ _SKEWED = 1e-3
 
 
 @dataclass(frozen=True)
-class ReleaseSequence:
+class ReleaseSequence(SmplPerson):
     """A person with their own bones who moves an object."""
 
     name: str
     where: str
     """File and name, for errors."""
-    pelvis: Float[np.ndarray, "frames 3"]
-    """World, metres."""
-    rotations: Float[np.ndarray, "frames 22 3 3"]
-    """Global, the identity is SMPL-X's rest pose (x left, y up, z forward)."""
-    bones: Float[np.ndarray, "24 3"]
-    """From each joint's parent to it at rest; the root's own row means nothing."""
     T_world_object: Float[np.ndarray, "frames 4 4"]
     raw: Mapping[str, Any]
     objects: ReleaseObjects
-
-    def joints(self) -> Float[np.ndarray, "frames 24 3"]:
-        """The 22 body joints and two palms, world, metres."""
-        joints = [self.pelvis]
-        for j in range(1, 24):
-            parent = MODEL_PARENTS[j]
-            joints.append(joints[parent] + self.rotations[:, parent] @ self.bones[j])
-        return np.stack(joints, axis=1)
 
     def moved(self, scale: float = 1.0) -> ObjectMotion:
         """The object in a world `scale` times as large.
@@ -222,9 +208,3 @@ def _rest(
         raise InputError("mocap-not-finite", "The rest pose is NaN.", where=where)
     check_legs(leg(bones), where)
     return bones, origin
-
-
-def leg(bones: Float[np.ndarray, "24 3"]) -> float:
-    """Length of thigh and shin, mean of both sides."""
-    names = [f"{side}_{part}" for side in ("left", "right") for part in ("knee", "ankle")]
-    return float(np.linalg.norm(bones[[joint(n) for n in names]], axis=-1).sum()) / 2

@@ -215,4 +215,26 @@ HDM05 = SourceSkeleton(
 )
 """HDM05: a joint sits at the far end of the bone of its name, which its rotation turns."""
 
-SOURCE_SKELETONS: tuple[SourceSkeleton, ...] = (CMU_BVH, CMU_JUMP, O3DE, HDM05)
+_SIDED = {
+    "hip": "Hip", "knee": "Knee", "ankle": "Ankle", "foot": "Toe", "collar": "Thorax",
+    "shoulder": "Shoulder", "elbow": "Elbow", "wrist": "Wrist", "palm": "Middle1",
+}  # fmt: skip
+SKILLMIMIC = SourceSkeleton(
+    name="skillmimic",
+    rest_axes=_FACING_Z,
+    points=_both_sides({o: f"*_{t}" for o, t in _SIDED.items() if o != "collar"}, "L", "R"),
+    drivers=_drivers(
+        {
+            "pelvis": ("Pelvis", "Pelvis", 0.0),
+            "spine1": ("Torso", "Torso", 0.0),
+            "spine2": ("Spine", "Spine2", 0.5),
+            "spine3": ("Chest", "Chest", 0.0),
+            "neck": ("Neck", "Neck", 0.0),
+            "head": ("Head", "Head", 0.0),
+        },
+        _both_sides({o: f"*_{t}" for o, t in _SIDED.items() if o != "palm"}, "L", "R"),
+    ),
+)
+"""SkillMimic's recordings of a person with a ball: T-pose rest, all fingers."""
+
+SOURCE_SKELETONS: tuple[SourceSkeleton, ...] = (CMU_BVH, CMU_JUMP, O3DE, HDM05, SKILLMIMIC)
