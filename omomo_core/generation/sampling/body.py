@@ -65,7 +65,7 @@ def sample_body(
         body_stage.LAYOUT,
         options,
         generator,
-        prefix=None if prefix is None else _relative_to(prefix.body, reference),
+        impose=_relative_to(prefix.body, reference).impose if prefix else lambda x: x,
         on_step=lambda done: progress("body", done),
     )
     return torch.cat([x[..., :2] + reference, x[..., 2:]], dim=-1)

@@ -65,18 +65,23 @@ def sample_hands(
         last: the take ends with the clip.
     """
 
+    begun = _holds_at_start(prefix, start)
+
+    def impose(x: Samples) -> Samples:
+        fixed = x if prefix is None else prefix.impose(x)
+        return release_resting_object(fixed, clip, begun, last=last)
+
     def draw(samples: int) -> Samples:
-        drawn = sample_take(
+        return sample_take(
             stage,
             torch.randn(samples, clip.trained.frames, LAYOUT.channels, generator=generator),
             _window_conditions(clip, samples, start, canonical=prefix is not None),
             LAYOUT,
             options,
             generator,
-            prefix=prefix,
+            impose=impose,
             on_step=lambda done: progress("hands", done),
         )
-        return release_resting_object(drawn, clip, _holds_at_start(prefix, start), last=last)
 
     samples = options.samples
     if prefix is not None or (start is None and options.sampler == "ddpm"):

@@ -13,7 +13,6 @@ from torch import Tensor
 
 from omomo_core.diffusion.samplers import sample
 from omomo_core.diffusion.schedule import cosine_schedule
-from omomo_core.generation.prefix import FeaturePrefix
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.geometry.canonical import Layout, rotate
 from omomo_core.stages.stage import Stage
@@ -59,20 +58,19 @@ def sample_take(
     options: GenerationOptions,
     generator: torch.Generator,
     *,
-    prefix: FeaturePrefix | None = None,
+    impose: Callable[[Tensor], Tensor] = lambda estimate: estimate,
     on_step: Callable[[float], None],
 ) -> Float[Tensor, "samples frames channels"]:
     """Return the features of K samples of a take that are denoised from `noise`; raw units, world axes.
 
-    The features of a prefix replace those of every estimate (inpainting), so that the other frames follow.
+    What `impose` fixes in every estimate (inpainting) the other frames and features follow.
     """
     samples, frames = noise.shape[:2]
     index, axes = window_frames(frames), conditions.axes
 
     def to_world(x: Tensor) -> Tensor:
         raw = rotate(stage.denormalise(x), axes, layout)
-        merged = merge_windows(raw.unflatten(0, (samples, len(index))), index, frames)
-        return merged if prefix is None else prefix.impose(merged)
+        return impose(merge_windows(raw.unflatten(0, (samples, len(index))), index, frames))
 
     def predict(x: Tensor, n: int) -> Tensor:
         parts = [

@@ -21,7 +21,7 @@ class ReachTempo(TypedDict):
 
 def tempo(rng: np.random.Generator, deep: float, *, slides: bool) -> ReachTempo:
     """One person's pace; `deep` is how far below 0.8 m the hands go, metres."""
-    pace = rng.uniform(0.75, 1.3)
+    pace = rng.uniform(0.6, 1.25)
     move = 14 * deep if not slides else -10
     return {
         "reach": int(pace * (rng.uniform(14, 26) + 16 * deep)),

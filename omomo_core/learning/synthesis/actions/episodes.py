@@ -48,7 +48,7 @@ def use_of(action: Action) -> Use:
 def takes_and_leaves(rng: np.random.Generator, *, stands: bool = True) -> tuple[bool, bool]:
     """Whether the prop is taken and left within the clip; what cannot stand stays in the hands."""
     options = [(True, True), (True, False), (False, True), (False, False)]
-    return options[rng.choice(4, p=[0.5, 0.2, 0.18, 0.12]) if stands else 3]
+    return options[rng.choice(4, p=[0.62, 0.16, 0.14, 0.08]) if stands else 3]
 
 
 def draw_grasp(
