@@ -67,7 +67,9 @@ def start_constraint(
         return StartPose(prefix.hands.values[0, 0], prefix.root[0, 0, :2] * clip.scale - centre)
     if conditioning.start_position is None:
         return None
-    return StartPosition(torch.from_numpy(conditioning.start_position).float() * clip.scale - centre)
+    return StartPosition(
+        torch.from_numpy(conditioning.start_position).float() * clip.scale - centre
+    )
 
 
 def prefix_from_pose(

@@ -19,7 +19,7 @@ from omomo_core.stages.body.capture import reference_path
 from omomo_core.stages.windows import WINDOW, HumanWindows, ObjectWindows
 
 RECORDED_CONTACT = 6
-"""How often a recorded frame with an object is drawn for each one of the synthesis: they are few, and true."""
+"""How often a recorded frame with an object is drawn for each of the synthesis: they are few, and true."""
 _APART = 30
 """Frames between the starts of the windows whose pelvis heights are ranked."""
 SWAP = (0, 2, 1, 3, 5, 4, 6, 8, 7, 9, 11, 10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20, 23, 22)
