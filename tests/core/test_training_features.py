@@ -88,9 +88,11 @@ def test_a_start_is_seen_from_the_heading_of_the_window(corpus: Corpus):
     w = corpus.draw(3, 16, objects_only=True)
     yaw = torch.tensor([0.0, torch.pi / 2, torch.pi])
     axes = hand_capture.object_axes(w.object, yaw)
-    start = torch.tensor([[0.5, 0.2, 1.0], [0.5, 0.2, 1.0], hand_capture.UNKNOWN_START])
+    near = torch.tensor([0.5, 0.2, 1.0])
+    start = torch.stack([near, near, hand_capture.UNKNOWN_START])
     seen = hand_capture.condition(w.object, yaw, axes, start)[..., -3:]
-    ahead = torch.tensor([[0.5, 0.2, 1.0], [0.2, -0.5, 1.0], hand_capture.UNKNOWN_START])
+    aside = torch.tensor([0.2, -0.5, 1.0])
+    ahead = torch.stack([near, aside, hand_capture.UNKNOWN_START])
     assert torch.allclose(seen, ahead[:, None].expand_as(seen), atol=1e-6)
 
 

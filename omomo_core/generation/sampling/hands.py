@@ -134,7 +134,7 @@ def _window_conditions(
     own = partial(hand_stage.sampling_yaw, samples=samples)
     yaw = (hand_stage.canonical_yaw if canonical else own)(windows)
     axes = hand_stage.object_axes(windows, yaw)
-    begins = torch.tensor(hand_stage.UNKNOWN_START).repeat(len(yaw), 1)
+    begins = hand_stage.UNKNOWN_START.repeat(len(yaw), 1)
     if start is not None:
         begins[:: len(index)] = torch.cat([start.position, torch.ones(1)])
     condition = hand_stage.condition(windows, yaw, axes, begins)

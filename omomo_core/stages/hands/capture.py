@@ -18,7 +18,7 @@ from omomo_core.stages.windows import ObjectWindows
 LAYOUT = Layout(vectors=2, scalars=2)
 """Left and right palm minus the object's centre; contact of left and right hand as -1 or 1."""
 CONDITION = 25
-UNKNOWN_START = (0.0, 0.0, 0.0)
+UNKNOWN_START = torch.zeros(3)
 """The start of a window where nobody knows it."""
 
 CONFIG = stage_config("hands", LAYOUT.channels, CONDITION)
