@@ -1,11 +1,11 @@
 """The generator as a stream: poses of the object in, finished chunks of K people out.
 
 A take of any length is generated in chunks that begin with a prefix from the chunk before, so memory does
-not grow with the take, and poses may still be arriving.
+not grow with the take, and poses may still be arriving. A chunk is sampled, then solved. The next one needs
+only the sample to be sampled, so both can be done at the same time.
 """
 
-from collections.abc import Generator, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,8 @@ from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.contact.segment import ContactSegment, follow_anchors
+from omomo_core.generation.ahead import one_ahead
+from omomo_core.generation.chunks import Chunk, split_into_chunks
 from omomo_core.generation.collision.contact_face import Held, choose_contact_faces
 from omomo_core.generation.conditioning import (
     UNCONDITIONED,
@@ -28,53 +30,15 @@ from omomo_core.generation.config import LIVE, ChunkSizes
 from omomo_core.generation.decoding import SampledBodies, interaction_targets, solve_people
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.person import Person, shift_spans, stretch
-from omomo_core.generation.prefix import FeaturePrefix, Prefix
+from omomo_core.generation.prefix import FeaturePrefix, Prefix, SolvedPrefix
 from omomo_core.generation.result import GenerationOptions, Progress, no_progress
 from omomo_core.generation.retargeting import Retargeting
 from omomo_core.generation.sampling.body import sample_body
 from omomo_core.generation.sampling.hands import decode_hands, impose_palm_prefix, sample_hands
 from omomo_core.generation.solving.bodies import SolvedBodies
+from omomo_core.generation.threads import LITTLE_TO_SAMPLE, LITTLE_TO_SOLVE, threads_for
 from omomo_core.motion import HandMotion, ObjectMesh
 from omomo_core.stages.stage import Stages
-
-LITTLE = 1500
-"""Frames of all samples together up to which torch is faster with one thread than with several.
-
-Of takes of 4 s one thread makes 1 sample in 0.43 s and 4 in 0.77; two threads make them in 0.49 and 0.93;
-20 samples take as long either way (2 cores).
-"""
-
-
-@dataclass(frozen=True)
-class Chunk:
-    """A stretch of the take: frames `first` .. `first + len(T_world_object)`."""
-
-    first: int
-    T_world_object: Float[np.ndarray, "frames 4 4"]
-    prefix_frames: int
-    """How many of its first frames are fixed."""
-    stop: int
-    """It yields its frames `prefix_frames` .. `stop`."""
-    last: bool
-
-
-def split_into_chunks(
-    poses: Iterable[Float[np.ndarray, "4 4"]], sizes: ChunkSizes
-) -> Iterator[Chunk]:
-    """Yield chunks as soon as their poses have arrived; every frame is yielded by exactly one."""
-    held: list[Float[np.ndarray, "4 4"]] = []
-    first = prefix_frames = 0
-    for pose in poses:
-        held.append(pose)
-        if len(held) <= sizes.length + sizes.spare:
-            continue
-        stop = sizes.length - sizes.margin
-        yield Chunk(first, np.stack(held[: sizes.length]), prefix_frames, stop, last=False)
-        gone = stop - sizes.context
-        del held[:gone]
-        first, prefix_frames = first + gone, sizes.context
-    if len(held) > prefix_frames:
-        yield Chunk(first, np.stack(held), prefix_frames, len(held), last=True)
 
 
 @dataclass(frozen=True)
@@ -97,6 +61,7 @@ def stream(
     conditioning: Conditioning = UNCONDITIONED,
     *,
     chunk_sizes: ChunkSizes = LIVE,
+    complete: bool = False,
 ) -> Iterator[GeneratedChunk]:
     """Yield the people who could have moved the object, while its poses arrive.
 
@@ -109,97 +74,128 @@ def stream(
         progress: called with the name of the step and the fraction done, for each chunk anew.
         conditioning: what is given instead of being sampled.
         chunk_sizes: how many frames are generated at once: `RECORDED` or `LIVE`.
+        complete: all poses are there. While a chunk is solved, a second thread samples the next one; it
+            reads the poses and calls `progress`, too.
 
     Yields:
         Chunks in the order of time, without gap or overlap. The same arguments give the same chunks.
     """
-    maker = _ChunkGenerator(
-        ObjectModel(mesh, stages.height / body.height),
-        Retargeting(load_body(), body),
-        stages,
-        options,
-        progress,
-        torch.Generator().manual_seed(options.seed),
-    )
-    prefix: Prefix | None = None
-    for chunk in split_into_chunks(poses, chunk_sizes):
-        with threads_for(options.samples * len(chunk.T_world_object)):
-            draft = maker.draft(chunk, conditioning, prefix)
-        now = range(chunk.prefix_frames, chunk.stop)
-        people = tuple(stretch(p, now.start, now.stop) for p in draft.people)
-        must_hold = draft.clip.must_hold[now.start : now.stop]
-        yield GeneratedChunk(chunk.first + now.start, people, must_hold)
+    object_model = ObjectModel(mesh, stages.height / body.height)
+    retargeting, threads = Retargeting(load_body(), body), torch.get_num_threads()
+    generator = torch.Generator().manual_seed(options.seed)
+
+    def sampled(progress: Progress) -> Iterator[_SampledChunk]:
+        sampler = _Sampler(
+            object_model, retargeting, stages, options, conditioning, progress, generator
+        )
+        prefix: Prefix | None = None
+        for chunk in split_into_chunks(poses, chunk_sizes):
+            with threads_for(options.samples * chunk.frames, LITTLE_TO_SAMPLE, threads):
+                sample = sampler.sample(chunk, prefix)
+            yield sample
+            if not chunk.last:
+                prefix = sample.prefix(chunk.handed_on(chunk_sizes.context))
+
+    # With one thread, as workers of a batch have it, two would take turns.
+    together = complete and threads > 1
+    prefix: SolvedPrefix | None = None
+    for sample in one_ahead(sampled, progress) if together else sampled(progress):
+        chunk = sample.chunk
+        with threads_for(options.samples * chunk.frames, LITTLE_TO_SOLVE, threads):
+            people, solved = _solve(sample, object_model, body, prefix, progress)
         if not chunk.last:
-            prefix = draft.prefix(chunk.stop - chunk_sizes.context, chunk.stop)
-
-
-@dataclass(frozen=True)
-class _Draft:
-    """A chunk as sampled and solved, with all its frames."""
-
-    clip: ObjectClip
-    hands: Float[Tensor, "samples frames 8"] | None
-    """None where the palms are given."""
-    body: Float[Tensor, "samples frames channels"]
-    palms: Float[np.ndarray, "samples frames 2 3"]
-    solved: SolvedBodies
-    people: list[Person]
-
-    def prefix(self, start: int, stop: int) -> Prefix:
-        """Return the prefix of the next chunk, which begins at `start`."""
-        rows = slice(start, stop)
-        return Prefix(
-            hands=None if self.hands is None else FeaturePrefix.all(self.hands[:, rows]),
-            body=FeaturePrefix.all(self.body[:, rows]),
-            root=self.solved.root[:, rows],
-            rotations=self.solved.rotations[:, rows],
-            palms=self.palms[:, rows],
-            standing=self.solved.standing[:, rows],
-            segments=[shift_spans(p.segments, start, stop) for p in self.people],
+            prefix = solved.prefix(chunk.handed_on(chunk_sizes.context))
+        now = range(chunk.prefix_frames, chunk.stop)
+        yield GeneratedChunk(
+            first=chunk.first + now.start,
+            people=tuple(stretch(p, now.start, now.stop) for p in people),
+            must_hold=sample.clip.must_hold[now.start : now.stop],
         )
 
 
 @dataclass(frozen=True)
-class _ChunkGenerator:
-    """Samples and solves one chunk after another."""
+class _SampledChunk:
+    """A chunk as sampled, with all its frames."""
+
+    chunk: Chunk
+    clip: ObjectClip
+    features: Float[Tensor, "samples frames 8"] | None
+    """Of stage 1; None where the palms are given."""
+    body_features: Float[Tensor, "samples frames channels"]
+    hands: list[HandMotion]
+    segments: list[tuple[ContactSegment, ...]]
+    bodies: SampledBodies
+    palms_known: bool
+    """The palms are given."""
+    posed: SolvedPrefix | None
+    """The body of a start pose that is given."""
+
+    def prefix(self, rows: slice) -> Prefix:
+        """Return the prefix of the next chunk, which begins with these frames."""
+        return Prefix(
+            hands=None if self.features is None else FeaturePrefix.all(self.features[:, rows]),
+            body=FeaturePrefix.all(self.body_features[:, rows]),
+            palms=np.stack([h.palms[rows] for h in self.hands]),
+            segments=[shift_spans(held, rows.start, rows.stop) for held in self.segments],
+        )
+
+
+def _solve(
+    sample: _SampledChunk,
+    object_model: ObjectModel,
+    body: BodyModel,
+    prefix: SolvedPrefix | None,
+    progress: Progress,
+) -> tuple[list[Person], SolvedBodies]:
+    """Return all frames of a sampled chunk, solved."""
+    made = solve_people(
+        sample.bodies,
+        sample.hands,
+        sample.segments,
+        sample.clip,
+        object_model,
+        body,
+        sample.posed if prefix is None else prefix,
+        palms_known=sample.palms_known,
+        on_progress=lambda done: progress("solve", done),
+    )
+    progress("solve", 1.0)
+    return made
+
+
+@dataclass(frozen=True)
+class _Sampler:
+    """Samples one chunk after another."""
 
     object_model: ObjectModel
     retargeting: Retargeting
     stages: Stages
     options: GenerationOptions
+    conditioning: Conditioning
     progress: Progress
     generator: torch.Generator
 
-    def draft(self, chunk: Chunk, conditioning: Conditioning, prefix: Prefix | None) -> _Draft:
-        """Return all frames of a chunk, sampled and solved."""
+    def sample(self, chunk: Chunk, prefix: Prefix | None) -> _SampledChunk:
+        """Return all frames of a chunk, sampled."""
         clip = self.object_model.clip(chunk.T_world_object)
-        if conditioning.start_pose is not None and chunk.first == 0:
-            prefix = prefix_from_pose(
-                conditioning.start_pose, clip, self.retargeting, self.options.samples
+        given, posed = self.conditioning, None
+        if given.start_pose is not None and chunk.first == 0:
+            prefix, posed = prefix_from_pose(
+                given.start_pose, clip, self.retargeting, self.options.samples
             )
         self.progress("object", 1.0)
-        features, hands, segments = self._hands(clip, chunk, conditioning, prefix)
+        features, hands, segments = self._hands(clip, chunk, prefix)
         self.progress("contact", 1.0)
         x = sample_body(
             clip, hands, self.stages.body, self.options, self.generator, self.progress, prefix
         )
-        sampled = SampledBodies.of(x, self.retargeting)
-        if conditioning.hands is None and conditioning.contacts is None:
+        bodies = SampledBodies.of(x, self.retargeting)
+        if given.hands is None and given.contacts is None:
             first = 0 if prefix is None else prefix.frames
-            hands, segments = self._on_better_faces(sampled, hands, segments, clip, first)
-        people, solved = solve_people(
-            sampled,
-            hands,
-            segments,
-            clip,
-            self.object_model,
-            self.retargeting.body,
-            prefix,
-            palms_known=conditioning.hands is not None,
-            on_progress=lambda done: self.progress("solve", done),
+            hands, segments = self._on_better_faces(bodies, hands, segments, clip, first)
+        return _SampledChunk(
+            chunk, clip, features, x, hands, segments, bodies, given.hands is not None, posed
         )
-        self.progress("solve", 1.0)
-        return _Draft(clip, features, x, np.stack([h.palms for h in hands]), solved, people)
 
     def _on_better_faces(
         self,
@@ -229,10 +225,11 @@ class _ChunkGenerator:
         return followed(held), held
 
     def _hands(
-        self, clip: ObjectClip, chunk: Chunk, conditioning: Conditioning, prefix: Prefix | None
+        self, clip: ObjectClip, chunk: Chunk, prefix: Prefix | None
     ) -> tuple[Tensor | None, list[HandMotion], list[tuple[ContactSegment, ...]]]:
         """Return the features, palms and segments of stage 1, or what is given in their place."""
         start, stop = chunk.first, chunk.first + len(chunk.T_world_object)
+        conditioning = self.conditioning
         if conditioning.hands is not None:
             given = HandMotion(
                 conditioning.hands.palms[start:stop], conditioning.hands.contact[start:stop]
@@ -257,18 +254,3 @@ class _ChunkGenerator:
             else shift_spans(conditioning.contacts, start, stop)
         )
         return x, *decode_hands(x, clip, self.options, prefix, contacts)
-
-
-@contextmanager
-def threads_for(frames: int) -> Generator[None]:
-    """Limit torch to as many threads as help; afterwards it has as many as before.
-
-    Args:
-        frames: of all samples together.
-    """
-    before = torch.get_num_threads()
-    torch.set_num_threads(1 if frames <= LITTLE else before)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)

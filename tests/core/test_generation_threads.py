@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from omomo_core.generation.stream import LITTLE, threads_for
+from omomo_core.generation.threads import threads_for
 from omomo_core.stages.stage import Stage, StageConfig, load_stage
 from omomo_core.weights.load import SHIPPED
 
@@ -20,16 +20,16 @@ def two_threads() -> Generator[None]:
 
 
 @pytest.mark.usefixtures("two_threads")
-@pytest.mark.parametrize(("frames", "count"), [(1, 1), (LITTLE, 1), (LITTLE + 1, 2)])
+@pytest.mark.parametrize(("frames", "count"), [(1, 1), (300, 1), (301, 2)])
 def test_little_work_is_done_by_one_thread(frames: int, count: int):
-    with threads_for(frames):
+    with threads_for(frames, little=300, most=2):
         assert torch.get_num_threads() == count
     assert torch.get_num_threads() == 2
 
 
 @pytest.mark.usefixtures("two_threads")
 def test_threads_come_back_after_an_error():
-    with pytest.raises(KeyboardInterrupt), threads_for(1):
+    with pytest.raises(KeyboardInterrupt), threads_for(1, little=300, most=2):
         raise KeyboardInterrupt
     assert torch.get_num_threads() == 2
 
