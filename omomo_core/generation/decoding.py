@@ -46,6 +46,10 @@ class SampledBodies:
     """Global R_world_joint."""
     foot_contact: Float[Tensor, "samples frames 4"]
 
+    def select(self, some: slice) -> "SampledBodies":
+        """Return those of some samples."""
+        return SampledBodies(self.root[some], self.rotations[some], self.foot_contact[some])
+
     @staticmethod
     def of(
         features: Float[Tensor, "samples frames channels"], retargeting: Retargeting

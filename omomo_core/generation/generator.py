@@ -4,6 +4,7 @@ from collections import Counter
 
 import numpy as np
 
+from omomo_core.blas import one_blas_thread
 from omomo_core.body.model import BodyModel
 from omomo_core.generation.conditioning import UNCONDITIONED, Conditioning
 from omomo_core.generation.config import RECORDED
@@ -48,8 +49,9 @@ def generate(
         finished[name] += done == 1.0
         progress(name, (before + done * now) / len(poses))
 
-    chunks = list(
-        stream(
+    # Two threads must not each change how many threads BLAS has.
+    with one_blas_thread():
+        made = stream(
             motion.mesh,
             poses,
             body,
@@ -60,6 +62,6 @@ def generate(
             chunk_sizes=RECORDED,
             complete=True,
         )
-    )
+        chunks = list(made)
     people = tuple(join([b.people[k] for b in chunks]) for k in range(options.samples))
     return rank(people, np.concatenate([b.must_hold for b in chunks]))

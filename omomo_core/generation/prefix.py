@@ -64,6 +64,10 @@ class SolvedPrefix:
     rotations: Float[Tensor, "samples first 22 3 3"]
     standing: Bool[np.ndarray, "samples first 2"]
 
+    def select(self, some: slice) -> "SolvedPrefix":
+        """Return that of some samples."""
+        return SolvedPrefix(self.root[some], self.rotations[some], self.standing[some])
+
     @property
     def frames(self) -> int:
         """How many frames are fixed."""

@@ -6,13 +6,16 @@ only the sample to be sampled, so both can be done at the same time.
 """
 
 from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 import torch
 from jaxtyping import Bool, Float
 from torch import Tensor
 
+from omomo_core.blas import one_blas_thread
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets
@@ -36,7 +39,7 @@ from omomo_core.generation.retargeting import Retargeting
 from omomo_core.generation.sampling.body import sample_body
 from omomo_core.generation.sampling.hands import decode_hands, impose_palm_prefix, sample_hands
 from omomo_core.generation.solving.bodies import SolvedBodies
-from omomo_core.generation.threads import LITTLE_TO_SAMPLE, LITTLE_TO_SOLVE, threads_for
+from omomo_core.generation.threads import LITTLE_TO_SOLVE, sample_groups, torch_threads
 from omomo_core.motion import HandMotion, ObjectMesh
 from omomo_core.stages.stage import Stages
 
@@ -86,11 +89,11 @@ def stream(
 
     def sampled(progress: Progress) -> Iterator[_SampledChunk]:
         sampler = _Sampler(
-            object_model, retargeting, stages, options, conditioning, progress, generator
+            object_model, retargeting, stages, options, conditioning, progress, generator, threads
         )
         prefix: Prefix | None = None
         for chunk in split_into_chunks(poses, chunk_sizes):
-            with threads_for(options.samples * chunk.frames, LITTLE_TO_SAMPLE, threads):
+            with torch_threads(1):
                 sample = sampler.sample(chunk, prefix)
             yield sample
             if not chunk.last:
@@ -99,18 +102,21 @@ def stream(
     # With one thread, as workers of a batch have it, two would take turns.
     together = complete and threads > 1
     prefix: SolvedPrefix | None = None
-    for sample in one_ahead(sampled, progress) if together else sampled(progress):
-        chunk = sample.chunk
-        with threads_for(options.samples * chunk.frames, LITTLE_TO_SOLVE, threads):
-            people, solved = _solve(sample, object_model, body, prefix, progress)
-        if not chunk.last:
-            prefix = solved.prefix(chunk.handed_on(chunk_sizes.context))
-        now = range(chunk.prefix_frames, chunk.stop)
-        yield GeneratedChunk(
-            first=chunk.first + now.start,
-            people=tuple(stretch(p, now.start, now.stop) for p in people),
-            must_hold=sample.clip.must_hold[now.start : now.stop],
-        )
+    try:
+        for sample in one_ahead(sampled, progress) if together else sampled(progress):
+            chunk = sample.chunk
+            people, solved = _solve(sample, object_model, body, prefix, progress, threads)
+            if not chunk.last:
+                prefix = solved.prefix(chunk.handed_on(chunk_sizes.context))
+            now = range(chunk.prefix_frames, chunk.stop)
+            yield GeneratedChunk(
+                first=chunk.first + now.start,
+                people=tuple(stretch(p, now.start, now.stop) for p in people),
+                must_hold=sample.clip.must_hold[now.start : now.stop],
+            )
+    finally:
+        # What threads get that begin from now on: those of the networks have left 1.
+        torch.set_num_threads(threads)
 
 
 @dataclass(frozen=True)
@@ -146,21 +152,32 @@ def _solve(
     body: BodyModel,
     prefix: SolvedPrefix | None,
     progress: Progress,
+    threads: int,
 ) -> tuple[list[Person], SolvedBodies]:
-    """Return all frames of a sampled chunk, solved."""
-    made = solve_people(
-        sample.bodies,
-        sample.hands,
-        sample.segments,
-        sample.clip,
-        object_model,
-        body,
-        sample.posed if prefix is None else prefix,
-        palms_known=sample.palms_known,
-        on_progress=lambda done: progress("solve", done),
-    )
+    """Return all frames of a sampled chunk, solved in as many groups of samples as threads help."""
+    before = sample.posed if prefix is None else prefix
+    samples, frames = len(sample.hands), sample.chunk.frames
+    groups = sample_groups(samples, frames, threads)
+    each = 1 if samples * frames <= LITTLE_TO_SOLVE else max(1, threads // len(groups))
+
+    def solved(some: slice) -> tuple[list[Person], SolvedBodies]:
+        with torch_threads(each):
+            return solve_people(
+                sample.bodies.select(some),
+                sample.hands[some],
+                sample.segments[some],
+                sample.clip,
+                object_model,
+                body,
+                None if before is None else before.select(some),
+                palms_known=sample.palms_known,
+                on_progress=lambda done: progress("solve", done),
+            )
+
+    with one_blas_thread(), ThreadPoolExecutor(len(groups)) as pool:
+        people, bodies = zip(*pool.map(solved, groups), strict=True)
     progress("solve", 1.0)
-    return made
+    return list(chain.from_iterable(people)), SolvedBodies.join(bodies)
 
 
 @dataclass(frozen=True)
@@ -174,6 +191,7 @@ class _Sampler:
     conditioning: Conditioning
     progress: Progress
     generator: torch.Generator
+    threads: int
 
     def sample(self, chunk: Chunk, prefix: Prefix | None) -> _SampledChunk:
         """Return all frames of a chunk, sampled."""
@@ -187,7 +205,14 @@ class _Sampler:
         features, hands, segments = self._hands(clip, chunk, prefix)
         self.progress("contact", 1.0)
         x = sample_body(
-            clip, hands, self.stages.body, self.options, self.generator, self.progress, prefix
+            clip,
+            hands,
+            self.stages.body,
+            self.options,
+            self.generator,
+            self.progress,
+            prefix,
+            threads=self.threads,
         )
         bodies = SampledBodies.of(x, self.retargeting)
         if given.hands is None and given.contacts is None:
@@ -247,6 +272,7 @@ class _Sampler:
             prefix=None if prefix is None or begins else prefix.hands,
             start=start_constraint(conditioning, prefix, clip) if begins else None,
             last=chunk.last,
+            threads=self.threads,
         )
         contacts = (
             None

@@ -47,6 +47,7 @@ def sample_hands(
     start: StartConstraint | None,
     *,
     last: bool = True,
+    threads: int = 1,
 ) -> Samples:
     """Return the features of each sample: palms from the object's centre in the networks' world, contacts.
 
@@ -63,6 +64,7 @@ def sample_hands(
         prefix: features of the first frames, where the take goes on.
         start: what is known of a take's first frame.
         last: the take ends with the clip.
+        threads: that go through the network.
     """
 
     def draw(samples: int) -> Samples:
@@ -75,6 +77,7 @@ def sample_hands(
             generator,
             prefix=prefix,
             on_step=lambda done: progress("hands", done),
+            threads=threads,
         )
         return release_resting_object(drawn, clip, _holds_at_start(prefix, start), last=last)
 

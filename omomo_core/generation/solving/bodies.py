@@ -49,6 +49,16 @@ class SolvedBodies:
     miss: Float[Tensor, "samples frames 2"]
     """Distance of each palm from its target where it should hold, metres; 0 elsewhere."""
 
+    @staticmethod
+    def join(groups: "Sequence[SolvedBodies]") -> "SolvedBodies":
+        """Return the samples of all groups."""
+        return SolvedBodies(
+            torch.cat([g.root for g in groups]),
+            torch.cat([g.rotations for g in groups]),
+            np.concatenate([g.standing for g in groups]),
+            torch.cat([g.miss for g in groups]),
+        )
+
     def prefix(self, rows: slice) -> SolvedPrefix:
         """Return the prefix of the next chunk, which begins with these frames."""
         return SolvedPrefix(self.root[:, rows], self.rotations[:, rows], self.standing[:, rows])
