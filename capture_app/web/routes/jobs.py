@@ -128,6 +128,8 @@ def _waits(site: Site) -> str:
         )
     counts = site.queue.counts()
     busy = counts.get("running", 0) + counts.get("cancelling", 0)
+    if not busy:
+        return "It begins in a few seconds."
     return f"The workers are busy: {busy} running, {counts.get('queued', 0)} waiting with this one."
 
 
