@@ -22,7 +22,7 @@ from omomo_core.errors import InputError
 _LAST = 1_000
 """DBOS' priority of what nobody waits for; jobs without one come first."""
 _FIRST_LOOK = 5.0
-"""Seconds before such a job may begin: whoever has just got a result looks at it first, and needs the cores."""
+"""Seconds before such a job may begin: whoever has just got a result looks at it first."""
 _AT_ONCE = 500
 """Ids in one question; SQLite has a bound."""
 

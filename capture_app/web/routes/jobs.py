@@ -124,7 +124,7 @@ def _waits(site: Site) -> str:
     if not site.queue.workers():
         return (
             "No worker is there yet. If none comes within half a minute, nobody has started one for this "
-            "library: `omocap worker` does."
+            "library: the command omocap worker does."
         )
     counts = site.queue.counts()
     busy = counts.get("running", 0) + counts.get("cancelling", 0)
