@@ -48,7 +48,7 @@ def test_a_click_straight_from_a_field_makes_the_motion(tabs, server, example):
     page.get_by_text("More options").click()
     page.get_by_label("Stretch to use").press_sequentially("1")
     # As long as a person presses: meanwhile the field is left, and the recording looked at again.
-    page.get_by_role("button", name="Make the motion").click(delay=150)
+    page.get_by_role("button", name="Make the motion").click(delay=60)
     page.wait_for_url(re.compile(r"#/jobs/[0-9a-f]{16}\?from="))
     job = page.url.partition("#/jobs/")[2][:16]
     assert server.ask(f"jobs/{job}")["options"]["segment"] == 1
