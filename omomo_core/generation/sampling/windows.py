@@ -78,7 +78,9 @@ def sample_take(
         merged = merge_windows(raw.unflatten(0, (samples, len(index))), index, frames)
         return merged if prefix is None else prefix.impose(merged)
 
-    parts = batch_parts(len(noise) * len(index), CHUNK, threads)
+    # A graphics card takes all at once.
+    count = threads if stage.denoiser.out.weight.device.type == "cpu" else 1
+    parts = batch_parts(len(noise) * len(index), CHUNK, count)
 
     def predict(x: Tensor, n: int) -> Tensor:
         def of(some: slice) -> Tensor:
@@ -90,7 +92,7 @@ def sample_take(
         shared = to_world(torch.cat(list(pool.map(of, parts))))[:, index].flatten(0, 1)
         return stage.normalise(rotate(shared, axes.transpose(-1, -2), layout))
 
-    with torch.inference_mode(), _network_threads(threads) as pool:
+    with torch.inference_mode(), _network_threads(count) as pool:
         x = sample(
             predict,
             noise[:, index].flatten(0, 1),
