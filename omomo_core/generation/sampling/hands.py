@@ -47,6 +47,7 @@ def sample_hands(
     start: StartConstraint | None,
     *,
     last: bool = True,
+    threads: int = 1,
 ) -> Samples:
     """Return the features of each sample: palms from the object's centre in the networks' world, contacts.
 
@@ -63,6 +64,7 @@ def sample_hands(
         prefix: features of the first frames, where the take goes on.
         start: what is known of a take's first frame.
         last: the take ends with the clip.
+        threads: that go through the network.
     """
 
     begun = _holds_at_start(prefix, start)
@@ -81,6 +83,7 @@ def sample_hands(
             generator,
             impose=impose,
             on_step=lambda done: progress("hands", done),
+            threads=threads,
         )
 
     samples = options.samples
