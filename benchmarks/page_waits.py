@@ -33,7 +33,7 @@ _LONG = 120_000
 
 
 @dataclass(frozen=True)
-class Wait:
+class PageWait:
     """Seconds after a click."""
 
     result: float
@@ -63,7 +63,7 @@ def server(checkout: Path, library: Path) -> Generator[str]:
         process.wait()
 
 
-def clicked(page: Page, button: str) -> Wait:
+def clicked(page: Page, button: str) -> PageWait:
     """Click a button that makes a motion, and wait until that is seen."""
     page.get_by_role("button", name=button, disabled=False).wait_for(timeout=_LONG)
     begin = time.perf_counter()
@@ -72,10 +72,10 @@ def clicked(page: Page, button: str) -> Wait:
     page.wait_for_url("**#/results/**", timeout=_LONG)
     result = time.perf_counter() - begin
     page.get_by_text("Left hand").first.wait_for(timeout=_LONG)
-    return Wait(result, time.perf_counter() - begin)
+    return PageWait(result, time.perf_counter() - begin)
 
 
-def waits_of(checkout: Path) -> tuple[Wait, Wait]:
+def waits_of(checkout: Path) -> tuple[PageWait, PageWait]:
     """Make the example's motion and solve it again."""
     with (
         tempfile.TemporaryDirectory() as library,
@@ -106,7 +106,7 @@ def main() -> None:
     checkouts = {"this checkout": HERE}
     if options.other:
         checkouts["the other"] = options.other.resolve()
-    waits: dict[str, list[tuple[Wait, Wait]]] = {name: [] for name in checkouts}
+    waits: dict[str, list[tuple[PageWait, PageWait]]] = {name: [] for name in checkouts}
     for _ in range(options.turns):
         for name, checkout in checkouts.items():
             waits[name].append(waits_of(checkout))

@@ -233,7 +233,7 @@ class JobQueue:
             "workflow_id": workflow,
         }
         if not waited_for:
-            options |= {"priority": _LAST, "delay_seconds": _FIRST_LOOK}
+            options["priority"], options["delay_seconds"] = _LAST, _FIRST_LOOK
         self._dbos.enqueue_in_transaction(c, options, id)
 
 
