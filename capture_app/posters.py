@@ -31,6 +31,11 @@ RGB = UInt8[np.ndarray, "h w 3"]
 
 
 def person_poster(path: Path, person: Person, moved: ObjectMotion, body: BodyModel) -> None:
+    """Write the poster of a sample."""
+    _write(path, person_picture(person, moved, body))
+
+
+def person_picture(person: Person, moved: ObjectMotion, body: BodyModel) -> RGB:
     """Draw a sample in the middle of its longest contact."""
     held = max(person.segments, key=lambda one: one.stop - one.start, default=None)
     frame = len(moved.valid) // 2 if held is None else (held.start + held.stop) // 2
@@ -44,7 +49,7 @@ def person_poster(path: Path, person: Person, moved: ObjectMotion, body: BodyMod
         samples=4,
         only=[min(frame, len(moved.valid) - 1)],
     )
-    _write(path, next(iter(pictures)))
+    return next(iter(pictures))
 
 
 def result_poster(path: Path, result: Result) -> None:

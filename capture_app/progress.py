@@ -1,5 +1,6 @@
 """Progress callbacks of a run, which get the name of a stage and the fraction done."""
 
+import threading
 import time
 from collections.abc import Callable, Mapping
 
@@ -14,8 +15,8 @@ def silent(stage: str, fraction: float) -> None:
 class StageClock:
     """A progress callback that adds up the seconds of each stage, and passes progress on.
 
-    Stages run one after the other, so the time since the last call went into the stage that is
-    heard of now.
+    The time since the last call goes to the stage that is heard of now. Several threads may call; the
+    listener hears them one after the other.
     """
 
     def __init__(self, listener: Progress, seconds: Mapping[str, float] | None = None) -> None:
@@ -23,13 +24,15 @@ class StageClock:
         self._listener = listener
         self._seconds = dict(seconds or {})
         self._last = time.perf_counter()
+        self._lock = threading.Lock()
 
     def __call__(self, stage: str, fraction: float) -> None:
         """Note the time and pass the call on."""
-        now = time.perf_counter()
-        self._seconds[stage] = self._seconds.get(stage, 0.0) + now - self._last
-        self._last = now
-        self._listener(stage, fraction)
+        with self._lock:
+            now = time.perf_counter()
+            self._seconds[stage] = self._seconds.get(stage, 0.0) + now - self._last
+            self._last = now
+            self._listener(stage, fraction)
 
     @property
     def seconds(self) -> dict[str, float]:

@@ -20,11 +20,14 @@ from omomo_core.learning.training.checkpoint import resume_run, save_run
 from omomo_core.learning.training.corpus import Corpus
 from omomo_core.learning.training.distributed import ProcessGroup, process_group
 from omomo_core.learning.training.training_task import TrainOptions
+from omomo_core.motion import FPS
 from omomo_core.stages.network_file import fill_network
 from omomo_core.weights.load import SHIPPED
 
 DEFAULT_SYNTHETIC = 4200
-"""Clips that are synthesised from recordings where none of the data has an object."""
+"""Clips that are synthesised from recordings where little of the data has an object."""
+ENOUGH_WITH_OBJECTS = 60 * 60 * FPS
+"""Frames with objects, one hour, from which on nothing is synthesised unless that is asked for."""
 
 
 def train(request: TrainRequest, report: TrainingReport | None = None) -> None:
@@ -103,8 +106,8 @@ def _clips(request: TrainRequest, report: TrainingReport) -> list[Clip]:
     clips = [clip for source in ready for clip in load_clips(source)]
     if recordings:
         clips += gather(recordings, request, load_body(), report)
-        objects = any(clip.object_motion for clip in clips)
-        default = 0 if objects else DEFAULT_SYNTHETIC
+        frames = sum(len(clip.root) for clip in clips if clip.object_motion)
+        default = 0 if frames >= ENOUGH_WITH_OBJECTS else DEFAULT_SYNTHETIC
         clips += _synthesised(request, report, default)
     report.gathered(clips)
     return clips

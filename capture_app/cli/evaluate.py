@@ -93,7 +93,8 @@ def evaluate(
 
     A second table has medians, the share of clips with the pelvis more than 60 cm off, by how many
     seconds a hand's first contact is early or late (median), and toes: their speed while low (cm/s), how
-    high they rise in a step, and the share of steps that stay under 3 cm. Then comes a table of the
+    high they rise in a step, and the share of steps that stay under 3 cm. "Leaps" is the share of clips in
+    which some part of the body is faster than people's are. Then comes a table of the
     classes of objects for each protocol; "moved" is the F1 of an answer without learning, that some
     hand touches exactly while the object moves.
     """

@@ -65,7 +65,7 @@ class TrainRequest(BaseModel):
         Field(
             ge=0,
             description="Clips with objects to synthesise from recordings; by default 4200, or none "
-            "where the data has objects already.",
+            "where an hour of the data has objects.",
         ),
     ] = None
     share_alike: ShareAlike = True

@@ -12,6 +12,7 @@ import threading
 
 from capture_app.jobs.fleet import DATABASE, FOLLOW, LOG, NO_ROOM
 from capture_app.jobs.job_errors import no_room
+from capture_app.jobs.warm_up import warm_up
 from capture_app.jobs.worker import work
 from omomo_core.errors import InputError
 
@@ -29,7 +30,7 @@ def main() -> int:
     if FOLLOW in os.environ:
         threading.Thread(target=_follow_starter, daemon=True).start()
     try:
-        work(os.environ[DATABASE])
+        work(os.environ[DATABASE], warm_up=warm_up)
     except InputError as error:
         print(f"Error: {error}", file=sys.stderr)
         return NO_ROOM if no_room(error) else 2

@@ -21,6 +21,8 @@ from omomo_core.errors import InputError
 
 _LAST = 1_000
 """DBOS' priority of what nobody waits for; jobs without one come first."""
+_FIRST_LOOK = 5.0
+"""Seconds before such a job may begin: whoever has just got a result looks at it first."""
 _AT_ONCE = 500
 """Ids in one question; SQLite has a bound."""
 
@@ -101,7 +103,8 @@ class JobQueue:
 
         Args:
             orders: with their ids.
-            waited_for: somebody waits for these; others are begun when no such job waits.
+            waited_for: somebody waits for these; others are begun after some seconds, when no such job
+                waits.
 
         Returns:
             How many were not there yet.
@@ -113,7 +116,7 @@ class JobQueue:
             if new:
                 c.execute(sa.insert(JOBS), new)
             for row in new:
-                self._enqueue(c, row["id"], row["workflow"], None if waited_for else _LAST)
+                self._enqueue(c, row["id"], row["workflow"], waited_for=waited_for)
         return len(new)
 
     def adopt(self, id: str, order: Request, *, timings: Mapping[str, float], summary: Any) -> None:
@@ -222,15 +225,15 @@ class JobQueue:
         return known
 
     def _enqueue(
-        self, c: sa.Connection, id: str, workflow: str, priority: int | None = None
+        self, c: sa.Connection, id: str, workflow: str, *, waited_for: bool = True
     ) -> None:
         options: EnqueueOptions = {
             "workflow_name": WORKFLOW,
             "queue_name": QUEUE,
             "workflow_id": workflow,
         }
-        if priority is not None:
-            options["priority"] = priority
+        if not waited_for:
+            options["priority"], options["delay_seconds"] = _LAST, _FIRST_LOOK
         self._dbos.enqueue_in_transaction(c, options, id)
 
 

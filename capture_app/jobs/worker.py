@@ -11,7 +11,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NoReturn
 from uuid import uuid4
@@ -45,26 +45,40 @@ class Tempo:
 
 
 def work(
-    database_url: str, *, tempo: Tempo | None = None, kinds: Mapping[str, JobKind] = KINDS
+    database_url: str,
+    *,
+    tempo: Tempo | None = None,
+    kinds: Mapping[str, JobKind] = KINDS,
+    warm_up: Callable[[], object] = lambda: None,
 ) -> None:
-    """Do jobs until SIGTERM or SIGINT.
+    """Do jobs until SIGTERM or SIGINT; the first one when `warm_up` is over.
 
     Raises:
         InputError: the database cannot be used.
     """
-    Worker(Database(database_url), tempo or Tempo(), kinds).run()
+    Worker(Database(database_url), tempo or Tempo(), kinds, warm_up).run()
 
 
 class Worker:
-    """This process. The threads: the jobs' (of DBOS), the pulse, and the main one, which sweeps."""
+    """This process.
 
-    def __init__(self, database: Database, tempo: Tempo, kinds: Mapping[str, JobKind]) -> None:
+    The threads: the jobs' (of DBOS), the pulse, the one that warms up, and the main one, which sweeps.
+    """
+
+    def __init__(
+        self,
+        database: Database,
+        tempo: Tempo,
+        kinds: Mapping[str, JobKind],
+        warm_up: Callable[[], object],
+    ) -> None:
         """Nothing is done yet."""
         name = worker_name(os.getpid(), uuid4().hex[:6])
         self._ledger = WorkerStore(database, name)
         self._tempo, self._kinds = tempo, kinds
         self._task: ClaimedJob | None = None
         self._stop = threading.Event()
+        self._warming, self._warm = warm_up, threading.Event()
 
     def run(self) -> NoReturn:
         """Work until told to stop."""
@@ -72,6 +86,7 @@ class Worker:
             signal.signal(number, lambda *_: self._stop.set())
         self._ledger.join()
         threading.Thread(target=self._pulse, daemon=True, name="pulse").start()
+        threading.Thread(target=self._warm_up, daemon=True, name="warm-up").start()
         try:
             engine.launch(self._ledger.database, self._ledger.worker, self._perform)
         except Exception as error:
@@ -81,6 +96,14 @@ class Worker:
             self._sweep()
             if self._stop.wait(self._tempo.sweep):
                 self._leave()
+
+    def _warm_up(self) -> None:
+        try:
+            self._warming()
+        except Exception:  # a job that needs the same will tell
+            _log.exception("The worker could not warm up.")
+        finally:
+            self._warm.set()
 
     def _sweep(self) -> None:
         """Free the jobs of dead workers, in an order in which it may be broken off anywhere."""
@@ -114,6 +137,7 @@ class Worker:
 
     def _perform(self, job_id: str, workflow: str) -> None:
         """Do a job, or go on with it."""
+        self._warm.wait()  # two threads that load the same libraries are in each other's way
         try:
             row = self._ledger.claim(job_id, workflow)
             if row is None:

@@ -17,7 +17,7 @@ from capture_app.overlay.eye import mount_of, session_of
 from capture_app.quaternions import xyzw_from_matrix
 from capture_app.replay.recording import Recording, recording
 from capture_app.replay.surfaces import Arrays, body_arrays, object_arrays
-from capture_app.result import Result, body_of
+from capture_app.result import Result, body_of, sample_index
 from ingest.mount import Mount
 from ingest.report.look import Look
 from ingest.trajectory.reading import Reading
@@ -73,6 +73,7 @@ _EMPTY: dict[str, Any] = {
     "body": None,
     "samples": 0,
     "chosen": 0,
+    "first": 0,
     "scores": [],
     "contacts": [],
     "editable": False,
@@ -96,6 +97,7 @@ def pack_result(
     name: str | None = None,
     words: Callable[[Any], Any] = lambda told: told,
     film: bool = True,
+    sample: int | None = None,
 ) -> bytes:
     """Every sample of a result, the object, and what the phone recorded as far as it is still there.
 
@@ -104,8 +106,10 @@ def pack_result(
         name: what its owner calls it; the folder's name if not given.
         words: brings what is told of it (checks, faults, notes) into the words of who shows it.
         film: show what the phone filmed, too; decoding it takes some of its length.
+        sample: the one that is shown first, from 1; the chosen one if not given.
 
     Raises:
+        InputError: "sample-missing".
         AssetError: the body was the user's own, and is not where it was.
     """
     body, moved, manifest = body_of(result), result.object_motion, result.manifest
@@ -119,6 +123,7 @@ def pack_result(
         "body": {"name": body.name, "credit": body.credit, "height": body.height},
         "samples": len(result.people),
         "chosen": manifest.chosen,
+        "first": sample_index(result, sample),
         "scores": manifest.scores,
         "contacts": _contacts(result.people, moved.mesh),
         "editable": any(person.segments for person in result.people),

@@ -1,7 +1,7 @@
-"""page_words: texts of the program with the labels of the page in place of options of the command line.
+"""page_words: texts of the program with the words of the page in place of the command line's.
 
 Errors and reports name an option as the command line spells it ("--mesh-scale"). The title of the field of a
-request is its label on the page.
+request is its label on the page. They also name commands ("`omocap scan`"), which are buttons on the page.
 """
 
 import re
@@ -31,18 +31,28 @@ _ASKED: dict[str, tuple[type[BaseModel], ...]] = {
     "resolve": (ResolveRequest,),
 }
 """By kind of job; where a text belongs to none, an earlier one's label is taken."""
+_BUTTONS = {
+    "calibrate": "Find it now, step by step",
+    "formats": "Recorded with",
+    "resolve": "Solve again",
+    "run": "Make the motion",
+    "scan": "Make it from a film",
+}
+"""What the page calls a command; others are only named."""
+_COMMAND = re.compile(r"`omocap ([a-z-]+)([^`]*)`")
 _OPTION = re.compile(r"(?<![\w-])--(no-)?([a-z][a-z-]*[a-z])\b")
 
 
 def in_page_words(text: str, kind: str = "") -> str:
     """Return a text with the page's label in place of each option, in quotation marks.
 
-    An option that the page does not have is said by its words alone.
+    An option that the page does not have is said by its words alone. A command is said by its button.
 
     Args:
         text: of an error, a check or a note.
         kind: of the job that it is about; "" if none.
     """
+    text = _COMMAND.sub(lambda found: f"“{_BUTTONS.get(found[1], f'omocap {found[1]}')}”", text)
     return _OPTION.sub(lambda found: _said(found[1] or "", found[2], kind), text)
 
 

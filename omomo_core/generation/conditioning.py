@@ -12,7 +12,7 @@ from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.contact.segment import ContactSpan
 from omomo_core.generation.config import PREFIX
 from omomo_core.generation.object_clip import ObjectClip
-from omomo_core.generation.prefix import FeaturePrefix, Prefix
+from omomo_core.generation.prefix import FeaturePrefix, Prefix, SolvedPrefix
 from omomo_core.generation.retargeting import Retargeting
 from omomo_core.generation.selection.start_constraint import (
     StartConstraint,
@@ -62,18 +62,21 @@ def start_constraint(
         prefix: the first frame of a start pose, if one is given.
         clip: the object.
     """
-    if prefix is not None and prefix.hands is not None:
-        return StartPose(prefix.hands.values[0, 0])
+
+    def stands(world: Float[np.ndarray, "2"]) -> Float[Tensor, "2"]:
+        return torch.from_numpy(world * clip.scale - clip.trained.centre[0, :2]).float()
+
+    if conditioning.start_pose is not None and prefix is not None and prefix.hands is not None:
+        return StartPose(prefix.hands.values[0, 0], stands(conditioning.start_pose.root[:2]))
     if conditioning.start_position is None:
         return None
-    place = conditioning.start_position * clip.scale - clip.trained.centre[0, :2]
-    return StartPosition(torch.from_numpy(place).float())
+    return StartPosition(stands(conditioning.start_position))
 
 
 def prefix_from_pose(
     pose: Pose, clip: ObjectClip, retargeting: Retargeting, samples: int
-) -> Prefix:
-    """Return the prefix of one frame that a start pose makes, for each sample."""
+) -> tuple[Prefix, SolvedPrefix]:
+    """Return the prefixes of one frame that a start pose makes, for each sample."""
     root, R = torch.from_numpy(pose.root).float(), torch.from_numpy(pose.rotations).float()
     palms = forward_kinematics(retargeting.body, root, R)[22:].double().numpy()
 
@@ -87,19 +90,17 @@ def prefix_from_pose(
     hands = np.concatenate([relative.ravel(), np.where(touching, 1.0, -1.0)])
     # Whether the feet are planted is left to the network.
     vectors = 3 * body_stage.LAYOUT.vectors
-    return Prefix(
+    prefix = Prefix(
         hands=FeaturePrefix.all(each(torch.from_numpy(hands).float())),
         body=FeaturePrefix(
             each(_pose_features(root, R, retargeting)),
             torch.arange(body_stage.LAYOUT.channels) < vectors,
             PREFIX.start_pose_fade,
         ),
-        root=each(root),
-        rotations=each(R),
         palms=np.tile(palms, (samples, 1, 1, 1)),
-        standing=np.zeros((samples, 1, 2), bool),
         segments=[],
     )
+    return prefix, SolvedPrefix(each(root), each(R), np.zeros((samples, 1, 2), bool))
 
 
 def _pose_features(

@@ -23,6 +23,11 @@ class ChunkSizes:
         120, "frames", "A rest of the take that is no longer than this is added to its last chunk."
     )
 
+    @property
+    def step(self) -> int:
+        """Frames between the beginnings of two chunks."""
+        return self.length - self.context - self.margin
+
 
 @dataclass(frozen=True)
 class PrefixConfig:

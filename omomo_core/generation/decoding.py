@@ -20,7 +20,7 @@ from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.config import BODY_DECODING
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.person import Person
-from omomo_core.generation.prefix import Prefix
+from omomo_core.generation.prefix import SolvedPrefix
 from omomo_core.generation.retargeting import Retargeting
 from omomo_core.generation.sampling.despiking import despike
 from omomo_core.generation.solving.bodies import SolvedBodies, solve_bodies
@@ -45,6 +45,10 @@ class SampledBodies:
     rotations: Float[Tensor, "samples frames 22 3 3"]
     """Global R_world_joint."""
     foot_contact: Float[Tensor, "samples frames 4"]
+
+    def select(self, some: slice) -> "SampledBodies":
+        """Return those of some samples."""
+        return SampledBodies(self.root[some], self.rotations[some], self.foot_contact[some])
 
     @staticmethod
     def of(
@@ -72,7 +76,7 @@ def solve_people(
     clip: ObjectClip,
     object_model: ObjectModel,
     body: BodyModel,
-    prefix: Prefix | None,
+    prefix: SolvedPrefix | None,
     *,
     palms_known: bool,
     on_progress: Callable[[float], None] = lambda done: None,

@@ -1,7 +1,10 @@
 """The generator: an object motion in, K people who move it out, ranked (OMOMO section 3)."""
 
+from collections import Counter
+
 import numpy as np
 
+from omomo_core.blas import one_blas_thread
 from omomo_core.body.model import BodyModel
 from omomo_core.generation.conditioning import UNCONDITIONED, Conditioning
 from omomo_core.generation.config import RECORDED
@@ -9,7 +12,7 @@ from omomo_core.generation.paper import generate_as_published
 from omomo_core.generation.person import join
 from omomo_core.generation.result import Generation, GenerationOptions, Progress, no_progress
 from omomo_core.generation.selection.ranking import rank
-from omomo_core.generation.stream import GeneratedChunk, stream
+from omomo_core.generation.stream import stream
 from omomo_core.motion import ObjectMotion
 from omomo_core.stages.stage import Stages
 
@@ -38,16 +41,27 @@ def generate(
     if stages.hands.config.configuration == "paper":
         return generate_as_published(motion, body, stages, options, progress)
     poses = motion.T_world_object
-    chunks: list[GeneratedChunk] = []
+    finished: Counter[str] = Counter()
 
     def overall(name: str, done: float) -> None:
-        before = sum(len(chunk.must_hold) for chunk in chunks)
+        before = finished[name] * RECORDED.step
         now = min(RECORDED.length, len(poses) - before)
+        finished[name] += done == 1.0
         progress(name, (before + done * now) / len(poses))
 
-    for chunk in stream(
-        motion.mesh, poses, body, stages, options, overall, conditioning, chunk_sizes=RECORDED
-    ):
-        chunks.append(chunk)
+    # Two threads must not each change how many threads BLAS has.
+    with one_blas_thread():
+        made = stream(
+            motion.mesh,
+            poses,
+            body,
+            stages,
+            options,
+            overall,
+            conditioning,
+            chunk_sizes=RECORDED,
+            complete=True,
+        )
+        chunks = list(made)
     people = tuple(join([b.people[k] for b in chunks]) for k in range(options.samples))
     return rank(people, np.concatenate([b.must_hold for b in chunks]))

@@ -39,19 +39,34 @@ class FeaturePrefix:
 
 @dataclass(frozen=True)
 class Prefix:
-    """The fixed first frames of a chunk, of each sample."""
+    """The fixed first frames of a chunk, as each sample has them before it is solved."""
 
     hands: FeaturePrefix | None
     """Features of stage 1; None where palms are given."""
     body: FeaturePrefix
     """Features of stage 2, with the root in the networks' world instead of relative to the reference path."""
-    root: Float[Tensor, "samples first 3"]
-    """Pelvis of the solved body, world, metres."""
-    rotations: Float[Tensor, "samples first 22 3 3"]
     palms: Float[np.ndarray, "samples first 2 3"]
-    standing: Bool[np.ndarray, "samples first 2"]
     segments: Sequence[tuple[ContactSegment, ...]]
     """Contact segments of each sample in these frames; an empty list where contacts are not fixed."""
+
+    @property
+    def frames(self) -> int:
+        """How many frames are fixed."""
+        return self.palms.shape[1]
+
+
+@dataclass(frozen=True)
+class SolvedPrefix:
+    """The solved bodies in the fixed first frames of a chunk."""
+
+    root: Float[Tensor, "samples first 3"]
+    """Pelvis, world, metres."""
+    rotations: Float[Tensor, "samples first 22 3 3"]
+    standing: Bool[np.ndarray, "samples first 2"]
+
+    def select(self, some: slice) -> "SolvedPrefix":
+        """Return that of some samples."""
+        return SolvedPrefix(self.root[some], self.rotations[some], self.standing[some])
 
     @property
     def frames(self) -> int:

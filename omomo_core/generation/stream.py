@@ -1,22 +1,27 @@
 """The generator as a stream: poses of the object in, finished chunks of K people out.
 
 A take of any length is generated in chunks that begin with a prefix from the chunk before, so memory does
-not grow with the take, and poses may still be arriving.
+not grow with the take, and poses may still be arriving. A chunk is sampled, then solved. The next one needs
+only the sample to be sampled, so both can be done at the same time.
 """
 
-from collections.abc import Generator, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 import torch
 from jaxtyping import Bool, Float
 from torch import Tensor
 
+from omomo_core.blas import one_blas_thread
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.contact.segment import ContactSegment, follow_anchors
+from omomo_core.generation.ahead import one_ahead
+from omomo_core.generation.chunks import Chunk, split_into_chunks
 from omomo_core.generation.collision.contact_face import Held, choose_contact_faces
 from omomo_core.generation.conditioning import (
     UNCONDITIONED,
@@ -28,53 +33,15 @@ from omomo_core.generation.config import LIVE, ChunkSizes
 from omomo_core.generation.decoding import SampledBodies, interaction_targets, solve_people
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.person import Person, shift_spans, stretch
-from omomo_core.generation.prefix import FeaturePrefix, Prefix
+from omomo_core.generation.prefix import FeaturePrefix, Prefix, SolvedPrefix
 from omomo_core.generation.result import GenerationOptions, Progress, no_progress
 from omomo_core.generation.retargeting import Retargeting
 from omomo_core.generation.sampling.body import sample_body
 from omomo_core.generation.sampling.hands import decode_hands, impose_palm_prefix, sample_hands
 from omomo_core.generation.solving.bodies import SolvedBodies
+from omomo_core.generation.threads import LITTLE_TO_SOLVE, sample_groups, torch_threads
 from omomo_core.motion import HandMotion, ObjectMesh
 from omomo_core.stages.stage import Stages
-
-LITTLE = 1500
-"""Frames of all samples together up to which torch is faster with one thread than with several.
-
-Of takes of 4 s one thread makes 1 sample in 0.43 s and 4 in 0.77; two threads make them in 0.49 and 0.93;
-20 samples take as long either way (2 cores).
-"""
-
-
-@dataclass(frozen=True)
-class Chunk:
-    """A stretch of the take: frames `first` .. `first + len(T_world_object)`."""
-
-    first: int
-    T_world_object: Float[np.ndarray, "frames 4 4"]
-    prefix_frames: int
-    """How many of its first frames are fixed."""
-    stop: int
-    """It yields its frames `prefix_frames` .. `stop`."""
-    last: bool
-
-
-def split_into_chunks(
-    poses: Iterable[Float[np.ndarray, "4 4"]], sizes: ChunkSizes
-) -> Iterator[Chunk]:
-    """Yield chunks as soon as their poses have arrived; every frame is yielded by exactly one."""
-    held: list[Float[np.ndarray, "4 4"]] = []
-    first = prefix_frames = 0
-    for pose in poses:
-        held.append(pose)
-        if len(held) <= sizes.length + sizes.spare:
-            continue
-        stop = sizes.length - sizes.margin
-        yield Chunk(first, np.stack(held[: sizes.length]), prefix_frames, stop, last=False)
-        gone = stop - sizes.context
-        del held[:gone]
-        first, prefix_frames = first + gone, sizes.context
-    if len(held) > prefix_frames:
-        yield Chunk(first, np.stack(held), prefix_frames, len(held), last=True)
 
 
 @dataclass(frozen=True)
@@ -97,6 +64,7 @@ def stream(
     conditioning: Conditioning = UNCONDITIONED,
     *,
     chunk_sizes: ChunkSizes = LIVE,
+    complete: bool = False,
 ) -> Iterator[GeneratedChunk]:
     """Yield the people who could have moved the object, while its poses arrive.
 
@@ -109,97 +77,150 @@ def stream(
         progress: called with the name of the step and the fraction done, for each chunk anew.
         conditioning: what is given instead of being sampled.
         chunk_sizes: how many frames are generated at once: `RECORDED` or `LIVE`.
+        complete: all poses are there. While a chunk is solved, a second thread samples the next one; it
+            reads the poses and calls `progress`, too.
 
     Yields:
         Chunks in the order of time, without gap or overlap. The same arguments give the same chunks.
     """
-    maker = _ChunkGenerator(
-        ObjectModel(mesh, stages.height / body.height),
-        Retargeting(load_body(), body),
-        stages,
-        options,
-        progress,
-        torch.Generator().manual_seed(options.seed),
-    )
-    prefix: Prefix | None = None
-    for chunk in split_into_chunks(poses, chunk_sizes):
-        with threads_for(options.samples * len(chunk.T_world_object)):
-            draft = maker.draft(chunk, conditioning, prefix)
-        now = range(chunk.prefix_frames, chunk.stop)
-        people = tuple(stretch(p, now.start, now.stop) for p in draft.people)
-        must_hold = draft.clip.must_hold[now.start : now.stop]
-        yield GeneratedChunk(chunk.first + now.start, people, must_hold)
-        if not chunk.last:
-            prefix = draft.prefix(chunk.stop - chunk_sizes.context, chunk.stop)
+    object_model = ObjectModel(mesh, stages.height / body.height)
+    retargeting, threads = Retargeting(load_body(), body), torch.get_num_threads()
+    generator = torch.Generator().manual_seed(options.seed)
+
+    def sampled(progress: Progress) -> Iterator[_SampledChunk]:
+        sampler = _Sampler(
+            object_model, retargeting, stages, options, conditioning, progress, generator, threads
+        )
+        prefix: Prefix | None = None
+        for chunk in split_into_chunks(poses, chunk_sizes):
+            with torch_threads(1):
+                sample = sampler.sample(chunk, prefix)
+            yield sample
+            if not chunk.last:
+                prefix = sample.prefix(chunk.handed_on(chunk_sizes.context))
+
+    # With one thread, as workers of a batch have it, two would take turns.
+    together = complete and threads > 1
+    prefix: SolvedPrefix | None = None
+    try:
+        for sample in one_ahead(sampled, progress) if together else sampled(progress):
+            chunk = sample.chunk
+            people, solved = _solve(sample, object_model, body, prefix, progress, threads)
+            if not chunk.last:
+                prefix = solved.prefix(chunk.handed_on(chunk_sizes.context))
+            now = range(chunk.prefix_frames, chunk.stop)
+            yield GeneratedChunk(
+                first=chunk.first + now.start,
+                people=tuple(stretch(p, now.start, now.stop) for p in people),
+                must_hold=sample.clip.must_hold[now.start : now.stop],
+            )
+    finally:
+        # What threads get that begin from now on: those of the networks have left 1.
+        torch.set_num_threads(threads)
 
 
 @dataclass(frozen=True)
-class _Draft:
-    """A chunk as sampled and solved, with all its frames."""
+class _SampledChunk:
+    """A chunk as sampled, with all its frames."""
 
+    chunk: Chunk
     clip: ObjectClip
-    hands: Float[Tensor, "samples frames 8"] | None
-    """None where the palms are given."""
-    body: Float[Tensor, "samples frames channels"]
-    palms: Float[np.ndarray, "samples frames 2 3"]
-    solved: SolvedBodies
-    people: list[Person]
+    features: Float[Tensor, "samples frames 8"] | None
+    """Of stage 1; None where the palms are given."""
+    body_features: Float[Tensor, "samples frames channels"]
+    hands: list[HandMotion]
+    segments: list[tuple[ContactSegment, ...]]
+    bodies: SampledBodies
+    palms_known: bool
+    """The palms are given."""
+    posed: SolvedPrefix | None
+    """The body of a start pose that is given."""
 
-    def prefix(self, start: int, stop: int) -> Prefix:
-        """Return the prefix of the next chunk, which begins at `start`."""
-        rows = slice(start, stop)
+    def prefix(self, rows: slice) -> Prefix:
+        """Return the prefix of the next chunk, which begins with these frames."""
         return Prefix(
-            hands=None if self.hands is None else FeaturePrefix.all(self.hands[:, rows]),
-            body=FeaturePrefix.all(self.body[:, rows]),
-            root=self.solved.root[:, rows],
-            rotations=self.solved.rotations[:, rows],
-            palms=self.palms[:, rows],
-            standing=self.solved.standing[:, rows],
-            segments=[shift_spans(p.segments, start, stop) for p in self.people],
+            hands=None if self.features is None else FeaturePrefix.all(self.features[:, rows]),
+            body=FeaturePrefix.all(self.body_features[:, rows]),
+            palms=np.stack([h.palms[rows] for h in self.hands]),
+            segments=[shift_spans(held, rows.start, rows.stop) for held in self.segments],
         )
 
 
+def _solve(
+    sample: _SampledChunk,
+    object_model: ObjectModel,
+    body: BodyModel,
+    prefix: SolvedPrefix | None,
+    progress: Progress,
+    threads: int,
+) -> tuple[list[Person], SolvedBodies]:
+    """Return all frames of a sampled chunk, solved in as many groups of samples as threads help."""
+    before = sample.posed if prefix is None else prefix
+    samples, frames = len(sample.hands), sample.chunk.frames
+    groups = sample_groups(samples, frames, threads)
+    each = 1 if samples * frames <= LITTLE_TO_SOLVE else max(1, threads // len(groups))
+
+    def solved(some: slice) -> tuple[list[Person], SolvedBodies]:
+        with torch_threads(each):
+            return solve_people(
+                sample.bodies.select(some),
+                sample.hands[some],
+                sample.segments[some],
+                sample.clip,
+                object_model,
+                body,
+                None if before is None else before.select(some),
+                palms_known=sample.palms_known,
+                on_progress=lambda done: progress("solve", done),
+            )
+
+    with one_blas_thread(), ThreadPoolExecutor(len(groups)) as pool:
+        people, bodies = zip(*pool.map(solved, groups), strict=True)
+    progress("solve", 1.0)
+    return list(chain.from_iterable(people)), SolvedBodies.join(bodies)
+
+
 @dataclass(frozen=True)
-class _ChunkGenerator:
-    """Samples and solves one chunk after another."""
+class _Sampler:
+    """Samples one chunk after another."""
 
     object_model: ObjectModel
     retargeting: Retargeting
     stages: Stages
     options: GenerationOptions
+    conditioning: Conditioning
     progress: Progress
     generator: torch.Generator
+    threads: int
 
-    def draft(self, chunk: Chunk, conditioning: Conditioning, prefix: Prefix | None) -> _Draft:
-        """Return all frames of a chunk, sampled and solved."""
+    def sample(self, chunk: Chunk, prefix: Prefix | None) -> _SampledChunk:
+        """Return all frames of a chunk, sampled."""
         clip = self.object_model.clip(chunk.T_world_object)
-        if conditioning.start_pose is not None and chunk.first == 0:
-            prefix = prefix_from_pose(
-                conditioning.start_pose, clip, self.retargeting, self.options.samples
+        given, posed = self.conditioning, None
+        if given.start_pose is not None and chunk.first == 0:
+            prefix, posed = prefix_from_pose(
+                given.start_pose, clip, self.retargeting, self.options.samples
             )
         self.progress("object", 1.0)
-        features, hands, segments = self._hands(clip, chunk, conditioning, prefix)
+        features, hands, segments = self._hands(clip, chunk, prefix)
         self.progress("contact", 1.0)
         x = sample_body(
-            clip, hands, self.stages.body, self.options, self.generator, self.progress, prefix
-        )
-        sampled = SampledBodies.of(x, self.retargeting)
-        if conditioning.hands is None and conditioning.contacts is None:
-            first = 0 if prefix is None else prefix.frames
-            hands, segments = self._on_better_faces(sampled, hands, segments, clip, first)
-        people, solved = solve_people(
-            sampled,
-            hands,
-            segments,
             clip,
-            self.object_model,
-            self.retargeting.body,
+            hands,
+            self.stages.body,
+            self.options,
+            self.generator,
+            self.progress,
             prefix,
-            palms_known=conditioning.hands is not None,
-            on_progress=lambda done: self.progress("solve", done),
+            threads=self.threads,
         )
-        self.progress("solve", 1.0)
-        return _Draft(clip, features, x, np.stack([h.palms for h in hands]), solved, people)
+        bodies = SampledBodies.of(x, self.retargeting)
+        if given.hands is None and given.contacts is None:
+            first = 0 if prefix is None else prefix.frames
+            hands, segments = self._on_better_faces(bodies, hands, segments, clip, first)
+        return _SampledChunk(
+            chunk, clip, features, x, hands, segments, bodies, given.hands is not None, posed
+        )
 
     def _on_better_faces(
         self,
@@ -229,10 +250,11 @@ class _ChunkGenerator:
         return followed(held), held
 
     def _hands(
-        self, clip: ObjectClip, chunk: Chunk, conditioning: Conditioning, prefix: Prefix | None
+        self, clip: ObjectClip, chunk: Chunk, prefix: Prefix | None
     ) -> tuple[Tensor | None, list[HandMotion], list[tuple[ContactSegment, ...]]]:
         """Return the features, palms and segments of stage 1, or what is given in their place."""
         start, stop = chunk.first, chunk.first + len(chunk.T_world_object)
+        conditioning = self.conditioning
         if conditioning.hands is not None:
             given = HandMotion(
                 conditioning.hands.palms[start:stop], conditioning.hands.contact[start:stop]
@@ -250,6 +272,7 @@ class _ChunkGenerator:
             prefix=None if prefix is None or begins else prefix.hands,
             start=start_constraint(conditioning, prefix, clip) if begins else None,
             last=chunk.last,
+            threads=self.threads,
         )
         contacts = (
             None
@@ -257,18 +280,3 @@ class _ChunkGenerator:
             else shift_spans(conditioning.contacts, start, stop)
         )
         return x, *decode_hands(x, clip, self.options, prefix, contacts)
-
-
-@contextmanager
-def threads_for(frames: int) -> Generator[None]:
-    """Limit torch to as many threads as help; afterwards it has as many as before.
-
-    Args:
-        frames: of all samples together.
-    """
-    before = torch.get_num_threads()
-    torch.set_num_threads(1 if frames <= LITTLE else before)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)

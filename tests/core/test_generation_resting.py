@@ -109,8 +109,8 @@ def first_held(prefix: FeaturePrefix | None, start: StartConstraint | None) -> i
 
 def test_who_is_known_to_hold_at_first_does():
     free, touching = -torch.ones(8), torch.ones(8)
-    assert first_held(None, StartPose(free)) > 25
-    assert first_held(None, StartPose(touching)) == 0
+    assert first_held(None, StartPose(free, torch.zeros(2))) > 25
+    assert first_held(None, StartPose(touching, torch.zeros(2))) == 0
     assert first_held(None, StartPosition(torch.tensor([0.3, 0.3]))) > 25
     assert first_held(FeaturePrefix.all(free.expand(2, 5, 8).clone()), None) > 25
     assert first_held(FeaturePrefix.all(touching.expand(2, 5, 8).clone()), None) == 0

@@ -62,7 +62,7 @@ def test_clips_are_whole_and_licensed(folder: Path) -> None:
         np.testing.assert_allclose(np.linalg.det(clip.rotations), 1.0, atol=1e-6)
 
 
-@pytest.mark.parametrize(("action", "seed"), [("carry", 2), ("relocate", 10), ("push", 4), ("drag", 10),
+@pytest.mark.parametrize(("action", "seed"), [("carry", 2), ("relocate", 10), ("push", 4), ("drag", 12),
                                              ("tip", 3), ("cart", 6)])  # fmt: skip
 def test_a_finished_clip_is_sound(folder: Path, action: Action, seed: int) -> None:
     body, rng = load_body(), np.random.default_rng(seed)

@@ -127,7 +127,7 @@ def test_one_seed_writes_one_script() -> None:
 
 
 @pytest.mark.parametrize(
-    ("objects", "never"), [("seen", "mop"), ("unseen", "vacuum"), ("monitor", "push")]
+    ("objects", "never"), [("seen", "mop"), ("unseen", "vacuum"), ("monitor", "tip")]
 )
 def test_only_what_there_is_is_handled(objects: str, never: Action) -> None:
     stock, rng = Stock(classes_of(objects)), np.random.default_rng(1)

@@ -76,11 +76,24 @@ def test_a_scene_elsewhere_gives_the_same_features(corpus: Corpus):
     w = corpus.draw(4, 16, objects_only=True)
     yaw = hand_capture.canonical_yaw(w.object)
     axes = hand_capture.object_axes(w.object, yaw)
-    a = hand_capture.condition(w.object, yaw, axes)
+    start = torch.tensor([0.3, -0.6, 1.0]).expand(4, 3)
+    a = hand_capture.condition(w.object, yaw, axes, start)
     moved = {k: getattr(w.object, k) for k in w.object.__dataclass_fields__}
     moved["centre"] = w.object.centre + torch.tensor([40.0, -70.0, 0.0])
-    b = hand_capture.condition(type(w.object)(**moved), yaw, axes)
+    b = hand_capture.condition(type(w.object)(**moved), yaw, axes, start)
     assert torch.allclose(a, b, atol=1e-3)
+
+
+def test_a_start_is_seen_from_the_heading_of_the_window(corpus: Corpus):
+    w = corpus.draw(3, 16, objects_only=True)
+    yaw = torch.tensor([0.0, torch.pi / 2, torch.pi])
+    axes = hand_capture.object_axes(w.object, yaw)
+    near = torch.tensor([0.5, 0.2, 1.0])
+    start = torch.stack([near, near, hand_capture.UNKNOWN_START])
+    seen = hand_capture.condition(w.object, yaw, axes, start)[..., -3:]
+    aside = torch.tensor([0.2, -0.5, 1.0])
+    ahead = torch.stack([near, aside, hand_capture.UNKNOWN_START])
+    assert torch.allclose(seen, ahead[:, None].expand_as(seen), atol=1e-6)
 
 
 def test_a_palm_that_holds_stands_still_in_the_axes_of_the_object(corpus: Corpus):

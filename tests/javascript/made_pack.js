@@ -40,6 +40,7 @@ export const HEADER = {
   frames: 3,
   samples: 1,
   chosen: 0,
+  first: 0,
   joint_names: [],
   joint_parents: [],
   contacts: [[]],

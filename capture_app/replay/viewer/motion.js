@@ -15,7 +15,7 @@ export class Motion {
   constructor(pack) {
     this.pack = pack;
     this.header = pack.header;
-    this.sample = pack.header.chosen;
+    this.sample = pack.header.first;
     this.frames = pack.header.frames;
     this.duration = Math.max(0, this.frames - 1) / pack.header.fps;
     this.palmJoints = PALMS.map((name) => pack.header.joint_names.indexOf(name));

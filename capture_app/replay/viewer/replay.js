@@ -107,11 +107,11 @@ class Page {
   }
 
   #choices() {
-    const { samples, chosen } = this.header;
+    const { samples, first } = this.header;
     const names = Array.from({ length: samples }, (_, k) => sampleName(this.header, k));
     const [sample, compare, arrange] = ["sample", "compare", "arrange"].map(select);
     fill(sample, names.map((text, k) => [String(k), text]));
-    sample.value = String(chosen);
+    sample.value = String(first);
     at("sample-label").hidden = samples < 2;
     sample.addEventListener("change", () => this.#pickSample(Number(sample.value)));
     const others = this.scenes.slice(1).map((_, k) => [`scene:${k + 1}`, `scene ${k + 2}`]);

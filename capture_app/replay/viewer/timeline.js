@@ -35,7 +35,7 @@ export class Timeline extends EventTarget {
   #time = 0;
 
   /** @param {Element} host @param {Pack} pack @param {Options} options */
-  constructor(host, pack, { sample = pack.header.chosen, editable = false }) {
+  constructor(host, pack, { sample = pack.header.first, editable = false }) {
     super();
     this.#pack = pack;
     this.#sample = sample;

@@ -124,10 +124,12 @@ def _waits(site: Site) -> str:
     if not site.queue.workers():
         return (
             "No worker is there yet. If none comes within half a minute, nobody has started one for this "
-            "library: `omocap worker` does."
+            "library: the command omocap worker does."
         )
     counts = site.queue.counts()
     busy = counts.get("running", 0) + counts.get("cancelling", 0)
+    if not busy:
+        return "It begins in a few seconds."
     return f"The workers are busy: {busy} running, {counts.get('queued', 0)} waiting with this one."
 
 

@@ -2,12 +2,13 @@
 
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Query
 from fastapi.responses import FileResponse, Response
 from pydantic import BaseModel, ConfigDict
 
+from capture_app.commands.inputs import Sample
 from capture_app.commands.run import VIDEO
 from capture_app.jobs.record import OVER
 from capture_app.library_item import Info
@@ -123,13 +124,13 @@ async def scene(site: Here, id: Id) -> FileResponse:
 
 
 @router.get("/{id}/share.html", response_class=FileResponse, responses=FILE)
-async def share(site: Here, id: Id) -> FileResponse:
-    """The result as one page that plays anywhere, to be saved."""
+async def share(site: Here, id: Id, sample: Annotated[Sample, Query()] = None) -> FileResponse:
+    """The result as one page that plays anywhere, to be saved; it opens on the sample, from 1."""
     name = site.library.results.get(id).name
     folder = site.library.results.content(id)
-    path = site.library.results.cache(id) / f"share-{key(folder, name)}.html"
+    path = site.library.results.cache(id) / f"share-{key(folder, name, sample)}.html"
     if not path.is_file():
-        await site.sandbox.run(work.share_result, folder, name, path)
+        await site.sandbox.run(work.share_result, folder, name, sample, path)
     return file_response(path, f"{file_name(name)}.html")
 
 

@@ -144,17 +144,17 @@ def pack_result_scene(result: Path, scene: Path) -> dict[str, Any]:
     return _written(scene, pack_result(load_result(result), words=all_in_page_words))
 
 
-def share_result(result: Path, title: str, page: Path) -> dict[str, Any]:
-    """Write a result as one page that needs nothing else.
+def share_result(result: Path, title: str, sample: int | None, page: Path) -> dict[str, Any]:
+    """Write a result as one page that needs nothing else, and opens on this sample.
 
     Raises:
-        InputError: as `load_result`.
+        InputError: as `load_result`, or "sample-missing".
     """
     from capture_app.replay.pack import pack_result
     from capture_app.replay.share import share_page
     from capture_app.result import load_result
 
-    pack = pack_result(load_result(result), name=title, words=all_in_page_words)
+    pack = pack_result(load_result(result), name=title, words=all_in_page_words, sample=sample)
     write_whole(page, share_page([pack], title=title))
     return {}
 

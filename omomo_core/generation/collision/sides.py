@@ -145,17 +145,19 @@ def viterbi(
     cost: Cost, between: Float[Tensor, "*steps choices choices"]
 ) -> Int[Tensor, "samples seen"]:
     """Return the path of choices with the least sum of costs and changes (Viterbi)."""
-    steps = cost.shape[1] - 1
-    change = between.expand(*cost.shape[:1], steps, *between.shape[-2:])
-    best, came = cost[:, 0], list[Tensor]()
+    # numpy takes half of torch's time for so many small steps.
+    steps, rows = cost.shape[1] - 1, np.arange(len(cost))
+    change = between.expand(*cost.shape[:1], steps, *between.shape[-2:]).numpy()
+    costs = cost.numpy()
+    best, came = costs[:, 0], list[np.ndarray]()
     for step in range(steps):
-        least, before = (best[:, :, None] + change[:, step]).min(dim=1)
-        best = least + cost[:, step + 1]
-        came.append(before)
-    path = [best.argmin(dim=1)]
+        reached = best[:, :, None] + change[:, step]
+        came.append(reached.argmin(axis=1))
+        best = reached.min(axis=1) + costs[:, step + 1]
+    path = [best.argmin(axis=1)]
     for before in reversed(came):
-        path.append(before.gather(1, path[-1][:, None])[:, 0])
-    return torch.stack(path[::-1], dim=1)
+        path.append(before[rows, path[-1]])
+    return torch.from_numpy(np.stack(path[::-1], axis=1))
 
 
 def level_shifts(step: float, farthest: float) -> Float[Tensor, "choices 3"]:

@@ -29,6 +29,8 @@ def sample_body(
     generator: torch.Generator,
     progress: Progress,
     prefix: Prefix | None,
+    *,
+    threads: int = 1,
 ) -> Float[Tensor, "samples frames channels"]:
     """Return the features of a body for the palms of each sample; the root in the networks' world, metres.
 
@@ -40,6 +42,7 @@ def sample_body(
         generator: source of randomness.
         progress: called with "body" and the fraction done.
         prefix: the first frames, where they are fixed.
+        threads: that go through the network.
     """
     index = window_frames(clip.trained.frames)
     windows = object_windows(clip.trained, index, len(hands), BASIS_POINTS)
@@ -65,8 +68,9 @@ def sample_body(
         body_stage.LAYOUT,
         options,
         generator,
-        prefix=None if prefix is None else _relative_to(prefix.body, reference),
+        impose=_relative_to(prefix.body, reference).impose if prefix else lambda x: x,
         on_step=lambda done: progress("body", done),
+        threads=threads,
     )
     return torch.cat([x[..., :2] + reference, x[..., 2:]], dim=-1)
 

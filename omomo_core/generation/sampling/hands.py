@@ -47,6 +47,7 @@ def sample_hands(
     start: StartConstraint | None,
     *,
     last: bool = True,
+    threads: int = 1,
 ) -> Samples:
     """Return the features of each sample: palms from the object's centre in the networks' world, contacts.
 
@@ -63,20 +64,27 @@ def sample_hands(
         prefix: features of the first frames, where the take goes on.
         start: what is known of a take's first frame.
         last: the take ends with the clip.
+        threads: that go through the network.
     """
 
+    begun = _holds_at_start(prefix, start)
+
+    def impose(x: Samples) -> Samples:
+        fixed = x if prefix is None else prefix.impose(x)
+        return release_resting_object(fixed, clip, begun, last=last)
+
     def draw(samples: int) -> Samples:
-        drawn = sample_take(
+        return sample_take(
             stage,
             torch.randn(samples, clip.trained.frames, LAYOUT.channels, generator=generator),
-            _window_conditions(clip, samples, canonical=prefix is not None),
+            _window_conditions(clip, samples, start, canonical=prefix is not None),
             LAYOUT,
             options,
             generator,
-            prefix=prefix,
+            impose=impose,
             on_step=lambda done: progress("hands", done),
+            threads=threads,
         )
-        return release_resting_object(drawn, clip, _holds_at_start(prefix, start), last=last)
 
     samples = options.samples
     if prefix is not None or (start is None and options.sampler == "ddpm"):
@@ -120,15 +128,19 @@ def _holds_at_start(
     return torch.tensor([posed])
 
 
-def _window_conditions(clip: ObjectClip, samples: int, *, canonical: bool) -> WindowConditions:
+def _window_conditions(
+    clip: ObjectClip, samples: int, start: StartConstraint | None, *, canonical: bool
+) -> WindowConditions:
     """Return the windows' conditions, seen from the canonical heading or from each sample's own."""
-    windows = object_windows(
-        clip.trained, window_frames(clip.trained.frames), samples, BASIS_POINTS
-    )
+    index = window_frames(clip.trained.frames)
+    windows = object_windows(clip.trained, index, samples, BASIS_POINTS)
     own = partial(hand_stage.sampling_yaw, samples=samples)
     yaw = (hand_stage.canonical_yaw if canonical else own)(windows)
     axes = hand_stage.object_axes(windows, yaw)
-    condition = hand_stage.condition(windows, yaw, axes)
+    begins = hand_stage.UNKNOWN_START.repeat(len(yaw), 1)
+    if start is not None:
+        begins[:: len(index)] = torch.cat([start.position, torch.ones(1)])
+    condition = hand_stage.condition(windows, yaw, axes, begins)
     return WindowConditions(windows.valid, condition, hand_stage.shape_code(windows, axes), axes)
 
 

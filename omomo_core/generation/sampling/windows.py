@@ -5,6 +5,7 @@ Bar-Tal et al. 2023), so the windows end as one motion without a seam.
 """
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import torch
@@ -13,8 +14,8 @@ from torch import Tensor
 
 from omomo_core.diffusion.samplers import sample
 from omomo_core.diffusion.schedule import cosine_schedule
-from omomo_core.generation.prefix import FeaturePrefix
 from omomo_core.generation.result import GenerationOptions
+from omomo_core.generation.threads import batch_parts
 from omomo_core.geometry.canonical import Layout, rotate
 from omomo_core.stages.stage import Stage
 from omomo_core.stages.windows import WINDOW, window_frames
@@ -59,36 +60,37 @@ def sample_take(
     options: GenerationOptions,
     generator: torch.Generator,
     *,
-    prefix: FeaturePrefix | None = None,
+    impose: Callable[[Tensor], Tensor] = lambda estimate: estimate,
     on_step: Callable[[float], None],
+    threads: int = 1,
 ) -> Float[Tensor, "samples frames channels"]:
     """Return the features of K samples of a take that are denoised from `noise`; raw units, world axes.
 
-    The features of a prefix replace those of every estimate (inpainting), so that the other frames follow.
+    What `impose` fixes in every estimate (inpainting) the other frames and features follow. So many threads
+    go through the network with a part of the windows each.
     """
     samples, frames = noise.shape[:2]
     index, axes = window_frames(frames), conditions.axes
 
     def to_world(x: Tensor) -> Tensor:
         raw = rotate(stage.denormalise(x), axes, layout)
-        merged = merge_windows(raw.unflatten(0, (samples, len(index))), index, frames)
-        return merged if prefix is None else prefix.impose(merged)
+        return impose(merge_windows(raw.unflatten(0, (samples, len(index))), index, frames))
+
+    # A graphics card takes all at once.
+    count = threads if stage.denoiser.out.weight.device.type == "cpu" else 1
+    parts = batch_parts(len(noise) * len(index), CHUNK, count)
 
     def predict(x: Tensor, n: int) -> Tensor:
-        parts = [
-            stage(
-                x[i],
-                conditions.condition[i],
-                conditions.shape[i],
-                torch.full((len(x[i]),), n),
-                conditions.valid[i],
-            )
-            for i in (slice(a, a + CHUNK) for a in range(0, len(x), CHUNK))
-        ]
-        shared = to_world(torch.cat(parts))[:, index].flatten(0, 1)
+        def of(some: slice) -> Tensor:
+            told = (conditions.condition[some], conditions.shape[some])
+            level = torch.full((len(x[some]),), n)
+            with torch.inference_mode():
+                return stage(x[some], *told, level, conditions.valid[some])
+
+        shared = to_world(torch.cat(list(pool.map(of, parts))))[:, index].flatten(0, 1)
         return stage.normalise(rotate(shared, axes.transpose(-1, -2), layout))
 
-    with torch.inference_mode():
+    with torch.inference_mode(), _network_threads(count) as pool:
         x = sample(
             predict,
             noise[:, index].flatten(0, 1),
@@ -100,3 +102,7 @@ def sample_take(
             on_step=on_step,
         )
         return to_world(x)
+
+
+def _network_threads(count: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(count, initializer=torch.set_num_threads, initargs=(1,))

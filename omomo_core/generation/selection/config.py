@@ -57,11 +57,6 @@ class OppositeSideConfig:
         "People hold up a tipped object from the side where it takes less than this share of the "
         "force; of 44 synthetic people who tip something, 42 have no side that is so much lighter.",
     )
-    swap_smoothing: int = setting(
-        5,
-        "frames",
-        "Standard deviation of the filter over which exchanged hands come to their contacts.",
-    )
 
 
 @dataclass(frozen=True)
@@ -80,7 +75,7 @@ class StartConfig:
         1.8, "m/s", "Greatest speed of that blend from a start position."
     )
     pace: float = setting(
-        0.8,
+        1.3,
         "m/s",
         "Mean speed, from stand to stand, at which people walk around an object before they take it.",
     )

@@ -3,21 +3,17 @@
 A hypothesis given half a turn about the vertical through the object's centre keeps the left hand left and
 the right hand right, and is as good wherever the object has a surface there too. Where the object stands
 on an edge, its weight tells the side. Elsewhere the object's motion does not always tell it, and the network
-is more certain than it is right. Exchanging the hands is another way to change sides: who holds a chair by
-its back may stand behind it or before it, and the palms stay in place while left and right change.
+is more certain than it is right.
 """
 
 import numpy as np
 import torch
-from scipy.ndimage import gaussian_filter1d
 
 from omomo_core.generation.object_clip import ObjectClip
 from omomo_core.generation.selection.config import OPPOSITE_SIDE
 from omomo_core.generation.selection.plausibility import PalmHolds, Samples
 
 _HALF_TURN = torch.tensor([-1.0, -1.0, 1.0]).repeat(2)
-_OTHER_HAND = [3, 4, 5, 0, 1, 2, 7, 6]
-_PLACES = torch.arange(len(_OTHER_HAND)) < len(_HALF_TURN)
 
 
 def move_to_lighter_side(features: Samples, clip: ObjectClip) -> Samples:
@@ -57,16 +53,3 @@ def half_turn(features: Samples) -> Samples:
     away = features.clone()
     away[..., : len(_HALF_TURN)] *= _HALF_TURN
     return away
-
-
-def swap_hands(features: Samples) -> Samples:
-    """Return the samples with left and right hand exchanged: the person holds the same places from beyond.
-
-    Hands that hold nothing make half a turn instead.
-    """
-    held = (features[..., len(_HALF_TURN) :] > 0).any(dim=-1).numpy().astype(float)
-    weight = torch.from_numpy(gaussian_filter1d(held, OPPOSITE_SIDE.swap_smoothing, axis=-1)).to(
-        features
-    )[..., None]
-    changed = features[..., _OTHER_HAND]
-    return torch.where(_PLACES, weight * changed + (1 - weight) * half_turn(features), changed)

@@ -1,14 +1,12 @@
 """Start constraint: selection of palm hypotheses by a start position or start pose that is known.
 
-The place of a person before they take an object tells from which side they take it, more than the object's
-motion does. So every hypothesis is a candidate from three sides, those that begin nearest to the known start
-are kept, and their palms are blended from the start to where they hold.
+The network is told where the person stands at first. Of its hypotheses those that begin nearest to the known
+start are kept, and their palms are blended from the start to where they hold.
 """
 
 import math
 from dataclasses import dataclass
 
-import numpy as np
 import torch
 from jaxtyping import Bool, Float, Int
 from torch import Tensor
@@ -17,7 +15,6 @@ from omomo_core.generation.object_clip import ObjectClip
 from omomo_core.generation.prefix import fade
 from omomo_core.generation.selection.config import START
 from omomo_core.generation.selection.coverage import k_medoids, kernel_mean
-from omomo_core.generation.selection.opposite_side import half_turn, swap_hands
 from omomo_core.generation.selection.plausibility import Hypotheses, PalmHolds, Samples
 from omomo_core.motion import FPS
 
@@ -32,11 +29,8 @@ class StartPose:
 
     first: Float[Tensor, "8"]
     """Features of one frame: palms from the object's centre, metres, and contacts."""
-
-    @property
-    def position(self) -> Float[Tensor, "2"]:
-        """Where the person stands on the floor, from the object's centre, metres."""
-        return _standing_position(self.first)
+    position: Float[Tensor, "2"]
+    """Where the pelvis is above the floor, from the object's centre, metres."""
 
     def distance(self, first: First) -> Float[Tensor, "*b"]:
         """Return the mean distance of palms from the known ones, given features of first frames; metres."""
@@ -89,17 +83,16 @@ def select_by_start(
         clip: the object.
         samples: how many to keep.
     """
-    sides = _from_all_sides(kernel_mean(features))
-    distance = start.distance(sides[:, :, 0])
-    plausible = torch.from_numpy(np.stack([PalmHolds.of(side, clip).plausible for side in sides]))
-    plausible &= ~_too_far_to_walk(sides, start.position)
+    hypotheses = kernel_mean(features)
+    distance = start.distance(hypotheses[:, 0])
+    plausible = torch.from_numpy(PalmHolds.of(hypotheses, clip).plausible)
+    plausible &= ~_too_far_to_walk(hypotheses, start.position)
     distance[~plausible] += distance.max() + 1
     count = max(math.ceil(START.candidates_per_sample * samples), START.fewest_candidates)
     count = min(count, max(int(plausible.sum()), samples))
-    near = distance.flatten().argsort(stable=True)[:count]
-    hypotheses = sides.flatten(0, 1)[near]
-    kept = torch.from_numpy(k_medoids(_palms(hypotheses).double().numpy(), samples))
-    return start.impose(hypotheses[kept])
+    near = hypotheses[distance.argsort(stable=True)[:count]]
+    kept = torch.from_numpy(k_medoids(_palms(near).double().numpy(), samples))
+    return start.impose(near[kept])
 
 
 def impose_start(features: Samples, first: Float[Tensor, "*samples 8"]) -> Samples:
@@ -146,10 +139,6 @@ def _standing_position(first: First) -> Float[Tensor, "*b 2"]:
     ahead = ahead / ahead.norm(dim=-1, keepdim=True).clamp(min=1e-6)
     holds = (first[..., _PLACES:] > 0).any(dim=-1, keepdim=True)
     return (left + right) / 2 - torch.where(holds, START.holding_reach, START.idle_reach) * ahead
-
-
-def _from_all_sides(features: Samples) -> Float[Tensor, "sides samples frames 8"]:
-    return torch.stack([features, half_turn(features), swap_hands(features)])
 
 
 def _palms(features: Float[Tensor, "*b 8"]) -> Float[Tensor, "*b 2 3"]:

@@ -26,7 +26,7 @@ from omomo_core.generation.collision.feet import move_feet_clear
 from omomo_core.generation.collision.limbs import swing_limbs_clear, turn_hands_clear
 from omomo_core.generation.collision.root import move_root_clear
 from omomo_core.generation.collision.sides import CollisionAvoidance
-from omomo_core.generation.prefix import Prefix, fade
+from omomo_core.generation.prefix import SolvedPrefix, fade
 from omomo_core.generation.solving.config import BODY_SOLVING, REACH
 from omomo_core.generation.solving.feet import ANKLES, TOES, FootPlan, plan_feet
 from omomo_core.generation.solving.reach import ankles_of, move_root_within_reach, solve_arms
@@ -49,6 +49,20 @@ class SolvedBodies:
     miss: Float[Tensor, "samples frames 2"]
     """Distance of each palm from its target where it should hold, metres; 0 elsewhere."""
 
+    @staticmethod
+    def join(groups: "Sequence[SolvedBodies]") -> "SolvedBodies":
+        """Return the samples of all groups."""
+        return SolvedBodies(
+            torch.cat([g.root for g in groups]),
+            torch.cat([g.rotations for g in groups]),
+            np.concatenate([g.standing for g in groups]),
+            torch.cat([g.miss for g in groups]),
+        )
+
+    def prefix(self, rows: slice) -> SolvedPrefix:
+        """Return the prefix of the next chunk, which begins with these frames."""
+        return SolvedPrefix(self.root[:, rows], self.rotations[:, rows], self.standing[:, rows])
+
 
 def solve_bodies(
     body: BodyModel,
@@ -56,7 +70,7 @@ def solve_bodies(
     rotations: Float[Tensor, "samples frames 22 3 3"],
     foot_contact: Float[Tensor, "samples frames 4"],
     targets: InteractionTargets,
-    prefix: Prefix | None = None,
+    prefix: SolvedPrefix | None = None,
     free: Float[Tensor, " frames"] | None = None,
     on_progress: Callable[[float], None] = lambda done: None,
 ) -> SolvedBodies:
@@ -137,7 +151,7 @@ def _fade_after(first: int, frames: int) -> Float[Tensor, " frames"]:
 
 
 def _continue_prefix(
-    prefix: Prefix, root: Tensor, rotations: Tensor
+    prefix: SolvedPrefix, root: Tensor, rotations: Tensor
 ) -> tuple[Float[Tensor, "samples frames 3"], Float[Tensor, "samples frames 22 3 3"]]:
     """Return bodies that begin with the prefix; the change of its last frame fades out after it."""
     first = prefix.frames
@@ -150,7 +164,11 @@ def _continue_prefix(
 
 
 def _plan_feet(
-    body: BodyModel, root: Tensor, rotations: Tensor, foot_contact: Tensor, prefix: Prefix | None
+    body: BodyModel,
+    root: Tensor,
+    rotations: Tensor,
+    foot_contact: Tensor,
+    prefix: SolvedPrefix | None,
 ) -> list[FootPlan]:
     joints = forward_kinematics(body, root, rotations).double().numpy()
     R, down = rotations.double().numpy(), foot_contact.numpy()

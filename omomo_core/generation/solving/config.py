@@ -41,6 +41,15 @@ class FootPlanConfig:
     settle: int = setting(
         10, "frames", "Time in which a foot comes back to its plan after a prefix."
     )
+    least_swing: float = setting(
+        0.018, "m", "Least height of the toe joint in a step of no length, above a standing one."
+    )
+    swing_per_metre: float = setting(
+        0.06,
+        "m/m",
+        "Added height for each metre of the step: toes of three in four recorded steps rise higher.",
+    )
+    highest_swing: float = setting(0.06, "m", "Greatest height that a step is raised to.")
 
 
 @dataclass(frozen=True)

@@ -64,6 +64,7 @@ def plan_feet(
         still = _lock_plants(ankles[:, side], to_toe, plants, rolling, levels, first)
         for level, offset in zip(levels, (0.0, to_toe[:, 2]), strict=True):
             still[:, 2] += (level - still[:, 2] - offset).clip(min=0)
+        still[:, 2] += _raise_swings(still, to_toe[:, 2] - levels[1], standing[:, side], first)
         planned[:, side] = still
     if first:
         planned = _continue_prefix(planned, joints[:first, ANKLES])
@@ -142,6 +143,32 @@ def _lock_plants(
     if not len(known):
         return ankle.copy()
     return ankle + np.stack([np.interp(np.arange(len(ankle)), known, m) for m in change.T], axis=1)
+
+
+def _raise_swings(
+    ankle: Float[np.ndarray, "frames 3"],
+    to_toe: Float[np.ndarray, " frames"],
+    standing: Bool[np.ndarray, " frames"],
+    first: int,
+) -> Float[np.ndarray, " frames"]:
+    """Return by how much an ankle is raised so that its toe clears the floor in each step, as people's do.
+
+    Args:
+        ankle: of one foot, world, metres.
+        to_toe: height of its toe joint above the ankle, less that of one that stands.
+        standing: whether the foot stands.
+        first: frames of a prefix, which stay as they are.
+    """
+    raised = np.zeros(len(ankle))
+    for a, b in runs(~standing):
+        if a <= first or b == len(ankle):
+            continue
+        length = float(np.linalg.norm(ankle[b, :2] - ankle[a - 1, :2]))
+        least = FOOT_PLAN.least_swing + FOOT_PLAN.swing_per_metre * length
+        highest = float((ankle[a:b, 2] + to_toe[a:b]).max())
+        lack = max(0.0, min(least, FOOT_PLAN.highest_swing) - highest)
+        raised[a:b] = lack * np.sin(np.pi * (np.arange(b - a) + 0.5) / (b - a)) ** 2
+    return raised
 
 
 def _continue_prefix(

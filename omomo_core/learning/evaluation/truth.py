@@ -12,6 +12,7 @@ from omomo_core.body.kinematics import forward_kinematics, full_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.body.skinning import skin
 from omomo_core.contact.support import must_be_held
+from omomo_core.generation.selection.speed_limits import speed_excess
 from omomo_core.geometry.object_features import object_features
 from omomo_core.learning.evaluation.average import Row, mean_of
 from omomo_core.learning.evaluation.clips import RealClip
@@ -97,6 +98,7 @@ class Truth:
             **onset_errors(found[0], true[0]),
             **foot_measures(human.joints),
             **swing_measures(human.joints),
+            "leaping_share": float(speed_excess(human) > 0),
         }
 
     def of_skin(self, human: HumanMotion, body: BodyModel) -> Row:

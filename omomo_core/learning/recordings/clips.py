@@ -19,6 +19,10 @@ from omomo_core.whole_file import whole_file
 _PER_FRAME = ("root", "rotations", "hand_contact", "foot_contact")
 
 
+SYNTHESIS = "synthesis"
+"""The source of clips that the synthesis makes."""
+
+
 @dataclass(frozen=True)
 class Clip:
     """One person's motion on our skeleton at 30 fps, with the object they moved if there is one.
@@ -28,7 +32,7 @@ class Clip:
 
     name: str
     source: str
-    """Where it came from: "cmu_bvh", "o3de", "hdm05", "cmu_jump", "synthesis"..."""
+    """Where it came from: "cmu_bvh", "o3de", "hdm05", "cmu_jump", `SYNTHESIS`..."""
     licence: str
     root: Float[np.ndarray, "frames 3"]
     """Pelvis joint, world (z up, floor 0), metres."""

@@ -15,7 +15,7 @@ from omomo_core.body.trajectory_optimization.anatomy import centre_of_mass
 from omomo_core.body.trajectory_optimization.obstacle import BoxObstacle
 from omomo_core.body.trajectory_optimization.solver import optimise_trajectory
 from omomo_core.body.trajectory_optimization.targets import SolverTargets
-from omomo_core.learning.recordings.clips import Clip
+from omomo_core.learning.recordings.clips import SYNTHESIS, Clip
 from omomo_core.learning.recordings.grounding import foot_contacts
 from omomo_core.learning.synthesis.action_plan import Action
 from omomo_core.learning.synthesis.actor import ActorMotion, solve_actor
@@ -166,7 +166,7 @@ def finished(
     T_world_object[:, :3, 3] -= centre
     return Clip(
         name=f"sub{person}_{take.prop.name}_{number} {take.action}",
-        source="synthesis",
+        source=SYNTHESIS,
         licence=take.licence,
         root=performance.root - centre,
         rotations=performance.rotations,

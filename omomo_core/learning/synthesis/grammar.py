@@ -20,14 +20,18 @@ from omomo_core.learning.synthesis.style import moves_for, posture_for, way_of
 from omomo_core.learning.synthesis.tools.tool_use import PROPS as TOOL_PROPS
 
 _ACTIONS: dict[Action, float] = {
-    "carry": 0.15, "relocate": 0.13, "in_place": 0.06, "raise": 0.12, "one_hand": 0.06,
-    "swing": 0.02, "flip": 0.01, "reach_over": 0.06, "push": 0.09, "pull": 0.06, "drag": 0.12,
+    "carry": 0.14, "relocate": 0.12, "in_place": 0.06, "raise": 0.1, "one_hand": 0.06,
+    "swing": 0.02, "flip": 0.01, "reach_over": 0.05, "push": 0.18, "pull": 0.06, "drag": 0.12,
     "shove": 0.02, "turn": 0.07, "tip": 0.02, "pivot": 0.05,
     "sweep": 0.01, "mop": 0.01, "vacuum": 0.01, "trolley": 0.01, "cart": 0.01,
 }  # fmt: skip
 _TRIES = 30
 _SHORTEST, _LONGEST = 120, 300
 """Frames of a clip."""
+_WALKING: dict[Action, tuple[float, float]] = {"relocate": (25, 60), "push": (35, 130)}
+"""Frames of walking with the thing in each episode."""
+_RATES: dict[Action, tuple[float, float]] = {"push": (0.5, 1.2)}
+"""How fast recorded walks are played to somebody who slides a thing."""
 _Writer = Callable[[np.random.Generator, Action, Prop, float], list[Episode]]
 _WRITERS: dict[Action, _Writer] = {
     "carry": carry, "one_hand": carry, "relocate": relocate, "in_place": in_place,
@@ -80,7 +84,7 @@ def _action_plan(
     slow = episodes[0].slides
     walks = sum(not e.still for e in episodes)
     stepping = action == "relocate"
-    walking = walks * (rng.uniform(25, 60) if stepping else rng.uniform(60, 150))
+    walking = walks * rng.uniform(*_WALKING.get(action, (60, 150)))
     pauses = timeline(tuple(episodes))[0]
     spare = 0.0 if rng.random() < 0.4 else rng.uniform(0, 70)
     coming_and_going = int(episodes[0].takes) + int(episodes[-1].leaves)
@@ -91,7 +95,7 @@ def _action_plan(
     wanted = MotionRequirements(
         frames,
         pauses,
-        rate=(0.45, 0.9) if slow else (0.7, 1.2),
+        rate=_RATES.get(action, (0.45, 0.9)) if slow else (0.7, 1.2),
         walk=(10, 50) if stepping else (24, _LONGEST),
         backward={"pull": 0.9, "drag": 1.0, "push": 0.05, "relocate": 0.3}.get(action, 0.12),
         moves=moves_for(action),

@@ -18,7 +18,7 @@ from omomo_core.learning.synthesis.holds import Handling
 from omomo_core.learning.synthesis.props import Prop
 from omomo_core.learning.synthesis.shapes import SolidPart, joined
 from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
-from omomo_core.skeleton import joint
+from omomo_core.skeleton import BODY_JOINTS, joint
 
 _PALM_OFF = 0.02
 _DEEPEST = 0.05
@@ -36,8 +36,8 @@ _MARGIN, _UNDER = 0.02, 0.25
 """How far the pelvis, and legs and feet, may be within the outline of a resting prop: feet go under
 tables and between legs of chairs, metres."""
 _MORE_SKATING = 0.06
-_FASTEST_TURN = 18.0
-"""Radians per second of any joint."""
+_FASTEST_TURNS = np.where([name.endswith("_foot") for name in BODY_JOINTS], 28.0, 18.0)
+"""Radians per second of each joint; toes roll faster than anything else turns."""
 _FASTEST_PALM = 5.0
 _JERKIEST = 90.0
 """Metres per second squared of any joint; real steps reach 60."""
@@ -90,7 +90,8 @@ def fault(
         return "penetration"
     if _skating(body, performance) > _skating(body, base_motion) + _MORE_SKATING:
         return "skating"
-    if turning_speed(performance.rotations, FPS).max() > _FASTEST_TURN:
+    turning = turning_speed(performance.rotations, FPS)
+    if (turning > _FASTEST_TURNS).any():
         return "too-fast"
     if np.linalg.norm(np.diff(joints[:, 22:], axis=0), axis=-1).max() * FPS > _FASTEST_PALM:
         return "too-fast"

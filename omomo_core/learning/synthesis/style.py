@@ -21,7 +21,7 @@ class ReachTempo(TypedDict):
 
 def tempo(rng: np.random.Generator, deep: float, *, slides: bool) -> ReachTempo:
     """One person's pace; `deep` is how far below 0.8 m the hands go, metres."""
-    pace = rng.uniform(0.75, 1.3)
+    pace = rng.uniform(0.6, 1.25)
     move = 14 * deep if not slides else -10
     return {
         "reach": int(pace * (rng.uniform(14, 26) + 16 * deep)),
@@ -76,6 +76,8 @@ def posture_for(rng: np.random.Generator, action: Action) -> Posture:
 
 _SIT = 0.2
 """How often somebody sits down on the heels for what lies low."""
+_BESIDE = 0.5
+"""How often what is pushed is first taken from more or less beside it."""
 _FAR = ("push", "pull", "drag", "shove", "tip", "pivot")
 """What is done at arm's length."""
 
@@ -86,6 +88,8 @@ def stance_for(rng: np.random.Generator, action: Action, turn: float, moment: in
               "push": 0.18, "turn": 0.15}.get(action, 0.26)  # fmt: skip
     if moment == 1 and action not in ("push", "pull", "drag"):
         spread *= 0.6
+    if moment == 0 and action == "push" and rng.random() < _BESIDE:
+        spread *= 2.5
     far = action in _FAR
     reach = rng.uniform(0.2, 0.62) if far else 0.14 + rng.gamma(2.0, 0.06)
     skew = {"push": 0.2, "pull": 0.25, "drag": 0.25}.get(action, 0.16)
@@ -105,7 +109,7 @@ def moves_for(action: Action) -> Chances:
 
 def way_of(rng: np.random.Generator, action: Action) -> int:
     """Pushing leads ahead and pulling backward; now and then a thing is swung round or slid aside."""
-    if rng.random() < (0.35 if action == "drag" else 0.12):
+    if rng.random() < _ANYHOW.get(action, 0.12):
         return 0
     return {"push": 1, "pull": -1, "drag": -1}.get(action, 0)
 
@@ -127,9 +131,11 @@ _TILTS: dict[Action, tuple[float, float, float]] = {
     "tip": (1.0, 0.12, 0.6), "turn": (0.6, 0.06, 0.6),
 }  # fmt: skip
 """How often, from, to."""
+_ANYHOW: dict[Action, float] = {"drag": 0.35, "push": 0.4}
+"""How often a thing goes where it goes: people who stand beside what they push swing it round first."""
 _DRAG: Chances = {"back": 0.66, "side": 0.08, "orbit": 0.18, "shuffle": 0.08}
 _MOVES: dict[Action, Chances] = {
-    "push": {"walk": 0.74, "shuffle": 0.08, "orbit": 0.09, "side": 0.05, "turn": 0.04},
+    "push": {"walk": 0.6, "shuffle": 0.08, "orbit": 0.16, "side": 0.1, "turn": 0.06},
     "pull": _DRAG,
     "drag": _DRAG,
     "turn": {"orbit": 0.75, "turn": 0.25},

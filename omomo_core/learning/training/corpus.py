@@ -12,12 +12,14 @@ from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.rotations import rotmat_to_6d
 from omomo_core.geometry.transforms import angular_velocity, velocity
-from omomo_core.learning.recordings.clips import Clip
+from omomo_core.learning.recordings.clips import SYNTHESIS, Clip
 from omomo_core.learning.training.shapes import ShapeGrids
 from omomo_core.motion import FPS
 from omomo_core.stages.body.capture import reference_path
 from omomo_core.stages.windows import WINDOW, HumanWindows, ObjectWindows
 
+RECORDED_CONTACT = 6
+"""How often a recorded frame with an object is drawn for each of the synthesis: they are few, and true."""
 _APART = 30
 """Frames between the starts of the windows whose pelvis heights are ranked."""
 SWAP = (0, 2, 1, 3, 5, 4, 6, 8, 7, 9, 11, 10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20, 23, 22)
@@ -59,7 +61,9 @@ class Corpus:
                 if key not in self.rows:
                     self.rows[key] = torch.empty(total, *rows.shape[1:])
                 self.rows[key][first : first + len(rows)] = rows
-        self.weights = _weights(self.lengths.float(), has_object, synthesis_share)
+        recorded = torch.tensor([c.source != SYNTHESIS for c in clips])
+        lengths = self.lengths * (1 + (RECORDED_CONTACT - 1) * (has_object & recorded))
+        self.weights = _weights(lengths.float(), has_object, synthesis_share)
         ranked = self.object_of > 0 if has_object.any() else ~has_object
         joints = self.rows["joints"]
         # The minimum over the palms comes first: the joints of all windows at once need too much memory.

@@ -19,6 +19,8 @@ from omomo_core.stages.stage import StageConfig
 
 PALM_OFFSET, PALM_JITTER = 0.025, 0.01
 """Noise on the palms that stage 2 is trained with, metres: per window, and per frame (smooth)."""
+START_KNOWN, START_NOISE = 0.4, 0.08
+"""Share of windows in which stage 1 is told where the person stands at first, and how wrong, metres."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +48,18 @@ def _hands_capture(windows: Windows) -> Example:
     x = hand_capture.pack(person.joints[:, :, 22:], person.hand_contact, moved)
     return Example(
         x0=rotate(x, axes.transpose(-1, -2), hand_capture.LAYOUT),
-        condition=hand_capture.condition(moved, yaw, axes),
+        condition=hand_capture.condition(moved, yaw, axes, _start(windows)),
         shape=hand_capture.shape_code(moved, axes),
         valid=moved.valid,
     )
+
+
+def _start(windows: Windows) -> Float[Tensor, "b 3"]:
+    """Return where the person is in the first frame, about, in some of the windows."""
+    away = windows.human.joints[:, 0, 0, :2] - windows.object.centre[:, 0, :2]
+    away = away + START_NOISE * torch.randn_like(away)
+    known = torch.rand(len(away), 1) < START_KNOWN
+    return torch.cat([away, torch.ones(len(away), 1)], dim=-1) * known
 
 
 def _body_capture(windows: Windows) -> Example:

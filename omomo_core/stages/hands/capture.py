@@ -17,7 +17,9 @@ from omomo_core.stages.windows import ObjectWindows
 
 LAYOUT = Layout(vectors=2, scalars=2)
 """Left and right palm minus the object's centre; contact of left and right hand as -1 or 1."""
-CONDITION = 22
+CONDITION = 25
+UNKNOWN_START = torch.zeros(3)
+"""The start of a window where nobody knows it."""
 
 CONFIG = stage_config("hands", LAYOUT.channels, CONDITION)
 
@@ -69,11 +71,21 @@ def shape_code(
 
 
 def condition(
-    windows: ObjectWindows, yaw: Float[Tensor, " b"], axes: Float[Tensor, "b frames 3 3"]
+    windows: ObjectWindows,
+    yaw: Float[Tensor, " b"],
+    axes: Float[Tensor, "b frames 3 3"],
+    start: Float[Tensor, "b 3"],
 ) -> Float[Tensor, "b frames condition"]:
-    """Velocity, spin, place from the window's mean, and heights; how the object has turned.
+    """Velocity, spin, place from the window's mean, and heights; how the object has turned; the start.
 
     In canonical axes; velocity and spin in the object's too.
+
+    Args:
+        windows: the object.
+        yaw: heading of the canonical axes.
+        axes: of `object_axes`.
+        start: x and y from the object's centre to the pelvis in the window's first frame (world axes,
+            metres), and 1; `UNKNOWN_START` where that is not known.
     """
     count = windows.valid.sum(dim=1).clamp(min=1)[:, None, None]
     mean = (windows.centre * windows.valid[..., None]).sum(dim=1, keepdim=True) / count
@@ -85,7 +97,8 @@ def condition(
     seen = rotate(moved, axes.transpose(-1, -2), Layout(2, 0))
     R_canonical_axes = yaw_matrix(-yaw).to(axes)[:, None] @ axes
     six = rotmat_to_6d(R_canonical_axes).flatten(-2)
-    return torch.cat([turned[..., :8], heights, seen, six], dim=-1)
+    begin = turn(start[:, None], -yaw, Layout(1, 0)).expand(-1, heights.shape[1], -1)
+    return torch.cat([turned[..., :8], heights, seen, six, begin], dim=-1)
 
 
 def pack(

@@ -17,7 +17,7 @@ TEMPO = Tempo(
 )
 
 
-def quick(url: str) -> None:
+def quick(url: str, **_: object) -> None:
     work(url, tempo=TEMPO, kinds={**KINDS, "stand-in": KIND})
 
 

@@ -41,6 +41,20 @@ def test_report_says_what_to_do_and_shows_where(tabs, server, shaken):
     expect(page.locator(".clock")).to_have_text(re.compile(rf"^{seconds:.1f} / "))
 
 
+def test_a_click_straight_from_a_field_makes_the_motion(tabs, server, example):
+    chosen = f"?object={example['object']}&mount={example['mount']}"
+    page = tabs.open(server.at(f"/sessions/{example['session']}{chosen}"))
+    expect(page.get_by_text("This recording is good")).to_be_visible(timeout=30_000)
+    page.get_by_text("More options").click()
+    page.get_by_label("Stretch to use").press_sequentially("1")
+    # As long as a person presses: meanwhile the field is left, and the recording looked at again.
+    page.get_by_role("button", name="Make the motion").click(delay=60)
+    page.wait_for_url(re.compile(r"#/jobs/[0-9a-f]{16}\?from="))
+    job = page.url.partition("#/jobs/")[2][:16]
+    assert server.ask(f"jobs/{job}")["options"]["segment"] == 1
+    server.ask(f"jobs/{job}/cancel", {})
+
+
 def test_a_job_that_fails_tells_why_and_leads_back(tabs, server, example):
     chosen = f"?object={example['object']}&mount={example['mount']}"
     order = {"kind": "run", **example, "options": {"segment": 9}}

@@ -145,13 +145,26 @@ def _extent(page) -> tuple[float, float, float]:
     return rows.min() / height, rows.max() / height, columns.mean() / width
 
 
-def test_correcting_fits_a_window_of_900_pixels(page):
-    page.set_viewport_size({"width": 1440, "height": 900})
+def test_the_shared_file_opens_on_the_sample_that_was_shown(page, server, motion, tabs):
+    other = _other(server, motion)
+    _show(page, other)
+    with page.expect_download() as taken:
+        page.get_by_role("link", name="Download to share").click()
+    shared = tabs.context.new_page()
+    shared.set_content(taken.value.path().read_text())
+    select = shared.get_by_role("combobox", name="Sample", exact=True)
+    expect(select).to_have_value(str(other))
+    expect(select.locator("option:checked")).to_have_text(f"Sample {other + 1}")
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1024, 768)])
+def test_correcting_fits_the_window(page, width: int, height: int):
+    page.set_viewport_size({"width": width, "height": height})
     page.get_by_role("button", name="Correct the contacts").click()
     for part in (".stage canvas", ".stage-tracks"):
         box = page.locator(part).first.bounding_box()
         assert box["y"] >= 56
-        assert box["y"] + box["height"] <= 900
+        assert box["y"] + box["height"] <= height
     for name in ("Solve again", "Stop correcting", "Add left"):
         box = page.get_by_role("button", name=name).bounding_box()
-        assert box["y"] + box["height"] <= 900
+        assert box["y"] + box["height"] <= height

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from capture_app.web.page_words import _labels, all_in_page_words, in_page_words
+from capture_app.web.page_words import _BUTTONS, _labels, all_in_page_words, in_page_words
 from omomo_core.errors import reader_complaint
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -39,6 +39,18 @@ def test_no_text_of_the_readers_keeps_an_option():
     sources = [path.read_text() for path in (ROOT / "ingest").rglob("*.py")]
     for option in {found for text in sources for found in OPTION.findall(text)}:
         assert "--" not in in_page_words(f"Give {option} a value.")
+
+
+def test_a_command_is_said_by_its_button():
+    assert in_page_words("Find it with `omocap calibrate` first.") == (
+        "Find it with “Find it now, step by step” first."
+    )
+    assert in_page_words("Make it with `omocap calibrate screen ... --learn MOUNT`.") == (
+        "Make it with “Find it now, step by step”."
+    )
+    assert in_page_words("Try `omocap train`.") == "Try “omocap train”."
+    for button in _BUTTONS.values():
+        assert button in PAGE
 
 
 @pytest.mark.parametrize(

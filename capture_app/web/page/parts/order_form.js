@@ -48,7 +48,13 @@ export function orderForm(session, choices, changed) {
   let chosen = { object: null, mount: null };
   /** @type {Partial<Report> | null} */
   let report = null;
+  /** Who has pressed the button while the recording is looked at. @type {(() => void)[]} */
+  const waiting = [];
+  const looked = () =>
+    report ? undefined : new Promise((/** @type {(_: void) => void} */ told) => waiting.push(told));
+  // While it is looked at nothing changes here: the button stays under the pointer that presses it.
   const weigh = () => {
+    if (!report) return;
     say(why, obstacle(chosen, report, fields.force.read()));
     why.hidden = !why.textContent;
     button.disabled = !why.hidden;
@@ -56,6 +62,8 @@ export function orderForm(session, choices, changed) {
   node.addEventListener("submit", (event) => {
     event.preventDefault();
     attempt(button, problem, async () => {
+      await looked();
+      if (button.disabled) return;
       const options = Object.fromEntries(
         Object.entries(fields).map(([name, field]) => [name, field.read()]),
       );
@@ -81,6 +89,7 @@ export function orderForm(session, choices, changed) {
     report = found;
     if (found?.verdict === NOT_USABLE) more.open = true;
     weigh();
+    if (found) for (const told of waiting.splice(0)) told();
   };
   return { node, update, judge, reading: () => readingQuery(reading) };
 }
@@ -90,10 +99,9 @@ function nodes(fields) {
   return fields.map((one) => one.node);
 }
 
-/** Why no motion can be made as it is, in a sentence; "" when it can. report: null while it is made.
- *  @param {With} chosen @param {Partial<Report> | null} report @param {boolean} forced */
+/** Why no motion can be made as it is, in a sentence; "" when it can.
+ *  @param {With} chosen @param {Partial<Report>} report @param {boolean} forced */
 function obstacle({ object, mount }, report, forced) {
-  if (!report) return "The recording is being looked at.";
   if (report.animated) return "";
   if (!object || !mount) {
     const what = [object ? "" : "the object", mount ? "" : "the mount"].filter(Boolean);

@@ -62,8 +62,10 @@ export class Stage extends EventTarget {
   async open(scenes) {
     put(this.message, h("p", { class: "waiting" }, "Setting up the scene…"));
     try {
-      const viewer = await this.ready();
-      if (viewer) await this.fetch(viewer, scenes);
+      // The server packs the scenes while the viewer is made.
+      const coming = scenes.map(({ url }) => bytes(url, this.signal));
+      const [viewer, ...packs] = await Promise.all([this.ready(), ...coming]);
+      if (viewer) await this.load(viewer, scenes, packs);
       put(this.message);
     } catch (error) {
       if (this.signal.aborted) return;
@@ -88,9 +90,8 @@ export class Stage extends EventTarget {
     return viewer;
   }
 
-  /** @param {Viewer} viewer @param {Scene[]} scenes */
-  async fetch(viewer, scenes) {
-    const packs = await Promise.all(scenes.map(({ url }) => bytes(url, this.signal)));
+  /** @param {Viewer} viewer @param {Scene[]} scenes @param {ArrayBuffer[]} packs */
+  async load(viewer, scenes, packs) {
     for (const slot of this.scenes.keys()) viewer.unload(slot);
     this.scenes = scenes;
     for (const [slot, pack] of packs.entries()) {

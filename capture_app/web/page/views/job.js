@@ -12,7 +12,7 @@ import { trouble, troublePage } from "../parts/trouble.js";
 /** @import {Job, Made} from "../core/answers.js"
  *  @import {Visit} from "../core/router.js" */
 
-const EVERY = 500; // milliseconds
+const EVERY = 200; // milliseconds
 
 /** `#/jobs/ID?from=...&back=...` @param {Visit} visit */
 export async function job({ params, query, signal }) {

@@ -32,10 +32,12 @@ export async function result({ params, signal }) {
   const chosen = item.chosen ?? 0;
   let shown = chosen;
   const which = h("p", { class: "hint", role: "status" });
+  const shared = h("a", { class: "button", download: "" }, "Download to share");
   /** What is done below is done with the sample that is shown; of several, with the last alone.
    *  @param {number[]} samples */
   const show = (samples) => {
     if (samples.length === 1) [shown] = samples;
+    shared.href = `/api/results/${item.id}/share.html?sample=${shown + 1}`;
     if (item.samples > 1) say(which, `Of ${sampleWords(shown).toLowerCase()}.`);
     return stage.open(samples.map((sample) => ({ url, sample, name: sampleWords(sample) })));
   };
@@ -60,7 +62,7 @@ export async function result({ params, signal }) {
         samplePicker(item.samples, chosen, show),
         stood(item, stage),
       ),
-      h("div", { class: "stack" }, use(item, choices, which, { sample, signal }), share(item), words(item)),
+      h("div", { class: "stack" }, use(item, choices, which, { sample, signal }), share(shared), words(item)),
     ),
     resultVideo(item, signal),
     moreVideos(item, { guide, videos, sessions, sample, signal }),
@@ -125,8 +127,8 @@ function use(item, choices, which, { sample, signal }) {
   );
 }
 
-/** @param {Result} item */
-function share(item) {
+/** @param {HTMLAnchorElement} link */
+function share(link) {
   return h(
     "section",
     { class: "card stack" },
@@ -136,11 +138,7 @@ function share(item) {
       { class: "hint" },
       "One HTML file with the motion in 3D inside. It opens in any browser, without a network.",
     ),
-    h(
-      "a",
-      { class: "button", href: `/api/results/${item.id}/share.html`, download: "" },
-      "Download to share",
-    ),
+    link,
   );
 }
 

@@ -109,6 +109,8 @@ class Take {
     this.looking?.abort();
     this.looking = new AbortController();
     const signal = AbortSignal.any([this.signal, this.looking.signal]);
+    // As high as the verdict before it: what is below stays where it is.
+    this.told.style.minHeight = `${this.told.offsetHeight}px`;
     put(
       this.told,
       h(
@@ -139,7 +141,9 @@ class Take {
         this.order.judge(report ?? {});
       }
     }
-    if (!signal.aborted) this.node.removeAttribute("aria-busy");
+    if (signal.aborted) return;
+    this.told.style.minHeight = "";
+    this.node.removeAttribute("aria-busy");
   }
 
   /** @param {Report} report @param {string} page address of the one to print */

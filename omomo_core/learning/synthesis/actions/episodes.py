@@ -32,6 +32,8 @@ OFTEN_LOW = 0.2
 """How often what is lifted is taken low."""
 _IN_ONE_HAND = 0.35
 """Chance that what can be lifted with one hand is."""
+_LOW = 0.3
+"""Height of what people push along with one hand as often as with two, metres."""
 _OFTEN_ONE_HAND: tuple[Action, ...] = ("push", "pull", "drag", "shove", "tip", "turn")
 """What is done to a standing thing, often with one hand."""
 
@@ -48,7 +50,7 @@ def use_of(action: Action) -> Use:
 def takes_and_leaves(rng: np.random.Generator, *, stands: bool = True) -> tuple[bool, bool]:
     """Whether the prop is taken and left within the clip; what cannot stand stays in the hands."""
     options = [(True, True), (True, False), (False, True), (False, False)]
-    return options[rng.choice(4, p=[0.5, 0.2, 0.18, 0.12]) if stands else 3]
+    return options[rng.choice(4, p=[0.62, 0.16, 0.14, 0.08]) if stands else 3]
 
 
 def draw_grasp(
@@ -99,7 +101,8 @@ def draw_episode(
     palm = float(grasp.points[:, 2].mean())
     deep = max(0.0, 0.8 - palm - min(supports))
     stands = not more.get("heights")
-    one = grasp.one_handed or (stands and action in _OFTEN_ONE_HAND and rng.random() < 0.25)
+    often = 0.5 if prop.high[2] < _LOW else 0.25
+    one = grasp.one_handed or (stands and action in _OFTEN_ONE_HAND and rng.random() < often)
     left = bool(rng.random() < 0.5)
     pause = tempo(rng, deep, slides=grasp.use == "push")
     late = int(rng.uniform(2, 14)) if rng.random() < 0.5 and not one else 0

@@ -28,6 +28,10 @@ _HEAVIEST_HAND = 10.0
 _MOST_LEVER = 12.0
 """Kilograms times metres of depth that one person lifts by the near edge: about 60 N m."""
 _HIGHEST = 1.75
+_LOWEST_PUSH = 0.45
+"""Nobody pushes a thing lower, unless the upper half of the thing is lower, metres."""
+_LOWEST_EDGE = 0.2
+"""Of a top near whose edge the palms lie to push, metres."""
 _TRIES = 9
 """Attempts at grasps on bars for each use, shared among the bars."""
 _UP, _AHEAD = np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
@@ -106,7 +110,7 @@ def _on_sides(
         kind: Kind = "rim" if rim else "side"
         if plan.mass < _HEAVIEST_LIFT:
             out.append(Grasp("lift", points, inward, None, kind))
-        if z.min() > 0.45 and z.max() < 1.3:
+        if z.min() > min(_LOWEST_PUSH, 0.5 * top) and z.max() < 1.3:
             out.append(Grasp("push", points, inward, None, kind))
         if top > 0.5 and z.min() > max(0.55 * top, 0.4):
             out.append(Grasp("tip", points, inward, None, kind))
@@ -155,7 +159,9 @@ def _on_near_side(
     out += [
         Grasp("tip", p, i, _UP, "face") for p, i in _pairs(flat) if p[0, 2] > 0.6 * mesh.high[2]
     ]
-    out += [Grasp("push", p, i, _AHEAD, "edge") for p, i in _pairs(top) if 0.6 < p[0, 2] < 1.2]
+    out += [
+        Grasp("push", p, i, _AHEAD, "edge") for p, i in _pairs(top) if _LOWEST_EDGE < p[0, 2] < 1.2
+    ]
     lifts = bool((mesh.high[0] - mesh.low[0]) * plan.mass < _MOST_LEVER)
     for points, inward in _pairs(under):
         if 0.8 < points[0, 2] < 1.3:

@@ -57,9 +57,9 @@ WEIGHTS: dict[Use, dict[str, float]] = {
     },
     "push": {
         "largetable": 5, "smalltable": 3, "woodchair": 4, "whitechair": 3, "officechair": 2,
-        "largebox": 4, "suitcase": 3, "trashcan": 2, "pushcart": 2, "handtruck": 0.7, "armchair": 1.2,
+        "largebox": 5, "suitcase": 3, "trashcan": 2, "pushcart": 2, "handtruck": 0.7, "armchair": 1.2,
         "shelf": 1, "cabinet": 2, "floorlamp": 1.5, "clothesstand": 1.5, "tripod": 1, "ladder": 0.4,
-        "stool": 0.5,
+        "stool": 0.5, "smallbox": 4, "plasticbox": 3, "toolbox": 0.5, "basket": 0.5, "monitor": 0.5,
     },
     "one_hand": {
         "suitcase": 3, "bucket": 1, "basket": 1, "toolbox": 1.5, "floorlamp": 2, "clothesstand": 1.5,

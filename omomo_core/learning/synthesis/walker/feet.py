@@ -30,7 +30,7 @@ _RESTED, _FROM_REST = 24, 5
 _FLAT_AFTER = 4
 _LEVER = 0.25
 """Metres per radian: a foot that turns is lifted as if it went so far."""
-_LIFT, _LIFT_PER_METRE = 0.022, 0.05
+_LIFT, _LIFT_PER_METRE = 0.024, 0.065
 """Metres the ankle rises in the middle of a swing (beyond what pitching does)."""
 
 

@@ -37,8 +37,8 @@ _TWISTED = 0.45
 """Cosine of the largest angle between a foot and the pelvis, 63 degrees."""
 _AT_REST = 0.03
 """Metres per second of a foot that stands."""
-_TOWARDS: Chances = {"walk": 0.85, "side": 0.08, "turn": 0.07}
-"""Chances of the move that ends in front of the object."""
+_TOWARDS: Chances = {"walk": 0.62, "side": 0.1, "turn": 0.08, "orbit": 0.2}
+"""Chances of the move that ends in front of the object; some come round it."""
 _AWAY: Chances = {"back": 0.6, "turn": 0.2, "side": 0.12, "shuffle": 0.08}
 """Chances of the first move away from the object."""
 _TRIES = 6

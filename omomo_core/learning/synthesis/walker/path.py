@@ -71,7 +71,7 @@ def draw_move(rng: np.random.Generator, chances: Chances = CHANCES) -> Move:
         # Around a thing ahead: facing it all the while means going sideways on a circle.
         turn = side * rng.uniform(0.4, 1.9)
         shift = (rng.normal(0.0, 0.08), -turn * rng.uniform(0.4, 0.8))
-        return _move(name, shift, turn, rng.uniform(0.25, 0.6))
+        return _move(name, shift, turn, rng.uniform(0.25, 0.9))
     turn = side * rng.uniform(0.5, np.pi)
     shift = (rng.normal(0.0, 0.08), rng.normal(0.0, 0.08))
     frames = round((abs(turn) / rng.uniform(0.8, 1.6) + _START) * FPS)
