@@ -153,3 +153,13 @@ def test_a_walk_whose_feet_take_turns_is_left():
     np.testing.assert_array_equal(feet, ankles)
     assert standing[5:10, 1].all()
     assert not standing[5:10, 0].any()
+
+
+def test_a_glide_too_short_for_steps_is_left_as_it_is():
+    """Two steps in a third of a second over 1.4 m each would be leaps."""
+    ankles = gliding(4.2, 11, rest=20)
+    feet, standing = stepping(ankles)
+    assert (feet == ankles).all()
+    assert not standing[22:28].any()
+    slow, _ = stepping(gliding(1.2, 31, rest=20))
+    assert (slow != gliding(1.2, 31, rest=20)).any()

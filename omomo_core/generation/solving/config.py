@@ -70,6 +70,12 @@ class StepConfig:
     )
     shortest_glide: int = setting(8, "frames", "Shorter glides are left as they are.")
     longest_gap: int = setting(10, "frames", "Shorter interruptions of a glide are bridged.")
+    hurried: int = setting(
+        16, "frames", "Glides shorter than this have time for two steps only where these are slow."
+    )
+    fastest: float = setting(
+        4.9, "m/s", "Speed of an ankle from which on such steps are left out; people reach it."
+    )
 
 
 @dataclass(frozen=True)

@@ -36,9 +36,20 @@ def add_steps(
     standing[: len(prefix_standing)] = prefix_standing
     for start, stop in _glides(speed):
         begin = max(start, len(prefix_standing) - 1)
-        if begin < stop:
-            _walk(ankles, stepped, standing, begin, stop)
+        if begin >= stop:
+            continue
+        feet, stands = stepped.copy(), standing.copy()
+        _walk(ankles, feet, stands, begin, stop)
+        # Where there is no time to put both feet down, gliding looks better than a leap.
+        short = stop - begin < STEPS.hurried
+        if not (short and _fastest(feet[begin : stop + 1]) > STEPS.fastest):
+            stepped, standing = feet, stands
     return stepped, standing
+
+
+def _fastest(ankles: Float[np.ndarray, "frames 2 3"]) -> float:
+    """Return the largest speed of an ankle, metres a second."""
+    return FPS * float(np.linalg.norm(np.diff(ankles, axis=0), axis=-1).max(initial=0.0))
 
 
 def _glides(speed: Float[np.ndarray, "frames 2"]) -> list[tuple[int, int]]:
