@@ -67,13 +67,9 @@ def opposed(
 def faces(rng: np.random.Generator, mesh: RayMesh, grip: Float[np.ndarray, " faces"]) -> Palms:
     """Palms flat on what faces the person, side by side, leaning into it with the heels of the hands."""
     # Of low things the upper half.
-    half = (0.5 * mesh.high[2], mesh.high[2])
+    low, high = min(0.5 * mesh.high[2], 0.6), min(mesh.high[2], 0.6)
     z = np.concatenate(
-        [
-            rng.uniform(0.75, 1.3, 16),
-            rng.uniform(0.5, 0.8, 8),
-            rng.uniform(*np.minimum(half, 0.6), 8),
-        ]
+        [rng.uniform(0.75, 1.3, 16), rng.uniform(0.5, 0.8, 8), rng.uniform(low, high, 8)]
     )
     points, normals, rows = _seen(mesh, grip, _spread(rng, mesh, len(z)), z)
     flat = rows & (normals[..., 0] < -0.9).all(axis=1) & (np.ptp(points[..., 0], axis=1) < 0.02)
