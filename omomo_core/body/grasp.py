@@ -1,35 +1,30 @@
-"""Grasp: fingers close on the object that a hand holds, each by one synergy.
+"""Grasp: fingers that lie on what a hand holds, with every joint free within its range.
 
-Each finger has one degree of freedom, from an open hand to a fist, its joints in a fixed proportion;
-the thumb may also be turned, from beside the palm to against the fingers. Of these postures each
-finger takes the one that touches most of the surface and enters none of it, so it lies on a wall and
-wraps around a pole. What meets no surface stays half open.
+Each contact has one grip (`grip.py`). From it the fingers of all key frames are fitted together by
+Gauss-Newton: no skin in the object, pads on its surface, close to the grip, smooth in time. Fingers take the
+grip's shape before the hand arrives and relax after it has let go.
 """
 
 from dataclasses import dataclass
 
+import numpy as np
 import roma
 import torch
 from jaxtyping import Bool, Float, Int
-from scipy.ndimage import gaussian_filter1d
+from scipy.linalg import solveh_banded
 from torch import Tensor
-from torch.nn.functional import normalize
 
-from omomo_core.body.config import GRASP
-from omomo_core.body.kinematics import WRISTS
+from omomo_core.body.config import GRASP, GRIP
+from omomo_core.body.finger_model import ANGLES, FingerModel, finger_model, pose_fingers, rotations
+from omomo_core.body.grip import HandPoses, find_grips, relaxed_angles
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.distance_field import DistanceField
+from omomo_core.geometry.easing import min_jerk
+from omomo_core.geometry.runs import runs
 
-FINGERS, THUMB = slice(0, 4), 4
-"""Of the five of a hand, in the skeleton's order: index, middle, pinky, ring, thumb."""
-_OPEN = torch.tensor([GRASP.open_finger] * 4 + [GRASP.open_thumb])
-_FIST = torch.tensor([GRASP.closed_finger] * 4 + [GRASP.closed_thumb])
-"""Flexion of the three joints of all five, radians."""
-
-_TURNS = torch.tensor(GRASP.thumb_turns)
-CHUNK = 1024
-"""Hands solved at once."""
-_SPHERE_POSITIONS = torch.tensor(GRASP.sphere_positions)
+_FULL = 0.99
+"""Weight of a hand from which on it is in contact."""
+_MILLIMETRES = 1000.0
 
 
 @dataclass(frozen=True)
@@ -43,35 +38,16 @@ class ClosedFingers:
 
 
 @dataclass(frozen=True)
-class _Hands:
-    """Both hands (left, right) at rest, their flesh as spheres; rest axes, metres, radians."""
+class _KeyFrames:
+    """Key frames of sequences of one hand each, flattened: those in which fingers leave their rest."""
 
-    offsets: Float[Tensor, "2 5 3 3"]
-    """From each joint's parent to it."""
-    spheres: Float[Tensor, "2 5 3 2 3"]
-    """Their centres from the bone's joint."""
-    radius: Float[Tensor, "2 5 3 2"]
-    axis: Float[Tensor, "2 5 3"]
-    """About which a finger bends."""
-    spread: Float[Tensor, "2 5"]
-    """Turn about the vertical that lays a finger along the hand."""
-    thumb: Float[Tensor, " 2"]
-    """Turn of the resting thumb from flat."""
-
-
-_Poses = tuple[Float[Tensor, "hands 3 3"], Float[Tensor, "hands 3"], Int[Tensor, " hands"]]
-"""R_object_wrist, the wrist in the object's frame, and which hand: 0 left, 1 right."""
-
-
-@dataclass(frozen=True)
-class _Choices:
-    """Postures to choose from for some fingers of both hands."""
-
-    centres: Float[Tensor, "2 fingers turns closings 6 3"]
-    """Spheres from the wrist joint, wrist axes."""
-    radius: Float[Tensor, "2 fingers 6"]
-    merit: Float[Tensor, "2 fingers turns closings"]
-    """What a posture is worth wherever the object is."""
+    poses: HandPoses
+    place: Int[Tensor, "keys 2"]
+    """Sequence and number of the key frame in it."""
+    hold: Float[Tensor, " keys"]
+    """How much the hand holds."""
+    goal: Float[Tensor, "keys 5 angles"]
+    """The grip, blended with the relaxed hand."""
 
 
 def close_fingers(
@@ -92,202 +68,216 @@ def close_fingers(
         field: signed distance to the object, in its frame.
         weight: how much each hand holds the object, 0 free to 1.
     """
-    hands = _hands(body)
+    model, frames = finger_model(body), weight.shape[-2]
     R_object_world = T_world_object[:, None, :3, :3].mT.float()
-    R_object_wrist = R_object_world @ R_world_wrist.float()
+    R = R_object_world @ R_world_wrist.float()
     shift = (wrists - T_world_object[:, None, :3, 3]).float()
     at = (R_object_world @ shift[..., None])[..., 0]
-    seen = weight.float().clone()
-    seen[..., [k for k in range(seen.shape[-2]) if k % GRASP.stride], :] = 0.0
-    poses = (R_object_wrist.flatten(0, -4), at.flatten(0, -3))
-    found = _postures(hands, *poses, field, (seen > 0).flatten(0, -2))
-    closing, turn = (x.view(*seen.shape, x.shape[-1]) for x in found)
-    held = _rotations(
-        hands, _smoothed(closing, seen, GRASP.idle_closing), _smoothed(turn, seen, GRASP.idle_turn)
-    )
-    relaxed = body.relaxed_fingers.view(2, 5, 3, 3, 3)
-    step = roma.rotmat_to_rotvec(relaxed.mT @ held)
-    fingers = relaxed @ roma.rotvec_to_rotmat(weight.float()[..., None, None, None] * step)
-    points = _centres(hands, fingers).flatten(-4, -2)
-    distance = field.at(points @ R_object_wrist.mT + at[..., None, :])
-    depth = (hands.radius.flatten(1) - distance).amax(dim=-1).clamp(min=0.0)
-    return ClosedFingers(fingers.flatten(-5, -3), depth)
+    # Sequences of one hand: samples by sides.
+    R, at = (x.flatten(0, -x.dim() + weight.dim() - 3) if weight.dim() > 2 else x[None] for x in (R, at))
+    held = weight.float().reshape(-1, frames, 2).transpose(1, 2).reshape(-1, frames)
+    R, at = R.transpose(1, 2).flatten(0, 1), at.transpose(1, 2).flatten(0, 1)
+    side = torch.arange(2).repeat(len(held) // 2)
+    relaxed = body.relaxed_fingers.view(2, 5, 3, 3, 3)[side][:, None].expand(-1, frames, -1, -1, -1, -1)
+    fingers, depth = relaxed.clone(), torch.zeros(len(held), frames)
+    shaped = torch.from_numpy(np.stack([_shaping(w) for w in held.numpy()])) if len(held) else held
+    keys = torch.arange(0, frames, GRASP.stride)
+    if frames and (shaped > 0).any():
+        if keys[-1] != frames - 1:
+            keys = torch.cat([keys, torch.tensor([frames - 1])])
+        chosen = _key_frames(body, R, at, side, held, shaped, keys, field)
+        angles = _fitted(model, chosen, (len(held), len(keys)), field)
+        row, frame = (shaped > 0).nonzero().T
+        between = _interpolated(angles, keys, row, frame)
+        found = rotations(model, side[row], between)
+        free = relaxed[row, frame]
+        share = (GRASP.ease * shaped[row, frame]).clamp(max=1.0)[:, None, None, None]
+        fingers[row, frame] = free @ roma.rotvec_to_rotmat(share * roma.rotmat_to_rotvec(free.mT @ found))
+        poses = HandPoses(R[row, frame], at[row, frame], side[row])
+        skin = poses.placed(pose_fingers(model, poses.side, between).points)
+        depth[row, frame] = (-field.at(skin).flatten(1).amin(dim=1)).clamp(min=0.0)
+    shape = weight.shape
+    fingers = fingers.unflatten(0, (-1, 2)).transpose(1, 2).reshape(*shape[:-1], 30, 3, 3)
+    return ClosedFingers(fingers, depth.unflatten(0, (-1, 2)).mT.reshape(shape))
 
 
-def _postures(
-    hands: _Hands,
-    R_object_wrist: Float[Tensor, "times 2 3 3"],
-    at: Float[Tensor, "times 2 3"],
+def _shaping(weight: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
+    """Return how far the fingers have the shape of the grip: 1 in contact, 0 long before and after."""
+    frames, shape = np.arange(len(weight)), weight.copy()
+    for start, stop in runs(weight >= _FULL):
+        away = np.maximum(np.maximum(start - frames, frames - stop + 1), 0)
+        reach = np.where(frames < start, GRASP.shaping, GRASP.relaxing)
+        shape = np.maximum(shape, min_jerk(1 - away / reach))
+    return shape.astype(np.float32)
+
+
+def _key_frames(
+    body: BodyModel,
+    R: Float[Tensor, "rows frames 3 3"],
+    at: Float[Tensor, "rows frames 3"],
+    side: Int[Tensor, " rows"],
+    held: Float[Tensor, "rows frames"],
+    shaped: Float[Tensor, "rows frames"],
+    keys: Int[Tensor, " keys"],
     field: DistanceField,
-    holds: Bool[Tensor, "times 2"],
-) -> tuple[Float[Tensor, "times 2 5"], Float[Tensor, "times 2 1"]]:
-    """Return how far each finger closes (0 open to 1 fist), and how far each thumb is turned."""
-    fingers, thumb = _choices(hands, FINGERS, _TURNS[:1]), _choices(hands, slice(4, 5), _TURNS)
-    closing = torch.full((*holds.shape, 5), GRASP.idle_closing)
-    turn = torch.full((*holds.shape, 1), GRASP.idle_turn)
-    for rows in holds.nonzero().split(CHUNK):
-        frame, side = rows.T
-        poses = (R_object_wrist[frame, side], at[frame, side], side)
-        found = [_best(choices, poses, field) for choices in (fingers, thumb)]
-        closing[frame, side] = torch.cat([c for _, c in found], dim=1) / (GRASP.closings - 1)
-        turn[frame, side] = _TURNS[found[1][0]]
-    return closing, turn
-
-
-def _best(
-    choices: _Choices, poses: _Poses, field: DistanceField
-) -> tuple[Int[Tensor, "hands fingers"], Int[Tensor, "hands fingers"]]:
-    """Return the indices of the turn and of the closing in which each finger holds best."""
-    fingers, turns = choices.merit.shape[1:3]
-    side, finger = poses[2][:, None, None, None], torch.arange(fingers)[:, None, None]
-    turn, tried = (
-        torch.arange(turns)[:, None],
-        torch.arange(0, GRASP.closings, GRASP.closing_stride),
+) -> _KeyFrames:
+    """Return the key frames in which fingers leave their rest, with the grip of the nearest contact."""
+    spans = [(row, *span) for row in range(len(held)) for span in runs((held[row] >= _FULL).numpy())]
+    if not spans:
+        spans = [(row, int(held[row].argmax()), int(held[row].argmax()) + 1) for row in range(len(held)) if held[row].max() > 0]
+    share = (torch.arange(GRIP.poses) + 0.5) / GRIP.poses
+    rows = torch.tensor([row for row, *_ in spans])
+    start, stop = (torch.tensor([s[k] for s in spans]) for k in (1, 2))
+    seen = (start[:, None] + share * (stop - start)[:, None]).long().flatten()
+    from_rows = rows.repeat_interleave(GRIP.poses)
+    grips = find_grips(
+        body, HandPoses(R[from_rows, seen], at[from_rows, seen], side[from_rows]), field
     )
-    worth = _worth(choices, (side, finger, turn, tried), poses, field)
-    best = worth.flatten(2).argmax(dim=-1)[..., None, None]
-    turn, rough = best // len(tried), tried[best % len(tried)]
-    near = (rough + torch.arange(1 - GRASP.closing_stride, GRASP.closing_stride)).clamp(
-        0, GRASP.closings - 1
+    row, key = (shaped[:, keys] > 0).nonzero().T
+    frame = keys[key]
+    away = torch.maximum(start - frame[:, None], frame[:, None] - stop + 1).clamp(min=0).float()
+    nearest = away.masked_fill(rows != row[:, None], torch.inf).argmin(dim=1)
+    relaxed, shape = relaxed_angles(body), shaped[row, frame][:, None, None]
+    return _KeyFrames(
+        HandPoses(R[row, frame], at[row, frame], side[row]),
+        torch.stack([row, key], dim=1),
+        held[row, frame],
+        relaxed + shape * (grips[nearest] - relaxed),
     )
-    worth = _worth(choices, (side, finger, turn, near), poses, field)
-    closing = near.gather(-1, worth.argmax(dim=-1, keepdim=True))
-    return turn[..., 0, 0], closing[..., 0, 0]
 
 
-def _worth(
-    choices: _Choices, which: tuple[Int[Tensor, "..."], ...], poses: _Poses, field: DistanceField
-) -> Float[Tensor, "hands fingers turns tries"]:
-    """Return the share of a finger that touches, less a cost of depth, plus the merit of its posture.
+def _fitted(
+    model: FingerModel, keys: _KeyFrames, size: tuple[int, int], field: DistanceField
+) -> Float[Tensor, "rows keys 5 angles"]:
+    """Return the angles of all key frames that fit the object best (Gauss-Newton)."""
+    row, key = keys.place.T
+    angles = relaxed_angles(None).expand(*size, 5, ANGLES).clone()
+    angles[row, key] = keys.goal
+    for round_ in range(GRASP.rounds):
+        H, g = _contact_equations(model, keys, angles[row, key], field, exact=round_ >= GRASP.rounds - GRASP.exact_rounds)
+        H, g = _within_ranges(model, angles[row, key], H, g)
+        step = _solved(H, g, keys.place, angles)
+        angles = angles + step.clamp(-GRASP.longest_step, GRASP.longest_step)
+        angles = torch.minimum(torch.maximum(angles, model.low), model.high)
+    return angles
 
-    Postures that a closing finger reaches only through the surface do not count.
-    """
-    R_object_wrist, at, _ = poses
-    centres = choices.centres[which]
-    points = centres.flatten(1, 4) @ R_object_wrist.mT + at[:, None]
-    gap = field.at(points).view(centres.shape[:-1]) - choices.radius[which[:2]]
-    touch = torch.exp(-gap.clamp(min=0.0) / GRASP.touch_distance).mean(dim=-1)
-    excess = (-gap.amin(dim=-1) - GRASP.allowed_depth).clamp(min=0.0)
-    free = excess == 0
-    passed = ((free.cumsum(dim=-1) > 0) & ~free).cumsum(dim=-1) > 0
-    worth = (
-        (1 + GRASP.opposition * _TURNS[which[2]]) * touch
-        - GRASP.depth_cost * excess
-        + choices.merit[which]
+
+def _contact_equations(
+    model: FingerModel,
+    keys: _KeyFrames,
+    angles: Float[Tensor, "keys 5 angles"],
+    field: DistanceField,
+    *,
+    exact: bool,
+) -> tuple[Float[Tensor, "keys 5 angles angles"], Float[Tensor, "keys 5 angles"]]:
+    """Return the normal equations of each finger: depth, touch, and the posture of the grip."""
+    posed = pose_fingers(model, keys.poses.side, angles)
+    points = keys.poses.placed(posed.points)
+    distance = field.at(points)
+    near = distance < GRASP.touch_range
+    out = torch.zeros_like(points)
+    if exact:
+        close = distance.abs() < GRASP.exact_range
+        distance[close], out[close] = field.exact(points[close])
+        rest = near & ~close
+        out[rest] = field.away(points[rest])
+    else:
+        out[near] = field.away(points[near])
+    slopes = posed.slopes((out.flatten(1, 2) @ keys.poses.R_object_wrist).view(out.shape))
+    weight, residual = _contact_residuals(model, keys, distance)
+    J = _MILLIMETRES * slopes
+    H = torch.einsum("kfpa,kfp,kfpb->kfab", J, weight, J)
+    g = -torch.einsum("kfpa,kfp->kfa", J, weight * residual)
+    stiff = torch.tensor(GRASP.stiffness)
+    H = H + torch.diag(stiff)
+    g = g + stiff * (keys.goal - angles)
+    # The last joint bends with the middle one.
+    tie = torch.zeros(ANGLES)
+    tie[3], tie[4] = -GRIP.last_joint, 1.0
+    fingers = torch.tensor([1.0] * 4 + [0.0])[:, None]
+    H = H + GRASP.synergy * torch.outer(tie, tie) * fingers[..., None]
+    g = g - GRASP.synergy * (angles @ tie)[..., None] * tie * fingers
+    return H, g
+
+
+def _contact_residuals(
+    model: FingerModel, keys: _KeyFrames, distance: Float[Tensor, "keys 5 points"]
+) -> tuple[Float[Tensor, "keys 5 points"], Float[Tensor, "keys 5 points"]]:
+    """Return weights and residuals (millimetres) of the skin's points: out of the object, on its surface."""
+    side = keys.poses.side
+    inside = distance < GRASP.margin
+    palmar = model.palmar[side]
+    gap = distance.masked_fill(~palmar, torch.inf).unflatten(-1, (3, -1))
+    nearest = torch.softmax(-gap / GRASP.pad_softness, dim=-1)
+    wanted = torch.tensor(GRASP.touching)[:, None] * nearest
+    reach = torch.exp(-(distance.clamp(min=0.0) / GRASP.touch_range).square())
+    touch = keys.hold[:, None, None] * wanted.flatten(-2) * reach
+    weight = torch.where(inside, 1.0, touch)
+    return weight, _MILLIMETRES * (distance - GRASP.margin)
+
+
+def _within_ranges(
+    model: FingerModel,
+    angles: Float[Tensor, "some 5 angles"],
+    H: Float[Tensor, "some 5 angles angles"],
+    g: Float[Tensor, "some 5 angles"],
+) -> tuple[Float[Tensor, "some 5 angles angles"], Float[Tensor, "some 5 angles"]]:
+    """Return the equations without angles that are at an end of their range and would leave it."""
+    alone = torch.linalg.solve(H, g)
+    stuck = ((angles <= model.low) & ((g < 0) | (alone < 0))) | (
+        (angles >= model.high) & ((g > 0) | (alone > 0))
     )
-    return worth.masked_fill(passed, -torch.inf)
+    free = (~stuck).float()
+    H = H * free[..., None] * free[..., None, :]
+    return H + torch.diag_embed(GRASP.rest * stuck), g * free
 
 
-def _choices(hands: _Hands, which: slice, turns: Float[Tensor, " turns"]) -> _Choices:
-    """Return every posture of some of a hand's fingers."""
-    closing = torch.linspace(0, 1, GRASP.closings)
-    shape = (len(turns), GRASP.closings, 2)
-    rotations = _rotations(
-        hands,
-        closing[:, None, None].expand(*shape, 5),
-        turns[:, None, None, None].expand(*shape, 1),
+def _solved(
+    H: Float[Tensor, "some 5 angles angles"],
+    g: Float[Tensor, "some 5 angles"],
+    place: Int[Tensor, "some 2"],
+    angles: Float[Tensor, "rows keys 5 angles"],
+) -> Float[Tensor, "rows keys 5 angles"]:
+    """Return the step of all angles that also keeps them smooth in time (a banded system)."""
+    rows, count = angles.shape[:2]
+    row, key = place.T
+    full = torch.eye(ANGLES).mul(GRASP.rest).repeat(rows, count, 5, 1, 1)
+    right = torch.zeros_like(angles)
+    full[row, key], right[row, key] = H, g
+    change = GRASP.smoothness * angles.diff(dim=1)
+    right[:, :-1] += change
+    right[:, 1:] -= change
+    ends = torch.full((count,), 2.0)
+    ends[0] -= 1
+    ends[-1] -= 1
+    full = full + GRASP.smoothness * ends[:, None, None, None] * torch.eye(ANGLES)
+    # One finger's key frames follow each other: neighbours are `ANGLES` apart.
+    full = full.transpose(1, 2).reshape(-1, ANGLES, ANGLES).double().numpy()
+    band = np.zeros((ANGLES + 1, len(full) * ANGLES))
+    for k in range(ANGLES):
+        diagonal = np.zeros((len(full), ANGLES))
+        diagonal[:, : ANGLES - k] = np.diagonal(full, -k, axis1=1, axis2=2)
+        band[k] = diagonal.ravel()
+    linked = np.full((rows * 5, count, ANGLES), -GRASP.smoothness)
+    linked[:, -1] = 0.0
+    band[ANGLES] = linked.ravel()
+    found = solveh_banded(
+        band, right.transpose(1, 2).double().numpy().ravel(), lower=True, check_finite=False
     )
-    centres = _centres(hands, rotations).flatten(-3, -2)[:, :, :, which].permute(2, 3, 0, 1, 4, 5)
-    radius = hands.radius[:, which].flatten(2)
-    merit = -GRASP.idle_cost * (
-        closing - GRASP.idle_closing
-    ) ** 2 - GRASP.depth_cost * _palm_penetration(hands, centres, radius)
-    return _Choices(centres.contiguous(), radius, merit)
+    step = torch.from_numpy(found).float().view(rows, 5, count, ANGLES)
+    return step.transpose(1, 2)
 
 
-def _palm_penetration(
-    hands: _Hands,
-    centres: Float[Tensor, "2 fingers turns closings 6 3"],
-    radius: Float[Tensor, "2 fingers 6"],
-) -> Float[Tensor, "2 fingers turns closings"]:
-    """Return how deep the outer two bones of fingers are inside the palm's bones, metres."""
-    knuckles, flesh = hands.offsets[:, :2, 0], hands.spheres[:, :2, 0].mean(dim=2)
-    palm = torch.stack([k * knuckles for k in GRASP.palm_positions], dim=2) + (
-        flesh - hands.offsets[:, :2, 1] * _SPHERE_POSITIONS.mean()
-    ).unsqueeze(2)
-    apart = torch.cdist(centres[..., 2:, :].flatten(1, 4), palm.flatten(1, 2))
-    apart = apart.amin(dim=-1).view(*centres.shape[:4], 4)
-    thick = radius[:, :, None, None, 2:] + hands.radius[:, :1, None, :1, :1]
-    return (thick - apart).clamp(min=0.0).amax(dim=-1)
-
-
-def _rotations(
-    hands: _Hands, closing: Float[Tensor, "*b 2 5"], turn: Float[Tensor, "*b 2 1"]
-) -> Float[Tensor, "*b 2 5 3 3 3"]:
-    """Return the rotation of each finger joint relative to its parent in a posture."""
-    # The palm is in the way of a thumb beside it: only a round one bends.
-    bend = torch.cat([closing[..., FINGERS], closing[..., THUMB:] * turn**2], dim=-1)
-    angle = _OPEN + bend[..., None] * (_FIST - _OPEN)
-    bent = roma.rotvec_to_rotmat(angle[..., None] * hands.axis[:, :, None])
-    aside = torch.zeros(*closing.shape, 3)
-    aside[..., 1] = GRASP.gather * closing * hands.spread
-    aside[..., THUMB, 0] = (
-        GRASP.flat_thumb + turn[..., 0] * (GRASP.round_thumb - GRASP.flat_thumb) - hands.thumb
-    )
-    first = roma.rotvec_to_rotmat(aside) @ bent[..., 0, :, :]
-    return torch.cat([first[..., None, :, :], bent[..., 1:, :, :]], dim=-3)
-
-
-def _centres(
-    hands: _Hands, rotations: Float[Tensor, "*b 2 5 3 3 3"]
-) -> Float[Tensor, "*b 2 5 3 2 3"]:
-    """Return the centres of the spheres of bent fingers, from the wrist joint, wrist axes, metres."""
-    turned, joint = torch.eye(3), torch.zeros(3)
-    found: list[Tensor] = []
-    for k in range(3):
-        joint = joint + (turned @ hands.offsets[:, :, k, :, None])[..., 0]
-        turned = turned @ rotations[..., k, :, :]
-        found.append(joint[..., None, :] + hands.spheres[:, :, k] @ turned.mT)
-    return torch.stack(found, dim=-3)
-
-
-def _smoothed(
-    x: Float[Tensor, "*b frames 2 n"], weight: Float[Tensor, "*b frames 2"], idle: float
-) -> Float[Tensor, "*b frames 2 n"]:
-    """Return `x` smoothed over the frames in which hands hold; `idle` far from them."""
-    share = weight[..., None].clamp(min=1e-9)
-    sums = (
-        gaussian_filter1d(s.numpy(), GRASP.smoothing, axis=-3, mode="nearest")
-        for s in (x * share, share)
-    )
-    above, below = (torch.from_numpy(s) for s in sums)
-    return (above + 1e-6 * idle) / (below + 1e-6)
-
-
-def _hands(body: BodyModel) -> _Hands:
-    """Measure the hands of a body in its T-pose, palms down."""
-    joints = body.rest_joints[22:].view(2, 5, 3, 3)
-    wrists = body.rest_joints[list(WRISTS)][:, None, None].expand(2, 5, 1, 3)
-    bones = joints.diff(dim=2)
-    bones = torch.cat([bones, bones[:, :, -1:]], dim=2)
-    spheres, radius = _flesh(body, joints, bones)
-    mirror = torch.tensor([[1.0], [-1.0]])
-    along = joints[:, :, 2] - joints[:, :, 0]
-    down = torch.tensor([0.0, -1.0, 0.0]).expand_as(along)
-    axis = normalize(torch.linalg.cross(along, down), dim=-1)
-    spread = mirror * torch.atan2(along[..., 2], mirror * along[..., 0])
-    thumb = torch.atan2(-along[:, THUMB, 1], along[:, THUMB, 2])
-    level = torch.stack([torch.zeros(2), thumb.cos(), thumb.sin()], dim=-1)
-    axis[:, THUMB], spread[:, THUMB] = mirror * level, 0.0
-    offsets = joints - torch.cat([wrists, joints[:, :, :2]], dim=2)
-    return _Hands(offsets, spheres, radius, axis, spread, thumb)
-
-
-def _flesh(
-    body: BodyModel, joints: Float[Tensor, "2 5 3 3"], bones: Float[Tensor, "2 5 3 3"]
-) -> tuple[Float[Tensor, "2 5 3 2 3"], Float[Tensor, "2 5 3 2"]]:
-    """Return the centres and radii of two spheres in each bone, as thick as the skin that follows it."""
-    strongest = body.skin_weights.argmax(dim=1, keepdim=True)
-    follows = body.skin_joints.gather(1, strongest)[:, 0]
-    spheres, radii = torch.zeros(30, 2, 3), torch.zeros(30, 2)
-    for k, (joint, bone) in enumerate(zip(joints.view(-1, 3), bones.view(-1, 3), strict=True)):
-        skin = body.vertices[follows == 22 + k] - joint
-        length, along = bone.norm(), bone / bone.norm()
-        reach = skin @ along
-        side = skin - reach[:, None] * along
-        middle = side.mean(dim=0)
-        radii[k] = radius = (side - middle).norm(dim=1).median()
-        if k % 3 == 2:  # the last bone ends inside the fingertip
-            length = (reach.max() - radius) / _SPHERE_POSITIONS[1]
-        spheres[k] = middle + _SPHERE_POSITIONS[:, None] * length * along
-    return spheres.view(2, 5, 3, 2, 3), radii.view(2, 5, 3, 2)
+def _interpolated(
+    angles: Float[Tensor, "rows keys 5 angles"],
+    keys: Int[Tensor, " keys"],
+    row: Int[Tensor, " some"],
+    frame: Int[Tensor, " some"],
+) -> Float[Tensor, "some 5 angles"]:
+    """Return angles of frames between key frames."""
+    before = (torch.searchsorted(keys, frame, right=True) - 1).clamp(max=len(keys) - 2, min=0)
+    after = (before + 1).clamp(max=len(keys) - 1)
+    gap = (keys[after] - keys[before]).clamp(min=1)
+    u = ((frame - keys[before]) / gap)[:, None, None]
+    a, b = angles[row, before], angles[row, after]
+    return a + u * (b - a)
