@@ -74,10 +74,11 @@ class GraspConfig:
     """How fingers are fitted to what is held: residuals in millimetres, angles in radians."""
 
     stride: int = setting(4, "frames", "Interval between key frames.")
-    shaping: int = setting(14, "frames", "Time before a contact in which fingers take its grip.")
-    relaxing: int = setting(12, "frames", "Time after a contact in which fingers relax.")
-    ease: float = setting(
-        3.0, "share", "How fast fingers pass from the recorded rest to fitted angles, over the shaping."
+    shaping: int = setting(
+        14, "frames", "Time in which fingers take the shape of a grip before a contact, and lose it after."
+    )
+    leaving: int = setting(
+        26, "frames", "Time from a contact at which fingers are relaxed as recorded, whatever is near."
     )
     rounds: int = setting(7, "count", "Gauss-Newton steps.")
     exact_rounds: int = setting(
@@ -102,7 +103,7 @@ class GraspConfig:
         10.0, "mm^2/rad^2", "Weight of the last joint's bend against that of the middle joint."
     )
     smoothness: float = setting(
-        300.0, "mm^2/rad^2", "Weight of the change of an angle between key frames."
+        1000.0, "mm^2/rad^2", "Weight of the change of an angle between key frames."
     )
     rest: float = setting(1e6, "mm^2/rad^2", "Weight of the relaxed hand where it is free.")
 

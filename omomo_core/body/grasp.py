@@ -80,19 +80,20 @@ def close_fingers(
     side = torch.arange(2).repeat(len(held) // 2)
     relaxed = body.relaxed_fingers.view(2, 5, 3, 3, 3)[side][:, None].expand(-1, frames, -1, -1, -1, -1)
     fingers, depth = relaxed.clone(), torch.zeros(len(held), frames)
-    shaped = torch.from_numpy(np.stack([_shaping(w) for w in held.numpy()])) if len(held) else held
+    away = held if not held.numel() else torch.from_numpy(np.stack([_away(w) for w in held.numpy()]))
     keys = torch.arange(0, frames, GRASP.stride)
-    if frames and (shaped > 0).any():
+    share = _falling(away, GRASP.shaping, GRASP.leaving)
+    if frames and (share > 0).any():
         if keys[-1] != frames - 1:
             keys = torch.cat([keys, torch.tensor([frames - 1])])
-        chosen = _key_frames(body, R, at, side, held, shaped, keys, field)
+        chosen = _key_frames(body, R, at, side, held, away, keys, field)
         angles = _fitted(model, chosen, (len(held), len(keys)), field)
-        row, frame = (shaped > 0).nonzero().T
+        row, frame = (share > 0).nonzero().T
         between = _interpolated(angles, keys, row, frame)
         found = rotations(model, side[row], between)
         free = relaxed[row, frame]
-        share = (GRASP.ease * shaped[row, frame]).clamp(max=1.0)[:, None, None, None]
-        fingers[row, frame] = free @ roma.rotvec_to_rotmat(share * roma.rotmat_to_rotvec(free.mT @ found))
+        turn = share[row, frame][:, None, None, None] * roma.rotmat_to_rotvec(free.mT @ found)
+        fingers[row, frame] = free @ roma.rotvec_to_rotmat(turn)
         poses = HandPoses(R[row, frame], at[row, frame], side[row])
         skin = poses.placed(pose_fingers(model, poses.side, between).points)
         depth[row, frame] = (-field.at(skin).flatten(1).amin(dim=1)).clamp(min=0.0)
@@ -101,14 +102,17 @@ def close_fingers(
     return ClosedFingers(fingers, depth.unflatten(0, (-1, 2)).mT.reshape(shape))
 
 
-def _shaping(weight: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
-    """Return how far the fingers have the shape of the grip: 1 in contact, 0 long before and after."""
-    frames, shape = np.arange(len(weight)), weight.copy()
-    for start, stop in runs(weight >= _FULL):
-        away = np.maximum(np.maximum(start - frames, frames - stop + 1), 0)
-        reach = np.where(frames < start, GRASP.shaping, GRASP.relaxing)
-        shape = np.maximum(shape, min_jerk(1 - away / reach))
-    return shape.astype(np.float32)
+def _away(weight: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
+    """Return the frames from each frame to the nearest contact; infinite where there is none."""
+    frames, away = np.arange(len(weight)), np.full(len(weight), np.inf, np.float32)
+    for start, stop in runs(weight >= min(_FULL, max(float(weight.max()), 1e-3))):
+        away = np.minimum(away, np.maximum(np.maximum(start - frames, frames - stop + 1), 0))
+    return away
+
+
+def _falling(away: Float[Tensor, "*n"], first: float, last: float) -> Float[Tensor, "*n"]:
+    """Return 1 up to `first` frames away from a contact, falling smoothly to 0 at `last`."""
+    return torch.from_numpy(min_jerk(((last - away) / (last - first)).numpy())).float()
 
 
 def _key_frames(
@@ -117,14 +121,12 @@ def _key_frames(
     at: Float[Tensor, "rows frames 3"],
     side: Int[Tensor, " rows"],
     held: Float[Tensor, "rows frames"],
-    shaped: Float[Tensor, "rows frames"],
+    away: Float[Tensor, "rows frames"],
     keys: Int[Tensor, " keys"],
     field: DistanceField,
 ) -> _KeyFrames:
     """Return the key frames in which fingers leave their rest, with the grip of the nearest contact."""
-    spans = [(row, *span) for row in range(len(held)) for span in runs((held[row] >= _FULL).numpy())]
-    if not spans:
-        spans = [(row, int(held[row].argmax()), int(held[row].argmax()) + 1) for row in range(len(held)) if held[row].max() > 0]
+    spans = [(row, *span) for row in range(len(held)) for span in runs((away[row] == 0).numpy())]
     share = (torch.arange(GRIP.poses) + 0.5) / GRIP.poses
     rows = torch.tensor([row for row, *_ in spans])
     start, stop = (torch.tensor([s[k] for s in spans]) for k in (1, 2))
@@ -133,11 +135,12 @@ def _key_frames(
     grips = find_grips(
         body, HandPoses(R[from_rows, seen], at[from_rows, seen], side[from_rows]), field
     )
-    row, key = (shaped[:, keys] > 0).nonzero().T
+    row, key = (away[:, keys] < GRASP.leaving + GRASP.stride).nonzero().T
     frame = keys[key]
-    away = torch.maximum(start - frame[:, None], frame[:, None] - stop + 1).clamp(min=0).float()
-    nearest = away.masked_fill(rows != row[:, None], torch.inf).argmin(dim=1)
-    relaxed, shape = relaxed_angles(body), shaped[row, frame][:, None, None]
+    apart = torch.maximum(start - frame[:, None], frame[:, None] - stop + 1).clamp(min=0).float()
+    nearest = apart.masked_fill(rows != row[:, None], torch.inf).argmin(dim=1)
+    shape = _falling(away[row, frame], 0.0, GRASP.shaping)[:, None, None]
+    relaxed = relaxed_angles(body)
     return _KeyFrames(
         HandPoses(R[row, frame], at[row, frame], side[row]),
         torch.stack([row, key], dim=1),

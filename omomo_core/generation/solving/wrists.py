@@ -84,7 +84,8 @@ def lay_palms(
     shift = torch.from_numpy(targets.T_world_object[:, None, :3, 3]).to(rotations)
     local = (R_world_object.mT @ (targets.palms.to(rotations) - shift)[..., None])[..., 0]
     out = (R_world_object @ targets.obstacle.field.away(local)[..., None])[..., 0]
-    hold = targets.hold.to(rotations)[..., None]
+    # A hand that comes lies already as it will: half a hold is enough.
+    hold = (2 * targets.hold.to(rotations)).clamp(max=1.0)[..., None]
     before = rotations[:, :, WRISTS]
     for _ in range(WRIST.rounds):
         R = rotations[:, :, WRISTS]
