@@ -72,7 +72,11 @@ class Held:
         """The measures in one line."""
         if not len(self.pads):
             return "never held"
-        deep = [1000 * np.percentile(d, q) for d in (self.finger_depth, self.palm_depth) for q in (50, 99)]
+        deep = [
+            1000 * np.percentile(d, q)
+            for d in (self.finger_depth, self.palm_depth)
+            for q in (50, 99)
+        ]
         shares = [np.mean(x) for x in (self.pads >= 3, self.thumb, self.wrist, self.fist)]
         return (
             "{:6.1f} {:6.1f} {:6.1f} {:6.1f}".format(*deep)
@@ -89,7 +93,9 @@ def lifted(mesh: ObjectMesh, seconds: float) -> ObjectMotion:
     rise = min_jerk((t - 0.15) / 0.2) - min_jerk((t - 0.7) / 0.2)
     way = min_jerk((t - 0.25) / 0.55)
     middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
-    mesh = ObjectMesh(mesh.vertices - [*middle[:2], mesh.vertices[:, 2].min()], mesh.faces, mesh.name)
+    mesh = ObjectMesh(
+        mesh.vertices - [*middle[:2], mesh.vertices[:, 2].min()], mesh.faces, mesh.name
+    )
     size = float(np.ptp(mesh.vertices[:, 2]))
     T = np.tile(np.eye(4), (len(t), 1, 1))
     T[:, :3, :3] = roma.rotvec_to_rotmat(torch.tensor(1.2 * way[:, None] * [0.0, 0.0, 1.0])).numpy()
@@ -196,9 +202,7 @@ def beyond_range(rotations: np.ndarray, side: int) -> np.ndarray:
     return ((turn < low - 0.02) | (turn > high + 0.02)).any(axis=1)
 
 
-def _fists(
-    fingers: np.ndarray, side: int, distance: np.ndarray, hand: HandSkin
-) -> np.ndarray:
+def _fists(fingers: np.ndarray, side: int, distance: np.ndarray, hand: HandSkin) -> np.ndarray:
     """Where all four fingers are bent like a fist though the palm is on a face."""
     own = torch.from_numpy(fingers[:, 15 * side : 15 * side + 12]).reshape(-1, 4, 3, 3, 3)
     bent = roma.rotmat_to_rotvec(own).norm(dim=-1).mean(dim=-1).numpy()
@@ -224,7 +228,10 @@ def main() -> None:
         took = perf_counter() - start
         every.append(measure(made.people[made.chosen], motion, body))
         print(f"{name:26}{every[-1].row()}   {took:.1f} s", flush=True)
-    columns = [np.concatenate([np.ravel(x) for x in c]) for c in zip(*(vars(h).values() for h in every), strict=True)]
+    columns = [
+        np.concatenate([np.ravel(x) for x in c])
+        for c in zip(*(vars(h).values() for h in every), strict=True)
+    ]
     print(f"{'all':26}{Held(*columns).row()}")
 
 

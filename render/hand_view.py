@@ -40,7 +40,9 @@ def hand_cameras(human: HumanMotion, width: int, height: int) -> list[Camera]:
         gaussian_filter1d(x, _SMOOTHING, axis=0, mode="nearest")
         for x in (palms[:, shown].mean(axis=1), way)
     )
-    apart = np.linalg.norm(np.ptp(palms[:, shown], axis=1), axis=-1).max() if len(shown) > 1 else 0.0
+    apart = (
+        np.linalg.norm(np.ptp(palms[:, shown], axis=1), axis=-1).max() if len(shown) > 1 else 0.0
+    )
     eye = target + (_DISTANCE + _MARGIN * apart) * way / np.linalg.norm(way, axis=1, keepdims=True)
     return [
         pinhole(look_at(place, at), _FOV, width, height)

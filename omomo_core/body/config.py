@@ -45,15 +45,21 @@ class GripConfig:
     )
     thumb_bends: tuple[float, ...] = setting((-0.5, -0.2, 0.1, 0.4), "rad", "Of the saddle joint.")
     thumb_lifts: tuple[float, ...] = setting(
-        (-0.9, -0.6, -0.3, 0.0, 0.3), "rad", "Abductions of the thumb: less is nearer to the palm's plane."
+        (-0.9, -0.6, -0.3, 0.0, 0.3),
+        "rad",
+        "Abductions of the thumb: less is nearer to the palm's plane.",
     )
     thumb_turns: tuple[float, ...] = setting((-0.3, 0.2, 0.7), "rad", "Twists of the thumb's base.")
     thumb_curls: tuple[float, ...] = setting(
         (-0.15, 0.15, 0.5, 0.8), "rad", "Flexions of the thumb's two outer joints."
     )
-    relaxed: Flexion = setting((0.3, 0.18, 0.1), "rad", "Flexion of a relaxed finger's three joints.")
+    relaxed: Flexion = setting(
+        (0.3, 0.18, 0.1), "rad", "Flexion of a relaxed finger's three joints."
+    )
     touching: tuple[float, float, float] = setting(
-        (0.3, 0.5, 1.0), "share", "What a touch of a finger's first, middle and last phalanx is worth."
+        (0.3, 0.5, 1.0),
+        "share",
+        "What a touch of a finger's first, middle and last phalanx is worth.",
     )
     opposition: float = setting(
         0.3, "share", "What a fingertip's touch is worth on a face that looks against the palm."
@@ -75,17 +81,22 @@ class GraspConfig:
 
     stride: int = setting(4, "frames", "Interval between key frames.")
     shaping: int = setting(
-        14, "frames", "Time in which fingers take the shape of a grip before a contact, and lose it after."
+        14,
+        "frames",
+        "Time in which fingers take the shape of a grip before a contact, and lose it after.",
     )
     leaving: int = setting(
-        26, "frames", "Time from a contact at which fingers are relaxed as recorded, whatever is near."
+        26,
+        "frames",
+        "Time from a contact at which fingers are relaxed as recorded, whatever is near.",
     )
     rounds: int = setting(7, "count", "Gauss-Newton steps.")
     exact_rounds: int = setting(
-        2, "count", "Last steps, which measure to the surface itself instead of the grid."
+        3, "count", "Last steps, which measure to the surface itself instead of the grid."
     )
     exact_range: float = setting(0.012, "m", "Distance within which they do so.")
     longest_step: float = setting(0.3, "rad", "Longest step of an angle.")
+    firmness: float = setting(3.0, "share", "Weight of depth in the object against a pad's touch.")
     margin: float = setting(0.0003, "m", "Distance from the surface at which skin rests.")
     touch_range: float = setting(
         0.015, "m", "Distance from the surface beyond which it hardly draws skin to it."
@@ -97,7 +108,9 @@ class GraspConfig:
         (0.1, 0.3, 1.0), "share", "Weight of the touch of the first, middle and last phalanx."
     )
     stiffness: tuple[float, ...] = setting(
-        (10.0, 40.0, 40.0, 10.0, 10.0), "mm^2/rad^2", "Weight of each angle's distance from the grip."
+        (10.0, 40.0, 40.0, 10.0, 10.0),
+        "mm^2/rad^2",
+        "Weight of each angle's distance from the grip.",
     )
     synergy: float = setting(
         10.0, "mm^2/rad^2", "Weight of the last joint's bend against that of the middle joint."

@@ -14,7 +14,7 @@ from torch import Tensor
 from torch.nn.functional import normalize
 
 from omomo_core.body.config import FINGER_RANGES
-from omomo_core.body.hand_skin import THUMB, HandSkin, hand_skins, palmar_directions
+from omomo_core.body.hand_skin import HandSkin, hand_skins, palmar_directions
 from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.model import BodyModel
 from omomo_core.body.skinning import vertex_normals
@@ -95,7 +95,7 @@ def pose_fingers(
     for k in range(3):
         own = (rest - start[..., k, None, :]) @ turned[..., k, :, :].mT + joints[..., k, None, :]
         carried.append(shares[..., k + 1 : k + 2] * own)
-    beyond = [sum(carried[k + 1 :]) for k in range(3)]
+    beyond = [torch.stack(carried[k + 1 :]).sum(dim=0) for k in range(3)]
     moved = [shares[..., k + 1 :].sum(dim=-1, keepdim=True) for k in range(3)]
     levers = [
         part - share * joints[..., k, None, :]
@@ -110,7 +110,9 @@ def pose_fingers(
         (turned[..., 0, :, :] @ flexion[..., None])[..., 0],
         (turned[..., 1, :, :] @ flexion[..., None])[..., 0],
     ]
-    return PosedFingers(carried[0] + beyond[0], torch.stack(axes, dim=-2), torch.stack(levers, dim=-3))
+    return PosedFingers(
+        carried[0] + beyond[0], torch.stack(axes, dim=-2), torch.stack(levers, dim=-3)
+    )
 
 
 def _chain(
@@ -161,7 +163,12 @@ def _points(
     places = body.vertices - body.rest_joints[WRISTS[side]]
     chosen = torch.stack(
         [
-            torch.cat([_spread(places, hand.vertices[(hand.finger == f) & (hand.phalanx == k)]) for k in range(3)])
+            torch.cat(
+                [
+                    _spread(places, hand.vertices[(hand.finger == f) & (hand.phalanx == k)])
+                    for k in range(3)
+                ]
+            )
             for f in range(5)
         ]
     )
@@ -183,6 +190,3 @@ def _spread(places: Float[Tensor, "all 3"], among: Int[Tensor, " some"]) -> Int[
         chosen.append(int(far.argmax()))
         far = torch.minimum(far, (own - own[chosen[-1]]).norm(dim=1))
     return among[chosen]
-
-
-__all__ = ["ANGLES", "THUMB", "FingerModel", "PosedFingers", "finger_model", "pose_fingers", "rotations"]

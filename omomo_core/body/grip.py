@@ -12,7 +12,8 @@ from jaxtyping import Float, Int
 from torch import Tensor
 
 from omomo_core.body.config import GRIP
-from omomo_core.body.finger_model import ANGLES, THUMB, FingerModel, finger_model, pose_fingers
+from omomo_core.body.finger_model import ANGLES, FingerModel, finger_model, pose_fingers
+from omomo_core.body.hand_skin import THUMB
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.distance_field import DistanceField
 
@@ -55,13 +56,16 @@ def find_grips(
     """
     model = finger_model(body)
     fingers, thumb = _postures(body)
-    found = [_best(model, p, f, poses, field) for f, p in ((slice(4), fingers), (slice(4, 5), thumb))]
+    found = [
+        _best(model, p, f, poses, field) for f, p in ((slice(4), fingers), (slice(4, 5), thumb))
+    ]
     return torch.cat(found, dim=1)
 
 
 def _best(
     model: FingerModel, postures: _Postures, which: slice, poses: HandPoses, field: DistanceField
 ) -> Float[Tensor, "contacts fingers angles"]:
+    """Return the angles of the posture of each finger that is worth most in all poses of a contact."""
     points = poses.placed(postures.points[poses.side])
     distance = field.at(points)
     palmar = model.palmar[poses.side][:, which, None]
@@ -76,7 +80,7 @@ def _best(
     worth = share[..., 0] + gain * opposed * touch[..., 2]
     depth = (-distance.amin(dim=-1) - GRIP.allowed_depth).clamp(min=0.0)
     angles = postures.angles[poses.side]
-    relaxed = relaxed_angles(body=None)[which, None]
+    relaxed = relaxed_angles()[which, None]
     idle = GRIP.idle_cost * (angles - relaxed).square().sum(dim=-1)
     worth = (worth - GRIP.depth_cost * depth - idle).unflatten(0, (-1, GRIP.poses)).mean(dim=1)
     best = worth.argmax(dim=-1)[..., None, None].expand(-1, -1, 1, ANGLES)
@@ -90,7 +94,10 @@ def _postures(body: BodyModel) -> tuple[_Postures, _Postures]:
     zero = torch.zeros_like(bend)
     finger = torch.stack([bend, zero, zero, curl, GRIP.last_joint * curl], dim=-1)
     swing, lift, turn, curl = torch.cartesian_prod(
-        *(torch.tensor(x) for x in (GRIP.thumb_bends, GRIP.thumb_lifts, GRIP.thumb_turns, GRIP.thumb_curls))
+        *(
+            torch.tensor(x)
+            for x in (GRIP.thumb_bends, GRIP.thumb_lifts, GRIP.thumb_turns, GRIP.thumb_curls)
+        )
     ).T
     thumb = torch.stack([swing, lift, turn, curl, curl], dim=-1)
     return _tried(body, finger, slice(4)), _tried(body, thumb, slice(THUMB, 5))
@@ -109,7 +116,7 @@ def _tried(body: BodyModel, angles: Float[Tensor, "tries 5"], which: slice) -> _
     return _Postures(angles.expand(2, count, -1, -1), points.transpose(1, 2).contiguous())
 
 
-def relaxed_angles(body: BodyModel | None) -> Float[Tensor, "5 angles"]:
+def relaxed_angles() -> Float[Tensor, "5 angles"]:
     """Return the angles of a relaxed hand."""
     angles = torch.zeros(5, ANGLES)
     angles[:4, [0, 3, 4]] = torch.tensor(GRIP.relaxed)

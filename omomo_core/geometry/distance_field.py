@@ -20,7 +20,6 @@ from omomo_core.errors import InputError
 from omomo_core.geometry.config import DISTANCE_FIELD
 from omomo_core.motion import ObjectMesh
 
-
 _TOUCHING = 1e-4
 """Distance from the surface below which the grid's slope decides the direction, metres."""
 

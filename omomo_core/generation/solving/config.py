@@ -136,7 +136,9 @@ class WristConfig:
         0.05, "share", "Cost of a squared turn about the normal, in squared turns beyond the range."
     )
     kept_tilts: tuple[float, ...] = setting(
-        (0.0, 0.15, 0.3, 0.5, 0.75, 1.0), "share", "Parts of a palm's tilt that are tried to be left."
+        (0.0, 0.15, 0.3, 0.5, 0.75, 1.0),
+        "share",
+        "Parts of a palm's tilt that are tried to be left.",
     )
     tilt_cost: float = setting(
         0.3, "share", "Cost of a squared tilt that is left, in squared turns beyond the range."

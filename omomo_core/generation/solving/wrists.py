@@ -1,6 +1,5 @@
 """Wrist targets: hands are turned so that their palms face the surface that they hold."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
