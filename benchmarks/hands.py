@@ -84,7 +84,10 @@ class Held:
         )
 
 
-HEAD = f"{'object':26}{'finger 50, 99 %':>14}{'palm 50, 99 %':>14}{'3 pads':>8}{'thumb':>7}{'deg/f':>7}{'wrist':>7}{'fist':>6}"
+HEAD = (
+    f"{'object':26}{'finger 50, 99 %':>14}{'palm 50, 99 %':>14}{'3 pads':>8}{'thumb':>7}{'deg/f':>7}"
+    f"{'wrist':>7}{'fist':>6}"
+)
 
 
 def lifted(mesh: ObjectMesh, seconds: float) -> ObjectMotion:

@@ -35,7 +35,8 @@ def hand_cameras(human: HumanMotion, width: int, height: int) -> list[Camera]:
     palms = human.joints[:, _PALMS]
     shown = _shown(palms, human.hand_contact)
     R = human.rotations[:, _WRISTS][:, shown]
-    way = (_BACK * R[..., 1] + _THUMB * R[..., 2]).mean(axis=1) + [0.0, 0.0, _UP]
+    way = (_BACK * R[..., 1] + _THUMB * R[..., 2]).mean(axis=1)
+    way[:, 2] += _UP
     target, way = (
         gaussian_filter1d(x, _SMOOTHING, axis=0, mode="nearest")
         for x in (palms[:, shown].mean(axis=1), way)

@@ -80,23 +80,26 @@ class GraspConfig:
     """How fingers are fitted to what is held: residuals in millimetres, angles in radians."""
 
     stride: int = setting(4, "frames", "Interval between key frames.")
-    shaping: int = setting(
-        14,
+    shaping: float = setting(
+        14.0,
         "frames",
         "Time in which fingers take the shape of a grip before a contact, and lose it after.",
     )
-    leaving: int = setting(
-        26,
+    leaving: float = setting(
+        26.0,
         "frames",
         "Time from a contact at which fingers are relaxed as recorded, whatever is near.",
     )
-    rounds: int = setting(7, "count", "Gauss-Newton steps.")
+    rounds: int = setting(8, "count", "Gauss-Newton steps.")
     exact_rounds: int = setting(
-        3, "count", "Last steps, which measure to the surface itself instead of the grid."
+        5, "count", "Last steps, which measure to the surface itself instead of the grid."
     )
     exact_range: float = setting(0.012, "m", "Distance within which they do so.")
     longest_step: float = setting(0.3, "rad", "Longest step of an angle.")
     firmness: float = setting(3.0, "share", "Weight of depth in the object against a pad's touch.")
+    brushing: float = setting(
+        0.03, "share", "Part of that weight for a hand that comes or goes and does not hold."
+    )
     margin: float = setting(0.0003, "m", "Distance from the surface at which skin rests.")
     touch_range: float = setting(
         0.015, "m", "Distance from the surface beyond which it hardly draws skin to it."
@@ -116,7 +119,7 @@ class GraspConfig:
         10.0, "mm^2/rad^2", "Weight of the last joint's bend against that of the middle joint."
     )
     smoothness: float = setting(
-        1000.0, "mm^2/rad^2", "Weight of the change of an angle between key frames."
+        1500.0, "mm^2/rad^2", "Weight of the change of an angle between key frames."
     )
     rest: float = setting(1e6, "mm^2/rad^2", "Weight of the relaxed hand where it is free.")
 

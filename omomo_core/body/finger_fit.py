@@ -101,7 +101,9 @@ def _contact_residuals(
     wanted = torch.tensor(GRASP.touching)[:, None] * nearest
     reach = torch.exp(-(distance.clamp(min=0.0) / GRASP.touch_range).square())
     touch = keys.hold[:, None, None] * wanted.flatten(-2) * reach
-    weight = torch.where(inside, GRASP.firmness, touch)
+    # A hand that only comes or goes may brush the object: its fingers are not snatched away.
+    firm = GRASP.firmness * (GRASP.brushing + 2 * keys.hold).clamp(max=1.0)[:, None, None]
+    weight = torch.where(inside, firm, touch)
     return weight, _MILLIMETRES * (distance - GRASP.margin)
 
 

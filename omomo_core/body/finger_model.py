@@ -21,7 +21,7 @@ from omomo_core.body.skinning import vertex_normals
 
 ANGLES = 5
 """Of each finger: flexion, abduction and twist at its base, flexion of the middle and of the last joint."""
-PER_PHALANX = 16
+PER_PHALANX = 20
 """Points on the skin of each phalanx, as far from each other as they can be."""
 _PALMAR = 0.35
 """Cosine of the angle to the palmar direction within which skin is palmar."""

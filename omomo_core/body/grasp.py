@@ -72,7 +72,9 @@ def close_fingers(
     """
     shape, frames = weight.shape, weight.shape[-2]
     fingers = body.relaxed_fingers.float().expand(*shape[:-1], 30, 3, 3)
-    fingers = _by_hand(fingers.unflatten(-3, (2, 5, 3)).reshape(-1, frames, 2, 5, 3, 3, 3)).clone()
+    if not weight.numel():
+        return ClosedFingers(fingers, torch.zeros(shape), torch.zeros(shape))
+    fingers = _by_hand(fingers.reshape(-1, frames, 2, 5, 3, 3, 3)).clone()
     measures = torch.zeros(2, len(fingers), frames)
     hands = _sequences(R_world_wrist, wrists, T_world_object, weight)
     share = _falling(hands.away, GRASP.shaping, GRASP.leaving)
@@ -81,15 +83,15 @@ def close_fingers(
         chosen = _key_frames(body, hands, keys, field)
         angles = fit_fingers(finger_model(body), chosen, (len(fingers), len(keys)), field)
         row, frame = (share > 0).nonzero().T
-        before, u = _between(keys, frame)
-        a, b = angles[row, before], angles[row, before + 1]
+        before, after, u = _between(keys, frame)
+        a, b = angles[row, before], angles[row, after]
         found = rotations(finger_model(body), row % 2, a + u[:, None, None] * (b - a))
         free = fingers[row, frame]
         turn = share[row, frame][:, None, None, None] * roma.rotmat_to_rotvec(free.mT @ found)
         fingers[row, frame] = free @ roma.rotvec_to_rotmat(turn)
         seen = _measures(body, chosen, angles, field)
         measures[:, row, frame] = seen[:, row, before] + u * (
-            seen[:, row, before + 1] - seen[:, row, before]
+            seen[:, row, after] - seen[:, row, before]
         )
         measures[1] *= hands.weight >= _FULL
     depth, pads = measures.unflatten(1, (-1, 2)).mT.reshape(2, *shape)
@@ -123,7 +125,7 @@ def _by_hand(x: Float[Tensor, "samples frames 2 *rest"]) -> Float[Tensor, "rows 
 
 
 def _frames_to_contact(weight: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
-    """Return the frames to the nearest contact; a hand that never holds fully is in it where it holds most."""
+    """Return the frames to the nearest contact: where the hand holds fully, or else most."""
     frames, away = np.arange(len(weight)), np.full(len(weight), np.inf, np.float32)
     most = max(float(weight.max(initial=0.0)), 1e-3)
     for start, stop in runs(weight >= min(_FULL, most)):
@@ -163,10 +165,11 @@ def _key_frames(
 
 def _between(
     keys: Int[Tensor, " keys"], frame: Int[Tensor, " some"]
-) -> tuple[Int[Tensor, " some"], Float[Tensor, " some"]]:
-    """Return the key frame before each frame, and how far it is on the way to the next."""
-    before = (torch.searchsorted(keys, frame, right=True) - 1).clamp(0, max(len(keys) - 2, 0))
-    return before, (frame - keys[before]) / (keys[before + 1] - keys[before]).clamp(min=1)
+) -> tuple[Int[Tensor, " some"], Int[Tensor, " some"], Float[Tensor, " some"]]:
+    """Return the key frames before and after each frame, and how far it is from one to the other."""
+    before = torch.searchsorted(keys, frame, right=True) - 1
+    after = (before + 1).clamp(max=len(keys) - 1)
+    return before, after, (frame - keys[before]) / (keys[after] - keys[before]).clamp(min=1)
 
 
 def _measures(

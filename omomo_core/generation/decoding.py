@@ -19,7 +19,7 @@ from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.config import BODY_DECODING
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
-from omomo_core.generation.person import Person
+from omomo_core.generation.person import FingerFit, Person
 from omomo_core.generation.prefix import Prefix
 from omomo_core.generation.retargeting import Retargeting
 from omomo_core.generation.sampling.despiking import despike
@@ -169,6 +169,7 @@ def assemble_people(
             segments[k],
             solved.miss[k].double().numpy(),
             depth[k],
+            FingerFit(closed.depth[k].double().numpy(), closed.pad_distance[k].double().numpy()),
         )
         for k in range(len(hands))
     ]

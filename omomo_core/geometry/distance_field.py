@@ -64,7 +64,7 @@ class DistanceField:
     def exact(
         self, points: Float[Tensor, "points 3"]
     ) -> tuple[Float[Tensor, " points"], Float[Tensor, "points 3"]]:
-        """Signed distance to the surface itself, and the direction in which it grows: slower than the grid."""
+        """Signed distance to the surface itself, and the direction in which it grows; slow."""
         away = self.away(points)
         if self.sheet is None or not len(points):
             return self.at(points), away
