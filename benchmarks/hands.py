@@ -55,7 +55,7 @@ STRIDE, NEAR, FIST, FLAT = 4, 0.005, 0.9, 0.008
 
 
 @dataclass(frozen=True)
-class Held:
+class HandMeasures:
     """What was measured in the frames in which a hand holds."""
 
     finger_depth: np.ndarray
@@ -159,7 +159,7 @@ def signed_distance(mesh: ObjectMesh, points: np.ndarray) -> np.ndarray:
     return np.asarray(found[0]).reshape(points.shape[:-1])
 
 
-def measure(person: Person, motion: ObjectMotion, body: BodyModel) -> Held:
+def measure(person: Person, motion: ObjectMotion, body: BodyModel) -> HandMeasures:
     """Measure both hands of a person."""
     human = person.human
     parts = (human.root, human.rotations, human.fingers)
@@ -178,7 +178,7 @@ def measure(person: Person, motion: ObjectMotion, body: BodyModel) -> Held:
         rows.append((*_depths(distance, hand), beyond_range(human.rotations[held], side),
                      _fists(human.fingers[held], side, distance, hand)))  # fmt: skip
     joined = [np.concatenate(x) for x in zip(*rows, strict=True)] or [np.zeros(0)] * 6
-    return Held(*joined, speed=turned)
+    return HandMeasures(*joined, speed=turned)
 
 
 def _depths(distance: np.ndarray, hand: HandSkin) -> tuple[np.ndarray, ...]:
@@ -222,7 +222,7 @@ def main() -> None:
     said = parser.parse_args()
     body, stages = load_body(), load_stages()
     print(HEAD)
-    every: list[Held] = []
+    every: list[HandMeasures] = []
     for name, make in cases(said.all):
         if said.only not in name:
             continue
@@ -235,7 +235,7 @@ def main() -> None:
         np.concatenate([np.ravel(x) for x in c])
         for c in zip(*(vars(h).values() for h in every), strict=True)
     ]
-    print(f"{'all':26}{Held(*columns).row()}")
+    print(f"{'all':26}{HandMeasures(*columns).row()}")
 
 
 if __name__ == "__main__":

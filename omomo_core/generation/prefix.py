@@ -53,6 +53,9 @@ class Prefix:
     segments: Sequence[tuple[ContactSegment, ...]]
     """Contact segments of each sample in these frames; an empty list where contacts are not fixed."""
 
+    fingers: Float[Tensor, "samples first 30 3 3"] | None = None
+    """Of the solved body; None where they are not known."""
+
     @property
     def frames(self) -> int:
         """How many frames are fixed."""

@@ -156,6 +156,7 @@ class _Draft:
             palms=self.palms[:, rows],
             standing=self.solved.standing[:, rows],
             segments=[shift_spans(p.segments, start, stop) for p in self.people],
+            fingers=torch.from_numpy(np.stack([p.human.fingers[rows] for p in self.people])),
         )
 
 
