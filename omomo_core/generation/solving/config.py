@@ -122,6 +122,7 @@ class WristConfig:
         0.05, "rad", "Angle between palm and surface that needs no correction."
     )
     farthest: float = setting(1.0, "rad", "Largest turn of a hand: beyond that it holds an edge.")
+    stride: int = setting(3, "frames", "Interval between the frames in which palms are laid.")
     rounds: int = setting(
         2, "count", "Turns of a palm onto the surface, after each of which arms are solved again."
     )
@@ -133,7 +134,7 @@ class WristConfig:
     )
     headings: int = setting(17, "count", "Turns about the palm's normal that are tried.")
     heading_cost: float = setting(
-        0.05, "share", "Cost of a squared turn about the normal, in squared turns beyond the range."
+        0.05, "share", "Cost of a squared turn about the normal, in turns beyond the range."
     )
     kept_tilts: tuple[float, ...] = setting(
         (0.0, 0.15, 0.3, 0.5, 0.75, 1.0),
@@ -141,7 +142,7 @@ class WristConfig:
         "Parts of a palm's tilt that are tried to be left.",
     )
     tilt_cost: float = setting(
-        0.3, "share", "Cost of a squared tilt that is left, in squared turns beyond the range."
+        0.3, "share", "Cost of a squared tilt that is left, in turns beyond the range."
     )
     spare: float = setting(0.04, "rad", "Distance that a laid hand keeps from its wrist's range.")
 

@@ -6,6 +6,7 @@ import numpy as np
 import roma
 import torch
 from jaxtyping import Float
+from scipy.interpolate import interp1d
 from scipy.ndimage import gaussian_filter1d
 from torch import Tensor
 
@@ -85,14 +86,20 @@ def lay_palms(
     out = (R_world_object @ targets.obstacle.field.away(local)[..., None])[..., 0]
     # A hand that comes lies already as it will: half a hold is enough.
     hold = (2 * targets.hold.to(rotations)).clamp(max=1.0)[..., None]
-    before = rotations[:, :, WRISTS]
+    before, count = rotations[:, :, WRISTS], rotations.shape[1]
+    seen = torch.arange(0, count + WRIST.stride - 1, WRIST.stride).clamp(max=count - 1).unique()
     for _ in range(WRIST.rounds):
-        R = rotations[:, :, WRISTS]
-        laid = _laid(rotations[:, :, ELBOWS], R, out)
-        turn = roma.rotmat_to_rotvec(laid @ before.mT) * hold
-        smooth = gaussian_filter1d(turn.numpy(), WRIST.smoothing, axis=1, mode="nearest")
+        laid = _laid(
+            rotations[:, seen][:, :, ELBOWS], rotations[:, seen][:, :, WRISTS], out[:, seen]
+        )
+        turn = roma.rotmat_to_rotvec(laid @ before[:, seen].mT) * hold[:, seen]
+        every = turn.numpy()
+        if count > 1:
+            every = interp1d(seen.numpy(), every, axis=1, assume_sorted=True)(np.arange(count))
+        smooth = gaussian_filter1d(every, WRIST.smoothing, axis=1, mode="nearest")
+        turned = roma.rotvec_to_rotmat(torch.from_numpy(smooth).to(rotations) * hold) @ before
         rotations = rotations.clone()
-        rotations[:, :, WRISTS] = roma.rotvec_to_rotmat(torch.from_numpy(smooth) * hold) @ before
+        rotations[:, :, WRISTS] = turned
         rotations = solve_arms(body, root, rotations, targets)
     return rotations
 
@@ -117,9 +124,7 @@ def _laid(
     low, high = _RANGES[:, None, :, 0] + WRIST.spare, _RANGES[:, None, :, 1] - WRIST.spare
     excess = (bend - high).clamp(min=0) + (low - bend).clamp(min=0)
     cost = (
-        excess.square().sum(dim=-1)
-        + WRIST.heading_cost * heading.square()
-        + WRIST.tilt_cost * tilt.square()
+        excess.sum(dim=-1) + WRIST.heading_cost * heading.square() + WRIST.tilt_cost * tilt.square()
     )
     best = cost.argmin(dim=-1)[..., None, None, None]
     return tried.gather(-3, best.expand(*best.shape[:-3], 1, 3, 3))[..., 0, :, :]
