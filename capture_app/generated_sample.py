@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from omomo_core.contact.segment import ContactSegment
-from omomo_core.generation.person import Person
+from omomo_core.generation.person import FingerFit, Person
 from omomo_core.motion import HumanMotion
 from omomo_core.whole_file import whole_file
 
@@ -34,6 +34,9 @@ def save_sample(path: Path, sample: GeneratedSample) -> None:
     scores = [{name: float(value) for name, value in score.items()} for score in sample.scores]
     described = json.dumps({"chosen": sample.chosen, "scores": scores, "notes": sample.notes})
     arrays = {"spans": np.array(spans, int), "anchors": anchors, "told": np.array(described)}
+    if person.finger_fit is not None:
+        arrays["finger_depth"] = person.finger_fit.depth
+        arrays["pad_distance"] = person.finger_fit.pad_distance
     with whole_file(path) as partial:
         np.savez(partial, miss=person.miss, depth=person.depth, **arrays, **human)
 
@@ -48,7 +51,10 @@ def load_sample(path: Path) -> GeneratedSample:
         for (hand, start, stop), anchor in zip(data["spans"].tolist(), data["anchors"], strict=True)
     )
     human = HumanMotion(**{f.name: data[f.name] for f in fields(HumanMotion)})
-    person = Person(human, segments, data["miss"], data["depth"])
+    fit = None
+    if "finger_depth" in data:
+        fit = FingerFit(data["finger_depth"], data["pad_distance"])
+    person = Person(human, segments, data["miss"], data["depth"], fit)
     return GeneratedSample(
         person, described["chosen"], tuple(described["scores"]), tuple(described["notes"])
     )

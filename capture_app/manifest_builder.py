@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from capture_app.commands.run import ResolveRequest, RunRequest
 from capture_app.generated_sample import GeneratedSample
 from capture_app.manifest import (
@@ -45,7 +47,11 @@ def unsatisfied(person: Person) -> tuple[str, ...]:
 
 
 def _misses(person: Person) -> list[_Told]:
+    fit = person.finger_fit
+    fingers = np.zeros((0, 2)) if fit is None else fit.depth
     events = (
+        ("fingers of the left hand are up to {:.0f} cm inside the object", fingers[:, 0]),
+        ("fingers of the right hand are up to {:.0f} cm inside the object", fingers[:, 1]),
         ("the left palm is up to {:.0f} cm off its place on the object", person.miss[:, 0]),
         ("the right palm is up to {:.0f} cm off its place on the object", person.miss[:, 1]),
         ("the body is up to {:.0f} cm inside the object", person.depth),

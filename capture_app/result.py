@@ -13,7 +13,7 @@ from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel, with_height
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.errors import InputError
-from omomo_core.generation.person import Person
+from omomo_core.generation.person import FingerFit, Person
 from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion, Texture
 from omomo_core.skeleton import BODY_JOINTS, FINGER_JOINTS
 
@@ -182,6 +182,10 @@ def _people_arrays(people: Sequence[Person]) -> dict[str, np.ndarray]:
     arrays["fingers_xyzw"] = np.stack([xyzw_from_matrix(m.fingers) for m in motions])
     arrays["palm_miss"] = np.stack([p.miss for p in people])
     arrays["inside"] = np.stack([p.depth for p in people])
+    fits = [p.finger_fit for p in people if p.finger_fit is not None]
+    if len(fits) == len(people):
+        arrays["finger_depth"] = np.stack([f.depth for f in fits])
+        arrays["pad_distance"] = np.stack([f.pad_distance for f in fits])
     arrays["contact_anchors"] = np.array(anchors).reshape(-1, 3)
     single = {key: array.astype(np.float32) for key, array in arrays.items()}
     return {**single, "contact_spans": np.array(spans, np.int32).reshape(-1, 4)}
@@ -227,7 +231,10 @@ def _person(data: dict[str, np.ndarray], k: int) -> Person:
         for (sample, hand, start, stop), anchor in contacts
         if sample == k
     )
-    return Person(human, segments, data["palm_miss"][k], data["inside"][k])
+    fit = None
+    if "finger_depth" in data:
+        fit = FingerFit(data["finger_depth"][k], data["pad_distance"][k])
+    return Person(human, segments, data["palm_miss"][k], data["inside"][k], fit)
 
 
 def _object_motion(data: dict[str, np.ndarray]) -> ObjectMotion:

@@ -12,10 +12,11 @@ from omomo_core.skeleton import joint
 from render.actors import Actor
 from render.cameras import Camera, look_at, pinhole, quarter_turns
 from render.follow import FollowStyle, behind, framed
+from render.hand_view import hand_cameras
 from render.props import BODY_COLOR, trail
 from render.third_person import facing, follow_motion, object_corners, subject
 
-View = Literal["third", "orbit", "follow", "top", "object"]
+View = Literal["third", "orbit", "follow", "top", "object", "hands"]
 
 _CIRCLE = 16.0
 """Seconds that the orbiting camera takes for a full circle."""
@@ -66,8 +67,8 @@ def shot(
 
     Args:
         view: "third" keeps person and object in a three-quarter front view, "orbit" circles them
-            slowly, "follow" walks behind the person, "top" is a map of the whole motion, and
-            "object" sees what a camera on the object sees.
+            slowly, "follow" walks behind the person, "top" is a map of the whole motion, "object"
+            sees what a camera on the object sees, and "hands" keeps close to the hands that hold.
         human, moved: of the same frames.
         width, height: of the pictures, pixels.
         eye: the camera on the object, for "object"; without it, or where it hardly ever sees the
@@ -77,6 +78,8 @@ def shot(
         return _map(human, moved, width, height)
     if view == "object":
         return Shot(_on_object(human, moved, width, height, eye))
+    if view == "hands":
+        return Shot(hand_cameras(human, width, height))
     if view == "third":
         return Shot(follow_motion(human, moved, width, height))
     turns = np.arange(len(human.root)) / FPS / _CIRCLE

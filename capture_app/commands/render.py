@@ -9,7 +9,7 @@ from capture_app.commands.inputs import OptionName, Sample
 from capture_app.commands.request import Request, VideoSize, place_of
 from capture_app.commands.text_values import read_sheet
 
-View = Literal["third", "orbit", "follow", "top", "object"]
+View = Literal["third", "orbit", "follow", "top", "object", "hands"]
 Backend = Literal["auto", "pyrender", "raycast"]
 
 
@@ -48,7 +48,8 @@ class RenderOptions(BaseModel):
             title="Seen",
             description="third: person and object from the front; orbit: a slow circle around them; "
             "follow: behind the person; top: a map with its scale; object: what the clamped phone "
-            "sees, or a view across the object at the person if it never sees them.",
+            "sees, or a view across the object at the person if it never sees them; hands: close to "
+            "the hands that hold.",
         ),
     ] = "third"
     sample: Sample = None

@@ -9,65 +9,119 @@ Flexion = tuple[float, float, float]
 """Flexion of the three joints of a finger."""
 
 
-@dataclass(frozen=True)
-class GraspConfig:
-    """How fingers close on an object: postures to choose from, and what each is worth."""
+FingerRange = tuple[tuple[float, float], ...]
+"""Least and greatest flexion, abduction and twist of a finger's base, flexion of its outer joints."""
 
-    open_finger: Flexion = setting(
-        (-0.15, 0.05, 0.05), "rad", "Flexion of a finger's three joints in an open hand."
-    )
-    open_thumb: Flexion = setting(
-        (-0.35, 0.0, 0.0),
+
+@dataclass(frozen=True)
+class FingerRangesConfig:
+    """Ranges of finger joints from the T-pose, in which fingers are straight (Kapandji)."""
+
+    finger: FingerRange = setting(
+        ((-0.5, 1.5), (-0.25, 0.25), (0.0, 0.0), (0.0, 1.8), (-0.1, 1.2)),
         "rad",
-        "Flexion of the thumb in an open hand, from the base of its palm bone.",
+        "Of index, middle, ring and little finger: what is pressed on bends the base back.",
     )
-    closed_finger: Flexion = setting(
-        (1.15, 1.9, 1.2), "rad", "Flexion of a finger's three joints in a fist."
+    thumb: FingerRange = setting(
+        ((-0.6, 0.6), (-0.9, 0.5), (-0.5, 0.9), (-0.25, 0.9), (-0.3, 1.2)),
+        "rad",
+        "Of the thumb: saddle joint, base joint and last joint.",
     )
-    closed_thumb: Flexion = setting((0.45, 0.8, 1.1), "rad", "Flexion of the thumb in a fist.")
-    flat_thumb: float = setting(
-        0.0, "rad", "Turn of the thumb about the hand's long axis where it lies beside the palm."
+
+
+@dataclass(frozen=True)
+class GripConfig:
+    """Postures of the fingers that are tried for each contact, and what each is worth."""
+
+    poses: int = setting(3, "count", "Poses of the hand in a contact that a grip must suit.")
+    bends: tuple[float, ...] = setting(
+        (-0.4, -0.2, 0.0, 0.2, 0.45, 0.7, 1.0, 1.3), "rad", "Flexions of a finger's base."
     )
-    round_thumb: float = setting(
-        1.75, "rad", "Turn of the thumb about the hand's long axis where it is against the fingers."
+    curls: tuple[float, ...] = setting(
+        (0.05, 0.3, 0.6, 0.9, 1.2, 1.5), "rad", "Flexions of a finger's middle joint."
     )
-    gather: float = setting(0.7, "share", "Share of the spread that fingers lose in a fist.")
-    allowed_depth: float = setting(
-        0.002, "m", "Depth of fingers in the surface that is free, because flesh gives way."
+    last_joint: float = setting(
+        0.6, "share", "Flexion of a finger's last joint over that of its middle joint."
     )
-    touch_distance: float = setting(
-        0.006, "m", "Distance from the surface at which a finger touches it a third as much."
+    thumb_bends: tuple[float, ...] = setting((-0.5, -0.2, 0.1, 0.4), "rad", "Of the saddle joint.")
+    thumb_lifts: tuple[float, ...] = setting(
+        (-0.9, -0.6, -0.3, 0.0, 0.3),
+        "rad",
+        "Abductions of the thumb: less is nearer to the palm's plane.",
     )
-    depth_cost: float = setting(
-        3000.0, "1/m", "Cost of more depth than is free, in whole fingers that touch."
+    thumb_turns: tuple[float, ...] = setting((-0.3, 0.2, 0.7), "rad", "Twists of the thumb's base.")
+    thumb_curls: tuple[float, ...] = setting(
+        (-0.15, 0.15, 0.5, 0.8), "rad", "Flexions of the thumb's two outer joints."
     )
-    idle_closing: float = setting(
-        0.3, "share", "Closing of fingers that meet nothing: 0 is open, 1 a fist."
+    relaxed: Flexion = setting(
+        (0.3, 0.18, 0.1), "rad", "Flexion of a relaxed finger's three joints."
     )
-    idle_turn: float = setting(
-        0.5, "share", "Turn of a thumb that meets nothing: 0 is flat, 1 round."
-    )
-    idle_cost: float = setting(
-        0.05, "cost", "Cost of another closing than the idle one: less than any touch is worth."
-    )
-    closings: int = setting(61, "count", "Postures from open to fist.")
-    closing_stride: int = setting(6, "count", "Stride between the postures that are tried first.")
-    thumb_turns: tuple[float, ...] = setting(
-        (0.0, 0.35, 0.7, 1.0), "share", "Turns of the thumb that are tried: 0 is flat, 1 round."
+    touching: tuple[float, float, float] = setting(
+        (0.3, 0.5, 1.0),
+        "share",
+        "What a touch of a finger's first, middle and last phalanx is worth.",
     )
     opposition: float = setting(
-        1.0, "share", "How much more a touch of the thumb is worth when it is round."
+        0.3, "share", "What a fingertip's touch is worth on a face that looks against the palm."
     )
-    stride: int = setting(2, "frames", "Interval between the frames that are evaluated.")
-    smoothing: float = setting(
-        2.0, "frames", "Standard deviation of the filter over the evaluated frames."
+    thumb_opposition: float = setting(
+        1.0, "share", "What the thumb's touch is worth on a face that looks against the palm."
     )
-    palm_positions: tuple[float, ...] = setting(
-        (0.6, 0.8, 1.0), "share", "Positions of a palm bone's spheres along its length."
+    touch_distance: float = setting(
+        0.006, "m", "Distance from the surface at which skin touches it a third as much."
     )
-    sphere_positions: tuple[float, float] = setting(
-        (0.45, 0.95), "share", "Positions of a finger bone's two spheres along its length."
+    allowed_depth: float = setting(0.002, "m", "Depth of a tried posture that is free.")
+    depth_cost: float = setting(300.0, "1/m", "Cost of more depth than is free.")
+    idle_cost: float = setting(0.05, "1/rad^2", "Cost of another posture than the relaxed one.")
+
+
+@dataclass(frozen=True)
+class GraspConfig:
+    """How fingers are fitted to what is held: residuals in millimetres, angles in radians."""
+
+    stride: int = setting(4, "frames", "Interval between key frames.")
+    shaping: float = setting(
+        14.0,
+        "frames",
+        "Time in which fingers take the shape of a grip before a contact, and lose it after.",
     )
+    leaving: float = setting(
+        26.0,
+        "frames",
+        "Time from a contact at which fingers are relaxed as recorded, whatever is near.",
+    )
+    rounds: int = setting(8, "count", "Gauss-Newton steps.")
+    exact_rounds: int = setting(
+        5, "count", "Last steps, which measure to the surface itself instead of the grid."
+    )
+    exact_range: float = setting(0.012, "m", "Distance within which they do so.")
+    longest_step: float = setting(0.3, "rad", "Longest step of an angle.")
+    firmness: float = setting(3.0, "share", "Weight of depth in the object against a pad's touch.")
+    brushing: float = setting(
+        0.03, "share", "Part of that weight for a hand that comes or goes and does not hold."
+    )
+    margin: float = setting(0.0003, "m", "Distance from the surface at which skin rests.")
+    touch_range: float = setting(
+        0.015, "m", "Distance from the surface beyond which it hardly draws skin to it."
+    )
+    pad_softness: float = setting(
+        0.002, "m", "Distance by which one point of a pad is farther than another to count a third."
+    )
+    touching: tuple[float, float, float] = setting(
+        (0.1, 0.3, 1.0), "share", "Weight of the touch of the first, middle and last phalanx."
+    )
+    stiffness: tuple[float, ...] = setting(
+        (10.0, 40.0, 40.0, 10.0, 10.0),
+        "mm^2/rad^2",
+        "Weight of each angle's distance from the grip.",
+    )
+    synergy: float = setting(
+        10.0, "mm^2/rad^2", "Weight of the last joint's bend against that of the middle joint."
+    )
+    smoothness: float = setting(
+        1500.0, "mm^2/rad^2", "Weight of the change of an angle between key frames."
+    )
+    rest: float = setting(1e6, "mm^2/rad^2", "Weight of the relaxed hand where it is free.")
 
 
 @dataclass(frozen=True)
@@ -96,6 +150,8 @@ class SoleConfig:
     heel_behind_ankle: float = setting(0.04, "m", "Distance of the heel behind the ankle joint.")
 
 
+FINGER_RANGES = FingerRangesConfig()
+GRIP = GripConfig()
 GRASP = GraspConfig()
 LIMB = LimbConfig()
 SOLE = SoleConfig()
@@ -105,6 +161,8 @@ SOLE = SoleConfig()
 class BodyConfig:
     """All numbers of the body."""
 
+    finger_ranges: FingerRangesConfig = FINGER_RANGES
+    grip: GripConfig = GRIP
     grasp: GraspConfig = GRASP
     limb: LimbConfig = LIMB
     sole: SoleConfig = SOLE

@@ -1,77 +1,55 @@
-"""Grasp: fingers close on the object that a hand holds, each by one synergy.
+"""Grasp: fingers that lie on what a hand holds, with every joint free within its range.
 
-Each finger has one degree of freedom, from an open hand to a fist, its joints in a fixed proportion;
-the thumb may also be turned, from beside the palm to against the fingers. Of these postures each
-finger takes the one that touches most of the surface and enters none of it, so it lies on a wall and
-wraps around a pole. What meets no surface stays half open.
+Each contact has one grip (`grip.py`), from which the fingers of all key frames are fitted together
+(`finger_fit.py`). Fingers take the grip's shape before the hand arrives and relax after it has let go.
 """
 
 from dataclasses import dataclass
 
+import numpy as np
 import roma
 import torch
-from jaxtyping import Bool, Float, Int
-from scipy.ndimage import gaussian_filter1d
+from jaxtyping import Float, Int
 from torch import Tensor
-from torch.nn.functional import normalize
 
-from omomo_core.body.config import GRASP
-from omomo_core.body.kinematics import WRISTS
+from omomo_core.body.config import GRASP, GRIP
+from omomo_core.body.finger_fit import KeyFrames, fit_fingers
+from omomo_core.body.finger_model import PER_PHALANX, finger_model, pose_fingers, rotations
+from omomo_core.body.grip import HandPoses, find_grips, relaxed_angles
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.distance_field import DistanceField
+from omomo_core.geometry.easing import min_jerk
+from omomo_core.geometry.runs import runs
 
-FINGERS, THUMB = slice(0, 4), 4
-"""Of the five of a hand, in the skeleton's order: index, middle, pinky, ring, thumb."""
-_OPEN = torch.tensor([GRASP.open_finger] * 4 + [GRASP.open_thumb])
-_FIST = torch.tensor([GRASP.closed_finger] * 4 + [GRASP.closed_thumb])
-"""Flexion of the three joints of all five, radians."""
-
-_TURNS = torch.tensor(GRASP.thumb_turns)
-CHUNK = 1024
-"""Hands solved at once."""
-_SPHERE_POSITIONS = torch.tensor(GRASP.sphere_positions)
+_FULL = 0.99
+"""Weight of a hand from which on it is in contact."""
 
 
 @dataclass(frozen=True)
 class ClosedFingers:
-    """Finger rotations of both hands, and how deep fingers are inside the object."""
+    """Finger rotations of both hands, and how they lie on the object."""
 
     fingers: Float[Tensor, "*b frames 30 3 3"]
     """Rotation of each finger joint relative to its parent."""
     depth: Float[Tensor, "*b frames 2"]
     """Depth of the deepest finger of the left and the right hand, metres; 0 where none is inside."""
+    pad_distance: Float[Tensor, "*b frames 2"]
+    """Distance from the surface to the third nearest fingertip of a hand that holds, metres; else 0."""
 
 
 @dataclass(frozen=True)
-class _Hands:
-    """Both hands (left, right) at rest, their flesh as spheres; rest axes, metres, radians."""
+class _Sequences:
+    """Hands over time, one after the other: of each sample the left, then the right."""
 
-    offsets: Float[Tensor, "2 5 3 3"]
-    """From each joint's parent to it."""
-    spheres: Float[Tensor, "2 5 3 2 3"]
-    """Their centres from the bone's joint."""
-    radius: Float[Tensor, "2 5 3 2"]
-    axis: Float[Tensor, "2 5 3"]
-    """About which a finger bends."""
-    spread: Float[Tensor, "2 5"]
-    """Turn about the vertical that lays a finger along the hand."""
-    thumb: Float[Tensor, " 2"]
-    """Turn of the resting thumb from flat."""
+    poses: HandPoses
+    """By sequence and frame."""
+    away: Float[Tensor, "rows frames"]
+    """Frames to the nearest contact; infinite where there is none."""
+    weight: Float[Tensor, "rows frames"]
 
-
-_Poses = tuple[Float[Tensor, "hands 3 3"], Float[Tensor, "hands 3"], Int[Tensor, " hands"]]
-"""R_object_wrist, the wrist in the object's frame, and which hand: 0 left, 1 right."""
-
-
-@dataclass(frozen=True)
-class _Choices:
-    """Postures to choose from for some fingers of both hands."""
-
-    centres: Float[Tensor, "2 fingers turns closings 6 3"]
-    """Spheres from the wrist joint, wrist axes."""
-    radius: Float[Tensor, "2 fingers 6"]
-    merit: Float[Tensor, "2 fingers turns closings"]
-    """What a posture is worth wherever the object is."""
+    def at(self, row: Int[Tensor, " some"], frame: Int[Tensor, " some"]) -> HandPoses:
+        """Return the hands of single frames."""
+        return self.poses[row * self.away.shape[1] + frame]
 
 
 def close_fingers(
@@ -92,202 +70,120 @@ def close_fingers(
         field: signed distance to the object, in its frame.
         weight: how much each hand holds the object, 0 free to 1.
     """
-    hands = _hands(body)
+    shape, frames = weight.shape, weight.shape[-2]
+    fingers = body.relaxed_fingers.float().expand(*shape[:-1], 30, 3, 3)
+    if not weight.numel():
+        return ClosedFingers(fingers, torch.zeros(shape), torch.zeros(shape))
+    fingers = _by_hand(fingers.reshape(-1, frames, 2, 5, 3, 3, 3)).clone()
+    measures = torch.zeros(2, len(fingers), frames)
+    hands = _sequences(R_world_wrist, wrists, T_world_object, weight)
+    share = _falling(hands.away, GRASP.shaping, GRASP.leaving)
+    if (share > 0).any():
+        keys = torch.arange(0, frames + GRASP.stride - 1, GRASP.stride).clamp(max=frames - 1)
+        chosen = _key_frames(body, hands, keys, field)
+        angles = fit_fingers(finger_model(body), chosen, (len(fingers), len(keys)), field)
+        row, frame = (share > 0).nonzero().T
+        before, after, u = _between(keys, frame)
+        a, b = angles[row, before], angles[row, after]
+        found = rotations(finger_model(body), row % 2, a + u[:, None, None] * (b - a))
+        free = fingers[row, frame]
+        turn = share[row, frame][:, None, None, None] * roma.rotmat_to_rotvec(free.mT @ found)
+        fingers[row, frame] = free @ roma.rotvec_to_rotmat(turn)
+        seen = _measures(body, chosen, angles, field)
+        measures[:, row, frame] = seen[:, row, before] + u * (
+            seen[:, row, after] - seen[:, row, before]
+        )
+        measures[1] *= hands.weight >= _FULL
+    depth, pads = measures.unflatten(1, (-1, 2)).mT.reshape(2, *shape)
+    fingers = fingers.unflatten(0, (-1, 2)).transpose(1, 2)
+    return ClosedFingers(fingers.reshape(*shape[:-1], 30, 3, 3), depth, pads)
+
+
+def _sequences(
+    R_world_wrist: Float[Tensor, "*b frames 2 3 3"],
+    wrists: Float[Tensor, "*b frames 2 3"],
+    T_world_object: Float[Tensor, "frames 4 4"],
+    weight: Float[Tensor, "*b frames 2"],
+) -> _Sequences:
+    """Return the hands in the object's frame."""
+    frames = weight.shape[-2]
     R_object_world = T_world_object[:, None, :3, :3].mT.float()
-    R_object_wrist = R_object_world @ R_world_wrist.float()
     shift = (wrists - T_world_object[:, None, :3, 3]).float()
-    at = (R_object_world @ shift[..., None])[..., 0]
-    seen = weight.float().clone()
-    seen[..., [k for k in range(seen.shape[-2]) if k % GRASP.stride], :] = 0.0
-    poses = (R_object_wrist.flatten(0, -4), at.flatten(0, -3))
-    found = _postures(hands, *poses, field, (seen > 0).flatten(0, -2))
-    closing, turn = (x.view(*seen.shape, x.shape[-1]) for x in found)
-    held = _rotations(
-        hands, _smoothed(closing, seen, GRASP.idle_closing), _smoothed(turn, seen, GRASP.idle_turn)
+    at = (R_object_world @ shift[..., None])[..., 0].reshape(-1, frames, 2, 3)
+    R = (R_object_world @ R_world_wrist.float()).reshape(-1, frames, 2, 3, 3)
+    held = _by_hand(weight.float().reshape(-1, frames, 2))
+    side = (torch.arange(len(held)) % 2).repeat_interleave(frames)
+    poses = HandPoses(_by_hand(R).flatten(0, 1), _by_hand(at).flatten(0, 1), side)
+    away = np.zeros(held.shape, np.float32)
+    for row, w in enumerate(held.numpy()):
+        away[row] = _frames_to_contact(w)
+    return _Sequences(poses, torch.from_numpy(away), held)
+
+
+def _by_hand(x: Float[Tensor, "samples frames 2 *rest"]) -> Float[Tensor, "rows frames *rest"]:
+    return x.transpose(1, 2).flatten(0, 1)
+
+
+def _frames_to_contact(weight: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
+    """Return the frames to the nearest contact: where the hand holds fully, or else most."""
+    frames, away = np.arange(len(weight)), np.full(len(weight), np.inf, np.float32)
+    most = max(float(weight.max(initial=0.0)), 1e-3)
+    for start, stop in runs(weight >= min(_FULL, most)):
+        away = np.minimum(away, np.maximum(np.maximum(start - frames, frames - stop + 1), 0))
+    return away.astype(np.float32)
+
+
+def _falling(away: Float[Tensor, "*n"], first: float, last: float) -> Float[Tensor, "*n"]:
+    """Return 1 up to `first` frames away from a contact, falling smoothly to 0 at `last`."""
+    return torch.from_numpy(min_jerk(((last - away) / (last - first)).numpy())).float()
+
+
+def _key_frames(
+    body: BodyModel, hands: _Sequences, keys: Int[Tensor, " keys"], field: DistanceField
+) -> KeyFrames:
+    """Return the key frames in which fingers leave their rest, with the grip of the nearest contact."""
+    spans = [
+        (row, *span) for row, away in enumerate(hands.away.numpy()) for span in runs(away == 0)
+    ]
+    rows, start, stop = torch.tensor(spans).T
+    part = (torch.arange(GRIP.poses) + 0.5) / GRIP.poses
+    seen = (start[:, None] + part * (stop - start)[:, None]).long().flatten()
+    grips = find_grips(body, hands.at(rows.repeat_interleave(GRIP.poses), seen), field)
+    row, key = (hands.away[:, keys] < GRASP.leaving + GRASP.stride).nonzero().T
+    frame = keys[key]
+    apart = torch.maximum(start - frame[:, None], frame[:, None] - stop + 1).clamp(min=0).float()
+    nearest = apart.masked_fill(rows != row[:, None], torch.inf).argmin(dim=1)
+    shape = _falling(hands.away[row, frame], 0.0, GRASP.shaping)[:, None, None]
+    relaxed = relaxed_angles()
+    return KeyFrames(
+        hands.at(row, frame),
+        torch.stack([row, key], dim=1),
+        hands.weight[row, frame],
+        relaxed + shape * (grips[nearest] - relaxed),
     )
-    relaxed = body.relaxed_fingers.view(2, 5, 3, 3, 3)
-    step = roma.rotmat_to_rotvec(relaxed.mT @ held)
-    fingers = relaxed @ roma.rotvec_to_rotmat(weight.float()[..., None, None, None] * step)
-    points = _centres(hands, fingers).flatten(-4, -2)
-    distance = field.at(points @ R_object_wrist.mT + at[..., None, :])
-    depth = (hands.radius.flatten(1) - distance).amax(dim=-1).clamp(min=0.0)
-    return ClosedFingers(fingers.flatten(-5, -3), depth)
 
 
-def _postures(
-    hands: _Hands,
-    R_object_wrist: Float[Tensor, "times 2 3 3"],
-    at: Float[Tensor, "times 2 3"],
+def _between(
+    keys: Int[Tensor, " keys"], frame: Int[Tensor, " some"]
+) -> tuple[Int[Tensor, " some"], Int[Tensor, " some"], Float[Tensor, " some"]]:
+    """Return the key frames before and after each frame, and how far it is from one to the other."""
+    before = torch.searchsorted(keys, frame, right=True) - 1
+    after = (before + 1).clamp(max=len(keys) - 1)
+    return before, after, (frame - keys[before]) / (keys[after] - keys[before]).clamp(min=1)
+
+
+def _measures(
+    body: BodyModel,
+    keys: KeyFrames,
+    angles: Float[Tensor, "rows keys 5 angles"],
     field: DistanceField,
-    holds: Bool[Tensor, "times 2"],
-) -> tuple[Float[Tensor, "times 2 5"], Float[Tensor, "times 2 1"]]:
-    """Return how far each finger closes (0 open to 1 fist), and how far each thumb is turned."""
-    fingers, thumb = _choices(hands, FINGERS, _TURNS[:1]), _choices(hands, slice(4, 5), _TURNS)
-    closing = torch.full((*holds.shape, 5), GRASP.idle_closing)
-    turn = torch.full((*holds.shape, 1), GRASP.idle_turn)
-    for rows in holds.nonzero().split(CHUNK):
-        frame, side = rows.T
-        poses = (R_object_wrist[frame, side], at[frame, side], side)
-        found = [_best(choices, poses, field) for choices in (fingers, thumb)]
-        closing[frame, side] = torch.cat([c for _, c in found], dim=1) / (GRASP.closings - 1)
-        turn[frame, side] = _TURNS[found[1][0]]
-    return closing, turn
-
-
-def _best(
-    choices: _Choices, poses: _Poses, field: DistanceField
-) -> tuple[Int[Tensor, "hands fingers"], Int[Tensor, "hands fingers"]]:
-    """Return the indices of the turn and of the closing in which each finger holds best."""
-    fingers, turns = choices.merit.shape[1:3]
-    side, finger = poses[2][:, None, None, None], torch.arange(fingers)[:, None, None]
-    turn, tried = (
-        torch.arange(turns)[:, None],
-        torch.arange(0, GRASP.closings, GRASP.closing_stride),
-    )
-    worth = _worth(choices, (side, finger, turn, tried), poses, field)
-    best = worth.flatten(2).argmax(dim=-1)[..., None, None]
-    turn, rough = best // len(tried), tried[best % len(tried)]
-    near = (rough + torch.arange(1 - GRASP.closing_stride, GRASP.closing_stride)).clamp(
-        0, GRASP.closings - 1
-    )
-    worth = _worth(choices, (side, finger, turn, near), poses, field)
-    closing = near.gather(-1, worth.argmax(dim=-1, keepdim=True))
-    return turn[..., 0, 0], closing[..., 0, 0]
-
-
-def _worth(
-    choices: _Choices, which: tuple[Int[Tensor, "..."], ...], poses: _Poses, field: DistanceField
-) -> Float[Tensor, "hands fingers turns tries"]:
-    """Return the share of a finger that touches, less a cost of depth, plus the merit of its posture.
-
-    Postures that a closing finger reaches only through the surface do not count.
-    """
-    R_object_wrist, at, _ = poses
-    centres = choices.centres[which]
-    points = centres.flatten(1, 4) @ R_object_wrist.mT + at[:, None]
-    gap = field.at(points).view(centres.shape[:-1]) - choices.radius[which[:2]]
-    touch = torch.exp(-gap.clamp(min=0.0) / GRASP.touch_distance).mean(dim=-1)
-    excess = (-gap.amin(dim=-1) - GRASP.allowed_depth).clamp(min=0.0)
-    free = excess == 0
-    passed = ((free.cumsum(dim=-1) > 0) & ~free).cumsum(dim=-1) > 0
-    worth = (
-        (1 + GRASP.opposition * _TURNS[which[2]]) * touch
-        - GRASP.depth_cost * excess
-        + choices.merit[which]
-    )
-    return worth.masked_fill(passed, -torch.inf)
-
-
-def _choices(hands: _Hands, which: slice, turns: Float[Tensor, " turns"]) -> _Choices:
-    """Return every posture of some of a hand's fingers."""
-    closing = torch.linspace(0, 1, GRASP.closings)
-    shape = (len(turns), GRASP.closings, 2)
-    rotations = _rotations(
-        hands,
-        closing[:, None, None].expand(*shape, 5),
-        turns[:, None, None, None].expand(*shape, 1),
-    )
-    centres = _centres(hands, rotations).flatten(-3, -2)[:, :, :, which].permute(2, 3, 0, 1, 4, 5)
-    radius = hands.radius[:, which].flatten(2)
-    merit = -GRASP.idle_cost * (
-        closing - GRASP.idle_closing
-    ) ** 2 - GRASP.depth_cost * _palm_penetration(hands, centres, radius)
-    return _Choices(centres.contiguous(), radius, merit)
-
-
-def _palm_penetration(
-    hands: _Hands,
-    centres: Float[Tensor, "2 fingers turns closings 6 3"],
-    radius: Float[Tensor, "2 fingers 6"],
-) -> Float[Tensor, "2 fingers turns closings"]:
-    """Return how deep the outer two bones of fingers are inside the palm's bones, metres."""
-    knuckles, flesh = hands.offsets[:, :2, 0], hands.spheres[:, :2, 0].mean(dim=2)
-    palm = torch.stack([k * knuckles for k in GRASP.palm_positions], dim=2) + (
-        flesh - hands.offsets[:, :2, 1] * _SPHERE_POSITIONS.mean()
-    ).unsqueeze(2)
-    apart = torch.cdist(centres[..., 2:, :].flatten(1, 4), palm.flatten(1, 2))
-    apart = apart.amin(dim=-1).view(*centres.shape[:4], 4)
-    thick = radius[:, :, None, None, 2:] + hands.radius[:, :1, None, :1, :1]
-    return (thick - apart).clamp(min=0.0).amax(dim=-1)
-
-
-def _rotations(
-    hands: _Hands, closing: Float[Tensor, "*b 2 5"], turn: Float[Tensor, "*b 2 1"]
-) -> Float[Tensor, "*b 2 5 3 3 3"]:
-    """Return the rotation of each finger joint relative to its parent in a posture."""
-    # The palm is in the way of a thumb beside it: only a round one bends.
-    bend = torch.cat([closing[..., FINGERS], closing[..., THUMB:] * turn**2], dim=-1)
-    angle = _OPEN + bend[..., None] * (_FIST - _OPEN)
-    bent = roma.rotvec_to_rotmat(angle[..., None] * hands.axis[:, :, None])
-    aside = torch.zeros(*closing.shape, 3)
-    aside[..., 1] = GRASP.gather * closing * hands.spread
-    aside[..., THUMB, 0] = (
-        GRASP.flat_thumb + turn[..., 0] * (GRASP.round_thumb - GRASP.flat_thumb) - hands.thumb
-    )
-    first = roma.rotvec_to_rotmat(aside) @ bent[..., 0, :, :]
-    return torch.cat([first[..., None, :, :], bent[..., 1:, :, :]], dim=-3)
-
-
-def _centres(
-    hands: _Hands, rotations: Float[Tensor, "*b 2 5 3 3 3"]
-) -> Float[Tensor, "*b 2 5 3 2 3"]:
-    """Return the centres of the spheres of bent fingers, from the wrist joint, wrist axes, metres."""
-    turned, joint = torch.eye(3), torch.zeros(3)
-    found: list[Tensor] = []
-    for k in range(3):
-        joint = joint + (turned @ hands.offsets[:, :, k, :, None])[..., 0]
-        turned = turned @ rotations[..., k, :, :]
-        found.append(joint[..., None, :] + hands.spheres[:, :, k] @ turned.mT)
-    return torch.stack(found, dim=-3)
-
-
-def _smoothed(
-    x: Float[Tensor, "*b frames 2 n"], weight: Float[Tensor, "*b frames 2"], idle: float
-) -> Float[Tensor, "*b frames 2 n"]:
-    """Return `x` smoothed over the frames in which hands hold; `idle` far from them."""
-    share = weight[..., None].clamp(min=1e-9)
-    sums = (
-        gaussian_filter1d(s.numpy(), GRASP.smoothing, axis=-3, mode="nearest")
-        for s in (x * share, share)
-    )
-    above, below = (torch.from_numpy(s) for s in sums)
-    return (above + 1e-6 * idle) / (below + 1e-6)
-
-
-def _hands(body: BodyModel) -> _Hands:
-    """Measure the hands of a body in its T-pose, palms down."""
-    joints = body.rest_joints[22:].view(2, 5, 3, 3)
-    wrists = body.rest_joints[list(WRISTS)][:, None, None].expand(2, 5, 1, 3)
-    bones = joints.diff(dim=2)
-    bones = torch.cat([bones, bones[:, :, -1:]], dim=2)
-    spheres, radius = _flesh(body, joints, bones)
-    mirror = torch.tensor([[1.0], [-1.0]])
-    along = joints[:, :, 2] - joints[:, :, 0]
-    down = torch.tensor([0.0, -1.0, 0.0]).expand_as(along)
-    axis = normalize(torch.linalg.cross(along, down), dim=-1)
-    spread = mirror * torch.atan2(along[..., 2], mirror * along[..., 0])
-    thumb = torch.atan2(-along[:, THUMB, 1], along[:, THUMB, 2])
-    level = torch.stack([torch.zeros(2), thumb.cos(), thumb.sin()], dim=-1)
-    axis[:, THUMB], spread[:, THUMB] = mirror * level, 0.0
-    offsets = joints - torch.cat([wrists, joints[:, :, :2]], dim=2)
-    return _Hands(offsets, spheres, radius, axis, spread, thumb)
-
-
-def _flesh(
-    body: BodyModel, joints: Float[Tensor, "2 5 3 3"], bones: Float[Tensor, "2 5 3 3"]
-) -> tuple[Float[Tensor, "2 5 3 2 3"], Float[Tensor, "2 5 3 2"]]:
-    """Return the centres and radii of two spheres in each bone, as thick as the skin that follows it."""
-    strongest = body.skin_weights.argmax(dim=1, keepdim=True)
-    follows = body.skin_joints.gather(1, strongest)[:, 0]
-    spheres, radii = torch.zeros(30, 2, 3), torch.zeros(30, 2)
-    for k, (joint, bone) in enumerate(zip(joints.view(-1, 3), bones.view(-1, 3), strict=True)):
-        skin = body.vertices[follows == 22 + k] - joint
-        length, along = bone.norm(), bone / bone.norm()
-        reach = skin @ along
-        side = skin - reach[:, None] * along
-        middle = side.mean(dim=0)
-        radii[k] = radius = (side - middle).norm(dim=1).median()
-        if k % 3 == 2:  # the last bone ends inside the fingertip
-            length = (reach.max() - radius) / _SPHERE_POSITIONS[1]
-        spheres[k] = middle + _SPHERE_POSITIONS[:, None] * length * along
-    return spheres.view(2, 5, 3, 2, 3), radii.view(2, 5, 3, 2)
+) -> Float[Tensor, "2 rows keys"]:
+    """Return the depth of the deepest finger, and the distance of the third nearest fingertip."""
+    row, key = keys.place.T
+    skin = pose_fingers(finger_model(body), keys.poses.side, angles[row, key]).points
+    distance = field.at(keys.poses.placed(skin))
+    found = torch.zeros(2, *angles.shape[:2])
+    found[0, row, key] = (-distance.flatten(1).amin(dim=1)).clamp(min=0.0)
+    tips = distance[..., -PER_PHALANX:].amin(dim=-1).clamp(min=0.0)
+    found[1, row, key] = tips.sort(dim=-1).values[:, 2]
+    return found

@@ -115,7 +115,7 @@ class AnchorConfig:
     """Where palms are kept on the object, and how they come there."""
 
     palm_thickness: float = setting(
-        0.02, "m", "Distance from the palm joint, inside the hand, to the skin that touches."
+        0.029, "m", "Distance from the palm joint, inside the hand, to the skin that touches."
     )
     blend: int = setting(
         8, "frames", "Time in which a palm goes from the prediction onto its anchor, and back."

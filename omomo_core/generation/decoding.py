@@ -19,8 +19,8 @@ from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.config import BODY_DECODING
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
-from omomo_core.generation.person import Person
-from omomo_core.generation.prefix import SolvedPrefix
+from omomo_core.generation.person import FingerFit, Person
+from omomo_core.generation.prefix import SolvedPrefix, fade
 from omomo_core.generation.retargeting import Retargeting
 from omomo_core.generation.sampling.despiking import despike
 from omomo_core.generation.solving.bodies import SolvedBodies, solve_bodies
@@ -100,7 +100,9 @@ def solve_people(
         body, sampled.root, R, sampled.foot_contact, targets, prefix, on_progress=on_progress
     )
     T, planted = clip.take.motion.T_world_object, sampled.foot_contact.double().numpy()
-    people = assemble_people(body, solved, planted, hands, segments, T, object_model.obstacle)
+    people = assemble_people(
+        body, solved, planted, hands, segments, T, object_model.obstacle, prefix
+    )
     return people, solved
 
 
@@ -147,6 +149,7 @@ def assemble_people(
     segments: Sequence[tuple[ContactSegment, ...]],
     T_world_object: Float[np.ndarray, "frames 4 4"],
     obstacle: MeshObstacle,
+    prefix: SolvedPrefix | None = None,
 ) -> list[Person]:
     """Return people from solved bodies, with closed fingers, palm misses and penetration depths."""
     # Solving in single precision leaves rotations a little off; they are made orthonormal again.
@@ -159,7 +162,7 @@ def assemble_people(
         body, R[..., WRISTS, :, :], joints[..., WRISTS, :], T, obstacle.field, weight
     )
     depth = penetration_depth(body, root, R, T, obstacle).double().numpy()
-    fingers, standing = closed.fingers.double(), np.tile(solved.standing, 2)
+    fingers, standing = _continued(prefix, closed.fingers.double()), np.tile(solved.standing, 2)
     return [
         Person(
             HumanMotion(
@@ -173,9 +176,23 @@ def assemble_people(
             segments[k],
             solved.miss[k].double().numpy(),
             depth[k],
+            FingerFit(closed.depth[k].double().numpy(), closed.pad_distance[k].double().numpy()),
         )
         for k in range(len(hands))
     ]
+
+
+def _continued(
+    prefix: SolvedPrefix | None, fingers: Float[Tensor, "samples frames 30 3 3"]
+) -> Float[Tensor, "samples frames 30 3 3"]:
+    """Return fingers that begin with those of the prefix; the change of its last frame fades out after it."""
+    if prefix is None or prefix.fingers is None:
+        return fingers
+    first, before = prefix.frames, prefix.fingers.to(fingers)
+    step = roma.rotmat_to_rotvec(fingers[:, first - 1].mT @ before[:, -1])
+    weight = fade(fingers.shape[1] - first + 1)[1:, None, None].to(fingers)
+    rest = fingers[:, first:] @ roma.rotvec_to_rotmat(weight * step[:, None])
+    return torch.cat([before, rest], dim=1)
 
 
 def balance_weight(clip: ObjectClip) -> Float[np.ndarray, " frames"]:

@@ -12,6 +12,16 @@ from omomo_core.motion import HumanMotion
 
 
 @dataclass(frozen=True)
+class FingerFit:
+    """How the fingers of both hands (left, right) lie on the object."""
+
+    depth: Float[np.ndarray, "frames 2"]
+    """Depth of the deepest finger in the object, metres."""
+    pad_distance: Float[np.ndarray, "frames 2"]
+    """Distance from the surface to the third nearest fingertip of a hand that holds, metres; else 0."""
+
+
+@dataclass(frozen=True)
 class Person:
     """A sample, or a stretch of frames of one."""
 
@@ -22,6 +32,8 @@ class Person:
     """Distance of each palm from its target where it should hold, metres; 0 elsewhere."""
     depth: Float[np.ndarray, " frames"]
     """Penetration depth of trunk, arms and legs, metres."""
+    finger_fit: FingerFit | None = None
+    """None where it was not measured."""
 
 
 def stretch(person: Person, start: int, stop: int) -> Person:
@@ -34,6 +46,11 @@ def stretch(person: Person, start: int, stop: int) -> Person:
         shift_spans(person.segments, start, stop),
         person.miss[start:stop],
         person.depth[start:stop],
+        None
+        if person.finger_fit is None
+        else FingerFit(
+            person.finger_fit.depth[start:stop], person.finger_fit.pad_distance[start:stop]
+        ),
     )
 
 
@@ -68,6 +85,16 @@ def join(parts: Sequence[Person]) -> Person:
         tuple(sorted(segments, key=lambda s: (s.start, s.hand))),
         np.concatenate([p.miss for p in parts]),
         np.concatenate([p.depth for p in parts]),
+        _joined_fit([p.finger_fit for p in parts]),
+    )
+
+
+def _joined_fit(parts: Sequence[FingerFit | None]) -> FingerFit | None:
+    known = [part for part in parts if part is not None]
+    if len(known) < len(parts):
+        return None
+    return FingerFit(
+        np.concatenate([p.depth for p in known]), np.concatenate([p.pad_distance for p in known])
     )
 
 

@@ -63,10 +63,13 @@ class SolvedPrefix:
     """Pelvis, world, metres."""
     rotations: Float[Tensor, "samples first 22 3 3"]
     standing: Bool[np.ndarray, "samples first 2"]
+    fingers: Float[Tensor, "samples first 30 3 3"] | None = None
+    """Relative to their parents; None where they are not known."""
 
     def select(self, some: slice) -> "SolvedPrefix":
         """Return that of some samples."""
-        return SolvedPrefix(self.root[some], self.rotations[some], self.standing[some])
+        fingers = None if self.fingers is None else self.fingers[some]
+        return SolvedPrefix(self.root[some], self.rotations[some], self.standing[some], fingers)
 
     @property
     def frames(self) -> int:

@@ -7,7 +7,7 @@ only the sample to be sampled, so both can be done at the same time.
 
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
@@ -107,7 +107,9 @@ def stream(
             chunk = sample.chunk
             people, solved = _solve(sample, object_model, body, prefix, progress, threads)
             if not chunk.last:
-                prefix = solved.prefix(chunk.handed_on(chunk_sizes.context))
+                rows = chunk.handed_on(chunk_sizes.context)
+                fingers = np.stack([p.human.fingers[rows] for p in people])
+                prefix = replace(solved.prefix(rows), fingers=torch.from_numpy(fingers))
             now = range(chunk.prefix_frames, chunk.stop)
             yield GeneratedChunk(
                 first=chunk.first + now.start,

@@ -1,4 +1,4 @@
-"""Threads of the generator: which work is done side by side, without changing a bit of what it gives."""
+"""Threads of the generator: which work is done side by side; what it gives changes by last bits at most."""
 
 from collections.abc import Generator
 from contextlib import contextmanager

@@ -5,7 +5,7 @@ winding number (Jacobson et al. 2013, Barill et al. 2018), which holes, noise an
 blur. A part has an inside where it is closed; an open sheet has none.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import igl
@@ -20,6 +20,9 @@ from omomo_core.errors import InputError
 from omomo_core.geometry.config import DISTANCE_FIELD
 from omomo_core.motion import ObjectMesh
 
+_TOUCHING = 1e-4
+"""Distance from the surface below which the grid's slope decides the direction, metres."""
+
 
 @dataclass(frozen=True)
 class DistanceField:
@@ -30,6 +33,8 @@ class DistanceField:
     spacing: float
     """Between neighbouring grid points."""
     values: Float[Tensor, "x y z"]
+    sheet: "_Sheet | None" = field(default=None, repr=False, compare=False)
+    """The surface itself; None where only the grid is known."""
 
     @property
     def high(self) -> Float[Tensor, "3"]:
@@ -55,6 +60,20 @@ class DistanceField:
             inside = (beyond == 0).all(dim=-1, keepdim=True)
             away = torch.where(inside, away, normalize(distance * away + beyond, dim=-1))
         return away
+
+    def exact(
+        self, points: Float[Tensor, "points 3"]
+    ) -> tuple[Float[Tensor, " points"], Float[Tensor, "points 3"]]:
+        """Signed distance to the surface itself, and the direction in which it grows; slow."""
+        away = self.away(points)
+        if self.sheet is None or not len(points):
+            return self.at(points), away
+        found = points.double().numpy()
+        distance, nearest = self.sheet.nearest(found)
+        signed = torch.from_numpy(_signed(distance, self.sheet.turns(found))).to(points)
+        way = (points - torch.from_numpy(nearest).to(points)) * torch.sign(signed)[:, None]
+        # On the surface itself there is no way to it.
+        return signed, normalize(way + _TOUCHING * away, dim=-1)
 
     def _beyond(self, points: Float[Tensor, "*b 3"]) -> Float[Tensor, "*b 3"]:
         """The way from the nearest place in the grid to a point, metres."""
@@ -110,10 +129,12 @@ def distance_field(mesh: ObjectMesh, *, spacing: float | None = None) -> Distanc
     wide = np.ceil(size / (DISTANCE_FIELD.stride * spacing)).astype(int)
     middle = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
     low = middle - wide * DISTANCE_FIELD.stride * spacing / 2
+    sheet = _Sheet(_tidy(mesh))
     return DistanceField(
         low=torch.from_numpy(low).float(),
         spacing=spacing,
-        values=_measured(_Sheet(_tidy(mesh)), low, spacing, wide),
+        values=_measured(sheet, low, spacing, wide),
+        sheet=sheet,
     )
 
 
@@ -130,6 +151,13 @@ class _Sheet:
     def distance(self, points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, " points"]:
         """To the nearest triangle, metres."""
         return np.sqrt(np.asarray(self._boxes.squared_distance(*self._mesh, points)[0]))
+
+    def nearest(
+        self, points: Float[np.ndarray, "points 3"]
+    ) -> tuple[Float[np.ndarray, " points"], Float[np.ndarray, "points 3"]]:
+        """Distance to the nearest place of the surface, metres, and that place."""
+        squared, _, place = self._boxes.squared_distance(*self._mesh, points)
+        return np.sqrt(np.asarray(squared)).reshape(-1), np.asarray(place).reshape(-1, 3)
 
     def turns(self, points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, " points"]:
         """How often the surface winds around each point, either way; beyond its box, not at all."""

@@ -48,6 +48,16 @@ def moved(human: HumanMotion) -> ObjectMotion:
     return ObjectMotion(mesh, T, np.ones(FRAMES, bool))
 
 
+def test_the_holding_hand_is_in_every_picture_of_the_hands(
+    human: HumanMotion, moved: ObjectMotion
+) -> None:
+    cameras = shot("hands", human, moved, W, H).cameras
+    for frame in range(0, FRAMES, 12):
+        seen = cameras[frame].project(human.joints[frame, 22:])
+        u, v, depth = seen.T
+        assert ((u > 0) & (u < W) & (v > 0) & (v < H) & (depth > 0.2)).any()
+
+
 @pytest.mark.parametrize("view", ["third", "orbit", "follow", "top"])
 def test_person_and_object_are_whole_in_every_picture(
     human: HumanMotion, moved: ObjectMotion, view: View

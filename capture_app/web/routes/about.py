@@ -20,7 +20,7 @@ from ingest.calibration.phone.models import MODELS, Model
 from ingest.formats.registry import FORMATS as LOGS
 
 _FPS = (24, 25, 30, 60)
-_VIEWS = ("third", "orbit", "follow", "top", "object")
+_VIEWS = ("third", "orbit", "follow", "top", "object", "hands")
 
 
 class Login(BaseModel):

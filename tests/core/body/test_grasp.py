@@ -1,5 +1,6 @@
 """Fingers lie on walls, wrap around poles, and are left alone where the hand is free."""
 
+import math
 from functools import cache
 
 import numpy as np
@@ -10,6 +11,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from omomo_core.body.config import FINGER_RANGES
 from omomo_core.body.grasp import ClosedFingers, close_fingers
 from omomo_core.body.kinematics import full_kinematics
 from omomo_core.body.load import load_body
@@ -28,6 +30,10 @@ def field_of(shape: str) -> DistanceField:
     """In the rest axes of a left wrist at the origin: palm down, fingers along +x, thumb along +z."""
     if shape == "wall":
         solid = trimesh.creation.box((1.0, 0.2, 0.6)).apply_translation((0, -0.1, 0))
+    elif shape == "board":  # its rim along the hand's width, before the palm
+        solid = trimesh.creation.box((0.3, 0.012, 0.6)).apply_translation((0.11, -0.006, 0))
+    elif shape == "ball":
+        solid = trimesh.creation.icosphere(3, 0.055)
     elif shape == "pole":
         solid = trimesh.creation.cylinder(0.015, 0.8, sections=32)
     else:
@@ -114,15 +120,46 @@ def test_a_free_hand_is_relaxed_exactly_and_idle_fingers_are_half_open():
     assert (bend < 1.0).all()
 
 
-def test_weight_blends_from_relaxed_to_held():
-    wrist = torch.stack([above([0.037] * 3, -0.1), above([5.0] * 3)], dim=1)
-    weight = torch.tensor([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
-    pose = (EYE.expand(3, 2, 3, 3), wrist, torch.eye(4).expand(3, 4, 4))
-    fingers = close_fingers(BODY, *pose, field_of("pole"), weight).fingers
-    whole = roma.rotmat_geodesic_distance(fingers[0, 3:5], fingers[2, 3:5])
-    half = roma.rotmat_geodesic_distance(fingers[0, 3:5], fingers[1, 3:5])
-    assert torch.equal(fingers[0], BODY.relaxed_fingers)
-    torch.testing.assert_close(half, whole / 2, atol=1e-3, rtol=0)
+def test_fingers_take_a_grip_before_the_contact_and_are_relaxed_long_before():
+    frames = 60
+    come = torch.linspace(0, 1, frames - 20).pow(0.5)
+    height = torch.cat([0.037 + 0.3 * (1 - come), torch.full((20,), 0.037)])
+    wrist = torch.stack([torch.full((frames,), -0.1), height, torch.zeros(frames)], dim=-1)
+    weight = torch.zeros(frames, 2)
+    weight[40:, 0] = 1.0
+    R, far = EYE.expand(frames, 2, 3, 3), wrist + torch.tensor([9.0, 0, 0])
+    T = torch.eye(4).expand(frames, 4, 4)
+    found = close_fingers(BODY, R, torch.stack([wrist, far], dim=1), T, field_of("pole"), weight)
+    fingers = found.fingers
+    turned = roma.rotmat_geodesic_distance(fingers, BODY.relaxed_fingers.expand_as(fingers))
+    assert turned[:14].max() == 0
+    assert turned[38, :15].max() > 0.05
+    assert turned[:, 15:].max() == 0
+    steps = roma.rotmat_geodesic_distance(fingers[1:], fingers[:-1])
+    assert steps.max() < math.radians(9)
+
+
+def test_angles_stay_within_their_ranges_and_pads_touch_a_wall():
+    found = held("wall", above([0.034] * 12))
+    bent = roma.rotmat_to_rotvec(found.fingers[6, :12].view(4, 3, 3, 3)).norm(dim=-1)
+    assert bent.max() < FINGER_RANGES.finger[3][1]
+    assert found.pad_distance[6, 0] < 0.003
+    assert found.pad_distance[:, 1].max() == 0
+
+
+@pytest.mark.parametrize("shape", ["wall", "pole", "board", "ball"])
+def test_no_vertex_of_a_finger_is_deep_in_what_it_holds(shape: str):
+    height = {"wall": 0.032, "pole": 0.045, "board": 0.034, "ball": 0.085}[shape]
+    forward = 0.0 if shape == "wall" else -0.1
+    skin_ = left_hand(held(shape, above([height], forward)))[0] + torch.tensor(
+        [forward, height, 0.0]
+    )
+    assert field_of(shape).exact(skin_)[0].min() > -0.004
+
+
+def test_the_thumb_is_on_the_other_side_of_a_thin_board():
+    found = held("board", above([0.034], -0.1))
+    assert tips(found)[0, 4, 1] + 0.034 < 0.0
 
 
 def test_fingers_move_smoothly_as_a_hand_comes_and_slides():

@@ -19,6 +19,7 @@ const VIEWS = {
   follow: "from behind, walking along",
   top: "from above, as a map",
   object: "from the object",
+  hands: "close to the hands",
 };
 const THINGS = [
   ["outline", "its outline"],

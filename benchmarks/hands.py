@@ -1,0 +1,242 @@
+"""How hands hold: fingers and palms of generated people against what they hold, on the skin.
+
+Usage: python -m benchmarks.hands [--all] [--samples N] [--only WORD]
+
+Objects are those of the demo, meshes of `shared` (left out where it is not) and procedural ones; all but the
+demo's are lifted, carried along a bend and put down. --all takes more of them, and longer. While a hand
+holds, every fourth frame is measured: how deep the deepest vertex of the fingers and of the palm is in
+the object (exact signed distance, mm: median and 99th percentile), the share of frames in which three
+finger pads or more, or the thumb's pad, are within 5 mm of the surface, the fastest finger joint (degrees
+a frame), the share of frames with a wrist beyond its range, and that with a fist on a face: a hand whose
+four fingers are bent by more than half a fist while the surface under the palm is flat.
+"""
+
+from argparse import ArgumentParser
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+
+import igl
+import numpy as np
+import roma
+import torch
+
+from capture_app.commands.run import RunRequest
+from capture_app.prepare import prepare_take
+from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from ingest.mesh import load_mesh
+from omomo_core.body.hand_skin import PALM, THUMB, HandSkin, hand_skins
+from omomo_core.body.kinematics import WRISTS, full_kinematics
+from omomo_core.body.load import load_body
+from omomo_core.body.model import BodyModel
+from omomo_core.body.skinning import skin
+from omomo_core.body.trajectory_optimization.config import JOINT_RANGES
+from omomo_core.generation.generator import generate
+from omomo_core.generation.person import Person
+from omomo_core.generation.result import GenerationOptions
+from omomo_core.geometry.easing import min_jerk
+from omomo_core.learning.synthesis.props.catalogue import MAKERS, placed
+from omomo_core.motion import ObjectMesh, ObjectMotion
+from omomo_core.skeleton import joint
+from omomo_core.weights.load import load_stages
+
+SHARED = Path(__file__).parents[1] / "shared" / "data"
+FURNITURE = "objects/kaykit_furniture_cc0/addons/kaykit_furniture_bits/Assets/obj"
+FEW = ("chair_A", "table_small", "pictureframe_large_A", "lamp_standing")
+MORE = ("chair_C", "chair_stool", "cabinet_small", "shelf_B_small", "armchair", "table_medium_long",
+        "pillow_A", "book_set", "table_low", "bed_single_A")  # fmt: skip
+SCANS = ("largebox", "woodchair", "suitcase")
+MORE_SCANS = ("smallbox", "largetable")
+PROPS = ("smallbox", "mop", "suitcase", "trashcan", "monitor")
+MORE_PROPS = ("vacuum", "floorlamp", "bucket", "toolbox", "ladder", "stool", "clothesstand")
+STRIDE, NEAR, FIST, FLAT = 4, 0.005, 0.9, 0.008
+"""Frames; metres; mean flexion of a finger's joints, radians; metres out of the plane of a face."""
+
+
+@dataclass(frozen=True)
+class HandMeasures:
+    """What was measured in the frames in which a hand holds."""
+
+    finger_depth: np.ndarray
+    palm_depth: np.ndarray
+    pads: np.ndarray
+    """How many of the five are near."""
+    thumb: np.ndarray
+    wrist: np.ndarray
+    fist: np.ndarray
+    speed: np.ndarray
+    """Of the fastest finger joint, degrees a frame; of every frame."""
+
+    def row(self) -> str:
+        """The measures in one line."""
+        if not len(self.pads):
+            return "never held"
+        deep = [
+            1000 * np.percentile(d, q)
+            for d in (self.finger_depth, self.palm_depth)
+            for q in (50, 99)
+        ]
+        shares = [np.mean(x) for x in (self.pads >= 3, self.thumb, self.wrist, self.fist)]
+        return (
+            "{:6.1f} {:6.1f} {:6.1f} {:6.1f}".format(*deep)
+            + f"{shares[0]:8.0%}{shares[1]:7.0%}{self.speed.max():7.1f}{shares[2]:7.0%}{shares[3]:6.0%}"
+        )
+
+
+HEAD = (
+    f"{'object':26}{'finger 50, 99 %':>14}{'palm 50, 99 %':>14}{'3 pads':>8}{'thumb':>7}{'deg/f':>7}"
+    f"{'wrist':>7}{'fist':>6}"
+)
+
+
+def lifted(mesh: ObjectMesh, seconds: float) -> ObjectMotion:
+    """An object that is lifted, carried along a bend and put down."""
+    t = np.linspace(0, 1, round(30 * seconds))
+    rise = min_jerk((t - 0.15) / 0.2) - min_jerk((t - 0.7) / 0.2)
+    way = min_jerk((t - 0.25) / 0.55)
+    middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
+    mesh = ObjectMesh(
+        mesh.vertices - [*middle[:2], mesh.vertices[:, 2].min()], mesh.faces, mesh.name
+    )
+    size = float(np.ptp(mesh.vertices[:, 2]))
+    T = np.tile(np.eye(4), (len(t), 1, 1))
+    T[:, :3, :3] = roma.rotvec_to_rotmat(torch.tensor(1.2 * way[:, None] * [0.0, 0.0, 1.0])).numpy()
+    T[:, 0, 3], T[:, 1, 3] = 1.4 * np.sin(1.2 * way), 1.4 * (1 - np.cos(1.2 * way))
+    T[:, 2, 3] = rise * float(np.clip(0.9 - 0.5 * size, 0.15, 0.7))
+    return ObjectMotion(mesh, T, np.ones(len(t), bool))
+
+
+def z_up(mesh: ObjectMesh) -> ObjectMesh:
+    """A mesh whose file has y up."""
+    x, y, z = mesh.vertices.T
+    return ObjectMesh(np.stack([x, -z, y], axis=1), mesh.faces, mesh.name)
+
+
+def demo() -> ObjectMotion:
+    """The take that comes with the program."""
+    request = RunRequest(
+        session=DEMO / SESSION, object=DEMO / MESH, mount=DEMO / MOUNT, output=Path("out/none")
+    )
+    return prepare_take(request).motion
+
+
+def scan(path: Path) -> ObjectMesh:
+    """A mesh as arrays."""
+    with np.load(path) as file:
+        return ObjectMesh(file["vertices"].astype(float), file["faces"].astype(int), path.stem)
+
+
+def prop(name: str) -> ObjectMesh:
+    """A procedural object as a phone would scan it."""
+    rng = np.random.default_rng(7)
+    return placed(rng, MAKERS[name](rng)).mesh(rng)
+
+
+def cases(everything: bool) -> Iterator[tuple[str, Callable[[], ObjectMotion]]]:
+    """Names and motions of the objects that are held."""
+    seconds = 8.0 if everything else 5.0
+    yield "demo", demo
+    for name in PROPS + MORE_PROPS * everything:
+        yield f"prop {name}", lambda name=name: lifted(prop(name), seconds)
+    for name in SCANS + MORE_SCANS * everything:
+        path = SHARED / "omomo_clips/meshes" / f"{name}.npz"
+        if path.exists():
+            yield f"scan {name}", lambda path=path: lifted(scan(path), seconds)
+    for name in FEW + MORE * everything:
+        path = SHARED / FURNITURE / f"{name}.obj"
+        if path.exists():
+            yield f"cc0 {name}", lambda path=path: lifted(z_up(load_mesh(path)), seconds)
+
+
+def signed_distance(mesh: ObjectMesh, points: np.ndarray) -> np.ndarray:
+    """Exact signed distance, metres, negative inside; points of any shape in the object's frame."""
+    flat = np.ascontiguousarray(points.reshape(-1, 3), dtype=float)
+    vertices, faces = np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.faces)
+    found = igl.signed_distance(
+        flat, vertices, faces, sign_type=igl.SIGNED_DISTANCE_TYPE_FAST_WINDING_NUMBER
+    )
+    return np.asarray(found[0]).reshape(points.shape[:-1])
+
+
+def measure(person: Person, motion: ObjectMotion, body: BodyModel) -> HandMeasures:
+    """Measure both hands of a person."""
+    human = person.human
+    parts = (human.root, human.rotations, human.fingers)
+    posed = full_kinematics(body, *(torch.from_numpy(np.asarray(x)).float() for x in parts))
+    fingers = torch.from_numpy(human.fingers)
+    turned = torch.rad2deg(roma.rotmat_geodesic_distance(fingers[1:], fingers[:-1])).numpy()
+    rows: list[tuple[np.ndarray, ...]] = []
+    for side, hand in enumerate(hand_skins(body)):
+        held = np.flatnonzero(human.hand_contact[:, side] > 0.5)[::STRIDE]
+        if not len(held):
+            continue
+        vertices = skin(body, *(x[held] for x in posed))[:, hand.vertices].double().numpy()
+        T = motion.T_world_object[held]
+        local = np.einsum("fji,fvj->fvi", T[:, :3, :3], vertices - T[:, None, :3, 3])
+        distance = signed_distance(motion.mesh, local)
+        rows.append((*_depths(distance, hand), beyond_range(human.rotations[held], side),
+                     _fists(human.fingers[held], side, distance, hand)))  # fmt: skip
+    joined = [np.concatenate(x) for x in zip(*rows, strict=True)] or [np.zeros(0)] * 6
+    return HandMeasures(*joined, speed=turned)
+
+
+def _depths(distance: np.ndarray, hand: HandSkin) -> tuple[np.ndarray, ...]:
+    """Depth of fingers and palm, number of near pads, and whether the thumb's is near."""
+    finger = hand.finger.numpy()
+    near = [
+        np.abs(distance[:, (finger == f) & hand.pad.numpy()]).min(axis=1) < NEAR for f in range(5)
+    ]
+    deep = (-distance).clip(min=0.0)
+    return (
+        deep[:, finger != PALM].max(axis=1),
+        deep[:, finger == PALM].max(axis=1),
+        np.sum(near, axis=0),
+        near[THUMB],
+    )
+
+
+def beyond_range(rotations: np.ndarray, side: int) -> np.ndarray:
+    """Where a wrist is more than a degree beyond its range."""
+    name = ("left", "right")[side]
+    R = torch.from_numpy(rotations)
+    turn = roma.rotmat_to_rotvec(R[:, joint(f"{name}_elbow")].mT @ R[:, WRISTS[side]]).numpy()
+    low, high = np.array(getattr(JOINT_RANGES, f"{name}_wrist")).T
+    return ((turn < low - 0.02) | (turn > high + 0.02)).any(axis=1)
+
+
+def _fists(fingers: np.ndarray, side: int, distance: np.ndarray, hand: HandSkin) -> np.ndarray:
+    """Where all four fingers are bent like a fist though the palm is on a face."""
+    own = torch.from_numpy(fingers[:, 15 * side : 15 * side + 12]).reshape(-1, 4, 3, 3, 3)
+    bent = roma.rotmat_to_rotvec(own).norm(dim=-1).mean(dim=-1).numpy()
+    palm = distance[:, hand.finger.numpy() == PALM]
+    flat = (palm < palm.min(axis=1, keepdims=True) + FLAT).mean(axis=1) > 0.3
+    return (bent > FIST).all(axis=1) & flat
+
+
+def main() -> None:
+    parser = ArgumentParser()
+    parser.add_argument("--all", action="store_true")
+    parser.add_argument("--samples", type=int, default=1)
+    parser.add_argument("--only", default="")
+    said = parser.parse_args()
+    body, stages = load_body(), load_stages()
+    print(HEAD)
+    every: list[HandMeasures] = []
+    for name, make in cases(said.all):
+        if said.only not in name:
+            continue
+        motion, start = make(), perf_counter()
+        made = generate(motion, body, stages, GenerationOptions(said.samples))
+        took = perf_counter() - start
+        every.append(measure(made.people[made.chosen], motion, body))
+        print(f"{name:26}{every[-1].row()}   {took:.1f} s", flush=True)
+    columns = [
+        np.concatenate([np.ravel(x) for x in c])
+        for c in zip(*(vars(h).values() for h in every), strict=True)
+    ]
+    print(f"{'all':26}{HandMeasures(*columns).row()}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,159 @@
+"""Fingers of hands that hold, fitted to the object over time: Gauss-Newton with one banded system.
+
+Residuals are in millimetres: skin is out of the object, pads are on its surface. Angles stay close to
+their grip and change smoothly from key frame to key frame; each stays within its range.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from jaxtyping import Float, Int
+from scipy.linalg import solveh_banded
+from torch import Tensor
+
+from omomo_core.body.config import GRASP, GRIP
+from omomo_core.body.finger_model import ANGLES, FingerModel, pose_fingers
+from omomo_core.body.grip import HandPoses, relaxed_angles
+from omomo_core.body.hand_skin import THUMB
+from omomo_core.geometry.distance_field import DistanceField
+
+_MILLIMETRES = 1000.0
+
+
+@dataclass(frozen=True)
+class KeyFrames:
+    """Key frames of sequences of one hand each, flattened: those in which fingers leave their rest."""
+
+    poses: HandPoses
+    place: Int[Tensor, "keys 2"]
+    """Sequence and number of the key frame in it."""
+    hold: Float[Tensor, " keys"]
+    """How much the hand holds."""
+    goal: Float[Tensor, "keys 5 angles"]
+    """The grip, blended with the relaxed hand."""
+
+
+def fit_fingers(
+    model: FingerModel, keys: KeyFrames, size: tuple[int, int], field: DistanceField
+) -> Float[Tensor, "rows keys 5 angles"]:
+    """Return the angles of all key frames that fit the object best (Gauss-Newton)."""
+    row, key = keys.place.T
+    angles = relaxed_angles().expand(*size, 5, ANGLES).clone()
+    angles[row, key] = keys.goal
+    for round_ in range(GRASP.rounds):
+        exact = round_ >= GRASP.rounds - GRASP.exact_rounds
+        equations = _contact_equations(model, keys, angles[row, key], field, exact=exact)
+        equations = _within_ranges(model, angles[row, key], *equations)
+        step = _solved(*equations, keys.place, angles)
+        angles = angles + step.clamp(-GRASP.longest_step, GRASP.longest_step)
+        angles = torch.minimum(torch.maximum(angles, model.low), model.high)
+    return angles
+
+
+def _contact_equations(
+    model: FingerModel,
+    keys: KeyFrames,
+    angles: Float[Tensor, "keys 5 angles"],
+    field: DistanceField,
+    *,
+    exact: bool,
+) -> tuple[Float[Tensor, "keys 5 angles angles"], Float[Tensor, "keys 5 angles"]]:
+    """Return the normal equations of each finger: depth, touch, and the posture of the grip."""
+    posed = pose_fingers(model, keys.poses.side, angles)
+    distance, out = _measured(keys.poses.placed(posed.points), field, exact=exact)
+    local = (out.flatten(1, 2) @ keys.poses.R_object_wrist).view(out.shape)
+    J = _MILLIMETRES * posed.slopes(local)
+    weight, residual = _contact_residuals(model, keys, distance)
+    # The last joint of a finger bends with the middle one.
+    tie = torch.tensor([[0.0, 0.0, 0.0, -GRIP.last_joint, 1.0]]).repeat(5, 1)
+    tie[THUMB] = 0.0
+    stiff = torch.tensor(GRASP.stiffness)
+    seen = torch.einsum("kfpa,kfp,kfpb->kfab", J, weight, J)
+    H = seen + torch.diag(stiff) + GRASP.synergy * tie[:, :, None] * tie[:, None]
+    g = -torch.einsum("kfpa,kfp->kfa", J, weight * residual) + stiff * (keys.goal - angles)
+    return H, g - GRASP.synergy * (angles * tie).sum(dim=-1, keepdim=True) * tie
+
+
+def _measured(
+    points: Float[Tensor, "keys 5 points 3"], field: DistanceField, *, exact: bool
+) -> tuple[Float[Tensor, "keys 5 points"], Float[Tensor, "keys 5 points 3"]]:
+    """Return the distance of points, and the direction in which it grows where they are near."""
+    distance, out = field.at(points), torch.zeros_like(points)
+    near = distance < GRASP.touch_range
+    close = near & (distance > -GRASP.exact_range) & (distance < GRASP.exact_range)
+    if exact:
+        distance[close], out[close] = field.exact(points[close])
+        near = near & ~close
+    out[near] = field.away(points[near])
+    return distance, out
+
+
+def _contact_residuals(
+    model: FingerModel, keys: KeyFrames, distance: Float[Tensor, "keys 5 points"]
+) -> tuple[Float[Tensor, "keys 5 points"], Float[Tensor, "keys 5 points"]]:
+    """Return weights and residuals (millimetres) of the skin's points: out of the object, on its surface."""
+    side = keys.poses.side
+    inside = distance < GRASP.margin
+    palmar = model.palmar[side]
+    gap = distance.masked_fill(~palmar, torch.inf).unflatten(-1, (3, -1))
+    nearest = torch.softmax(-gap / GRASP.pad_softness, dim=-1)
+    wanted = torch.tensor(GRASP.touching)[:, None] * nearest
+    reach = torch.exp(-(distance.clamp(min=0.0) / GRASP.touch_range).square())
+    touch = keys.hold[:, None, None] * wanted.flatten(-2) * reach
+    # A hand that only comes or goes may brush the object: its fingers are not snatched away.
+    firm = GRASP.firmness * (GRASP.brushing + 2 * keys.hold).clamp(max=1.0)[:, None, None]
+    weight = torch.where(inside, firm, touch)
+    return weight, _MILLIMETRES * (distance - GRASP.margin)
+
+
+def _within_ranges(
+    model: FingerModel,
+    angles: Float[Tensor, "some 5 angles"],
+    H: Float[Tensor, "some 5 angles angles"],
+    g: Float[Tensor, "some 5 angles"],
+) -> tuple[Float[Tensor, "some 5 angles angles"], Float[Tensor, "some 5 angles"]]:
+    """Return the equations without angles that are at an end of their range and would leave it."""
+    alone = torch.linalg.solve(H, g)
+    stuck = ((angles <= model.low) & ((g < 0) | (alone < 0))) | (
+        (angles >= model.high) & ((g > 0) | (alone > 0))
+    )
+    free = (~stuck).float()
+    left = H * free[..., None] * free[..., None, :]
+    return left + torch.diag_embed(GRASP.rest * stuck), g * free
+
+
+def _solved(
+    H: Float[Tensor, "some 5 angles angles"],
+    g: Float[Tensor, "some 5 angles"],
+    place: Int[Tensor, "some 2"],
+    angles: Float[Tensor, "rows keys 5 angles"],
+) -> Float[Tensor, "rows keys 5 angles"]:
+    """Return the step of all angles that also keeps them smooth in time (a banded system)."""
+    rows, count = angles.shape[:2]
+    row, key = place.T
+    full = torch.eye(ANGLES).mul(GRASP.rest).repeat(rows, count, 5, 1, 1)
+    right = torch.zeros_like(angles)
+    full[row, key], right[row, key] = H, g
+    change = GRASP.smoothness * angles.diff(dim=1)
+    right[:, :-1] += change
+    right[:, 1:] -= change
+    ends = torch.full((count,), 2.0)
+    ends[0] -= 1
+    ends[-1] -= 1
+    full = full + GRASP.smoothness * ends[:, None, None, None] * torch.eye(ANGLES)
+    # One finger's key frames follow each other: neighbours are `ANGLES` apart.
+    full = full.transpose(1, 2).reshape(-1, ANGLES, ANGLES).double().numpy()
+    band = np.zeros((ANGLES + 1, len(full) * ANGLES))
+    for k in range(ANGLES):
+        diagonal = np.zeros((len(full), ANGLES))
+        diagonal[:, : ANGLES - k] = np.diagonal(full, -k, axis1=1, axis2=2)
+        band[k] = diagonal.ravel()
+    linked = np.full((rows * 5, count, ANGLES), -GRASP.smoothness)
+    linked[:, -1] = 0.0
+    band[ANGLES] = linked.ravel()
+    found = solveh_banded(
+        band, right.transpose(1, 2).double().numpy().ravel(), lower=True, check_finite=False
+    )
+    step = torch.from_numpy(found).float().view(rows, 5, count, ANGLES)
+    return step.transpose(1, 2)

@@ -1,0 +1,190 @@
+"""Fingers as chains of joints with the skin that they move: positions and their derivatives.
+
+A finger has five angles: flexion, abduction and twist at its base, and the flexion of its two outer
+joints. The thumb's base is its saddle joint in the palm; the other fingers do not twist.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import roma
+import torch
+from jaxtyping import Bool, Float, Int
+from torch import Tensor
+from torch.nn.functional import normalize
+
+from omomo_core.body.config import FINGER_RANGES
+from omomo_core.body.hand_skin import HandSkin, hand_skins, palmar_directions
+from omomo_core.body.kinematics import WRISTS
+from omomo_core.body.model import BodyModel
+from omomo_core.body.skinning import vertex_normals
+
+ANGLES = 5
+"""Of each finger: flexion, abduction and twist at its base, flexion of the middle and of the last joint."""
+PER_PHALANX = 20
+"""Points on the skin of each phalanx, as far from each other as they can be."""
+_PALMAR = 0.35
+"""Cosine of the angle to the palmar direction within which skin is palmar."""
+
+
+@dataclass(frozen=True)
+class FingerModel:
+    """The fingers of both hands (left, right) at rest: rest axes, metres, radians."""
+
+    offsets: Float[Tensor, "2 5 3 3"]
+    """From each joint's parent to it; of the first, from the wrist."""
+    flexion: Float[Tensor, "2 5 3"]
+    """Axes about which fingers bend towards the palm."""
+    abduction: Float[Tensor, "2 5 3"]
+    twist: Float[Tensor, "2 5 3"]
+    skin: Float[Tensor, "2 5 points 3"]
+    """Points on the skin, from the wrist."""
+    shares: Float[Tensor, "2 5 points 4"]
+    """Share of the wrist and of the three bones in each point."""
+    phalanx: Int[Tensor, "2 5 points"]
+    palmar: Bool[Tensor, "2 5 points"]
+    """Skin of the palmar side."""
+    low: Float[Tensor, "5 5"]
+    """Least angles of each finger."""
+    high: Float[Tensor, "5 5"]
+
+
+@dataclass(frozen=True)
+class PosedFingers:
+    """Skin of posed fingers with its derivatives, in the wrist's axes from the wrist, metres."""
+
+    points: Float[Tensor, "*b 5 points 3"]
+    axes: Float[Tensor, "*b 5 angles 3"]
+    """About which each angle turns."""
+    levers: Float[Tensor, "*b 5 3 points 3"]
+    """From each of the three joints to the points that it turns, as far as it turns them."""
+
+    def slopes(self, out: Float[Tensor, "*b 5 points 3"]) -> Float[Tensor, "*b 5 points angles"]:
+        """Return how far each angle moves each point along `out`, metres for each radian."""
+        moment = torch.linalg.cross(self.levers, out[..., None, :, :].expand_as(self.levers))
+        base = moment[..., 0, :, :] @ self.axes[..., :3, :].mT
+        outer = (moment[..., 1:, :, :] * self.axes[..., 3:, None, :]).sum(dim=-1).mT
+        return torch.cat([base, outer], dim=-1)
+
+
+def rotations(
+    model: FingerModel, side: Int[Tensor, " b"], angles: Float[Tensor, "b 5 angles"]
+) -> Float[Tensor, "b 5 3 3 3"]:
+    """Return the rotation of each joint relative to its parent."""
+    flexion = model.flexion[side]
+    bend, spread, twist, middle, last = (x[..., None] for x in angles.unbind(dim=-1))
+    base = (
+        roma.rotvec_to_rotmat(spread * model.abduction[side])
+        @ roma.rotvec_to_rotmat(bend * flexion)
+        @ roma.rotvec_to_rotmat(twist * model.twist[side])
+    )
+    outer = [roma.rotvec_to_rotmat(x * flexion) for x in (middle, last)]
+    return torch.stack([base, *outer], dim=-3)
+
+
+def pose_fingers(
+    model: FingerModel, side: Int[Tensor, " b"], angles: Float[Tensor, "b 5 angles"]
+) -> PosedFingers:
+    """Return the skin of the fingers of hands, and how angles move it."""
+    local = rotations(model, side, angles)
+    joints, turned = _chain(model.offsets[side], local)
+    shares = model.shares[side]
+    rest = model.skin[side]
+    start = model.offsets[side].cumsum(dim=-2)
+    carried = [shares[..., :1] * rest]
+    for k in range(3):
+        own = (rest - start[..., k, None, :]) @ turned[..., k, :, :].mT + joints[..., k, None, :]
+        carried.append(shares[..., k + 1 : k + 2] * own)
+    beyond = [torch.stack(carried[k + 1 :]).sum(dim=0) for k in range(3)]
+    moved = [shares[..., k + 1 :].sum(dim=-1, keepdim=True) for k in range(3)]
+    levers = [
+        part - share * joints[..., k, None, :]
+        for k, (part, share) in enumerate(zip(beyond, moved, strict=True))
+    ]
+    flexion, spread = model.flexion[side], model.abduction[side]
+    opened = roma.rotvec_to_rotmat(angles[..., 1:2] * spread)
+    axes = [
+        (opened @ flexion[..., None])[..., 0],
+        spread,
+        (turned[..., 0, :, :] @ model.twist[side][..., None])[..., 0],
+        (turned[..., 0, :, :] @ flexion[..., None])[..., 0],
+        (turned[..., 1, :, :] @ flexion[..., None])[..., 0],
+    ]
+    return PosedFingers(
+        carried[0] + beyond[0], torch.stack(axes, dim=-2), torch.stack(levers, dim=-3)
+    )
+
+
+def _chain(
+    offsets: Float[Tensor, "*b 3 3"], local: Float[Tensor, "*b 3 3 3"]
+) -> tuple[Float[Tensor, "*b 3 3"], Float[Tensor, "*b 3 3 3"]]:
+    """Return joints and rotations in the wrist's axes."""
+    joint = offsets[..., 0, :]
+    joints, turned = [joint], [local[..., 0, :, :]]
+    for k in (1, 2):
+        joint = joint + (turned[-1] @ offsets[..., k, :, None])[..., 0]
+        joints.append(joint)
+        turned.append(turned[-1] @ local[..., k, :, :])
+    return torch.stack(joints, dim=-2), torch.stack(turned, dim=-3)
+
+
+@lru_cache(maxsize=4)
+def finger_model(body: BodyModel) -> FingerModel:
+    """Measure the fingers of a body in its T-pose, palms down."""
+    joints = body.rest_joints[22:].view(2, 5, 3, 3)
+    wrists = body.rest_joints[list(WRISTS)][:, None, None].expand(2, 5, 1, 3)
+    palmar = palmar_directions(body)
+    along = normalize(joints[:, :, 2] - joints[:, :, 1], dim=-1)
+    mirror = torch.tensor([1.0, -1.0])[:, None, None]
+    parts = [_points(body, side, hand, palmar) for side, hand in enumerate(hand_skins(body))]
+    skin, shares, phalanx, faces = (torch.stack(x) for x in zip(*parts, strict=True))
+    ranges = torch.tensor([*[FINGER_RANGES.finger] * 4, FINGER_RANGES.thumb])
+    return FingerModel(
+        offsets=joints - torch.cat([wrists, joints[:, :, :2]], dim=2),
+        flexion=normalize(torch.linalg.cross(along, palmar), dim=-1),
+        abduction=mirror * palmar,
+        twist=mirror * along,
+        skin=skin,
+        shares=shares,
+        phalanx=phalanx,
+        palmar=faces,
+        low=ranges[..., 0],
+        high=ranges[..., 1],
+    )
+
+
+def _points(
+    body: BodyModel, side: int, hand: HandSkin, palmar: Float[Tensor, "2 5 3"]
+) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Return points of the skin of five fingers, shares of their bones, phalanges, and whether palmar."""
+    normals = vertex_normals(body.vertices, body.faces)
+    places = body.vertices - body.rest_joints[WRISTS[side]]
+    chosen = torch.stack(
+        [
+            torch.cat(
+                [
+                    _spread(places, hand.vertices[(hand.finger == f) & (hand.phalanx == k)])
+                    for k in range(3)
+                ]
+            )
+            for f in range(5)
+        ]
+    )
+    bones = torch.arange(22 + 15 * side, 37 + 15 * side).view(5, 1, 3, 1)
+    own = (body.skin_joints[chosen][:, :, None] == bones) * body.skin_weights[chosen][:, :, None]
+    own = own.sum(dim=-1)
+    shares = torch.cat([1 - own.sum(dim=-1, keepdim=True), own], dim=-1)
+    faces = (normals[chosen] * palmar[side][:, None]).sum(dim=-1) > _PALMAR
+    phalanx = torch.arange(3).repeat_interleave(PER_PHALANX).expand(5, -1)
+    return places[chosen], shares, phalanx, faces
+
+
+def _spread(places: Float[Tensor, "all 3"], among: Int[Tensor, " some"]) -> Int[Tensor, " chosen"]:
+    """Return vertices that are far from each other: each is the farthest from those before it."""
+    own = places[among]
+    chosen = [int((own - own.mean(dim=0)).norm(dim=1).argmax())]
+    far = (own - own[chosen[0]]).norm(dim=1)
+    while len(chosen) < PER_PHALANX:
+        chosen.append(int(far.argmax()))
+        far = torch.minimum(far, (own - own[chosen[-1]]).norm(dim=1))
+    return among[chosen]

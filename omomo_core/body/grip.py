@@ -1,0 +1,123 @@
+"""Grips: which posture of the fingers suits what is under a palm, found once for each contact.
+
+Every finger is tried in postures from open to closed. The one that touches most and enters nothing
+is kept; the thumb gains most where it opposes the palm, on another face of what is held.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import torch
+from jaxtyping import Float, Int
+from torch import Tensor
+
+from omomo_core.body.config import GRIP
+from omomo_core.body.finger_model import ANGLES, FingerModel, finger_model, pose_fingers
+from omomo_core.body.hand_skin import THUMB
+from omomo_core.body.model import BodyModel
+from omomo_core.geometry.distance_field import DistanceField
+
+
+@dataclass(frozen=True)
+class HandPoses:
+    """Hands in the object's frame, metres."""
+
+    R_object_wrist: Float[Tensor, "hands 3 3"]
+    wrists: Float[Tensor, "hands 3"]
+    side: Int[Tensor, " hands"]
+    """0 left, 1 right."""
+
+    def __getitem__(self, rows: Tensor) -> "HandPoses":
+        return HandPoses(self.R_object_wrist[rows], self.wrists[rows], self.side[rows])
+
+    def placed(self, points: Float[Tensor, "hands *b 3"]) -> Float[Tensor, "hands *b 3"]:
+        """Return points that are given from the wrists in their axes, in the object's frame."""
+        flat = points.flatten(1, -2) @ self.R_object_wrist.mT + self.wrists[:, None]
+        return flat.view(points.shape)
+
+
+@dataclass(frozen=True)
+class _Postures:
+    """Postures of the fingers of both hands, with their skin from the wrist."""
+
+    angles: Float[Tensor, "2 fingers tries 5"]
+    points: Float[Tensor, "2 fingers tries points 3"]
+
+
+def find_grips(
+    body: BodyModel, poses: HandPoses, field: DistanceField
+) -> Float[Tensor, "contacts 5 angles"]:
+    """Return the angles of the fingers that hold best.
+
+    Args:
+        body: whose hands.
+        poses: of the hands, `GRIP.poses` for each contact, one contact after the other.
+        field: signed distance to the object.
+    """
+    model = finger_model(body)
+    fingers, thumb = _postures(body)
+    found = [
+        _best(model, p, f, poses, field) for f, p in ((slice(4), fingers), (slice(4, 5), thumb))
+    ]
+    return torch.cat(found, dim=1)
+
+
+def _best(
+    model: FingerModel, postures: _Postures, which: slice, poses: HandPoses, field: DistanceField
+) -> Float[Tensor, "contacts fingers angles"]:
+    """Return the angles of the posture of each finger that is worth most in all poses of a contact."""
+    points = poses.placed(postures.points[poses.side])
+    distance = field.at(points)
+    palmar = model.palmar[poses.side][:, which, None]
+    gap = distance.clamp(min=0.0).masked_fill(~palmar, torch.inf)
+    near, nearest = gap.unflatten(-1, (3, -1)).min(dim=-1)
+    touch = torch.exp(-near / GRIP.touch_distance)
+    pad = (nearest[..., 2] + 2 * gap.shape[-1] // 3)[..., None, None]
+    pads = points.gather(-2, pad.expand(*pad.shape[:-1], 3))[..., 0, :]
+    opposed = 0.5 * (1 - (field.away(pads) * poses.R_object_wrist[:, None, None, :, 1]).sum(dim=-1))
+    gain = torch.tensor([GRIP.opposition] * 4 + [GRIP.thumb_opposition])[which, None]
+    share = torch.tensor(GRIP.touching) @ touch[..., None]
+    worth = share[..., 0] + gain * opposed * touch[..., 2]
+    depth = (-distance.amin(dim=-1) - GRIP.allowed_depth).clamp(min=0.0)
+    angles = postures.angles[poses.side]
+    relaxed = relaxed_angles()[which, None]
+    idle = GRIP.idle_cost * (angles - relaxed).square().sum(dim=-1)
+    worth = (worth - GRIP.depth_cost * depth - idle).unflatten(0, (-1, GRIP.poses)).mean(dim=1)
+    best = worth.argmax(dim=-1)[..., None, None].expand(-1, -1, 1, ANGLES)
+    return angles[:: GRIP.poses].gather(-2, best)[..., 0, :]
+
+
+@lru_cache(maxsize=4)
+def _postures(body: BodyModel) -> tuple[_Postures, _Postures]:
+    """Return the postures of the four fingers, and those of the thumb, that are tried."""
+    bend, curl = torch.cartesian_prod(torch.tensor(GRIP.bends), torch.tensor(GRIP.curls)).T
+    zero = torch.zeros_like(bend)
+    finger = torch.stack([bend, zero, zero, curl, GRIP.last_joint * curl], dim=-1)
+    swing, lift, turn, curl = torch.cartesian_prod(
+        *(
+            torch.tensor(x)
+            for x in (GRIP.thumb_bends, GRIP.thumb_lifts, GRIP.thumb_turns, GRIP.thumb_curls)
+        )
+    ).T
+    thumb = torch.stack([swing, lift, turn, curl, curl], dim=-1)
+    return _tried(body, finger, slice(4)), _tried(body, thumb, slice(THUMB, 5))
+
+
+def _tried(body: BodyModel, angles: Float[Tensor, "tries 5"], which: slice) -> _Postures:
+    model = finger_model(body)
+    every = angles[:, None].expand(-1, 5, -1)
+    points = torch.stack(
+        [
+            pose_fingers(model, torch.full((len(angles),), side), every).points[:, which]
+            for side in range(2)
+        ]
+    )
+    count = points.shape[2]
+    return _Postures(angles.expand(2, count, -1, -1), points.transpose(1, 2).contiguous())
+
+
+def relaxed_angles() -> Float[Tensor, "5 angles"]:
+    """Return the angles of a relaxed hand."""
+    angles = torch.zeros(5, ANGLES)
+    angles[:4, [0, 3, 4]] = torch.tensor(GRIP.relaxed)
+    return angles
