@@ -71,7 +71,9 @@ class GripConfig:
         0.006, "m", "Distance from the surface at which skin touches it a third as much."
     )
     allowed_depth: float = setting(0.002, "m", "Depth of a tried posture that is free.")
-    depth_cost: float = setting(300.0, "1/m", "Cost of more depth than is free.")
+    depth_cost: float = setting(600.0, "1/m", "Cost of more depth than is free.")
+    finalists: int = setting(8, "count", "Best postures, which are measured exactly.")
+    exact_range: float = setting(0.015, "m", "Distance within which they are.")
     idle_cost: float = setting(0.05, "1/rad^2", "Cost of another posture than the relaxed one.")
 
 

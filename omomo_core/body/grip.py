@@ -67,7 +67,30 @@ def _best(
 ) -> Float[Tensor, "contacts fingers angles"]:
     """Return the angles of the posture of each finger that is worth most in all poses of a contact."""
     points = poses.placed(postures.points[poses.side])
+    angles = postures.angles[poses.side]
+    worth = _worth(model, angles, points, field.at(points), which, poses, field)
+    # The grid hardly sees thin boards: the best postures are measured exactly.
+    few = worth.topk(GRIP.finalists, dim=-1).indices.repeat_interleave(GRIP.poses, dim=0)[..., None]
+    points = points.gather(2, few[..., None].expand(-1, -1, -1, *points.shape[3:]))
+    angles = angles.gather(2, few.expand(-1, -1, -1, ANGLES))
     distance = field.at(points)
+    near = distance.abs() < GRIP.exact_range
+    distance[near] = field.exact(points[near])[0]
+    worth = _worth(model, angles, points, distance, which, poses, field)
+    best = worth.argmax(dim=-1)[..., None, None].expand(-1, -1, 1, ANGLES)
+    return angles[:: GRIP.poses].gather(-2, best)[..., 0, :]
+
+
+def _worth(
+    model: FingerModel,
+    angles: Float[Tensor, "hands fingers tries angles"],
+    points: Float[Tensor, "hands fingers tries points 3"],
+    distance: Float[Tensor, "hands fingers tries points"],
+    which: slice,
+    poses: HandPoses,
+    field: DistanceField,
+) -> Float[Tensor, "contacts fingers tries"]:
+    """Return what postures are worth: touch and opposition, less depth and distance from rest."""
     palmar = model.palmar[poses.side][:, which, None]
     gap = distance.clamp(min=0.0).masked_fill(~palmar, torch.inf)
     near, nearest = gap.unflatten(-1, (3, -1)).min(dim=-1)
@@ -76,15 +99,11 @@ def _best(
     pads = points.gather(-2, pad.expand(*pad.shape[:-1], 3))[..., 0, :]
     opposed = 0.5 * (1 - (field.away(pads) * poses.R_object_wrist[:, None, None, :, 1]).sum(dim=-1))
     gain = torch.tensor([GRIP.opposition] * 4 + [GRIP.thumb_opposition])[which, None]
-    share = torch.tensor(GRIP.touching) @ touch[..., None]
-    worth = share[..., 0] + gain * opposed * touch[..., 2]
+    worth = touch @ torch.tensor(GRIP.touching) + gain * opposed * touch[..., 2]
     depth = (-distance.amin(dim=-1) - GRIP.allowed_depth).clamp(min=0.0)
-    angles = postures.angles[poses.side]
-    relaxed = relaxed_angles()[which, None]
-    idle = GRIP.idle_cost * (angles - relaxed).square().sum(dim=-1)
-    worth = (worth - GRIP.depth_cost * depth - idle).unflatten(0, (-1, GRIP.poses)).mean(dim=1)
-    best = worth.argmax(dim=-1)[..., None, None].expand(-1, -1, 1, ANGLES)
-    return angles[:: GRIP.poses].gather(-2, best)[..., 0, :]
+    idle = (angles - relaxed_angles()[which, None]).square().sum(dim=-1)
+    worth = worth - GRIP.depth_cost * depth - GRIP.idle_cost * idle
+    return worth.unflatten(0, (-1, GRIP.poses)).mean(dim=1)
 
 
 @lru_cache(maxsize=4)

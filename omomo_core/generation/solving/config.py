@@ -159,6 +159,9 @@ class WristConfig:
     tilt_cost: float = setting(
         0.3, "share", "Cost of a squared tilt that is left, in turns beyond the range."
     )
+    softness: float = setting(
+        0.01, "cost", "Difference of costs at which a turn counts a third of the cheapest."
+    )
     spare: float = setting(0.04, "rad", "Distance that a laid hand keeps from its wrist's range.")
 
 

@@ -115,16 +115,22 @@ def _laid(
     axis = torch.nn.functional.normalize(axis, dim=-1)
     headings = torch.linspace(-WRIST.heading, WRIST.heading, WRIST.headings)
     heading, kept = torch.cartesian_prod(headings, torch.tensor(WRIST.kept_tilts)).T
-    tilt = angle[..., None] * kept
-    turn = roma.rotvec_to_rotmat(out[..., None, :] * heading[:, None]) @ roma.rotvec_to_rotmat(
-        axis[..., None, :] * (angle[..., None] - tilt)[..., None]
-    )
-    tried = turn @ R_world_wrist[..., None, :, :]
-    bend = roma.rotmat_to_rotvec(R_world_forearm[..., None, :, :].mT @ tried)
+
+    def turned(heading: Tensor, kept: Tensor) -> Tensor:
+        tilt = roma.rotvec_to_rotmat(
+            axis[..., None, :] * (angle[..., None] * (1 - kept))[..., None]
+        )
+        about = roma.rotvec_to_rotmat(out[..., None, :] * heading[..., None])
+        return about @ tilt @ R_world_wrist[..., None, :, :]
+
+    bend = roma.rotmat_to_rotvec(R_world_forearm[..., None, :, :].mT @ turned(heading, kept))
     low, high = _RANGES[:, None, :, 0] + WRIST.spare, _RANGES[:, None, :, 1] - WRIST.spare
     excess = (bend - high).clamp(min=0) + (low - bend).clamp(min=0)
     cost = (
-        excess.sum(dim=-1) + WRIST.heading_cost * heading.square() + WRIST.tilt_cost * tilt.square()
+        excess.sum(dim=-1)
+        + WRIST.heading_cost * heading.square()
+        + WRIST.tilt_cost * (angle[..., None] * kept).square()
     )
-    best = cost.argmin(dim=-1)[..., None, None, None]
-    return tried.gather(-3, best.expand(*best.shape[:-3], 1, 3, 3))[..., 0, :, :]
+    # The mean of the cheapest: between two that cost the same a hand does not jump.
+    share = torch.softmax(-cost / WRIST.softness, dim=-1)
+    return turned(*((share * x).sum(dim=-1, keepdim=True) for x in (heading, kept)))[..., 0, :, :]
