@@ -81,6 +81,20 @@ class GripConfig:
 class GraspConfig:
     """How fingers are fitted to what is held: residuals in millimetres, angles in radians."""
 
+    full_weight: float = setting(
+        0.99,
+        "share",
+        "Weight of a hand, which is blended in and out, from which on it is in contact.",
+    )
+    palmar_cosine: float = setting(
+        0.35, "cosine", "Cosine of the angle to the palmar direction from which on skin is palmar."
+    )
+    pad_cosine: float = setting(
+        0.5, "cosine", "The same from which on skin of a last phalanx belongs to its pad."
+    )
+    heel: float = setting(
+        0.2, "share", "Part of the way from wrist to middle knuckle at which the palm begins."
+    )
     stride: int = setting(4, "frames", "Interval between key frames.")
     shaping: float = setting(
         14.0,

@@ -18,7 +18,7 @@ from omomo_core.body.grip import HandPoses, relaxed_angles
 from omomo_core.body.hand_skin import THUMB
 from omomo_core.geometry.distance_field import DistanceField
 
-_MILLIMETRES = 1000.0
+_MILLIMETRES = 1000
 
 
 @dataclass(frozen=True)

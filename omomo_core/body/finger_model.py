@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float, Int
 from torch import Tensor
 from torch.nn.functional import normalize
 
-from omomo_core.body.config import FINGER_RANGES
+from omomo_core.body.config import FINGER_RANGES, GRASP
 from omomo_core.body.hand_skin import HandSkin, hand_skins, palmar_directions
 from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.model import BodyModel
@@ -23,8 +23,6 @@ ANGLES = 5
 """Of each finger: flexion, abduction and twist at its base, flexion of the middle and of the last joint."""
 PER_PHALANX = 20
 """Points on the skin of each phalanx, as far from each other as they can be."""
-_PALMAR = 0.35
-"""Cosine of the angle to the palmar direction within which skin is palmar."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +172,7 @@ def _points(
     own = (body.skin_joints[chosen][:, :, None] == bones) * body.skin_weights[chosen][:, :, None]
     own = own.sum(dim=-1)
     shares = torch.cat([1 - own.sum(dim=-1, keepdim=True), own], dim=-1)
-    faces = (normals[chosen] * palmar[side][:, None]).sum(dim=-1) > _PALMAR
+    faces = (normals[chosen] * palmar[side][:, None]).sum(dim=-1) > GRASP.palmar_cosine
     phalanx = torch.arange(3).repeat_interleave(PER_PHALANX).expand(5, -1)
     return places[chosen], shares, phalanx, faces
 

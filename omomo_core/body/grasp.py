@@ -21,9 +21,6 @@ from omomo_core.geometry.distance_field import DistanceField
 from omomo_core.geometry.easing import min_jerk
 from omomo_core.geometry.runs import runs
 
-_FULL = 0.99
-"""Weight of a hand from which on it is in contact."""
-
 
 @dataclass(frozen=True)
 class ClosedFingers:
@@ -93,7 +90,7 @@ def close_fingers(
         measures[:, row, frame] = seen[:, row, before] + u * (
             seen[:, row, after] - seen[:, row, before]
         )
-        measures[1] *= hands.weight >= _FULL
+        measures[1] *= hands.weight >= GRASP.full_weight
     depth, pads = measures.unflatten(1, (-1, 2)).mT.reshape(2, *shape)
     fingers = fingers.unflatten(0, (-1, 2)).transpose(1, 2)
     return ClosedFingers(fingers.reshape(*shape[:-1], 30, 3, 3), depth, pads)
@@ -128,7 +125,7 @@ def _frames_to_contact(weight: Float[np.ndarray, " frames"]) -> Float[np.ndarray
     """Return the frames to the nearest contact: where the hand holds fully, or else most."""
     frames, away = np.arange(len(weight)), np.full(len(weight), np.inf, np.float32)
     most = max(float(weight.max(initial=0.0)), 1e-3)
-    for start, stop in runs(weight >= min(_FULL, most)):
+    for start, stop in runs(weight >= min(GRASP.full_weight, most)):
         away = np.minimum(away, np.maximum(np.maximum(start - frames, frames - stop + 1), 0))
     return away.astype(np.float32)
 

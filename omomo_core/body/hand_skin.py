@@ -8,16 +8,13 @@ from jaxtyping import Bool, Float, Int
 from torch import Tensor
 from torch.nn.functional import normalize
 
+from omomo_core.body.config import GRASP
 from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.model import BodyModel
 from omomo_core.body.skinning import vertex_normals
 
 PALM, THUMB = -1, 4
 """Of `HandSkin.finger`; index, middle, pinky, ring and thumb are 0 to 4, in the skeleton's order."""
-_HEEL = 0.2
-"""Share of the way from the wrist to the middle knuckle at which the palm begins."""
-_FACING = 0.5
-"""Cosine of the angle to the palmar direction within which skin belongs to a pad."""
 
 
 @dataclass(frozen=True)
@@ -56,10 +53,10 @@ def _hand_skin(
     along = (body.vertices - body.rest_joints[wrist]) @ knuckle / knuckle.square().sum()
     link = bone - first
     fingers = (link >= 0) & (link < 15)
-    chosen = (fingers | ((bone == wrist) & (along > _HEEL))).nonzero()[:, 0]
+    chosen = (fingers | ((bone == wrist) & (along > GRASP.heel))).nonzero()[:, 0]
     finger = torch.where(fingers, link // 3, PALM)[chosen]
     phalanx = torch.where(fingers, link % 3, 0)[chosen]
-    faces_palm = (normals[chosen] * palmar[side, finger]).sum(dim=-1) > _FACING
+    faces_palm = (normals[chosen] * palmar[side, finger]).sum(dim=-1) > GRASP.pad_cosine
     return HandSkin(chosen, finger, phalanx, (finger != PALM) & (phalanx == 2) & faces_palm)
 
 

@@ -10,6 +10,9 @@ class DistanceFieldConfig:
     """The grid on which the signed distance to an object's surface is measured."""
 
     margin: float = setting(0.15, "m", "Least width of the grid around the object.")
+    touching: float = setting(
+        1e-4, "m", "Distance from the surface below which the grid's slope decides the direction."
+    )
     finest: float = setting(
         0.008, "m", "Least distance of grid points: thinner parts are met, but have no depth."
     )

@@ -20,9 +20,6 @@ from omomo_core.errors import InputError
 from omomo_core.geometry.config import DISTANCE_FIELD
 from omomo_core.motion import ObjectMesh
 
-_TOUCHING = 1e-4
-"""Distance from the surface below which the grid's slope decides the direction, metres."""
-
 
 @dataclass(frozen=True)
 class DistanceField:
@@ -73,7 +70,7 @@ class DistanceField:
         signed = torch.from_numpy(_signed(distance, self.sheet.turns(found))).to(points)
         way = (points - torch.from_numpy(nearest).to(points)) * torch.sign(signed)[:, None]
         # On the surface itself there is no way to it.
-        return signed, normalize(way + _TOUCHING * away, dim=-1)
+        return signed, normalize(way + DISTANCE_FIELD.touching * away, dim=-1)
 
     def _beyond(self, points: Float[Tensor, "*b 3"]) -> Float[Tensor, "*b 3"]:
         """The way from the nearest place in the grid to a point, metres."""

@@ -31,7 +31,7 @@ def field_of(shape: str) -> DistanceField:
     if shape == "wall":
         solid = trimesh.creation.box((1.0, 0.2, 0.6)).apply_translation((0, -0.1, 0))
     elif shape == "board":  # its rim along the hand's width, before the palm
-        solid = trimesh.creation.box((0.3, 0.012, 0.6)).apply_translation((0.11, -0.006, 0))
+        solid = trimesh.creation.box((0.3, 0.012, 0.6)).apply_translation((0.14, -0.006, 0))
     elif shape == "ball":
         solid = trimesh.creation.icosphere(3, 0.055)
     elif shape == "pole":
