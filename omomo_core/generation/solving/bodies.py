@@ -30,7 +30,6 @@ from omomo_core.generation.prefix import SolvedPrefix, fade
 from omomo_core.generation.solving.config import BODY_SOLVING, REACH
 from omomo_core.generation.solving.feet import ANKLES, TOES, FootPlan, plan_feet
 from omomo_core.generation.solving.reach import ankles_of, move_root_within_reach, solve_arms
-from omomo_core.generation.solving.wrists import lay_palms
 
 _BEFORE, _OPTIMISING = 0.3, 0.5
 """Shares of the time before the trajectory optimisation, and in it."""
@@ -111,7 +110,7 @@ def solve_bodies(
     feet = move_feet_clear(body, pose.root, pose.rotations, feet, avoidance)
     pose = _swing_clear(body, _solve_limbs(body, pose, feet, targets), avoidance)
     on_progress(_BEFORE)
-    pose = _lay_palms(body, _optimised(body, pose, feet, targets, avoidance, on_progress), targets)
+    pose = _optimised(body, pose, feet, targets, avoidance, on_progress)
     feet = _free_feet(body, pose, feet)
     near = move_root_within_reach(
         body, pose.root, pose.rotations, feet, targets, free, REACH.last_stretch
@@ -120,7 +119,7 @@ def solve_bodies(
     fine_avoidance = CollisionAvoidance.of(
         anatomy, field, targets.T_world_object, free, SIDES.fine_stride
     )
-    pose = _lay_palms(body, _swing_clear(body, pose, fine_avoidance), targets)
+    pose = _swing_clear(body, pose, fine_avoidance)
     if prefix is not None:
         pose.root[:, : prefix.frames] = prefix.root
         pose.rotations[:, : prefix.frames] = prefix.rotations
@@ -197,10 +196,6 @@ def _solve_limbs(
 
 def _swing_clear(body: BodyModel, pose: _Pose, avoidance: CollisionAvoidance) -> _Pose:
     return replace(pose, rotations=swing_limbs_clear(body, pose.root, pose.rotations, avoidance))
-
-
-def _lay_palms(body: BodyModel, pose: _Pose, targets: InteractionTargets) -> _Pose:
-    return replace(pose, rotations=lay_palms(body, pose.root, pose.rotations, targets))
 
 
 def _free_feet(body: BodyModel, pose: _Pose, feet: list[FootPlan]) -> list[FootPlan]:

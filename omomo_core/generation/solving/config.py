@@ -137,32 +137,6 @@ class WristConfig:
         0.05, "rad", "Angle between palm and surface that needs no correction."
     )
     farthest: float = setting(1.0, "rad", "Largest turn of a hand: beyond that it holds an edge.")
-    stride: int = setting(3, "frames", "Interval between the frames in which palms are laid.")
-    rounds: int = setting(
-        2, "count", "Turns of a palm onto the surface, after each of which arms are solved again."
-    )
-    smoothing: float = setting(
-        3.0, "frames", "Standard deviation of the filter over the turns of palms onto the surface."
-    )
-    heading: float = setting(
-        0.8, "rad", "Largest turn of a hand about the palm's normal for the sake of its wrist."
-    )
-    headings: int = setting(17, "count", "Turns about the palm's normal that are tried.")
-    heading_cost: float = setting(
-        0.05, "share", "Cost of a squared turn about the normal, in turns beyond the range."
-    )
-    kept_tilts: tuple[float, ...] = setting(
-        (0.0, 0.15, 0.3, 0.5, 0.75, 1.0),
-        "share",
-        "Parts of a palm's tilt that are tried to be left.",
-    )
-    tilt_cost: float = setting(
-        0.3, "share", "Cost of a squared tilt that is left, in turns beyond the range."
-    )
-    softness: float = setting(
-        0.01, "cost", "Difference of costs at which a turn counts a third of the cheapest."
-    )
-    spare: float = setting(0.04, "rad", "Distance that a laid hand keeps from its wrist's range.")
 
 
 BODY_SOLVING = BodySolvingConfig()
