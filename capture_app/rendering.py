@@ -33,7 +33,9 @@ def render_result(request: RenderRequest, progress: Progress = silent) -> None:
     person, moved = loaded.people[index], loaded.object_motion
     eye = eye_of(loaded) if request.view == "object" else None
     seen = shot(request.view, person.human, moved, *request.size, eye)
-    held = held_places(person.segments, moved) if request.markers else ()
+    # Close to the hands markers would hide them.
+    markers = request.markers and request.view != "hands"
+    held = held_places(person.segments, moved) if markers else ()
     pictures = frames(
         person.human,
         moved,
@@ -41,7 +43,7 @@ def render_result(request: RenderRequest, progress: Progress = silent) -> None:
         width=request.size[0],
         height=request.size[1],
         cameras=seen.cameras,
-        markers=request.markers,
+        markers=markers,
         extra=[*held, *seen.tracks],
         pixels_per_metre=seen.pixels_per_metre,
         samples=4 if (request.picture if request.smooth is None else request.smooth) else 0,
