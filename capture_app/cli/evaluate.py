@@ -43,8 +43,9 @@ SPREAD = {
     "toe_skating_cm_s": "Skating",
     "toe_swing_cm": "Swing",
     "toe_skimming_share": "Skim",
+    "leaping_share": "Leaps",
 }
-"""Medians, the share of clips with the pelvis 60 cm off, onsets of contact, and the steps of toes."""
+"""Medians, the share of clips with the pelvis 60 cm off, onsets of contact, the steps of toes, and leaps."""
 BY_OBJECT = {
     "hand_jpe_cm": "HandJPE",
     "mpjpe_cm": "MPJPE",
@@ -93,11 +94,30 @@ def evaluate(
 
     A second table has medians, the share of clips with the pelvis more than 60 cm off, by how many
     seconds a hand's first contact is early or late (median), and toes: their speed while low (cm/s), how
-    high they rise in a step, and the share of steps that stay under 3 cm. "Leaps" is the share of clips in
-    which some part of the body is faster than people's are. Then comes a table of the
-    classes of objects for each protocol; "moved" is the F1 of an answer without learning, that some
-    hand touches exactly while the object moves.
+    high they rise in a step, and the share of steps that stay under 3 cm. "Leaps" is the share of clips
+    in which some part of the body is faster than people's are. A table of the classes of objects follows
+    for each protocol; "moved" is the F1 of an answer without learning, that some hand touches exactly
+    while the object moves.
     """
+    _check(json_file, protocol or [])
+    made = _evaluated(clips, weights, protocol, samples, seed, steps, body)
+    _print(made)
+    if json_file is not None:
+        settings = {"samples": samples, "seed": seed, "steps": steps, "body": body.value}
+        settings |= {"weights": str(weights) if weights else "shipped"}
+        write_whole(json_file, json.dumps(made.document(settings), indent=1) + "\n")
+
+
+def _evaluated(
+    clips: Path,
+    weights: Path | None,
+    protocols: list[str] | None,
+    samples: int,
+    seed: int,
+    steps: int,
+    body: SkeletonChoice,
+) -> "Evaluation":
+    """Generate and measure with a bar of progress; clips that are skipped are named."""
     from capture_app.cli.bars import following
     from capture_app.cli.console import say
     from omomo_core.body.load import load_body
@@ -107,26 +127,14 @@ def evaluate(
     from omomo_core.learning.evaluation.report import evaluate as run
     from omomo_core.weights.load import load_stages
 
-    _check(json_file, protocol or [])
-    chosen = [p for p in PROTOCOLS if protocol is None or p in protocol]
+    chosen = [p for p in PROTOCOLS if protocols is None or p in protocols]
     paths, stages = clip_paths(clips), load_stages("capture", weights)
+    options = GenerationOptions(samples=samples, seed=seed, steps=steps)
     with following("evaluate") as progress:
-        made = run(
-            paths,
-            chosen,
-            stages,
-            load_body(),
-            GenerationOptions(samples=samples, seed=seed, steps=steps),
-            body.value,
-            progress,
-        )
+        made = run(paths, chosen, stages, load_body(), options, body.value, progress)
     for name, reason in made.skipped.items():
         say("skipped", f"{name}: {reason}", "yellow")
-    _print(made)
-    if json_file is not None:
-        settings = {"samples": samples, "seed": seed, "steps": steps, "body": body.value}
-        settings |= {"weights": str(weights) if weights else "shipped"}
-        write_whole(json_file, json.dumps(made.document(settings), indent=1) + "\n")
+    return made
 
 
 def _check(json_file: Path | None, protocols: list[str]) -> None:

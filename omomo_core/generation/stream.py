@@ -110,15 +110,20 @@ def stream(
                 rows = chunk.handed_on(chunk_sizes.context)
                 fingers = np.stack([p.human.fingers[rows] for p in people])
                 prefix = replace(solved.prefix(rows), fingers=torch.from_numpy(fingers))
-            now = range(chunk.prefix_frames, chunk.stop)
-            yield GeneratedChunk(
-                first=chunk.first + now.start,
-                people=tuple(stretch(p, now.start, now.stop) for p in people),
-                must_hold=sample.clip.must_hold[now.start : now.stop],
-            )
+            yield _finished(sample, people)
     finally:
         # What threads get that begin from now on: those of the networks have left 1.
         torch.set_num_threads(threads)
+
+
+def _finished(sample: "_SampledChunk", people: list[Person]) -> GeneratedChunk:
+    """Return the frames that a chunk yields."""
+    first, stop = sample.chunk.prefix_frames, sample.chunk.stop
+    return GeneratedChunk(
+        first=sample.chunk.first + first,
+        people=tuple(stretch(p, first, stop) for p in people),
+        must_hold=sample.clip.must_hold[first:stop],
+    )
 
 
 @dataclass(frozen=True)
