@@ -86,15 +86,6 @@ class GraspConfig:
         "share",
         "Weight of a hand, which is blended in and out, from which on it is in contact.",
     )
-    palmar_cosine: float = setting(
-        0.35, "cosine", "Cosine of the angle to the palmar direction from which on skin is palmar."
-    )
-    pad_cosine: float = setting(
-        0.5, "cosine", "The same from which on skin of a last phalanx belongs to its pad."
-    )
-    heel: float = setting(
-        0.2, "share", "Part of the way from wrist to middle knuckle at which the palm begins."
-    )
     stride: int = setting(4, "frames", "Interval between key frames.")
     shaping: float = setting(
         14.0,
@@ -141,6 +132,21 @@ class GraspConfig:
 
 
 @dataclass(frozen=True)
+class HandSkinConfig:
+    """Which skin belongs to the palm, to the palmar side of fingers, and to their pads."""
+
+    palmar_cosine: float = setting(
+        0.35, "cosine", "Cosine of the angle to the palmar direction from which on skin is palmar."
+    )
+    pad_cosine: float = setting(
+        0.5, "cosine", "The same from which on skin of a last phalanx belongs to its pad."
+    )
+    heel: float = setting(
+        0.2, "share", "Part of the way from wrist to middle knuckle at which the palm begins."
+    )
+
+
+@dataclass(frozen=True)
 class LimbConfig:
     """How arms and legs are solved onto a target."""
 
@@ -169,6 +175,7 @@ class SoleConfig:
 FINGER_RANGES = FingerRangesConfig()
 GRIP = GripConfig()
 GRASP = GraspConfig()
+HAND_SKIN = HandSkinConfig()
 LIMB = LimbConfig()
 SOLE = SoleConfig()
 
@@ -180,6 +187,7 @@ class BodyConfig:
     finger_ranges: FingerRangesConfig = FINGER_RANGES
     grip: GripConfig = GRIP
     grasp: GraspConfig = GRASP
+    hand_skin: HandSkinConfig = HAND_SKIN
     limb: LimbConfig = LIMB
     sole: SoleConfig = SOLE
     optimisation: OptimisationConfig = OPTIMISATION

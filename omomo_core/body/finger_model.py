@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float, Int
 from torch import Tensor
 from torch.nn.functional import normalize
 
-from omomo_core.body.config import FINGER_RANGES, GRASP
+from omomo_core.body.config import FINGER_RANGES, HAND_SKIN
 from omomo_core.body.hand_skin import HandSkin, hand_skins, palmar_directions
 from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.model import BodyModel
@@ -172,7 +172,7 @@ def _points(
     own = (body.skin_joints[chosen][:, :, None] == bones) * body.skin_weights[chosen][:, :, None]
     own = own.sum(dim=-1)
     shares = torch.cat([1 - own.sum(dim=-1, keepdim=True), own], dim=-1)
-    faces = (normals[chosen] * palmar[side][:, None]).sum(dim=-1) > GRASP.palmar_cosine
+    faces = (normals[chosen] * palmar[side][:, None]).sum(dim=-1) > HAND_SKIN.palmar_cosine
     phalanx = torch.arange(3).repeat_interleave(PER_PHALANX).expand(5, -1)
     return places[chosen], shares, phalanx, faces
 

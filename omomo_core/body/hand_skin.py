@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Int
 from torch import Tensor
 from torch.nn.functional import normalize
 
-from omomo_core.body.config import GRASP
+from omomo_core.body.config import HAND_SKIN
 from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.model import BodyModel
 from omomo_core.body.skinning import vertex_normals
@@ -53,10 +53,10 @@ def _hand_skin(
     along = (body.vertices - body.rest_joints[wrist]) @ knuckle / knuckle.square().sum()
     link = bone - first
     fingers = (link >= 0) & (link < 15)
-    chosen = (fingers | ((bone == wrist) & (along > GRASP.heel))).nonzero()[:, 0]
+    chosen = (fingers | ((bone == wrist) & (along > HAND_SKIN.heel))).nonzero()[:, 0]
     finger = torch.where(fingers, link // 3, PALM)[chosen]
     phalanx = torch.where(fingers, link % 3, 0)[chosen]
-    faces_palm = (normals[chosen] * palmar[side, finger]).sum(dim=-1) > GRASP.pad_cosine
+    faces_palm = (normals[chosen] * palmar[side, finger]).sum(dim=-1) > HAND_SKIN.pad_cosine
     return HandSkin(chosen, finger, phalanx, (finger != PALM) & (phalanx == 2) & faces_palm)
 
 

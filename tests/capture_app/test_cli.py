@@ -212,6 +212,20 @@ def test_render_draws_a_result_again(
     assert_refused(capsys, inputs.folder, ["render", str(inputs.session)], "result-missing")
 
 
+@pytest.mark.runs("run")
+@pytest.mark.runs("render")
+def test_no_marker_hides_the_hands_in_their_view(inputs: Inputs, weights: Path) -> None:
+    assert invoke(arguments(inputs, weights)) == 0
+    small = ["render", str(inputs.output), "--size", "96x64", "--still", "0.1"]
+    pictures: list[bytes] = []
+    for words in ([], ["--no-markers"], ["--view", "hands"], ["--view", "hands", "--no-markers"]):
+        picture = inputs.folder / f"{len(pictures)}.png"
+        assert invoke([*small, *words, "-o", str(picture)]) == 0
+        pictures.append(picture.read_bytes())
+    assert pictures[0] != pictures[1]
+    assert pictures[2] == pictures[3] != pictures[0]
+
+
 @pytest.mark.runs("rerun")
 def test_rerun_makes_the_same_motion(inputs: Inputs, weights: Path) -> None:
     assert invoke(arguments(inputs, weights)) == 0
