@@ -28,7 +28,9 @@ from ingest.scan.clean.save import save_mesh
 from ingest.scan.dense.cloud import cloud
 from ingest.scan.dense.dense import dense_surface
 from ingest.scan.dense.depths import measure_depths
+from ingest.scan.dense.picture import SmallPictures
 from ingest.scan.region.region import aim_at, find_region
+from ingest.scan.silhouettes.silhouettes import WIDTH, find_silhouettes
 from ingest.scan.types import Registered
 from tests.simulator.scan_objects import OBJECTS
 
@@ -77,7 +79,8 @@ def reconstruct(registered: Registered, method: str, name: str, work: Path) -> C
     if method == "poisson":
         vertices, faces = poisson(registered, region, depths.kinds[0], depth=8, trim=5.0)
         return clean(vertices, faces, None, region, name)
-    surface = dense_surface(depths, region)
+    masks = find_silhouettes(SmallPictures(registered.views, WIDTH), depths, region)
+    surface = dense_surface(depths, region, masks=masks)
     return clean(surface.vertices, surface.faces, surface.colours, region, name, seen=surface.seen)
 
 

@@ -20,11 +20,13 @@ from ingest.scan.clean.save import save_mesh
 from ingest.scan.dense.cloud import cloud
 from ingest.scan.dense.dense import DenseSurface, dense_surface
 from ingest.scan.dense.depths import measure_depths
+from ingest.scan.dense.picture import SmallPictures
 from ingest.scan.found import Found, to_height, write_object_model
 from ingest.scan.frames import pick_frames
 from ingest.scan.quality.report import ScanReport, inspect_ready, inspect_scan
 from ingest.scan.ready import ready_mesh
 from ingest.scan.region.region import aim_at, find_region
+from ingest.scan.silhouettes.silhouettes import WIDTH, find_silhouettes
 from ingest.scan.sources.mesh import read_scan_mesh
 from ingest.scan.sources.read import is_mesh, read_source
 from omomo_core.whole_file import write_whole
@@ -76,7 +78,7 @@ def scan_object(request: ScanRequest, progress: Progress) -> ObjectScan:
     Args:
         request: the inputs and options.
         progress: called with each stage ("look", "frames", "features", "compare", "match", "cameras",
-            "board", "stereo", "fusion", "colours", "clean", "report") and how far it is.
+            "board", "stereo", "silhouettes", "fusion", "colours", "clean", "report") and how far it is.
 
     Raises:
         InputError: what was given cannot become a mesh, or the output cannot be written.
@@ -113,7 +115,9 @@ def find_object(request: ScanRequest, clock: Progress) -> Found:
     aim = aim_at(registered.views, request.given_box)
     depths = measure_depths(registered, aim, work, method=request.method, progress=clock)
     region = find_region(registered, request.given_box, cloud(depths, aim))
-    surface = dense_surface(depths, region, progress=clock)
+    pictures = SmallPictures(registered.views, WIDTH)
+    masks = find_silhouettes(pictures, depths, region, progress=clock)
+    surface = dense_surface(depths, region, masks=masks, progress=clock)
     clock("clean", 0.0)
     cleaned = clean(
         surface.vertices,

@@ -1,5 +1,6 @@
 """dense_surface: the closed surface of what is in a region, with its colours."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -8,12 +9,11 @@ from jaxtyping import Bool, Float64, Int64, UInt8
 
 from ingest.scan.dense.colours import coloured
 from ingest.scan.dense.depths import Depths
-from ingest.scan.dense.picture import matrix_for
+from ingest.scan.dense.evidence import SURE, Evidence, Mask, gather
 from ingest.scan.dense.surface import seen_at, solid_surface
-from ingest.scan.dense.volume import Box, Volume
+from ingest.scan.dense.volume import Box
 from ingest.scan.types import Progress, Region, no_progress
 from omomo_core.errors import InputError
-from omomo_core.geometry.transforms import inverse
 
 _VOXELS = 8_000_000
 """About; each needs some 30 bytes."""
@@ -22,8 +22,6 @@ _FINEST, _COARSEST = 0.0025, 0.012
 _BAND = 3.0
 """Voxels, and at least as many metres as follow."""
 _LEAST_BAND = 0.012
-_SURE = 2.0
-"""Views that must have seen a surface before it counts as seen."""
 _FEWEST_FACES = 100
 
 
@@ -46,6 +44,7 @@ def dense_surface(
     depths: Depths,
     region: Region,
     *,
+    masks: Sequence[Mask | None] | None = None,
     voxel: float | None = None,
     progress: Progress = no_progress,
 ) -> DenseSurface:
@@ -54,14 +53,15 @@ def dense_surface(
     Args:
         depths: of the views.
         region: what is measured.
+        masks: silhouettes of the views, of `find_silhouettes`, where they are known.
         voxel: metres between the places that are measured; by default what the memory allows.
         progress: called with the stages "fusion" and "colours".
 
     Raises:
         InputError: "scan-no-surface", or "scan-picture".
     """
-    volume = _filled(depths, region, voxel, progress)
-    vertices, faces = solid_surface(volume)
+    evidence = _evidence(depths, masks, region, voxel, progress)
+    vertices, faces = solid_surface(evidence.field, evidence.box)
     if len(faces) < _FEWEST_FACES:
         raise InputError(
             "scan-no-surface",
@@ -69,25 +69,24 @@ def dense_surface(
             fix="Film it closer and all around, in more light; stick some tape or paper with a "
             "pattern on it if it is plain.",
         )
-    seen = seen_at(vertices, volume, _SURE)
+    seen = seen_at(vertices, evidence.seen, evidence.box, SURE)
     T = region.T_world_floor
     vertices = vertices @ T[:3, :3].T + T[:3, 3]
     progress("colours", 0.0)
     colours = coloured(vertices, faces, depths.pictures, depths.kinds[0])
     progress("colours", 1.0)
-    return DenseSurface(vertices, faces, colours, seen, volume.box.voxel, depths.method)
+    return DenseSurface(vertices, faces, colours, seen, evidence.box.voxel, depths.method)
 
 
-def _filled(depths: Depths, region: Region, voxel: float | None, progress: Progress) -> Volume:
-    """The region as all the views see it."""
+def _evidence(
+    depths: Depths,
+    masks: Sequence[Mask | None] | None,
+    region: Region,
+    voxel: float | None,
+    progress: Progress,
+) -> Evidence:
+    """What all the views say about the region."""
     size = region.high - region.low
     voxel = voxel or float(np.cbrt(np.prod(size) / _VOXELS).clip(_FINEST, _COARSEST))
-    volume = Volume(Box.of(region.low, region.high, voxel), max(_BAND * voxel, _LEAST_BAND))
-    views = depths.pictures.views
-    for index, view in enumerate(views):
-        T_camera_floor = inverse(view.T_world_camera) @ region.T_world_floor
-        for maps in depths.kinds:
-            depth = maps[index]
-            volume.add(depth, matrix_for(view, depth.shape[::-1]), T_camera_floor)
-        progress("fusion", (index + 1) / len(views))
-    return volume
+    box, band = Box.of(region.low, region.high, voxel), max(_BAND * voxel, _LEAST_BAND)
+    return gather(depths, masks or [None] * len(depths.pictures.views), region, box, band, progress)

@@ -5,12 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+import cv2
 import numpy as np
+from jaxtyping import Float32
 
 from ingest.formats.depth_png import load_millimetres
 from ingest.scan.choices import Method
 from ingest.scan.dense.depth_map import DepthMap
-from ingest.scan.dense.picture import SmallPictures
+from ingest.scan.dense.picture import SmallPictures, at_pixels, matrix_for, projected
 from ingest.scan.dense.stereo import stereo_maps
 from ingest.scan.region.aim import Aim
 from ingest.scan.types import Progress, Registered, View, no_progress
@@ -18,6 +20,10 @@ from omomo_core.errors import InputError
 
 _WIDTH = 480
 """Pixels of the pictures that are matched."""
+_MIXED = 0.06
+"""Part of the depth by which neighbouring pixels differ at an edge."""
+_FEWEST = 100
+"""Sparse points with depth that tell how long its metre is."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +64,7 @@ def measure_depths(
     if chosen != "depth":
         kinds.append(stereo_maps(registered, pictures, aim, work, progress))
     if chosen != "stereo":
-        kinds.append([_lidar(view) for view in registered.views])
+        kinds.append(_laid_on(registered, [_lidar(view) for view in registered.views]))
     return Depths(pictures, tuple(kinds), chosen)
 
 
@@ -76,4 +82,34 @@ def _chosen(method: Method, views: Sequence[View]) -> Literal["stereo", "depth",
 
 
 def _lidar(view: View) -> DepthMap:
-    return load_millimetres(view.depth) if view.depth else np.zeros((1, 1), np.float32)
+    """The phone's depth, without the pixels at edges that mix what is before and behind."""
+    if view.depth is None:
+        return np.zeros((1, 1), np.float32)
+    depth = load_millimetres(view.depth)
+    around = np.ones((3, 3), np.uint8)
+    nearest, farthest = cv2.erode(depth, around), cv2.dilate(depth, around)
+    return np.where(farthest - nearest > _MIXED * depth, np.float32(0), depth)
+
+
+def _laid_on(registered: Registered, maps: Sequence[DepthMap]) -> Sequence[DepthMap]:
+    """Depth maps in the length of the cameras' world: a phone's depth may be some percent longer.
+
+    Where both are joined, a difference of sizes doubles every surface.
+    """
+    ratios = [
+        _ratios(registered, index, depth) for index, depth in enumerate(maps) if depth.size > 1
+    ]
+    found = np.concatenate([np.empty(0, np.float32), *ratios])
+    if len(found) < _FEWEST:
+        return maps
+    factor = np.float32(np.median(found))
+    return [depth * factor for depth in maps]
+
+
+def _ratios(registered: Registered, index: int, depth: DepthMap) -> Float32[np.ndarray, " points"]:
+    """Depth of a view's sparse points over what its depth map says."""
+    view = registered.views[index]
+    points = registered.points[registered.observed[registered.observed[:, 1] == index, 0]]
+    u, v, z = projected(points, view.T_world_camera, matrix_for(view, depth.shape[::-1]))
+    shown = at_pixels(depth, u, v, cv2.INTER_NEAREST)
+    return z[shown > 0] / shown[shown > 0]

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, Float64, Int64
 from scipy.ndimage import gaussian_filter1d, map_coordinates
 
-from ingest.scan.dense.volume import Box, Volume
+from ingest.scan.dense.volume import Box
 
 _BLUR = 0.7
 """Voxels; noise of single voxels is no shape."""
@@ -19,10 +19,10 @@ _CORNERS = np.array(
 
 
 def solid_surface(
-    volume: Volume,
+    field: Float32[np.ndarray, "z y x"], box: Box
 ) -> tuple[Float64[np.ndarray, "verts 3"], Int64[np.ndarray, "faces 3"]]:
     """Vertices in the floor's frame (metres) and faces, cut and closed at the floor; maybe none."""
-    field = _blurred(volume.field())
+    field = _blurred(field)
     field[:, [0, -1]] = field[:, :, [0, -1]] = 1.0
     field[-1] = 1.0
     # One slice more, of air, right below the floor.
@@ -32,7 +32,7 @@ def solid_surface(
         return np.empty((0, 3)), np.empty((0, 3), np.int64)
     corners = np.ravel_multi_index(tuple((cells[:, None] + _CORNERS).reshape(-1, 3).T), field.shape)
     used, cubes = np.unique(corners, return_inverse=True)
-    places = _places(np.stack(np.unravel_index(used, field.shape), axis=1), volume.box)
+    places = _places(np.stack(np.unravel_index(used, field.shape), axis=1), box)
     values = field.reshape(-1)[used].astype(np.float64)
     vertices, faces, _ = igl.marching_cubes(values, places, cubes.reshape(-1, 8).astype(np.int64))
     return np.asarray(vertices, np.float64), np.asarray(faces, np.int64)
@@ -62,9 +62,12 @@ def _places(grid: Int64[np.ndarray, "points 3"], box: Box) -> Float64[np.ndarray
 
 
 def seen_at(
-    vertices: Float64[np.ndarray, "verts 3"], volume: Volume, fewest: float
+    vertices: Float64[np.ndarray, "verts 3"],
+    seen: Float32[np.ndarray, "z y x"],
+    box: Box,
+    fewest: float,
 ) -> Bool[np.ndarray, " verts"]:
     """Which vertices lie where at least `fewest` views saw a surface."""
-    grid = (vertices - volume.box.low) / volume.box.voxel
-    found = map_coordinates(volume.seen(), grid[:, ::-1].T, order=1, mode="nearest")
+    grid = (vertices - box.low) / box.voxel
+    found = map_coordinates(seen, grid[:, ::-1].T, order=1, mode="nearest")
     return np.asarray(found) >= fewest

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, Float64
+from jaxtyping import Bool, Float32, Float64
 
 from ingest.scan.dense.depth_map import DepthMap, pixel_rays
 
@@ -25,6 +25,9 @@ _SUNK = 0.03
 """Metres below the floor where views of it are said to end, so that all above it is empty."""
 _RIM = 2
 """Voxels around the box."""
+
+
+Grid = Float32[np.ndarray, "z y x"]
 
 
 @dataclass(frozen=True)
@@ -98,21 +101,50 @@ class Volume:
         self._surface[index] += trust
         self._free[index] += known & (beyond >= 1)
 
-    def field(self) -> Float32[np.ndarray, "z y x"]:
-        """Below 0 in what is solid, above it in what is empty; about distances in bands."""
-        free = np.float32(_FREE) * self._free
-        weight = self._surface + free
-        field = (self._distance + free) / np.maximum(weight, np.float32(1e-6))
-        unseen = (self._surface < _SEEN) & (self._free < _EMPTY)
-        field[unseen] = -1.0
-        # No view tells a floor from what is just above it: what stands there goes straight down.
-        grounded = int(np.ceil(_FLOOR / self.box.voxel))
-        field[:grounded] = field[min(grounded, len(field) - 1)]
+    def field(self, free: Grid | None = None) -> Grid:
+        """Below 0 in what is solid or unseen, above it in what is empty; about distances in bands.
+
+        Args:
+            free: how many views see through each place, where that is judged anew.
+        """
+        free = self._free if free is None else free
+        through = np.float32(_FREE) * free
+        weight = self._surface + through
+        field = (self._distance + through) / np.maximum(weight, np.float32(1e-6))
+        field[self.unseen(free)] = -1.0
         return field
 
-    def seen(self) -> Float32[np.ndarray, "z y x"]:
+    def unseen(self, free: Grid | None = None) -> Bool[np.ndarray, "z y x"]:
+        """Places that too few views say anything about; `free` as in `field`."""
+        return (self._surface < _SEEN) & ((self._free if free is None else free) < _EMPTY)
+
+    def free(self) -> Grid:
+        """How many views see through each place."""
+        return self._free
+
+    @property
+    def band(self) -> float:
+        """Metres in front of a surface and behind it that its depth speaks of."""
+        return self._band
+
+    def seen(self) -> Grid:
         """How many views saw a surface at each place."""
         return self._surface
+
+
+def grounded(field: Grid, box: Box, foot: float = 0.0) -> Grid:
+    """The field in which what stands just above the floor goes straight down.
+
+    No view tells a floor from what is just above it.
+
+    Args:
+        field, box: of the region.
+        foot: metres above the floor from which on what is solid goes down to it as well.
+    """
+    low, high = (min(int(np.ceil(z / box.voxel)), len(field) - 1) for z in (_FLOOR, foot))
+    field[:low] = field[low]
+    field[:high] = np.minimum(field[:high], field[high])
+    return field
 
 
 def _sunk(

@@ -20,7 +20,7 @@ from ingest.scan.dense.depths import measure_depths
 from ingest.scan.dense.picture import SmallPictures, at_pixels, matrix_for
 from ingest.scan.dense.stereo import depth_range, neighbours
 from ingest.scan.dense.surface import seen_at, solid_surface
-from ingest.scan.dense.volume import Box, Volume
+from ingest.scan.dense.volume import Box, Volume, grounded
 from ingest.scan.region.aim import Aim
 from ingest.scan.types import Region
 from omomo_core.errors import InputError
@@ -248,14 +248,14 @@ def ball():
 
 
 def test_a_volume_has_the_shape_and_stands_flat_on_the_floor(ball):
-    vertices, faces = solid_surface(ball)
+    vertices, faces = solid_surface(grounded(ball.field(), ball.box), ball.box)
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     assert mesh.is_watertight
     assert mesh.volume == pytest.approx(2 / 3 * np.pi * 0.15**3, rel=0.05)
     above = vertices[vertices[:, 2] > 0.012]
     assert np.abs(np.linalg.norm(above, axis=1) - 0.15).max() < 0.008
     assert vertices[:, 2].min() == pytest.approx(0.0, abs=1e-5)
-    assert seen_at(above, ball, 2.0).mean() > 0.95
+    assert seen_at(above, ball.seen(), ball.box, 2.0).mean() > 0.95
 
 
 def test_intrinsics_follow_the_size_of_the_picture(filmed):

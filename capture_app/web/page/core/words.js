@@ -102,6 +102,7 @@ export const STAGES = {
   match: "Matching pictures",
   cameras: "Working out where the camera was",
   stereo: "Measuring the surface",
+  silhouettes: "Finding its outlines",
   fusion: "Joining the surface",
   colours: "Colouring it",
   clean: "Cutting out the object",
@@ -112,7 +113,7 @@ export const STAGES = {
  *  @param {string} kind */
 export function stagesOf(kind) {
   const run = ["read", "object", "hands", "contact", "body", "solve", "export"];
-  const scan = ["look", "frames", "features", "match", "cameras", "stereo", "fusion", "clean"];
+  const scan = ["look", "frames", "features", "match", "cameras", "stereo", "silhouettes", "fusion", "clean"];
   /** @type {Record<string, string[]>} */
   const all = { run, resolve: ["read", "solve", "export"], scan };
   return all[kind] ?? [];

@@ -1,0 +1,167 @@
+"""Evidence: what depth and silhouettes together say about every place around an object."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float32, Float64, UInt8
+from scipy.ndimage import binary_dilation, distance_transform_edt, uniform_filter
+
+from ingest.scan.dense.depth_map import DepthMap, pixel_rays
+from ingest.scan.dense.depths import Depths
+from ingest.scan.dense.hull import Hull
+from ingest.scan.dense.openness import open_places
+from ingest.scan.dense.picture import matrix_for
+from ingest.scan.dense.volume import Box, Volume, grounded
+from ingest.scan.types import Progress, Region
+from omomo_core.geometry.transforms import inverse
+
+SURE = 2.0
+"""Views that must have seen a surface before it counts as seen."""
+_LOW = 0.015
+"""Metres above the floor below which depth in a silhouette is the floor's."""
+_THROUGH = 0.5
+"""Pictures that must back a place for each that sees through it."""
+_BAR = 0.025
+"""Metres: thinner parts have no depth that can be trusted, and silhouettes bound them."""
+_HALF = 0.5
+"""Part of the pictures that may see through a thin part."""
+_SHOWN = 0.2
+"""Part of the pictures that see it, of those and the others that see something before it."""
+_FOOT = 0.045
+"""Metres above the floor where feet begin to look like the floor on which they always stand."""
+_OUTLINE = 1.5
+"""Voxels from the outline in which a backed place is shown by it."""
+
+Mask = UInt8[np.ndarray, "h w"]
+Grid = Float32[np.ndarray, "z y x"]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """A field of the region, and how often its surface was seen."""
+
+    box: Box
+    field: Grid
+    """Below 0 in what is solid, above it in what is empty."""
+    seen: Grid
+    """Views that show a surface at each place, by depth or by outline."""
+
+
+def gather(
+    depths: Depths,
+    masks: Sequence[Mask | None],
+    region: Region,
+    box: Box,
+    band: float,
+    progress: Progress,
+) -> Evidence:
+    """Join depth maps and silhouettes.
+
+    Args:
+        depths: of the views.
+        masks: silhouettes of the same views, where they are known.
+        region, box: where, and in which voxels.
+        band: metres in front of a surface and behind it that its depth speaks of.
+        progress: called with the stage "fusion".
+    """
+    volume = Volume(box, band)
+    hull = Hull(box, sum(mask is not None for mask in masks))
+    views = depths.pictures.views
+    for index, (view, mask) in enumerate(zip(views, masks, strict=True)):
+        T = inverse(view.T_world_camera) @ region.T_world_floor
+        maps = [kind[index] for kind in depths.kinds]
+        if mask is not None:
+            matrix = matrix_for(view, mask.shape[::-1])
+            maps = [_own(depth, mask, matrix, T, region) for depth in maps]
+            hull.add(mask, _nearest(maps, mask), matrix, T)
+        for depth in maps:
+            volume.add(depth, matrix_for(view, depth.shape[::-1]), T)
+        progress("fusion", (index + 1) / len(views))
+    if not any(mask is not None for mask in masks):
+        return Evidence(box, grounded(volume.field(), box), volume.seen())
+    return _joined(volume, hull)
+
+
+def _joined(volume: Volume, hull: Hull) -> Evidence:
+    """Solid is what depth and silhouettes both allow; what depth does not know, silhouettes decide."""
+    box, outside = volume.box, hull.outside()
+    rim = (outside / np.float32(volume.band)).clip(-1, 1)
+    seen = volume.seen()
+    # Who sees the background through a place where others see a surface has missed a thin part.
+    free = np.maximum(volume.free() - seen - hull.backing(), np.float32(0))
+    field, unseen = volume.field(free), volume.unseen(free)
+    backed = _most(hull.backed(_THROUGH * volume.free()) | _thin(volume, hull))
+    surface = (seen >= SURE) & (np.abs(field) < 1) & (outside < box.voxel)
+    hidden = unseen & (outside < 0) & ~backed
+    field[open_places(hidden, surface | backed, box.voxel)] = 1.0
+    field[backed] = np.minimum(field[backed], rim[backed])
+    np.maximum(field, rim, out=field)
+    near = binary_dilation(backed, iterations=2) & (np.abs(outside) < _OUTLINE * box.voxel)
+    seen = np.where(near, np.maximum(seen, np.float32(SURE)), seen)
+    return Evidence(box, grounded(field, box, _FOOT), seen)
+
+
+def _most(places: Bool[np.ndarray, "z y x"]) -> Bool[np.ndarray, "z y x"]:
+    """Places with most of those around them: single ones are noise."""
+    return places & (uniform_filter(places.astype(np.float32), 3, mode="nearest") > 0.5)
+
+
+def _thin(volume: Volume, hull: Hull) -> Bool[np.ndarray, "z y x"]:
+    """Parts of the hull too thin for depth, which enough pictures show with nothing before them."""
+    seen, free = volume.seen(), volume.free()
+    shown = seen + hull.backing()
+    asked = shown + hull.hidden()
+    return (
+        thin_parts(hull.outside() < 0, volume.box.voxel, _BAR)
+        & (free < _HALF * (free + asked))
+        & (shown >= _SHOWN * asked)
+    )
+
+
+def thin_parts(
+    inside: Bool[np.ndarray, "z y x"], voxel: float, radius: float
+) -> Bool[np.ndarray, "z y x"]:
+    """Places of a solid into which no ball of the radius fits that stays inside of it.
+
+    Args:
+        inside: the solid.
+        voxel, radius: metres.
+    """
+    step = 2 if voxel < radius / 4 else 1
+    coarse = np.pad(inside[::step, ::step, ::step], 1)
+    # The floor below does not end a solid that stands on it.
+    coarse[0] = coarse[1]
+    core = distance_transform_edt(coarse) * (step * voxel) >= radius
+    thick = distance_transform_edt(~core) * (step * voxel) <= radius
+    found = coarse & ~thick
+    for axis in range(3):
+        found = np.repeat(found.take(range(1, found.shape[axis] - 1), axis), step, axis)
+    z, y, x = inside.shape
+    return found[:z, :y, :x] & inside
+
+
+def _own(
+    depth: DepthMap,
+    mask: Mask,
+    matrix: Float64[np.ndarray, "3 3"],
+    T_camera_floor: Float64[np.ndarray, "4 4"],
+    region: Region,
+) -> DepthMap:
+    """Depth of the mask's size, without what it says of the background where that shows the object."""
+    large = cv2.resize(depth, mask.shape[::-1], interpolation=cv2.INTER_NEAREST)
+    T = inverse(T_camera_floor).astype(np.float32)
+    places = (pixel_rays(large.shape, matrix) * large[..., None]) @ T[:3, :3].T + T[:3, 3]
+    low = region.low + np.array([0.0, 0.0, _LOW])
+    there = ((places > low) & (places < region.high)).all(axis=-1)
+    return np.where((mask > 0) & ~there, np.float32(0), large)
+
+
+def _nearest(maps: Sequence[DepthMap], mask: Mask) -> DepthMap:
+    """The nearest depth of all that are known in each pixel of a mask; 0 where none is."""
+    nearest = np.full(mask.shape, np.inf, np.float32)
+    for depth in maps:
+        np.minimum(nearest, np.where(depth > 0, depth, np.inf), out=nearest)
+    known: Bool[np.ndarray, "h w"] = np.isfinite(nearest) & (mask > 0)
+    return np.where(known, nearest, 0).astype(np.float32)

@@ -1,0 +1,117 @@
+"""Hull: what silhouettes say about every place around an object, for and against it.
+
+A place that some pictures show beside the silhouette is empty, with the distance to the outline as a
+signed distance (Laurentini 1994; the second or third largest over the pictures, as single masks err).
+A place that pictures show inside the silhouette where no depth is known is backed by them: thin and
+dark parts have no depth.
+"""
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float32, Float64, UInt8
+
+from ingest.scan.dense.depth_map import DepthMap
+from ingest.scan.dense.volume import Box
+
+_INWARD = 0.5
+"""Pixels by which outlines lie too far inside: the most eager of many pictures counts."""
+_FAR = 12.0
+"""Pixels from the outline beyond which distances are not told apart."""
+_OUTVOTED = 20, 8
+"""Pictures from which on the two, or the one, that say most firmly that a place is empty are ignored."""
+_BACKED, _BACKED_SHARE = 4, 0.25
+"""Pictures that must back a place, and their part of those that do or see something before it."""
+_BEFORE = 0.02
+"""Metres before a place where depth hides it."""
+_UNKNOWN = np.float32(-1.0)
+"""Metres: inside, for places that a picture does not show."""
+
+
+class Hull:
+    """Sums over silhouettes, one slice above the other."""
+
+    def __init__(self, box: Box, pictures: int) -> None:
+        """Nothing is said yet.
+
+        Args:
+            box: where it is.
+            pictures: that will be added.
+        """
+        self.box = box
+        self._ignored = sum(pictures >= least for least in _OUTVOTED)
+        levels = self._ignored + 1
+        self._outside = np.full((levels, *box.shape), _UNKNOWN, np.float32)
+        self._backing = np.zeros(box.shape, np.uint8)
+        self._hidden = np.zeros(box.shape, np.uint8)
+
+    def add(
+        self,
+        mask: UInt8[np.ndarray, "h w"],
+        depth: DepthMap,
+        matrix: Float64[np.ndarray, "3 3"],
+        T_camera_floor: Float64[np.ndarray, "4 4"],
+    ) -> None:
+        """Add one more silhouette.
+
+        Args:
+            mask: 1 where the picture shows the object.
+            depth: of the same size; 0 where the object's is unknown.
+            matrix, T_camera_floor: of the picture.
+        """
+        outline = outline_distance(mask)
+        P = matrix @ T_camera_floor[:3]
+        step = (P[:, :3] * self.box.voxel).astype(np.float32)
+        start = (P[:, :3] @ self.box.low + P[:, 3]).astype(np.float32)
+        _, rows, columns = self.box.shape
+        x, y = np.arange(columns, dtype=np.float32), np.arange(rows, dtype=np.float32)[:, None]
+        level = [step[k, 0] * x + step[k, 1] * y + start[k] for k in range(3)]
+        for index in range(self.box.shape[0]):
+            u, v, z = (level[k] + step[k, 2] * np.float32(index) for k in range(3))
+            ahead = np.maximum(z, np.float32(1e-3))
+            u, v = u / ahead, v / ahead
+            beside = cv2.remap(outline, u, v, cv2.INTER_LINEAR, borderValue=-1e6)
+            known = (z > 0) & (beside > -1e3)
+            metres = np.where(known, beside * z / np.float32(matrix[0, 0]), _UNKNOWN)
+            self._rank(index, metres)
+            shown = cv2.remap(depth, u, v, cv2.INTER_NEAREST, borderValue=0)
+            inside = known & (beside < -_INWARD)
+            self._backing[index] += inside & (shown == 0)
+            self._hidden[index] += inside & (shown > 0) & (shown < z - _BEFORE)
+
+    def _rank(self, index: int, metres: Float32[np.ndarray, "y x"]) -> None:
+        """Keep the largest distances of each place, in falling order."""
+        for largest in self._outside[:, index]:
+            smaller = np.minimum(largest, metres)
+            np.maximum(largest, metres, out=largest)
+            metres = smaller
+
+    def outside(self) -> Float32[np.ndarray, "z y x"]:
+        """Metres by which a place lies outside of the silhouettes, below 0 inside."""
+        return self._outside[self._ignored]
+
+    def backing(self) -> Float32[np.ndarray, "z y x"]:
+        """Pictures that show the object at a place without knowing its depth."""
+        return self._backing.astype(np.float32)
+
+    def hidden(self) -> Float32[np.ndarray, "z y x"]:
+        """Pictures that see something before a place."""
+        return self._hidden.astype(np.float32)
+
+    def backed(self, against: Float32[np.ndarray, "z y x"]) -> Bool[np.ndarray, "z y x"]:
+        """Places where pictures show the object without knowing its depth.
+
+        Args:
+            against: as many of them must back a place, e.g. for those that see through it.
+        """
+        backing, hidden = self.backing(), self.hidden()
+        enough = (backing >= _BACKED) & (backing >= _BACKED_SHARE * (backing + hidden))
+        return enough & (backing >= against) & (self.outside() < 0)
+
+
+def outline_distance(mask: UInt8[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
+    """Pixels from the outline of a mask, positive outside of it."""
+    away = cv2.distanceTransform(1 - mask, cv2.DIST_L2, 5)
+    into = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
+    # Pixel centres on both sides of the outline lie half a pixel from it.
+    distance = np.where(mask > 0, 0.5 - into, away - 0.5) - _INWARD
+    return distance.clip(-_FAR, _FAR).astype(np.float32)
