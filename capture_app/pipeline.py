@@ -8,6 +8,7 @@ import numpy as np
 
 from capture_app.commands.run import RunRequest
 from capture_app.generated_sample import GeneratedSample
+from capture_app.invented_surface import invented_notes
 from capture_app.manifest import MOTION, Manifest
 from capture_app.manifest_builder import run_manifest
 from capture_app.prepare import PreparedTake, prepare_take
@@ -18,6 +19,7 @@ from capture_app.staged_result import StagedResult, run_stages
 from omomo_core.body.model import BodyModel
 from omomo_core.generation.conditioning import Conditioning
 from omomo_core.generation.generator import generate
+from omomo_core.generation.person import Person
 from omomo_core.motion import ObjectMotion
 
 
@@ -95,9 +97,14 @@ class StagedRun(StagedResult[RunRequest]):
                 generated.people[generated.chosen],
                 generated.chosen,
                 generated.scores,
-                generated.notes,
+                (*generated.notes, *self._invented(generated.people[generated.chosen])),
             )
         )
+
+    def _invented(self, person: Person) -> tuple[str, ...]:
+        """What to tell of hands on surface that no picture of the object's scan shows."""
+        scale = self.request.mesh_scale * self.prepared.mount.object_scale
+        return invented_notes(self.request.object, scale, person.segments)
 
     @property
     def inputs(self) -> Mapping[str, Path]:

@@ -8,7 +8,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat,
 from capture_app.commands.inputs import FromLibrary, LogFormat, OptionName, ShortText
 from capture_app.commands.request import ItemRequest, place_of
 from capture_app.commands.text_values import read_box
-from ingest.scan.choices import PICTURES, VERTICES, Method, Unit
+from ingest.scan.choices import PICTURES, VERTICES, Method, Symmetry, Unit
 
 if TYPE_CHECKING:
     from ingest.scan.cameras.options import CameraOptions
@@ -79,6 +79,14 @@ class ScanOptions(BaseModel):
             title="Measure the surface by",
             description="Measure the surface by matching pictures (stereo), by the phone's LiDAR "
             "(depth), or by both; auto takes all there is.",
+        ),
+    ] = "auto"
+    symmetry: Annotated[
+        Symmetry,
+        Field(
+            title="Mirror symmetry",
+            description="Let one half of a symmetric object show what the other hides: auto does so "
+            "where the film does not go all around.",
         ),
     ] = "auto"
     vertices: Annotated[

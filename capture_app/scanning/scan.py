@@ -23,6 +23,7 @@ from ingest.scan.dense.depths import measure_depths
 from ingest.scan.dense.picture import SmallPictures
 from ingest.scan.found import Found, to_height, write_object_model
 from ingest.scan.frames import pick_frames
+from ingest.scan.quality.coverage import one_sided
 from ingest.scan.quality.report import ScanReport, inspect_ready, inspect_scan
 from ingest.scan.ready import ready_mesh
 from ingest.scan.region.region import aim_at, find_region
@@ -117,7 +118,10 @@ def find_object(request: ScanRequest, clock: Progress) -> Found:
     region = find_region(registered, request.given_box, cloud(depths, aim))
     pictures = SmallPictures(registered.views, WIDTH)
     masks = find_silhouettes(pictures, depths, region, progress=clock)
-    surface = dense_surface(depths, region, masks=masks, progress=clock)
+    mirrored = request.symmetry == "on" or (
+        request.symmetry == "auto" and one_sided(registered.views, region)
+    )
+    surface = dense_surface(depths, region, masks=masks, symmetry=mirrored, progress=clock)
     clock("clean", 0.0)
     cleaned = clean(
         surface.vertices,
@@ -129,7 +133,16 @@ def find_object(request: ScanRequest, clock: Progress) -> Found:
         most=request.vertices,
     )
     clock("clean", 1.0)
-    found = Found(picked, registered, region, cleaned, surface.voxel, surface.method, _cut(surface))
+    found = Found(
+        picked,
+        registered,
+        region,
+        cleaned,
+        surface.voxel,
+        surface.method,
+        _cut(surface),
+        surface.mirror,
+    )
     return to_height(found, request.cameras.height)
 
 

@@ -4,6 +4,8 @@ from typing import Literal
 
 Method = Literal["auto", "stereo", "depth", "both"]
 """The surface is measured by matching pictures (stereo), by LiDAR (depth), by both, or by all there is."""
+Symmetry = Literal["auto", "on", "off"]
+"""Whether one half of a symmetric object may show what the other hides; auto: where no picture does."""
 Unit = Literal["m", "cm", "mm", "in", "ft"]
 """Of a mesh that another app made."""
 PICTURES = 80

@@ -11,6 +11,7 @@ from ingest.colmap_files import read_model
 from ingest.scan.cameras.metric import Similarity
 from ingest.scan.cameras.reconstruction import laid
 from ingest.scan.clean.clean import CleanMesh
+from ingest.scan.dense.symmetry import Mirror
 from ingest.scan.types import Frames, Region, Registered, ScanMesh
 from omomo_core.geometry.transforms import inverse
 
@@ -29,6 +30,8 @@ class Found:
     """Of the dense stage: "stereo", "depth" or "both"."""
     pieces_cut: float = 0.0
     """Area of what stood in the region and is not the object, as a part of all."""
+    mirror: Mirror | None = None
+    """The plane of symmetry by which one half of the object shows what the other hides."""
     stretched: float = 1.0
     """What everything was multiplied with in the end; the model in the work folder was not."""
 
@@ -62,6 +65,7 @@ def to_height(found: Found, height: float | None) -> Found:
         ),
         cleaned=_larger(found.cleaned, factor),
         voxel=voxel,
+        mirror=None if found.mirror is None else found.mirror.larger(factor),
         stretched=factor,
     )
 

@@ -116,7 +116,7 @@ class Scale:
 
     sigma: float
     """One standard deviation, as a part."""
-    by: Literal["arkit", "board", "length", "given", "height"]
+    by: Literal["arkit", "depth", "board", "length", "given", "height"]
     """"height": not known before the object is cut out; it is to be scaled to its height then."""
     description: str
     """For people, e.g. "the phone's poses (78 pictures)"."""

@@ -11,7 +11,7 @@ from uuid import uuid4
 
 import numpy as np
 
-VERSION = "1"
+VERSION = "2"
 """Of what the stages write; raised when they write something else."""
 
 

@@ -28,6 +28,10 @@ _DIFFERENT = 0.02
 """Part by which two scales differ that do not agree."""
 _FEWEST = 100
 """Points with a depth."""
+_APART = 0.015
+"""Part by which a phone's depth and poses differ about the metre when one of them is wrong."""
+_DEPTH_SIGMA = 0.01
+"""Standard deviation of the length of LiDAR's metre, as a part."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +82,7 @@ def place(
     if options.board is not None or options.length is not None:
         return _measured(model, names, frames, options, placed, up, straightened, progress)
     if placed is not None:
-        return ModelPlacement(placed, up)
+        return _in_metres_of_depth(model, frames, placed, up)
     T = poses_of(model, names)
     distance = np.median(np.linalg.norm(T[:, :3, 3] - looked_at(T), axis=1))
     # Depth maps join in what follows only if the metre is theirs meanwhile.
@@ -95,6 +99,26 @@ def _by_phone(
     similarity = to_phone(T, poses_of(model, known))
     laid(model, similarity)
     return Scale(similarity.sigma, "arkit", f"the phone's poses ({len(known)} pictures)")
+
+
+def _in_metres_of_depth(
+    model: pycolmap.Reconstruction, frames: Mapping[str, Frame], by_poses: Scale, up: Up
+) -> ModelPlacement:
+    """The phone's metre; that of its depth where its poses clearly differ, as a short film's may.
+
+    LiDAR measures each length by itself; the metre of poses is integrated from accelerations.
+    """
+    factor = _depth_scale(model, frames)
+    if factor is None or abs(factor - 1) < _APART:
+        return ModelPlacement(by_poses, up)
+    laid(model, Similarity(factor, np.eye(3), np.zeros(3)))
+    message = (
+        f"The metre of the phone's depth is {factor:.3f} times as long as that of its poses; the "
+        "first is taken, as the app does for its own mesh."
+    )
+    fix = "Measure the object's height, and give it or lay a board beside it if it matters."
+    note = Check("metre", "warn", message, None, fix)
+    return ModelPlacement(Scale(_DEPTH_SIGMA, "depth", "the phone's depth"), up, (note,))
 
 
 def _measured(

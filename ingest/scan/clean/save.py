@@ -11,6 +11,8 @@ from ingest.scan.clean.clean import CleanMesh
 from omomo_core.errors import InputError
 from omomo_core.whole_file import whole_file
 
+INVENTED = "_INVENTED"
+"""Vertex attribute: 1 where no picture shows the surface and it only closes what was seen."""
 FORMATS = (".glb", ".ply", ".obj")
 
 
@@ -38,10 +40,12 @@ def save_mesh(clean: CleanMesh, path: Path) -> None:
 
 def _trimesh(clean: CleanMesh, turn: Float64[np.ndarray, "3 3"]) -> trimesh.Trimesh:
     mesh = clean.mesh
-    return trimesh.Trimesh(
+    made = trimesh.Trimesh(
         mesh.vertices @ turn,
         mesh.faces,
         vertex_normals=clean.normals @ turn,
         vertex_colors=mesh.colours,
         process=False,
     )
+    made.vertex_attributes[INVENTED] = (~clean.seen).astype(np.float32)
+    return made

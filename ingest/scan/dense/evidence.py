@@ -31,6 +31,8 @@ _SHOWN = 0.2
 """Part of the pictures that see it, of those and the others that see something before it."""
 _FOOT = 0.045
 """Metres above the floor where feet begin to look like the floor on which they always stand."""
+_ASYMMETRY = 0.01
+"""Metres by which the halves of a symmetric object differ."""
 _OUTLINE = 1.5
 """Voxels from the outline in which a backed place is shown by it."""
 
@@ -56,6 +58,7 @@ def gather(
     box: Box,
     band: float,
     progress: Progress,
+    mirror: Float64[np.ndarray, "4 4"] | None = None,
 ) -> Evidence:
     """Join depth maps and silhouettes.
 
@@ -65,9 +68,12 @@ def gather(
         region, box: where, and in which voxels.
         band: metres in front of a surface and behind it that its depth speaks of.
         progress: called with the stage "fusion".
+        mirror: reflection at the object's plane of symmetry; every view then counts as another one
+            of the mirrored object too.
     """
     volume = Volume(box, band)
     hull = Hull(box, sum(mask is not None for mask in masks))
+    ways = [(np.eye(4), 0.0)] if mirror is None else [(np.eye(4), 0.0), (mirror, _ASYMMETRY)]
     views = depths.pictures.views
     for index, (view, mask) in enumerate(zip(views, masks, strict=True)):
         T = inverse(view.T_world_camera) @ region.T_world_floor
@@ -75,9 +81,11 @@ def gather(
         if mask is not None:
             matrix = matrix_for(view, mask.shape[::-1])
             maps = [_own(depth, mask, matrix, T, region) for depth in maps]
-            hull.add(mask, _nearest(maps, mask), matrix, T)
+            for way, doubt in ways:
+                hull.add(mask, _nearest(maps, mask), matrix, T @ way, doubt)
         for depth in maps:
-            volume.add(depth, matrix_for(view, depth.shape[::-1]), T)
+            for way, _ in ways:
+                volume.add(depth, matrix_for(view, depth.shape[::-1]), T @ way)
         progress("fusion", (index + 1) / len(views))
     if not any(mask is not None for mask in masks):
         return Evidence(box, grounded(volume.field(), box), volume.seen())

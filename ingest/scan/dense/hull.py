@@ -50,6 +50,7 @@ class Hull:
         depth: DepthMap,
         matrix: Float64[np.ndarray, "3 3"],
         T_camera_floor: Float64[np.ndarray, "4 4"],
+        doubt: float = 0.0,
     ) -> None:
         """Add one more silhouette.
 
@@ -57,6 +58,7 @@ class Hull:
             mask: 1 where the picture shows the object.
             depth: of the same size; 0 where the object's is unknown.
             matrix, T_camera_floor: of the picture.
+            doubt: metres by which what it says to be empty begins farther out.
         """
         outline = outline_distance(mask)
         P = matrix @ T_camera_floor[:3]
@@ -71,7 +73,9 @@ class Hull:
             u, v = u / ahead, v / ahead
             beside = cv2.remap(outline, u, v, cv2.INTER_LINEAR, borderValue=-1e6)
             known = (z > 0) & (beside > -1e3)
-            metres = np.where(known, beside * z / np.float32(matrix[0, 0]), _UNKNOWN)
+            metres = np.where(
+                known, beside * z / np.float32(matrix[0, 0]) - np.float32(doubt), _UNKNOWN
+            )
             self._rank(index, metres)
             shown = cv2.remap(depth, u, v, cv2.INTER_NEAREST, borderValue=0)
             inside = known & (beside < -_INWARD)

@@ -1,5 +1,6 @@
 """coverage: from which directions the pictures show the object, and from which none does."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,7 +8,7 @@ from jaxtyping import Float64
 
 from ingest.report.check import Check, graded
 from ingest.scan.found import Found
-from ingest.scan.types import View
+from ingest.scan.types import Region, View
 from omomo_core.geometry.transforms import inverse
 
 AROUND = "all around"
@@ -41,13 +42,20 @@ class Coverage:
 
 
 def coverage_of(found: Found) -> Coverage:
-    """Where the pictures are taken from, seen from the middle of the object."""
+    """Where the pictures are taken from, seen from the middle of the object.
+
+    Pictures of a symmetric object show it from the other side too.
+    """
     T = inverse(found.cleaned.T_world_object)
     vertices = found.cleaned.mesh.vertices
     middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
     R, t = found.cleaned.T_world_object[:3, :3], found.cleaned.T_world_object[:3, 3]
     shown = [view for view in found.registered.views if _shows(view, R @ middle + t)]
     eyes = np.array([view.T_world_camera[:3, 3] for view in shown]).reshape(-1, 3)
+    if found.mirror is not None:
+        floor = found.region.T_world_floor
+        T_mirror = floor @ found.mirror.reflection @ inverse(floor)
+        eyes = np.concatenate([eyes, eyes @ T_mirror[:3, :3].T + T_mirror[:3, 3]])
     x, y, z = (eyes @ T[:3, :3].T + T[:3, 3] - middle).T
     azimuth = np.degrees(np.arctan2(y, x))
     first = azimuth[0] if len(azimuth) else 0.0
@@ -90,3 +98,13 @@ def _heights(coverage: Coverage) -> Check:
     fixes = ["Film a round from higher, looking down on it."] * (high < _HIGH)
     fixes += ["Film a round from lower, at the level of its middle."] * (low > _LOW)
     return graded("heights", "warn" if fixes else "ok", message, " ".join(fixes))
+
+
+def one_sided(views: Sequence[View], region: Region) -> bool:
+    """Whether a wide stretch of the circle around the region is not filmed from."""
+    T = inverse(region.T_world_floor)
+    middle = (region.low + region.high) / 2
+    eyes = np.array([view.T_world_camera[:3, 3] for view in views])
+    x, y, z = (eyes @ T[:3, :3].T + T[:3, 3] - middle).T
+    around = Coverage(np.degrees(np.arctan2(y, x)), np.zeros(len(x)), np.hypot(np.hypot(x, y), z))
+    return around.gap[1] > _GAP_WARN

@@ -73,6 +73,7 @@ def inspect_scan(found: Found) -> ScanReport:
         *(note for note in found.registered.notes if note.name != "registered"),
         _reprojection(found),
         *around,
+        *_mirrored(found),
         _scale(found, cut),
         _texture_check(found),
         *found.region.notes,
@@ -133,6 +134,18 @@ def _scale_of_a_part(found: Found) -> Check:
         return Check("scale", "bad", message + "nothing is known about the object's size.")
     message = f"The metre comes from {scale.description}, but the size is that of what was filmed: how large "
     return Check("scale", "bad", message + "the object is, is not known.")
+
+
+def _mirrored(found: Found) -> tuple[Check, ...]:
+    """That one half of the object stands for the other, where it does."""
+    if found.mirror is None:
+        return ()
+    message = (
+        "The object is symmetric, and the film does not go around it: what one half hides is the "
+        f"mirror image of the other ({found.mirror.support:.0%} of what was seen was seen on both)."
+    )
+    fix = "Film all around, or turn it off (--symmetry off) if the halves differ."
+    return (Check("symmetry", "warn", message, None, fix),)
 
 
 def _pieces(found: Found) -> Check:

@@ -31,6 +31,8 @@ _NOISE = np.array([8.0, 3.0, 3.0], np.float32)
 """Of lightness and the two colours (8-bit L*a*b*) from picture to picture, at least."""
 _SOFT = 1.0
 """Pixels of the blur under which pictures are compared."""
+_AROUND, _ODD = 25, 3.0
+"""Cells around a place of the floor, and standard deviations from what they show."""
 _FLAT = -0.05
 """Rays that fall less steeply than this see too much floor in a pixel."""
 
@@ -52,10 +54,20 @@ class FloorLook:
     shift: Float32[np.ndarray, "views 3"]
     """How much brighter and more coloured each picture is than the map."""
 
+    def imprint(self) -> Bool[np.ndarray, "y x"]:
+        """Places unlike the floor around them: what never leaves them, such as feet, looks like floor."""
+        usual = cv2.medianBlur(np.rint(self.colour).clip(0, 255).astype(np.uint8), _AROUND)
+        apart = (self.colour - usual) / np.sqrt(self.spread**2 + _NOISE**2)
+        return self.known & ((apart**2).sum(axis=-1) > _ODD**2)
+
     def contrast(
         self, index: int, pictures: SmallPictures, T_world_floor: Float64[np.ndarray, "4 4"]
-    ) -> Float32[np.ndarray, "h w"]:
-        """How unlike the bare floor each pixel of a picture is, in standard deviations; NaN off the map."""
+    ) -> tuple[Float32[np.ndarray, "h w"], Bool[np.ndarray, "h w"]]:
+        """How unlike the bare floor each pixel of a picture is, and whether that is an imprint there.
+
+        Returns:
+            Standard deviations, NaN off the map; and what `imprint` says.
+        """
         width, height = pictures.size(index)
         rays = pixel_rays((height, width), pictures.matrix(index))
         T = inverse(T_world_floor) @ pictures.views[index].T_world_camera
@@ -67,7 +79,8 @@ class FloorLook:
         noise = np.sqrt(_sampled(self.spread, u, v) ** 2 + _NOISE**2)
         apart = _least_apart(lab_of(pictures, index), bare, noise)
         there = cv2.remap(self.known.astype(np.uint8), u, v, cv2.INTER_NEAREST, borderValue=0)
-        return np.where((there > 0) & (down < _FLAT), apart, np.float32(np.nan))
+        odd = cv2.remap(self.imprint().astype(np.uint8), u, v, cv2.INTER_NEAREST, borderValue=0)
+        return np.where((there > 0) & (down < _FLAT), apart, np.float32(np.nan)), odd > 0
 
 
 def _sampled(

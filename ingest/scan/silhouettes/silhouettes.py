@@ -36,6 +36,10 @@ _MARGIN = 12
 _FEWEST = 40
 """Pixels that must be the object's for sure, and of the background."""
 
+_REACH = 21
+"""Pixels around what is likely the object, in which its feet are looked for."""
+_OBJECT = (cv2.GC_FGD, cv2.GC_PR_FGD)
+
 Mask = UInt8[np.ndarray, "h w"]
 Labels = UInt8[np.ndarray, "h w"]
 
@@ -76,7 +80,7 @@ def silhouette(
     top, bottom = max(0, rows[0] - _MARGIN), rows[-1] + _MARGIN + 1
     left, right = max(0, columns[0] - _MARGIN), columns[-1] + _MARGIN + 1
     part = labels[top:bottom, left:right].copy()
-    object_like = np.isin(part, (cv2.GC_FGD, cv2.GC_PR_FGD))
+    object_like = np.isin(part, _OBJECT)
     if object_like.sum() < _FEWEST or (~object_like).sum() < _FEWEST:
         return None
     picture = pictures.picture(index).colours[top:bottom, left:right]
@@ -84,7 +88,7 @@ def silhouette(
     cv2.setRNGSeed(index)
     cv2.grabCut(np.ascontiguousarray(picture), part, None, *models, _ROUNDS, cv2.GC_INIT_WITH_MASK)
     mask = np.zeros_like(labels)
-    mask[top:bottom, left:right] = np.isin(part, (cv2.GC_FGD, cv2.GC_PR_FGD))
+    mask[top:bottom, left:right] = np.isin(part, _OBJECT)
     within, _ = _by_depth(depths, region, index, box.shape)
     return mask if _covers(mask, within) else None
 
@@ -106,7 +110,7 @@ def _labels(
 ) -> Labels:
     """What is sure about each pixel, and what is only likely."""
     shape = box.shape
-    contrast = look.contrast(index, pictures, region.T_world_floor)
+    contrast, imprint = look.contrast(index, pictures, region.T_world_floor)
     within, outside = _by_depth(depths, region, index, shape)
     like, unlike = contrast < _LIKE, contrast > _UNLIKE
     labels = np.full(shape, cv2.GC_PR_BGD, np.uint8)
@@ -116,7 +120,10 @@ def _labels(
     labels[inner & (unlike | np.isnan(contrast))] = cv2.GC_FGD
     labels[outside & ~unlike] = cv2.GC_BGD
     bare = cv2.erode((like & ~within).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-    labels[bare] = cv2.GC_BGD
+    near = (
+        cv2.dilate(np.isin(labels, _OBJECT).astype(np.uint8), np.ones((_REACH,) * 2, np.uint8)) > 0
+    )
+    labels[bare & ~(imprint & near)] = cv2.GC_BGD
     labels[~box] = cv2.GC_BGD
     return labels
 

@@ -227,6 +227,11 @@ function moreFields(formats) {
       ["stereo", "pictures alone"],
       ["depth", "the phone's LiDAR alone"],
     ]),
+    symmetry: choice("Mirror symmetry", [
+      ["auto", "where the film does not go around"],
+      ["on", "wherever the object has it"],
+      ["off", "off: its halves differ"],
+    ]),
     frames: number("Pictures to use", { value: 80, min: 12, max: 400, step: 1, required: true }),
     vertices: number("Corners of the mesh", {
       value: 10000,

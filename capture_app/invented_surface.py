@@ -1,0 +1,64 @@
+"""invented_notes: what to tell of hands that hold what a scan only closed and no picture shows."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from jaxtyping import Bool, Float64
+from scipy.spatial import KDTree
+
+from ingest.axes import T_ZUP_ARKIT
+from ingest.mesh import decoding
+from ingest.scan.clean.save import INVENTED
+from omomo_core.contact.segment import ContactSegment
+
+_HANDS = ("left", "right")
+_SHARE = 0.5
+"""Part of the surface under a palm that is invented."""
+_PALM = 0.05
+"""Metres around the place under a palm that count."""
+
+
+def invented_notes(
+    mesh: Path | None, scale: float, segments: Sequence[ContactSegment]
+) -> tuple[str, ...]:
+    """One note for each hand that rests on invented surface of the object's mesh.
+
+    Args:
+        mesh: file of the object's mesh; only what `omocap scan` wrote says what is invented.
+        scale: metres of one unit of the file.
+        segments: of both hands, with their anchors in the object's frame.
+    """
+    marked = None if mesh is None else _marked(mesh)
+    if marked is None:
+        return ()
+    vertices, invented = marked
+    tree = KDTree(vertices * scale)
+    held = [segment for segment in segments if _on_invented(tree, invented, segment.anchor)]
+    return tuple(
+        f"The {_HANDS[hand]} palm rests on surface that no picture of the scan shows "
+        f"(frames {', '.join(f'{s.start} to {s.stop}' for s in held if s.hand == hand)}); film the "
+        "object from there too, or correct the contacts."
+        for hand in sorted({segment.hand for segment in held})
+    )
+
+
+def _on_invented(tree: KDTree, invented: Bool[np.ndarray, " verts"], anchor: np.ndarray) -> bool:
+    nearest = tree.query(anchor)[1]
+    around = tree.query_ball_point(tree.data[nearest], _PALM)
+    return bool(invented[around].mean() > _SHARE)
+
+
+def _marked(
+    path: Path,
+) -> tuple[Float64[np.ndarray, "verts 3"], Bool[np.ndarray, " verts"]] | None:
+    """Vertices (z up, the file's unit) and which are invented; None where the file does not say."""
+    if path.suffix.lower() != ".glb":
+        return None
+    with decoding(path):
+        parts = list(trimesh.load_scene(path, process=False).geometry.values())
+    if len(parts) != 1 or INVENTED not in parts[0].vertex_attributes:
+        return None
+    invented = np.asarray(parts[0].vertex_attributes[INVENTED]).reshape(-1) > 0.5
+    return np.asarray(parts[0].vertices, np.float64) @ T_ZUP_ARKIT[:3, :3].T, invented
