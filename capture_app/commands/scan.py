@@ -156,6 +156,15 @@ class ScanRequest(ScanOptions, ItemRequest):
     images: Annotated[
         Path | None, Field(description="Folder of the pictures of a COLMAP model.")
     ] = None
+    room: Annotated[
+        str | None,
+        OptionName("--mesh"),
+        Field(
+            max_length=2000,
+            description="The room's mesh that the phone's app made in the world of its poses joins as "
+            "depth: a file, or app for the one in the session.",
+        ),
+    ] = None
     keep: Annotated[
         bool,
         Field(

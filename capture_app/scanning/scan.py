@@ -19,6 +19,7 @@ from ingest.scan.clean.pieces import main_piece
 from ingest.scan.clean.save import save_mesh
 from ingest.scan.dense.cloud import cloud
 from ingest.scan.dense.dense import DenseSurface, dense_surface
+from ingest.scan.dense.depth_map import DepthMap
 from ingest.scan.dense.depths import measure_depths
 from ingest.scan.dense.picture import SmallPictures
 from ingest.scan.found import Found, to_height, write_object_model
@@ -30,6 +31,9 @@ from ingest.scan.region.region import aim_at, find_region
 from ingest.scan.silhouettes.silhouettes import WIDTH, find_silhouettes
 from ingest.scan.sources.mesh import read_scan_mesh
 from ingest.scan.sources.read import is_mesh, read_source
+from ingest.scan.sources.room_mesh import read_room, room_depth, room_file
+from ingest.scan.types import Frames, Registered, ScanSource
+from omomo_core.errors import InputError
 from omomo_core.whole_file import write_whole
 from render.stills import write_png
 
@@ -114,7 +118,8 @@ def find_object(request: ScanRequest, clock: Progress) -> Found:
     registered = register(source, picked, work, options=request.cameras, progress=clock)
     clock("cameras", 1.0)
     aim = aim_at(registered.views, request.given_box)
-    depths = measure_depths(registered, aim, work, method=request.method, progress=clock)
+    room = _room(request, source, registered, picked)
+    depths = measure_depths(registered, aim, work, method=request.method, room=room, progress=clock)
     region = find_region(registered, request.given_box, cloud(depths, aim))
     pictures = SmallPictures(registered.views, WIDTH)
     masks = find_silhouettes(pictures, depths, region, progress=clock)
@@ -144,6 +149,23 @@ def find_object(request: ScanRequest, clock: Progress) -> Found:
         surface.mirror,
     )
     return to_height(found, request.cameras.height)
+
+
+def _room(
+    request: ScanRequest, source: ScanSource, registered: Registered, picked: Frames
+) -> list[DepthMap] | None:
+    """Depth by the room's mesh, where one is given."""
+    if request.room is None:
+        return None
+    if source.T_world_camera is None:
+        raise InputError(
+            "scan-mesh-elsewhere",
+            "A mesh of the room needs the poses of the phone that made it.",
+            where=str(request.source),
+            fix="Give the session of the app, or leave out --mesh.",
+        )
+    file = room_file(request.room, source.where)
+    return room_depth(read_room(file), registered, picked.frames, str(file))
 
 
 def _ready(request: ScanRequest) -> CleanMesh:

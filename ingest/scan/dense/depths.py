@@ -43,6 +43,7 @@ def measure_depths(
     work: Path,
     *,
     method: Method = "auto",
+    room: Sequence[DepthMap] | None = None,
     progress: Progress = no_progress,
 ) -> Depths:
     """Measure the depth of each view.
@@ -53,6 +54,7 @@ def measure_depths(
         work: folder that keeps what is slow to measure.
         method: "stereo" matches pictures, "depth" takes the phone's LiDAR; "auto" both where there
             is depth.
+        room: more depth maps, of `room_depth`; they join whatever the method is.
         progress: called with the stage "stereo".
 
     Raises:
@@ -65,6 +67,8 @@ def measure_depths(
         kinds.append(stereo_maps(registered, pictures, aim, work, progress))
     if chosen != "stereo":
         kinds.append(_laid_on(registered, [_lidar(view) for view in registered.views]))
+    if room is not None:
+        kinds.append(_laid_on(registered, room))
     return Depths(pictures, tuple(kinds), chosen)
 
 
@@ -97,7 +101,9 @@ def _laid_on(registered: Registered, maps: Sequence[DepthMap]) -> Sequence[Depth
     Where both are joined, a difference of sizes doubles every surface.
     """
     ratios = [
-        _ratios(registered, index, depth) for index, depth in enumerate(maps) if depth.size > 1
+        sparse_ratios(registered, index, depth)
+        for index, depth in enumerate(maps)
+        if depth.size > 1
     ]
     found = np.concatenate([np.empty(0, np.float32), *ratios])
     if len(found) < _FEWEST:
@@ -106,7 +112,9 @@ def _laid_on(registered: Registered, maps: Sequence[DepthMap]) -> Sequence[Depth
     return [depth * factor for depth in maps]
 
 
-def _ratios(registered: Registered, index: int, depth: DepthMap) -> Float32[np.ndarray, " points"]:
+def sparse_ratios(
+    registered: Registered, index: int, depth: DepthMap
+) -> Float32[np.ndarray, " points"]:
     """Depth of a view's sparse points over what its depth map says."""
     view = registered.views[index]
     points = registered.points[registered.observed[registered.observed[:, 1] == index, 0]]
