@@ -33,6 +33,7 @@ _STAGES = {
     "fusion": "Joining depth and outlines",
     "colours": "Colouring",
     "clean": "Cleaning the mesh",
+    "texture": "Painting the texture",
     "report": "Writing the report",
 }
 

@@ -89,6 +89,13 @@ class ScanOptions(BaseModel):
             "where the film does not go all around.",
         ),
     ] = "auto"
+    texture: Annotated[
+        bool,
+        Field(
+            title="Paint a texture",
+            description="Paint a texture from the pictures; without, GLB holds colours of vertices.",
+        ),
+    ] = True
     vertices: Annotated[
         int,
         Field(

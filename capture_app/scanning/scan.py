@@ -32,6 +32,7 @@ from ingest.scan.silhouettes.silhouettes import WIDTH, find_silhouettes
 from ingest.scan.sources.mesh import read_scan_mesh
 from ingest.scan.sources.read import is_mesh, read_source
 from ingest.scan.sources.room_mesh import read_room, room_depth, room_file
+from ingest.scan.texture.atlas import textured
 from ingest.scan.types import Frames, Registered, ScanSource
 from omomo_core.errors import InputError
 from omomo_core.whole_file import write_whole
@@ -83,7 +84,8 @@ def scan_object(request: ScanRequest, progress: Progress) -> ObjectScan:
     Args:
         request: the inputs and options.
         progress: called with each stage ("look", "frames", "features", "compare", "match", "cameras",
-            "board", "stereo", "silhouettes", "fusion", "colours", "clean", "report") and how far it is.
+            "board", "stereo", "silhouettes", "fusion", "colours", "clean", "texture", "report") and how
+            far it is.
 
     Raises:
         InputError: what was given cannot become a mesh, or the output cannot be written.
@@ -138,6 +140,10 @@ def find_object(request: ScanRequest, clock: Progress) -> Found:
         most=request.vertices,
     )
     clock("clean", 1.0)
+    if request.texture and request.output.suffix.lower() == ".glb":
+        clock("texture", 0.0)
+        cleaned = textured(cleaned, registered.views, masks)
+        clock("texture", 1.0)
     found = Found(
         picked,
         registered,

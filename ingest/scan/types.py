@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float32, Float64, Int64, UInt8
 
 from ingest.report.check import Check
+from omomo_core.motion import Texture
 
 Colours = UInt8[np.ndarray, "height width 3"]
 """Red, green, blue."""
@@ -174,3 +175,5 @@ class ScanMesh:
     colours: UInt8[np.ndarray, "vertices 3"] | None
     name: str
     notes: tuple[Check, ...] = ()
+    texture: Texture | None = None
+    """Painted from the pictures, in the place of colours where a file can hold one."""

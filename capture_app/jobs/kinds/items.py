@@ -66,6 +66,7 @@ _SCAN_SHARES = {
     "fusion": 0.1,
     "colours": 0.04,
     "clean": 0.04,
+    "texture": 0.04,
     "report": 0.04,
 }
 

@@ -23,6 +23,8 @@ _LOW = 0.015
 """Metres above the floor below which depth in a silhouette is the floor's."""
 _THROUGH = 0.5
 """Pictures that must back a place for each that sees through it."""
+_FIRM = 4.0
+"""Views that see a surface where silhouettes end a little too early."""
 _BAR = 0.025
 """Metres: thinner parts have no depth that can be trusted, and silhouettes bound them."""
 _HALF = 0.5
@@ -104,8 +106,11 @@ def _joined(volume: Volume, hull: Hull) -> Evidence:
     surface = (seen >= SURE) & (np.abs(field) < 1) & (outside < box.voxel)
     hidden = unseen & (outside < 0) & ~backed
     field[open_places(hidden, surface | backed, box.voxel)] = 1.0
-    field[backed] = np.minimum(field[backed], rim[backed])
-    np.maximum(field, rim, out=field)
+    poor = backed & ((seen < SURE) | (volume.free() > seen))
+    field[poor] = np.minimum(field[poor], rim[poor])
+    # Depth that many views agree about, and none looks through, knows better than an outline.
+    firm = (seen >= _FIRM) & (seen > volume.free())
+    np.maximum(field, np.where(firm, np.float32(-1), rim), out=field)
     near = binary_dilation(backed, iterations=2) & (np.abs(outside) < _OUTLINE * box.voxel)
     seen = np.where(near, np.maximum(seen, np.float32(SURE)), seen)
     return Evidence(box, grounded(field, box, _FOOT), seen)
@@ -163,7 +168,7 @@ def _own(
     places = (pixel_rays(large.shape, matrix) * large[..., None]) @ T[:3, :3].T + T[:3, 3]
     low = region.low + np.array([0.0, 0.0, _LOW])
     there = ((places > low) & (places < region.high)).all(axis=-1)
-    return np.where((mask > 0) & ~there, np.float32(0), large)
+    return np.where((mask == 1) & ~there, np.float32(0), large)
 
 
 def _nearest(maps: Sequence[DepthMap], mask: Mask) -> DepthMap:
@@ -171,5 +176,5 @@ def _nearest(maps: Sequence[DepthMap], mask: Mask) -> DepthMap:
     nearest = np.full(mask.shape, np.inf, np.float32)
     for depth in maps:
         np.minimum(nearest, np.where(depth > 0, depth, np.inf), out=nearest)
-    known: Bool[np.ndarray, "h w"] = np.isfinite(nearest) & (mask > 0)
+    known: Bool[np.ndarray, "h w"] = np.isfinite(nearest) & (mask == 1)
     return np.where(known, nearest, 0).astype(np.float32)

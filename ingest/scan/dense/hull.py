@@ -55,12 +55,13 @@ class Hull:
         """Add one more silhouette.
 
         Args:
-            mask: 1 where the picture shows the object.
+            mask: 0 where the picture shows the background, 1 the object, more where it tells nothing.
             depth: of the same size; 0 where the object's is unknown.
             matrix, T_camera_floor: of the picture.
             doubt: metres by which what it says to be empty begins farther out.
         """
         outline = outline_distance(mask)
+        shows = (mask == 1).astype(np.uint8)
         P = matrix @ T_camera_floor[:3]
         step = (P[:, :3] * self.box.voxel).astype(np.float32)
         start = (P[:, :3] @ self.box.low + P[:, 3]).astype(np.float32)
@@ -78,7 +79,7 @@ class Hull:
             )
             self._rank(index, metres)
             shown = cv2.remap(depth, u, v, cv2.INTER_NEAREST, borderValue=0)
-            inside = known & (beside < -_INWARD)
+            inside = known & (cv2.remap(shows, u, v, cv2.INTER_NEAREST, borderValue=0) > 0)
             self._backing[index] += inside & (shown == 0)
             self._hidden[index] += inside & (shown > 0) & (shown < z - _BEFORE)
 
@@ -114,8 +115,9 @@ class Hull:
 
 def outline_distance(mask: UInt8[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
     """Pixels from the outline of a mask, positive outside of it."""
-    away = cv2.distanceTransform(1 - mask, cv2.DIST_L2, 5)
-    into = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
+    shown = (mask > 0).astype(np.uint8)
+    away = cv2.distanceTransform(1 - shown, cv2.DIST_L2, 5)
+    into = cv2.distanceTransform(shown, cv2.DIST_L2, 5)
     # Pixel centres on both sides of the outline lie half a pixel from it.
     distance = np.where(mask > 0, 0.5 - into, away - 0.5) - _INWARD
     return distance.clip(-_FAR, _FAR).astype(np.float32)

@@ -29,6 +29,8 @@ _FEWEST = 3
 """Pictures that must show a place of the floor."""
 _NOISE = np.array([8.0, 3.0, 3.0], np.float32)
 """Of lightness and the two colours (8-bit L*a*b*) from picture to picture, at least."""
+_WILD = np.array([24.0, 12.0, 12.0], np.float32)
+"""Of the same from which on it is no floor."""
 _SOFT = 1.0
 """Pixels of the blur under which pictures are compared."""
 _AROUND, _ODD = 25, 3.0
@@ -138,6 +140,8 @@ def floor_look(pictures: SmallPictures, depths: Depths, region: Region) -> Floor
     colour, known = _median(level.astype(np.int16))
     apart = np.where(level < _HIDDEN, np.abs(level - colour), _HIDDEN)
     spread = 1.4826 * _median(apart.astype(np.int16))[0]
+    # Where pictures differ there is no floor: a wall stands before it, or it shines.
+    known &= (spread < _WILD).all(axis=-1)
     sides = (_CELLS, _CELLS)
     return FloorLook(
         low, cell, colour.reshape(*sides, 3), spread.reshape(*sides, 3), known.reshape(sides), shift

@@ -40,6 +40,9 @@ _REACH = 21
 """Pixels around what is likely the object, in which its feet are looked for."""
 _OBJECT = (cv2.GC_FGD, cv2.GC_PR_FGD)
 
+BACKGROUND, OBJECT, UNKNOWN = 0, 1, 2
+"""Values of masks. It is only before the floor that what is not the object is surely background: a thin
+pole before a wall may be missed."""
 Mask = UInt8[np.ndarray, "h w"]
 Labels = UInt8[np.ndarray, "h w"]
 
@@ -47,7 +50,7 @@ Labels = UInt8[np.ndarray, "h w"]
 def find_silhouettes(
     pictures: SmallPictures, depths: Depths, region: Region, *, progress: Progress = no_progress
 ) -> list[Mask | None]:
-    """Masks of the object (1 where it is shown) in all views; None where one cannot be told.
+    """Masks of the object in all views, of `OBJECT` and others; None where one cannot be told.
 
     Args:
         pictures: of the views, about `WIDTH` wide.
@@ -75,7 +78,7 @@ def silhouette(
     box = _box(pictures, region, index)
     if not box.any():
         return None
-    labels = _labels(pictures, depths, region, look, index, box)
+    labels, told = _labels(pictures, depths, region, look, index, box)
     rows, columns = (np.flatnonzero(box.any(axis=k)) for k in (1, 0))
     top, bottom = max(0, rows[0] - _MARGIN), rows[-1] + _MARGIN + 1
     left, right = max(0, columns[0] - _MARGIN), columns[-1] + _MARGIN + 1
@@ -90,6 +93,7 @@ def silhouette(
     mask = np.zeros_like(labels)
     mask[top:bottom, left:right] = np.isin(part, _OBJECT)
     within, _ = _by_depth(depths, region, index, box.shape)
+    mask[~told & (mask == BACKGROUND)] = UNKNOWN
     return mask if _covers(mask, within) else None
 
 
@@ -107,8 +111,8 @@ def _labels(
     look: FloorLook,
     index: int,
     box: Bool[np.ndarray, "h w"],
-) -> Labels:
-    """What is sure about each pixel, and what is only likely."""
+) -> tuple[Labels, Bool[np.ndarray, "h w"]]:
+    """What is sure about each pixel, and what is only likely; and where the floor tells."""
     shape = box.shape
     contrast, imprint = look.contrast(index, pictures, region.T_world_floor)
     within, outside = _by_depth(depths, region, index, shape)
@@ -125,7 +129,7 @@ def _labels(
     )
     labels[bare & ~(imprint & near)] = cv2.GC_BGD
     labels[~box] = cv2.GC_BGD
-    return labels
+    return labels, ~np.isnan(contrast)
 
 
 def _by_depth(

@@ -106,6 +106,7 @@ export const STAGES = {
   fusion: "Joining the surface",
   colours: "Colouring it",
   clean: "Cutting out the object",
+  texture: "Painting its texture",
   report: "Writing the report",
 };
 
@@ -113,7 +114,7 @@ export const STAGES = {
  *  @param {string} kind */
 export function stagesOf(kind) {
   const run = ["read", "object", "hands", "contact", "body", "solve", "export"];
-  const scan = ["look", "frames", "features", "match", "cameras", "stereo", "silhouettes", "fusion", "clean"];
+  const scan = ["look", "frames", "features", "match", "cameras", "stereo", "silhouettes", "fusion", "clean", "texture"];
   /** @type {Record<string, string[]>} */
   const all = { run, resolve: ["read", "solve", "export"], scan };
   return all[kind] ?? [];
