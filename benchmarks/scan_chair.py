@@ -34,8 +34,8 @@ _STEP = 3
 """Frames of the log between two pictures."""
 _SHIFT = 4
 """Fractional bits of the places that OpenCV draws at."""
-_NEAR = 0.04
-"""Metres between the app's mesh and ours where they show the same."""
+_FAR, _NEAR = 0.1, 0.025
+"""Metres between the app's mesh and ours where they show the same, at first and in the end."""
 _ABOVE = 0.05
 """Metres over the floor."""
 _ROUNDS = 40
@@ -96,18 +96,18 @@ def size_against_app(mesh: Path) -> tuple[float, int]:
     logged = np.array([_logged(number) for number in numbers])
     lay = procrustes(T_object_camera[:, :3, 3], logged, np.ones(len(logged)), scaled=True)
     app = trimesh.load_mesh(CHAIR / "export.obj", process=False)
-    start = lay.scale * (np.asarray(app.vertices) @ T_ZUP_ARKIT[:3, :3].T) @ lay.R.T + lay.t
-    points, scale = start, 1.0
+    # The app's mesh is what LiDAR measured from each camera, so it is placed by them and not scaled.
+    shift = (T_object_camera[:, :3, 3] - logged @ lay.R.T).mean(axis=0)
+    points, scale = np.asarray(app.vertices) @ T_ZUP_ARKIT[:3, :3].T @ lay.R.T + shift, 1.0
     vertices, faces = np.asarray(ours.vertices, float), np.asarray(ours.faces, np.int64)
     kept = np.zeros(len(points), np.bool_)
-    for _ in range(_ROUNDS):
+    for near in np.linspace(_FAR, _NEAR, _ROUNDS):
         away, _, nearest = igl.point_mesh_squared_distance(points, vertices, faces)
-        kept = (np.asarray(away) < _NEAR**2) & (points[:, 2] > _ABOVE)
+        kept = (np.asarray(away) < near**2) & (points[:, 2] > _ABOVE)
         fit = procrustes(np.asarray(nearest)[kept], points[kept], np.ones(kept.sum()), scaled=True)
         points = fit.scale * points @ fit.R.T + fit.t
         scale *= fit.scale
-    # `lay` scaled the app's mesh to our cameras, whose metre may differ from the log's.
-    return scale * lay.scale, int(kept.sum())
+    return scale, int(kept.sum())
 
 
 def _logged(number: int) -> Float64[np.ndarray, "3"]:

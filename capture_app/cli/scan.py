@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from capture_app.cli.console import errors as problems
 from capture_app.cli.console import output as console
 from capture_app.cli.console import say
 from capture_app.cli.derived import derived
@@ -41,11 +42,23 @@ def scan(source: Source, mesh: Output, **said: Any) -> None:
 
     asked = {**said, "source": source, "output": mesh}
     request = validated(ScanRequest, asked, "option-invalid", prefix="--")
+    _estimate(request)
     with progress_bars() as progress:
         made = scan_object(request, progress)
     _show(made)
     if not made.report.usable:
         raise typer.Exit(2)
+
+
+def _estimate(request: ScanRequest) -> None:
+    """About how long it will take; a ready mesh takes no time."""
+    from capture_app.scanning.estimate import estimated, in_words
+    from ingest.scan.sources.read import is_mesh
+
+    if not is_mesh(request.source):
+        pictures = f"for {request.frames} pictures" if not request.draft else "for a draft"
+        about = in_words(estimated(request.frames, request.draft))
+        problems.print(f"This takes about {about} {pictures}, less for fewer.", highlight=False)
 
 
 def _show(made: "ObjectScan") -> None:

@@ -112,6 +112,14 @@ class ScanOptions(BaseModel):
         ShortText | None, Field(description="Which object of a mesh that holds several.")
     ] = None
 
+    draft: Annotated[
+        bool,
+        Field(
+            title="Draft",
+            description="Make a coarse mesh from few pictures, in about a minute, to try a take at once.",
+        ),
+    ] = False
+
     @model_validator(mode="after")
     def _readable(self) -> "ScanOptions":
         _ = self.cameras

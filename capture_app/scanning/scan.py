@@ -14,6 +14,7 @@ from capture_app.scanning.page import scan_page
 from capture_app.scanning.pictures import outline_picture, views_picture
 from ingest.report.scanned import REPORT_DATA, REPORT_PAGE
 from ingest.scan.cameras.register import register
+from ingest.scan.choices import DRAFT_PICTURES, DRAFT_VOXEL, Method
 from ingest.scan.clean.clean import CleanMesh, clean
 from ingest.scan.clean.pieces import main_piece
 from ingest.scan.clean.save import save_mesh
@@ -27,6 +28,7 @@ from ingest.scan.frames import pick_frames
 from ingest.scan.quality.coverage import one_sided
 from ingest.scan.quality.report import ScanReport, inspect_ready, inspect_scan
 from ingest.scan.ready import ready_mesh
+from ingest.scan.region.logged_aim import check_logged_aim
 from ingest.scan.region.region import aim_at, find_region
 from ingest.scan.silhouettes.silhouettes import WIDTH, find_silhouettes
 from ingest.scan.sources.mesh import read_scan_mesh
@@ -116,19 +118,30 @@ def find_object(request: ScanRequest, clock: Progress) -> Found:
     source = read_source(
         request.source, images=request.images, poses=request.cameras.poses, app=request.format
     )
-    picked = pick_frames(source, work, count=request.frames, progress=clock)
+    count = min(request.frames, DRAFT_PICTURES) if request.draft else request.frames
+    picked = pick_frames(source, work, count=count, progress=clock)
+    if request.cameras.poses and request.given_box is None:
+        check_logged_aim(picked.frames)
     registered = register(source, picked, work, options=request.cameras, progress=clock)
     clock("cameras", 1.0)
     aim = aim_at(registered.views, request.given_box)
     room = _room(request, source, registered, picked)
-    depths = measure_depths(registered, aim, work, method=request.method, room=room, progress=clock)
+    method = _method(request, registered)
+    depths = measure_depths(registered, aim, work, method=method, room=room, progress=clock)
     region = find_region(registered, request.given_box, cloud(depths, aim))
     pictures = SmallPictures(registered.views, WIDTH)
     masks = find_silhouettes(pictures, depths, region, progress=clock)
     mirrored = request.symmetry == "on" or (
         request.symmetry == "auto" and one_sided(registered.views, region)
     )
-    surface = dense_surface(depths, region, masks=masks, symmetry=mirrored, progress=clock)
+    surface = dense_surface(
+        depths,
+        region,
+        masks=masks,
+        symmetry=mirrored,
+        voxel=DRAFT_VOXEL if request.draft else None,
+        progress=clock,
+    )
     clock("clean", 0.0)
     cleaned = clean(
         surface.vertices,
@@ -140,7 +153,7 @@ def find_object(request: ScanRequest, clock: Progress) -> Found:
         most=request.vertices,
     )
     clock("clean", 1.0)
-    if request.texture and request.output.suffix.lower() == ".glb":
+    if request.texture and not request.draft and request.output.suffix.lower() == ".glb":
         clock("texture", 0.0)
         cleaned = textured(cleaned, registered.views, masks)
         clock("texture", 1.0)
@@ -155,6 +168,13 @@ def find_object(request: ScanRequest, clock: Progress) -> Found:
         surface.mirror,
     )
     return to_height(found, request.cameras.height)
+
+
+def _method(request: ScanRequest, registered: Registered) -> Method:
+    """What measures depth: of a draft the phone, where it did; matching takes the longest."""
+    if request.draft and request.method == "auto" and any(view.depth for view in registered.views):
+        return "depth"
+    return request.method
 
 
 def _room(

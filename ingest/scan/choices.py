@@ -10,5 +10,9 @@ Unit = Literal["m", "cm", "mm", "in", "ft"]
 """Of a mesh that another app made."""
 PICTURES = 80
 """Pictures of a film to use."""
+DRAFT_PICTURES = 24
+"""Of a film to use for a draft, at most."""
+DRAFT_VOXEL = 0.009
+"""Metres between the places of a draft that are measured."""
 VERTICES = 10_000
 """Of the mesh, about."""

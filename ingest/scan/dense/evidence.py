@@ -23,6 +23,8 @@ _LOW = 0.015
 """Metres above the floor below which depth in a silhouette is the floor's."""
 _THROUGH = 0.5
 """Pictures that must back a place for each that sees through it."""
+_WITHIN = 0.8
+"""Voxels inside an outline."""
 _FIRM = 4.0
 """Views that see a surface where silhouettes end a little too early."""
 _BAR = 0.025
@@ -99,26 +101,32 @@ def _joined(volume: Volume, hull: Hull) -> Evidence:
     box, outside = volume.box, hull.outside()
     rim = (outside / np.float32(volume.band)).clip(-1, 1)
     seen = volume.seen()
-    # Who sees the background through a place where others see a surface has missed a thin part.
-    free = np.maximum(volume.free() - seen - hull.backing(), np.float32(0))
-    field, unseen = volume.field(free), volume.unseen(free)
+    free, within = volume.free(), outside < -_WITHIN * box.voxel
+    # Well inside the outlines, who sees the background where others see a surface has missed a bar.
+    missed = np.maximum(free - seen - hull.backing(), np.float32(0))
+    field, unseen = volume.judged(np.where(within, missed, free))
     backed = _most(hull.backed(_THROUGH * volume.free()) | _thin(volume, hull))
     surface = (seen >= SURE) & (np.abs(field) < 1) & (outside < box.voxel)
     hidden = unseen & (outside < 0) & ~backed
     field[open_places(hidden, surface | backed, box.voxel)] = 1.0
-    poor = backed & ((seen < SURE) | (volume.free() > seen))
+    # Near an outline depth is finer than the outline; well inside of it, views look through bars.
+    doubted = (volume.free() > seen) & within
+    poor = backed & ((seen < SURE) | doubted)
     field[poor] = np.minimum(field[poor], rim[poor])
     # Depth that many views agree about, and none looks through, knows better than an outline.
     firm = (seen >= _FIRM) & (seen > volume.free())
     np.maximum(field, np.where(firm, np.float32(-1), rim), out=field)
-    near = binary_dilation(backed, iterations=2) & (np.abs(outside) < _OUTLINE * box.voxel)
+    near = np.asarray(binary_dilation(backed, iterations=2)) & (
+        np.abs(outside) < _OUTLINE * box.voxel
+    )
     seen = np.where(near, np.maximum(seen, np.float32(SURE)), seen)
     return Evidence(box, grounded(field, box, _FOOT), seen)
 
 
 def _most(places: Bool[np.ndarray, "z y x"]) -> Bool[np.ndarray, "z y x"]:
     """Places with most of those around them: single ones are noise."""
-    return places & (uniform_filter(places.astype(np.float32), 3, mode="nearest") > 0.5)
+    around = np.asarray(uniform_filter(places.astype(np.float32), 3, mode="nearest"))
+    return places & (around > 0.5)
 
 
 def _thin(volume: Volume, hull: Hull) -> Bool[np.ndarray, "z y x"]:
@@ -146,8 +154,8 @@ def thin_parts(
     coarse = np.pad(inside[::step, ::step, ::step], 1)
     # The floor below does not end a solid that stands on it.
     coarse[0] = coarse[1]
-    core = distance_transform_edt(coarse) * (step * voxel) >= radius
-    thick = distance_transform_edt(~core) * (step * voxel) <= radius
+    core = np.asarray(distance_transform_edt(coarse)) * (step * voxel) >= radius
+    thick = np.asarray(distance_transform_edt(~core)) * (step * voxel) <= radius
     found = coarse & ~thick
     for axis in range(3):
         found = np.repeat(found.take(range(1, found.shape[axis] - 1), axis), step, axis)
@@ -156,14 +164,14 @@ def thin_parts(
 
 
 def _own(
-    depth: DepthMap,
+    depth: Float32[np.ndarray, "rows columns"],
     mask: Mask,
     matrix: Float64[np.ndarray, "3 3"],
     T_camera_floor: Float64[np.ndarray, "4 4"],
     region: Region,
 ) -> DepthMap:
     """Depth of the mask's size, without what it says of the background where that shows the object."""
-    large = cv2.resize(depth, mask.shape[::-1], interpolation=cv2.INTER_NEAREST)
+    large = cv2.resize(depth, mask.shape[::-1], interpolation=cv2.INTER_NEAREST_EXACT)
     T = inverse(T_camera_floor).astype(np.float32)
     places = (pixel_rays(large.shape, matrix) * large[..., None]) @ T[:3, :3].T + T[:3, 3]
     low = region.low + np.array([0.0, 0.0, _LOW])

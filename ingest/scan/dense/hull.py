@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float32, Float64, UInt8
 from ingest.scan.dense.depth_map import DepthMap
 from ingest.scan.dense.volume import Box
 
-_INWARD = 0.5
+_INWARD = 0.4
 """Pixels by which outlines lie too far inside: the most eager of many pictures counts."""
 _FAR = 12.0
 """Pixels from the outline beyond which distances are not told apart."""

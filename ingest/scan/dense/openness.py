@@ -29,7 +29,7 @@ def open_places(unseen: Cells, blocked: Cells, voxel: float) -> Cells:
     closed = _shrunk(blocked, factor)
     hidden = _shrunk(unseen, factor) & ~closed
     level, every = np.zeros(hidden.shape, np.float32), np.zeros(hidden.shape, np.float32)
-    ways = [way for way in product((-1, 0, 1), repeat=3) if any(way)]
+    ways = [(z, y, x) for z, y, x in product((-1, 0, 1), repeat=3) if z or y or x]
     flat = [way for way in ways if way[0] == 0]
     for way in ways:
         free = _escapes(hidden, closed, way)
@@ -64,7 +64,7 @@ def _shrunk(places: Cells, factor: int) -> Bool[np.ndarray, "cz cy cx"]:
         return places.copy()
     padded = np.pad(places, [(0, -side % factor) for side in places.shape])
     z, y, x = (side // factor for side in padded.shape)
-    return padded.reshape(z, factor, y, factor, x, factor).any(axis=(1, 3, 5))
+    return np.asarray(padded.reshape(z, factor, y, factor, x, factor).any(axis=(1, 3, 5)))
 
 
 def _grown(cells: Bool[np.ndarray, "cz cy cx"], shape: tuple[int, ...], factor: int) -> Cells:

@@ -86,7 +86,7 @@ class _Compared:
         air = evidence.field[::step, ::step, ::step] > 0.5
         on = np.zeros(air.shape, np.bool_)
         on[self._places(points, air.shape)] = True
-        self._away = (distance_transform_edt(~on) * self._cell).astype(np.float32)
+        self._away = (np.asarray(distance_transform_edt(~on)) * self._cell).astype(np.float32)
         self._air = air
 
     def _places(self, points: Float64[np.ndarray, "n 3"], shape: tuple[int, ...]) -> tuple:

@@ -101,22 +101,18 @@ class Volume:
         self._surface[index] += trust
         self._free[index] += known & (beyond >= 1)
 
-    def field(self, free: Grid | None = None) -> Grid:
-        """Below 0 in what is solid or unseen, above it in what is empty; about distances in bands.
+    def field(self) -> Grid:
+        """Below 0 in what is solid or unseen, above it in what is empty; about distances in bands."""
+        return self.judged(self._free)[0]
 
-        Args:
-            free: how many views see through each place, where that is judged anew.
-        """
-        free = self._free if free is None else free
+    def judged(self, free: Grid) -> tuple[Grid, Bool[np.ndarray, "z y x"]]:
+        """The field, and what is unseen, if so many views see through each place."""
         through = np.float32(_FREE) * free
         weight = self._surface + through
         field = (self._distance + through) / np.maximum(weight, np.float32(1e-6))
-        field[self.unseen(free)] = -1.0
-        return field
-
-    def unseen(self, free: Grid | None = None) -> Bool[np.ndarray, "z y x"]:
-        """Places that too few views say anything about; `free` as in `field`."""
-        return (self._surface < _SEEN) & ((self._free if free is None else free) < _EMPTY)
+        unseen = (self._surface < _SEEN) & (free < _EMPTY)
+        field[unseen] = -1.0
+        return field, unseen
 
     def free(self) -> Grid:
         """How many views see through each place."""

@@ -87,9 +87,11 @@ def silhouette(
     if object_like.sum() < _FEWEST or (~object_like).sum() < _FEWEST:
         return None
     picture = pictures.picture(index).colours[top:bottom, left:right]
-    models = np.zeros((1, 65)), np.zeros((1, 65))
+    back, front = np.zeros((1, 65)), np.zeros((1, 65))
+    nowhere = (0, 0, 1, 1)  # A rectangle is not used where labels are given.
     cv2.setRNGSeed(index)
-    cv2.grabCut(np.ascontiguousarray(picture), part, None, *models, _ROUNDS, cv2.GC_INIT_WITH_MASK)
+    picture = np.ascontiguousarray(picture)
+    cv2.grabCut(picture, part, nowhere, back, front, _ROUNDS, cv2.GC_INIT_WITH_MASK)
     mask = np.zeros_like(labels)
     mask[top:bottom, left:right] = np.isin(part, _OBJECT)
     within, _ = _by_depth(depths, region, index, box.shape)
@@ -155,7 +157,7 @@ def _by_depth(
 
 def _larger(mask: Bool[np.ndarray, "h w"], shape: tuple[int, int]) -> Bool[np.ndarray, "h2 w2"]:
     size = (shape[1], shape[0])
-    return cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
+    return cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST_EXACT) > 0
 
 
 def _box(pictures: SmallPictures, region: Region, index: int) -> Bool[np.ndarray, "h w"]:

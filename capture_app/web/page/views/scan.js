@@ -240,6 +240,7 @@ function moreFields(formats) {
       step: 500,
       required: true,
     }),
+    draft: tick("A coarse draft, in about a minute", { checked: false }),
     poses: tick("Use the phone's poses", {
       checked: true,
       hint: "Off: when they are wrong; then a size is needed.",

@@ -1,0 +1,31 @@
+"""estimated: about how long a scan will take, said before it starts."""
+
+import os
+
+from ingest.scan.choices import DRAFT_PICTURES
+
+_START, _PICTURE = 15.0, 3.0
+"""Seconds of one core for a scan, and for each of its pictures (docs/scan.md has what was measured)."""
+_DRAFT = 1.6
+"""The same for each picture of a draft."""
+_CORES = 4
+"""More do not help much."""
+
+
+def estimated(frames: int, draft: bool) -> float:
+    """Seconds that a film takes on this machine when nothing else runs on it.
+
+    Args:
+        frames: pictures that it may use.
+        draft: whether only a coarse mesh is made.
+    """
+    cores = min(_CORES, os.cpu_count() or 1)
+    count, each = (min(frames, DRAFT_PICTURES), _DRAFT) if draft else (frames, _PICTURE)
+    return _START + each * count / cores
+
+
+def in_words(seconds: float) -> str:
+    """A length of time for people."""
+    return (
+        f"{10 * max(1, round(seconds / 10))} s" if seconds < 100 else f"{round(seconds / 60)} min"
+    )
