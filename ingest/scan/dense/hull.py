@@ -3,7 +3,7 @@
 A place that some pictures show beside the silhouette is empty, with the distance to the outline as a
 signed distance (Laurentini 1994; the second or third largest over the pictures, as single masks err).
 A place that pictures show inside the silhouette where no depth is known is backed by them: thin and
-dark parts have no depth.
+dark parts have no depth. Right beside depth that is known, a lack of it says nothing.
 """
 
 import cv2
@@ -21,6 +21,8 @@ _OUTVOTED = 20, 8
 """Pictures from which on the two, or the one, that say most firmly that a place is empty are ignored."""
 _BACKED, _BACKED_SHARE = 4, 0.25
 """Pictures that must back a place, and their part of those that do or see something before it."""
+_EDGE = 5
+"""Pixels, two of a phone's depth: so near to depth of the object, a lack of it says nothing."""
 _BEFORE = 0.02
 """Metres before a place where depth hides it."""
 _UNKNOWN = np.float32(-1.0)
@@ -62,6 +64,7 @@ class Hull:
         """
         outline = outline_distance(mask)
         shows = (mask == 1).astype(np.uint8)
+        bare = _without_depth(shows, depth)
         P = matrix @ T_camera_floor[:3]
         step = (P[:, :3] * self.box.voxel).astype(np.float32)
         start = (P[:, :3] @ self.box.low + P[:, 3]).astype(np.float32)
@@ -80,7 +83,9 @@ class Hull:
             self._rank(index, metres)
             shown = cv2.remap(depth, u, v, cv2.INTER_NEAREST, borderValue=0)
             inside = known & (cv2.remap(shows, u, v, cv2.INTER_NEAREST, borderValue=0) > 0)
-            self._backing[index] += inside & (shown == 0)
+            self._backing[index] += inside & (
+                cv2.remap(bare, u, v, cv2.INTER_NEAREST, borderValue=0) > 0
+            )
             self._hidden[index] += inside & (shown > 0) & (shown < z - _BEFORE)
 
     def _rank(self, index: int, metres: Float32[np.ndarray, "y x"]) -> None:
@@ -111,6 +116,16 @@ class Hull:
         backing, hidden = self.backing(), self.hidden()
         enough = (backing >= _BACKED) & (backing >= _BACKED_SHARE * (backing + hidden))
         return enough & (backing >= against) & (self.outside() < 0)
+
+
+def _without_depth(shows: UInt8[np.ndarray, "h w"], depth: DepthMap) -> UInt8[np.ndarray, "h w"]:
+    """1 where a silhouette holds something that has no depth, and is not the rim of what has some.
+
+    Depth is dropped at edges, and outlines lie some pixels too far outside: neither shows a thin part.
+    """
+    measured = ((shows > 0) & (depth > 0)).astype(np.uint8)
+    around = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _EDGE + 1, 2 * _EDGE + 1))
+    return np.where(cv2.dilate(measured, around) > 0, np.uint8(0), shows)
 
 
 def outline_distance(mask: UInt8[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
