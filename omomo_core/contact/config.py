@@ -34,11 +34,22 @@ class SupportConfig:
     shortest_run: int = setting(
         6, "frames", "Shorter stretches in which an object must be held are noise of the tracker."
     )
-    reaching: int = setting(
+    gripping: int = setting(
         12,
         "frames",
-        "Time that hands may be on an object before it is first moved, and after it was last: three of "
-        "four recorded people take hold and let go within it.",
+        "Time that hands may be on an object before it is first lifted, and after it was set down: three "
+        "of four recorded people take hold and let go within it.",
+    )
+    touching: int = setting(
+        5,
+        "frames",
+        "The same for an object that slides flat over the floor, which moves as soon as it is pushed.",
+    )
+    flat_rise: float = setting(
+        0.02, "m", "Rise of the middle of an object up to which it slides flat."
+    )
+    lifted_rise: float = setting(
+        0.05, "m", "Rise of the middle of an object from which it is lifted or tipped."
     )
 
 

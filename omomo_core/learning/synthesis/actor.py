@@ -70,6 +70,8 @@ def solve_actor(
         how=manner(posture.squat * np.interp(_lowest_palm(hands), *_KNEES_BEND)),
         lean=posture.lean * engaged + base_motion.sway[:, 3],
         twist=posture.twist * _twist(base_motion, hands, yaw) + base_motion.sway[:, 4],
+        arms=posture.arms,
+        spread=posture.spread,
     )
     base = _shifted(base_motion, posture, yaw, engaged)
     feet = joints_of(body, base_motion.root, base_motion.rotations)

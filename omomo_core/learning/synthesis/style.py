@@ -1,5 +1,6 @@
 """Style of an action: tempo, posture, and where the actor stands to the prop."""
 
+from dataclasses import replace
 from typing import TypedDict
 
 import numpy as np
@@ -33,6 +34,15 @@ def tempo(rng: np.random.Generator, deep: float, *, slides: bool) -> ReachTempo:
 
 def posture_for(rng: np.random.Generator, action: Action) -> Posture:
     """How somebody holds the body for an action.
+
+    Under a bent trunk a free arm is anywhere between hanging down and lying beside it.
+    """
+    posture = _trunk_for(rng, action)
+    return replace(posture, arms=rng.uniform(0.3, 1.1), spread=rng.uniform(0.0, 0.35))
+
+
+def _trunk_for(rng: np.random.Generator, action: Action) -> Posture:
+    """How somebody holds the trunk for an action.
 
     Pushing bodies lean into the load with the pelvis behind the hands, pulling ones hang back from
     it with bent knees; who reaches over a thing stoops; free lifting is anything between stooping

@@ -53,7 +53,7 @@ def test_what_nobody_waits_for_steps_back_and_is_done_later(
     patient, other = orders(tmp_path / "out", 2, seconds=1.0)
     queue.submit_all([patient], waited_for=False)
     start(queue)
-    until(lambda: (queue.get(patient[0]) or pytest.fail()).stage == "second")
+    until(lambda: [record.stage for record in queue.get_all([patient[0]])] == ["second"])
     queue.submit_all([other])
     later, first = finished(queue, [patient[0], other[0]])
     for record in (later, first):
