@@ -1,4 +1,4 @@
-"""SkillMimic's recordings of a person with a ball (Wang et al. 2024): the stretches in which the ball is held or rests.
+"""SkillMimic's recordings of a person with a ball (Wang et al. 2024), where it is held or rests.
 
 A file is an npz as `read_mocap_npz` reads, with the ball besides: ``obj_pos`` (T, 3), ``obj_radius`` and
 ``contact`` (T,), which says that some hand holds. Of the 4.1 published minutes (101 takes), 2.4 remain (55
