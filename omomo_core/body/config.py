@@ -105,9 +105,9 @@ class GraspConfig:
     longest_step: float = setting(0.3, "rad", "Longest step of an angle.")
     firmness: float = setting(3.0, "share", "Weight of depth in the object against a pad's touch.")
     brushing: float = setting(
-        0.03, "share", "Part of that weight for a hand that comes or goes and does not hold."
+        0.3, "share", "Part of that weight for a hand that comes or goes and does not hold."
     )
-    margin: float = setting(0.0003, "m", "Distance from the surface at which skin rests.")
+    margin: float = setting(0.001, "m", "Distance from the surface at which skin rests.")
     touch_range: float = setting(
         0.015, "m", "Distance from the surface beyond which it hardly draws skin to it."
     )
@@ -129,6 +129,10 @@ class GraspConfig:
         1500.0, "mm^2/rad^2", "Weight of the change of an angle between key frames."
     )
     rest: float = setting(1e6, "mm^2/rad^2", "Weight of the relaxed hand where it is free.")
+    still: float = setting(1e-5, "rad", "Distance of an angle from the relaxed hand that is none.")
+    fastest: tuple[float, ...] = setting(
+        (0.08, 0.028, 0.028, 0.115, 0.115), "rad/frame", "Largest speed of each angle."
+    )
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import roma
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
 from omomo_core.body.config import GRASP, GRIP
-from omomo_core.body.finger_fit import KeyFrames, fit_fingers
+from omomo_core.body.finger_fit import KeyFrames, fit_fingers, slowed
 from omomo_core.body.finger_model import PER_PHALANX, finger_model, pose_fingers, rotations
 from omomo_core.body.grip import HandPoses, find_grips, relaxed_angles
 from omomo_core.body.model import BodyModel
@@ -78,14 +78,14 @@ def close_fingers(
     if (share > 0).any():
         keys = torch.arange(0, frames + GRASP.stride - 1, GRASP.stride).clamp(max=frames - 1)
         chosen = _key_frames(body, hands, keys, field)
-        angles = fit_fingers(finger_model(body), chosen, (len(fingers), len(keys)), field)
-        row, frame = (share > 0).nonzero().T
+        angles = fit_fingers(finger_model(body), chosen, len(fingers), keys, field)
+        relaxed = relaxed_angles()
+        angles = slowed(relaxed + share[:, keys, None, None] * (angles - relaxed), keys)
+        row, frame = _moved(angles, keys, frames).nonzero().T
         before, after, u = _between(keys, frame)
         a, b = angles[row, before], angles[row, after]
         found = rotations(finger_model(body), row % 2, a + u[:, None, None] * (b - a))
-        free = fingers[row, frame]
-        turn = share[row, frame][:, None, None, None] * roma.rotmat_to_rotvec(free.mT @ found)
-        fingers[row, frame] = free @ roma.rotvec_to_rotmat(turn)
+        fingers[row, frame] = found @ _recorded(body, row % 2, 1 - share[row, frame])
         seen = _measures(body, chosen, angles, field)
         measures[:, row, frame] = seen[:, row, before] + u * (
             seen[:, row, after] - seen[:, row, before]
@@ -94,6 +94,16 @@ def close_fingers(
     depth, pads = measures.unflatten(1, (-1, 2)).mT.reshape(2, *shape)
     fingers = fingers.unflatten(0, (-1, 2)).transpose(1, 2)
     return ClosedFingers(fingers.reshape(*shape[:-1], 30, 3, 3), depth, pads)
+
+
+def _recorded(
+    body: BodyModel, side: Int[Tensor, " some"], weight: Float[Tensor, " some"]
+) -> Float[Tensor, "some 5 3 3 3"]:
+    """Return the turn from the relaxed angles to the body's relaxed fingers, as far as a hand is free."""
+    relaxed = rotations(finger_model(body), torch.arange(2), relaxed_angles().expand(2, -1, -1))
+    own = body.relaxed_fingers.float().view(2, 5, 3, 3, 3)
+    turn = roma.rotmat_to_rotvec(relaxed.mT @ own)[side]
+    return roma.rotvec_to_rotmat(weight[:, None, None, None] * turn)
 
 
 def _sequences(
@@ -158,6 +168,15 @@ def _key_frames(
         hands.weight[row, frame],
         relaxed + shape * (grips[nearest] - relaxed),
     )
+
+
+def _moved(
+    angles: Float[Tensor, "rows keys 5 angles"], keys: Int[Tensor, " keys"], frames: int
+) -> Bool[Tensor, "rows frames"]:
+    """Return the frames in which fingers are not relaxed."""
+    before, after, _ = _between(keys, torch.arange(frames))
+    apart = (angles - relaxed_angles()).abs().amax(dim=(-2, -1)) > GRASP.still
+    return apart[:, before] | apart[:, after]
 
 
 def _between(
