@@ -56,6 +56,7 @@ class GripConfig:
     relaxed: Flexion = setting(
         (0.3, 0.18, 0.1), "rad", "Flexion of a relaxed finger's three joints."
     )
+    opened: float = setting(0.35, "share", "Bend of a hand that opens for a grip.")
     touching: tuple[float, float, float] = setting(
         (0.3, 0.5, 1.0),
         "share",
@@ -97,6 +98,9 @@ class GraspConfig:
         "frames",
         "Time from a contact at which fingers are relaxed as recorded, whatever is near.",
     )
+    closing: float = setting(
+        8.0, "frames", "Time in which an opened hand closes, and in which it opens to let go."
+    )
     rounds: int = setting(8, "count", "Gauss-Newton steps.")
     exact_rounds: int = setting(
         5, "count", "Last steps, which measure to the surface itself instead of the grid."
@@ -105,7 +109,7 @@ class GraspConfig:
     longest_step: float = setting(0.3, "rad", "Longest step of an angle.")
     firmness: float = setting(3.0, "share", "Weight of depth in the object against a pad's touch.")
     brushing: float = setting(
-        0.3, "share", "Part of that weight for a hand that comes or goes and does not hold."
+        1.0, "share", "Part of that weight for a hand that comes or goes and does not hold."
     )
     margin: float = setting(0.001, "m", "Distance from the surface at which skin rests.")
     touch_range: float = setting(

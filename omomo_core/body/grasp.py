@@ -15,7 +15,7 @@ from torch import Tensor
 from omomo_core.body.config import GRASP, GRIP
 from omomo_core.body.finger_fit import KeyFrames, fit_fingers, slowed
 from omomo_core.body.finger_model import PER_PHALANX, finger_model, pose_fingers, rotations
-from omomo_core.body.grip import HandPoses, find_grips, relaxed_angles
+from omomo_core.body.grip import HandPoses, find_grips, opened_angles, relaxed_angles
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.distance_field import DistanceField
 from omomo_core.geometry.easing import min_jerk
@@ -161,13 +161,27 @@ def _key_frames(
     apart = torch.maximum(start - frame[:, None], frame[:, None] - stop + 1).clamp(min=0).float()
     nearest = apart.masked_fill(rows != row[:, None], torch.inf).argmin(dim=1)
     shape = _falling(hands.away[row, frame], 0.0, GRASP.shaping)[:, None, None]
-    relaxed = relaxed_angles()
+    relaxed, grip = relaxed_angles(), grips[nearest]
+    grip = grip + _opened(hands, row, frame)[:, None, None] * (opened_angles(grip) - grip)
     return KeyFrames(
         hands.at(row, frame),
         torch.stack([row, key], dim=1),
         hands.weight[row, frame],
-        relaxed + shape * (grips[nearest] - relaxed),
+        relaxed + shape * (grip - relaxed),
     )
+
+
+def _opened(
+    hands: _Sequences, row: Int[Tensor, " some"], frame: Int[Tensor, " some"]
+) -> Float[Tensor, " some"]:
+    """Return how open a hand is: wholly before it has arrived, and when it lets go; else 0."""
+    closing = torch.zeros_like(hands.away)
+    for k, away in enumerate(hands.away.numpy()):
+        t, within = np.arange(len(away)), np.full(len(away), np.inf, np.float32)
+        for start, stop in runs(away > 0):
+            within = np.minimum(within, np.maximum(np.maximum(start - t, t - stop + 1), 0))
+        closing[k] = torch.from_numpy(min_jerk(1 - within / GRASP.closing)).float()
+    return closing[row, frame]
 
 
 def _moved(

@@ -177,3 +177,10 @@ def relaxed_angles() -> Float[Tensor, "5 angles"]:
     angles = torch.zeros(5, ANGLES)
     angles[:4, [0, 3, 4]] = torch.tensor(GRIP.relaxed)
     return angles
+
+
+def opened_angles(grip: Float[Tensor, "some 5 angles"]) -> Float[Tensor, "some 5 angles"]:
+    """Return the angles of a hand that opens for a grip: bent less, but fingers as far bent back."""
+    opened = GRIP.opened * grip
+    opened[:, :THUMB] = torch.minimum(opened[:, :THUMB], grip[:, :THUMB])
+    return opened

@@ -201,7 +201,7 @@ class PalmClearanceConfig:
     )
     fade: float = setting(12.0, "frames", "Last part of that time, in which it less and less is.")
     landing: float = setting(
-        14.0, "frames", "Time before and after a contact in which a hand may rise less than that."
+        0.012, "m/frame", "Largest rise for each frame from a contact: so fast does a hand land."
     )
     window: int = setting(5, "frames", "Width of the neighbourhood whose largest rise counts.")
     smoothing: float = setting(1.5, "frames", "Standard deviation of the filter over the rise.")

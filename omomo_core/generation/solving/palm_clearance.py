@@ -98,7 +98,7 @@ def _landed(
     own = (keys >= hold.start) & (keys < hold.stop)
     held, series = np.interp(t, keys[own], needed[own]), np.interp(t, keys, needed)
     away = frames_away(hold, t)
-    most = held + PALM_CLEARANCE.highest * min_jerk(away / PALM_CLEARANCE.landing)
+    most = held + PALM_CLEARANCE.landing * away
     series = np.minimum(np.where(away > 0, np.maximum(series, held), held), most)
     widest = np.minimum(maximum_filter1d(series, PALM_CLEARANCE.window, mode="nearest"), most)
     smooth = gaussian_filter1d(widest, PALM_CLEARANCE.smoothing, mode="nearest")
