@@ -79,6 +79,22 @@ class GripConfig:
 
 
 @dataclass(frozen=True)
+class GripNamingConfig:
+    """Which grip a contact is called after what is within a hand's span."""
+
+    palm_thickness: float = setting(0.029, "m", "Distance from the palm joint to its skin.")
+    spacing: float = setting(0.004, "m", "Distance between the places that are probed.")
+    probes: int = setting(32, "count", "Places that are probed in each direction.")
+    entry: float = setting(0.01, "m", "Distance in which a palm need not touch.")
+    below: float = setting(0.012, "m", "Depth under the palm at which edges are looked for.")
+    bar: float = setting(0.07, "m", "Thickness and width below which a hand goes around it.")
+    board: float = setting(0.045, "m", "Thickness below which thumb and fingers pinch a board.")
+    finger_reach: float = setting(0.1, "m", "Distance of an edge over which fingers hook.")
+    thumb_reach: float = setting(0.06, "m", "Distance of an edge beside the palm.")
+    level_cosine: float = setting(0.8, "cosine", "Of a face's tilt up to which it is a top.")
+
+
+@dataclass(frozen=True)
 class GraspConfig:
     """How fingers are fitted to what is held: residuals in millimetres, angles in radians."""
 
@@ -182,6 +198,7 @@ class SoleConfig:
 
 FINGER_RANGES = FingerRangesConfig()
 GRIP = GripConfig()
+GRIP_NAMING = GripNamingConfig()
 GRASP = GraspConfig()
 HAND_SKIN = HandSkinConfig()
 LIMB = LimbConfig()
@@ -194,6 +211,7 @@ class BodyConfig:
 
     finger_ranges: FingerRangesConfig = FINGER_RANGES
     grip: GripConfig = GRIP
+    grip_naming: GripNamingConfig = GRIP_NAMING
     grasp: GraspConfig = GRASP
     hand_skin: HandSkinConfig = HAND_SKIN
     limb: LimbConfig = LIMB

@@ -16,6 +16,7 @@ from omomo_core.body.config import GRASP, GRIP
 from omomo_core.body.finger_fit import KeyFrames, fit_fingers, slowed
 from omomo_core.body.finger_model import PER_PHALANX, finger_model, pose_fingers, rotations
 from omomo_core.body.grip import HandPoses, find_grips, opened_angles, relaxed_angles
+from omomo_core.body.grip_names import name_grips
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.distance_field import DistanceField
 from omomo_core.geometry.easing import min_jerk
@@ -29,9 +30,11 @@ class ClosedFingers:
     fingers: Float[Tensor, "*b frames 30 3 3"]
     """Rotation of each finger joint relative to its parent."""
     depth: Float[Tensor, "*b frames 2"]
-    """Depth of the deepest finger of the left and the right hand, metres; 0 where none is inside."""
+    """Depth of the deepest finger or palm of the left and the right hand, metres; 0 where none is inside."""
     pad_distance: Float[Tensor, "*b frames 2"]
     """Distance from the surface to the third nearest fingertip of a hand that holds, metres; else 0."""
+    grip: Int[Tensor, "*b frames 2"]
+    """Number of each hand's grip in `GRIPS`; 0 where it is free."""
 
 
 @dataclass(frozen=True)
@@ -70,14 +73,17 @@ def close_fingers(
     shape, frames = weight.shape, weight.shape[-2]
     fingers = body.relaxed_fingers.float().expand(*shape[:-1], 30, 3, 3)
     if not weight.numel():
-        return ClosedFingers(fingers, torch.zeros(shape), torch.zeros(shape))
+        return ClosedFingers(
+            *(fingers, torch.zeros(shape), torch.zeros(shape)), torch.zeros(shape).long()
+        )
     fingers = _by_hand(fingers.reshape(-1, frames, 2, 5, 3, 3, 3)).clone()
-    measures = torch.zeros(2, len(fingers), frames)
+    measures, grips = torch.zeros(2, len(fingers), frames), torch.zeros(len(fingers), frames).long()
     hands = _sequences(R_world_wrist, wrists, T_world_object, weight)
     share = _falling(hands.away, GRASP.shaping, GRASP.leaving)
     if (share > 0).any():
         keys = torch.arange(0, frames + GRASP.stride - 1, GRASP.stride).clamp(max=frames - 1)
         chosen = _key_frames(body, hands, keys, field)
+        grips = _named(body, hands, T_world_object, field)
         angles = fit_fingers(finger_model(body), chosen, len(fingers), keys, field)
         relaxed = relaxed_angles()
         angles = slowed(relaxed + share[:, keys, None, None] * (angles - relaxed), keys)
@@ -93,7 +99,8 @@ def close_fingers(
         measures[1] *= hands.weight >= GRASP.full_weight
     depth, pads = measures.unflatten(1, (-1, 2)).mT.reshape(2, *shape)
     fingers = fingers.unflatten(0, (-1, 2)).transpose(1, 2)
-    return ClosedFingers(fingers.reshape(*shape[:-1], 30, 3, 3), depth, pads)
+    grip = grips.unflatten(0, (-1, 2)).mT.reshape(shape)
+    return ClosedFingers(fingers.reshape(*shape[:-1], 30, 3, 3), depth, pads, grip)
 
 
 def _recorded(
@@ -149,10 +156,7 @@ def _key_frames(
     body: BodyModel, hands: _Sequences, keys: Int[Tensor, " keys"], field: DistanceField
 ) -> KeyFrames:
     """Return the key frames in which fingers leave their rest, with the grip of the nearest contact."""
-    spans = [
-        (row, *span) for row, away in enumerate(hands.away.numpy()) for span in runs(away == 0)
-    ]
-    rows, start, stop = torch.tensor(spans).T
+    rows, start, stop = _spans(hands)
     part = (torch.arange(GRIP.poses) + 0.5) / GRIP.poses
     seen = (start[:, None] + part * (stop - start)[:, None]).long().flatten()
     grips = find_grips(body, hands.at(rows.repeat_interleave(GRIP.poses), seen), field)
@@ -169,6 +173,34 @@ def _key_frames(
         hands.weight[row, frame],
         relaxed + shape * (grip - relaxed),
     )
+
+
+def _named(
+    body: BodyModel,
+    hands: _Sequences,
+    T_world_object: Float[Tensor, "frames 4 4"],
+    field: DistanceField,
+) -> Int[Tensor, "rows frames"]:
+    """Return the grip of each frame: that of its contact, seen in the contact's middle."""
+    rows, start, stop = _spans(hands)
+    middle = (start + stop) // 2
+    up = T_world_object[middle, 2, :3].float()
+    found = name_grips(body, hands.at(rows, middle), up, field)
+    grips = torch.zeros(hands.away.shape, dtype=torch.long)
+    for row, a, b, grip in zip(rows, start, stop, found, strict=True):
+        grips[row, a:b] = grip
+    return grips
+
+
+def _spans(
+    hands: _Sequences,
+) -> tuple[Int[Tensor, " spans"], Int[Tensor, " spans"], Int[Tensor, " spans"]]:
+    """Return sequence, first frame and the frame after the last of each contact."""
+    spans = [
+        (row, *span) for row, away in enumerate(hands.away.numpy()) for span in runs(away == 0)
+    ]
+    rows, start, stop = torch.tensor(spans).T
+    return rows, start, stop
 
 
 def _opened(
@@ -208,12 +240,15 @@ def _measures(
     angles: Float[Tensor, "rows keys 5 angles"],
     field: DistanceField,
 ) -> Float[Tensor, "2 rows keys"]:
-    """Return the depth of the deepest finger, and the distance of the third nearest fingertip."""
+    """Return the depth of the deepest skin, and the distance of the third nearest fingertip."""
     row, key = keys.place.T
-    skin = pose_fingers(finger_model(body), keys.poses.side, angles[row, key]).points
+    model = finger_model(body)
+    skin = pose_fingers(model, keys.poses.side, angles[row, key]).points
     distance = field.at(keys.poses.placed(skin))
+    palm = field.at(keys.poses.placed(model.palm[keys.poses.side]))
     found = torch.zeros(2, *angles.shape[:2])
-    found[0, row, key] = (-distance.flatten(1).amin(dim=1)).clamp(min=0.0)
+    deepest = torch.minimum(distance.flatten(1).amin(dim=1), palm.amin(dim=1))
+    found[0, row, key] = (-deepest).clamp(min=0.0)
     tips = distance[..., -PER_PHALANX:].amin(dim=-1).clamp(min=0.0)
     found[1, row, key] = tips.sort(dim=-1).values[:, 2]
     return found

@@ -179,7 +179,11 @@ def assemble_people(
             segments[k],
             solved.miss[k].double().numpy(),
             depth[k],
-            FingerFit(closed.depth[k].double().numpy(), closed.pad_distance[k].double().numpy()),
+            FingerFit(
+                closed.depth[k].double().numpy(),
+                closed.pad_distance[k].double().numpy(),
+                closed.grip[k].numpy(),
+            ),
         )
         for k in range(len(hands))
     ]
