@@ -117,6 +117,8 @@ class Manifest(_Record):
     """What the user should know about the take, in sentences."""
     faults: tuple[str, ...]
     """What could not be satisfied in the chosen sample, in sentences."""
+    grips: tuple[str, ...] = ()
+    """How the hands of the chosen sample hold, in sentences; empty in older results."""
     timings: dict[str, float]
     """Seconds spent in each stage."""
     files: tuple[str, ...]

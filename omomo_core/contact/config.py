@@ -128,6 +128,11 @@ class AnchorConfig:
     palm_thickness: float = setting(
         0.029, "m", "Distance from the palm joint, inside the hand, to the skin that touches."
     )
+    least_clearance: float = setting(
+        0.75,
+        "palm thicknesses",
+        "Distance of a palm joint from the surface below which it would be in another part of the object.",
+    )
     blend: int = setting(
         8, "frames", "Time in which a palm goes from the prediction onto its anchor, and back."
     )
