@@ -117,9 +117,9 @@ class GraspConfig:
     closing: float = setting(
         8.0, "frames", "Time in which an opened hand closes, and in which it opens to let go."
     )
-    rounds: int = setting(6, "count", "Gauss-Newton steps.")
+    rounds: int = setting(8, "count", "Gauss-Newton steps.")
     exact_rounds: int = setting(
-        4, "count", "Last steps, which measure to the surface itself instead of the grid."
+        5, "count", "Last steps, which measure to the surface itself instead of the grid."
     )
     exact_range: float = setting(0.012, "m", "Distance within which they do so.")
     longest_step: float = setting(0.3, "rad", "Longest step of an angle.")
