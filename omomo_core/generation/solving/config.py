@@ -164,7 +164,7 @@ class PalmPlanConfig:
     change: float = setting(3.0, "1/rad^2", "Cost of a squared change between key frames.")
     farthest_step: float = setting(0.41, "rad", "Largest change between key frames.")
     leap: float = setting(1e3, "cost", "Cost of a larger one.")
-    range: float = setting(8.0, "1/rad", "Cost of a wrist's turn beyond its range.")
+    range: float = setting(14.0, "1/rad", "Cost of a wrist's turn beyond its range.")
     spare: float = setting(0.06, "rad", "Distance that a wrist keeps from its range's ends.")
     twist: float = setting(
         0.5, "share", "Part of a hand's turn about the forearm's axis that the forearm makes."
@@ -180,7 +180,7 @@ class PalmPlanConfig:
     )
     closeness: float = setting(0.05, "1/rad^2", "Cost of a squared turn from the solved hand.")
     fixed: float = setting(100.0, "1/rad^2", "The same where the hand is fixed.")
-    grip: float = setting(0.15, "share", "Cost of a grip that is worth less.")
+    grip: float = setting(0.3, "share", "Cost of a grip that is worth less.")
     heading_cost: float = setting(0.05, "1/rad^2", "Cost of a squared turn from the mean heading.")
     lift_cost: float = setting(1.5, "1/rad^2", "Cost of a squared lift.")
     rise_cost: float = setting(40.0, "1/m", "Cost of a palm's rise out of the object.")
