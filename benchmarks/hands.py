@@ -1,9 +1,12 @@
 """How hands hold: fingers and palms of generated people against what they hold, on the skin.
 
-Usage: python -m benchmarks.hands [--all] [--samples N] [--only WORD]
+Usage: python -m benchmarks.hands [--all] [--samples N] [--only WORD] [--pictures DIR]
 
-Objects are those of the demo, meshes of `shared` (left out where it is not) and procedural ones; all but the
-demo's are lifted, carried along a bend and put down. --all takes more of them, and longer. While a hand
+Objects are those of the demo, meshes of `shared` (left out where it is not; the variable OMOCAP_SHARED says
+where it is) and procedural ones; all but the demo's are lifted, carried along a bend and put down. --all
+takes more of them, and longer. --pictures draws each in the middle of its motion, as `omocap render --view
+hands --still` does. The last lines are of all objects, and of those whose person is not in the object: where
+the body is, its hands cannot hold. While a hand
 holds, every fourth frame is measured: how deep the deepest vertex of the fingers and of the palm is in
 the object (exact signed distance, mm: median and 99th percentile), the share of frames in which three
 finger pads or more, or the thumb's pad, are within 5 mm of the surface, the fastest finger joint (degrees
@@ -11,6 +14,7 @@ a frame), the share of frames with a wrist beyond its range, and that with a fis
 four fingers are bent by more than half a fist while the surface under the palm is flat.
 """
 
+import os
 from argparse import ArgumentParser
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -40,8 +44,11 @@ from omomo_core.learning.synthesis.props.catalogue import MAKERS, placed
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.skeleton import joint
 from omomo_core.weights.load import load_stages
+from render.hand_view import hand_cameras
+from render.stills import write_png
+from render.third_person import frames
 
-SHARED = Path(__file__).parents[1] / "shared" / "data"
+SHARED = Path(os.environ.get("OMOCAP_SHARED", Path(__file__).parents[1] / "shared")) / "data"
 FURNITURE = "objects/kaykit_furniture_cc0/addons/kaykit_furniture_bits/Assets/obj"
 FEW = ("chair_A", "table_small", "pictureframe_large_A", "lamp_standing")
 MORE = ("chair_C", "chair_stool", "cabinet_small", "shelf_B_small", "armchair", "table_medium_long",
@@ -52,6 +59,10 @@ PROPS = ("smallbox", "mop", "suitcase", "trashcan", "monitor")
 MORE_PROPS = ("vacuum", "floorlamp", "bucket", "toolbox", "ladder", "stool", "clothesstand")
 STRIDE, NEAR, FIST, FLAT = 4, 0.005, 0.9, 0.008
 """Frames; metres; mean flexion of a finger's joints, radians; metres out of the plane of a face."""
+WITHIN = 0.005
+"""Mean depth of a body in the object from which its hands cannot hold, metres."""
+SIZE = (480, 400)
+"""Of a picture, pixels."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +97,7 @@ class HandMeasures:
 
 HEAD = (
     f"{'object':26}{'finger 50, 99 %':>14}{'palm 50, 99 %':>14}{'3 pads':>8}{'thumb':>7}{'deg/f':>7}"
-    f"{'wrist':>7}{'fist':>6}"
+    f"{'wrist':>7}{'fist':>6}{'body':>6}"
 )
 
 
@@ -214,28 +225,54 @@ def _fists(fingers: np.ndarray, side: int, distance: np.ndarray, hand: HandSkin)
     return (bent > FIST).all(axis=1) & flat
 
 
+def picture(path: Path, person: Person, motion: ObjectMotion, body: BodyModel) -> None:
+    """Draw the hands in the middle of their contacts."""
+    human = person.human
+    held = np.flatnonzero(human.hand_contact.max(axis=1) > 0.5)
+    frame = int(held[len(held) // 2]) if len(held) else 0
+    width, height = SIZE
+    cameras = hand_cameras(human, width, height)
+    drawn = frames(human, motion, body, width=width, height=height, cameras=cameras, samples=4,
+                   markers=False, time_code=False, only=[frame])  # fmt: skip
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_png(path, next(drawn))
+
+
+def summary(name: str, measured: list[HandMeasures]) -> str:
+    """The measures of several objects together, in one line."""
+    columns = [
+        np.concatenate([np.ravel(x) for x in c])
+        for c in zip(*(vars(h).values() for h in measured), strict=True)
+    ]
+    return f"{name:26}{HandMeasures(*columns).row()}"
+
+
 def main() -> None:
     parser = ArgumentParser()
     parser.add_argument("--all", action="store_true")
     parser.add_argument("--samples", type=int, default=1)
     parser.add_argument("--only", default="")
+    parser.add_argument("--pictures", type=Path)
     said = parser.parse_args()
     body, stages = load_body(), load_stages()
     print(HEAD)
     every: list[HandMeasures] = []
+    outside: list[HandMeasures] = []
     for name, make in cases(said.all):
         if said.only not in name:
             continue
         motion, start = make(), perf_counter()
         made = generate(motion, body, stages, GenerationOptions(said.samples))
         took = perf_counter() - start
-        every.append(measure(made.people[made.chosen], motion, body))
-        print(f"{name:26}{every[-1].row()}   {took:.1f} s", flush=True)
-    columns = [
-        np.concatenate([np.ravel(x) for x in c])
-        for c in zip(*(vars(h).values() for h in every), strict=True)
-    ]
-    print(f"{'all':26}{HandMeasures(*columns).row()}")
+        person = made.people[made.chosen]
+        every.append(measure(person, motion, body))
+        within = float(person.depth.mean())
+        outside += every[-1:] * (within < WITHIN)
+        print(f"{name:26}{every[-1].row()} {1000 * within:5.1f}   {took:.1f} s", flush=True)
+        if said.pictures:
+            picture(said.pictures / f"{name.replace(' ', '-')}.png", person, motion, body)
+    print(summary("all", every))
+    print(summary("bodies outside", outside))
 
 
 if __name__ == "__main__":

@@ -37,6 +37,7 @@ def save_sample(path: Path, sample: GeneratedSample) -> None:
     if person.finger_fit is not None:
         arrays["finger_depth"] = person.finger_fit.depth
         arrays["pad_distance"] = person.finger_fit.pad_distance
+        arrays["grip"] = person.finger_fit.grip
     with whole_file(path) as partial:
         np.savez(partial, miss=person.miss, depth=person.depth, **arrays, **human)
 
@@ -52,8 +53,8 @@ def load_sample(path: Path) -> GeneratedSample:
     )
     human = HumanMotion(**{f.name: data[f.name] for f in fields(HumanMotion)})
     fit = None
-    if "finger_depth" in data:
-        fit = FingerFit(data["finger_depth"], data["pad_distance"])
+    if "grip" in data:
+        fit = FingerFit(data["finger_depth"], data["pad_distance"], data["grip"])
     person = Person(human, segments, data["miss"], data["depth"], fit)
     return GeneratedSample(
         person, described["chosen"], tuple(described["scores"]), tuple(described["notes"])

@@ -10,6 +10,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from capture_app.validation import first_problem
 from omomo_core.config import Number
 from omomo_core.errors import InputError
 
@@ -116,6 +117,8 @@ class Manifest(_Record):
     """What the user should know about the take, in sentences."""
     faults: tuple[str, ...]
     """What could not be satisfied in the chosen sample, in sentences."""
+    grips: tuple[str, ...] = ()
+    """How the hands of the chosen sample hold, in sentences; empty in older results."""
     timings: dict[str, float]
     """Seconds spent in each stage."""
     files: tuple[str, ...]
@@ -142,10 +145,10 @@ def read_manifest(path: Path) -> Manifest:
             fix="Give the folder that `omocap run` wrote.",
         ) from error
     except ValidationError as error:
-        first = error.errors()[0]
+        field, problem = first_problem(error.errors())
         raise InputError(
             "manifest-invalid",
-            f"The manifest cannot be read: {'.'.join(map(str, first['loc']))}: {first['msg']}.",
+            f"The manifest cannot be read: {field}: {problem}.",
             where=str(path),
             fix="Run the take again with this version of omocap.",
         ) from error

@@ -20,6 +20,7 @@ from capture_app.motion_config import recorded_config
 from capture_app.prepare import PreparedTake
 from capture_app.result import Result
 from capture_app.start_position import start_position_note
+from omomo_core.body.grip_names import GRIPS
 from omomo_core.generation.person import Person
 from omomo_core.generation.selection.speed_limits import Leap, find_leaps
 from omomo_core.geometry.runs import runs
@@ -46,15 +47,32 @@ def unsatisfied(person: Person) -> tuple[str, ...]:
     return tuple(f"From {a / FPS:.2f} to {b / FPS:.2f} s {text}." for a, b, text in events)
 
 
+def held_grips(person: Person) -> tuple[str, ...]:
+    """Return how each hand holds and when, in the order of time; nothing where it is not known."""
+    if person.finger_fit is None:
+        return ()
+    grip = person.finger_fit.grip
+    found = sorted(
+        (start, stop, side, name)
+        for side, column in enumerate(grip.T)
+        for number, name in enumerate(GRIPS)
+        for start, stop in runs((column == number) & (column > 0))
+    )
+    return tuple(
+        f"From {a / FPS:.2f} to {b / FPS:.2f} s the {('left', 'right')[side]} hand holds: {name}."
+        for a, b, side, name in found
+    )
+
+
 def _misses(person: Person) -> list[_Told]:
     fit = person.finger_fit
-    fingers = np.zeros((0, 2)) if fit is None else fit.depth
+    hands = np.zeros((0, 2)) if fit is None else fit.depth
     events = (
-        ("fingers of the left hand are up to {:.0f} cm inside the object", fingers[:, 0]),
-        ("fingers of the right hand are up to {:.0f} cm inside the object", fingers[:, 1]),
+        ("the left hand is up to {:.0f} cm inside the object", hands[:, 0]),
+        ("the right hand is up to {:.0f} cm inside the object", hands[:, 1]),
         ("the left palm is up to {:.0f} cm off its place on the object", person.miss[:, 0]),
         ("the right palm is up to {:.0f} cm off its place on the object", person.miss[:, 1]),
-        ("the body is up to {:.0f} cm inside the object", person.depth),
+        ("the body without hands is up to {:.0f} cm inside the object", person.depth),
     )
     stretches = [
         (start, stop, text.format(100 * curve[start:stop].max()))
@@ -106,6 +124,7 @@ def run_manifest(
             *start_position_note(prepared.stood, sample.person.human),
         ),
         faults=(*sample.notes, *unsatisfied(sample.person)),
+        grips=held_grips(sample.person),
         timings=timings,
         files=files,
     )
@@ -146,6 +165,7 @@ def correction_manifest(
         chosen=sample.chosen,
         notes=first.notes,
         faults=(*sample.notes, *unsatisfied(sample.person)),
+        grips=held_grips(sample.person),
         timings=timings,
         files=files,
     )

@@ -9,6 +9,7 @@ import numpy as np
 from capture_app.manifest import MANIFEST, MOTION, Manifest, read_manifest
 from capture_app.picture_bytes import decoded, encoded
 from capture_app.quaternions import matrix_from_xyzw, same_numbers, xyzw_from_matrix
+from omomo_core.body.grip_names import GRIPS
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel, with_height
 from omomo_core.contact.segment import ContactSegment
@@ -108,6 +109,7 @@ def save_motion(
         "joint_names": np.array(JOINT_NAMES),
         "rotation_names": np.array(BODY_JOINTS),
         "finger_names": np.array(FINGER_JOINTS),
+        "grip_names": np.array(GRIPS),
         **_people_arrays(people),
         **_object_arrays(object_motion),
     }
@@ -187,7 +189,9 @@ def _people_arrays(people: Sequence[Person]) -> dict[str, np.ndarray]:
         arrays["finger_depth"] = np.stack([f.depth for f in fits])
         arrays["pad_distance"] = np.stack([f.pad_distance for f in fits])
     arrays["contact_anchors"] = np.array(anchors).reshape(-1, 3)
-    single = {key: array.astype(np.float32) for key, array in arrays.items()}
+    single: dict[str, np.ndarray] = {k: array.astype(np.float32) for k, array in arrays.items()}
+    if len(fits) == len(people):
+        single["grip"] = np.stack([f.grip for f in fits]).astype(np.uint8)
     return {**single, "contact_spans": np.array(spans, np.int32).reshape(-1, 4)}
 
 
@@ -232,8 +236,10 @@ def _person(data: dict[str, np.ndarray], k: int) -> Person:
         if sample == k
     )
     fit = None
-    if "finger_depth" in data:
-        fit = FingerFit(data["finger_depth"][k], data["pad_distance"][k])
+    if "grip" in data:
+        fit = FingerFit(
+            data["finger_depth"][k], data["pad_distance"][k], data["grip"][k].astype(np.int64)
+        )
     return Person(human, segments, data["palm_miss"][k], data["inside"][k], fit)
 
 

@@ -32,6 +32,7 @@ FIGURES = {
     "contact_f1_all_frames": "F1 all",
     "foot_sliding_cm": "Sliding",
     "penetration_cm": "Inside",
+    "hand_penetration_cm": "Hands in",
 }
 """What is printed; the file has more."""
 SPREAD = {

@@ -71,5 +71,7 @@ def summarise(result: "Result") -> None:
             f"The person begins at {x:z.1f},{y:z.1f}. If that is the wrong side of the object, say where the "
             "person stood: --stood x,y."
         )
+    for grip in manifest.grips:
+        output.print(grip)
     for note in (*manifest.notes, *manifest.faults):
         say("Note", note, "yellow")

@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, TypeVar
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from capture_app.commands.text_values import read_size
+from capture_app.validation import first_problem
 from omomo_core.errors import InputError
 
 
@@ -62,11 +63,10 @@ def validated(model: type[Asked], said: Mapping[str, Any], code: str, **context:
     try:
         return model.model_validate(said, context=context)
     except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join(map(str, first["loc"]))
+        field, problem = first_problem(error.errors())
         raise InputError(
             code,
-            f"{field}: {first['msg']}.",
+            f"{field}: {problem}.",
             where=context.get("where") or f"{context.get('prefix', '')}{field}",
             fix="Correct it in the table or on the command line.",
         ) from error

@@ -27,7 +27,8 @@ class Measure:
 MEASURES = {
     "held_percent": Measure("moving object held", "%", 0, more_is_better=True),
     "slip_cm_s": Measure("hands slip", "cm/s", 1),
-    "penetration_cm": Measure("body in object", "cm", 2),
+    "penetration_cm": Measure("body without hands in object", "cm", 2),
+    "hand_penetration_cm": Measure("hands in object", "cm", 2),
     "foot_sliding_cm": Measure("foot sliding", "cm", 2),
     "jerk_m_s3": Measure("jerk", "m/s3", 0),
     "mpjpe_cm": Measure("MPJPE", "cm", 1),
@@ -51,11 +52,13 @@ def own_figures(motion: Motion) -> Figures:
     T, joints = motion.object_motion.T_world_object, motion.human.joints
     must = thing.clip(T).must_hold
     touched = touching.palms(joints[:, 22:].astype(np.float64))[must]
+    deep = touching.penetration(motion.human, motion.body)
     held = {"held_percent": 100 * float(touched.any(axis=1).mean())} if len(touched) else {}
     return {
         **held,
         **_slip(motion),
-        "penetration_cm": touching.penetration(motion.human, motion.body)["penetration_cm"],
+        "penetration_cm": deep["penetration_cm"],
+        "hand_penetration_cm": deep["hand_penetration_cm"],
         "foot_sliding_cm": foot_measures(joints)["foot_sliding_cm"],
         "jerk_m_s3": _jerk(joints),
     }

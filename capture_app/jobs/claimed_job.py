@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from capture_app.commands.request import Request
-from capture_app.jobs.engine import durable
+from capture_app.jobs.engine import durable, others_waited_for, waited_for
 from capture_app.jobs.job_errors import job_error
 from capture_app.jobs.protocol import Attempt, JobKind, StagedJob
 from capture_app.jobs.queue import JobQueue, order_id
 from capture_app.jobs.record import JobError
-from capture_app.jobs.reporter import JobCancelled, JobReporter
+from capture_app.jobs.reporter import JobCancelled, JobPostponed, JobReporter
 from capture_app.jobs.worker_store import WorkerStore
 
 _log = logging.getLogger(__name__)
@@ -35,6 +35,7 @@ class ClaimedJob:
         self._desk = JobReporter(row, self._kind.shares if self._kind else {})
         self._ending = row["state"] == "cancelling" or row["error"] is not None
         """Only cleaning is left, which need not hear that the job is unwanted."""
+        self._waited_for: bool | None = None
         # From taking the news to having written it: the last writing must not overtake another.
         self._writing = threading.Lock()
 
@@ -66,6 +67,13 @@ class ClaimedJob:
         if state == "cancelling":
             self._desk.cancel()
         return 0.0 if self._ending else self._desk.unwanted
+
+    def let_others_first(self) -> None:
+        """Put the job back into the queue soon, where another one is waited for; for another thread."""
+        if self._waited_for is None:  # asked in the job's own thread, DBOS would note it as a step
+            self._waited_for = waited_for(self._row["workflow"])
+        if not self._waited_for and not self._ending and others_waited_for():
+            self._desk.postpone()
 
     def _begin(self) -> StagedJob | None:
         """The job as it is now, or None when it was over before it began."""
@@ -114,6 +122,9 @@ class ClaimedJob:
         except JobCancelled:
             self._cancelled(work)
             return False
+        except JobPostponed:
+            self._postponed(work)
+            return False
         except Exception as error:
             self._check_ours()
             self._fail(self._told(error), work)
@@ -135,6 +146,17 @@ class ClaimedJob:
         self._ending = True
         work.discard()
         self._end("cancelled", {})
+
+    def _postponed(self, work: StagedJob) -> None:
+        self._ending = True
+        work.discard()
+        queue = JobQueue(self._ledger.database)
+        try:
+            with self._writing:
+                self._desk.news()
+                queue.postpone(self._row["id"], self._ledger.worker)
+        finally:
+            queue.let_go()
 
     def _end(self, state: Any, values: Mapping[str, Any]) -> None:
         with self._writing:

@@ -20,6 +20,8 @@ _VERSION = "1"
 """Of the steps: workers only take up jobs of their own version."""
 _LOOK = 0.1
 """Seconds between looks into an empty queue."""
+_FIRST_IN_QUEUE = 100
+"""Jobs that are looked at for one that somebody waits for."""
 
 
 def launch(database: Database, worker: str, perform: Callable[[str, str], None]) -> None:
@@ -75,6 +77,20 @@ def running() -> dict[str, str]:
     """Who runs each workflow that was begun and has not ended: workers by the workflow's id."""
     pending = DBOS.list_workflows(status="PENDING", name=WORKFLOW, load_input=False)
     return {flow.workflow_id: flow.executor_id or "" for flow in pending}
+
+
+def waited_for(workflow: str) -> bool:
+    """Whether somebody waits for this job."""
+    status = DBOS.get_workflow_status(workflow)
+    return status is None or not status.priority
+
+
+def others_waited_for() -> bool:
+    """Whether somebody waits for a job that has not begun."""
+    queued = DBOS.list_queued_workflows(
+        queue_name=QUEUE, status="ENQUEUED", load_input=False, limit=_FIRST_IN_QUEUE
+    )
+    return any(not other.priority for other in queued)
 
 
 def release(workers: Collection[str]) -> None:

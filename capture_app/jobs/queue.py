@@ -169,6 +169,15 @@ class JobQueue:
             )
         return self.get(id)
 
+    def postpone(self, id: str, worker: str) -> None:
+        """Put a job that nobody waits for, and that a worker has begun, behind those that wait."""
+        workflow = new_workflow(id)
+        begun = sa.and_(JOBS.c.id == id, JOBS.c.worker == worker, JOBS.c.state == "running")
+        later = {"workflow": workflow, "state": "queued", "worker": None, "fraction": 0.0}
+        with self._database.begin() as c:
+            if c.execute(sa.update(JOBS).where(begun).values(later)).rowcount:
+                self._enqueue(c, id, workflow, waited_for=False)
+
     def again(self, id: str) -> JobRecord | None:
         """Put a job that is over into the queue once more, from its beginning."""
         workflow = new_workflow(id)

@@ -12,6 +12,10 @@ class JobCancelled(BaseException):
     """Its owner does not want the job any more; no handler of errors is meant to catch this."""
 
 
+class JobPostponed(BaseException):
+    """Somebody waits for another job, and nobody for this one, which goes back into the queue."""
+
+
 class JobReporter:
     """Progress, log, timings and summary of a job, until they are written to the database."""
 
@@ -29,6 +33,7 @@ class JobReporter:
         self._done: dict[str, float] = {}
         self._lock = threading.Lock()
         self._cancelled: float | None = None
+        self._postponed = False
         self._news: dict[str, Any] = {}
         self._fraction: float = row["fraction"]
         self._log: list[str] = list(row["log"])
@@ -39,6 +44,7 @@ class JobReporter:
 
         Raises:
             JobCancelled: the job is not wanted any more.
+            JobPostponed: another job comes first.
         """
         self.check_wanted()
         self._done[stage] = min(max(float(fraction), 0.0), 1.0)
@@ -62,18 +68,25 @@ class JobReporter:
             self._news["summary"] = self._summary
 
     def check_wanted(self) -> None:
-        """Stop here if nobody wants the job any more.
+        """Stop here if nobody wants the job any more, or not now.
 
         Raises:
-            JobCancelled: so it is.
+            JobCancelled: nobody wants it.
+            JobPostponed: another job comes first.
         """
         if self._cancelled is not None:
             raise JobCancelled
+        if self._postponed:
+            raise JobPostponed
 
     def cancel(self) -> None:
         """The next progress stops the job."""
         if self._cancelled is None:
             self._cancelled = time.monotonic()
+
+    def postpone(self) -> None:
+        """The next progress stops the job, which is done later."""
+        self._postponed = True
 
     @property
     def unwanted(self) -> float:

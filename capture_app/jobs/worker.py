@@ -127,8 +127,10 @@ class Worker:
                     if not self._ledger.beat():
                         self._perish("others have taken it for dead")
                     last = time.monotonic()
-                if (task := self._task) is not None and task.report() > tempo.obey:
-                    self._leave()  # nobody can stop a thread that does not listen
+                if (task := self._task) is not None:
+                    if task.report() > tempo.obey:
+                        self._leave()  # nobody can stop a thread that does not listen
+                    task.let_others_first()
             except Exception as error:
                 _log.warning("The database did not answer: %s", error)
                 if time.monotonic() - last > tempo.silence:

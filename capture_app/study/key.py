@@ -6,6 +6,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from capture_app.study.design import Side
+from capture_app.validation import first_problem
 from omomo_core.errors import InputError
 
 KEY, PAGES = "key.json", "pages"
@@ -71,10 +72,10 @@ def read_key(folder: Path) -> Key:
             fix="Give the folder that `omocap study make` wrote, with its key.json.",
         ) from error
     except ValidationError as error:
-        first = error.errors()[0]
+        field, problem = first_problem(error.errors())
         raise InputError(
             "study-damaged",
-            f"The answer key cannot be read: {'.'.join(map(str, first['loc']))}: {first['msg']}.",
+            f"The answer key cannot be read: {field}: {problem}.",
             where=str(path),
             fix="Make the study again with the same seed: its key will be the same.",
         ) from error

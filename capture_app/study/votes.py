@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from capture_app.study.design import Side
 from capture_app.study.key import Key, KeyItem, KeyPage
+from capture_app.validation import first_problem
 from omomo_core.errors import InputError
 
 FORMAT = "omocap study votes"
@@ -147,11 +148,8 @@ def _read(path: Path) -> VoteFile:
     except OSError as error:
         raise _refused("votes-damaged", f"It cannot be read: {error}.", path, "file") from error
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
-        what = (
-            f"These are no votes, or they are damaged: {f'{where}: ' * bool(where)}{first['msg']}."
-        )
+        where, problem = first_problem(error.errors())
+        what = f"These are no votes, or they are damaged: {f'{where}: ' * bool(where)}{problem}."
         raise _refused("votes-damaged", what, path, "file") from error
 
 

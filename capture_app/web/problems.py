@@ -12,6 +12,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
+from capture_app.validation import first_problem
 from capture_app.web.page_words import in_page_words
 from omomo_core.errors import InputError, OmocapError
 
@@ -124,11 +125,10 @@ def add_error_replies(app: FastAPI) -> None:
 
 def _invalid(_: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
-    first = error.errors()[0]
-    where = ".".join(str(part) for part in first["loc"])
+    where, said = first_problem(error.errors())
     problem = ErrorDetail(
         code="request-invalid",
-        what=f"The request does not fit: {first['msg']}.",
+        what=f"The request does not fit: {said}.",
         where=where[:200],
         fix="See /api/openapi.json for what it must look like.",
     )

@@ -56,6 +56,7 @@ class GripConfig:
     relaxed: Flexion = setting(
         (0.3, 0.18, 0.1), "rad", "Flexion of a relaxed finger's three joints."
     )
+    opened: float = setting(0.35, "share", "Bend of a hand that opens for a grip.")
     touching: tuple[float, float, float] = setting(
         (0.3, 0.5, 1.0),
         "share",
@@ -78,6 +79,22 @@ class GripConfig:
 
 
 @dataclass(frozen=True)
+class GripNamingConfig:
+    """Which grip a contact is called after what is within a hand's span."""
+
+    palm_thickness: float = setting(0.029, "m", "Distance from the palm joint to its skin.")
+    spacing: float = setting(0.004, "m", "Distance between the places that are probed.")
+    probes: int = setting(32, "count", "Places that are probed in each direction.")
+    entry: float = setting(0.01, "m", "Distance in which a palm need not touch.")
+    below: float = setting(0.012, "m", "Depth under the palm at which edges are looked for.")
+    bar: float = setting(0.07, "m", "Thickness and width below which a hand goes around it.")
+    board: float = setting(0.045, "m", "Thickness below which thumb and fingers pinch a board.")
+    finger_reach: float = setting(0.1, "m", "Distance of an edge over which fingers hook.")
+    thumb_reach: float = setting(0.06, "m", "Distance of an edge beside the palm.")
+    level_cosine: float = setting(0.8, "cosine", "Of a face's tilt up to which it is a top.")
+
+
+@dataclass(frozen=True)
 class GraspConfig:
     """How fingers are fitted to what is held: residuals in millimetres, angles in radians."""
 
@@ -97,6 +114,9 @@ class GraspConfig:
         "frames",
         "Time from a contact at which fingers are relaxed as recorded, whatever is near.",
     )
+    closing: float = setting(
+        8.0, "frames", "Time in which an opened hand closes, and in which it opens to let go."
+    )
     rounds: int = setting(8, "count", "Gauss-Newton steps.")
     exact_rounds: int = setting(
         5, "count", "Last steps, which measure to the surface itself instead of the grid."
@@ -105,9 +125,9 @@ class GraspConfig:
     longest_step: float = setting(0.3, "rad", "Longest step of an angle.")
     firmness: float = setting(3.0, "share", "Weight of depth in the object against a pad's touch.")
     brushing: float = setting(
-        0.03, "share", "Part of that weight for a hand that comes or goes and does not hold."
+        1.0, "share", "Part of that weight for a hand that comes or goes and does not hold."
     )
-    margin: float = setting(0.0003, "m", "Distance from the surface at which skin rests.")
+    margin: float = setting(0.001, "m", "Distance from the surface at which skin rests.")
     touch_range: float = setting(
         0.015, "m", "Distance from the surface beyond which it hardly draws skin to it."
     )
@@ -129,6 +149,10 @@ class GraspConfig:
         1500.0, "mm^2/rad^2", "Weight of the change of an angle between key frames."
     )
     rest: float = setting(1e6, "mm^2/rad^2", "Weight of the relaxed hand where it is free.")
+    still: float = setting(1e-5, "rad", "Distance of an angle from the relaxed hand that is none.")
+    fastest: tuple[float, ...] = setting(
+        (0.08, 0.028, 0.028, 0.115, 0.115), "rad/frame", "Largest speed of each angle."
+    )
 
 
 @dataclass(frozen=True)
@@ -174,6 +198,7 @@ class SoleConfig:
 
 FINGER_RANGES = FingerRangesConfig()
 GRIP = GripConfig()
+GRIP_NAMING = GripNamingConfig()
 GRASP = GraspConfig()
 HAND_SKIN = HandSkinConfig()
 LIMB = LimbConfig()
@@ -186,6 +211,7 @@ class BodyConfig:
 
     finger_ranges: FingerRangesConfig = FINGER_RANGES
     grip: GripConfig = GRIP
+    grip_naming: GripNamingConfig = GRIP_NAMING
     grasp: GraspConfig = GRASP
     hand_skin: HandSkinConfig = HAND_SKIN
     limb: LimbConfig = LIMB

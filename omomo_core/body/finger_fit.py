@@ -35,11 +35,23 @@ class KeyFrames:
 
 
 def fit_fingers(
-    model: FingerModel, keys: KeyFrames, size: tuple[int, int], field: DistanceField
-) -> Float[Tensor, "rows keys 5 angles"]:
-    """Return the angles of all key frames that fit the object best (Gauss-Newton)."""
+    model: FingerModel,
+    keys: KeyFrames,
+    rows: int,
+    times: Int[Tensor, " times"],
+    field: DistanceField,
+) -> Float[Tensor, "rows times 5 angles"]:
+    """Return the angles of all key frames that fit the object best (Gauss-Newton).
+
+    Args:
+        model: the fingers.
+        keys: those in which they leave their rest.
+        rows: how many sequences there are.
+        times: frame of each key frame of a sequence.
+        field: signed distance to the object.
+    """
     row, key = keys.place.T
-    angles = relaxed_angles().expand(*size, 5, ANGLES).clone()
+    angles = relaxed_angles().expand(rows, len(times), 5, ANGLES).clone()
     angles[row, key] = keys.goal
     for round_ in range(GRASP.rounds):
         exact = round_ >= GRASP.rounds - GRASP.exact_rounds
@@ -47,8 +59,24 @@ def fit_fingers(
         equations = _within_ranges(model, angles[row, key], *equations)
         step = _solved(*equations, keys.place, angles)
         angles = angles + step.clamp(-GRASP.longest_step, GRASP.longest_step)
-        angles = torch.minimum(torch.maximum(angles, model.low), model.high)
+        angles = slowed(torch.minimum(torch.maximum(angles, model.low), model.high), times)
     return angles
+
+
+def slowed(
+    angles: Float[Tensor, "rows keys 5 angles"], times: Int[Tensor, " keys"]
+) -> Float[Tensor, "rows keys 5 angles"]:
+    """Return the nearest paths of angles through the key frames in which none is faster than a finger.
+
+    The mean of the lowest path above and of the highest path below is as slow as both, and no path so slow
+    has a smaller largest distance from the given one.
+    """
+    apart = (times[:, None] - times).abs()
+    most = torch.tensor(GRASP.fastest) * apart[..., None]
+    paths = angles.transpose(1, 2)[:, :, None]
+    above = (paths + most).amin(dim=3)
+    below = (paths - most).amax(dim=3)
+    return (0.5 * (above + below)).transpose(1, 2)
 
 
 def _contact_equations(

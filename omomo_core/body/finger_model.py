@@ -14,7 +14,7 @@ from torch import Tensor
 from torch.nn.functional import normalize
 
 from omomo_core.body.config import FINGER_RANGES, HAND_SKIN
-from omomo_core.body.hand_skin import HandSkin, hand_skins, palmar_directions
+from omomo_core.body.hand_skin import PALM, HandSkin, hand_skins, palmar_directions
 from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.model import BodyModel
 from omomo_core.body.skinning import vertex_normals
@@ -23,6 +23,8 @@ ANGLES = 5
 """Of each finger: flexion, abduction and twist at its base, flexion of the middle and of the last joint."""
 PER_PHALANX = 20
 """Points on the skin of each phalanx, as far from each other as they can be."""
+_PALM_POINTS = 60
+"""Points on the skin of the palm."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,8 @@ class FingerModel:
     low: Float[Tensor, "5 5"]
     """Least angles of each finger."""
     high: Float[Tensor, "5 5"]
+    palm: Float[Tensor, "2 palmpoints 3"]
+    """Points on the skin of the palm, from the wrist."""
 
 
 @dataclass(frozen=True)
@@ -148,7 +152,14 @@ def finger_model(body: BodyModel) -> FingerModel:
         palmar=faces,
         low=ranges[..., 0],
         high=ranges[..., 1],
+        palm=torch.stack([_palm_points(body, side) for side in range(2)]),
     )
+
+
+def _palm_points(body: BodyModel, side: int) -> Float[Tensor, "palmpoints 3"]:
+    """Return points on the skin from the heel of the hand to the knuckles, from the wrist."""
+    hand, places = hand_skins(body)[side], body.vertices - body.rest_joints[WRISTS[side]]
+    return places[_spread(places, hand.vertices[hand.finger == PALM], _PALM_POINTS)]
 
 
 def _points(
@@ -177,12 +188,14 @@ def _points(
     return places[chosen], shares, phalanx, faces
 
 
-def _spread(places: Float[Tensor, "all 3"], among: Int[Tensor, " some"]) -> Int[Tensor, " chosen"]:
+def _spread(
+    places: Float[Tensor, "all 3"], among: Int[Tensor, " some"], count: int = PER_PHALANX
+) -> Int[Tensor, " chosen"]:
     """Return vertices that are far from each other: each is the farthest from those before it."""
     own = places[among]
     chosen = [int((own - own.mean(dim=0)).norm(dim=1).argmax())]
     far = (own - own[chosen[0]]).norm(dim=1)
-    while len(chosen) < PER_PHALANX:
+    while len(chosen) < count:
         chosen.append(int(far.argmax()))
         far = torch.minimum(far, (own - own[chosen[-1]]).norm(dim=1))
     return among[chosen]

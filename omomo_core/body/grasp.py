@@ -9,13 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 import roma
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
 from omomo_core.body.config import GRASP, GRIP
-from omomo_core.body.finger_fit import KeyFrames, fit_fingers
+from omomo_core.body.finger_fit import KeyFrames, fit_fingers, slowed
 from omomo_core.body.finger_model import PER_PHALANX, finger_model, pose_fingers, rotations
-from omomo_core.body.grip import HandPoses, find_grips, relaxed_angles
+from omomo_core.body.grip import HandPoses, find_grips, opened_angles, relaxed_angles
+from omomo_core.body.grip_names import name_grips
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.distance_field import DistanceField
 from omomo_core.geometry.easing import min_jerk
@@ -29,9 +30,11 @@ class ClosedFingers:
     fingers: Float[Tensor, "*b frames 30 3 3"]
     """Rotation of each finger joint relative to its parent."""
     depth: Float[Tensor, "*b frames 2"]
-    """Depth of the deepest finger of the left and the right hand, metres; 0 where none is inside."""
+    """Depth of the deepest finger or palm of the left and the right hand, metres; 0 where none is inside."""
     pad_distance: Float[Tensor, "*b frames 2"]
     """Distance from the surface to the third nearest fingertip of a hand that holds, metres; else 0."""
+    grip: Int[Tensor, "*b frames 2"]
+    """Number of each hand's grip in `GRIPS`; 0 where it is free."""
 
 
 @dataclass(frozen=True)
@@ -70,22 +73,25 @@ def close_fingers(
     shape, frames = weight.shape, weight.shape[-2]
     fingers = body.relaxed_fingers.float().expand(*shape[:-1], 30, 3, 3)
     if not weight.numel():
-        return ClosedFingers(fingers, torch.zeros(shape), torch.zeros(shape))
+        return ClosedFingers(
+            *(fingers, torch.zeros(shape), torch.zeros(shape)), torch.zeros(shape).long()
+        )
     fingers = _by_hand(fingers.reshape(-1, frames, 2, 5, 3, 3, 3)).clone()
-    measures = torch.zeros(2, len(fingers), frames)
+    measures, grips = torch.zeros(2, len(fingers), frames), torch.zeros(len(fingers), frames).long()
     hands = _sequences(R_world_wrist, wrists, T_world_object, weight)
     share = _falling(hands.away, GRASP.shaping, GRASP.leaving)
     if (share > 0).any():
         keys = torch.arange(0, frames + GRASP.stride - 1, GRASP.stride).clamp(max=frames - 1)
         chosen = _key_frames(body, hands, keys, field)
-        angles = fit_fingers(finger_model(body), chosen, (len(fingers), len(keys)), field)
-        row, frame = (share > 0).nonzero().T
+        grips = _named(body, hands, T_world_object, field)
+        angles = fit_fingers(finger_model(body), chosen, len(fingers), keys, field)
+        relaxed = relaxed_angles()
+        angles = slowed(relaxed + share[:, keys, None, None] * (angles - relaxed), keys)
+        row, frame = _moved(angles, keys, frames).nonzero().T
         before, after, u = _between(keys, frame)
         a, b = angles[row, before], angles[row, after]
         found = rotations(finger_model(body), row % 2, a + u[:, None, None] * (b - a))
-        free = fingers[row, frame]
-        turn = share[row, frame][:, None, None, None] * roma.rotmat_to_rotvec(free.mT @ found)
-        fingers[row, frame] = free @ roma.rotvec_to_rotmat(turn)
+        fingers[row, frame] = found @ _recorded(body, row % 2, 1 - share[row, frame])
         seen = _measures(body, chosen, angles, field)
         measures[:, row, frame] = seen[:, row, before] + u * (
             seen[:, row, after] - seen[:, row, before]
@@ -93,7 +99,18 @@ def close_fingers(
         measures[1] *= hands.weight >= GRASP.full_weight
     depth, pads = measures.unflatten(1, (-1, 2)).mT.reshape(2, *shape)
     fingers = fingers.unflatten(0, (-1, 2)).transpose(1, 2)
-    return ClosedFingers(fingers.reshape(*shape[:-1], 30, 3, 3), depth, pads)
+    grip = grips.unflatten(0, (-1, 2)).mT.reshape(shape)
+    return ClosedFingers(fingers.reshape(*shape[:-1], 30, 3, 3), depth, pads, grip)
+
+
+def _recorded(
+    body: BodyModel, side: Int[Tensor, " some"], weight: Float[Tensor, " some"]
+) -> Float[Tensor, "some 5 3 3 3"]:
+    """Return the turn from the relaxed angles to the body's relaxed fingers, as far as a hand is free."""
+    relaxed = rotations(finger_model(body), torch.arange(2), relaxed_angles().expand(2, -1, -1))
+    own = body.relaxed_fingers.float().view(2, 5, 3, 3, 3)
+    turn = roma.rotmat_to_rotvec(relaxed.mT @ own)[side]
+    return roma.rotvec_to_rotmat(weight[:, None, None, None] * turn)
 
 
 def _sequences(
@@ -139,10 +156,7 @@ def _key_frames(
     body: BodyModel, hands: _Sequences, keys: Int[Tensor, " keys"], field: DistanceField
 ) -> KeyFrames:
     """Return the key frames in which fingers leave their rest, with the grip of the nearest contact."""
-    spans = [
-        (row, *span) for row, away in enumerate(hands.away.numpy()) for span in runs(away == 0)
-    ]
-    rows, start, stop = torch.tensor(spans).T
+    rows, start, stop = _spans(hands)
     part = (torch.arange(GRIP.poses) + 0.5) / GRIP.poses
     seen = (start[:, None] + part * (stop - start)[:, None]).long().flatten()
     grips = find_grips(body, hands.at(rows.repeat_interleave(GRIP.poses), seen), field)
@@ -151,13 +165,64 @@ def _key_frames(
     apart = torch.maximum(start - frame[:, None], frame[:, None] - stop + 1).clamp(min=0).float()
     nearest = apart.masked_fill(rows != row[:, None], torch.inf).argmin(dim=1)
     shape = _falling(hands.away[row, frame], 0.0, GRASP.shaping)[:, None, None]
-    relaxed = relaxed_angles()
+    relaxed, grip = relaxed_angles(), grips[nearest]
+    grip = grip + _opened(hands, row, frame)[:, None, None] * (opened_angles(grip) - grip)
     return KeyFrames(
         hands.at(row, frame),
         torch.stack([row, key], dim=1),
         hands.weight[row, frame],
-        relaxed + shape * (grips[nearest] - relaxed),
+        relaxed + shape * (grip - relaxed),
     )
+
+
+def _named(
+    body: BodyModel,
+    hands: _Sequences,
+    T_world_object: Float[Tensor, "frames 4 4"],
+    field: DistanceField,
+) -> Int[Tensor, "rows frames"]:
+    """Return the grip of each frame: that of its contact, seen in the contact's middle."""
+    rows, start, stop = _spans(hands)
+    middle = (start + stop) // 2
+    up = T_world_object[middle, 2, :3].float()
+    found = name_grips(body, hands.at(rows, middle), up, field)
+    grips = torch.zeros(hands.away.shape, dtype=torch.long)
+    for row, a, b, grip in zip(rows, start, stop, found, strict=True):
+        grips[row, a:b] = grip
+    return grips
+
+
+def _spans(
+    hands: _Sequences,
+) -> tuple[Int[Tensor, " spans"], Int[Tensor, " spans"], Int[Tensor, " spans"]]:
+    """Return sequence, first frame and the frame after the last of each contact."""
+    spans = [
+        (row, *span) for row, away in enumerate(hands.away.numpy()) for span in runs(away == 0)
+    ]
+    rows, start, stop = torch.tensor(spans).T
+    return rows, start, stop
+
+
+def _opened(
+    hands: _Sequences, row: Int[Tensor, " some"], frame: Int[Tensor, " some"]
+) -> Float[Tensor, " some"]:
+    """Return how open a hand is: wholly before it has arrived, and when it lets go; else 0."""
+    closing = torch.zeros_like(hands.away)
+    for k, away in enumerate(hands.away.numpy()):
+        t, within = np.arange(len(away)), np.full(len(away), np.inf, np.float32)
+        for start, stop in runs(away > 0):
+            within = np.minimum(within, np.maximum(np.maximum(start - t, t - stop + 1), 0))
+        closing[k] = torch.from_numpy(min_jerk(1 - within / GRASP.closing)).float()
+    return closing[row, frame]
+
+
+def _moved(
+    angles: Float[Tensor, "rows keys 5 angles"], keys: Int[Tensor, " keys"], frames: int
+) -> Bool[Tensor, "rows frames"]:
+    """Return the frames in which fingers are not relaxed."""
+    before, after, _ = _between(keys, torch.arange(frames))
+    apart = (angles - relaxed_angles()).abs().amax(dim=(-2, -1)) > GRASP.still
+    return apart[:, before] | apart[:, after]
 
 
 def _between(
@@ -175,12 +240,15 @@ def _measures(
     angles: Float[Tensor, "rows keys 5 angles"],
     field: DistanceField,
 ) -> Float[Tensor, "2 rows keys"]:
-    """Return the depth of the deepest finger, and the distance of the third nearest fingertip."""
+    """Return the depth of the deepest skin, and the distance of the third nearest fingertip."""
     row, key = keys.place.T
-    skin = pose_fingers(finger_model(body), keys.poses.side, angles[row, key]).points
+    model = finger_model(body)
+    skin = pose_fingers(model, keys.poses.side, angles[row, key]).points
     distance = field.at(keys.poses.placed(skin))
+    palm = field.at(keys.poses.placed(model.palm[keys.poses.side]))
     found = torch.zeros(2, *angles.shape[:2])
-    found[0, row, key] = (-distance.flatten(1).amin(dim=1)).clamp(min=0.0)
+    deepest = torch.minimum(distance.flatten(1).amin(dim=1), palm.amin(dim=1))
+    found[0, row, key] = (-deepest).clamp(min=0.0)
     tips = distance[..., -PER_PHALANX:].amin(dim=-1).clamp(min=0.0)
     found[1, row, key] = tips.sort(dim=-1).values[:, 2]
     return found

@@ -62,6 +62,22 @@ def find_grips(
     return torch.cat(found, dim=1)
 
 
+def grip_worth(body: BodyModel, poses: HandPoses, field: DistanceField) -> Float[Tensor, " hands"]:
+    """Return what the best posture of the fingers is worth for each hand, from a few postures.
+
+    Args:
+        body: whose hands.
+        poses: of the hands.
+        field: signed distance to the object.
+    """
+    model, total = finger_model(body), torch.zeros(len(poses.side))
+    for postures, which in zip(_postures(body, few=True), (slice(4), slice(4, 5)), strict=True):
+        points, angles = poses.placed(postures.points[poses.side]), postures.angles[poses.side]
+        worth = _worth_of_each(model, angles, points, field.at(points), which, poses, field)
+        total = total + worth.amax(dim=-1).sum(dim=-1)
+    return total
+
+
 def _best(
     model: FingerModel, postures: _Postures, which: slice, poses: HandPoses, field: DistanceField
 ) -> Float[Tensor, "contacts fingers angles"]:
@@ -90,6 +106,20 @@ def _worth(
     poses: HandPoses,
     field: DistanceField,
 ) -> Float[Tensor, "contacts fingers tries"]:
+    """Return what postures are worth in all poses of each contact."""
+    worth = _worth_of_each(model, angles, points, distance, which, poses, field)
+    return worth.unflatten(0, (-1, GRIP.poses)).mean(dim=1)
+
+
+def _worth_of_each(
+    model: FingerModel,
+    angles: Float[Tensor, "hands fingers tries angles"],
+    points: Float[Tensor, "hands fingers tries points 3"],
+    distance: Float[Tensor, "hands fingers tries points"],
+    which: slice,
+    poses: HandPoses,
+    field: DistanceField,
+) -> Float[Tensor, "hands fingers tries"]:
     """Return what postures are worth: touch and opposition, less depth and distance from rest."""
     palmar = model.palmar[poses.side][:, which, None]
     gap = distance.clamp(min=0.0).masked_fill(~palmar, torch.inf)
@@ -102,19 +132,26 @@ def _worth(
     worth = touch @ torch.tensor(GRIP.touching) + gain * opposed * touch[..., 2]
     depth = (-distance.amin(dim=-1) - GRIP.allowed_depth).clamp(min=0.0)
     idle = (angles - relaxed_angles()[which, None]).square().sum(dim=-1)
-    worth = worth - GRIP.depth_cost * depth - GRIP.idle_cost * idle
-    return worth.unflatten(0, (-1, GRIP.poses)).mean(dim=1)
+    return worth - GRIP.depth_cost * depth - GRIP.idle_cost * idle
 
 
-@lru_cache(maxsize=4)
-def _postures(body: BodyModel) -> tuple[_Postures, _Postures]:
-    """Return the postures of the four fingers, and those of the thumb, that are tried."""
-    bend, curl = torch.cartesian_prod(torch.tensor(GRIP.bends), torch.tensor(GRIP.curls)).T
+@lru_cache(maxsize=8)
+def _postures(body: BodyModel, *, few: bool = False) -> tuple[_Postures, _Postures]:
+    """Return the postures of the four fingers, and those of the thumb, that are tried.
+
+    Args:
+        body: whose hands.
+        few: of each angle, every second value alone.
+    """
+    step = 2 if few else 1
+    bend, curl = torch.cartesian_prod(
+        torch.tensor(GRIP.bends[::step]), torch.tensor(GRIP.curls[::step])
+    ).T
     zero = torch.zeros_like(bend)
     finger = torch.stack([bend, zero, zero, curl, GRIP.last_joint * curl], dim=-1)
     swing, lift, turn, curl = torch.cartesian_prod(
         *(
-            torch.tensor(x)
+            torch.tensor(x[::step])
             for x in (GRIP.thumb_bends, GRIP.thumb_lifts, GRIP.thumb_turns, GRIP.thumb_curls)
         )
     ).T
@@ -140,3 +177,10 @@ def relaxed_angles() -> Float[Tensor, "5 angles"]:
     angles = torch.zeros(5, ANGLES)
     angles[:4, [0, 3, 4]] = torch.tensor(GRIP.relaxed)
     return angles
+
+
+def opened_angles(grip: Float[Tensor, "some 5 angles"]) -> Float[Tensor, "some 5 angles"]:
+    """Return the angles of a hand that opens for a grip: bent less, but fingers as far bent back."""
+    opened = GRIP.opened * grip
+    opened[:, :THUMB] = torch.minimum(opened[:, :THUMB], grip[:, :THUMB])
+    return opened

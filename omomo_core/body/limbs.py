@@ -99,6 +99,25 @@ _Vec = Float[Tensor, "*b 3"]
 _Rot = Float[Tensor, "*b 3 3"]
 
 
+def forearm_towards(
+    body: BodyModel, side: int, R_upper: _Rot, R_fore: _Rot, wrist: _Vec
+) -> Float[Tensor, "*b 3 3"]:
+    """Return the global rotation of a forearm whose wrist `reach` would bring to a place.
+
+    Args:
+        body: whose bone lengths to use.
+        side: 0 left, 1 right.
+        R_upper: present global rotation of the shoulder joint.
+        R_fore: present global rotation of the elbow joint.
+        wrist: where the wrist is to be, from the shoulder, world axes, metres.
+    """
+    parts = _LIMBS[("left_arm", "right_arm")[side]]
+    rest = body.rest_joints.to(wrist)
+    bones = (rest[parts.middle] - rest[parts.upper], rest[parts.end] - rest[parts.middle])
+    hinge = R_upper @ wrist.new_tensor(parts.hinge)
+    return _solve(bones, (R_upper, R_fore), hinge, wrist, None)[0][1]
+
+
 def _solve(
     bones: tuple[Float[Tensor, " 3"], Float[Tensor, " 3"]],
     turning: tuple[_Rot, _Rot],

@@ -34,11 +34,22 @@ class SupportConfig:
     shortest_run: int = setting(
         6, "frames", "Shorter stretches in which an object must be held are noise of the tracker."
     )
-    reaching: int = setting(
+    gripping: int = setting(
         12,
         "frames",
-        "Time that hands may be on an object before it is first moved, and after it was last: three of "
-        "four recorded people take hold and let go within it.",
+        "Time that hands may be on an object before it is first lifted, and after it was set down: three "
+        "of four recorded people take hold and let go within it.",
+    )
+    touching: int = setting(
+        5,
+        "frames",
+        "The same for an object that slides flat over the floor, which moves as soon as it is pushed.",
+    )
+    flat_rise: float = setting(
+        0.02, "m", "Rise of the middle of an object up to which it slides flat."
+    )
+    lifted_rise: float = setting(
+        0.05, "m", "Rise of the middle of an object from which it is lifted or tipped."
     )
 
 
@@ -116,6 +127,11 @@ class AnchorConfig:
 
     palm_thickness: float = setting(
         0.029, "m", "Distance from the palm joint, inside the hand, to the skin that touches."
+    )
+    least_clearance: float = setting(
+        0.75,
+        "palm thicknesses",
+        "Distance of a palm joint from the surface below which it would be in another part of the object.",
     )
     blend: int = setting(
         8, "frames", "Time in which a palm goes from the prediction onto its anchor, and back."

@@ -33,14 +33,19 @@ def touchable_range(
         must_hold: frames in which somebody must hold it.
 
     Returns:
-        One second before it is first moved and one second after it was last; (frames, 0) if it never moves.
+        A moment before it is first moved and as long after it was last; (frames, 0) if it never moves.
+        What is lifted or tipped must be gripped first; what slides flat moves as soon as it is touched.
     """
     moved = np.flatnonzero(must_hold | _drop_short_runs(~_still(take), SUPPORT.rest_frames))
     if not len(moved):
         return take.frames, 0
-    return max(int(moved[0]) - SUPPORT.reaching, 0), min(
-        int(moved[-1]) + 1 + SUPPORT.reaching, take.frames
+    rises, frames = (
+        (SUPPORT.flat_rise, SUPPORT.lifted_rise),
+        (SUPPORT.touching, SUPPORT.gripping),
     )
+    rise = max(float(np.ptp(take.centre[:, 2])), float(take.lowest.max()))
+    around = round(float(np.interp(rise, rises, frames)))
+    return max(int(moved[0]) - around, 0), min(int(moved[-1]) + 1 + around, take.frames)
 
 
 def _still(take: ObjectFeatures) -> Bool[np.ndarray, " frames"]:

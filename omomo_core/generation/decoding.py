@@ -20,10 +20,11 @@ from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.config import BODY_DECODING
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.person import FingerFit, Person
-from omomo_core.generation.prefix import SolvedPrefix, fade
+from omomo_core.generation.prefix import SolvedPrefix, fade, free_after
 from omomo_core.generation.retargeting import Retargeting
 from omomo_core.generation.sampling.despiking import despike
 from omomo_core.generation.solving.bodies import SolvedBodies, solve_bodies
+from omomo_core.generation.solving.palms import lay_palms
 from omomo_core.generation.solving.wrists import face_palms
 from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d
 from omomo_core.motion import HandMotion, HumanMotion
@@ -99,6 +100,8 @@ def solve_people(
     solved = solve_bodies(
         body, sampled.root, R, sampled.foot_contact, targets, prefix, on_progress=on_progress
     )
+    frames, before = R.shape[1], 0 if prefix is None else prefix.frames
+    solved = lay_palms(body, solved, targets, segments, free_after(before, frames))
     T, planted = clip.take.motion.T_world_object, sampled.foot_contact.double().numpy()
     people = assemble_people(
         body, solved, planted, hands, segments, T, object_model.obstacle, prefix
@@ -176,7 +179,11 @@ def assemble_people(
             segments[k],
             solved.miss[k].double().numpy(),
             depth[k],
-            FingerFit(closed.depth[k].double().numpy(), closed.pad_distance[k].double().numpy()),
+            FingerFit(
+                closed.depth[k].double().numpy(),
+                closed.pad_distance[k].double().numpy(),
+                closed.grip[k].numpy(),
+            ),
         )
         for k in range(len(hands))
     ]

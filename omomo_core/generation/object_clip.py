@@ -6,8 +6,11 @@ from functools import cached_property
 import numpy as np
 import torch
 from jaxtyping import Bool, Float
+from scipy.spatial import KDTree
 
 from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
+from omomo_core.contact.config import ANCHOR
+from omomo_core.contact.segment import ContactSegment
 from omomo_core.contact.static_stability import TippingLever, tipping_lever
 from omomo_core.contact.support import must_be_held, touchable_range
 from omomo_core.geometry.distance_field import distance_field
@@ -58,6 +61,26 @@ class ObjectModel:
         return MeshObstacle(
             distance_field(self.mesh), torch.from_numpy(self.surface.centre).float()
         )
+
+    @cached_property
+    def _seats(self) -> KDTree | None:
+        """Places of palm joints above the surface with nothing of the object at them; None without any."""
+        points = [
+            self.surface.points + sign * ANCHOR.palm_thickness * self.surface.normals
+            for sign in (1, -1)
+        ]
+        every = np.concatenate(points)
+        clear = self.obstacle.field.at(torch.from_numpy(every).float()).numpy()
+        seats = every[clear > ANCHOR.least_clearance * ANCHOR.palm_thickness]
+        return KDTree(seats) if len(seats) else None
+
+    def seat(self, segment: ContactSegment) -> ContactSegment:
+        """Return a contact whose anchor is outside: on a face that is within the object, no palm can lie."""
+        clear = float(self.obstacle.field.at(torch.from_numpy(segment.anchor).float()))
+        if clear > ANCHOR.least_clearance * ANCHOR.palm_thickness or self._seats is None:
+            return segment
+        _, nearest = self._seats.query(segment.anchor)
+        return replace(segment, anchor=np.array(self._seats.data[nearest]))
 
     @cached_property
     def _scaled(self) -> tuple[ObjectMesh, Surface]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 from typing import TypeVar
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from omomo_core.contact.segment import ContactSegment, ContactSpan
 from omomo_core.motion import HumanMotion
@@ -16,9 +16,11 @@ class FingerFit:
     """How the fingers of both hands (left, right) lie on the object."""
 
     depth: Float[np.ndarray, "frames 2"]
-    """Depth of the deepest finger in the object, metres."""
+    """Depth of the deepest finger or palm in the object, metres."""
     pad_distance: Float[np.ndarray, "frames 2"]
     """Distance from the surface to the third nearest fingertip of a hand that holds, metres; else 0."""
+    grip: Int[np.ndarray, "frames 2"]
+    """Number of each hand's grip in `GRIPS`; 0 where it is free."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ def stretch(person: Person, start: int, stop: int) -> Person:
         None
         if person.finger_fit is None
         else FingerFit(
-            person.finger_fit.depth[start:stop], person.finger_fit.pad_distance[start:stop]
+            **{f.name: getattr(person.finger_fit, f.name)[start:stop] for f in fields(FingerFit)}
         ),
     )
 
@@ -94,7 +96,7 @@ def _joined_fit(parts: Sequence[FingerFit | None]) -> FingerFit | None:
     if len(known) < len(parts):
         return None
     return FingerFit(
-        np.concatenate([p.depth for p in known]), np.concatenate([p.pad_distance for p in known])
+        **{f.name: np.concatenate([getattr(p, f.name) for p in known]) for f in fields(FingerFit)}
     )
 
 

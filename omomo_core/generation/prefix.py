@@ -81,3 +81,10 @@ def fade(frames: int, until: int = PREFIX.fade) -> Float[Tensor, " frames"]:
     """Return weights from 1 at the first frame, smoothly to 0 at frame `until`."""
     t = (torch.arange(frames) / until).clamp(max=1)
     return 1 - t * t * (3 - 2 * t)
+
+
+def free_after(first: int, frames: int) -> Float[Tensor, " frames"]:
+    """Return how far frames may be changed: 0 in the first ones, then smoothly up to 1."""
+    if not first:
+        return torch.ones(frames)
+    return torch.cat([torch.zeros(first - 1), 1 - fade(frames - first + 1)])

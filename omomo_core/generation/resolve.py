@@ -22,6 +22,7 @@ from omomo_core.generation.decoding import assemble_people, balance_weight
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.person import Person, join, stretch
 from omomo_core.generation.solving.bodies import solve_bodies
+from omomo_core.generation.solving.palms import lay_palms
 from omomo_core.generation.solving.wrists import face_palms
 from omomo_core.geometry.easing import min_jerk
 from omomo_core.geometry.runs import runs
@@ -136,6 +137,7 @@ def _solved(
         _tensor(x)[None] for x in (part.human.root, part.human.rotations, part.human.foot_contact)
     )
     solved = solve_bodies(body, root, R, feet, targets, free=_tensor(free[rows]))
+    solved = lay_palms(body, solved, targets, [part.segments], _tensor(free[rows]))
     held = HandMotion(hands.palms[rows], hands.contact[rows])
     planted = part.human.foot_contact
     T, segments = targets.T_world_object, [part.segments]

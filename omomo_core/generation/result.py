@@ -53,6 +53,8 @@ def notes_of(scores: dict[str, float]) -> tuple[str, ...]:
             "no hand is on the object in {:.0%} of the frames in which it must be held",
         ),
         ("miss_cm", 1.0, "the palms miss the object by {:.1f} cm on average while holding it"),
-        ("inside_cm", 1.0, "the body is {:.1f} cm inside the object on average"),
+        ("inside_cm", 1.0, "the body without hands is {:.1f} cm inside the object on average"),
+        ("hands_inside_cm", 1.0, "holding hands are {:.1f} cm inside the object on average"),
+        ("wrists_beyond", 0.1, "holding wrists are bent too far in {:.0%} of the frames"),
     )
     return tuple(text.format(scores[key]) for key, limit, text in faults if scores[key] > limit)

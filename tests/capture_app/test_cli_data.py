@@ -175,7 +175,8 @@ def test_ctrl_c_leaves_whole_files_and_says_how_to_go_on(shared: Path, tmp_path:
     mocap = build_mocap(shared / "data/mocap/cmu_bvh/02", load_body())
     save_clips(tmp_path / "mocap.npz", mocap)
     out = tmp_path / "set"
-    script = (
+    script = (  # a shell that starts the tests in the background lets them ignore Ctrl-C
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "import sys; from omomo_core.learning.recordings import dataset; dataset.SHARD = 1\n"
         "from capture_app.cli.app import invoke; raise SystemExit(invoke(sys.argv[1:]))"
     )

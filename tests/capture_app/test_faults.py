@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from capture_app.manifest_builder import unsatisfied
-from omomo_core.generation.person import Person
+from capture_app.manifest_builder import held_grips, unsatisfied
+from omomo_core.body.grip_names import GRIPS
+from omomo_core.generation.person import FingerFit, Person
 from omomo_core.motion import HumanMotion
 
 
@@ -24,9 +25,20 @@ def test_the_longest_stretches_are_told_in_the_order_of_time(people: tuple[Perso
     depth[8:15], depth[16:20] = 0.06, 0.02
     assert unsatisfied(replace(calm(people[0]), miss=miss, depth=depth)) == (
         "From 0.10 to 0.20 s the left palm is up to 4 cm off its place on the object.",
-        "From 0.27 to 0.50 s the body is up to 6 cm inside the object.",
+        "From 0.27 to 0.50 s the body without hands is up to 6 cm inside the object.",
         "From 0.67 to 1.00 s the right palm is up to 8 cm off its place on the object.",
     )
+
+
+def test_how_hands_hold_is_told_with_its_time(people: tuple[Person, ...]) -> None:
+    grip = np.zeros((40, 2), int)
+    grip[3:30, 1], grip[10:20, 0] = GRIPS.index("power grip"), GRIPS.index("flat press")
+    person = replace(people[0], finger_fit=FingerFit(np.zeros((40, 2)), np.zeros((40, 2)), grip))
+    assert held_grips(person) == (
+        "From 0.10 to 1.00 s the right hand holds: power grip.",
+        "From 0.33 to 0.67 s the left hand holds: flat press.",
+    )
+    assert held_grips(replace(person, finger_fit=None)) == ()
 
 
 def test_nothing_is_told_of_a_motion_without_faults(people: tuple[Person, ...]) -> None:

@@ -33,6 +33,7 @@ SHAPES = {
     "joint_names": (24,),
     "rotation_names": (22,),
     "finger_names": (30,),
+    "grip_names": (7,),
     "root": (3, 40, 3),
     "rotations_xyzw": (3, 40, 22, 4),
     "fingers_xyzw": (3, 40, 30, 4),

@@ -69,12 +69,12 @@ def test_hands_come_a_second_before_it_moves_and_go_a_second_after(before: int, 
     assert len(found) == 4
     # Speeds are means over five frames.
     for start, stop in found:
-        assert abs(start - max(before - SUPPORT.reaching, 0)) <= 2
-        assert abs(stop - min(before + MOVES + SUPPORT.reaching, before + MOVES + after)) <= 2
+        assert abs(start - max(before - SUPPORT.gripping, 0)) <= 2
+        assert abs(stop - min(before + MOVES + SUPPORT.gripping, before + MOVES + after)) <= 2
 
 
 @pytest.mark.parametrize(
-    ("before", "after"), [(0, 0), (SUPPORT.reaching - 2, SUPPORT.reaching - 2)]
+    ("before", "after"), [(0, 0), (SUPPORT.gripping - 2, SUPPORT.gripping - 2)]
 )
 def test_what_moves_at_once_or_soon_is_held_from_the_first_frame(before: int, after: int):
     assert spans(before, after) == [(0, before + MOVES + after)] * 4
@@ -86,11 +86,11 @@ def test_contacts_that_are_given_are_kept():
 
 
 def test_a_rest_that_lasts_into_later_chapters_is_one():
-    how = ChunkSizes(length=100, context=20, margin=SUPPORT.reaching, spare=0)
+    how = ChunkSizes(length=100, context=20, margin=SUPPORT.gripping, spare=0)
     found = spans(190, 190, how=how)
-    assert abs(min(start for start, _ in found) - (190 - SUPPORT.reaching)) <= 3
+    assert abs(min(start for start, _ in found) - (190 - SUPPORT.gripping)) <= 3
     # Only the last chapter knows that the object rests to the end.
-    assert 190 + MOVES + SUPPORT.reaching - 3 <= max(stop for _, stop in found) < 190 + MOVES + 190
+    assert 190 + MOVES + SUPPORT.gripping - 3 <= max(stop for _, stop in found) < 190 + MOVES + 190
 
 
 def clip(before: int, after: int) -> ObjectClip:

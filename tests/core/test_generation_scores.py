@@ -1,10 +1,13 @@
 """What each fault of a sample costs, and how it is measured."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from omomo_core.contact.segment import ContactSegment
-from omomo_core.generation.person import Person
+from omomo_core.generation.person import FingerFit, Person
 from omomo_core.generation.selection.scores import score
 from omomo_core.motion import FPS, HumanMotion
 from omomo_core.skeleton import joint
@@ -49,6 +52,18 @@ def columns(*values: float) -> np.ndarray:
 
 def test_who_stands_still_has_no_fault():
     assert set(judged().values()) == {0.0}
+
+
+def test_hands_in_the_object_and_wrists_that_are_bent_too_far_count_where_they_hold():
+    depth = columns(0.01, 0.3)
+    fit = FingerFit(depth, np.zeros((FRAMES, 2)), np.zeros((FRAMES, 2), int))
+    one_hand = replace(person(hand_contact=columns(1.0, 0.0)), finger_fit=fit)
+    found = score(one_hand, np.zeros(FRAMES, bool))
+    assert found["hands_inside_cm"] == pytest.approx(1.0)
+    assert found["wrists_beyond"] == 0.0
+    one_hand.human.rotations[:10, joint("left_wrist")] = Rotation.from_euler("y", 1.0).as_matrix()
+    one_hand.human.rotations[:30, joint("right_wrist")] = Rotation.from_euler("y", 1.0).as_matrix()
+    assert score(one_hand, np.zeros(FRAMES, bool))["wrists_beyond"] == pytest.approx(0.25)
 
 
 def test_an_object_that_nobody_holds_costs_twenty_and_half_of_it_ten():

@@ -15,12 +15,7 @@ from omomo_core.generation.ahead import one_ahead
 from omomo_core.generation.config import ChunkSizes
 from omomo_core.generation.result import GenerationOptions, no_progress
 from omomo_core.generation.stream import stream
-from omomo_core.generation.threads import (
-    LEAST_WINDOWS,
-    batch_parts,
-    sample_groups,
-    torch_threads,
-)
+from omomo_core.generation.threads import LEAST_WINDOWS, batch_parts, sample_groups, torch_threads
 from omomo_core.stages.stage import Stage, StageConfig, load_stage
 from omomo_core.weights.load import SHIPPED, load_stages
 from tests.core.test_generation import carried

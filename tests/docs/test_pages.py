@@ -16,6 +16,7 @@ PREPARED: dict[str, Callable[[inputs.Given], Stage]] = {
     "docs/data.md": inputs.data,
     "docs/evaluation.md": inputs.evaluation,
     "docs/format.md": inputs.corrected,
+    "docs/hands.md": inputs.a_motion,
     "docs/recording.md": inputs.recording,
     "docs/replay.md": inputs.replay,
     "docs/scan.md": inputs.scan,

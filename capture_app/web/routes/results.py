@@ -172,4 +172,5 @@ def _of_manifest(folder: Path) -> dict[str, Any]:
         "object_name": mesh,
         "notes": manifest.notes,
         "faults": manifest.faults,
+        "grips": manifest.grips,
     }

@@ -102,6 +102,12 @@ class ScoreWeights:
     )
     skate_cm_s: float = setting(0.2, "s/cm", "Weight of the mean speed of planted feet.")
     inside_cm: float = setting(1.0, "1/cm", "Weight of the mean penetration depth.")
+    hands_inside_cm: float = setting(
+        2.0, "1/cm", "Weight of the mean depth of fingers and palms that hold."
+    )
+    wrists_beyond: float = setting(
+        5.0, "cost", "Weight of the share of held frames with a wrist beyond its range."
+    )
     floating: float = setting(
         10.0, "cost", "Weight of the share of frames in which both feet are in the air."
     )
@@ -115,6 +121,7 @@ class ScoreWeights:
 class ScoreConfig:
     """How the faults of a sample are measured, and which samples count for its distance."""
 
+    wrist_slack: float = setting(0.02, "rad", "Turn beyond a wrist's range that does not count.")
     floating_height: float = setting(
         0.06, "m", "Height of the lower toe above its floor from which a body floats."
     )

@@ -4,11 +4,15 @@ from dataclasses import asdict
 
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy.spatial.transform import Rotation
 
+from omomo_core.body.kinematics import WRISTS
+from omomo_core.body.trajectory_optimization.config import JOINT_RANGES
 from omomo_core.generation.person import Person
 from omomo_core.generation.selection.config import SCORE, SCORE_WEIGHTS
 from omomo_core.generation.selection.speed_limits import speed_excess
 from omomo_core.motion import FPS, HumanMotion
+from omomo_core.skeleton import joint
 
 FEET = (7, 8, 10, 11)
 """Ankles and toes, in the order of a motion's foot contacts."""
@@ -28,11 +32,37 @@ def score(person: Person, must_hold: Bool[np.ndarray, " frames"]) -> dict[str, f
         "miss_cm": 100 * float(person.miss[held].mean()) if held.any() else 0.0,
         "skate_cm_s": _skate(human),
         "inside_cm": 100 * float(person.depth.mean()),
+        "hands_inside_cm": _hand_depth(person),
+        "wrists_beyond": _wrists_beyond(human),
         "floating": float((_lowest_foot(human) > SCORE.floating_height).mean()),
         "jerk_m_s3": _jerk(human.joints),
         "leaping": speed_excess(human),
     }
     return {**faults, "total": sum(_WEIGHTS[k] * v for k, v in faults.items())}
+
+
+def _hand_depth(person: Person) -> float:
+    """Return the mean depth of the deepest finger or palm of a hand that holds, cm; 0 if unknown."""
+    held = person.human.hand_contact > 0.5
+    if person.finger_fit is None or not held.any():
+        return 0.0
+    return 100 * float(person.finger_fit.depth[held].mean())
+
+
+def _wrists_beyond(human: HumanMotion) -> float:
+    """Return the share of frames of holding hands in which their wrists are beyond their range."""
+    held = human.hand_contact > 0.5
+    beyond = np.stack([wrist_excess(human, side) for side in range(2)], axis=1)
+    return float((beyond > SCORE.wrist_slack)[held].mean()) if held.any() else 0.0
+
+
+def wrist_excess(human: HumanMotion, side: int) -> Float[np.ndarray, " frames"]:
+    """Return how far the left (0) or right (1) wrist is beyond its range, radians."""
+    name = ("left", "right")[side]
+    forearm = human.rotations[:, joint(f"{name}_elbow")].swapaxes(-1, -2)
+    bend = Rotation.from_matrix(forearm @ human.rotations[:, WRISTS[side]]).as_rotvec()
+    low, high = np.array(getattr(JOINT_RANGES, f"{name}_wrist")).T
+    return np.maximum(low - bend, bend - high).max(axis=1).clip(min=0.0)
 
 
 def _skate(human: HumanMotion) -> float:

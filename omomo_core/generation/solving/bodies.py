@@ -26,7 +26,7 @@ from omomo_core.generation.collision.feet import move_feet_clear
 from omomo_core.generation.collision.limbs import swing_limbs_clear, turn_hands_clear
 from omomo_core.generation.collision.root import move_root_clear
 from omomo_core.generation.collision.sides import CollisionAvoidance
-from omomo_core.generation.prefix import SolvedPrefix, fade
+from omomo_core.generation.prefix import SolvedPrefix, free_after
 from omomo_core.generation.solving.config import BODY_SOLVING, REACH
 from omomo_core.generation.solving.feet import ANKLES, TOES, FootPlan, plan_feet
 from omomo_core.generation.solving.reach import ankles_of, move_root_within_reach, solve_arms
@@ -90,7 +90,7 @@ def solve_bodies(
     free = torch.ones(root.shape[1]) if free is None else free
     if prefix is not None:
         root, rotations = _continue_prefix(prefix, root, rotations)
-        free = free * (1 - _fade_after(prefix.frames, root.shape[1]))
+        free = free * free_after(prefix.frames, root.shape[1])
     anatomy, field = build_anatomy(body, clearance=BODY_SOLVING.clearance), targets.obstacle.field
     avoidance = CollisionAvoidance.of(anatomy, field, targets.T_world_object, free)
     root = move_root_clear(
@@ -145,17 +145,12 @@ def _solved(
     )
 
 
-def _fade_after(first: int, frames: int) -> Float[Tensor, " frames"]:
-    """Return 1 in the first frames, falling smoothly to 0 after them."""
-    return torch.cat([torch.ones(first - 1), fade(frames - first + 1)])
-
-
 def _continue_prefix(
     prefix: SolvedPrefix, root: Tensor, rotations: Tensor
 ) -> tuple[Float[Tensor, "samples frames 3"], Float[Tensor, "samples frames 22 3 3"]]:
     """Return bodies that begin with the prefix; the change of its last frame fades out after it."""
     first = prefix.frames
-    weight = _fade_after(first, root.shape[1])[:, None]
+    weight = (1 - free_after(first, root.shape[1]))[:, None]
     step = roma.rotmat_to_rotvec(rotations[:, first - 1].mT @ prefix.rotations[:, -1])
     turned = rotations @ roma.rotvec_to_rotmat(weight[..., None] * step[:, None])
     moved = root + weight * (prefix.root[:, -1:] - root[:, first - 1 : first])

@@ -139,11 +139,81 @@ class WristConfig:
     farthest: float = setting(1.0, "rad", "Largest turn of a hand: beyond that it holds an edge.")
 
 
+@dataclass(frozen=True)
+class PalmPlanConfig:
+    """Orientations of holding hands: which are tried, and what each costs."""
+
+    stride: int = setting(3, "frames", "Interval between the frames in which they are chosen.")
+    heading: float = setting(1.6, "rad", "Largest turn about the surface's normal.")
+    headings: int = setting(17, "count", "Turns about the normal that are tried.")
+    lifts: tuple[float, ...] = setting(
+        (0.0, -0.15, 0.15, 0.3, 0.6, 1.0),
+        "rad",
+        "Lifts of the wrist from the surface that are tried.",
+    )
+    least_heading: float = setting(
+        0.2, "share", "Part of the hand along the surface below which its thumb tells its heading."
+    )
+    highest: float = setting(0.03, "m", "Largest rise of a palm out of the object.")
+    ease: float = setting(
+        18.0, "frames", "Time in which a hand takes its orientation, and in which it loses it."
+    )
+    smoothing: float = setting(
+        3.0, "frames", "Standard deviation of the filter over headings and lifts."
+    )
+    change: float = setting(3.0, "1/rad^2", "Cost of a squared change between key frames.")
+    farthest_step: float = setting(0.41, "rad", "Largest change between key frames.")
+    leap: float = setting(1e3, "cost", "Cost of a larger one.")
+    range: float = setting(14.0, "1/rad", "Cost of a wrist's turn beyond its range.")
+    spare: float = setting(0.06, "rad", "Distance that a wrist keeps from its range's ends.")
+    twist: float = setting(
+        0.5, "share", "Part of a hand's turn about the forearm's axis that the forearm makes."
+    )
+    reach: float = setting(4000.0, "1/m^2", "Cost of a wrist's squared distance out of reach.")
+    stretch: float = setting(0.985, "share", "Part of a straight arm's length within reach.")
+    penetration: float = setting(800.0, "1/m^2", "Cost of the forearm's squared depth.")
+    forearm_places: tuple[float, ...] = setting(
+        (0.0, 0.15, 0.4, 0.7), "share", "Places on the forearm, from the wrist."
+    )
+    forearm_radii: tuple[float, ...] = setting(
+        (0.024, 0.027, 0.034, 0.04), "m", "Radius of the forearm there."
+    )
+    closeness: float = setting(0.05, "1/rad^2", "Cost of a squared turn from the solved hand.")
+    fixed: float = setting(100.0, "1/rad^2", "The same where the hand is fixed.")
+    grip: float = setting(0.3, "share", "Cost of a grip that is worth less.")
+    heading_cost: float = setting(0.05, "1/rad^2", "Cost of a squared turn from the mean heading.")
+    lift_cost: float = setting(1.5, "1/rad^2", "Cost of a squared lift.")
+    rise_cost: float = setting(40.0, "1/m", "Cost of a palm's rise out of the object.")
+
+
+@dataclass(frozen=True)
+class PalmClearanceConfig:
+    """How hands that come, hold and go are kept out of the object."""
+
+    stride: int = setting(3, "frames", "Interval between the frames that are measured.")
+    rounds: int = setting(3, "count", "Steps along the normal until all skin is outside.")
+    exact_range: float = setting(
+        0.012, "m", "Distance within which the surface itself is measured, not the grid."
+    )
+    highest: float = setting(0.12, "m", "Largest rise of a hand.")
+    reach: float = setting(
+        28.0, "frames", "Time from a contact up to which a hand is kept out of the object."
+    )
+    fade: float = setting(12.0, "frames", "Last part of that time, in which it less and less is.")
+    landing: float = setting(
+        0.012, "m/frame", "Largest rise for each frame from a contact: so fast does a hand land."
+    )
+    window: int = setting(5, "frames", "Width of the neighbourhood whose largest rise counts.")
+    smoothing: float = setting(1.5, "frames", "Standard deviation of the filter over the rise.")
+
+
 BODY_SOLVING = BodySolvingConfig()
 FOOT_PLAN = FootPlanConfig()
 STEPS = StepConfig()
 REACH = ReachConfig()
 WRIST = WristConfig()
+PALM_PLAN = PalmPlanConfig()
+PALM_CLEARANCE = PalmClearanceConfig()
 
 
 @dataclass(frozen=True)
@@ -155,6 +225,8 @@ class SolvingConfig:
     steps: StepConfig = STEPS
     reach: ReachConfig = REACH
     wrists: WristConfig = WRIST
+    palm_plan: PalmPlanConfig = PALM_PLAN
+    palm_clearance: PalmClearanceConfig = PALM_CLEARANCE
 
 
 SOLVING = SolvingConfig()

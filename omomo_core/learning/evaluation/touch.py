@@ -20,8 +20,8 @@ TOUCH = 0.05
 """Metres from palm joint to the object that count as touching, as in the paper's evaluation."""
 DEEP = 0.04
 """Metres inside the object that count as a collision."""
-EVERY = 17
-"""One body vertex in so many is tested, hands left out: they are meant to touch."""
+EVERY, EVERY_OF_HANDS = 17, 7
+"""One vertex in so many of the body without its hands, and of the hands, is tested."""
 POINTS = 20_000
 HANDS = (20, 21, *range(22, 52))
 
@@ -58,13 +58,17 @@ class Touching:
         return np.asarray(self.vertex_tree.query(local)[0] < TOUCH)
 
     def penetration(self, human: HumanMotion, body: BodyModel) -> dict[str, float]:
-        """How deep the body without its hands is inside the object: the mean over frames of the
-        deepest vertex, cm, and the share of frames deeper than 4 cm.
+        """How deep the body without its hands, and how deep the hands are inside the object.
+
+        Means over frames of the deepest vertex, cm, and the share of frames in which the body without
+        its hands is deeper than 4 cm.
         """
         depth = self._depth(_vertices(human, body))
+        hands = self._depth(_vertices(human, body, hands=True))
         return {
             "penetration_cm": 100 * float(depth.mean()),
             "body_collision_share": float((depth > DEEP).mean()),
+            "hand_penetration_cm": 100 * float(hands.mean()),
         }
 
     def collisions(self, vertices: Float[np.ndarray, "frames verts 3"]) -> dict[str, float]:
@@ -96,9 +100,13 @@ class Touching:
         return depth
 
 
-def _vertices(human: HumanMotion, body: BodyModel) -> Float[np.ndarray, "frames n 3"]:
+def _vertices(
+    human: HumanMotion, body: BodyModel, *, hands: bool = False
+) -> Float[np.ndarray, "frames n 3"]:
+    """Return some vertices of the body without its hands, or of the hands; world, metres."""
     main = body.skin_joints[torch.arange(len(body.vertices)), body.skin_weights.argmax(dim=1)]
-    kept = torch.nonzero(~torch.isin(main, torch.tensor(HANDS)))[::EVERY, 0]
+    among = torch.isin(main, torch.tensor(HANDS)) == hands
+    kept = torch.nonzero(among)[:: EVERY_OF_HANDS if hands else EVERY, 0]
     few = replace(
         body,
         vertices=body.vertices[kept],

@@ -1,4 +1,4 @@
-"""SkillMimic's recordings of a person with a ball (Wang et al. 2024): the stretches that hands explain.
+"""SkillMimic's recordings of a person with a ball (Wang et al. 2024), where it is held or rests.
 
 A file is an npz as `read_mocap_npz` reads, with the ball besides: ``obj_pos`` (T, 3), ``obj_radius`` and
 ``contact`` (T,), which says that some hand holds. Of the 4.1 published minutes (101 takes), 2.4 remain (55
@@ -82,7 +82,7 @@ def read_ball(path: Path) -> ObjectRecording:
     mesh = ObjectMesh(np.asarray(sphere.vertices), np.asarray(sphere.faces), "ball")
     palms = _on_surface(motion, centre, radius, contact)
     return ObjectRecording(
-        motion, RecordedObject(mesh, T, palms, contact, _explained(centre, contact))
+        motion, RecordedObject(mesh, T, palms, contact, _held_or_resting(centre, contact))
     )
 
 
@@ -126,7 +126,7 @@ def _steady(mask: Bool[np.ndarray, "frames 2"]) -> Bool[np.ndarray, "frames 2"]:
     return binary_opening(binary_closing(mask, column), column)
 
 
-def _explained(
+def _held_or_resting(
     centre: Float[np.ndarray, "frames 3"], contact: Bool[np.ndarray, "frames 2"]
 ) -> Bool[np.ndarray, " frames"]:
     """Frames in which the ball rests, or moves no faster than people carry and is held."""

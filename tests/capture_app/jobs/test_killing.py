@@ -66,4 +66,4 @@ def test_sixty_kills(queue: JobQueue, tmp_path: Path, start: Start) -> None:
     kill_at_random(fleet, 60, random.Random(1), 0.8)
     check_all(queue, ids, tmp_path / "out", 900.0)
     attempts = sum(record.attempts for record in queue.get_all(ids))
-    assert attempts > 106  # the shots did hit workers at work
+    assert attempts > 102  # the shots did hit workers at work

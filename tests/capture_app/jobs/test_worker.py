@@ -47,6 +47,26 @@ def test_what_nobody_waits_for_comes_last(queue: JobQueue, start: Start, tmp_pat
     assert all(record.ended and record.ended <= last.started for record in first)
 
 
+def test_what_nobody_waits_for_steps_back_and_is_done_later(
+    queue: JobQueue, start: Start, tmp_path: Path
+) -> None:
+    patient, other = orders(tmp_path / "out", 2, seconds=1.0)
+    queue.submit_all([patient], waited_for=False)
+    start(queue)
+    until(lambda: [record.stage for record in queue.get_all([patient[0]])] == ["second"])
+    queue.submit_all([other])
+    later, first = finished(queue, [patient[0], other[0]])
+    for record in (later, first):
+        check_done(record)
+    assert first.started is not None
+    assert later.ended is not None
+    assert first.ended is not None
+    assert (first.started - first.created).total_seconds() < 1.0
+    assert first.ended < later.ended
+    assert (first.attempts, later.attempts) == (1, 2)
+    check_nothing_left(tmp_path / "out")
+
+
 def test_a_failure_is_told_in_words_and_stops_no_other(
     queue: JobQueue, start: Start, tmp_path: Path
 ) -> None:

@@ -93,7 +93,7 @@ def test_no_finger_enters_a_wall_or_a_pole(seed: int):
     )
     palm = turn @ torch.tensor([PALM, 0.0, 0.0])
     wrist = torch.tensor([0.0, 0.015 + float(height), 0.0]) - palm
-    assert held("pole", wrist[None], turn @ tilt).depth.max() < 0.003
+    assert held("pole", wrist[None], turn @ tilt).depth.max() < 0.004
 
 
 @pytest.mark.parametrize("height", [0.026, 0.032, 0.04, 0.05])
@@ -132,11 +132,11 @@ def test_fingers_take_a_grip_before_the_contact_and_are_relaxed_long_before():
     found = close_fingers(BODY, R, torch.stack([wrist, far], dim=1), T, field_of("pole"), weight)
     fingers = found.fingers
     turned = roma.rotmat_geodesic_distance(fingers, BODY.relaxed_fingers.expand_as(fingers))
-    assert turned[:14].max() == 0
+    assert turned[:10].max() == 0
     assert turned[38, :15].max() > 0.05
     assert turned[:, 15:].max() == 0
     steps = roma.rotmat_geodesic_distance(fingers[1:], fingers[:-1])
-    assert steps.max() < math.radians(9)
+    assert steps.max() < math.radians(8)
 
 
 def test_angles_stay_within_their_ranges_and_pads_touch_a_wall():
@@ -169,7 +169,7 @@ def test_fingers_move_smoothly_as_a_hand_comes_and_slides():
     wrist = torch.stack([-0.1 - 0.03 * t, 0.037 + 0.15 * (1 - 2 * t).clamp(min=0), 0 * t], dim=-1)
     fingers = held("pole", wrist).fingers
     turned = roma.rotmat_geodesic_distance(fingers[1:], fingers[:-1])
-    assert turned.max() < 0.35
+    assert turned.max() < math.radians(8)
 
 
 def test_several_people_are_each_alone():

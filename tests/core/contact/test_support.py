@@ -121,7 +121,7 @@ def test_a_frame_is_judged_by_the_twenty_around_it(seed: int, cut: int):
 
 
 def touch(
-    x: np.ndarray | float, height: float = 0.2, turn: Rotation | None = None
+    x: np.ndarray | float, height: np.ndarray | float = 0.2, turn: Rotation | None = None
 ) -> tuple[int, int]:
     """`touched` of a box at such places along x."""
     path = at(x, 0, height)
@@ -134,12 +134,18 @@ def touch(
 
 
 @pytest.mark.parametrize("speed", [0.04, 0.5])
-def test_hands_are_on_what_rests_a_second_before_it_moves_and_a_second_after(speed: float):
+def test_what_slides_flat_is_touched_shortly_before_and_what_is_lifted_gripped_earlier(
+    speed: float,
+):
     moves = np.interp(np.arange(FRAMES), [35, 53], [0.0, 0.6 * speed])
     turns = Rotation.from_euler("z", 6 * moves[:, None])
     for first, stop in (touch(moves), touch(0.0, turn=turns)):
-        assert abs(first - (35 - SUPPORT.reaching)) <= 3
-        assert abs(stop - (53 + SUPPORT.reaching)) <= 3
+        assert abs(first - (35 - SUPPORT.touching)) <= 3
+        assert abs(stop - (53 + SUPPORT.touching)) <= 3
+    rises = np.interp(np.arange(FRAMES), [35, 44, 53], [0.2, 0.4, 0.2])
+    first, stop = touch(0.0, rises)
+    assert abs(first - (35 - SUPPORT.gripping)) <= 3
+    assert abs(stop - (53 + SUPPORT.gripping)) <= 3
 
 
 def test_what_moves_at_the_ends_is_touched_there_and_what_rests_throughout_is_not():
@@ -187,7 +193,7 @@ def test_what_pauses_in_the_air_rests_if_it_is_still_for_half_a_second(frames: i
     assert (~must_be_held(take)).sum() == rests
 
 
-@pytest.mark.parametrize(("steps", "frames", "hands"), [(4, 0, (FRAMES, 0)), (5, 6, (28, 58))])
+@pytest.mark.parametrize(("steps", "frames", "hands"), [(4, 0, (FRAMES, 0)), (5, 6, (35, 51))])
 def test_what_moves_for_six_frames_is_held_and_touched_a_moment_more(
     steps: int, frames: int, hands: tuple[int, int]
 ):

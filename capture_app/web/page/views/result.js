@@ -158,8 +158,20 @@ function words(item) {
       : h(
           "p",
           { class: "hint" },
-          "Every hand is where it should be, and nothing is inside the object.",
+          "Every palm is where it should be. The body and the hands are not inside the object.",
         ),
+    item.grips?.length
+      ? h(
+          "details",
+          {},
+          h("summary", {}, "How the hands hold"),
+          h(
+            "ul",
+            {},
+            item.grips.map((text) => h("li", {}, text)),
+          ),
+        )
+      : null,
   );
 }
 
