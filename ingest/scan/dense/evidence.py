@@ -116,9 +116,8 @@ def _joined(volume: Volume, hull: Hull) -> Evidence:
     # Depth that many views agree about, and none looks through, knows better than an outline.
     firm = (seen >= _FIRM) & (seen > volume.free())
     np.maximum(field, np.where(firm, np.float32(-1), rim), out=field)
-    near = np.asarray(binary_dilation(backed, iterations=2)) & (
-        np.abs(outside) < _OUTLINE * box.voxel
-    )
+    beside = np.asarray(binary_dilation(backed, iterations=2), np.bool_)
+    near = beside & (np.abs(outside) < _OUTLINE * box.voxel)
     seen = np.where(near, np.maximum(seen, np.float32(SURE)), seen)
     return Evidence(box, grounded(field, box, _FOOT), seen)
 

@@ -1,5 +1,6 @@
 """Silhouettes and depth together: what is open, what is solid, and what is only thin."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -52,6 +53,17 @@ def test_what_depth_shows_something_before_is_not_backed():
         hull.add(mask, np.full(mask.shape, 0.5, np.float32) * mask, _matrix(), inverse(T))
     assert not hull.backed(np.zeros(box.shape, np.float32)).any()
     assert hull.hidden().max() == len(poses)
+
+
+@pytest.mark.parametrize("rim", [3, 12])
+def test_only_what_is_wider_than_an_edge_is_backed_beside_depth(rim):
+    box, poses = _box(), ring([0.0, 0.0, 0.3])
+    hull = Hull(box, len(poses))
+    for T in poses:
+        mask = _ball_mask(T, 0.1)
+        measured = cv2.erode(mask, np.ones((2 * rim + 1, 2 * rim + 1), np.uint8))
+        hull.add(mask, measured.astype(np.float32), _matrix(), inverse(T))
+    assert (hull.backing().max() > 0) == (rim > 10)
 
 
 def test_distances_from_an_outline_change_their_sign_at_it():
