@@ -70,8 +70,6 @@ def solve_actor(
         how=manner(posture.squat * np.interp(_lowest_palm(hands), *_KNEES_BEND)),
         lean=posture.lean * engaged + base_motion.sway[:, 3],
         twist=posture.twist * _twist(base_motion, hands, yaw) + base_motion.sway[:, 4],
-        arms=posture.arms,
-        spread=posture.spread,
     )
     base = _shifted(base_motion, posture, yaw, engaged)
     feet = joints_of(body, base_motion.root, base_motion.rotations)
@@ -199,7 +197,7 @@ def _ramped(
     out = amount.copy()
     for first, last in runs(held):
         for edge, ahead in ((first, first - t), (last - 1, t - last + 1)):
-            length = 6.0 + 10.0 * amount[edge] + 8.0 * amount[edge] ** 2 * drop[edge]
+            length = 9.0 + 14.0 * amount[edge] + 16.0 * amount[edge] ** 2 * drop[edge]
             ramp = amount[edge] * min_jerk(1.0 - ahead / length)
             out = np.where((ahead > 0) & ~held, np.maximum(out, ramp), out)
     return gaussian_filter1d(out, 2.0, mode="nearest")

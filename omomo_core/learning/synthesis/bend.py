@@ -17,8 +17,8 @@ _TWIST_SHARE = {
     "pelvis": 0.1, "spine1": 0.25, "spine2": 0.42, "spine3": 0.6, "neck": 0.6, "head": 0.7,
     "left_collar": 0.6, "right_collar": 0.6,
 }  # fmt: skip
-_ARM_TWIST = 0.6
-"""Free arms follow the trunk's twist only in part."""
+_ARM_PITCH, _ARM_TWIST = 0.4, 0.6
+"""Free arms hang: they follow the trunk only in part."""
 _LOWEST_DROP = 0.6
 """Of the hips: thighs lie on the calves, metres."""
 _ARMS = tuple(f"{side}_{p}" for side in ("left", "right") for p in ("shoulder", "elbow", "wrist"))
@@ -57,13 +57,12 @@ def manner(squat: Float[np.ndarray, " frames"]) -> BendStyle:
     )
 
 
-def _share(table: dict[str, float]) -> Float[np.ndarray, " 22"]:
-    return np.array([table.get(name, 0.0) for name in BODY_JOINTS])
+def _share(table: dict[str, float], arms: float) -> Float[np.ndarray, " 22"]:
+    arm_table = dict.fromkeys(_ARMS, arms)
+    return np.array([(table | arm_table).get(name, 0.0) for name in BODY_JOINTS])
 
 
-_PITCH, _TWIST = _share(_PITCH_SHARE), _share(_TWIST_SHARE | dict.fromkeys(_ARMS, _ARM_TWIST))
-_ARM = _share(dict.fromkeys(_ARMS, 1.0))
-_OUTWARD = _share({name: 1.0 if name.startswith("left") else -1.0 for name in _ARMS})
+_PITCH, _TWIST = _share(_PITCH_SHARE, _ARM_PITCH), _share(_TWIST_SHARE, _ARM_TWIST)
 
 
 @dataclass(frozen=True)
@@ -77,10 +76,6 @@ class Torso:
     """Forward pitch of the trunk, radians."""
     twist: Float[np.ndarray, "*b"]
     """Of the shoulders against the feet, radians, positive to the left."""
-    arms: float = 0.4
-    """Share of the trunk's pitch that free arms follow: 0 lets them hang, 1 keeps them beside the trunk."""
-    spread: float = 0.0
-    """How far free arms are spread at full bending, radians."""
 
     def rows(self, frames: Int[np.ndarray, " n"]) -> "Torso":
         """Some frames, with room for another axis."""
@@ -89,8 +84,6 @@ class Torso:
             self.how.rows(frames),
             self.lean[frames, None],
             self.twist[frames, None],
-            self.arms,
-            self.spread,
         )
 
 
@@ -115,9 +108,8 @@ def bent(
     """
     how, yaw = torso.how, torso.yaw
     pitch = amount * how.pitch + torso.lean
-    share = _PITCH + torso.arms * _ARM
-    turn = about_z(torso.twist[..., None] * _TWIST) @ _pitched(yaw, pitch[..., None] * share)
-    turned = turn @ _rolled(yaw, (amount * torso.spread)[..., None] * _OUTWARD) @ rotations
+    turn = about_z(torso.twist[..., None] * _TWIST) @ _about_left(yaw, pitch[..., None] * _PITCH)
+    turned = turn @ rotations
     rest = body.rest_joints.double().numpy()
     to_hips = (rest[joint("left_hip")] + rest[joint("right_hip")]) / 2 - rest[0]
     hips = root + rotations[..., 0, :, :] @ to_hips
@@ -128,25 +120,11 @@ def bent(
     return hips - turned[..., 0, :, :] @ to_hips, turned
 
 
-def _pitched(
+def _about_left(
     yaw: Float[np.ndarray, "*#b"], angle: Float[np.ndarray, "*#b n"]
 ) -> Float[np.ndarray, "*b n 3 3"]:
     """Pitch forward about the horizontal axis to the left of the heading."""
-    c, s, o = np.cos(angle), np.sin(angle), np.zeros_like(angle)
-    return _in_heading(yaw, np.stack([c, o, s, o, o + 1.0, o, -s, o, c], axis=-1))
-
-
-def _rolled(
-    yaw: Float[np.ndarray, "*#b"], angle: Float[np.ndarray, "*#b n"]
-) -> Float[np.ndarray, "*b n 3 3"]:
-    """Roll about the heading, what hangs towards the left."""
-    c, s, o = np.cos(angle), np.sin(angle), np.zeros_like(angle)
-    return _in_heading(yaw, np.stack([o + 1.0, o, o, o, c, -s, o, s, c], axis=-1))
-
-
-def _in_heading(
-    yaw: Float[np.ndarray, "*#b"], turn: Float[np.ndarray, "*#b n 9"]
-) -> Float[np.ndarray, "*b n 3 3"]:
-    """A turn given in the axes of the heading, in those of the world."""
     heading = about_z(yaw)[..., None, :, :]
-    return heading @ turn.reshape(*turn.shape[:-1], 3, 3) @ np.swapaxes(heading, -1, -2)
+    c, s, o = np.cos(angle), np.sin(angle), np.zeros_like(angle)
+    pitch = np.stack([c, o, s, o, o + 1.0, o, -s, o, c], axis=-1).reshape(*angle.shape, 3, 3)
+    return heading @ pitch @ np.swapaxes(heading, -1, -2)

@@ -19,7 +19,3 @@ class Posture:
     """Share of the straight arm that is reached with; for anything farther the trunk bends."""
     twist: float = 1.0
     """How much the chest turns toward the hands: 0 not at all, 1 squarely."""
-    arms: float = 0.4
-    """Share of the trunk's pitch that a free arm follows: 0 lets it hang, 1 keeps it beside the trunk."""
-    spread: float = 0.0
-    """How far a free arm is spread at full bending."""

@@ -1,6 +1,5 @@
 """Style of an action: tempo, posture, and where the actor stands to the prop."""
 
-from dataclasses import replace
 from typing import TypedDict
 
 import numpy as np
@@ -25,24 +24,15 @@ def tempo(rng: np.random.Generator, deep: float, *, slides: bool) -> ReachTempo:
     pace = rng.uniform(0.6, 1.25)
     move = 14 * deep if not slides else -10
     return {
-        "reach": int(pace * (rng.uniform(12, 24) + 8 * deep)),
+        "reach": int(pace * (rng.uniform(14, 26) + 16 * deep)),
         "lift": int(pace * (rng.uniform(15, 26) + move)),
         "lower": int(pace * (rng.uniform(15, 26) + move)),
-        "release": int(pace * (rng.uniform(9, 20) + 4 * deep)),
+        "release": int(pace * (rng.uniform(9, 20) + 8 * deep)),
     }
 
 
 def posture_for(rng: np.random.Generator, action: Action) -> Posture:
     """How somebody holds the body for an action.
-
-    Under a bent trunk a free arm is anywhere between hanging down and lying beside it.
-    """
-    posture = _trunk_for(rng, action)
-    return replace(posture, arms=rng.uniform(0.5, 1.3), spread=rng.uniform(0.0, 0.4))
-
-
-def _trunk_for(rng: np.random.Generator, action: Action) -> Posture:
-    """How somebody holds the trunk for an action.
 
     Pushing bodies lean into the load with the pelvis behind the hands, pulling ones hang back from
     it with bent knees; who reaches over a thing stoops; free lifting is anything between stooping

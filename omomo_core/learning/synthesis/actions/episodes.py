@@ -33,7 +33,7 @@ OFTEN_LOW = 0.2
 _IN_ONE_HAND = 0.35
 """Chance that what can be lifted with one hand is."""
 _LOW = 0.3
-"""Height of what people push along with one hand rather than with two, metres."""
+"""Height of what people push along with one hand as often as with two, metres."""
 _OFTEN_ONE_HAND: tuple[Action, ...] = ("push", "pull", "drag", "shove", "tip", "turn")
 """What is done to a standing thing, often with one hand."""
 
@@ -101,7 +101,7 @@ def draw_episode(
     palm = float(grasp.points[:, 2].mean())
     deep = max(0.0, 0.8 - palm - min(supports))
     stands = not more.get("heights")
-    often = 0.6 if prop.high[2] < _LOW else 0.25
+    often = 0.5 if prop.high[2] < _LOW else 0.25
     one = grasp.one_handed or (stands and action in _OFTEN_ONE_HAND and rng.random() < often)
     left = bool(rng.random() < 0.5)
     pause = tempo(rng, deep, slides=grasp.use == "push")
@@ -115,7 +115,7 @@ def draw_episode(
         "hold": int(rng.uniform(20, 100)),
         "rest": int(rng.uniform(4, 40)),
         "stops": (),
-        "standing": (rng.uniform(-1.0, 0.3), rng.uniform(-0.9, 0.6)),
+        "standing": (rng.uniform(-0.7, 0.4), rng.uniform(-0.9, 0.6)),
         "stances": tuple(stance_for(rng, action, turn, moment) for moment in range(3)),
         "heights": (),
         "supports": supports,
