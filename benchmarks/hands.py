@@ -5,13 +5,14 @@ Usage: python -m benchmarks.hands [--all] [--samples N] [--only WORD] [--picture
 Objects are those of the demo, meshes of `shared` (left out where it is not; the variable OMOCAP_SHARED says
 where it is) and procedural ones; all but the demo's are lifted, carried along a bend and put down. --all
 takes more of them, and longer. --pictures draws each in the middle of its motion, as `omocap render --view
-hands --still` does. The last lines are of all objects, and of those whose person is not in the object: where
-the body is, its hands cannot hold. While a hand
-holds, every fourth frame is measured: how deep the deepest vertex of the fingers and of the palm is in
-the object (exact signed distance, mm: median and 99th percentile), the share of frames in which three
-finger pads or more, or the thumb's pad, are within 5 mm of the surface, the fastest finger joint (degrees
-a frame), the share of frames with a wrist beyond its range, and that with a fist on a face: a hand whose
-four fingers are bent by more than half a fist while the surface under the palm is flat.
+hands --still` does.
+
+While a hand holds, every fourth frame is measured: how deep the deepest vertex of the fingers and of the
+palm is in the object (exact signed distance, mm: median and 99th percentile), the share of frames in which
+three finger pads or more, or the thumb's pad, are within 5 mm of the surface, the fastest finger joint
+(degrees a frame), the share of frames with a wrist beyond its range, and that with a fist on a face: a hand
+whose four fingers are bent by more than half a fist while the surface under the palm is flat. The last lines
+are of all objects, and of those whose person is not in the object: where the body is, its hands cannot hold.
 """
 
 import os
@@ -31,18 +32,18 @@ from capture_app.prepare import prepare_take
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 from ingest.mesh import load_mesh
 from omomo_core.body.hand_skin import PALM, THUMB, HandSkin, hand_skins
-from omomo_core.body.kinematics import WRISTS, full_kinematics
+from omomo_core.body.kinematics import full_kinematics
 from omomo_core.body.load import load_body
 from omomo_core.body.model import BodyModel
 from omomo_core.body.skinning import skin
-from omomo_core.body.trajectory_optimization.config import JOINT_RANGES
 from omomo_core.generation.generator import generate
 from omomo_core.generation.person import Person
 from omomo_core.generation.result import GenerationOptions
+from omomo_core.generation.selection.config import SCORE
+from omomo_core.generation.selection.scores import wrist_excess
 from omomo_core.geometry.easing import min_jerk
 from omomo_core.learning.synthesis.props.catalogue import MAKERS, placed
 from omomo_core.motion import ObjectMesh, ObjectMotion
-from omomo_core.skeleton import joint
 from omomo_core.weights.load import load_stages
 from render.hand_view import hand_cameras
 from render.stills import write_png
@@ -186,8 +187,9 @@ def measure(person: Person, motion: ObjectMotion, body: BodyModel) -> HandMeasur
         T = motion.T_world_object[held]
         local = np.einsum("fji,fvj->fvi", T[:, :3, :3], vertices - T[:, None, :3, 3])
         distance = signed_distance(motion.mesh, local)
-        rows.append((*_depths(distance, hand), beyond_range(human.rotations[held], side),
-                     _fists(human.fingers[held], side, distance, hand)))  # fmt: skip
+        beyond = wrist_excess(human.rotations[held], side) > SCORE.wrist_slack
+        fists = _fists(human.fingers[held], side, distance, hand)
+        rows.append((*_depths(distance, hand), beyond, fists))
     joined = [np.concatenate(x) for x in zip(*rows, strict=True)] or [np.zeros(0)] * 6
     return HandMeasures(*joined, speed=turned)
 
@@ -205,15 +207,6 @@ def _depths(distance: np.ndarray, hand: HandSkin) -> tuple[np.ndarray, ...]:
         np.sum(near, axis=0),
         near[THUMB],
     )
-
-
-def beyond_range(rotations: np.ndarray, side: int) -> np.ndarray:
-    """Where a wrist is more than a degree beyond its range."""
-    name = ("left", "right")[side]
-    R = torch.from_numpy(rotations)
-    turn = roma.rotmat_to_rotvec(R[:, joint(f"{name}_elbow")].mT @ R[:, WRISTS[side]]).numpy()
-    low, high = np.array(getattr(JOINT_RANGES, f"{name}_wrist")).T
-    return ((turn < low - 0.02) | (turn > high + 0.02)).any(axis=1)
 
 
 def _fists(fingers: np.ndarray, side: int, distance: np.ndarray, hand: HandSkin) -> np.ndarray:

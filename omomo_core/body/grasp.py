@@ -20,7 +20,7 @@ from omomo_core.body.grip_names import name_grips
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.distance_field import DistanceField
 from omomo_core.geometry.easing import min_jerk
-from omomo_core.geometry.runs import runs
+from omomo_core.geometry.runs import frames_away, runs
 
 
 @dataclass(frozen=True)
@@ -140,11 +140,8 @@ def _by_hand(x: Float[Tensor, "samples frames 2 *rest"]) -> Float[Tensor, "rows 
 
 def _frames_to_contact(weight: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
     """Return the frames to the nearest contact: where the hand holds fully, or else most."""
-    frames, away = np.arange(len(weight)), np.full(len(weight), np.inf, np.float32)
     most = max(float(weight.max(initial=0.0)), 1e-3)
-    for start, stop in runs(weight >= min(GRASP.full_weight, most)):
-        away = np.minimum(away, np.maximum(np.maximum(start - frames, frames - stop + 1), 0))
-    return away.astype(np.float32)
+    return frames_away(weight >= min(GRASP.full_weight, most))
 
 
 def _falling(away: Float[Tensor, "*n"], first: float, last: float) -> Float[Tensor, "*n"]:
@@ -209,9 +206,7 @@ def _opened(
     """Return how open a hand is: wholly before it has arrived, and when it lets go; else 0."""
     closing = torch.zeros_like(hands.away)
     for k, away in enumerate(hands.away.numpy()):
-        t, within = np.arange(len(away)), np.full(len(away), np.inf, np.float32)
-        for start, stop in runs(away > 0):
-            within = np.minimum(within, np.maximum(np.maximum(start - t, t - stop + 1), 0))
+        within = frames_away(away > 0)
         closing[k] = torch.from_numpy(min_jerk(1 - within / GRASP.closing)).float()
     return closing[row, frame]
 

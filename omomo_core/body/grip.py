@@ -73,7 +73,7 @@ def grip_worth(body: BodyModel, poses: HandPoses, field: DistanceField) -> Float
     model, total = finger_model(body), torch.zeros(len(poses.side))
     for postures, which in zip(_postures(body, few=True), (slice(4), slice(4, 5)), strict=True):
         points, angles = poses.placed(postures.points[poses.side]), postures.angles[poses.side]
-        worth = _worth_of_each(model, angles, points, field.at(points), which, poses, field)
+        worth = _worth(model, angles, points, field.at(points), which, poses, field)
         total = total + worth.amax(dim=-1).sum(dim=-1)
     return total
 
@@ -84,7 +84,7 @@ def _best(
     """Return the angles of the posture of each finger that is worth most in all poses of a contact."""
     points = poses.placed(postures.points[poses.side])
     angles = postures.angles[poses.side]
-    worth = _worth(model, angles, points, field.at(points), which, poses, field)
+    worth = _of_contacts(_worth(model, angles, points, field.at(points), which, poses, field))
     # The grid hardly sees thin boards: the best postures are measured exactly.
     few = worth.topk(GRIP.finalists, dim=-1).indices.repeat_interleave(GRIP.poses, dim=0)[..., None]
     points = points.gather(2, few[..., None].expand(-1, -1, -1, *points.shape[3:]))
@@ -92,26 +92,19 @@ def _best(
     distance = field.at(points)
     near = distance.abs() < GRIP.exact_range
     distance[near] = field.exact(points[near])[0]
-    worth = _worth(model, angles, points, distance, which, poses, field)
+    worth = _of_contacts(_worth(model, angles, points, distance, which, poses, field))
     best = worth.argmax(dim=-1)[..., None, None].expand(-1, -1, 1, ANGLES)
     return angles[:: GRIP.poses].gather(-2, best)[..., 0, :]
 
 
-def _worth(
-    model: FingerModel,
-    angles: Float[Tensor, "hands fingers tries angles"],
-    points: Float[Tensor, "hands fingers tries points 3"],
-    distance: Float[Tensor, "hands fingers tries points"],
-    which: slice,
-    poses: HandPoses,
-    field: DistanceField,
+def _of_contacts(
+    worth: Float[Tensor, "hands fingers tries"],
 ) -> Float[Tensor, "contacts fingers tries"]:
-    """Return what postures are worth in all poses of each contact."""
-    worth = _worth_of_each(model, angles, points, distance, which, poses, field)
+    """Return what postures are worth on average over the poses of each contact."""
     return worth.unflatten(0, (-1, GRIP.poses)).mean(dim=1)
 
 
-def _worth_of_each(
+def _worth(
     model: FingerModel,
     angles: Float[Tensor, "hands fingers tries angles"],
     points: Float[Tensor, "hands fingers tries points 3"],

@@ -63,24 +63,24 @@ class ObjectModel:
         )
 
     @cached_property
-    def _seats(self) -> KDTree | None:
-        """Places of palm joints above the surface with nothing of the object at them; None without any."""
+    def _palm_places(self) -> KDTree | None:
+        """Places of palm joints above the surface that are not within the object; None without any."""
         points = [
             self.surface.points + sign * ANCHOR.palm_thickness * self.surface.normals
             for sign in (1, -1)
         ]
         every = np.concatenate(points)
         clear = self.obstacle.field.at(torch.from_numpy(every).float()).numpy()
-        seats = every[clear > ANCHOR.least_clearance * ANCHOR.palm_thickness]
-        return KDTree(seats) if len(seats) else None
+        places = every[clear > ANCHOR.least_clearance * ANCHOR.palm_thickness]
+        return KDTree(places) if len(places) else None
 
-    def seat(self, segment: ContactSegment) -> ContactSegment:
-        """Return a contact whose anchor is outside: on a face that is within the object, no palm can lie."""
+    def with_anchor_outside(self, segment: ContactSegment) -> ContactSegment:
+        """Return the contact, its anchor moved to the nearest place outside if it is within the object."""
         clear = float(self.obstacle.field.at(torch.from_numpy(segment.anchor).float()))
-        if clear > ANCHOR.least_clearance * ANCHOR.palm_thickness or self._seats is None:
+        if clear > ANCHOR.least_clearance * ANCHOR.palm_thickness or self._palm_places is None:
             return segment
-        _, nearest = self._seats.query(segment.anchor)
-        return replace(segment, anchor=np.array(self._seats.data[nearest]))
+        _, nearest = self._palm_places.query(segment.anchor)
+        return replace(segment, anchor=np.array(self._palm_places.data[nearest]))
 
     @cached_property
     def _scaled(self) -> tuple[ObjectMesh, Surface]:

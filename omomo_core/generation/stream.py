@@ -251,11 +251,12 @@ class _Sampler:
         def targets_for(held: Held) -> InteractionTargets:
             return interaction_targets(R, followed(held), held, clip, object_model)
 
-        seated = [
-            tuple(s if s.start < first else object_model.seat(s) for s in own) for own in segments
+        outside = [
+            tuple(s if s.start < first else object_model.with_anchor_outside(s) for s in own)
+            for own in segments
         ]
         held = choose_contact_faces(
-            self.retargeting.body, sampled.root, R, seated, object_model, targets_for, first
+            self.retargeting.body, sampled.root, R, outside, object_model, targets_for, first
         )
         return followed(held), held
 

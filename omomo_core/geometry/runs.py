@@ -1,7 +1,7 @@
 """Stretches of frames in which something holds."""
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
 
 
 def runs(mask: Bool[np.ndarray, " frames"]) -> list[tuple[int, int]]:
@@ -9,3 +9,11 @@ def runs(mask: Bool[np.ndarray, " frames"]) -> list[tuple[int, int]]:
     padded = np.concatenate([[False], mask, [False]]).astype(np.int8)
     edges = np.flatnonzero(np.diff(padded))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def frames_away(mask: Bool[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
+    """How many frames the nearest True is away from each frame; infinite where there is none."""
+    t, away = np.arange(len(mask)), np.full(len(mask), np.inf, np.float32)
+    for start, stop in runs(mask):
+        away = np.minimum(away, np.maximum(np.maximum(start - t, t - stop + 1), 0))
+    return away.astype(np.float32)

@@ -99,7 +99,7 @@ def test_a_contact_on_a_face_within_the_object_goes_to_the_nearest_place_outside
     faces = np.concatenate([np.array(boxes[0].faces), np.array(boxes[1].faces) + 8])
     model = ObjectModel(ObjectMesh(vertices, faces, "box"), 1.0)
     inner = ContactSegment(0, 0, 9, np.array([0.05 + 0.029, 0.0, 0.0]))
-    seated = model.seat(inner)
-    assert model.obstacle.field.at(torch.from_numpy(seated.anchor).float()) > 0.02
+    moved = model.with_anchor_outside(inner)
+    assert model.obstacle.field.at(torch.from_numpy(moved.anchor).float()) > 0.02
     outer = ContactSegment(0, 0, 9, np.array([0.229, 0.0, 0.0]))
-    assert model.seat(outer) is outer
+    assert model.with_anchor_outside(outer) is outer

@@ -64,7 +64,7 @@ def spans(
 
 
 @pytest.mark.parametrize(("before", "after"), [(60, 70), (90, 0), (0, 90)])
-def test_hands_come_a_second_before_it_moves_and_go_a_second_after(before: int, after: int):
+def test_hands_come_shortly_before_it_moves_and_go_shortly_after(before: int, after: int):
     found = spans(before, after)
     assert len(found) == 4
     # Speeds are means over five frames.

@@ -52,15 +52,22 @@ def _hand_depth(person: Person) -> float:
 def _wrists_beyond(human: HumanMotion) -> float:
     """Return the share of frames of holding hands in which their wrists are beyond their range."""
     held = human.hand_contact > 0.5
-    beyond = np.stack([wrist_excess(human, side) for side in range(2)], axis=1)
+    beyond = np.stack([wrist_excess(human.rotations, side) for side in range(2)], axis=1)
     return float((beyond > SCORE.wrist_slack)[held].mean()) if held.any() else 0.0
 
 
-def wrist_excess(human: HumanMotion, side: int) -> Float[np.ndarray, " frames"]:
-    """Return how far the left (0) or right (1) wrist is beyond its range, radians."""
+def wrist_excess(
+    rotations: Float[np.ndarray, "frames 22 3 3"], side: int
+) -> Float[np.ndarray, " frames"]:
+    """Return how far the left (0) or right (1) wrist is beyond its range, radians.
+
+    Args:
+        rotations: global R_world_joint.
+        side: which wrist.
+    """
     name = ("left", "right")[side]
-    forearm = human.rotations[:, joint(f"{name}_elbow")].swapaxes(-1, -2)
-    bend = Rotation.from_matrix(forearm @ human.rotations[:, WRISTS[side]]).as_rotvec()
+    forearm = rotations[:, joint(f"{name}_elbow")].swapaxes(-1, -2)
+    bend = Rotation.from_matrix(forearm @ rotations[:, WRISTS[side]]).as_rotvec()
     low, high = np.array(getattr(JOINT_RANGES, f"{name}_wrist")).T
     return np.maximum(low - bend, bend - high).max(axis=1).clip(min=0.0)
 

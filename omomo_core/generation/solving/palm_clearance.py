@@ -15,7 +15,7 @@ from omomo_core.body.finger_model import finger_model, pose_fingers
 from omomo_core.body.grip import HandPoses, relaxed_angles
 from omomo_core.body.model import BodyModel
 from omomo_core.generation.solving.config import PALM_CLEARANCE
-from omomo_core.generation.solving.palm_plan import HeldPalm, frames_away
+from omomo_core.generation.solving.palm_plan import HeldPalm
 from omomo_core.geometry.distance_field import DistanceField
 from omomo_core.geometry.easing import min_jerk
 
@@ -57,7 +57,7 @@ def raise_palms(
 
 def _share(hold: HeldPalm, frames: int) -> Float[Tensor, " frames"]:
     """Return how far a hand is kept out of the object in each frame: it may pass through it elsewhere."""
-    rest = PALM_CLEARANCE.reach - frames_away(hold, np.arange(frames))
+    rest = PALM_CLEARANCE.reach - hold.away(frames)
     return torch.from_numpy(min_jerk(rest / PALM_CLEARANCE.fade)).float()
 
 
@@ -97,7 +97,7 @@ def _landed(
     t = np.arange(frames)
     own = (keys >= hold.start) & (keys < hold.stop)
     held, series = np.interp(t, keys[own], needed[own]), np.interp(t, keys, needed)
-    away = frames_away(hold, t)
+    away = hold.away(frames)
     most = held + PALM_CLEARANCE.landing * away
     series = np.minimum(np.where(away > 0, np.maximum(series, held), held), most)
     widest = np.minimum(maximum_filter1d(series, PALM_CLEARANCE.window, mode="nearest"), most)

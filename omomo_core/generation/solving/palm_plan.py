@@ -55,6 +55,11 @@ class HeldPalm:
     free: Float[Tensor, " keys"]
     """How far each key frame may be changed, from 0 to 1."""
 
+    def away(self, frames: int) -> Int[np.ndarray, " frames"]:
+        """Return how many frames before or after the contact each frame is; 0 in it."""
+        t = np.arange(frames)
+        return np.maximum(np.maximum(self.start - t, t - self.stop + 1), 0)
+
 
 @dataclass(frozen=True)
 class _Choices:
@@ -136,15 +141,9 @@ def find_holds(
 
 def _around(hold: HeldPalm, frames: int) -> tuple[Float[Tensor, " frames"], Int[Tensor, " frames"]]:
     """Return how far a hold's plan counts in each frame, and the nearest frame of the hold."""
-    t = np.arange(frames)
-    share = torch.from_numpy(min_jerk(1 - frames_away(hold, t) / PALM_PLAN.ease)).float()
-    nearest = np.clip(t, hold.start, hold.stop - 1) - hold.start
+    share = torch.from_numpy(min_jerk(1 - hold.away(frames) / PALM_PLAN.ease)).float()
+    nearest = np.clip(np.arange(frames), hold.start, hold.stop - 1) - hold.start
     return share, torch.from_numpy(nearest)
-
-
-def frames_away(hold: HeldPalm, t: Int[np.ndarray, " frames"]) -> Int[np.ndarray, " frames"]:
-    """Return how many frames before or after a hold each frame is; 0 in it."""
-    return np.maximum(np.maximum(hold.start - t, t - hold.stop + 1), 0)
 
 
 def _path(body: BodyModel, hold: HeldPalm, field: DistanceField) -> Float[Tensor, "frames 3 3"]:

@@ -5,17 +5,22 @@ import pytest
 import torch
 import trimesh
 
+from omomo_core.body.config import GRIP_NAMING
 from omomo_core.body.grip import HandPoses
 from omomo_core.body.grip_names import GRIPS, name_grips
 from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.load import load_body
+from omomo_core.contact.config import ANCHOR
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.motion import ObjectMesh
 from omomo_core.skeleton import PALM_JOINTS
 
 BODY = load_body()
-THICK = 0.029
-"""Metres from the palm joint to its skin."""
+THICK = GRIP_NAMING.palm_thickness
+
+
+def test_anchors_and_names_of_grips_know_the_same_palm():
+    assert ANCHOR.palm_thickness == THICK
 
 
 def named(
