@@ -52,12 +52,12 @@ def scan(source: Source, mesh: Output, **said: Any) -> None:
 
 def _estimate(request: ScanRequest) -> None:
     """About how long it will take; a ready mesh takes no time."""
-    from capture_app.scanning.estimate import estimated, in_words
+    from capture_app.scanning.estimate import estimate_seconds, in_words
     from ingest.scan.sources.read import is_mesh
 
     if not is_mesh(request.source):
         pictures = f"for {request.frames} pictures" if not request.draft else "for a draft"
-        about = in_words(estimated(request.frames, request.draft))
+        about = in_words(estimate_seconds(request.frames, request.draft))
         problems.print(f"This takes about {about} {pictures}, less for fewer.", highlight=False)
 
 

@@ -115,7 +115,7 @@ class ScanOptions(BaseModel):
     draft: Annotated[
         bool,
         Field(
-            title="Draft",
+            title="A coarse draft",
             description="Make a coarse mesh from few pictures, in about a minute, to try a take at once.",
         ),
     ] = False
@@ -176,8 +176,8 @@ class ScanRequest(ScanOptions, ItemRequest):
         OptionName("--mesh"),
         Field(
             max_length=2000,
-            description="The room's mesh that the phone's app made in the world of its poses joins as "
-            "depth: a file, or app for the one in the session.",
+            description="Use the room's mesh that the phone's app exported as further depth: a file, or "
+            "app for the one in the session's folder.",
         ),
     ] = None
     keep: Annotated[

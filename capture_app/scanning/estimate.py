@@ -1,4 +1,4 @@
-"""estimated: about how long a scan will take, said before it starts."""
+"""estimate_seconds: about how long a scan will take, said before it starts."""
 
 import os
 
@@ -12,7 +12,7 @@ _CORES = 4
 """More do not help much."""
 
 
-def estimated(frames: int, draft: bool) -> float:
+def estimate_seconds(frames: int, draft: bool) -> float:
     """Seconds that a film takes on this machine when nothing else runs on it.
 
     Args:

@@ -1,4 +1,4 @@
-"""The whole story: a film of an object becomes its mesh, with a report beside it."""
+"""A film of an object becomes its mesh, with a report beside it."""
 
 import json
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ from ingest.scan.silhouettes.silhouettes import WIDTH, find_silhouettes
 from ingest.scan.sources.mesh import read_scan_mesh
 from ingest.scan.sources.read import is_mesh, read_source
 from ingest.scan.sources.room_mesh import read_room, room_depth, room_file
-from ingest.scan.texture.atlas import textured
+from ingest.scan.texture.atlas import add_texture
 from ingest.scan.types import Frames, Registered, ScanSource
 from omomo_core.errors import InputError
 from omomo_core.whole_file import write_whole
@@ -155,7 +155,7 @@ def find_object(request: ScanRequest, clock: Progress) -> Found:
     clock("clean", 1.0)
     if request.texture and not request.draft and request.output.suffix.lower() == ".glb":
         clock("texture", 0.0)
-        cleaned = textured(cleaned, registered.views, masks)
+        cleaned = add_texture(cleaned, registered.views, masks)
         clock("texture", 1.0)
     found = Found(
         picked,

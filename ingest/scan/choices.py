@@ -11,8 +11,8 @@ Unit = Literal["m", "cm", "mm", "in", "ft"]
 PICTURES = 80
 """Pictures of a film to use."""
 DRAFT_PICTURES = 24
-"""Of a film to use for a draft, at most."""
+"""Most pictures of a film that a draft uses."""
 DRAFT_VOXEL = 0.009
-"""Metres between the places of a draft that are measured."""
+"""Voxel of a draft, metres."""
 VERTICES = 10_000
 """Of the mesh, about."""

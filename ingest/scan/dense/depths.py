@@ -23,7 +23,7 @@ _WIDTH = 480
 _MIXED = 0.06
 """Part of the depth by which neighbouring pixels differ at an edge."""
 _FEWEST = 100
-"""Sparse points with depth that tell how long its metre is."""
+"""Fewest sparse points with depth from which the depth's scale is taken."""
 
 
 @dataclass(frozen=True)

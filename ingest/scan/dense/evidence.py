@@ -10,9 +10,9 @@ from scipy.ndimage import binary_dilation, distance_transform_edt, uniform_filte
 
 from ingest.scan.dense.depth_map import DepthMap, pixel_rays
 from ingest.scan.dense.depths import Depths
-from ingest.scan.dense.hull import Hull
 from ingest.scan.dense.openness import open_places
 from ingest.scan.dense.picture import matrix_for
+from ingest.scan.dense.visual_hull import VisualHull
 from ingest.scan.dense.volume import Box, Volume, grounded
 from ingest.scan.types import Progress, Region
 from omomo_core.geometry.transforms import inverse
@@ -22,23 +22,23 @@ SURE = 2.0
 _LOW = 0.015
 """Metres above the floor below which depth in a silhouette is the floor's."""
 _THROUGH = 0.5
-"""Pictures that must back a place for each that sees through it."""
+"""Pictures that must back a place, as a share of those that see through it."""
 _WITHIN = 0.8
-"""Voxels inside an outline."""
+"""Voxels inside the outlines from which on a place is well inside."""
 _FIRM = 4.0
-"""Views that see a surface where silhouettes end a little too early."""
+"""Views that must agree about a surface before it counts although it lies outside of silhouettes."""
 _BAR = 0.025
 """Metres: thinner parts have no depth that can be trusted, and silhouettes bound them."""
 _HALF = 0.5
-"""Part of the pictures that may see through a thin part."""
+"""Largest share of the pictures that may see through a thin part."""
 _SHOWN = 0.2
-"""Part of the pictures that see it, of those and the others that see something before it."""
+"""Least share of pictures that show a thin part, among those and the ones with something before it."""
 _FOOT = 0.045
-"""Metres above the floor where feet begin to look like the floor on which they always stand."""
+"""Metres above the floor below which feet look like floor, because they never leave their place."""
 _ASYMMETRY = 0.01
-"""Metres by which the halves of a symmetric object differ."""
+"""Metres by which the halves of a symmetric object may differ."""
 _OUTLINE = 1.5
-"""Voxels from the outline in which a backed place is shown by it."""
+"""Voxels from an outline within which it shows the surface of a backed place."""
 
 Mask = UInt8[np.ndarray, "h w"]
 Grid = Float32[np.ndarray, "z y x"]
@@ -76,7 +76,7 @@ def gather(
             of the mirrored object too.
     """
     volume = Volume(box, band)
-    hull = Hull(box, sum(mask is not None for mask in masks))
+    hull = VisualHull(box, sum(mask is not None for mask in masks))
     ways = [(np.eye(4), 0.0)] if mirror is None else [(np.eye(4), 0.0), (mirror, _ASYMMETRY)]
     views = depths.pictures.views
     for index, (view, mask) in enumerate(zip(views, masks, strict=True)):
@@ -96,7 +96,7 @@ def gather(
     return _joined(volume, hull)
 
 
-def _joined(volume: Volume, hull: Hull) -> Evidence:
+def _joined(volume: Volume, hull: VisualHull) -> Evidence:
     """Solid is what depth and silhouettes both allow; what depth does not know, silhouettes decide."""
     box, outside = volume.box, hull.outside()
     rim = (outside / np.float32(volume.band)).clip(-1, 1)
@@ -128,7 +128,7 @@ def _most(places: Bool[np.ndarray, "z y x"]) -> Bool[np.ndarray, "z y x"]:
     return places & (around > 0.5)
 
 
-def _thin(volume: Volume, hull: Hull) -> Bool[np.ndarray, "z y x"]:
+def _thin(volume: Volume, hull: VisualHull) -> Bool[np.ndarray, "z y x"]:
     """Parts of the hull too thin for depth, which enough pictures show with nothing before them."""
     seen, free = volume.seen(), volume.free()
     shown = seen + hull.backing()

@@ -15,17 +15,17 @@ from scipy.spatial import KDTree
 from ingest.scan.dense.evidence import Evidence
 
 _POINTS = 2500
-"""Of the seen surface that are mirrored."""
+"""Most points of the seen surface that are mirrored."""
 _CELL = 0.01
-"""Metres: of the grid in which planes are first compared."""
+"""Cell of the grid in which planes are first compared, metres."""
 _TURN = np.radians(4.0)
-"""Between the planes that are tried."""
+"""Angle between the planes that are tried, radians."""
 _AWAY = 0.3
-"""Sizes of the object from its middle that a plane may lie."""
+"""Largest distance of a plane from the object's middle, in sizes of the object."""
 _ON, _OFF = 0.012, 0.025
 """Metres from the surface up to which a mirrored point lies on it, and from which in air it is wrong."""
 _AGREES, _SUPPORT = 0.85, 0.35
-"""Part of the mirrored points that are right, of those that can be wrong; and of all."""
+"""Least share of mirrored points that are right, among those that can be wrong, and among all."""
 _SEED = 5
 
 

@@ -1,6 +1,6 @@
 """find_silhouettes: which pixels of each picture show the object.
 
-Labels come from what is sure (the box, depth, the bare floor's look); GrabCut (Rother, Kolmogorov and
+Labels come from what is sure (the box, depth, the look of the bare floor); GrabCut (Rother, Kolmogorov and
 Blake 2004) settles the rest by colours and edges.
 """
 
@@ -14,7 +14,7 @@ from jaxtyping import Bool, UInt8
 from ingest.scan.dense.depth_map import pixel_rays
 from ingest.scan.dense.depths import Depths
 from ingest.scan.dense.picture import SmallPictures, matrix_for
-from ingest.scan.silhouettes.floor_look import FloorLook, floor_look
+from ingest.scan.silhouettes.floor_background import FloorBackground, floor_background
 from ingest.scan.types import Progress, Region, no_progress
 from omomo_core.geometry.transforms import inverse
 
@@ -58,11 +58,11 @@ def find_silhouettes(
         region: floor and box of the object.
         progress: called with the stage "silhouettes".
     """
-    look = floor_look(pictures, depths, region)
+    background = floor_background(pictures, depths, region)
     found: list[Mask | None] = []
 
     def find(index: int) -> Mask | None:
-        return silhouette(pictures, depths, region, look, index)
+        return silhouette(pictures, depths, region, background, index)
 
     with ThreadPoolExecutor(min(2, os.cpu_count() or 1)) as pool:
         for mask in pool.map(find, range(len(pictures.views))):
@@ -72,13 +72,13 @@ def find_silhouettes(
 
 
 def silhouette(
-    pictures: SmallPictures, depths: Depths, region: Region, look: FloorLook, index: int
+    pictures: SmallPictures, depths: Depths, region: Region, background: FloorBackground, index: int
 ) -> Mask | None:
     """The mask of the object in one view; None where nothing in it is sure."""
     box = _box(pictures, region, index)
     if not box.any():
         return None
-    labels, told = _labels(pictures, depths, region, look, index, box)
+    labels, told = _labels(pictures, depths, region, background, index, box)
     rows, columns = (np.flatnonzero(box.any(axis=k)) for k in (1, 0))
     top, bottom = max(0, rows[0] - _MARGIN), rows[-1] + _MARGIN + 1
     left, right = max(0, columns[0] - _MARGIN), columns[-1] + _MARGIN + 1
@@ -110,13 +110,13 @@ def _labels(
     pictures: SmallPictures,
     depths: Depths,
     region: Region,
-    look: FloorLook,
+    background: FloorBackground,
     index: int,
     box: Bool[np.ndarray, "h w"],
 ) -> tuple[Labels, Bool[np.ndarray, "h w"]]:
     """What is sure about each pixel, and what is only likely; and where the floor tells."""
     shape = box.shape
-    contrast, imprint = look.contrast(index, pictures, region.T_world_floor)
+    contrast, imprint = background.contrast(index, pictures, region.T_world_floor)
     within, outside = _by_depth(depths, region, index, shape)
     like, unlike = contrast < _LIKE, contrast > _UNLIKE
     labels = np.full(shape, cv2.GC_PR_BGD, np.uint8)

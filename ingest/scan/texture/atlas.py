@@ -1,4 +1,4 @@
-"""painted: a mesh's texture atlas out of the pictures of its scan.
+"""paint_texture: a mesh's texture atlas out of the pictures of its scan.
 
 The surface is unwrapped by xatlas. Each triangle is painted from the picture that shows it best; what
 that differs at its corners from the mean colour of all pictures is taken away, spread over the triangle,
@@ -33,18 +33,18 @@ _GROWN = 4
 Uv = Float64[np.ndarray, "faces 3 2"]
 
 
-def textured(cleaned: CleanMesh, views: Sequence[View], masks: Masks) -> CleanMesh:
+def add_texture(cleaned: CleanMesh, views: Sequence[View], masks: Masks) -> CleanMesh:
     """The mesh with a texture; as it is where its vertices have no colours."""
     mesh, T = cleaned.mesh, cleaned.T_world_object
     if mesh.colours is None:
         return cleaned
     vertices = mesh.vertices @ T[:3, :3].T + T[:3, 3]
     pictures = SmallPictures(views, WIDTH)
-    texture = painted(vertices, mesh.faces, mesh.colours, pictures, masks)
+    texture = paint_texture(vertices, mesh.faces, mesh.colours, pictures, masks)
     return replace(cleaned, mesh=replace(mesh, texture=texture))
 
 
-def painted(
+def paint_texture(
     vertices: Float64[np.ndarray, "verts 3"],
     faces: Int64[np.ndarray, "faces 3"],
     colours: UInt8[np.ndarray, "verts 3"],
@@ -62,7 +62,7 @@ def painted(
         masks: silhouettes of the views.
         side: pixels along each side of the atlas.
     """
-    uv = unwrapped(vertices, faces, side)
+    uv = unwrap(vertices, faces, side)
     number, weights = _texels(uv, side)
     view = best_views(vertices, faces, pictures, masks)
     rows, columns = np.nonzero(number >= 0)
@@ -80,7 +80,7 @@ def painted(
     return Texture(uv, _grown(image, number >= 0))
 
 
-def unwrapped(
+def unwrap(
     vertices: Float64[np.ndarray, "verts 3"], faces: Int64[np.ndarray, "faces 3"], side: int
 ) -> Uv:
     """Where each corner of each triangle lies on the atlas; (0, 0) is its top left corner."""

@@ -2,13 +2,13 @@
 
 import pytest
 
-from capture_app.scanning.estimate import estimated, in_words
+from capture_app.scanning.estimate import estimate_seconds, in_words
 
 
 def test_more_pictures_take_longer_and_a_draft_is_short(monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: 2)
-    assert estimated(40, draft=False) < estimated(80, draft=False) < 6 * 60
-    assert estimated(80, draft=True) < 60
+    assert estimate_seconds(40, draft=False) < estimate_seconds(80, draft=False) < 6 * 60
+    assert estimate_seconds(80, draft=True) < 60
 
 
 @pytest.mark.parametrize(("seconds", "words"), [(4.0, "10 s"), (34.0, "30 s"), (130.0, "2 min")])

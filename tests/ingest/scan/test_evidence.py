@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from ingest.scan.dense.evidence import thin_parts
-from ingest.scan.dense.hull import Hull, outline_distance
 from ingest.scan.dense.openness import open_places
+from ingest.scan.dense.visual_hull import VisualHull, outline_distance
 from ingest.scan.dense.volume import Box
 from omomo_core.geometry.transforms import inverse
 from tests.ingest.scan.orbiting import SIZE, K, ring
@@ -34,7 +34,7 @@ def _box(half=0.25, height=0.6):
 
 def test_silhouettes_alone_carve_a_ball_and_few_wrong_ones_do_not_matter():
     box, poses = _box(), ring([0.0, 0.0, 0.3], elevations=(-0.4, 0.2, 0.8))
-    hull = Hull(box, len(poses))
+    hull = VisualHull(box, len(poses))
     for index, T in enumerate(poses):
         mask = _ball_mask(T, 0.1)
         if index in (3, 11):
@@ -47,7 +47,7 @@ def test_silhouettes_alone_carve_a_ball_and_few_wrong_ones_do_not_matter():
 
 def test_what_depth_shows_something_before_is_not_backed():
     box, poses = _box(), ring([0.0, 0.0, 0.3])
-    hull = Hull(box, len(poses))
+    hull = VisualHull(box, len(poses))
     for T in poses:
         mask = _ball_mask(T, 0.1)
         hull.add(mask, np.full(mask.shape, 0.5, np.float32) * mask, _matrix(), inverse(T))
@@ -58,7 +58,7 @@ def test_what_depth_shows_something_before_is_not_backed():
 @pytest.mark.parametrize("rim", [3, 12])
 def test_only_what_is_wider_than_an_edge_is_backed_beside_depth(rim):
     box, poses = _box(), ring([0.0, 0.0, 0.3])
-    hull = Hull(box, len(poses))
+    hull = VisualHull(box, len(poses))
     for T in poses:
         mask = _ball_mask(T, 0.1)
         measured = cv2.erode(mask, np.ones((2 * rim + 1, 2 * rim + 1), np.uint8))

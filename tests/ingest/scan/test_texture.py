@@ -10,7 +10,7 @@ from ingest.mesh import load_mesh
 from ingest.scan.clean.clean import CleanMesh
 from ingest.scan.clean.save import save_mesh
 from ingest.scan.dense.picture import SmallPictures
-from ingest.scan.texture.atlas import painted, textured, unwrapped
+from ingest.scan.texture.atlas import add_texture, paint_texture, unwrap
 from ingest.scan.texture.best_views import NONE, best_views
 from ingest.scan.types import ScanMesh, View
 from render.backends import open_renderer
@@ -62,7 +62,7 @@ def test_each_triangle_is_painted_from_a_picture_that_faces_it(filmed):
 
 def test_parts_of_the_atlas_do_not_lie_on_each_other(filmed):
     vertices, faces, _, _ = filmed
-    uv = unwrapped(vertices, faces, SIDE)
+    uv = unwrap(vertices, faces, SIDE)
     assert uv.shape == (len(faces), 3, 2)
     assert 0 <= uv.min() <= uv.max() <= 1
     a, b, c = np.moveaxis(uv, 1, 0)
@@ -77,7 +77,7 @@ def test_parts_of_the_atlas_do_not_lie_on_each_other(filmed):
 
 def test_the_paint_is_what_pictures_show_and_stays_in_the_file(filmed, tmp_path):
     vertices, faces, colours, views = filmed
-    texture = painted(
+    texture = paint_texture(
         vertices, faces, colours, SmallPictures(views, SIZE[0]), [None] * len(views), side=SIDE
     )
     middle = texture.uv.mean(axis=1)
@@ -93,7 +93,7 @@ def test_a_glb_holds_texture_and_one_closed_surface(filmed, tmp_path):
     normals = np.asarray(trimesh.Trimesh(vertices, faces, process=False).vertex_normals, np.float64)
     mesh = ScanMesh(vertices, faces, colours, "box")
     clean = CleanMesh(mesh, normals, np.eye(4), np.ones(len(vertices), np.bool_), True)
-    save_mesh(textured(clean, views, [None] * len(views)), tmp_path / "box.glb")
+    save_mesh(add_texture(clean, views, [None] * len(views)), tmp_path / "box.glb")
     read = load_mesh(tmp_path / "box.glb")
     assert read.texture is not None
     assert trimesh.Trimesh(read.vertices, read.faces, process=False).is_watertight

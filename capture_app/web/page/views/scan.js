@@ -240,7 +240,11 @@ function moreFields(formats) {
       step: 500,
       required: true,
     }),
-    draft: tick("A coarse draft, in about a minute", { checked: false }),
+    texture: tick("Paint a texture", {
+      checked: true,
+      hint: "Off: the mesh has colours at its corners alone.",
+    }),
+    draft: tick("A coarse draft", { checked: false, hint: "From few pictures, to try a take at once." }),
     poses: tick("Use the phone's poses", {
       checked: true,
       hint: "Off: when they are wrong; then a size is needed.",

@@ -1,4 +1,4 @@
-"""Hull: what silhouettes say about every place around an object, for and against it.
+"""VisualHull: what silhouettes say about every place around an object, for and against it.
 
 A place that some pictures show beside the silhouette is empty, with the distance to the outline as a
 signed distance (Laurentini 1994; the second or third largest over the pictures, as single masks err).
@@ -14,22 +14,22 @@ from ingest.scan.dense.depth_map import DepthMap
 from ingest.scan.dense.volume import Box
 
 _INWARD = 0.4
-"""Pixels by which outlines lie too far inside: the most eager of many pictures counts."""
+"""Pixels by which outlines are moved outwards, because of many pictures the one that cuts most counts."""
 _FAR = 12.0
 """Pixels from the outline beyond which distances are not told apart."""
 _OUTVOTED = 20, 8
-"""Pictures from which on the two, or the one, that say most firmly that a place is empty are ignored."""
+"""With so many pictures, the two or the one that put a place farthest outside are ignored as errors."""
 _BACKED, _BACKED_SHARE = 4, 0.25
-"""Pictures that must back a place, and their part of those that do or see something before it."""
+"""Pictures that must back a place, and their share among those that back it or see something before it."""
 _EDGE = 5
-"""Pixels, two of a phone's depth: so near to depth of the object, a lack of it says nothing."""
+"""Pixels from known depth within which missing depth says nothing (two pixels of a phone's depth map)."""
 _BEFORE = 0.02
-"""Metres before a place where depth hides it."""
+"""Metres by which depth must lie before a place to hide it."""
 _UNKNOWN = np.float32(-1.0)
-"""Metres: inside, for places that a picture does not show."""
+"""Metres outside, of places that a picture does not show: they count as inside."""
 
 
-class Hull:
+class VisualHull:
     """Sums over silhouettes, one slice above the other."""
 
     def __init__(self, box: Box, pictures: int) -> None:

@@ -1,4 +1,4 @@
-"""FloorLook: what the bare floor looks like, so that whatever stands before it is told from it.
+"""FloorBackground: what the bare floor looks like, so that whatever stands before it is told from it.
 
 Every place of the floor is hidden by the object in some pictures only, and its shadow lies on the floor
 in all of them; the median over the pictures is the floor without the object (background subtraction,
@@ -28,21 +28,21 @@ _ABOVE = 0.06
 _FEWEST = 3
 """Pictures that must show a place of the floor."""
 _NOISE = np.array([8.0, 3.0, 3.0], np.float32)
-"""Of lightness and the two colours (8-bit L*a*b*) from picture to picture, at least."""
+"""Least noise of lightness and of the two colours from picture to picture (8-bit L*a*b*)."""
 _WILD = np.array([24.0, 12.0, 12.0], np.float32)
-"""Of the same from which on it is no floor."""
+"""Spread of lightness and colours over the pictures from which on a place is no floor."""
 _SOFT = 1.0
-"""Pixels of the blur under which pictures are compared."""
+"""Standard deviation of the blur of pictures before they are compared, pixels."""
 _AROUND, _ODD = 25, 3.0
-"""Cells around a place of the floor, and standard deviations from what they show."""
+"""Width of the neighbourhood of a place of the floor, cells, and standard deviations from its colour."""
 _FLAT = -0.05
-"""Rays that fall less steeply than this see too much floor in a pixel."""
+"""Vertical component of a ray of depth 1: flatter rays see too much floor in a pixel."""
 
 Lab = Float32[np.ndarray, "h w 3"]
 
 
 @dataclass(frozen=True)
-class FloorLook:
+class FloorBackground:
     """A map of the floor: colours as most pictures show them."""
 
     low: Float64[np.ndarray, "2"]
@@ -109,7 +109,7 @@ def lab_of(pictures: SmallPictures, index: int) -> Lab:
     return cv2.GaussianBlur(lab, (0, 0), _SOFT).astype(np.float32)
 
 
-def floor_look(pictures: SmallPictures, depths: Depths, region: Region) -> FloorLook:
+def floor_background(pictures: SmallPictures, depths: Depths, region: Region) -> FloorBackground:
     """The map of the floor around an object.
 
     Args:
@@ -143,13 +143,13 @@ def floor_look(pictures: SmallPictures, depths: Depths, region: Region) -> Floor
     # Where pictures differ there is no floor: a wall stands before it, or it shines.
     known &= (spread < _WILD).all(axis=-1)
     sides = (_CELLS, _CELLS)
-    return FloorLook(
+    return FloorBackground(
         low, cell, colour.reshape(*sides, 3), spread.reshape(*sides, 3), known.reshape(sides), shift
     )
 
 
 _HIDDEN = 10_000
-"""Stands for the colour of a place that a picture does not show; sorts behind all colours."""
+"""Marks a place that a picture does not show; larger than every colour, so that it sorts last."""
 
 
 def _shown(
