@@ -40,8 +40,10 @@ class ScanOptions(BaseModel):
         ShortText | None,
         Field(
             title="The board",
-            description="A printed board lies beside the object and gives the size: A4, or such as "
-            "5x7:35mm:26mm:DICT_5X5_100.",
+            description="What lies printed beside the object and gives the size: a board of omocap "
+            "(A4, or such as 5x7:35mm:26mm:DICT_5X5_100), AprilTags or ArUco markers with the side of "
+            "the black square (tag36h11:80mm, or DICT_4X4_50:50mm:7 for number 7 alone), or a plain "
+            "checkerboard with its inner corners and the side of a square (checkerboard:9x6:25mm).",
         ),
     ] = None
     length: Annotated[
@@ -130,15 +132,15 @@ class ScanOptions(BaseModel):
         """How to find the cameras, and what gives the scale.
 
         Raises:
-            InputError: "scan-length", or those of `parse_board`.
+            InputError: "scan-length", or those of `parse_reference`.
         """
-        from ingest.calibration.board.spec import parse_board
+        from ingest.calibration.board.reference import parse_reference
         from ingest.scan.cameras.options import CameraOptions, picked_length
 
         return CameraOptions(
             poses=self.poses,
             axes=self.camera_axes,
-            board=None if self.board is None else parse_board(self.board),
+            board=None if self.board is None else parse_reference(self.board),
             length=picked_length(self.length),
             height=self.height,
             metric=self.metric,

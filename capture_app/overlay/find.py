@@ -23,7 +23,8 @@ from capture_app.result import Result
 from ingest.archive import is_archive
 from ingest.calibration.board.camera import load_camera
 from ingest.calibration.board.place import load_place
-from ingest.calibration.board.spec import Board, parse_board
+from ingest.calibration.board.reference import parse_grid
+from ingest.calibration.board.spec import Board, Checkerboard
 from ingest.calibration.board.track import BoardTrack, track_session, track_video
 from ingest.calibration.hand_eye.board import stream_of
 from ingest.calibration.pose_file import load_pose
@@ -61,7 +62,7 @@ def _is_session(path: Path) -> bool:
 def _tripod(result: Result, request: OverlayRequest, video: Path, progress: Progress) -> Aligned:
     camera = load_camera(request.camera) if request.camera else None
     if request.board:
-        board = parse_board(request.board)
+        board = parse_grid(request.board)
         track = track_video(video, board, camera, progress=progress)
         watcher = on_tripod(video, track.camera)
         if request.board_at == "object":
@@ -112,7 +113,7 @@ def _second_phone(
 ) -> Aligned:
     watcher = by_phone(session)
     if request.board:
-        board = parse_board(request.board)
+        board = parse_grid(request.board)
         track = track_session(session, board, progress=progress)
         if request.board_at == "object":
             return watched(result, watcher, _by_board_on_object(result, request, board, track))
@@ -133,7 +134,7 @@ def _second_phone(
 
 
 def _by_board_on_object(
-    result: Result, request: OverlayRequest, board: Board, track: BoardTrack
+    result: Result, request: OverlayRequest, board: Board | Checkerboard, track: BoardTrack
 ) -> FilmPlacement:
     where = request.board_place
     T_object_board = load_place(where, board).T_object_board if where else None
@@ -141,7 +142,7 @@ def _by_board_on_object(
 
 
 def _by_board_in_room(
-    result: Result, request: OverlayRequest, board: Board, track: BoardTrack
+    result: Result, request: OverlayRequest, board: Board | Checkerboard, track: BoardTrack
 ) -> Float64[np.ndarray, "4 4"]:
     """T_world_rest of what saw the board."""
     where = request.board_place
@@ -149,7 +150,7 @@ def _by_board_in_room(
     return by_board_in_room(T_world_board, stream_of(track).T)
 
 
-def _seen_by_phone(result: Result, board: Board) -> Float64[np.ndarray, "4 4"]:
+def _seen_by_phone(result: Result, board: Board | Checkerboard) -> Float64[np.ndarray, "4 4"]:
     session = session_of(result)
     T_world_arkit = arkit_world(result.object_motion, session, mount_of(result))
     return board_in_room(T_world_arkit, stream_of(track_session(session, board)).T)

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { boardText, parseBoard } from "../../capture_app/web/page/calibrate/board.js";
+import { boardText, parseBoard, parseCheckerboard } from "../../capture_app/web/page/calibrate/board.js";
 
 const BOARD = { columns: 5, rows: 7, square: 35, marker: 26, dictionary: "DICT_5X5_100" };
 
@@ -32,4 +32,10 @@ test("a board that is written is read again", () => {
 
 test("a printer that shrinks makes smaller squares and markers", () => {
   assert.equal(boardText(BOARD, 148.5 / 150), "5x7:34.65mm:25.74mm:DICT_5X5_100");
+});
+
+test("a plain checkerboard has one square more than inner corners", () => {
+  const board = parseCheckerboard("Checkerboard:9x6:2.5cm");
+  assert.deepEqual(board, { columns: 10, rows: 7, square: 25 });
+  assert.equal(parseCheckerboard("tag36h11:80mm"), null);
 });

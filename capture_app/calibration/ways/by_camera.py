@@ -13,7 +13,8 @@ from ingest.archive import is_archive, unpack
 from ingest.calibration.board.camera import load_camera
 from ingest.calibration.board.pictures import TIMES
 from ingest.calibration.board.place import load_place
-from ingest.calibration.board.spec import Board, parse_board
+from ingest.calibration.board.reference import parse_grid
+from ingest.calibration.board.spec import Board, Checkerboard
 from ingest.calibration.board.track import BoardTrack, track_session, track_video
 from ingest.calibration.hand_eye.board import calibrate_by_board
 from ingest.calibration.hand_eye.phone import phone_stream
@@ -41,13 +42,13 @@ def by_board(way: BoardWay, progress: Progress) -> Mount:
         InputError: of what is read, of the track, and of `calibrate_by_board`.
     """
     _check_object(way)
-    board = parse_board(way.board)
+    board = parse_grid(way.board)
     place = load_place(way.place, board)
     stream = phone_stream(read_session(way.session, way.format))
     return calibrate_by_board(stream, _track(way, board, progress), place)
 
 
-def _track(way: BoardWay, board: Board, progress: Progress) -> BoardTrack:
+def _track(way: BoardWay, board: Board | Checkerboard, progress: Progress) -> BoardTrack:
     """By what the film is: a second phone's session brings its own intrinsics and poses."""
     known = load_camera(way.camera) if way.camera else None
     film = way.film
@@ -117,7 +118,7 @@ def see(way: ScreenWay, shown: Board) -> ScreenViews:
         return views_in_model(_photos(way.photos), shown, way.model, T, scale)
     assert way.board is not None
     assert way.place is not None
-    fixed = parse_board(way.board)
+    fixed = parse_grid(way.board)
     camera = load_camera(way.camera) if way.camera else None
     place = load_place(way.place, fixed)
     return views_with_board(_photos(way.photos), shown, fixed, place, camera)

@@ -11,7 +11,7 @@ from capture_app.mesh_file import MeshFile
 from capture_app.progress import Progress
 from capture_app.scanning.folder import IMAGES, MODEL
 from ingest.calibration.board.place import load_place
-from ingest.calibration.board.spec import parse_board
+from ingest.calibration.board.reference import parse_grid
 from ingest.calibration.board.track import track_session
 from ingest.calibration.floor.refine import refine
 from ingest.calibration.pose_file import load_pose, load_similarity
@@ -60,7 +60,7 @@ def _placed(
         return placed_by_scan(log, mesh, load_scan(way.scan), before, str(way.scan))
     assert way.board is not None
     assert way.place is not None
-    board = parse_board(way.board)
+    board = parse_grid(way.board)
     place = load_place(way.place, board)
     return placed_by_board(log, track_session(log, board, progress=progress), place, before)
 

@@ -45,7 +45,8 @@ class BoardWay(Way):
         ShortText,
         Field(
             title="The board",
-            description="The board, as its sheet says: A4, or such as 5x7:35mm:26mm:DICT_5X5_100.",
+            description="The board, as its sheet says: A4, or such as 5x7:35mm:26mm:DICT_5X5_100; or a "
+            "plain checkerboard by its inner corners and squares, such as checkerboard:9x6:25mm.",
         ),
     ]
     place: Annotated[

@@ -82,8 +82,8 @@ class SessionWay(Way):
         ShortText | None,
         Field(
             title="The board",
-            description="Instead of a scan: the ChArUco board on the object that the phone filmed before "
-            "it was clamped, e.g. A4 or 5x7:35mm:26mm:DICT_5X5_100.",
+            description="Instead of a scan: the board on the object that the phone filmed before it was "
+            "clamped, e.g. A4, 5x7:35mm:26mm:DICT_5X5_100 or checkerboard:9x6:25mm.",
         ),
     ] = None
     place: Annotated[

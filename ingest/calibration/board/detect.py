@@ -1,4 +1,4 @@
-"""The board's corners in one picture."""
+"""The corners of a board in one picture."""
 
 from typing import Any, NamedTuple
 
@@ -7,11 +7,15 @@ import numpy as np
 from jaxtyping import Float32, Float64, Int, UInt8
 from scipy.spatial import KDTree
 
-from ingest.calibration.board.spec import Board
+from ingest.calibration.board.spec import Board, Checkerboard
 
 Grey = UInt8[np.ndarray, "height width"]
 _REACH = (2, 8)
 """Pixels around a corner that are looked at, at least and at most."""
+_GAP = 0.3
+"""Part of a plain square around a corner that is looked at."""
+_CLEAR = 0.25
+"""Part of a board's usual contrast that each pair of its squares has at least."""
 _UNTIL = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 50, 1e-3)
 
 
@@ -21,7 +25,7 @@ class Corners(NamedTuple):
     pixels: Float64[np.ndarray, "corners 2"]
     """(0, 0) is the centre of the first pixel."""
     numbers: Int[np.ndarray, " corners"]
-    """As in `Board.corners`."""
+    """As in `Grid.corners`."""
     markers: int
     """How many markers of the board's dictionary are there."""
 
@@ -29,15 +33,37 @@ class Corners(NamedTuple):
 class Detector:
     """Finds one board in pictures."""
 
-    def __init__(self, board: Board) -> None:
-        self._detector = cv2.aruco.CharucoDetector(board.charuco)
-        self._gap = (board.square - board.marker) / 2 / board.square
+    def __init__(self, board: Board | Checkerboard) -> None:
+        self._board = board
+        if isinstance(board, Board):
+            self._detector = cv2.aruco.CharucoDetector(board.charuco)
+            self._gap = (board.square - board.marker) / 2 / board.square
+        else:
+            self._gap = _GAP
 
     def find(self, grey: Grey) -> Corners:
-        """The corners seen, possibly none.
+        """The corners seen, possibly none; of a plain checkerboard all or none.
 
-        Shapes differ between versions of OpenCV; they are the same here.
+        A checkerboard that looks the same when it is turned may be found either way round.
         """
+        if isinstance(self._board, Checkerboard):
+            return self._plain(grey, self._board)
+        return self._marked(grey)
+
+    def _plain(self, grey: Grey, board: Checkerboard) -> Corners:
+        size = (board.columns - 1, board.rows - 1)
+        found, pixels = cv2.findChessboardCornersSB(grey, size, flags=cv2.CALIB_CB_NORMALIZE_IMAGE)
+        if not found:
+            return Corners(np.empty((0, 2)), np.empty(0, np.int64), 0)
+        flat = np.asarray(pixels, np.float32).reshape(-1, 2)
+        grid = self._refined(grey, flat).reshape(board.rows - 1, board.columns - 1, 2)
+        turned = _turned(grey, grid)
+        if turned is None:
+            return Corners(np.empty((0, 2)), np.empty(0, np.int64), 0)
+        return Corners(turned.reshape(-1, 2), np.arange(len(flat)), 0)
+
+    def _marked(self, grey: Grey) -> Corners:
+        """The corners of a ChArUco board; their shapes differ between versions of OpenCV."""
         found: Any = self._detector.detectBoard(grey)
         pixels, numbers, _, markers = found
         count = 0 if markers is None else np.size(markers)
@@ -61,6 +87,42 @@ class Detector:
             grey, pixels.reshape(-1, 1, 2).copy(), (reach, reach), (-1, -1), _UNTIL
         )
         return np.asarray(refined, np.float64).reshape(-1, 2)
+
+
+def _turned(
+    grey: Grey, grid: Float64[np.ndarray, "rows columns 2"]
+) -> Float64[np.ndarray, "rows columns 2"] | None:
+    """The corners in the order of the board: never mirrored, and with a black square at the origin.
+
+    None where the squares around them are no board: OpenCV sometimes takes the outer rim for corners.
+    """
+    across, down = grid[0, -1] - grid[0, 0], grid[-1, 0] - grid[0, 0]
+    if across[0] * down[1] - across[1] * down[0] < 0:
+        grid = grid[:, ::-1]
+    turns = [turn for k in range(4) if (turn := np.rot90(grid, k)).shape == grid.shape]
+    steps = [_steps(grey, turn) for turn in turns]
+    best = int(np.argmax([step.mean() for step in steps]))
+    # A board that looks the same when it is turned may have white at all ends.
+    contrast = np.sign(steps[best].mean()) * steps[best]
+    return turns[best] if contrast.min() > _CLEAR * np.median(contrast) else None
+
+
+def _steps(
+    grey: Grey, grid: Float64[np.ndarray, "rows columns 2"]
+) -> Float64[np.ndarray, " steps"]:
+    """How much lighter white squares are than black ones beside them, the outermost ones included."""
+    wide = np.concatenate([2 * grid[:1] - grid[1:2], grid, 2 * grid[-1:] - grid[-2:-1]])
+    wide = np.concatenate(
+        [2 * wide[:, :1] - wide[:, 1:2], wide, 2 * wide[:, -1:] - wide[:, -2:-1]], 1
+    )
+    middle = (wide[:-1, :-1] + wide[1:, :-1] + wide[:-1, 1:] + wide[1:, 1:]) / 4
+    x, y = np.rint(middle).astype(int).transpose(2, 0, 1)
+    light = grey[y.clip(0, grey.shape[0] - 1), x.clip(0, grey.shape[1] - 1)].astype(float)
+    black = np.add.outer(np.arange(light.shape[0]), np.arange(light.shape[1])) % 2 == 0
+    sign = np.where(black, 1.0, -1.0)
+    right = sign[:, :-1] * np.diff(light, axis=1)
+    below = sign[:-1] * np.diff(light, axis=0)
+    return np.concatenate([right.ravel(), below.ravel()])
 
 
 def count_markers(grey: Grey, dictionary: int) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 from ingest.calibration.board.detect import Detector, Grey, count_markers
 from ingest.calibration.board.homography import trusted
 from ingest.calibration.board.lens import sightings
-from ingest.calibration.board.spec import MIN_CORNERS, Board, dictionaries
+from ingest.calibration.board.spec import MIN_CORNERS, Board, Checkerboard, dictionaries
 from omomo_core.errors import InputError
 
 _MARKERS = 4
@@ -23,7 +23,7 @@ _FITS = 0.8
 _FOCAL = 1000.0
 
 
-def not_found(pictures: Sequence[Grey], board: Board, where: str) -> InputError:
+def not_found(pictures: Sequence[Grey], board: Board | Checkerboard, where: str) -> InputError:
     """The error that tells what the pictures show instead of the board.
 
     Args:
@@ -31,6 +31,14 @@ def not_found(pictures: Sequence[Grey], board: Board, where: str) -> InputError:
         board: what was looked for.
         where: the pictures' file, for the message.
     """
+    if isinstance(board, Checkerboard):
+        return InputError(
+            "board-not-seen",
+            f"No picture shows the whole of the {board}.",
+            where=where,
+            fix="Keep all of its squares in view, with white around them, without glare; count its "
+            "inner corners, columns first.",
+        )
     own = max(count_markers(p, dictionaries()[board.dictionary]) for p in pictures)
     if own >= _MARKERS:
         return _wrong_layout(pictures, board, where)
@@ -66,7 +74,7 @@ def _counts(pictures: Sequence[Grey], board: Board) -> Counter[str]:
     """
     counts: Counter[str] = Counter({_MIRRORED: 0})
     for picture in pictures:
-        for name, number in _families(board).items():
+        for name, number in other_families(board.dictionary).items():
             counts[name] += count_markers(picture, number)
         turned = np.ascontiguousarray(picture[:, ::-1])
         counts[_MIRRORED] += count_markers(turned, dictionaries()[board.dictionary])
@@ -75,8 +83,11 @@ def _counts(pictures: Sequence[Grey], board: Board) -> Counter[str]:
     return counts
 
 
-def _families(board: Board) -> dict[str, int]:
-    """One dictionary of each kind but the board's own; small ones are the beginnings of larger ones."""
+def other_families(dictionary: str) -> dict[str, int]:
+    """OpenCV's numbers of one dictionary of each kind but this one, by name.
+
+    Small ones are the beginnings of larger ones.
+    """
     kinds: dict[str, str] = {}
     for name in dictionaries():
         kind, _, size = name.rpartition("_")
@@ -84,10 +95,10 @@ def _families(board: Board) -> dict[str, int]:
             kinds[name] = name
         elif size == _USUAL:
             kinds[kind] = name
-    return {name: dictionaries()[name] for name in kinds.values() if name != board.dictionary}
+    return {name: dictionaries()[name] for name in kinds.values() if name != dictionary}
 
 
-def fits(pictures: Sequence[Grey], board: Board) -> bool:
+def fits(pictures: Sequence[Grey], board: Board | Checkerboard) -> bool:
     """Whether the corners found lie as on the board in most of the pictures that show any."""
     good = shown = 0
     for picture in pictures:

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float64
 from pydantic import BaseModel, Field, ValidationError
 
-from ingest.calibration.board.spec import Board
+from ingest.calibration.board.spec import Grid
 from ingest.calibration.points.fit import PICKING, rigid_from_points
 from ingest.calibration.pose_file import load_pose
 from omomo_core import strict_json
@@ -67,7 +67,7 @@ def place_from_points(
     return BoardPlace(fit.T_a_b, fit.covariance, fit.rms)
 
 
-def load_place(path: Path, board: Board) -> BoardPlace:
+def load_place(path: Path, board: Grid) -> BoardPlace:
     """Read the place of a board on the object.
 
     A JSON file holds "points", each with "object" (x, y, z in the mesh's frame, metres) and either
@@ -122,14 +122,14 @@ def _from_csv(text: str) -> _PlaceFile:
     return _PlaceFile.model_validate({"points": points})
 
 
-def _from_points(file: _PlaceFile, board: Board) -> BoardPlace:
+def _from_points(file: _PlaceFile, board: Grid) -> BoardPlace:
     pairs = [_on_board(point, board) for point in file.points]
     on_object = np.array([point.object for point in file.points], float).reshape(-1, 3)
     on_board = np.array([where for _, where in pairs], float).reshape(-1, 3)
     return place_from_points(on_board, on_object, file.sigma_mm / 1e3, [name for name, _ in pairs])
 
 
-def _on_board(point: _Point, board: Board) -> tuple[str, Float64[np.ndarray, "3"]]:
+def _on_board(point: _Point, board: Grid) -> tuple[str, Float64[np.ndarray, "3"]]:
     """Name of a point, and where it is on the board."""
     if point.corner is None:
         if point.board_mm is None:

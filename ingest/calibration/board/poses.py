@@ -10,7 +10,7 @@ from scipy.stats import chi2, f
 from ingest.calibration.board.homography import first_poses, mirrored, trusted
 from ingest.calibration.board.lens import Sightings, sightings
 from ingest.calibration.board.refine import BoardFit, covariances, fit
-from ingest.calibration.board.spec import MIN_CORNERS, Board
+from ingest.calibration.board.spec import MIN_CORNERS, Grid
 from ingest.uncertainty import between, moved
 
 _SUSPECT = 1.0
@@ -39,7 +39,7 @@ class BoardPoses:
     frames: Int[np.ndarray, " poses"]
     """Which of the frames given; those with too few corners, or all in a line, are left out."""
     T_camera_board: Float64[np.ndarray, "poses 4 4"]
-    """OpenCV's camera axes (x right, y down, z ahead); the frame of `Board`."""
+    """OpenCV's camera axes (x right, y down, z ahead); the frame of `Grid`."""
     covariance: Float64[np.ndarray, "poses 6 6"]
     """Of `ingest.uncertainty`: rotation (rad), then translation (m), in the camera's axes.
     For independent errors of the corners: errors of the intrinsics or of the printed size are
@@ -58,7 +58,7 @@ class BoardPoses:
 def board_poses(
     pixels: Sequence[Float64[np.ndarray, "_ 2"]],
     numbers: Sequence[Int[np.ndarray, " _"]],
-    board: Board,
+    board: Grid,
     K: Float64[np.ndarray, "*frames 3 3"],
     distortion: Float64[np.ndarray, " coefficients"],
 ) -> BoardPoses:
@@ -70,7 +70,7 @@ def board_poses(
 
     Args:
         pixels: of the corners seen in each frame; (0, 0) is the centre of the first pixel.
-        numbers: of the same corners, as in `Board.corners`.
+        numbers: of the same corners, as in `Grid.corners`.
         board: which board it is.
         K: camera matrix of all frames, or of each.
         distortion: OpenCV's coefficients.
@@ -142,7 +142,7 @@ def _table(
     return seen, where
 
 
-def _enough(used: Bool[np.ndarray, "frames corners"], board: Board) -> Bool[np.ndarray, " frames"]:
+def _enough(used: Bool[np.ndarray, "frames corners"], board: Grid) -> Bool[np.ndarray, " frames"]:
     """Whether there are corners enough, and two in each direction."""
     grid = used.reshape(-1, board.rows - 1, board.columns - 1)
     across, down = ((grid.any(axis=axis).sum(axis=1) >= 2) for axis in (1, 2))

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float64, Int
 
 from ingest.calibration.board.camera import WitnessCamera
-from ingest.calibration.board.spec import Board
+from ingest.calibration.board.spec import Grid
 from omomo_core.errors import InputError
 
 _CORNERS = 10
@@ -25,7 +25,7 @@ _WILD = 3.0
 def calibrate_camera(
     pixels: Sequence[Float64[np.ndarray, "_ 2"]],
     numbers: Sequence[Int[np.ndarray, " _"]],
-    board: Board,
+    board: Grid,
     size: tuple[int, int],
 ) -> WitnessCamera:
     """Focal lengths, centre, k1 and k2 from views of the board (Zhang 2000), with their sigmas.
@@ -96,14 +96,14 @@ def _solve(
     return float(rms), np.asarray(K, float), np.ravel(lens), deviations, np.ravel(errors)
 
 
-def _spread(numbers: Int[np.ndarray, " corners"], board: Board) -> bool:
+def _spread(numbers: Int[np.ndarray, " corners"], board: Grid) -> bool:
     """Whether there are corners of two columns and two rows."""
     across, down = numbers % (board.columns - 1), numbers // (board.columns - 1)
     return bool(np.ptp(across) > 0 and np.ptp(down) > 0)
 
 
 def _outline(
-    corners: np.ndarray, points: np.ndarray, board: Board, size: tuple[int, int]
+    corners: np.ndarray, points: np.ndarray, board: Grid, size: tuple[int, int]
 ) -> Float64[np.ndarray, "8"]:
     """Where the board's own four corners would be in the picture, in widths: tells the whole view."""
     H, _ = cv2.findHomography(points[:, :2], corners.reshape(-1, 2))

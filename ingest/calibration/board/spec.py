@@ -1,4 +1,4 @@
-"""Board: which ChArUco board it is, in one line of text."""
+"""Board and Checkerboard: which board of squares it is, in one line of text."""
 
 import re
 from dataclasses import dataclass
@@ -11,8 +11,9 @@ from jaxtyping import Float64
 from omomo_core.errors import InputError
 
 _METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}
-_LENGTH = r"(\d+(?:\.\d+)?)\s*(mm|cm|m|in)"
-_TEXT = re.compile(rf"(\d+)x(\d+):{_LENGTH}:{_LENGTH}:(\w+)(:legacy)?", re.IGNORECASE)
+LENGTH = r"(\d+(?:\.\d+)?)\s*(mm|cm|m|in)"
+"""A length and its unit in such a text."""
+_TEXT = re.compile(rf"(\d+)x(\d+):{LENGTH}:{LENGTH}:(\w+)(:legacy)?", re.IGNORECASE)
 EXAMPLE = "5x7:35mm:26mm:DICT_5X5_100"
 _LOWEST, _HIGHEST = 0.002, 1.0
 """Sides of a square, metres: outside, the unit is wrong."""
@@ -21,12 +22,12 @@ MIN_CORNERS = 6
 
 
 @dataclass(frozen=True)
-class Board:
-    """A chessboard with ArUco markers in its white squares.
+class Grid:
+    """A board of squares, black and white in turn.
 
-    Its frame is OpenCV's. With the print upright (marker 0 in the top row) the origin is the top
-    left corner of the top left square, x goes right along the columns, y down along the rows, and
-    z into the paper, away from the reader. Points on the board have z = 0.
+    Its frame is OpenCV's. With the print upright the origin is the top left corner of the top left
+    square, x goes right along the columns, y down along the rows, and z into the paper, away from the
+    reader. Points on the board have z = 0.
     """
 
     columns: int
@@ -35,21 +36,6 @@ class Board:
     """Squares along y."""
     square: float
     """Side of a square, metres."""
-    marker: float
-    """Side of a marker, metres."""
-    dictionary: str = "DICT_5X5_100"
-    """Of the markers, by OpenCV's name."""
-    legacy: bool = False
-    """Laid out as OpenCV did before 4.6, which differs where the number of rows is even."""
-
-    def __post_init__(self) -> None:
-        _check(self)
-
-    def __str__(self) -> str:
-        """The text that `parse_board` reads."""
-        sides = f"{1e3 * self.square:.6g}mm:{1e3 * self.marker:.6g}mm"
-        end = ":legacy" if self.legacy else ""
-        return f"{self.columns}x{self.rows}:{sides}:{self.dictionary}{end}"
 
     @property
     def width(self) -> float:
@@ -70,6 +56,46 @@ class Board:
         x, y = np.meshgrid(np.arange(1, self.columns), np.arange(1, self.rows))
         flat = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
         return flat * self.square
+
+
+@dataclass(frozen=True)
+class Checkerboard(Grid):
+    """A plain board of squares; the one at the origin is black where only one way round has that."""
+
+    def __post_init__(self) -> None:
+        _check_grid(self)
+
+    def __str__(self) -> str:
+        """The text that `parse_reference` reads, which counts inner corners."""
+        return f"checkerboard:{self.columns - 1}x{self.rows - 1}:{1e3 * self.square:.6g}mm"
+
+    @property
+    def turns(self) -> int:
+        """In how many ways it can be turned in its plane and look the same: 1, 2 or 4."""
+        if (self.columns + self.rows) % 2:
+            return 1
+        return 4 if self.columns == self.rows and self.columns % 2 else 2
+
+
+@dataclass(frozen=True)
+class Board(Grid):
+    """A chessboard with ArUco markers in its white squares (ChArUco); marker 0 is in the top row."""
+
+    marker: float
+    """Side of a marker, metres."""
+    dictionary: str = "DICT_5X5_100"
+    """Of the markers, by OpenCV's name."""
+    legacy: bool = False
+    """Laid out as OpenCV did before 4.6, which differs where the number of rows is even."""
+
+    def __post_init__(self) -> None:
+        _check(self)
+
+    def __str__(self) -> str:
+        """The text that `parse_board` reads."""
+        sides = f"{1e3 * self.square:.6g}mm:{1e3 * self.marker:.6g}mm"
+        end = ":legacy" if self.legacy else ""
+        return f"{self.columns}x{self.rows}:{sides}:{self.dictionary}{end}"
 
     @property
     def codes(self) -> cv2.aruco.Dictionary:
@@ -93,15 +119,23 @@ def dictionaries() -> dict[str, int]:
     return {name: int(getattr(cv2.aruco, name)) for name in names}
 
 
-def _check(board: Board) -> None:
-    where = f"{board.columns}x{board.rows}, {1e3 * board.square:g} mm"
-    if board.dictionary not in dictionaries():
+def check_dictionary(name: str, where: str) -> None:
+    """Refuse a marker dictionary that OpenCV does not have.
+
+    Raises:
+        InputError: "board-dictionary".
+    """
+    if name not in dictionaries():
         raise InputError(
             "board-dictionary",
-            f"OpenCV has no marker dictionary '{board.dictionary}'.",
+            f"OpenCV has no marker dictionary '{name}'.",
             where=where,
             fix=f"Choose one of {', '.join(dictionaries())}.",
         )
+
+
+def _check_grid(board: Grid) -> None:
+    where = f"{board.columns}x{board.rows}, {1e3 * board.square:g} mm"
     if min(board.columns, board.rows) < 3 or (board.columns - 1) * (board.rows - 1) < MIN_CORNERS:
         raise InputError(
             "board-size",
@@ -109,13 +143,28 @@ def _check(board: Board) -> None:
             where=where,
             fix="Take at least 3 x 4 squares.",
         )
-    if not _LOWEST <= board.square <= _HIGHEST:
+    check_side(board.square, "square")
+
+
+def check_side(metres: float, what: str) -> None:
+    """Refuse a side that no printed square or marker has.
+
+    Raises:
+        InputError: "board-size".
+    """
+    if not _LOWEST <= metres <= _HIGHEST:
         raise InputError(
             "board-size",
-            f"A square of {1e3 * board.square:g} mm cannot be right.",
-            where=where,
+            f"A {what} of {1e3 * metres:g} mm cannot be right.",
+            where="--board",
             fix="Check the unit: 30mm, 3cm or 0.03m.",
         )
+
+
+def _check(board: Board) -> None:
+    where = f"{board.columns}x{board.rows}, {1e3 * board.square:g} mm"
+    check_dictionary(board.dictionary, where)
+    _check_grid(board)
     if not 0.2 * board.square <= board.marker < board.square:
         raise InputError(
             "board-size",
@@ -167,13 +216,16 @@ def parse_board(text: str) -> Board:
     return Board(
         int(columns),
         int(rows),
-        _metres(square, square_unit),
-        _metres(marker, marker_unit),
+        metres_of(square, square_unit),
+        metres_of(marker, marker_unit),
         dictionary.upper(),
         legacy is not None,
     )
 
 
-def _metres(number: str, unit: str) -> float:
-    """Metres rounded to a nanometre, so that one length is the same in every unit."""
+def metres_of(number: str, unit: str) -> float:
+    """Metres of a number and its unit (mm, cm, m or in).
+
+    They are rounded to a nanometre, so that one length is the same in every unit.
+    """
     return round(float(number) * _METRES[unit.lower()], 9)

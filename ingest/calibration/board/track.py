@@ -13,7 +13,7 @@ from ingest.calibration.board.diagnose import fits, not_found
 from ingest.calibration.board.pictures import Picture, Progress, of_folder, of_session, of_video
 from ingest.calibration.board.poses import BoardPoses, board_poses
 from ingest.calibration.board.self_calibration import calibrate_camera
-from ingest.calibration.board.spec import MIN_CORNERS, Board
+from ingest.calibration.board.spec import MIN_CORNERS, Board, Checkerboard
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
@@ -34,7 +34,7 @@ class BoardTrack:
     times: Float64[np.ndarray, " poses"]
     """Seconds on the camera's clock, increasing; not evenly spaced."""
     T_camera_board: Float64[np.ndarray, "poses 4 4"]
-    """OpenCV's camera axes (x right, y down, z ahead); the frame of `Board`."""
+    """OpenCV's camera axes (x right, y down, z ahead); the frame of `Grid`."""
     covariance: Float64[np.ndarray, "poses 6 6"]
     """Of each pose, in the camera's axes, as in `BoardPoses`."""
     rms: Float64[np.ndarray, " poses"]
@@ -44,8 +44,8 @@ class BoardTrack:
     pixels: list[Float64[np.ndarray, "_ 2"]]
     """Of the corners found in the picture of each pose."""
     numbers: list[Int[np.ndarray, " _"]]
-    """Of the same corners, as in `Board.corners`."""
-    board: Board
+    """Of the same corners, as in `Grid.corners`."""
+    board: Board | Checkerboard
     camera: WitnessCamera
     sigma: float
     """Error of a corner along each axis, pixels."""
@@ -68,7 +68,7 @@ class _Seen:
 
 def track_video(
     path: Path,
-    board: Board,
+    board: Board | Checkerboard,
     camera: WitnessCamera | None = None,
     *,
     rate: float = RATE,
@@ -98,7 +98,7 @@ def track_video(
 
 def track_session(
     session: CaptureSession,
-    board: Board,
+    board: Board | Checkerboard,
     *,
     rate: float = RATE,
     progress: Progress = lambda name, done: None,
@@ -158,7 +158,7 @@ def with_camera(track: BoardTrack, camera: WitnessCamera) -> BoardTrack:
     )
 
 
-def _look(pictures: Iterator[Picture], board: Board, source: str) -> _Seen:
+def _look(pictures: Iterator[Picture], board: Board | Checkerboard, source: str) -> _Seen:
     """Find the board in each picture."""
     detector, seen, every = Detector(board), _Seen(source), 1
     for picture in pictures:
@@ -186,7 +186,7 @@ def _look(pictures: Iterator[Picture], board: Board, source: str) -> _Seen:
     return seen
 
 
-def _explained(seen: _Seen, board: Board, shown: int) -> InputError:
+def _explained(seen: _Seen, board: Board | Checkerboard, shown: int) -> InputError:
     """The error for pictures that hardly show the board."""
     if shown and fits(seen.samples, board):
         return InputError(
@@ -198,14 +198,14 @@ def _explained(seen: _Seen, board: Board, shown: int) -> InputError:
     return not_found(seen.samples[:: -(-len(seen.samples) // _SAMPLES)], board, seen.source)
 
 
-def _calibrated(seen: _Seen, board: Board) -> WitnessCamera:
+def _calibrated(seen: _Seen, board: Board | Checkerboard) -> WitnessCamera:
     pixels, numbers = [f.pixels for f in seen.found], [f.numbers for f in seen.found]
     return calibrate_camera(pixels, numbers, board, seen.size)
 
 
 def _poses(
     seen: _Seen,
-    board: Board,
+    board: Board | Checkerboard,
     K: Float64[np.ndarray, "*frames 3 3"],
     lens: Float64[np.ndarray, " coefficients"],
 ) -> BoardPoses:
@@ -236,7 +236,7 @@ def _poses(
 
 def _track(
     seen: _Seen,
-    board: Board,
+    board: Board | Checkerboard,
     poses: BoardPoses,
     camera: WitnessCamera,
     T_world_camera: Float64[np.ndarray, "pictures 4 4"] | None = None,

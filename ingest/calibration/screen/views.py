@@ -14,7 +14,7 @@ from ingest.calibration.board.pictures import MAX_PICTURES, MAX_PIXELS
 from ingest.calibration.board.place import BoardPlace
 from ingest.calibration.board.poses import BoardPoses, board_poses
 from ingest.calibration.board.self_calibration import calibrate_camera
-from ingest.calibration.board.spec import Board
+from ingest.calibration.board.spec import Board, Checkerboard
 from ingest.calibration.screen.screen import ScreenViews
 from ingest.colmap import pycolmap
 from ingest.formats.pictures import picture_size
@@ -74,7 +74,7 @@ def photos(folder: Path) -> Iterator[Photo]:
 def views_with_board(
     pictures: Iterable[Photo],
     shown: Board,
-    fixed: Board,
+    fixed: Board | Checkerboard,
     place: BoardPlace,
     camera: WitnessCamera | None = None,
 ) -> ScreenViews:
@@ -187,7 +187,9 @@ def _in_model(
     return seen, np.array([camera.K for camera in cameras]), lens, np.array(poses)
 
 
-def _poses(corners: list[Corners], board: Board, K: np.ndarray, lens: np.ndarray) -> BoardPoses:
+def _poses(
+    corners: list[Corners], board: Board | Checkerboard, K: np.ndarray, lens: np.ndarray
+) -> BoardPoses:
     return board_poses([c.pixels for c in corners], [c.numbers for c in corners], board, K, lens)
 
 

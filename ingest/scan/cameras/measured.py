@@ -1,79 +1,19 @@
-"""How long a metre is in a model: by a board that its pictures show, or by a length between two points."""
+"""How long a metre is in a model by a length between two picked points, and where rays meet."""
 
-from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import cv2
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.calibration.board.detect import Detector
-from ingest.calibration.board.spec import Board
-from ingest.scan.cameras.metric import Similarity
 from ingest.scan.cameras.options import Length, Sight
 from ingest.scan.types import Scale, View
 from omomo_core.errors import InputError
-from omomo_core.geometry.procrustes import procrustes
 
-_CORNERS = 6
-"""Of the board that must be found, each in two pictures at least."""
 _MIN_ANGLE = np.radians(2.0)
 """Between the rays of a point."""
-_OFF = 0.01
-"""Part of the board's diagonal that its corners may be off."""
-_PRINTED, _PICKED = 0.001, 2.0
-"""Standard deviation of a print's size, as a part; and of a picked point, pixels."""
-
-
-def by_board(
-    views: Sequence[View], board: Board, on_progress: Callable[[float], None]
-) -> tuple[Similarity, Scale]:
-    """The similarity that takes the model to metres in the board's frame, turned z up.
-
-    Raises:
-        InputError: "scan-board-missing" when it is not seen well enough, "scan-board-moved" when it
-            does not keep its shape.
-    """
-    detector = Detector(board)
-    sights = defaultdict[int, list[tuple[View, np.ndarray]]](list)
-    for k, view in enumerate(views):
-        grey = cv2.imread(str(view.file), cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION)
-        if grey is not None:
-            found = detector.find(np.asarray(grey, np.uint8))
-            for number, pixel in zip(found.numbers.tolist(), found.pixels, strict=True):
-                sights[number].append((view, pixel))
-        on_progress((k + 1) / len(views))
-    places = {number: crossing(seen) for number, seen in sights.items() if len(seen) > 1}
-    known = {number: place for number, place in places.items() if place is not None}
-    if len(known) < _CORNERS:
-        raise InputError(
-            "scan-board-missing",
-            f"The board {board} gives no scale: {len(known)} of its {len(board.corners)} corners are "
-            "seen from two sides.",
-            where=str(views[0].file.parent),
-            fix="Lay the printed board flat beside the object, in view for half of the walk; check "
-            "that it is this board (--board), or give a length instead (--height).",
-        )
-    numbers = sorted(known)
-    corners, points = board.corners[numbers], np.array([known[n] for n in numbers])
-    fit = procrustes(corners, points, np.ones(len(numbers)), scaled=True)
-    rms = float(np.sqrt((fit.residuals**2).sum(axis=1).mean()))
-    span = float(np.linalg.norm(np.ptp(corners, axis=0)))
-    if rms > _OFF * span:
-        raise InputError(
-            "scan-board-moved",
-            f"The board's corners are {1e3 * rms:.1f} mm off their places on it.",
-            where=str(views[0].file.parent),
-            fix="It must lie still and flat while you film; check its squares with a ruler (--board).",
-        )
-    # z goes into the paper: half a turn about x makes it come out.
-    out = np.diag([1.0, -1.0, -1.0])
-    sigma = float(np.hypot(2 * rms / span / np.sqrt(len(numbers)), _PRINTED))
-    description = f"the board {board} ({len(numbers)} corners, {1e3 * rms:.1f} mm off)"
-    return Similarity(fit.scale, out @ fit.R, out @ fit.t, sigma), Scale(
-        sigma, "board", description
-    )
+_PICKED = 2.0
+"""Standard deviation of a picked point, pixels."""
 
 
 def by_length(views: Sequence[View], length: Length) -> tuple[float, Scale]:

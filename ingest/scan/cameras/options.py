@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ingest.calibration.board.spec import Board
+from ingest.calibration.board.reference import Reference
 from ingest.scan.cameras.agreement import AS_LOGGED
 from omomo_core.errors import InputError
 
@@ -35,8 +35,8 @@ class CameraOptions:
     """Use the poses that the phone logged."""
     axes: str = AS_LOGGED
     """How they are to be read, see `ingest.scan.cameras.agreement.readings`."""
-    board: Board | None = None
-    """A ChArUco board that lies beside the object; goes before all other scales."""
+    board: Reference | None = None
+    """A board or markers beside the object; they go before all other scales."""
     length: Length | None = None
     height: float | None = None
     """Of the object, metres."""
@@ -70,7 +70,7 @@ def check_scale(options: CameraOptions, logged: bool, where: str) -> None:
         "scan-scale",
         "Nothing says how large the object is: pictures alone do not.",
         where=where,
-        fix="Give the object's height in metres (--height 0.84), or lay a printed ChArUco board "
+        fix="Give the object's height in metres (--height 0.84), or lay a printed board or marker "
         "beside it and film again (--board A4), or film with an app that logs ARKit's poses.",
     )
 

@@ -12,12 +12,14 @@ from ingest.colmap import pycolmap
 from ingest.formats.depth_png import load_millimetres
 from ingest.report.check import Check
 from ingest.scan.cameras.gravity import looked_at, upright
-from ingest.scan.cameras.measured import by_board, by_length
+from ingest.scan.cameras.measured import by_length
 from ingest.scan.cameras.metric import Similarity, to_phone
 from ingest.scan.cameras.options import CameraOptions
 from ingest.scan.cameras.pinholes import views_of
 from ingest.scan.cameras.reconstruction import laid, names_of, points_of, poses_of
+from ingest.scan.cameras.reference import by_reference
 from ingest.scan.types import Frame, Progress, Scale
+from omomo_core.errors import InputError
 
 Up = Literal["arkit", "board", "floor", "cameras", "given"]
 _LEVEL = np.cos(np.radians(15.0))
@@ -26,6 +28,8 @@ _USUAL = 1.5
 """Metres from which people film; for a scan whose size is told at its end."""
 _DIFFERENT = 0.02
 """Part by which two scales differ that do not agree."""
+_WRONG = 1.25
+"""Factor between two scales of which one must be a mistake."""
 _FEWEST = 100
 """Points with a depth."""
 _APART = 0.015
@@ -68,7 +72,8 @@ def place(
         progress: called with the stage "board".
 
     Raises:
-        InputError: of `by_board` and `by_length`.
+        InputError: of `by_reference` and `by_length`; "scan-board-size" when a board contradicts the
+            phone's poses by far.
     """
     if options.metric:
         return ModelPlacement(Scale(0.005, "given", "the model's own, as somebody says"), "given")
@@ -134,7 +139,7 @@ def _measured(
     """The size by a board or a length; place and up stay where a phone or the floor says them."""
     views = views_of(model, names, frames, straightened)
     if options.board is not None:
-        board, scale = by_board(views, options.board, lambda done: progress("board", done))
+        board, scale = by_reference(views, options.board, lambda done: progress("board", done))
         factor = board.scale
         # What lies on the floor says better than a guess where up is.
         if up != "arkit" and board.R[2] @ [0.0, 0.0, 1.0] > _LEVEL:
@@ -143,8 +148,27 @@ def _measured(
     else:
         assert options.length is not None
         factor, scale = by_length(views, options.length)
+    _check_factor(factor, before, scale)
     laid(model, Similarity(factor, np.eye(3), np.zeros(3)))
     return ModelPlacement(scale, up, _compared(factor, before, scale))
+
+
+def _check_factor(factor: float, before: Scale | None, scale: Scale) -> None:
+    """Refuse a size that differs from that of the phone's poses as a wrong unit or print would.
+
+    Raises:
+        InputError: "scan-board-size".
+    """
+    if before is None or max(factor, 1 / factor) < _WRONG:
+        return
+    raise InputError(
+        "scan-board-size",
+        f"By {scale.description} the object would be {factor:.2f} times as large as by "
+        f"{before.description}; a phone's poses are never so far off.",
+        where="--board" if scale.by == "board" else "--length",
+        fix="Measure once more, of a marker the side of its black square; or leave the phone's poses "
+        "out (--no-poses).",
+    )
 
 
 def _compared(factor: float, before: Scale | None, scale: Scale) -> tuple[Check, ...]:

@@ -13,6 +13,7 @@ const RULER = 150; // mm, the long ruler of the sheet
 /** @type {Record<string, number>} */
 const UNITS = { mm: 1, cm: 10, m: 1000, in: 25.4 };
 const TEXT = /^(\d+)x(\d+):([\d.]+)(mm|cm|m|in):([\d.]+)(mm|cm|m|in):(\w+)$/i;
+const PLAIN = /^checkerboard:(\d+)x(\d+):([\d.]+)(mm|cm|m|in)$/i;
 
 /** "5x7:35mm:26mm:DICT" -> its numbers in mm, or null.
  *  @param {string} text @returns {Board | null} */
@@ -29,6 +30,16 @@ export function parseBoard(text) {
   };
 }
 
+/** "checkerboard:9x6:25mm" -> its squares, in mm; or null.
+ *  @param {string} text @returns {{columns: number, rows: number, square: number} | null} */
+export function parseCheckerboard(text) {
+  const found = PLAIN.exec(text.trim());
+  if (!found) return null;
+  const [, columns, rows, square, unit] = found;
+  const side = Number(square) * UNITS[unit.toLowerCase()];
+  return { columns: Number(columns) + 1, rows: Number(rows) + 1, square: side };
+}
+
 /** The text of a board whose squares are longer by this factor. @param {Board} board */
 export function boardText(board, factor = 1) {
   const [square, marker] = [board.square, board.marker].map(
@@ -39,19 +50,20 @@ export function boardText(board, factor = 1) {
 
 /** Which board. `boards`: as the server lists them; `changed()` when it is another.
  *  {node, read() -> text or "", size() -> {width, height} in mm or null}
- *  @param {Boards} boards @param {{changed?: () => void, print?: boolean, none?: string}} more */
-export function boardField(boards, { changed = () => {}, print = true, none = "" } = {}) {
+ *  @param {Boards} boards @param {{changed?: () => void, print?: boolean, none?: string, markers?: boolean}} more */
+export function boardField(boards, { changed = () => {}, print = true, none = "", markers = false } = {}) {
   const papers = Object.keys(boards).map((name) => [name, `${name} sheet`]);
   const paper = choice("The board", [
     ...(none ? [["", none]] : []),
     ...papers,
-    [OTHER, "Another board"],
+    [OTHER, markers ? "Another board, or markers" : "Another board"],
   ]);
   const text = h("input", { maxlength: 200, placeholder: "5x7:35mm:26mm:DICT_5X5_100" });
   const typed = field(
     "As it is written on the board",
     text,
-    "Columns x rows : square : marker : dictionary.",
+    "Columns x rows : square : marker : dictionary; or checkerboard:9x6:25mm for a plain one (its inner corners)" +
+      `${markers ? "; or tag36h11:80mm, DICT_4X4_50:50mm for markers (side of the black square)" : ""}.`,
   );
   const ruler = number("The ruler that says 150 mm measures", {
     unit: "mm",
@@ -88,7 +100,7 @@ export function boardField(boards, { changed = () => {}, print = true, none = ""
       return known ? boardText(known, factor()) : paper.read() === OTHER ? text.value.trim() : "";
     },
     size: () => {
-      const known = board();
+      const known = board() ?? (paper.read() === OTHER ? parseCheckerboard(text.value) : null);
       return (
         known && {
           width: known.columns * known.square * factor(),

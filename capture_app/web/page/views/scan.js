@@ -198,7 +198,7 @@ function sizeFields(boards) {
     min: 0.01,
     max: 10,
   });
-  const board = boardField(boards, { print: true, none: "no board beside it" });
+  const board = boardField(boards, { print: true, none: "no board beside it", markers: true });
   const node = h(
     "div",
     { class: "stack" },
@@ -212,7 +212,7 @@ function sizeFields(boards) {
         words,
         logged
           ? "The phone's poses say how large it is. Nothing is needed here."
-          : "Pictures alone do not say how large it is: measure its height, or lay a printed board beside it.",
+          : "Pictures alone do not say how large it is: measure its height, or lay a printed board or marker beside it.",
       ),
     read: () => ({ height: height.read(), board: board.read() || null }),
   };

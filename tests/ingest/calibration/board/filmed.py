@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ingest.calibration.board.camera import WitnessCamera
 from ingest.calibration.board.pattern import board_image
-from ingest.calibration.board.spec import Board
+from ingest.calibration.board.spec import Board, Checkerboard
 
 SIZE = (800, 600)
 CAMERA = WitnessCamera(820.0, 820.0, 395.0, 305.0, size=SIZE)
@@ -46,12 +46,23 @@ def sway(count: int) -> np.ndarray:
     return T
 
 
-def picture(T: np.ndarray, board: Board, camera: WitnessCamera = CAMERA) -> np.ndarray:
+def sheet_of(board: Board | Checkerboard, pixels: int, border: int) -> np.ndarray:
+    """A board with white around it, its squares so many pixels wide."""
+    if isinstance(board, Board):
+        width, height = (n * pixels + 2 * border for n in (board.columns, board.rows))
+        return board_image(board, width, height, pixels / board.square / 1e3)
+    dark = np.add.outer(np.arange(board.rows), np.arange(board.columns)) % 2 == 0
+    squares = np.kron(np.where(dark, 0, 255), np.ones((pixels, pixels)))
+    return np.pad(squares, border, constant_values=255).astype(np.uint8)
+
+
+def picture(
+    T: np.ndarray, board: Board | Checkerboard, camera: WitnessCamera = CAMERA
+) -> np.ndarray:
     """The grey picture of a board on a grey wall, without distortion of the lens."""
     assert camera.size is not None
-    width = round(1e3 * _PX_PER_MM * board.width) + 2 * _BORDER
-    height = round(1e3 * _PX_PER_MM * board.height) + 2 * _BORDER
-    sheet = board_image(board, width, height, _PX_PER_MM)
+    sheet = sheet_of(board, round(1e3 * _PX_PER_MM * board.square), _BORDER)
+    height, width = sheet.shape
     metres = np.eye(3) / (1e3 * _PX_PER_MM)
     # Texel k has its middle at k + 1/2.
     metres[:2, 2] = np.array([board.width, board.height]) / 2 + (

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from ingest.calibration.board.detect import Detector
 from ingest.calibration.board.pattern import board_image
 from ingest.calibration.board.poses import board_poses
-from ingest.calibration.board.spec import PRESETS, Board, parse_board
+from ingest.calibration.board.reference import parse_grid
+from ingest.calibration.board.spec import PRESETS, Board, Checkerboard, parse_board
 from omomo_core.errors import InputError
 
 SMALL = Board(5, 4, 0.03, 0.022)
@@ -90,3 +91,22 @@ def test_the_picture_is_the_one_of_opencv():
     ours = board_image(board, 300, 420, 2.0)
     theirs = np.asarray(board.charuco.generateImage((300, 420), marginSize=0, borderBits=1))
     assert (np.abs(ours.astype(int) - theirs.astype(int)) > 100).mean() < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("tag36h11:80mm", "board-single"),
+        ("checkerboard:8x6:25mm", "board-turned"),
+        ("checkerboard:7x7:25mm", "board-turned"),
+    ],
+)
+def test_what_tells_no_pose_in_one_picture_is_refused_for_a_mount(text, code):
+    with pytest.raises(InputError) as error:
+        parse_grid(text)
+    assert error.value.code == code
+
+
+def test_boards_that_tell_a_pose_are_taken_for_a_mount():
+    assert parse_grid("checkerboard:9x6:25mm") == Checkerboard(10, 7, 0.025)
+    assert parse_grid("A4") == PRESETS["A4"]

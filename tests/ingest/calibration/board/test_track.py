@@ -9,7 +9,7 @@ import pytest
 
 from ingest.calibration.board.detect import Detector
 from ingest.calibration.board.poses import board_poses
-from ingest.calibration.board.spec import PRESETS, Board
+from ingest.calibration.board.spec import PRESETS, Board, Checkerboard
 from ingest.calibration.board.track import track_session, track_video, with_camera
 from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
 from ingest.session import CaptureSession
@@ -242,3 +242,23 @@ def test_a_real_photo_gives_its_known_pose(shared: Path):
     assert not pose.ambiguous[0]
     corner = pose.T_camera_board[0] @ [0, board.height, 0, 1]
     np.testing.assert_allclose(corner[:3], [0.0975, 0.1028, 0.3256], atol=0.002)
+
+
+PLAIN = Checkerboard(8, 7, 0.025)
+
+
+def test_a_plain_checkerboard_that_cannot_be_turned_is_followed(tmp_path: Path):
+    truth = sway(20)
+    film = write_film(tmp_path / "plain.mp4", [picture(T, PLAIN) for T in truth], STAMPS[:20])
+    track = track_video(film, PLAIN, CAMERA, rate=30.0)
+    assert len(track.times) > 15
+    mm, deg = errors(track, truth[np.rint(track.times / 0.040).astype(int)])
+    assert mm < 1.5
+    assert deg < 0.5
+
+
+def test_a_checkerboard_that_is_not_there(film: Path):
+    with pytest.raises(InputError) as error:
+        track_video(film, PLAIN, CAMERA)
+    assert error.value.code == "board-not-seen"
+    assert "inner corners" in (error.value.fix or "")
