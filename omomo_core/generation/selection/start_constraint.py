@@ -1,7 +1,7 @@
-"""Start constraint: selection of palm hypotheses by a start position or start pose that is known.
+"""Start constraint: selection of palm hypotheses where a start position or start pose is known.
 
-The network is told where the person stands at first. Of its hypotheses those that begin nearest to the known
-start are kept, and their palms are blended from the start to where they hold.
+The network is told where the person stands at first, so its hypotheses begin near there. Palms of those
+that are kept are blended from the start to where they hold.
 """
 
 import math
@@ -48,13 +48,9 @@ class StartPosition:
     position: Float[Tensor, "2"]
     """On the floor, from the object's centre, metres."""
 
-    def distance(self, first: First) -> Float[Tensor, "*b"]:
-        """Return the distance on the floor from the known place, given features of first frames; metres."""
-        return (_standing_position(first) - self.position).norm(dim=-1)
-
     def impose(self, features: Samples) -> Samples:
         """Return the samples from that place, or from as near to it as there is time to come from."""
-        way = self.position - _standing_position(features[:, 0])
+        way = self.position - standing_position(features[:, 0])
         time = _frames_until_contact(features).amin(dim=-1).clamp(max=START.longest_blend) / FPS
         # The fade is 1.5 times as fast in its middle as on the whole.
         far = START.fastest_blend / 1.5 * time
@@ -72,10 +68,12 @@ StartConstraint = StartPose | StartPosition
 def select_by_start(
     features: Hypotheses, start: StartConstraint, clip: ObjectClip, samples: int
 ) -> Samples:
-    """Return samples that begin at the known start and cover the hypotheses that begin nearest to it.
+    """Return samples that begin at the known start and cover all hypotheses best (k-medoids).
 
+    The network knows the place: those of its hypotheses that seem to begin nearest to it are no better than
+    the others. It does not know the palms of a pose: hypotheses that begin nearest to those are taken.
     Hypotheses that are implausible, or whose person would have to run around the object, are taken only
-    where all are such.
+    where too few others are left.
 
     Args:
         features: of all hypotheses, in axes whose third is up.
@@ -84,15 +82,16 @@ def select_by_start(
         samples: how many to keep.
     """
     hypotheses = kernel_mean(features)
-    distance = start.distance(hypotheses[:, 0])
-    plausible = torch.from_numpy(PalmHolds.of(hypotheses, clip).plausible)
-    plausible &= ~_too_far_to_walk(hypotheses, start.position)
-    distance[~plausible] += distance.max() + 1
-    count = max(math.ceil(START.candidates_per_sample * samples), START.fewest_candidates)
-    count = min(count, max(int(plausible.sum()), samples))
-    near = hypotheses[distance.argsort(stable=True)[:count]]
-    kept = torch.from_numpy(k_medoids(_palms(near).double().numpy(), samples))
-    return start.impose(near[kept])
+    possible = torch.from_numpy(PalmHolds.of(hypotheses, clip).plausible)
+    possible &= ~_too_far_to_walk(hypotheses, start.position)
+    if int(possible.sum()) >= samples:
+        hypotheses = hypotheses[possible]
+    if isinstance(start, StartPose):
+        count = max(math.ceil(START.candidates_per_sample * samples), START.fewest_candidates)
+        nearest = start.distance(hypotheses[:, 0]).argsort(stable=True)
+        hypotheses = hypotheses[nearest[:count]]
+    kept = torch.from_numpy(k_medoids(_palms(hypotheses).double().numpy(), samples))
+    return start.impose(hypotheses[kept])
 
 
 def impose_start(features: Samples, first: Float[Tensor, "*samples 8"]) -> Samples:
@@ -116,7 +115,7 @@ def _too_far_to_walk(
     until = _frames_until_contact(features).amin(dim=-1)
     last = features.shape[-2] - 1
     index = until.clamp(max=last)[..., None, None].expand(*until.shape, 1, features.shape[-1])
-    there = _standing_position(features.gather(-2, index).squeeze(-2))
+    there = standing_position(features.gather(-2, index).squeeze(-2))
     far, near = there.norm(dim=-1), stands.norm()
     turn = torch.atan2(
         stands[0] * there[..., 1] - stands[1] * there[..., 0], (stands * there).sum(dim=-1)
@@ -131,7 +130,7 @@ def _frames_until_contact(features: Float[Tensor, "*b frames 8"]) -> Int[Tensor,
     return torch.where(holds.any(dim=-2), holds.int().argmax(dim=-2), START.longest_blend)
 
 
-def _standing_position(first: First) -> Float[Tensor, "*b 2"]:
+def standing_position(first: First) -> Float[Tensor, "*b 2"]:
     """Return where a person with these palms stands on the floor, from the object's centre, metres."""
     left, right = _palms(first)[..., :2].unbind(dim=-2)
     across_body = left - right
