@@ -73,7 +73,7 @@ def from_poses(
     model = pycolmap.Reconstruction()
     for number, off in enumerate(_ROUNDS):
         progress("cameras", number / len(_ROUNDS))
-        model = _triangulated(database, images, output, poses, off * wide)
+        model = triangulated(database, images, output, poses, off * wide)
         progress("cameras", (number + 0.5) / len(_ROUNDS))
         refine(model, intrinsics=False)
         cleaned(model, off * wide)
@@ -82,13 +82,28 @@ def from_poses(
     return model
 
 
-def _triangulated(
-    database: Path, images: Path, output: Path, poses: Mapping[str, np.ndarray], off: float
+def triangulated(
+    database: Path,
+    images: Path,
+    output: Path,
+    poses: Mapping[str, np.ndarray],
+    off: float,
+    cameras: Mapping[int, pycolmap.Camera] | None = None,
 ) -> pycolmap.Reconstruction:
+    """Points of pictures whose poses are known.
+
+    Args:
+        database: with features and matches.
+        images: folder of the pictures.
+        output: folder for COLMAP's model.
+        poses: T_model_camera by picture.
+        off: pixels that a point may be off.
+        cameras: their lenses by number; those of the database if not given.
+    """
     output.mkdir(parents=True, exist_ok=True)
     model = pycolmap.Reconstruction()
     with pycolmap.Database.open(database) as opened:
-        for camera in opened.read_all_cameras():
+        for camera in cameras.values() if cameras is not None else opened.read_all_cameras():
             model.add_camera_with_trivial_rig(camera)
         for image in opened.read_all_images():
             if image.name not in poses:

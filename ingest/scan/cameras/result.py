@@ -1,6 +1,6 @@
 """Registered from what a finished stage has left in the work folder."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,8 @@ from ingest.scan.types import Frame, LeftOut, Registered, Scale
 SPARSE, STRAIGHT = "sparse", "straight"
 _TOLD = 0.9
 """Part of the pictures that are registered, below which it is worth a warning."""
+_ENOUGH = 30
+"""Matches with the others by which a picture can be placed."""
 
 
 def record_of(
@@ -74,8 +76,8 @@ def missing(
     """The pictures that are not in a model, why, and a warning when they are many."""
     there = set(names_of(model))
     absent = [frame.name for frame in frames if frame.name not in there]
-    counts = _shared(database, absent) if database is not None and absent else {}
-    left_out = tuple(LeftOut(name, _reason(counts.get(name))) for name in absent)
+    shared = _shared(database, absent) if database is not None and absent else {}
+    left_out = tuple(LeftOut(name, _reason(shared.get(name), there)) for name in absent)
     if len(there) >= _TOLD * len(frames):
         return left_out, ()
     message = f"{len(absent)} of {len(frames)} pictures could not be placed."
@@ -83,21 +85,40 @@ def missing(
     return left_out, (Check("registered", "warn", message, None, fix),)
 
 
-def _reason(shared: int | None) -> str:
+def _reason(shared: Mapping[str, int] | None, there: Collection[str]) -> str:
+    """Why a picture is not in the model.
+
+    Args:
+        shared: how many matches it has with each other picture; None where that is not known.
+        there: the pictures that are in the model.
+    """
     if shared is None:
         return "it is not in the model"
-    if shared < 30:
-        return f"it shares too little with the other pictures ({shared} matches)"
-    return "its place contradicts those of the other pictures"
+    placed = sum(count for name, count in shared.items() if name in there)
+    others = sorted(
+        name for name, count in shared.items() if name not in there and count >= _ENOUGH
+    )
+    if placed >= _ENOUGH:
+        return (
+            f"its place contradicts those of the other pictures (it shares {placed} matches with "
+            "those that are placed)"
+        )
+    if others:
+        return (
+            f"it shares much only with pictures that are left out too ({', '.join(others)}), and "
+            f"{placed} matches with those that are placed"
+        )
+    return f"it shares too little with the other pictures ({sum(shared.values())} matches)"
 
 
-def _shared(database: Path, names: Sequence[str]) -> dict[str, int]:
-    """Verified matches of some pictures with all others."""
-    counts = dict.fromkeys(names, 0)
+def _shared(database: Path, names: Sequence[str]) -> dict[str, dict[str, int]]:
+    """Verified matches of some pictures with each other picture."""
+    counts: dict[str, dict[str, int]] = {name: {} for name in names}
     with pycolmap.Database.open(database) as opened:
         name_of = {i.image_id: i.name for i in opened.read_all_images()}
         for pair, geometry in zip(*opened.read_two_view_geometries(), strict=True):
-            for number in pycolmap.pair_id_to_image_pair(pair):
-                if (name := name_of.get(number, "")) in counts:
-                    counts[name] += len(geometry.inlier_matches)
+            a, b = (name_of.get(number, "") for number in pycolmap.pair_id_to_image_pair(pair))
+            for one, other in ((a, b), (b, a)):
+                if one in counts:
+                    counts[one][other] = len(geometry.inlier_matches)
     return counts
