@@ -1,6 +1,7 @@
 """A scan says the worst first: what was filmed from one side is no object, and has no size."""
 
 import json
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -131,10 +132,12 @@ def test_a_run_refuses_the_mesh_of_a_scan_that_is_not_usable(tmp_path: Path):
 def test_a_real_film_of_one_side(shared: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     """A chair that somebody filmed from 138 degrees of the circle."""
     film = shared / "data" / "scan" / "chair_3d_scanner_app"
-    words = ["scan", str(film), "-o", str(tmp_path / "chair.glb"), "--method", "depth"]
-    assert invoke(words) == 2
+    mesh = str(tmp_path / "chair.glb")
+    assert invoke(["scan", str(film), "-o", mesh, "--method", "depth", "--symmetry", "off"]) == 2
     said = " ".join(capsys.readouterr().out.split())
     assert said.startswith("Not usable as it is: the film does not show the whole object;")
-    assert "from 222 degrees of the circle" in said
+    missing = re.search(r"from (\d+) degrees of the circle", said)
+    assert missing is not None, said
+    assert 210 <= int(missing[1]) <= 230, said
     for comfort in ("Done", "Next", "sure to"):
         assert comfort not in said
