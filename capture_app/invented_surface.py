@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import trimesh
@@ -15,9 +16,18 @@ from omomo_core.contact.segment import ContactSegment
 
 _HANDS = ("left", "right")
 _SHARE = 0.5
-"""Part of the surface under a palm that is invented."""
+"""Part of the surface under a palm that is invented, of what faces the palm."""
 _PALM = 0.05
 """Metres around the place under a palm that count."""
+
+
+class _Marked(NamedTuple):
+    """Vertices of a scan's mesh, z up, in the file's unit."""
+
+    vertices: Float64[np.ndarray, "verts 3"]
+    normals: Float64[np.ndarray, "verts 3"]
+    invented: Bool[np.ndarray, " verts"]
+    """Where no picture shows the surface."""
 
 
 def invented_notes(
@@ -33,9 +43,8 @@ def invented_notes(
     marked = None if mesh is None else _marked(mesh)
     if marked is None:
         return ()
-    vertices, invented = marked
-    tree = KDTree(vertices * scale)
-    held = [segment for segment in segments if _on_invented(tree, invented, segment.anchor)]
+    tree = KDTree(marked.vertices * scale)
+    held = [segment for segment in segments if _on_invented(tree, marked, segment.anchor)]
     return tuple(
         f"The {_HANDS[hand]} palm rests on surface that no picture of the scan shows "
         f"(frames {', '.join(f'{s.start} to {s.stop}' for s in held if s.hand == hand)}); film the "
@@ -44,21 +53,26 @@ def invented_notes(
     )
 
 
-def _on_invented(tree: KDTree, invented: Bool[np.ndarray, " verts"], anchor: np.ndarray) -> bool:
+def _on_invented(tree: KDTree, marked: _Marked, anchor: np.ndarray) -> bool:
+    """Whether most of the surface that faces a palm is invented; the other side of a plate is not held."""
     nearest = tree.query(anchor)[1]
-    around = tree.query_ball_point(tree.data[nearest], _PALM)
-    return bool(invented[around].mean() > _SHARE)
+    around = np.asarray(tree.query_ball_point(tree.data[nearest], _PALM))
+    ahead = np.einsum("vi,vi->v", marked.normals[around], anchor - tree.data[around]) > 0
+    facing = around[ahead] if ahead.any() else around
+    return bool(marked.invented[facing].mean() > _SHARE)
 
 
-def _marked(
-    path: Path,
-) -> tuple[Float64[np.ndarray, "verts 3"], Bool[np.ndarray, " verts"]] | None:
-    """Vertices (z up, the file's unit) and which are invented; None where the file does not say."""
+def _marked(path: Path) -> _Marked | None:
+    """The mesh's marks; None where the file has none."""
     if path.suffix.lower() != ".glb":
         return None
     with decoding(path):
         parts = list(trimesh.load_scene(path, process=False).geometry.values())
     if len(parts) != 1 or INVENTED not in parts[0].vertex_attributes:
         return None
-    invented = np.asarray(parts[0].vertex_attributes[INVENTED]).reshape(-1) > 0.5
-    return np.asarray(parts[0].vertices, np.float64) @ T_ZUP_ARKIT[:3, :3].T, invented
+    vertices, normals = (
+        np.asarray(part, np.float64) @ T_ZUP_ARKIT[:3, :3].T
+        for part in (parts[0].vertices, parts[0].vertex_normals)
+    )
+    marks = np.asarray(parts[0].vertex_attributes[INVENTED]).reshape(-1)
+    return _Marked(vertices, normals, marks > 0.5)

@@ -50,3 +50,16 @@ def test_seen_surface_and_other_meshes_say_nothing(marked, tmp_path):
     trimesh.creation.box().export(plain)
     assert invented_notes(plain, 1.0, [_holds(0, -0.5)]) == ()
     assert invented_notes(None, 1.0, [_holds(0, -0.5)]) == ()
+
+
+def test_the_other_side_of_a_seat_is_not_held(tmp_path):
+    """Under a seat nothing is shown: a palm on it is told of, one on its upper side is not."""
+    seat = trimesh.creation.box((0.4, 0.4, 0.02)).subdivide().subdivide().subdivide().subdivide()
+    vertices = np.asarray(seat.vertices, np.float64)
+    mesh = ScanMesh(vertices, np.asarray(seat.faces, np.int64), None, "seat")
+    seen = vertices[:, 2] > 0.005
+    path = tmp_path / "seat.glb"
+    save_mesh(CleanMesh(mesh, np.asarray(seat.vertex_normals), np.eye(4), seen, True), path)
+    above, below = (ContactSegment(0, 0, 9, np.array([0.05, 0.05, z])) for z in (0.04, -0.04))
+    assert invented_notes(path, 1.0, [above]) == ()
+    assert len(invented_notes(path, 1.0, [below])) == 1
