@@ -4,10 +4,11 @@ import os
 
 from ingest.scan.choices import DRAFT_PICTURES
 
-_START, _PICTURE = 15.0, 3.0
-"""Seconds of one core for a scan, and for each of its pictures (docs/scan.md has what was measured)."""
-_DRAFT = 1.6
-"""The same for each picture of a draft."""
+_START, _PICTURE = 50.0, 3.0
+"""Seconds of a scan in which only one core works, and of all cores together for each of its pictures
+(docs/scan.md has what was measured)."""
+_DRAFT_START, _DRAFT = 20.0, 2.2
+"""The same of a draft."""
 _CORES = 4
 """More do not help much."""
 
@@ -20,8 +21,9 @@ def estimate_seconds(frames: int, draft: bool) -> float:
         draft: whether only a coarse mesh is made.
     """
     cores = min(_CORES, os.cpu_count() or 1)
-    count, each = (min(frames, DRAFT_PICTURES), _DRAFT) if draft else (frames, _PICTURE)
-    return _START + each * count / cores
+    if draft:
+        return _DRAFT_START + _DRAFT * min(frames, DRAFT_PICTURES) / cores
+    return _START + _PICTURE * frames / cores
 
 
 def in_words(seconds: float) -> str:

@@ -213,6 +213,29 @@ def scan(given: Given) -> Stage:
     return Stage()
 
 
+def garden_chair(given: Given) -> Stage:
+    """The real film of a garden chair; one of its pictures as the clamped phone's look; and a take."""
+    film, place = given.shared() / "data" / "scan" / "chair_3d_scanner_app", given.place
+    copy(film, place / "chair_film")
+    (place / "clamped").mkdir()
+    record = json.loads((film / "frame_00030.json").read_bytes())
+    rng, start, pose = np.random.default_rng(0), record["time"], record["cameraPoseARFrame"]
+    for number in range(20):
+        # Held still: to 0.2 mm, as a phone's log says where it is.
+        moved = np.array(pose)
+        moved[[3, 7, 11]] += rng.normal(0, 0.0002, 3)
+        record |= {"time": start + number / 10, "frame_index": number}
+        record["cameraPoseARFrame"] = moved.tolist()
+        (place / "clamped" / f"frame_{number:05d}.json").write_text(json.dumps(record))
+    for number in (0, 10):
+        copy(film / "frame_00030.jpg", place / "clamped" / f"frame_{number:05d}.jpg")
+    copy(film / "info.json", place / "clamped" / "info.json")
+    return Stage(
+        before={2: f"{PYTHON} -m tests.docs.carried_chair chair.glb mount.json take"},
+        seconds=1200.0,
+    )
+
+
 def serve(given: Given) -> Stage:
     """A server on a free port, and what is brought to it."""
     place = given.place

@@ -23,6 +23,8 @@ class Stage:
     what happens between two blocks beside the program, such as people who send their votes."""
     instead: dict[str, str] = field(default_factory=dict)
     """Addresses of this machine that are taken, and which are used."""
+    seconds: float = 280.0
+    """That the page may take."""
 
 
 def run_page(page: str, folder: Path, stage: Stage) -> None:
@@ -48,7 +50,7 @@ def run_page(page: str, folder: Path, stage: Stage) -> None:
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        timeout=280,
+        timeout=stage.seconds,
     )
     assert done.returncode == 0, f"{page} stopped in the middle:\n{done.stdout[-4000:]}"
 

@@ -16,6 +16,7 @@ PREPARED: dict[str, Callable[[inputs.Given], Stage]] = {
     "docs/data.md": inputs.data,
     "docs/evaluation.md": inputs.evaluation,
     "docs/format.md": inputs.corrected,
+    "docs/garden-chair.md": inputs.garden_chair,
     "docs/hands.md": inputs.a_motion,
     "docs/recording.md": inputs.recording,
     "docs/replay.md": inputs.replay,
@@ -26,6 +27,8 @@ PREPARED: dict[str, Callable[[inputs.Given], Stage]] = {
     "docs/unreal.md": inputs.unreal,
 }
 """What puts the files that a page names into its folder."""
+SLOW = ("docs/garden-chair.md",)
+"""Pages with minutes of work, for `./run test --slow`."""
 
 
 def _with_blocks() -> list[str]:
@@ -37,6 +40,10 @@ def test_every_page_with_a_block_is_run():
     assert set(_with_blocks()) - elsewhere == set(PREPARED)
 
 
-@pytest.mark.parametrize("page", sorted(PREPARED))
+def _marked(page: str) -> object:
+    return pytest.param(page, marks=pytest.mark.slow) if page in SLOW else page
+
+
+@pytest.mark.parametrize("page", [_marked(page) for page in sorted(PREPARED)])
 def test_the_blocks_of_a_page_run_in_its_order(page: str, given: inputs.Given):
     run_page(page, given.place, PREPARED[page](given))
