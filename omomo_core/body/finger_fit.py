@@ -4,7 +4,7 @@ Residuals are in millimetres: skin is out of the object, pads are on its surface
 their grip and change smoothly from key frame to key frame; each stays within its range.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -32,6 +32,13 @@ class KeyFrames:
     """How much the hand holds."""
     goal: Float[Tensor, "keys 5 angles"]
     """The grip, blended with the relaxed hand."""
+    share: Float[Tensor, " keys"]
+    """How many key frames each stands for in the first steps; 0 of those that lie between two others."""
+
+    def __getitem__(self, some: Tensor) -> "KeyFrames":
+        return KeyFrames(
+            self.poses[some], self.place[some], self.hold[some], self.goal[some], self.share[some]
+        )
 
 
 def fit_fingers(
@@ -50,14 +57,19 @@ def fit_fingers(
         times: frame of each key frame of a sequence.
         field: signed distance to the object.
     """
-    row, key = keys.place.T
     angles = relaxed_angles().expand(rows, len(times), 5, ANGLES).clone()
-    angles[row, key] = keys.goal
-    for round_ in range(GRASP.rounds):
-        exact = round_ >= GRASP.rounds - GRASP.exact_rounds
-        equations = _contact_equations(model, keys, angles[row, key], field, exact=exact)
-        equations = _within_ranges(model, angles[row, key], *equations)
-        step = _solved(*equations, keys.place, angles)
+    angles[tuple(keys.place.T)] = keys.goal
+    few = keys[keys.share > 0]
+    between = keys.place[keys.share == 0]
+    for left in range(GRASP.rounds, 0, -1):
+        if left == GRASP.full_rounds:
+            few, between = replace(keys, share=torch.ones_like(keys.share)), keys.place[:0]
+        own = angles[tuple(few.place.T)]
+        exact = left <= GRASP.exact_rounds
+        equations = _contact_equations(model, few, own, field, exact=exact)
+        H, g = _within_ranges(model, own, *equations)
+        share = few.share[:, None, None]
+        step = _solved(share[..., None] * H, share * g, few.place, between, angles)
         angles = angles + step.clamp(-GRASP.longest_step, GRASP.longest_step)
         angles = slowed(torch.minimum(torch.maximum(angles, model.low), model.high), times)
     return angles
@@ -155,6 +167,7 @@ def _solved(
     H: Float[Tensor, "some 5 angles angles"],
     g: Float[Tensor, "some 5 angles"],
     place: Int[Tensor, "some 2"],
+    between: Int[Tensor, "others 2"],
     angles: Float[Tensor, "rows keys 5 angles"],
 ) -> Float[Tensor, "rows keys 5 angles"]:
     """Return the step of all angles that also keeps them smooth in time (a banded system)."""
@@ -163,6 +176,7 @@ def _solved(
     full = torch.eye(ANGLES).mul(GRASP.rest).repeat(rows, count, 5, 1, 1)
     right = torch.zeros_like(angles)
     full[row, key], right[row, key] = H, g
+    full[tuple(between.T)] = 0.0
     change = GRASP.smoothness * angles.diff(dim=1)
     right[:, :-1] += change
     right[:, 1:] -= change

@@ -163,13 +163,23 @@ def _key_frames(
     nearest = apart.masked_fill(rows != row[:, None], torch.inf).argmin(dim=1)
     shape = _falling(hands.away[row, frame], 0.0, GRASP.shaping)[:, None, None]
     relaxed, grip = relaxed_angles(), grips[nearest]
-    grip = grip + _opened(hands, row, frame)[:, None, None] * (opened_angles(grip) - grip)
+    within = _within(hands)[row, frame]
+    opened = torch.from_numpy(min_jerk((1 - within / GRASP.closing).numpy())).float()
+    grip = grip + opened[:, None, None] * (opened_angles(grip) - grip)
     return KeyFrames(
         hands.at(row, frame),
         torch.stack([row, key], dim=1),
         hands.weight[row, frame],
         relaxed + shape * (grip - relaxed),
+        _shares(within, key),
     )
+
+
+def _shares(within: Float[Tensor, " some"], key: Int[Tensor, " some"]) -> Float[Tensor, " some"]:
+    """Return how many key frames each stands for: amid a contact, one in `GRASP.calm` is measured."""
+    amid = within > GRASP.closing + GRASP.calm * GRASP.stride
+    measured = ~amid | (key % GRASP.calm == 0)
+    return measured * torch.where(amid, float(GRASP.calm), 1.0)
 
 
 def _named(
@@ -200,15 +210,10 @@ def _spans(
     return rows, start, stop
 
 
-def _opened(
-    hands: _Sequences, row: Int[Tensor, " some"], frame: Int[Tensor, " some"]
-) -> Float[Tensor, " some"]:
-    """Return how open a hand is: wholly before it has arrived, and when it lets go; else 0."""
-    closing = torch.zeros_like(hands.away)
-    for k, away in enumerate(hands.away.numpy()):
-        within = frames_away(away > 0)
-        closing[k] = torch.from_numpy(min_jerk(1 - within / GRASP.closing)).float()
-    return closing[row, frame]
+def _within(hands: _Sequences) -> Float[Tensor, "rows frames"]:
+    """Return the frames from the ends of the contact that a hand is in; 0 outside."""
+    within = np.stack([frames_away(away > 0) for away in hands.away.numpy()])
+    return torch.from_numpy(within).float()
 
 
 def _moved(

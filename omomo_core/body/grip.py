@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
 from omomo_core.body.config import GRIP
-from omomo_core.body.finger_model import ANGLES, FingerModel, finger_model, pose_fingers
+from omomo_core.body.finger_model import ANGLES, PER_PHALANX, finger_model, pose_fingers
 from omomo_core.body.hand_skin import THUMB
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.distance_field import DistanceField
@@ -42,6 +42,8 @@ class _Postures:
 
     angles: Float[Tensor, "2 fingers tries 5"]
     points: Float[Tensor, "2 fingers tries points 3"]
+    palmar: Bool[Tensor, "2 fingers points"]
+    """Which of them are on the palm's side."""
 
 
 def find_grips(
@@ -54,37 +56,35 @@ def find_grips(
         poses: of the hands, `GRIP.poses` for each contact, one contact after the other.
         field: signed distance to the object.
     """
-    model = finger_model(body)
     fingers, thumb = _postures(body)
-    found = [
-        _best(model, p, f, poses, field) for f, p in ((slice(4), fingers), (slice(4, 5), thumb))
-    ]
+    found = [_best(p, f, poses, field) for f, p in ((slice(4), fingers), (slice(4, 5), thumb))]
     return torch.cat(found, dim=1)
 
 
 def grip_worth(body: BodyModel, poses: HandPoses, field: DistanceField) -> Float[Tensor, " hands"]:
-    """Return what the best posture of the fingers is worth for each hand, from a few postures.
+    """Return what the best posture of the fingers is worth for each hand, from a few of them.
 
     Args:
         body: whose hands.
         poses: of the hands.
         field: signed distance to the object.
     """
-    model, total = finger_model(body), torch.zeros(len(poses.side))
+    total = torch.zeros(len(poses.side))
     for postures, which in zip(_postures(body, few=True), (slice(4), slice(4, 5)), strict=True):
         points, angles = poses.placed(postures.points[poses.side]), postures.angles[poses.side]
-        worth = _worth(model, angles, points, field.at(points), which, poses, field)
+        palmar = postures.palmar[poses.side]
+        worth = _worth(palmar, angles, points, field.at(points), which, poses, field)
         total = total + worth.amax(dim=-1).sum(dim=-1)
     return total
 
 
 def _best(
-    model: FingerModel, postures: _Postures, which: slice, poses: HandPoses, field: DistanceField
+    postures: _Postures, which: slice, poses: HandPoses, field: DistanceField
 ) -> Float[Tensor, "contacts fingers angles"]:
     """Return the angles of the posture of each finger that is worth most in all poses of a contact."""
     points = poses.placed(postures.points[poses.side])
-    angles = postures.angles[poses.side]
-    worth = _of_contacts(_worth(model, angles, points, field.at(points), which, poses, field))
+    angles, palmar = postures.angles[poses.side], postures.palmar[poses.side]
+    worth = _of_contacts(_worth(palmar, angles, points, field.at(points), which, poses, field))
     # The grid hardly sees thin boards: the best postures are measured exactly.
     few = worth.topk(GRIP.finalists, dim=-1).indices.repeat_interleave(GRIP.poses, dim=0)[..., None]
     points = points.gather(2, few[..., None].expand(-1, -1, -1, *points.shape[3:]))
@@ -92,7 +92,7 @@ def _best(
     distance = field.at(points)
     near = distance.abs() < GRIP.exact_range
     distance[near] = field.exact(points[near])[0]
-    worth = _of_contacts(_worth(model, angles, points, distance, which, poses, field))
+    worth = _of_contacts(_worth(palmar, angles, points, distance, which, poses, field))
     best = worth.argmax(dim=-1)[..., None, None].expand(-1, -1, 1, ANGLES)
     return angles[:: GRIP.poses].gather(-2, best)[..., 0, :]
 
@@ -105,7 +105,7 @@ def _of_contacts(
 
 
 def _worth(
-    model: FingerModel,
+    palmar: Bool[Tensor, "hands fingers points"],
     angles: Float[Tensor, "hands fingers tries angles"],
     points: Float[Tensor, "hands fingers tries points 3"],
     distance: Float[Tensor, "hands fingers tries points"],
@@ -114,8 +114,7 @@ def _worth(
     field: DistanceField,
 ) -> Float[Tensor, "hands fingers tries"]:
     """Return what postures are worth: touch and opposition, less depth and distance from rest."""
-    palmar = model.palmar[poses.side][:, which, None]
-    gap = distance.clamp(min=0.0).masked_fill(~palmar, torch.inf)
+    gap = distance.clamp(min=0.0).masked_fill(~palmar[:, :, None], torch.inf)
     near, nearest = gap.unflatten(-1, (3, -1)).min(dim=-1)
     touch = torch.exp(-near / GRIP.touch_distance)
     pad = (nearest[..., 2] + 2 * gap.shape[-1] // 3)[..., None, None]
@@ -134,7 +133,8 @@ def _postures(body: BodyModel, *, few: bool = False) -> tuple[_Postures, _Postur
 
     Args:
         body: whose hands.
-        few: of each angle, every second value alone.
+        few: of each angle every second value alone, and the first half of a phalanx's points, which
+            are the farthest apart.
     """
     step = 2 if few else 1
     bend, curl = torch.cartesian_prod(
@@ -149,20 +149,25 @@ def _postures(body: BodyModel, *, few: bool = False) -> tuple[_Postures, _Postur
         )
     ).T
     thumb = torch.stack([swing, lift, turn, curl, curl], dim=-1)
-    return _tried(body, finger, slice(4)), _tried(body, thumb, slice(THUMB, 5))
+    points = PER_PHALANX // step
+    return _tried(body, finger, slice(4), points), _tried(body, thumb, slice(THUMB, 5), points)
 
 
-def _tried(body: BodyModel, angles: Float[Tensor, "tries 5"], which: slice) -> _Postures:
+def _tried(
+    body: BodyModel, angles: Float[Tensor, "tries 5"], which: slice, count: int
+) -> _Postures:
+    """Return postures with so many points of each phalanx."""
     model = finger_model(body)
     every = angles[:, None].expand(-1, 5, -1)
+    some = (torch.arange(3)[:, None] * PER_PHALANX + torch.arange(count)).flatten()
     points = torch.stack(
         [
-            pose_fingers(model, torch.full((len(angles),), side), every).points[:, which]
+            pose_fingers(model, torch.full((len(angles),), side), every).points[:, which, some]
             for side in range(2)
         ]
-    )
-    count = points.shape[2]
-    return _Postures(angles.expand(2, count, -1, -1), points.transpose(1, 2).contiguous())
+    ).transpose(1, 2)
+    each = angles.expand(2, points.shape[1], -1, -1)
+    return _Postures(each, points.contiguous(), model.palmar[:, which, some])
 
 
 def relaxed_angles() -> Float[Tensor, "5 angles"]:
@@ -173,7 +178,11 @@ def relaxed_angles() -> Float[Tensor, "5 angles"]:
 
 
 def opened_angles(grip: Float[Tensor, "some 5 angles"]) -> Float[Tensor, "some 5 angles"]:
-    """Return the angles of a hand that opens for a grip: bent less, but fingers as far bent back."""
+    """Return the angles of a hand that opens for a grip: bent less, but fingers as far bent back.
+
+    The base of the thumb stays on its side of what is held, which comes between it and the fingers.
+    """
     opened = GRIP.opened * grip
     opened[:, :THUMB] = torch.minimum(opened[:, :THUMB], grip[:, :THUMB])
+    opened[:, THUMB, :3] = grip[:, THUMB, :3]
     return opened
