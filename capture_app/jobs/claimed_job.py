@@ -14,7 +14,7 @@ from capture_app.jobs.protocol import Attempt, JobKind, StagedJob
 from capture_app.jobs.queue import JobQueue, order_id
 from capture_app.jobs.record import JobError
 from capture_app.jobs.reporter import JobCancelled, JobPostponed, JobReporter
-from capture_app.jobs.worker_store import WorkerStore
+from capture_app.jobs.worker_store import WorkerStore, may_be_made
 
 _log = logging.getLogger(__name__)
 
@@ -51,10 +51,13 @@ class ClaimedJob:
         self._desk.timings_of = lambda: work.timings
         self._desk.say(f"Attempt {self._row['attempts']}, on {socket.gethostname()}.")
         steps = {"inputs": self._hash_inputs, **work.stages}
+        *_, last = steps
         for name, stage in steps.items():
-            if not durable(name, lambda stage=stage: self._do(stage, work)):
+            left = name != last and self._row["error"] is not None
+            do = self._give_up if left else self._do
+            if not durable(name, lambda do=do, stage=stage: do(stage, work)):
                 return
-        self._end("done", {"fraction": 1.0})
+        self._end("done", {"fraction": 1.0, "error": None})
 
     def report(self) -> float:
         """Write what is new, and see whether the job is still wanted; for another thread.
@@ -90,9 +93,8 @@ class ClaimedJob:
         except Exception as error:
             self._fail(self._told(error), None)
             return None
-        if (
-            row["error"] is not None
-        ):  # an earlier attempt failed, and was killed while it cleaned up
+        if row["error"] is not None and not may_be_made(row):
+            # An earlier attempt failed, and was killed while it cleaned up.
             self._fail(JobError.model_validate(row["error"]), work)
         elif row["state"] == "cancelling":
             self._cancelled(work)
@@ -101,6 +103,11 @@ class ClaimedJob:
         else:
             return work
         return None
+
+    def _give_up(self, _: Callable[[], None], work: StagedJob) -> bool:
+        """Fail as it was told to, where another stage than the last is left to do."""
+        self._fail(JobError.model_validate(self._row["error"]), work)
+        return False
 
     def _follow(self, order: Request) -> str:
         """Order another job, once."""

@@ -46,6 +46,15 @@ def count_death(database: Database, pid: int) -> None:
         c.execute(sa.update(JOBS).where(its).values({**_FREED, "deaths": deaths, "error": error}))
 
 
+def may_be_made(row: Mapping[str, Any]) -> bool:
+    """Return whether a job that workers died of may have its result in place already.
+
+    Who dies between putting it there and saying so leaves a whole result: the last stage is done again,
+    which finds it, unless workers die of that stage itself.
+    """
+    return row["error"]["code"] == _DEADLY.code and row["deaths"] < 2 * DEADLIEST
+
+
 class WorkerStore:
     """The tables, as one worker sees them."""
 

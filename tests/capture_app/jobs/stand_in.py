@@ -10,6 +10,7 @@ from typing import ClassVar
 
 from capture_app.commands.request import Request
 from capture_app.jobs.protocol import Attempt, JobKind
+from capture_app.jobs.worker_store import DEADLIEST
 from capture_app.staging import Staging
 from omomo_core.errors import InputError
 
@@ -24,7 +25,8 @@ class StandInOrder(Request):
     seconds: float = 0.02
     """Of each stage."""
     fault: str = ""
-    """What the second stage does: "input", "defect", "memory", "full" disk, "kill" its worker, or "deaf"."""
+    """What the second stage does: "input", "defect", "memory", "full" disk, "kill" its worker, or "deaf".
+    "late": the last stage kills as many workers as a job is allowed, after the result is in its place."""
 
 
 class StandIn:
@@ -71,10 +73,19 @@ class StandIn:
         if self._order.fault == "kill":
             os.kill(os.getpid(), signal.SIGKILL)
 
+    def _die_late(self) -> None:
+        deaths = self._order.output.with_suffix(".deaths")
+        with deaths.open("a") as file:
+            file.write("x")
+        if deaths.stat().st_size <= DEADLIEST:
+            os.kill(os.getpid(), signal.SIGKILL)
+
     def _finish(self) -> None:
         if self._staging.folder.exists():
             (self._staging.folder / "manifest.json").write_text("{}")
         self._staging.publish()
+        if self._order.fault == "late":
+            self._die_late()
         # Counts how often the last stage ran to its end: twice only when it was killed after that.
         self._attempt.tell({"made": self._order.output.name})
 

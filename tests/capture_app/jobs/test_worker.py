@@ -226,6 +226,17 @@ def test_a_job_that_kills_its_workers_fails_the_third_time(
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["b"]
 
 
+def test_a_job_whose_result_is_whole_is_done_however_many_workers_died_of_it(
+    queue: JobQueue, start: Start, tmp_path: Path
+) -> None:
+    made = queue.submit(StandInOrder(output=tmp_path / "out" / "a", fault="late"))
+    start(queue)
+    record = finished(queue, [made.id])[0]
+    check_done(record)
+    assert record.attempts == DEADLIEST + 1
+    check_nothing_left(tmp_path / "out")
+
+
 @pytest.mark.slow
 def test_an_input_that_changed_meanwhile_is_not_mixed_in(
     queue: JobQueue, start: Start, tmp_path: Path
