@@ -98,11 +98,13 @@ def main(folder: Path) -> int:
             print(f"{name}: MISSING {missing}")
             bad += 1
             continue
-        fine = max(joints, thing) <= TOLERANCE
+        pictures, empty = base_pictures(), empty_pictures()
+        fine = max(joints, thing) <= TOLERANCE and not empty
         bad += not fine
         print(
-            f"{name}: joints within {1000 * joints:.4f} mm, object within {1000 * thing:.4f} mm: "
-            f"{'ok' if fine else 'WRONG'}",
+            f"{name}: joints within {1000 * joints:.4f} mm, object within {1000 * thing:.4f} mm, "
+            f"pictures {', '.join(pictures) or 'none'}: {'ok' if fine else 'WRONG'}",
+            *(f"(the picture {missing} did not arrive)" for missing in empty),
             flush=True,
         )
         draw(folder / f"blender_{name.rsplit('.', 1)[1]}.png", truth, first)
@@ -129,6 +131,18 @@ def compare(truth: ExportedArrays, first: int) -> tuple[float, float]:
         surface = max(surface, distance(place[None], truth.place[frame][None]))
         surface = max(surface, float(np.abs(moved - wanted).max()))
     return joints, surface
+
+
+def base_pictures() -> list[str]:
+    """Size of each picture that colours something."""
+    nodes = [n for m in bpy.data.materials if m.node_tree for n in m.node_tree.nodes]
+    images = {n.image for n in nodes if n.type == "TEX_IMAGE" and n.image is not None}
+    return sorted(f"{image.size[0]} x {image.size[1]}" for image in images)
+
+
+def empty_pictures() -> list[str]:
+    """Names of those that Blender could not read."""
+    return sorted(i.name for i in bpy.data.images if i.source == "FILE" and not i.size[0])
 
 
 def distance(a: np.ndarray, b: np.ndarray) -> float:

@@ -7,6 +7,8 @@ Arguments: the two files, frames a second, up axis (y or z), unit of the FBX (m 
 
 import sys
 from importlib import import_module
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 _SCALE_LENGTH = {"m": 1.0, "cm": 0.01}
@@ -33,8 +35,25 @@ def convert(source: str, target: str, fps: float, up: str, units: str) -> None:
         elif not any(modifier.type == "ARMATURE" for modifier in thing.modifiers):
             # Only what hangs on no armature keeps its own animation.
             thing.parent = None
+    with TemporaryDirectory() as folder:
+        _write_pictures(bpy, Path(folder))
+        _write_fbx(bpy, target, up, units)
+
+
+def _write_pictures(bpy: Any, folder: Path) -> None:
+    """Give pictures that lie in the GLB a file each, from which the FBX takes them in."""
+    for number, image in enumerate(bpy.data.images):
+        if image.packed_file is not None:
+            image.filepath_raw = str(folder / f"object_{number}.png")
+            image.file_format = "PNG"
+            image.save()
+
+
+def _write_fbx(bpy: Any, target: str, up: str, units: str) -> None:
     bpy.ops.export_scene.fbx(
         filepath=target,
+        path_mode="COPY",
+        embed_textures=True,
         object_types={"ARMATURE", "MESH", "EMPTY"},
         axis_up=up.upper(),
         axis_forward=_FORWARD[up],
