@@ -2,10 +2,10 @@
 
 Usage: python -m benchmarks.hands [--all] [--samples N] [--only WORD] [--pictures DIR]
 
-Objects are those of the demo, meshes of `shared` (left out where it is not; the variable OMOCAP_SHARED says
-where it is) and procedural ones; all but the demo's are lifted, carried along a bend and put down. --all
-takes more of them, and longer. --pictures draws each in the middle of its motion, as `omocap render --view
-hands --still` does.
+Objects are those of the demo, with --all of two logs of real phones, procedural ones and meshes of `shared`
+(left out where it is not; the variable OMOCAP_SHARED says where it is). All but the first are lifted, carried
+along a bend and put down, with --all more of them, and for longer. --pictures draws each in the middle of its
+motion, as `omocap render --view hands --still` does.
 
 While a hand holds, every fourth frame is measured: how deep the deepest vertex of the fingers and of the
 palm is in the object (exact signed distance, mm: median and 99th percentile), the share of frames in which
@@ -56,6 +56,11 @@ MORE = ("chair_C", "chair_stool", "cabinet_small", "shelf_B_small", "armchair", 
         "pillow_A", "book_set", "table_low", "bed_single_A")  # fmt: skip
 SCANS = ("largebox", "woodchair", "suitcase")
 MORE_SCANS = ("smallbox", "largetable")
+LOGS = {
+    "walk": "arkit_data_logger/ARKit_camera_pose.txt",
+    "room": "ios_logger_pyojinkim/ARposes.txt",
+}
+"""Of people who filmed while they walked; the phone is taken for one that is fixed to the demo's box."""
 PROPS = ("smallbox", "mop", "suitcase", "trashcan", "monitor")
 MORE_PROPS = ("vacuum", "floorlamp", "bucket", "toolbox", "ladder", "stool", "clothesstand")
 STRIDE, NEAR, FIST, FLAT = 4, 0.005, 0.9, 0.008
@@ -125,10 +130,10 @@ def z_up(mesh: ObjectMesh) -> ObjectMesh:
     return ObjectMesh(np.stack([x, -z, y], axis=1), mesh.faces, mesh.name)
 
 
-def demo() -> ObjectMotion:
-    """The take that comes with the program."""
+def take(session: Path = DEMO / SESSION, mount: Path | None = DEMO / MOUNT) -> ObjectMotion:
+    """A recording, the one that comes with the program if not given, as the motion of the demo's box."""
     request = RunRequest(
-        session=DEMO / SESSION, object=DEMO / MESH, mount=DEMO / MOUNT, output=Path("out/none")
+        session=session, object=DEMO / MESH, mount=mount, output=Path("out/none"), force=True
     )
     return prepare_take(request).motion
 
@@ -148,7 +153,11 @@ def prop(name: str) -> ObjectMesh:
 def cases(everything: bool) -> Iterator[tuple[str, Callable[[], ObjectMotion]]]:
     """Names and motions of the objects that are held."""
     seconds = 8.0 if everything else 5.0
-    yield "demo", demo
+    yield "demo", take
+    for name, file in LOGS.items():
+        path = SHARED / "capture" / file
+        if everything and path.exists():
+            yield f"log {name}", lambda path=path: take(path, None)
     for name in PROPS + MORE_PROPS * everything:
         yield f"prop {name}", lambda name=name: lifted(prop(name), seconds)
     for name in SCANS + MORE_SCANS * everything:
