@@ -118,7 +118,21 @@ class RegraspConfig:
     )
     pace: float = setting(0.05, "m/frame", "Speed of the hand on its way (1.5 m/s).")
     quickest: int = setting(6, "frames", "Shortest time on the way.")
-    slowest: int = setting(12, "frames", "Longest time on the way.")
+    slowest: int = setting(15, "frames", "Longest time on the way.")
+
+
+@dataclass(frozen=True)
+class DetourConfig:
+    """Which ways of a hand around the object are tried."""
+
+    points: int = setting(48, "count", "Points of a way.")
+    lifts: tuple[float, ...] = setting(
+        (0.1, 0.25), "m", "How far a way leads off the surface before it turns."
+    )
+    swings: tuple[float, ...] = setting(
+        (0.0, 0.15, 0.3, 0.5, 0.75), "m", "How far a way swings out to a side."
+    )
+    sides: int = setting(12, "count", "Sides to which it may.")
 
 
 @dataclass(frozen=True)
@@ -152,6 +166,7 @@ SUPPORT = SupportConfig()
 STABILITY = StabilityConfig()
 DECODING = DecodingConfig()
 REGRASP = RegraspConfig()
+DETOUR = DetourConfig()
 ANCHOR = AnchorConfig()
 EDITED_CONTACTS = EditedContactsConfig()
 
@@ -164,6 +179,7 @@ class ContactConfig:
     stability: StabilityConfig = STABILITY
     decoding: DecodingConfig = DECODING
     regrasp: RegraspConfig = REGRASP
+    detour: DetourConfig = DETOUR
     anchor: AnchorConfig = ANCHOR
     edited: EditedContactsConfig = EDITED_CONTACTS
 

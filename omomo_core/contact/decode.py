@@ -68,7 +68,7 @@ def decode(
         free = ~must_hold | holding[:, 1 - hand]
         free[: prefix.frames] = False
         for span in _spans(holding[:, hand], hand, prefix):
-            parts = split_at_regrasps(span, palms[:, hand], free)
+            parts = split_at_regrasps(span, palms[:, hand], free, surface)
             for before, after in pairwise(parts):
                 holding[before.stop : after.start, hand] = False
             spans.extend(parts)

@@ -9,11 +9,16 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy.signal import find_peaks
 
 from omomo_core.contact.config import REGRASP
+from omomo_core.contact.detour import length_of, way_between
 from omomo_core.contact.segment import ContactSpan
+from omomo_core.geometry.surface import Surface
 
 
 def split_at_regrasps(
-    span: ContactSpan, palm: Float[np.ndarray, "frames 3"], free: Bool[np.ndarray, " frames"]
+    span: ContactSpan,
+    palm: Float[np.ndarray, "frames 3"],
+    free: Bool[np.ndarray, " frames"],
+    surface: Surface,
 ) -> tuple[ContactSpan, ...]:
     """Return the parts of a span between which the hand travels to another place, or the whole span.
 
@@ -21,10 +26,11 @@ def split_at_regrasps(
         span: one hand's contact; a segment's anchor stays with the first part.
         palm: that hand's predicted palm in the object's frame, metres.
         free: frames in which this hand may let go.
+        surface: the object's, which the hand goes around.
     """
     first = max(span.start, 0)
     palm, free = palm[first : span.stop], free[first : span.stop]
-    travels = [t for t in _travels(palm) if free[slice(*t)].all()]
+    travels = [t for t in _travels(palm, surface) if free[slice(*t)].all()]
     while travels:
         moved = [_moved(palm, before, now, after) for before, now, after in _triples(travels, palm)]
         if min(moved) >= REGRASP.apart:
@@ -39,7 +45,7 @@ _Travel = tuple[int, int]
 """First frame on the way and first frame at the new place."""
 
 
-def _travels(palm: Float[np.ndarray, "frames 3"]) -> list[_Travel]:
+def _travels(palm: Float[np.ndarray, "frames 3"], surface: Surface) -> list[_Travel]:
     """Return the travels between places: where the palm's place before differs most from that after."""
     if len(palm) < 2 * REGRASP.stay:
         return []
@@ -55,7 +61,8 @@ def _travels(palm: Float[np.ndarray, "frames 3"]) -> list[_Travel]:
         nearer = np.linalg.norm(near - before, axis=1) - np.linalg.norm(near - after, axis=1)
         sure = REGRASP.stay // 2
         change = int(at + sure + np.cumsum(nearer)[sure - 1 : -sure].argmin())
-        frames = int(np.clip(np.ceil(step[at] / REGRASP.pace), REGRASP.quickest, REGRASP.slowest))
+        far = length_of(way_between(before, after, surface))
+        frames = int(np.clip(np.ceil(far / REGRASP.pace), REGRASP.quickest, REGRASP.slowest))
         travels.append((change - frames // 2, change - frames // 2 + frames))
     return travels
 

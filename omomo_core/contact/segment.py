@@ -7,7 +7,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from omomo_core.contact.config import ANCHOR
+from omomo_core.contact.detour import along, way_between
 from omomo_core.geometry.easing import min_jerk
+from omomo_core.geometry.surface import Surface
 from omomo_core.motion import HandMotion
 
 
@@ -34,16 +36,18 @@ def follow_anchors(
     segments: Sequence[ContactSegment],
     predicted: HandMotion,
     T_world_object: Float[np.ndarray, "frames 4 4"],
+    surface: Surface,
 ) -> HandMotion:
     """Return palms that are on their anchors within segments and blend into the prediction around them.
 
-    Where a hand's next segment begins before both blends are over, the palm goes directly from anchor
-    to anchor.
+    Where a hand's next segment begins before both blends are over, the palm goes from anchor to anchor,
+    straight or around what is in between.
 
     Args:
         segments: of both hands, in any order; those of one hand do not overlap.
         predicted: palms, world, metres.
         T_world_object: the object's pose per frame.
+        surface: the object's, in its frame.
 
     Returns:
         The palms, world, metres, and contact weights in [0, 1]: 1 in segments, 0 away from them.
@@ -52,7 +56,7 @@ def follow_anchors(
     for hand in range(2):
         held = sorted((s for s in segments if s.hand == hand), key=lambda s: s.start)
         if held:
-            place, obeyed, contact[:, hand] = _anchor_path(held, len(palms))
+            place, obeyed, contact[:, hand] = _anchor_path(held, len(palms), surface)
             R, t = T_world_object[:, :3, :3], T_world_object[:, :3, 3]
             goal = np.einsum("fij,fj->fi", R, place) + t
             palms[:, hand] += obeyed[:, None] * (goal - palms[:, hand])
@@ -60,7 +64,7 @@ def follow_anchors(
 
 
 def _anchor_path(
-    held: Sequence[ContactSegment], frames: int
+    held: Sequence[ContactSegment], frames: int, surface: Surface
 ) -> tuple[
     Float[np.ndarray, "frames 3"], Float[np.ndarray, " frames"], Float[np.ndarray, " frames"]
 ]:
@@ -73,9 +77,13 @@ def _anchor_path(
     here, there = np.maximum(begun, 0), np.minimum(begun + 1, last)
     pause = starts[there] - ends[here]
     share = min_jerk((t - ends[here]) / np.maximum(pause, 1))
-    place = anchors[here] + share[:, None] * (anchors[there] - anchors[here])
     weight = min_jerk(1 - _frames_to_segment(t, begun, starts, ends) / ANCHOR.blend)
     between = (begun >= 0) & (begun < last) & (pause <= 2 * ANCHOR.blend)
+    place = anchors[here] + share[:, None] * (anchors[there] - anchors[here])
+    for first in np.unique(here[between]):
+        going = between & (here == first)
+        way = way_between(anchors[first], anchors[first + 1], surface)
+        place[going] = along(way, share[going])
     return place, np.where(between, 1.0, weight), weight
 
 

@@ -90,4 +90,5 @@ def _contact(
         return published
     # Stage 1 as published has no contact channel: the rule's labels become the segments.
     labels = HandMotion(palms=palms, contact=published.contact)
-    return follow_anchors(decode(labels, clip.take.surface, T, clip.must_hold), labels, T)
+    surface = clip.take.surface
+    return follow_anchors(decode(labels, surface, T, clip.must_hold), labels, T, surface)

@@ -65,7 +65,7 @@ def resolve(
     fresh = anchor_spans(given, now, object_model.surface, T)
     segments = tuple(sorted((*kept, *fresh), key=lambda s: (s.start, s.hand)))
     free = _free(changed(person.segments, segments), len(T))
-    hands = follow_anchors(segments, now, T)
+    hands = follow_anchors(segments, now, T, object_model.surface)
     targets = _interaction_targets(person.human, hands, fresh, free, clip, object_model)
     for start, stop in runs(free > 0):
         new = _solved(person, hands, targets, free, slice(start, stop), body, object_model.obstacle)

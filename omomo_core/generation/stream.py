@@ -244,7 +244,7 @@ class _Sampler:
             return [
                 hand
                 if all(a is b for a, b in zip(old, new, strict=True))
-                else follow_anchors(new, hand, T)
+                else follow_anchors(new, hand, T, clip.take.surface)
                 for old, new, hand in zip(segments, held, hands, strict=True)
             ]
 

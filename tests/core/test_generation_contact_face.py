@@ -33,7 +33,7 @@ def chosen(
     still = HandMotion(np.zeros((FRAMES, 2, 3)), np.zeros((FRAMES, 2)))
 
     def targets_for(segments: Sequence[tuple[ContactSegment, ...]]) -> InteractionTargets:
-        hands = follow_anchors(segments[0], still, at())
+        hands = follow_anchors(segments[0], still, at(), object_model.surface)
         return InteractionTargets(
             palms=torch.from_numpy(hands.palms).float()[None],
             hold=torch.from_numpy(hands.contact).float()[None],

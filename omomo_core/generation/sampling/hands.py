@@ -194,7 +194,7 @@ def _follow_contacts(
         segments = decode(sampled, surface, T, clip.must_hold, given)
     else:
         segments = anchor_spans([_keep_anchor(c, given) for c in contacts], sampled, surface, T)
-    return follow_anchors(segments, sampled, T), segments
+    return follow_anchors(segments, sampled, T, surface), segments
 
 
 def _keep_anchor(contact: ContactSpan, given: ContactPrefix) -> ContactSpan:

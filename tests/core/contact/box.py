@@ -1,5 +1,7 @@
 """A box of 40 cm, the ways it moves, and hands predicted at places of it."""
 
+from dataclasses import replace
+
 import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
@@ -11,6 +13,8 @@ FRAMES = 90
 BOX = trimesh.creation.box((0.4, 0.4, 0.4)).subdivide().subdivide().subdivide()
 MESH = ObjectMesh(np.array(BOX.vertices), np.array(BOX.faces), "box")
 SURFACE = sample_surface(MESH)
+NOTHING = replace(SURFACE, points=SURFACE.points + 9.0)
+"""The same box, where no palm comes."""
 LEFT, RIGHT = np.array([-0.24, 0.05, 0.0]), np.array([0.24, -0.05, 0.0])
 """Where the palms hold it, in its frame."""
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.contact.config import DECODING
+from omomo_core.contact.config import DECODING, REGRASP
 from omomo_core.contact.decode import ContactPrefix, decode
 from omomo_core.contact.segment import ContactSegment, follow_anchors
 from omomo_core.geometry.transforms import to_local
@@ -100,7 +100,7 @@ def test_a_re_grasp_is_found_while_the_other_hand_holds(frame: int, travel: int,
     segments = decode(predicted, SURFACE, T, ALWAYS)
     before, after = (s for s in segments if s.hand == 1)
     assert abs((before.stop + after.start) / 2 - frame) < 5
-    assert DECODING.shortest <= after.start - before.stop <= 12
+    assert DECODING.shortest <= after.start - before.stop <= REGRASP.slowest
     assert np.linalg.norm(before.anchor - RIGHT) < 0.05
     assert np.linalg.norm(after.anchor - TOP) < 0.05
 
@@ -171,7 +171,7 @@ def test_two_chapters_agree_at_the_seam(seed: int):
     assert before(early) == before(late)
     whole = [s for s in early if s.stop <= first] + list(late)
     assert held(tuple(whole), frames)[must].any(axis=1).all()
-    local = to_local(T, follow_anchors(whole, predicted, T).palms)
+    local = to_local(T, follow_anchors(whole, predicted, T, SURFACE).palms)
     for hand in range(2):
         mine = sorted((s for s in whole if s.hand == hand), key=lambda s: s.start)
         for s, after in pairwise(mine):
