@@ -233,7 +233,7 @@ def picture(path: Path, person: Person, motion: ObjectMotion, body: BodyModel) -
     held = np.flatnonzero(human.hand_contact.max(axis=1) > 0.5)
     frame = int(held[len(held) // 2]) if len(held) else 0
     width, height = SIZE
-    cameras = hand_cameras(human, width, height)
+    cameras = hand_cameras(human, motion, width, height)
     drawn = frames(human, motion, body, width=width, height=height, cameras=cameras, samples=4,
                    markers=False, time_code=False, only=[frame])  # fmt: skip
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -242,6 +242,8 @@ def picture(path: Path, person: Person, motion: ObjectMotion, body: BodyModel) -
 
 def summary(name: str, measured: list[HandMeasures]) -> str:
     """The measures of several objects together, in one line."""
+    if not measured:
+        return f"{name:26}none"
     columns = [
         np.concatenate([np.ravel(x) for x in c])
         for c in zip(*(vars(h).values() for h in measured), strict=True)

@@ -79,7 +79,7 @@ def shot(
     if view == "object":
         return Shot(_on_object(human, moved, width, height, eye))
     if view == "hands":
-        return Shot(hand_cameras(human, width, height))
+        return Shot(hand_cameras(human, moved, width, height))
     if view == "third":
         return Shot(follow_motion(human, moved, width, height))
     turns = np.arange(len(human.root)) / FPS / _CIRCLE

@@ -58,6 +58,18 @@ def test_the_holding_hand_is_in_every_picture_of_the_hands(
         assert ((u > 0) & (u < W) & (v > 0) & (v < H) & (depth > 0.2)).any()
 
 
+def test_hands_behind_a_board_are_seen_from_its_other_side(human: HumanMotion) -> None:
+    """The board hides both hands from above, whence they would be looked at."""
+    board = trimesh.creation.box((0.6, 1.8, 0.01))
+    T = np.tile(np.eye(4), (FRAMES, 1, 1))
+    T[:, :3, :3] = human.rotations[:, 0] @ human.rotations[0, 0].T
+    T[:, :3, 3] = human.joints[:, 22:].mean(axis=1) + [0, 0, 0.05]
+    mesh = ObjectMesh(np.array(board.vertices), np.array(board.faces), "board")
+    moved = ObjectMotion(mesh, T, np.ones(FRAMES, bool))
+    cameras = shot("hands", human, moved, W, H).cameras
+    assert all(c.T_world_camera[2, 3] < pose[2, 3] for c, pose in zip(cameras, T, strict=True))
+
+
 @pytest.mark.parametrize("view", ["third", "orbit", "follow", "top"])
 def test_person_and_object_are_whole_in_every_picture(
     human: HumanMotion, moved: ObjectMotion, view: View
