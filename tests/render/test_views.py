@@ -63,7 +63,7 @@ def test_hands_behind_a_board_are_seen_from_its_other_side(human: HumanMotion) -
     board = trimesh.creation.box((0.6, 1.8, 0.01))
     T = np.tile(np.eye(4), (FRAMES, 1, 1))
     T[:, :3, :3] = human.rotations[:, 0] @ human.rotations[0, 0].T
-    T[:, :3, 3] = human.joints[:, 22:].mean(axis=1) + [0, 0, 0.05]
+    T[:, :3, 3] = human.joints[:, 22:].mean(axis=1) + np.array([0, 0, 0.05])
     mesh = ObjectMesh(np.array(board.vertices), np.array(board.faces), "board")
     moved = ObjectMotion(mesh, T, np.ones(FRAMES, bool))
     cameras = shot("hands", human, moved, W, H).cameras
