@@ -10,9 +10,10 @@ motion, as `omocap render --view hands --still` does.
 While a hand holds, every fourth frame is measured: how deep the deepest vertex of the fingers and of the
 palm is in the object (exact signed distance, mm: median and 99th percentile), the share of frames in which
 three finger pads or more, or the thumb's pad, are within 5 mm of the surface, the fastest finger joint
-(degrees a frame), the share of frames with a wrist beyond its range, and that with a fist on a face: a hand
-whose four fingers are bent by more than half a fist while the surface under the palm is flat. The last lines
-are of all objects, and of those whose person is not in the object: where the body is, its hands cannot hold.
+(degrees a frame), the share of frames with a wrist beyond its range, that with a fist on a face (a hand
+whose four fingers are bent by more than half a fist while the surface under the palm is flat), and the share
+of fingers that go through the surface with some bone, as through a thin wall. The last lines are of all
+objects, and of those whose person is not in the object: where the body is, its hands cannot hold.
 """
 
 import os
@@ -63,6 +64,8 @@ LOGS = {
 """Of people who filmed while they walked; the phone is taken for one that is fixed to the demo's box."""
 PROPS = ("smallbox", "mop", "suitcase", "trashcan", "monitor")
 MORE_PROPS = ("vacuum", "floorlamp", "bucket", "toolbox", "ladder", "stool", "clothesstand")
+TIP = 0.8
+"""Length of a finger's last bone over that of the one before it."""
 STRIDE, NEAR, FIST, FLAT = 4, 0.005, 0.9, 0.008
 """Frames; metres; mean flexion of a finger's joints, radians; metres out of the plane of a face."""
 WITHIN = 0.005
@@ -82,6 +85,8 @@ class HandMeasures:
     thumb: np.ndarray
     wrist: np.ndarray
     fist: np.ndarray
+    through: np.ndarray
+    """Share of the five fingers of which a bone goes through the surface."""
     speed: np.ndarray
     """Of the fastest finger joint, degrees a frame; of every frame."""
 
@@ -94,16 +99,18 @@ class HandMeasures:
             for d in (self.finger_depth, self.palm_depth)
             for q in (50, 99)
         ]
-        shares = [np.mean(x) for x in (self.pads >= 3, self.thumb, self.wrist, self.fist)]
+        kinds = (self.pads >= 3, self.thumb, self.wrist, self.fist, self.through)
+        shares = [np.mean(x) for x in kinds]
         return (
             "{:6.1f} {:6.1f} {:6.1f} {:6.1f}".format(*deep)
-            + f"{shares[0]:8.0%}{shares[1]:7.0%}{self.speed.max():7.1f}{shares[2]:7.0%}{shares[3]:6.0%}"
+            + f"{shares[0]:8.0%}{shares[1]:7.0%}{self.speed.max():7.1f}"
+            + f"{shares[2]:7.0%}{shares[3]:6.0%}{shares[4]:9.1%}"
         )
 
 
 HEAD = (
     f"{'object':26}{'finger 50, 99 %':>14}{'palm 50, 99 %':>14}{'3 pads':>8}{'thumb':>7}{'deg/f':>7}"
-    f"{'wrist':>7}{'fist':>6}{'body':>6}"
+    f"{'wrist':>7}{'fist':>6}{'through':>9}{'body':>6}"
 )
 
 
@@ -198,9 +205,32 @@ def measure(person: Person, motion: ObjectMotion, body: BodyModel) -> HandMeasur
         distance = signed_distance(motion.mesh, local)
         beyond = wrist_excess(human.rotations[held], side) > SCORE.wrist_slack
         fists = _fists(human.fingers[held], side, distance, hand)
-        rows.append((*_depths(distance, hand), beyond, fists))
-    joined = [np.concatenate(x) for x in zip(*rows, strict=True)] or [np.zeros(0)] * 6
+        bones = _bones(posed[0][held].double().numpy(), side)
+        local = np.einsum("fji,fbvj->fbvi", T[:, :3, :3], bones - T[:, None, None, :3, 3])
+        rows.append(
+            (*_depths(distance, hand), beyond, fists, crossed(motion.mesh, local).mean(axis=1))
+        )
+    joined = [np.concatenate(x) for x in zip(*rows, strict=True)] or [np.zeros(0)] * 7
     return HandMeasures(*joined, speed=turned)
+
+
+def _bones(joints: np.ndarray, side: int) -> np.ndarray:
+    """The joints of each finger of a hand and its tip, frames 5 4 3, world, metres."""
+    first = 22 + 15 * side
+    chain = joints[:, first : first + 15].reshape(len(joints), 5, 3, 3)
+    tip = chain[:, :, 2] + TIP * (chain[:, :, 2] - chain[:, :, 1])
+    return np.concatenate([chain, tip[:, :, None]], axis=2)
+
+
+def crossed(mesh: ObjectMesh, bones: np.ndarray) -> np.ndarray:
+    """Whether some bone of a finger goes through the surface; of points in the object's frame."""
+    vertices, faces = mesh.vertices.astype(float), mesh.faces.astype(np.int64)
+    tree = igl.AABB()
+    tree.init(vertices, faces)
+    start, way = bones[:, :, :-1].reshape(-1, 3), np.diff(bones, axis=2).reshape(-1, 3)
+    triangle, part, _ = tree.intersect_ray_first(vertices, faces, start.copy(), way)
+    hit = (np.asarray(triangle) != -1) & (np.asarray(part) <= 1.0)
+    return hit.reshape(*bones.shape[:2], -1).any(axis=2)
 
 
 def _depths(distance: np.ndarray, hand: HandSkin) -> tuple[np.ndarray, ...]:

@@ -73,6 +73,9 @@ class GripConfig:
     )
     allowed_depth: float = setting(0.002, "m", "Depth of a tried posture that is free.")
     depth_cost: float = setting(600.0, "1/m", "Cost of more depth than is free.")
+    crossing_cost: float = setting(
+        3.0, "share", "Cost of each bone of a finger that goes through the surface."
+    )
     finalists: int = setting(8, "count", "Best postures, which are measured exactly.")
     exact_range: float = setting(0.015, "m", "Distance within which they are.")
     idle_cost: float = setting(0.05, "1/rad^2", "Cost of another posture than the relaxed one.")

@@ -14,7 +14,7 @@ from torch import Tensor
 
 from omomo_core.body.config import GRASP, GRIP
 from omomo_core.body.finger_model import ANGLES, FingerModel, pose_fingers
-from omomo_core.body.grip import HandPoses, relaxed_angles
+from omomo_core.body.grip import HandPoses, goes_through, relaxed_angles
 from omomo_core.body.hand_skin import THUMB
 from omomo_core.geometry.distance_field import DistanceField
 
@@ -72,7 +72,32 @@ def fit_fingers(
         step = _solved(share[..., None] * H, share * g, few.place, between, angles)
         angles = angles + step.clamp(-GRASP.longest_step, GRASP.longest_step)
         angles = slowed(torch.minimum(torch.maximum(angles, model.low), model.high), times)
-    return angles
+    return _out_of_walls(model, keys, angles, times, field)
+
+
+def _out_of_walls(
+    model: FingerModel,
+    keys: KeyFrames,
+    angles: Float[Tensor, "rows times 5 angles"],
+    times: Int[Tensor, " times"],
+    field: DistanceField,
+) -> Float[Tensor, "rows times 5 angles"]:
+    """Return the angles with fingers as their grip has them where they came through a wall.
+
+    Beyond a thin wall a finger is outside again, where nothing pushes it back.
+    """
+    place = tuple(keys.place.T)
+    through = goes_through(model, keys.poses, angles[place], field).nonzero().T
+    if not through.numel():
+        return angles
+    row, finger = through
+    better = ~goes_through(model, keys.poses[row], keys.goal[row], field)[
+        torch.arange(len(row)), finger
+    ]
+    row, finger = row[better], finger[better]
+    angles = angles.clone()
+    angles[keys.place[row, 0], keys.place[row, 1], finger] = keys.goal[row, finger]
+    return slowed(angles, times)
 
 
 def slowed(

@@ -60,6 +60,13 @@ class PosedFingers:
     """About which each angle turns."""
     levers: Float[Tensor, "*b 5 3 points 3"]
     """From each of the three joints to the points that it turns, as far as it turns them."""
+    joints: Float[Tensor, "*b 5 3 3"]
+
+    @property
+    def bones(self) -> Float[Tensor, "*b 5 4 3"]:
+        """The joints of each finger and the middle of its last phalanx."""
+        last = self.points[..., -PER_PHALANX:, :].mean(dim=-2, keepdim=True)
+        return torch.cat([self.joints, last], dim=-2)
 
     def slopes(self, out: Float[Tensor, "*b 5 points 3"]) -> Float[Tensor, "*b 5 points angles"]:
         """Return how far each angle moves each point along `out`, metres for each radian."""
@@ -113,7 +120,7 @@ def pose_fingers(
         (turned[..., 1, :, :] @ flexion[..., None])[..., 0],
     ]
     return PosedFingers(
-        carried[0] + beyond[0], torch.stack(axes, dim=-2), torch.stack(levers, dim=-3)
+        carried[0] + beyond[0], torch.stack(axes, dim=-2), torch.stack(levers, dim=-3), joints
     )
 
 

@@ -12,7 +12,13 @@ from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
 from omomo_core.body.config import GRIP
-from omomo_core.body.finger_model import ANGLES, PER_PHALANX, finger_model, pose_fingers
+from omomo_core.body.finger_model import (
+    ANGLES,
+    PER_PHALANX,
+    FingerModel,
+    finger_model,
+    pose_fingers,
+)
 from omomo_core.body.hand_skin import THUMB
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.distance_field import DistanceField
@@ -44,6 +50,8 @@ class _Postures:
     points: Float[Tensor, "2 fingers tries points 3"]
     palmar: Bool[Tensor, "2 fingers points"]
     """Which of them are on the palm's side."""
+    bones: Float[Tensor, "2 fingers tries 4 3"]
+    """The three joints and the middle of the last phalanx, from the wrist."""
 
 
 def find_grips(
@@ -85,16 +93,44 @@ def _best(
     points = poses.placed(postures.points[poses.side])
     angles, palmar = postures.angles[poses.side], postures.palmar[poses.side]
     worth = _of_contacts(_worth(palmar, angles, points, field.at(points), which, poses, field))
+    cost = _crossing_cost(postures, poses, field)
     # The grid hardly sees thin boards: the best postures are measured exactly.
-    few = worth.topk(GRIP.finalists, dim=-1).indices.repeat_interleave(GRIP.poses, dim=0)[..., None]
+    best = (worth - cost).topk(GRIP.finalists, dim=-1).indices
+    few = best.repeat_interleave(GRIP.poses, dim=0)[..., None]
     points = points.gather(2, few[..., None].expand(-1, -1, -1, *points.shape[3:]))
     angles = angles.gather(2, few.expand(-1, -1, -1, ANGLES))
     distance = field.at(points)
     near = distance.abs() < GRIP.exact_range
     distance[near] = field.exact(points[near])[0]
     worth = _of_contacts(_worth(palmar, angles, points, distance, which, poses, field))
-    best = worth.argmax(dim=-1)[..., None, None].expand(-1, -1, 1, ANGLES)
+    best = (worth - cost.gather(-1, best)).argmax(dim=-1)[..., None, None].expand(-1, -1, 1, ANGLES)
     return angles[:: GRIP.poses].gather(-2, best)[..., 0, :]
+
+
+def _crossing_cost(
+    postures: _Postures, poses: HandPoses, field: DistanceField
+) -> Float[Tensor, "contacts fingers tries"]:
+    """Return what it costs that a finger goes through a wall, on whose two sides it is outside.
+
+    It is looked at in the middle one of the poses of each contact.
+    """
+    middle = poses[torch.arange(GRIP.poses // 2, len(poses.side), GRIP.poses)]
+    bones = middle.placed(postures.bones[middle.side])
+    return GRIP.crossing_cost * _crossed(bones, field).sum(dim=-1)
+
+
+def goes_through(
+    model: FingerModel,
+    poses: HandPoses,
+    angles: Float[Tensor, "hands 5 angles"],
+    field: DistanceField,
+) -> Bool[Tensor, "hands 5"]:
+    """Return which fingers go through the surface with some bone."""
+    return _crossed(poses.placed(pose_fingers(model, poses.side, angles).bones), field).any(dim=-1)
+
+
+def _crossed(bones: Float[Tensor, "*b 4 3"], field: DistanceField) -> Bool[Tensor, "*b 3"]:
+    return field.crossed(bones[..., :-1, :], bones[..., 1:, :])
 
 
 def _of_contacts(
@@ -159,15 +195,18 @@ def _tried(
     """Return postures with so many points of each phalanx."""
     model = finger_model(body)
     every = angles[:, None].expand(-1, 5, -1)
+    posed = [pose_fingers(model, torch.full((len(angles),), side), every) for side in range(2)]
+    skin, bones = (
+        torch.stack([x[:, which] for x in of_hands]).transpose(1, 2)
+        for of_hands in ([p.points for p in posed], [p.bones for p in posed])
+    )
     some = (torch.arange(3)[:, None] * PER_PHALANX + torch.arange(count)).flatten()
-    points = torch.stack(
-        [
-            pose_fingers(model, torch.full((len(angles),), side), every).points[:, which, some]
-            for side in range(2)
-        ]
-    ).transpose(1, 2)
-    each = angles.expand(2, points.shape[1], -1, -1)
-    return _Postures(each, points.contiguous(), model.palmar[:, which, some])
+    return _Postures(
+        angles=angles.expand(2, skin.shape[1], -1, -1),
+        points=skin[..., some, :].contiguous(),
+        palmar=model.palmar[:, which, some],
+        bones=bones,
+    )
 
 
 def relaxed_angles() -> Float[Tensor, "5 angles"]:

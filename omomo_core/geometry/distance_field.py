@@ -12,7 +12,7 @@ import igl
 import numpy as np
 import torch
 import trimesh
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from torch import Tensor
 from torch.nn.functional import grid_sample, interpolate, normalize
 
@@ -71,6 +71,13 @@ class DistanceField:
         way = (points - torch.from_numpy(nearest).to(points)) * torch.sign(signed)[:, None]
         # On the surface itself there is no way to it.
         return signed, normalize(way + DISTANCE_FIELD.touching * away, dim=-1)
+
+    def crossed(self, a: Float[Tensor, "*b 3"], b: Float[Tensor, "*b 3"]) -> Bool[Tensor, "*b"]:
+        """Whether the surface is between two points; nowhere, where only the grid is known."""
+        if self.sheet is None or not a.numel():
+            return torch.zeros(a.shape[:-1], dtype=torch.bool)
+        hit = self.sheet.hit(a.reshape(-1, 3).double().numpy(), b.reshape(-1, 3).double().numpy())
+        return torch.from_numpy(hit).view(a.shape[:-1])
 
     def _beyond(self, points: Float[Tensor, "*b 3"]) -> Float[Tensor, "*b 3"]:
         """The way from the nearest place in the grid to a point, metres."""
@@ -155,6 +162,13 @@ class _Sheet:
         """Distance to the nearest place of the surface, metres, and that place."""
         squared, _, place = self._boxes.squared_distance(*self._mesh, points)
         return np.sqrt(np.asarray(squared)).reshape(-1), np.asarray(place).reshape(-1, 3)
+
+    def hit(
+        self, a: Float[np.ndarray, "points 3"], b: Float[np.ndarray, "points 3"]
+    ) -> Bool[np.ndarray, " points"]:
+        """Whether the straight way from `a` to `b` goes through a triangle."""
+        triangle, part, _ = self._boxes.intersect_ray_first(*self._mesh, a, b - a)
+        return (np.asarray(triangle).reshape(-1) >= 0) & (np.asarray(part).reshape(-1) <= 1.0)
 
     def turns(self, points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, " points"]:
         """How often the surface winds around each point, either way; beyond its box, not at all."""

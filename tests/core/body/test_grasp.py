@@ -32,6 +32,8 @@ def field_of(shape: str) -> DistanceField:
         solid = trimesh.creation.box((1.0, 0.2, 0.6)).apply_translation((0, -0.1, 0))
     elif shape == "board":  # its rim along the hand's width, before the palm
         solid = trimesh.creation.box((0.3, 0.012, 0.6)).apply_translation((0.14, -0.006, 0))
+    elif shape == "sheet":
+        solid = trimesh.creation.box((1.0, 0.004, 0.6)).apply_translation((0, -0.002, 0))
     elif shape == "ball":
         solid = trimesh.creation.icosphere(3, 0.055)
     elif shape == "pole":
@@ -100,6 +102,16 @@ def test_no_finger_enters_a_wall_or_a_pole(seed: int):
 def test_skin_lies_on_a_wall(height: float):
     lowest = float(left_hand(held("wall", above([height])))[..., 1].min()) + height
     assert -0.006 < lowest < 0.006
+
+
+@pytest.mark.parametrize("height", [0.028, 0.032, 0.036])
+@pytest.mark.parametrize("tilt", [-0.1, 0.0, 0.1])
+def test_no_finger_goes_through_a_thin_wall(height: float, tilt: float):
+    R = roma.rotvec_to_rotmat(torch.tensor([0.0, 0.0, tilt]))
+    palm = R @ torch.tensor([PALM, 0.0, 0.0])
+    wrist = torch.tensor([0.0, height, 0.0]) - torch.tensor([0.0, 1.0, 0.0]) * palm
+    ends = tips(held("sheet", wrist[None], R))[0] @ R.T + wrist
+    assert (ends[:, 1] > -0.004).all()
 
 
 def test_fingers_and_thumb_wrap_around_a_pole_from_two_sides():
