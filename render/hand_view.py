@@ -2,7 +2,7 @@
 
 import igl
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 from scipy.ndimage import gaussian_filter1d
 
 from omomo_core.geometry.transforms import to_local
@@ -19,13 +19,23 @@ _DISTANCE, _MARGIN = 0.5, 1.1
 _WAYS = (
     (0.55, 0.75, 0.35), (0.75, 0.2, 0.35), (0.3, 0.9, 0.0), (0.3, 0.3, 1.0), (0.55, -0.6, 0.35),
     (0.75, 0.2, -0.3), (-0.55, 0.75, 0.35), (0.1, -0.9, 0.2), (0.2, 0.2, -1.0),
+    (-0.3, -0.8, 0.35), (-0.2, 0.3, 1.0), (0.1, 0.9, 0.6),
 )  # fmt: skip
 """Parts of the back of the hand, the thumb's side and upwards in where the camera may stand: the first from
-which the object hides little is taken, as the first shows fingers and thumb on what they hold."""
+which little is hidden is taken, as the first shows fingers and thumb on what they hold."""
 _SEEN = 0.8
 """Share of the hands from which on little is hidden."""
 _REACH, _HALF = 0.06, 0.035
 """From a palm to the middle of the fingers and to the rims of the hand, metres."""
+_TRUNK = [joint(n) for n in ("pelvis", "spine1", "spine2", "spine3", "neck", "head")]
+_THIGHS = (
+    [joint(n) for n in ("left_hip", "right_hip")],
+    [joint(n) for n in ("left_knee", "right_knee")],
+)
+_GIRTH = 0.14
+"""Radius of trunk, head and thighs, metres."""
+_LOWEST = 0.05
+"""Of the camera above the floor, metres."""
 _STRIDE = 10
 """Frames between those in which it is looked whether something hides the hands."""
 _FOV = 0.5
@@ -37,7 +47,7 @@ _SMOOTHING = 10.0
 def hand_cameras(human: HumanMotion, moved: ObjectMotion, width: int, height: int) -> list[Camera]:
     """Return one camera per frame that looks at both hands if they are near each other, else at one.
 
-    It looks at the hand that holds for longer, from a side on which the object does not hide it.
+    It looks at the hand that holds for longer, from a side on which neither the object nor the body hides it.
 
     Args:
         human: whose hands.
@@ -76,7 +86,7 @@ def _way(
 def _seen(
     human: HumanMotion, moved: ObjectMotion, shown: list[int], eye: Float[np.ndarray, "frames 3"]
 ) -> float:
-    """Return the share of the hands that hold which the object does not hide from the camera."""
+    """Return the share of the hands that hold which neither the object nor the body hides."""
     held = np.flatnonzero((human.hand_contact[:, shown] > 0.5).any(axis=1))[::_STRIDE]
     if not len(held):
         return 1.0
@@ -85,13 +95,40 @@ def _seen(
     along *= _REACH / np.linalg.norm(along, axis=-1, keepdims=True)
     across = _HALF * human.rotations[held][:, _WRISTS][:, shown][..., 2]
     points = np.stack([palms, palms + along, palms + across, palms - across], axis=2)
-    points = to_local(moved.T_world_object[held], points.reshape(len(held), -1, 3))
-    way = to_local(moved.T_world_object[held], eye[held, None]) - points
+    points = points.reshape(len(held), -1, 3)
+    way = eye[held, None] - points
+    hidden = _behind_object(moved, held, points, way)
+    hidden |= _behind_body(human.joints[held], points, way) | (eye[held, None, 2] < _LOWEST)
+    return 1.0 - float(hidden.mean())
+
+
+def _behind_object(
+    moved: ObjectMotion,
+    held: Int[np.ndarray, " held"],
+    points: Float[np.ndarray, "held points 3"],
+    way: Float[np.ndarray, "held points 3"],
+) -> Bool[np.ndarray, "held points"]:
+    T = moved.T_world_object[held]
+    start, end = to_local(T, points), to_local(T, points + way)
     vertices, faces = moved.mesh.vertices.astype(float), moved.mesh.faces.astype(np.int64)
     tree = igl.AABB()
     tree.init(vertices, faces)
-    hit = tree.intersect_ray_first(vertices, faces, points.reshape(-1, 3), way.reshape(-1, 3))[0]
-    return float(np.mean(np.asarray(hit) == -1))
+    rays = start.reshape(-1, 3), (end - start).reshape(-1, 3)
+    triangle = np.asarray(tree.intersect_ray_first(vertices, faces, *rays)[0])
+    return (triangle != -1).reshape(points.shape[:2])
+
+
+def _behind_body(
+    joints: Float[np.ndarray, "held 24 3"],
+    points: Float[np.ndarray, "held points 3"],
+    way: Float[np.ndarray, "held points 3"],
+) -> Bool[np.ndarray, "held points"]:
+    hips, knees = (joints[:, some] for some in _THIGHS)
+    thick = np.concatenate([joints[:, _TRUNK], hips, 0.5 * (hips + knees), knees], axis=1)
+    to_joint = thick[:, None] - points[:, :, None]
+    share = (to_joint * way[:, :, None]).sum(axis=-1) / (way**2).sum(axis=-1)[..., None]
+    beside = to_joint - share.clip(0.0, 1.0)[..., None] * way[:, :, None]
+    return (np.linalg.norm(beside, axis=-1) < _GIRTH).any(axis=-1)
 
 
 def _shown(
