@@ -11,9 +11,9 @@ STOPPED = "Interrupted; nothing unfinished was left under its name."
 
 def main() -> None:
     """Run the command line; whatever ends it, what was half written is removed first."""
-    signal.signal(signal.SIGTERM, _terminate)
-    signal.signal(signal.SIGINT, _interrupt)
     try:
+        signal.signal(signal.SIGTERM, _terminate)
+        signal.signal(signal.SIGINT, _interrupt)
         from capture_app.cli.app import run_command
 
         code = run_command()

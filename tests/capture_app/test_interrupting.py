@@ -11,7 +11,20 @@ import pytest
 from capture_app.cli.start import STOPPED
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 
-_START = "import capture_app.cli.start as s; print('ready', flush=True); s.main()"
+_START = """
+import signal
+from capture_app.cli.start import main
+given = signal.signal
+def ready(number, handler):
+    old = given(number, handler)
+    if number == signal.SIGINT:
+        signal.signal = given
+        print("ready", flush=True)
+    return old
+signal.signal = ready
+main()
+"""
+"""The command, which says when it has taken over Ctrl-C."""
 
 
 def _command(*arguments: str) -> "subprocess.Popen[str]":
