@@ -37,6 +37,7 @@ from omomo_core.generation.person import Person
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.generation.selection.config import SCORE
 from omomo_core.generation.selection.scores import wrist_excess
+from omomo_core.geometry.triangles import Triangles
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.weights.load import load_stages
 from render.hand_view import hand_cameras
@@ -110,6 +111,7 @@ def measure(person: Person, motion: ObjectMotion, body: BodyModel) -> HandMeasur
     posed = full_kinematics(body, *(torch.from_numpy(np.asarray(x)).float() for x in parts))
     fingers = torch.from_numpy(human.fingers)
     turned = torch.rad2deg(roma.rotmat_geodesic_distance(fingers[1:], fingers[:-1])).numpy()
+    surface = Triangles(motion.mesh.vertices, motion.mesh.faces)
     rows: list[tuple[np.ndarray, ...]] = []
     for side, hand in enumerate(hand_skins(body)):
         held = np.flatnonzero(human.hand_contact[:, side] > 0.5)[::STRIDE]
@@ -123,9 +125,8 @@ def measure(person: Person, motion: ObjectMotion, body: BodyModel) -> HandMeasur
         fists = _fists(human.fingers[held], side, distance, hand)
         bones = _bones(posed[0][held].double().numpy(), side)
         local = np.einsum("fji,fbvj->fbvi", T[:, :3, :3], bones - T[:, None, None, :3, 3])
-        rows.append(
-            (*_depths(distance, hand), beyond, fists, crossed(motion.mesh, local).mean(axis=1))
-        )
+        through = surface.between(local[:, :, :-1], local[:, :, 1:])
+        rows.append((*_depths(distance, hand), beyond, fists, through.any(axis=2).mean(axis=1)))
     joined = [np.concatenate(x) for x in zip(*rows, strict=True)] or [np.zeros(0)] * 7
     return HandMeasures(*joined, speed=turned)
 
@@ -136,17 +137,6 @@ def _bones(joints: np.ndarray, side: int) -> np.ndarray:
     chain = joints[:, first : first + 15].reshape(len(joints), 5, 3, 3)
     tip = chain[:, :, 2] + TIP * (chain[:, :, 2] - chain[:, :, 1])
     return np.concatenate([chain, tip[:, :, None]], axis=2)
-
-
-def crossed(mesh: ObjectMesh, bones: np.ndarray) -> np.ndarray:
-    """Whether some bone of a finger goes through the surface; of points in the object's frame."""
-    vertices, faces = mesh.vertices.astype(float), mesh.faces.astype(np.int64)
-    tree = igl.AABB()
-    tree.init(vertices, faces)
-    start, way = bones[:, :, :-1].reshape(-1, 3), np.diff(bones, axis=2).reshape(-1, 3)
-    triangle, part, _ = tree.intersect_ray_first(vertices, faces, start.copy(), way)
-    hit = (np.asarray(triangle) != -1) & (np.asarray(part) <= 1.0)
-    return hit.reshape(*bones.shape[:2], -1).any(axis=2)
 
 
 def _depths(distance: np.ndarray, hand: HandSkin) -> tuple[np.ndarray, ...]:

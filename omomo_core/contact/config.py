@@ -123,16 +123,16 @@ class RegraspConfig:
 
 @dataclass(frozen=True)
 class DetourConfig:
-    """Which ways of a hand around the object are tried."""
+    """Which curves around the object are tried for a hand that goes to another place of it."""
 
-    points: int = setting(48, "count", "Points of a way.")
+    points: int = setting(48, "count", "Points of a path.")
     lifts: tuple[float, ...] = setting(
-        (0.1, 0.25), "m", "How far a way leads off the surface before it turns."
+        (0.1, 0.25), "m", "Distances of the curve's control points from the surface."
     )
-    swings: tuple[float, ...] = setting(
-        (0.0, 0.15, 0.3, 0.5, 0.75), "m", "How far a way swings out to a side."
+    bulges: tuple[float, ...] = setting(
+        (0.0, 0.15, 0.3, 0.5, 0.75), "m", "How far the control points are moved to a side."
     )
-    sides: int = setting(12, "count", "Sides to which it may.")
+    sides: int = setting(12, "count", "Sides that are tried, all around the straight line.")
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Detours: how a palm goes from one place of an object to another without going through it."""
+"""Detours: the path of a palm from one place of an object to another, not through it."""
 
 from functools import lru_cache
 
@@ -8,15 +8,15 @@ from jaxtyping import Float
 from omomo_core.contact.config import ANCHOR, DETOUR
 from omomo_core.geometry.surface import Surface
 
-Way = Float[np.ndarray, "points 3"]
-"""Points in the object's frame, metres; the first and the last are the places."""
+Path = Float[np.ndarray, "points 3"]
+"""Points in the object's frame, metres, from the first place to the last."""
 
 
-def way_between(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"], surface: Surface) -> Way:
-    """Return the straight way from `a` to `b`, or the shortest curve around what is in between.
+def path_between(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"], surface: Surface) -> Path:
+    """Return the straight path from `a` to `b`, or the shortest clear curve where the object is between them.
 
-    Curves are cubic, leave and arrive along the surface's normal, and swing out to any side; where none is
-    clear, the way is straight.
+    The curves are cubic Bézier curves that leave and arrive along the surface's normal and bulge to one of
+    several sides. Where none of them is clear, the path is straight.
 
     Args:
         a: where the palm joint leaves, in the object's frame, metres.
@@ -25,40 +25,39 @@ def way_between(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"], surface: S
     """
     if np.linalg.norm(b - a) < 1e-6:
         return np.stack([a, b])
-    ways = _curves(a, b, surface)
-    lengths = np.linalg.norm(np.diff(ways, axis=1), axis=-1).sum(axis=1)
-    ways = ways[np.argsort(lengths, kind="stable")]
-    near = surface.tree.query(ways[:, 1:-1], distance_upper_bound=ANCHOR.palm_thickness)[0]
+    paths = _candidates(a, b, surface)
+    paths = paths[np.argsort(length_of(paths), kind="stable")]
+    near = surface.tree.query(paths[:, 1:-1], distance_upper_bound=ANCHOR.palm_thickness)[0]
     least = ANCHOR.least_clearance * ANCHOR.palm_thickness
-    # Where it leaves and arrives, a palm is as near as the places themselves.
-    ends = np.linalg.norm(ways[:, 1:-1, None] - np.stack([a, b]), axis=-1).min(axis=-1)
+    # Near its ends a path is as close to the surface as the places themselves.
+    ends = np.linalg.norm(paths[:, 1:-1, None] - np.stack([a, b]), axis=-1).min(axis=-1)
     clear = ((near >= least) | (ends < ANCHOR.palm_thickness)).all(axis=1)
-    return ways[int(clear.argmax())] if clear.any() else _straight(a, b)
+    return paths[int(clear.argmax())] if clear.any() else _straight(a, b)
 
 
-def length_of(way: Way) -> float:
-    """Return the metres from a way's first point to its last."""
-    return float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
+def length_of(paths: Float[np.ndarray, "*b points 3"]) -> Float[np.ndarray, "*b"]:
+    """Return the length of each path, metres."""
+    return np.asarray(np.linalg.norm(np.diff(paths, axis=-2), axis=-1).sum(axis=-1))
 
 
-def along(way: Way, share: Float[np.ndarray, " frames"]) -> Float[np.ndarray, "frames 3"]:
-    """Return where a palm is that has gone these shares of a way's length, from 0 to 1."""
-    steps = np.linalg.norm(np.diff(way, axis=0), axis=1)
+def along(path: Path, share: Float[np.ndarray, " frames"]) -> Float[np.ndarray, "frames 3"]:
+    """Return the points at these shares of a path's length, from 0 to 1."""
+    steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
     gone = np.append(0.0, np.cumsum(steps)) / max(float(steps.sum()), 1e-9)
-    return np.stack([np.interp(share, gone, x) for x in way.T], axis=1)
+    return np.stack([np.interp(share, gone, x) for x in path.T], axis=1)
 
 
-def _straight(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"]) -> Way:
+def _straight(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"]) -> Path:
     return a + np.linspace(0, 1, DETOUR.points)[:, None] * (b - a)
 
 
-def _curves(
+def _candidates(
     a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"], surface: Surface
-) -> Float[np.ndarray, "ways points 3"]:
-    """Return the straight way and the curves, which lift off by `lift` and swing out by `swing`."""
-    lift, swing, side = _choices()
+) -> Float[np.ndarray, "paths points 3"]:
+    """Return the straight path and every curve that is tried."""
+    lift, bulge, side = _choices()
     u, v = _across(b - a)
-    out = swing[:, None] * (np.cos(side)[:, None] * u + np.sin(side)[:, None] * v)
+    out = bulge[:, None] * (np.cos(side)[:, None] * u + np.sin(side)[:, None] * v)
     t = np.linspace(0, 1, DETOUR.points)[:, None]
     first, last = (p + lift[:, None] * _off(p, surface) + out for p in (a, b))
     curves = (
@@ -71,15 +70,16 @@ def _curves(
 
 
 @lru_cache(maxsize=1)
-def _choices() -> tuple[Float[np.ndarray, " ways"], ...]:
+def _choices() -> tuple[Float[np.ndarray, " curves"], ...]:
+    """Return lift, bulge and side of each curve."""
     sides = np.linspace(0, 2 * np.pi, DETOUR.sides, endpoint=False)
-    choices = np.meshgrid(DETOUR.lifts, DETOUR.swings, sides, indexing="ij")
+    choices = np.meshgrid(DETOUR.lifts, DETOUR.bulges, sides, indexing="ij")
     return tuple(choice.ravel() for choice in choices)
 
 
-def _across(way: Float[np.ndarray, "3"]) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-    """Return two directions square to a way and to each other."""
-    ahead = way / np.linalg.norm(way)
+def _across(line: Float[np.ndarray, "3"]) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+    """Return two unit vectors at right angles to a line and to each other."""
+    ahead = line / np.linalg.norm(line)
     u = np.cross(ahead, np.eye(3)[np.abs(ahead).argmin()])
     u /= np.linalg.norm(u)
     return u, np.cross(ahead, u)

@@ -9,7 +9,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy.signal import find_peaks
 
 from omomo_core.contact.config import REGRASP
-from omomo_core.contact.detour import length_of, way_between
+from omomo_core.contact.detour import length_of, path_between
 from omomo_core.contact.segment import ContactSpan
 from omomo_core.geometry.surface import Surface
 
@@ -61,8 +61,8 @@ def _travels(palm: Float[np.ndarray, "frames 3"], surface: Surface) -> list[_Tra
         nearer = np.linalg.norm(near - before, axis=1) - np.linalg.norm(near - after, axis=1)
         sure = REGRASP.stay // 2
         change = int(at + sure + np.cumsum(nearer)[sure - 1 : -sure].argmin())
-        far = length_of(way_between(before, after, surface))
-        frames = int(np.clip(np.ceil(far / REGRASP.pace), REGRASP.quickest, REGRASP.slowest))
+        length = length_of(path_between(before, after, surface))
+        frames = int(np.clip(np.ceil(length / REGRASP.pace), REGRASP.quickest, REGRASP.slowest))
         travels.append((change - frames // 2, change - frames // 2 + frames))
     return travels
 

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from omomo_core.contact.config import ANCHOR
-from omomo_core.contact.detour import along, way_between
+from omomo_core.contact.detour import along, path_between
 from omomo_core.geometry.easing import min_jerk
 from omomo_core.geometry.surface import Surface
 from omomo_core.motion import HandMotion
@@ -82,8 +82,8 @@ def _anchor_path(
     place = anchors[here] + share[:, None] * (anchors[there] - anchors[here])
     for first in np.unique(here[between]):
         going = between & (here == first)
-        way = way_between(anchors[first], anchors[first + 1], surface)
-        place[going] = along(way, share[going])
+        path = path_between(anchors[first], anchors[first + 1], surface)
+        place[going] = along(path, share[going])
     return place, np.where(between, 1.0, weight), weight
 
 

@@ -18,6 +18,7 @@ from torch.nn.functional import grid_sample, interpolate, normalize
 
 from omomo_core.errors import InputError
 from omomo_core.geometry.config import DISTANCE_FIELD
+from omomo_core.geometry.triangles import Triangles
 from omomo_core.motion import ObjectMesh
 
 
@@ -73,11 +74,10 @@ class DistanceField:
         return signed, normalize(way + DISTANCE_FIELD.touching * away, dim=-1)
 
     def crossed(self, a: Float[Tensor, "*b 3"], b: Float[Tensor, "*b 3"]) -> Bool[Tensor, "*b"]:
-        """Whether the surface is between two points; nowhere, where only the grid is known."""
-        if self.sheet is None or not a.numel():
+        """Whether the surface is between two points; False where only the grid is known."""
+        if self.sheet is None:
             return torch.zeros(a.shape[:-1], dtype=torch.bool)
-        hit = self.sheet.hit(a.reshape(-1, 3).double().numpy(), b.reshape(-1, 3).double().numpy())
-        return torch.from_numpy(hit).view(a.shape[:-1])
+        return torch.from_numpy(self.sheet.between(a.double().numpy(), b.double().numpy()))
 
     def _beyond(self, points: Float[Tensor, "*b 3"]) -> Float[Tensor, "*b 3"]:
         """The way from the nearest place in the grid to a point, metres."""
@@ -142,33 +142,14 @@ def distance_field(mesh: ObjectMesh, *, spacing: float | None = None) -> Distanc
     )
 
 
-class _Sheet:
-    """Triangles in trees, of which much may be asked."""
+class _Sheet(Triangles):
+    """Triangles that also tell the inside from the outside."""
 
     def __init__(self, mesh: trimesh.Trimesh) -> None:
+        super().__init__(np.asarray(mesh.vertices), np.asarray(mesh.faces))
         self._low, self._high = mesh.bounds
-        self._mesh = np.asarray(mesh.vertices), np.asarray(mesh.faces)
-        self._boxes, self._winding = igl.AABB(), igl.FastWindingNumberBVH()
-        self._boxes.init(*self._mesh)
-        self._winding.init(*self._mesh)
-
-    def distance(self, points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, " points"]:
-        """To the nearest triangle, metres."""
-        return np.sqrt(np.asarray(self._boxes.squared_distance(*self._mesh, points)[0]))
-
-    def nearest(
-        self, points: Float[np.ndarray, "points 3"]
-    ) -> tuple[Float[np.ndarray, " points"], Float[np.ndarray, "points 3"]]:
-        """Distance to the nearest place of the surface, metres, and that place."""
-        squared, _, place = self._boxes.squared_distance(*self._mesh, points)
-        return np.sqrt(np.asarray(squared)).reshape(-1), np.asarray(place).reshape(-1, 3)
-
-    def hit(
-        self, a: Float[np.ndarray, "points 3"], b: Float[np.ndarray, "points 3"]
-    ) -> Bool[np.ndarray, " points"]:
-        """Whether the straight way from `a` to `b` goes through a triangle."""
-        triangle, part, _ = self._boxes.intersect_ray_first(*self._mesh, a, b - a)
-        return (np.asarray(triangle).reshape(-1) >= 0) & (np.asarray(part).reshape(-1) <= 1.0)
+        self._winding = igl.FastWindingNumberBVH()
+        self._winding.init(*self.mesh)
 
     def turns(self, points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, " points"]:
         """How often the surface winds around each point, either way; beyond its box, not at all."""
