@@ -12,7 +12,7 @@ palm is in the object (exact signed distance, mm: median and 99th percentile), t
 three finger pads or more, or the thumb's pad, are within 5 mm of the surface, the fastest finger joint
 (degrees a frame), the share of frames with a wrist beyond its range, that with a fist on a face (a hand
 whose four fingers are bent by more than half a fist while the surface under the palm is flat), and the share
-of fingers that go through the surface with some bone, as through a thin wall. The last lines are of all
+of fingers with a bone that passes through the surface, as through a thin wall. The last lines are of all
 objects, and of those whose person is not in the object: where the body is, its hands cannot hold.
 """
 
@@ -66,7 +66,7 @@ class HandMeasures:
     wrist: np.ndarray
     fist: np.ndarray
     through: np.ndarray
-    """Share of the five fingers of which a bone goes through the surface."""
+    """Share of the five fingers of which a bone passes through the surface."""
     speed: np.ndarray
     """Of the fastest finger joint, degrees a frame; of every frame."""
 

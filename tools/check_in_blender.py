@@ -134,14 +134,14 @@ def compare(truth: ExportedArrays, first: int) -> tuple[float, float]:
 
 
 def base_pictures() -> list[str]:
-    """Size of each picture that colours something."""
+    """Sizes of the pictures that materials use."""
     nodes = [n for m in bpy.data.materials if m.node_tree for n in m.node_tree.nodes]
     images = {n.image for n in nodes if n.type == "TEX_IMAGE" and n.image is not None}
     return sorted(f"{image.size[0]} x {image.size[1]}" for image in images)
 
 
 def empty_pictures() -> list[str]:
-    """Names of those that Blender could not read."""
+    """Names of pictures that Blender could not read."""
     return sorted(i.name for i in bpy.data.images if i.source == "FILE" and not i.size[0])
 
 

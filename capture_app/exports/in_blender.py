@@ -41,7 +41,7 @@ def convert(source: str, target: str, fps: float, up: str, units: str) -> None:
 
 
 def _write_pictures(bpy: Any, folder: Path) -> None:
-    """Give pictures that lie in the GLB a file each, from which the FBX takes them in."""
+    """Save the pictures that are packed in the GLB: the FBX exporter embeds files only."""
     for number, image in enumerate(bpy.data.images):
         if image.packed_file is not None:
             image.filepath_raw = str(folder / f"object_{number}.png")

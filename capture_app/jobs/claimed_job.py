@@ -14,7 +14,7 @@ from capture_app.jobs.protocol import Attempt, JobKind, StagedJob
 from capture_app.jobs.queue import JobQueue, order_id
 from capture_app.jobs.record import JobError
 from capture_app.jobs.reporter import JobCancelled, JobPostponed, JobReporter
-from capture_app.jobs.worker_store import WorkerStore, may_be_made
+from capture_app.jobs.worker_store import WorkerStore, result_may_exist
 
 _log = logging.getLogger(__name__)
 
@@ -53,8 +53,8 @@ class ClaimedJob:
         steps = {"inputs": self._hash_inputs, **work.stages}
         *_, last = steps
         for name, stage in steps.items():
-            left = name != last and self._row["error"] is not None
-            do = self._give_up if left else self._do
+            given_up = self._row["error"] is not None and name != last
+            do = self._give_up if given_up else self._do
             if not durable(name, lambda do=do, stage=stage: do(stage, work)):
                 return
         self._end("done", {"fraction": 1.0, "error": None})
@@ -93,7 +93,7 @@ class ClaimedJob:
         except Exception as error:
             self._fail(self._told(error), None)
             return None
-        if row["error"] is not None and not may_be_made(row):
+        if row["error"] is not None and not result_may_exist(row):
             # An earlier attempt failed, and was killed while it cleaned up.
             self._fail(JobError.model_validate(row["error"]), work)
         elif row["state"] == "cancelling":
@@ -105,7 +105,7 @@ class ClaimedJob:
         return None
 
     def _give_up(self, _: Callable[[], None], work: StagedJob) -> bool:
-        """Fail as it was told to, where another stage than the last is left to do."""
+        """Fail with the error of the earlier attempts, without doing the stage."""
         self._fail(JobError.model_validate(self._row["error"]), work)
         return False
 

@@ -46,11 +46,11 @@ def count_death(database: Database, pid: int) -> None:
         c.execute(sa.update(JOBS).where(its).values({**_FREED, "deaths": deaths, "error": error}))
 
 
-def may_be_made(row: Mapping[str, Any]) -> bool:
-    """Return whether a job that workers died of may have its result in place already.
+def result_may_exist(row: Mapping[str, Any]) -> bool:
+    """Return whether a job that was given up as deadly may have its result in place already.
 
-    Who dies between putting it there and saying so leaves a whole result: the last stage is done again,
-    which finds it, unless workers die of that stage itself.
+    A worker may die after it has put the result there and before it has said so. The last stage, which
+    is then done again, finds it; a job of which still more workers die is given up all the same.
     """
     return row["error"]["code"] == _DEADLY.code and row["deaths"] < 2 * DEADLIEST
 

@@ -107,8 +107,10 @@ class GraspConfig:
         "Weight of a hand, which is blended in and out, from which on it is in contact.",
     )
     stride: int = setting(4, "frames", "Interval between key frames.")
-    calm: int = setting(
-        3, "count", "Key frames amid a contact of which the first steps measure one."
+    coarse_stride: int = setting(
+        3,
+        "key frames",
+        "Interval, in the middle of a contact, of the key frames that the first steps measure.",
     )
     shaping: float = setting(
         14.0,
@@ -124,7 +126,7 @@ class GraspConfig:
         8.0, "frames", "Time in which an opened hand closes, and in which it opens to let go."
     )
     rounds: int = setting(
-        8, "count", "Gauss-Newton steps; with 6, one hand in 13 enters a wall by 5 mm instead of 1."
+        8, "count", "Gauss-Newton steps; after 6, some hands are still inside a wall."
     )
     full_rounds: int = setting(2, "count", "Last steps, which measure every key frame.")
     exact_rounds: int = setting(

@@ -32,12 +32,12 @@ class KeyFrames:
     """How much the hand holds."""
     goal: Float[Tensor, "keys 5 angles"]
     """The grip, blended with the relaxed hand."""
-    share: Float[Tensor, " keys"]
-    """How many key frames each stands for in the first steps; 0 of those that lie between two others."""
+    weight: Float[Tensor, " keys"]
+    """Of each in the first, coarse steps: how many it stands for, or 0 where it is not measured."""
 
     def __getitem__(self, some: Tensor) -> "KeyFrames":
         return KeyFrames(
-            self.poses[some], self.place[some], self.hold[some], self.goal[some], self.share[some]
+            self.poses[some], self.place[some], self.hold[some], self.goal[some], self.weight[some]
         )
 
 
@@ -59,17 +59,17 @@ def fit_fingers(
     """
     angles = relaxed_angles().expand(rows, len(times), 5, ANGLES).clone()
     angles[tuple(keys.place.T)] = keys.goal
-    few = keys[keys.share > 0]
-    between = keys.place[keys.share == 0]
+    few = keys[keys.weight > 0]
+    between = keys.place[keys.weight == 0]
     for left in range(GRASP.rounds, 0, -1):
         if left == GRASP.full_rounds:
-            few, between = replace(keys, share=torch.ones_like(keys.share)), keys.place[:0]
+            few, between = replace(keys, weight=torch.ones_like(keys.weight)), keys.place[:0]
         own = angles[tuple(few.place.T)]
         exact = left <= GRASP.exact_rounds
         equations = _contact_equations(model, few, own, field, exact=exact)
         H, g = _within_ranges(model, own, *equations)
-        share = few.share[:, None, None]
-        step = _solved(share[..., None] * H, share * g, few.place, between, angles)
+        weight = few.weight[:, None, None]
+        step = _solved(weight[..., None] * H, weight * g, few.place, between, angles)
         angles = angles + step.clamp(-GRASP.longest_step, GRASP.longest_step)
         angles = slowed(torch.minimum(torch.maximum(angles, model.low), model.high), times)
     return _out_of_walls(model, keys, angles, times, field)
@@ -82,9 +82,9 @@ def _out_of_walls(
     times: Int[Tensor, " times"],
     field: DistanceField,
 ) -> Float[Tensor, "rows times 5 angles"]:
-    """Return the angles with fingers as their grip has them where they came through a wall.
+    """Return the angles; fingers that pass through the surface take those of their grip.
 
-    Beyond a thin wall a finger is outside again, where nothing pushes it back.
+    Beyond a thin wall a finger is outside of the object again, so no residual pushes it back.
     """
     place = tuple(keys.place.T)
     through = goes_through(model, keys.poses, angles[place], field).nonzero().T

@@ -171,15 +171,18 @@ def _key_frames(
         torch.stack([row, key], dim=1),
         hands.weight[row, frame],
         relaxed + shape * (grip - relaxed),
-        _shares(within, key),
+        _coarse_weights(within, key),
     )
 
 
-def _shares(within: Float[Tensor, " some"], key: Int[Tensor, " some"]) -> Float[Tensor, " some"]:
-    """Return how many key frames each stands for: amid a contact, one in `GRASP.calm` is measured."""
-    amid = within > GRASP.closing + GRASP.calm * GRASP.stride
-    measured = ~amid | (key % GRASP.calm == 0)
-    return measured * torch.where(amid, float(GRASP.calm), 1.0)
+def _coarse_weights(
+    within: Float[Tensor, " some"], key: Int[Tensor, " some"]
+) -> Float[Tensor, " some"]:
+    """Return the weights of key frames in the coarse steps: amid a contact, grips hardly change."""
+    every = GRASP.coarse_stride
+    middle = within > GRASP.closing + every * GRASP.stride
+    measured = ~middle | (key % every == 0)
+    return measured * torch.where(middle, float(every), 1.0)
 
 
 def _named(
@@ -211,7 +214,7 @@ def _spans(
 
 
 def _within(hands: _Sequences) -> Float[Tensor, "rows frames"]:
-    """Return the frames from the ends of the contact that a hand is in; 0 outside."""
+    """Return how many frames a hand is from the nearer end of its contact; 0 where it has none."""
     within = np.stack([frames_away(away > 0) for away in hands.away.numpy()])
     return torch.from_numpy(within).float()
 

@@ -70,7 +70,7 @@ def find_grips(
 
 
 def grip_worth(body: BodyModel, poses: HandPoses, field: DistanceField) -> Float[Tensor, " hands"]:
-    """Return what the best posture of the fingers is worth for each hand, from a few of them.
+    """Return what the best posture of the fingers is worth for each hand, from a few postures.
 
     Args:
         body: whose hands.
@@ -110,9 +110,9 @@ def _best(
 def _crossing_cost(
     postures: _Postures, poses: HandPoses, field: DistanceField
 ) -> Float[Tensor, "contacts fingers tries"]:
-    """Return what it costs that a finger goes through a wall, on whose two sides it is outside.
+    """Return the cost of fingers that pass through the surface, in the middle pose of each contact.
 
-    It is looked at in the middle one of the poses of each contact.
+    Their depth does not tell: on either side of a thin wall a finger is outside.
     """
     middle = poses[torch.arange(GRIP.poses // 2, len(poses.side), GRIP.poses)]
     bones = middle.placed(postures.bones[middle.side])
@@ -125,7 +125,7 @@ def goes_through(
     angles: Float[Tensor, "hands 5 angles"],
     field: DistanceField,
 ) -> Bool[Tensor, "hands 5"]:
-    """Return which fingers go through the surface with some bone."""
+    """Return which fingers have a bone that passes through the surface."""
     return _crossed(poses.placed(pose_fingers(model, poses.side, angles).bones), field).any(dim=-1)
 
 
@@ -219,7 +219,7 @@ def relaxed_angles() -> Float[Tensor, "5 angles"]:
 def opened_angles(grip: Float[Tensor, "some 5 angles"]) -> Float[Tensor, "some 5 angles"]:
     """Return the angles of a hand that opens for a grip: bent less, but fingers as far bent back.
 
-    The base of the thumb stays on its side of what is held, which comes between it and the fingers.
+    The base of the thumb does not open, so that the thumb stays on its side of what is held.
     """
     opened = GRIP.opened * grip
     opened[:, :THUMB] = torch.minimum(opened[:, :THUMB], grip[:, :THUMB])

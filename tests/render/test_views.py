@@ -59,7 +59,7 @@ def test_the_holding_hand_is_in_every_picture_of_the_hands(
 
 
 def test_hands_behind_a_board_are_seen_from_its_other_side(human: HumanMotion) -> None:
-    """The board hides both hands from above, whence they would be looked at."""
+    """The board lies above both hands, where the camera would stand otherwise."""
     board = trimesh.creation.box((0.6, 1.8, 0.01))
     T = np.tile(np.eye(4), (FRAMES, 1, 1))
     T[:, :3, :3] = human.rotations[:, 0] @ human.rotations[0, 0].T

@@ -84,10 +84,10 @@ class Episode:
     supports: tuple[float, float]
     """Height of what the prop stands on when it is taken and left."""
     tilts: tuple[Tilt, Tilt] = ((0.0, 0.0), (0.0, 0.0))
-    """Besides, and gone again when it is where it goes: while it is taken, and while it is left."""
+    """Further tilt on its way up and on its way down; none is left where it is held or stands."""
     delays: tuple[float, float] = (0.2, 0.2)
-    """How much later it moves along than up, and arrives earlier above its place than on it: shares of
-    `lift` and of `lower`."""
+    """By which share of `lift` its horizontal motion begins after the vertical one, and by which share of
+    `lower` it ends before it."""
     shove: Shove | None = None
     """What is done to it in place; None when it goes with the actor."""
     late: tuple[int, int] = (0, 0)

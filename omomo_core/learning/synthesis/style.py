@@ -105,7 +105,7 @@ def stance_for(rng: np.random.Generator, action: Action, turn: float, moment: in
 
 
 def lift_tilt(rng: np.random.Generator, grasp: Grasp) -> Tilt:
-    """Tilt on the way up or down: what two hands lift comes up on one side first, mostly the far one.
+    """Draw the tilt on the way up or down: one side of a lifted thing comes up first, mostly the far one.
 
     In recordings of people who lift tables, boxes and chairs the far side is 6 degrees higher than the
     near one in the first half second, with 15 degrees of spread, and left and right differ by 3.

@@ -120,7 +120,7 @@ def _change(episode: Episode) -> Float[np.ndarray, " 6"]:
 
 
 def _on_the_way(progress: Float[np.ndarray, " rows"]) -> Float[np.ndarray, "rows 1"]:
-    """How much a thing is tilted besides on its way up: most after two fifths of the time."""
+    """Share of the further tilt on the way up: 0 at both ends, 1 after two fifths of the time."""
     return np.sin(np.pi * progress.clip(0.0, 1.0) ** 0.75)[:, None] ** 2
 
 
@@ -254,7 +254,7 @@ def _sway(
 def _towards(rest: _Place, path: Path, progress: Float[np.ndarray, " rows"], delay: float) -> Path:
     """`rest` where progress is below 0, `path` where it is above 1: up first, then closer.
 
-    What goes along and turns begins `delay` of the time later than what goes up.
+    Horizontal motion and turns begin later than vertical motion, by a share `delay` of the time.
     """
     up = min_jerk(progress / 0.85)[:, None]
     along = min_jerk((progress - delay) / (1.0 - delay))[:, None]

@@ -26,7 +26,7 @@ class StandInOrder(Request):
     """Of each stage."""
     fault: str = ""
     """What the second stage does: "input", "defect", "memory", "full" disk, "kill" its worker, or "deaf".
-    "late": the last stage kills as many workers as a job is allowed, after the result is in its place."""
+    "late": the last stage kills the first workers after the result is in place, until the job is given up."""
 
 
 class StandIn:
