@@ -73,4 +73,4 @@ def test_who_swings_a_thing_round_uses_one_hand_and_sets_it_down_level():
             assert episode.shove is not None
             assert abs(episode.shove.yaw) >= 0.8
             assert episode.shove.pitch == 0.0
-            assert 0.0 < abs(episode.tilts[0][0]) < 0.7
+            assert 0.0 < abs(episode.shove.tilt) < 0.7

@@ -14,8 +14,6 @@ Action = Literal[
 ]  # fmt: skip
 Span = tuple[int, int]
 """First frame and one past the last."""
-Tilt = tuple[float, float]
-"""Pitch and roll, radians."""
 _SHORTEST_STOP = 8
 """Frames."""
 
@@ -34,8 +32,6 @@ class PropPlacement:
     """How far the prop's middle is to the left of that direction."""
     pitch: float = 0.0
     """Tilt of the prop, its top away from the actor."""
-    roll: float = 0.0
-    """Tilt of the prop, its left side up."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +42,8 @@ class Shove:
     aside: float = 0.0
     yaw: float = 0.0
     pitch: float = 0.0
+    tilt: float = 0.0
+    """Besides, half way: gone again when it is where it goes."""
     back: bool = False
     """It comes back to where it was before it is left."""
 
@@ -83,11 +81,6 @@ class Episode:
     """Of the prop's bottom while held, visited in this order; empty when it slides."""
     supports: tuple[float, float]
     """Height of what the prop stands on when it is taken and left."""
-    tilts: tuple[Tilt, Tilt] = ((0.0, 0.0), (0.0, 0.0))
-    """Further tilt on its way up and on its way down; none is left where it is held or stands."""
-    delays: tuple[float, float] = (0.2, 0.2)
-    """By which share of `lift` its horizontal motion begins after the vertical one, and by which share of
-    `lower` it ends before it."""
     shove: Shove | None = None
     """What is done to it in place; None when it goes with the actor."""
     late: tuple[int, int] = (0, 0)

@@ -4,9 +4,9 @@ from typing import TypedDict
 
 import numpy as np
 
-from omomo_core.learning.synthesis.action_plan import Action, PropPlacement, Tilt
+from omomo_core.learning.synthesis.action_plan import Action, PropPlacement
 from omomo_core.learning.synthesis.posture import Posture
-from omomo_core.learning.synthesis.props import Grasp, Prop
+from omomo_core.learning.synthesis.props import Prop
 from omomo_core.learning.synthesis.walker.path import CHANCES, Chances
 
 
@@ -91,7 +91,6 @@ def stance_for(rng: np.random.Generator, action: Action, turn: float, moment: in
     if moment == 0 and action == "push" and rng.random() < _BESIDE:
         spread *= 2.5
     far = action in _FAR
-    tilts = moment == 1 and not far and action != "one_hand"
     reach = rng.uniform(0.2, 0.62) if far else 0.14 + rng.gamma(2.0, 0.06)
     skew = {"push": 0.2, "pull": 0.25, "drag": 0.25}.get(action, 0.16)
     return PropPlacement(
@@ -99,20 +98,8 @@ def stance_for(rng: np.random.Generator, action: Action, turn: float, moment: in
         turn=turn + float(np.clip(rng.normal(0.0, skew), -0.5, 0.5)),
         reach=float(np.clip(reach, 0.16, 0.75)),
         aside=rng.normal(0.0, 0.04),
-        pitch=rng.normal(-0.08, 0.18) if tilts else 0.0,
-        roll=rng.normal(0.0, 0.05) if tilts else 0.0,
+        pitch=rng.normal(0.0, 0.1) if moment == 1 and not far and action != "one_hand" else 0.0,
     )
-
-
-def lift_tilt(rng: np.random.Generator, grasp: Grasp) -> Tilt:
-    """Draw the tilt on the way up or down: one side of a lifted thing comes up first, mostly the far one.
-
-    In recordings of people who lift tables, boxes and chairs the far side is 6 degrees higher than the
-    near one in the first half second, with 15 degrees of spread, and left and right differ by 3.
-    """
-    share = 0.3 if grasp.kind == "handle" else 1.0
-    pitch, roll = rng.normal((-0.08, 0.0), (0.18, 0.05)).clip(-0.4, 0.4) * share
-    return float(pitch), float(roll)
 
 
 def moves_for(action: Action) -> Chances:

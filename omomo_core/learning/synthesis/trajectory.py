@@ -18,9 +18,9 @@ from omomo_core.learning.synthesis.holds import Handling, Hold
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
 
-Path = Float[np.ndarray, "rows 6"]
-"""x, y of the prop were it upright, height of its bottom, yaw, pitch, roll (its left side up)."""
-_Place = Float[np.ndarray, "1 6"]
+Path = Float[np.ndarray, "rows 5"]
+"""x, y of the prop were it upright, height of its bottom, yaw, pitch."""
+_Place = Float[np.ndarray, "1 5"]
 """The same where it rests."""
 
 _SIDE_DISTANCE = 0.235
@@ -104,24 +104,21 @@ def _episode(
         end[:, 3] += 2 * np.pi * np.round((path[last - 1, 3] - end[0, 3]) / (2 * np.pi))
     if episode.takes:
         taking = (t - first - 2 - early) / episode.lift
-        path = _towards(rest, path, taking, episode.delays[0])
-        path[:, 4:] += _on_the_way(taking) * episode.tilts[0]
+        path = _towards(rest, path, taking)
+        path[:, 4] += _tilt_half_way(episode) * np.sin(np.pi * taking.clip(0.0, 1.0)) ** 2
     if episode.leaves:
-        leaving = (last - 3 - early - t) / episode.lower
-        path = _towards(end, path, leaving, episode.delays[1])
-        path[:, 4:] += _on_the_way(leaving) * episode.tilts[1]
+        path = _towards(end, path, (last - 3 - early - t) / episode.lower)
     return path, end
 
 
-def _change(episode: Episode) -> Float[np.ndarray, " 6"]:
+def _change(episode: Episode) -> Float[np.ndarray, " 5"]:
     shove = episode.shove
     assert shove is not None
-    return np.array([shove.ahead, shove.aside, 0.0, shove.yaw, shove.pitch, 0.0])
+    return np.array([shove.ahead, shove.aside, 0.0, shove.yaw, shove.pitch])
 
 
-def _on_the_way(progress: Float[np.ndarray, " rows"]) -> Float[np.ndarray, "rows 1"]:
-    """Share of the further tilt on the way up: 0 at both ends, 1 after two fifths of the time."""
-    return np.sin(np.pi * progress.clip(0.0, 1.0) ** 0.75)[:, None] ** 2
+def _tilt_half_way(episode: Episode) -> float:
+    return 0.0 if episode.shove is None else episode.shove.tilt
 
 
 def _beside(
@@ -141,8 +138,8 @@ def _beside(
         angle = angle + episode.swinging[0] * np.sin(phase)
     at = actor.xy[rows] + near * ahead_of(angle)
     at = at + _aside(action_plan, episode, stance) * left_of(angle)
-    pitch, roll = np.full((2, len(rows)), [[stance.pitch], [stance.roll]])
-    return np.column_stack([at, heights, angle + stance.turn, pitch, roll])
+    yaw, pitch = angle + stance.turn, np.full(len(rows), stance.pitch)
+    return np.column_stack([at, heights, yaw, pitch])
 
 
 def _near_distance(
@@ -185,8 +182,7 @@ def _before(
 
     Part by part, because feet go under a table.
     """
-    path = np.array([[0.0, 0.0, 0.0, stance.turn, stance.pitch, stance.roll]])
-    pose = _poses(path, action_plan, episode)[0]
+    pose = _poses(np.array([[0.0, 0.0, 0.0, stance.turn, stance.pitch]]), action_plan, episode)[0]
     shift = pose[:3, 3] + np.array([0.0, stance.aside, 0.0])
     corners = [part.vertices @ pose[:3, :3].T + shift for part in action_plan.prop.parts]
     palm = pose[:3, :3] @ _palm(episode) + shift
@@ -233,11 +229,11 @@ def _sway(
 ) -> Path:
     """What arms do to a held thing: it bobs with the steps, drifts and rocks a little."""
     frames = len(t)
-    noise = gaussian_filter1d(rng.normal(size=(frames + 80, 6)), rng.uniform(8, 16), axis=0)
+    noise = gaussian_filter1d(rng.normal(size=(frames + 80, 5)), rng.uniform(8, 16), axis=0)
     noise = noise[40:-40] / max(float(noise.std()), 1e-9)
-    scale = np.array([0.012, 0.012, 0.01, 0.03, 0.04, 0.03])
+    scale = np.array([0.012, 0.012, 0.01, 0.03, 0.025])
     if episode.slides:
-        scale = np.array([0.006, 0.006, 0.0, 0.02, 0.0, 0.0])
+        scale = np.array([0.006, 0.006, 0.0, 0.02, 0.0])
     sway = noise * scale * rng.uniform(0.3, 1.3)
     if not episode.slides:
         z = actor.joints[:, 0, 2]
@@ -251,14 +247,11 @@ def _sway(
     return sway
 
 
-def _towards(rest: _Place, path: Path, progress: Float[np.ndarray, " rows"], delay: float) -> Path:
-    """`rest` where progress is below 0, `path` where it is above 1: up first, then closer.
-
-    Horizontal motion and turns begin later than vertical motion, by a share `delay` of the time.
-    """
+def _towards(rest: _Place, path: Path, progress: Float[np.ndarray, " rows"]) -> Path:
+    """`rest` where progress is below 0, `path` where it is above 1: up first, then closer."""
     up = min_jerk(progress / 0.85)[:, None]
-    along = min_jerk((progress - delay) / (1.0 - delay))[:, None]
-    weight = np.concatenate([along, along, up, along, along, along], axis=1)
+    along = min_jerk((progress - 0.2) / 0.8)[:, None]
+    weight = np.concatenate([along, along, up, along, along], axis=1)
     return rest + weight * (path - rest)
 
 
@@ -267,10 +260,10 @@ def _poses(path: Path, action_plan: ActionPlan, episode: Episode) -> Float[np.nd
 
     In the air it tilts away from the actor, however it is turned; on the floor about its own edge.
     """
-    yaw, pitch, roll = path[:, 3:].T
+    yaw, pitch = path[:, 3], path[:, 4]
     turn = 0.0 if episode.slides else episode.stances[1].turn
-    tilted = Rotation.from_euler("ZYX", np.column_stack([yaw - turn, pitch, roll]))
-    turned = (tilted * Rotation.from_euler("Z", turn)).as_matrix()
+    angles = np.column_stack([yaw - turn, pitch, np.full(len(path), turn)])
+    turned = Rotation.from_euler("ZYZ", angles).as_matrix()
     upright = Rotation.from_euler("Z", yaw[:, None]).as_matrix()
     if episode.slides:
         low, high = action_plan.prop.low, action_plan.prop.high

@@ -6,7 +6,7 @@ import numpy as np
 
 from omomo_core.learning.synthesis.action_plan import Action, Episode
 from omomo_core.learning.synthesis.props import Grasp, Prop, Use, side_grasp
-from omomo_core.learning.synthesis.style import lift_tilt, stance_for, tempo
+from omomo_core.learning.synthesis.style import stance_for, tempo
 
 LEVELS: dict[str, tuple[float, float, float]] = {
     "low": (0.3, 0.76, 0.92),
@@ -118,8 +118,6 @@ def draw_episode(
         "standing": (rng.uniform(-0.7, 0.4), rng.uniform(-0.9, 0.6)),
         "stances": tuple(stance_for(rng, action, turn, moment) for moment in range(3)),
         "heights": (),
-        "tilts": ((0.0, 0.0),) * 2 if stands else (lift_tilt(rng, grasp), lift_tilt(rng, grasp)),
-        "delays": (float(rng.uniform(0.0, 0.35)), float(rng.uniform(0.0, 0.35))),
         "supports": supports,
         "late": (late, 0) if left else (0, late),
         "off": (int(rng.uniform(20, 90)), int(rng.uniform(22, 45)))

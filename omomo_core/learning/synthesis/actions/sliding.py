@@ -105,12 +105,11 @@ def pivot(rng: np.random.Generator, action: Action, prop: Prop, scale: float) ->
     for _ in range(int(rng.choice([1, 2], p=[0.7, 0.3]))):
         round_by = float(rng.choice([-1, 1]) * rng.uniform(0.8, 2.4))
         tilt = abs(tilt_for(rng, "tip", prop, palm)) * float(rng.choice([-1, 1]))
-        shove = Shove(rng.uniform(-0.1, 0.2), rng.uniform(-0.15, 0.15), round_by)
+        shove = Shove(rng.uniform(-0.1, 0.2), rng.uniform(-0.15, 0.15), round_by, tilt=tilt)
         episodes.append(
             draw_episode(
                 rng, action, prop, (grip, start), still=True, shove=shove, off=None,
-                tilts=((tilt, 0.0), (0.0, 0.0)), hands=(left, not left),
-                lift=int(rng.uniform(18, 26) + 12 * abs(round_by)),
+                hands=(left, not left), lift=int(rng.uniform(18, 26) + 12 * abs(round_by)),
                 lower=8, hold=int(rng.uniform(0, 30)), rest=int(rng.uniform(2, 20)),
             )
         )  # fmt: skip
