@@ -122,6 +122,9 @@ class GraspConfig:
         "frames",
         "Time from a contact at which fingers are relaxed as recorded, whatever is near.",
     )
+    coarse_points: int = setting(
+        15, "count", "Points of each phalanx, of 20, that the first steps measure."
+    )
     closing: float = setting(
         8.0, "frames", "Time in which an opened hand closes, and in which it opens to let go."
     )
@@ -133,6 +136,11 @@ class GraspConfig:
         5, "count", "Last steps, which measure to the surface itself instead of the grid."
     )
     exact_range: float = setting(0.012, "m", "Distance within which they do so.")
+    unsure: float = setting(
+        0.009,
+        "m",
+        "Distance from the surface, or farther off than a pad's nearest point, where skin does not count.",
+    )
     longest_step: float = setting(0.3, "rad", "Longest step of an angle.")
     firmness: float = setting(3.0, "share", "Weight of depth in the object against a pad's touch.")
     brushing: float = setting(

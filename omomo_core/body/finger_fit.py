@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy.linalg import solveh_banded
 from torch import Tensor
 
@@ -59,14 +59,15 @@ def fit_fingers(
     """
     angles = relaxed_angles().expand(rows, len(times), 5, ANGLES).clone()
     angles[tuple(keys.place.T)] = keys.goal
-    few = keys[keys.weight > 0]
+    few, thinned = keys[keys.weight > 0], model.thinned(GRASP.coarse_points)
     between = keys.place[keys.weight == 0]
     for left in range(GRASP.rounds, 0, -1):
         if left == GRASP.full_rounds:
             few, between = replace(keys, weight=torch.ones_like(keys.weight)), keys.place[:0]
         own = angles[tuple(few.place.T)]
         exact = left <= GRASP.exact_rounds
-        equations = _contact_equations(model, few, own, field, exact=exact)
+        skin = model if left == 1 else thinned
+        equations = _contact_equations(skin, few, own, field, exact=exact)
         H, g = _within_ranges(model, own, *equations)
         weight = few.weight[:, None, None]
         step = _solved(weight[..., None] * H, weight * g, few.place, between, angles)
@@ -108,12 +109,23 @@ def slowed(
     The mean of the lowest path above and of the highest path below is as slow as both, and no path so slow
     has a smaller largest distance from the given one.
     """
-    apart = (times[:, None] - times).abs()
-    most = torch.tensor(GRASP.fastest) * apart[..., None]
-    paths = angles.transpose(1, 2)[:, :, None]
-    above = (paths + most).amin(dim=3)
-    below = (paths - most).amax(dim=3)
-    return (0.5 * (above + below)).transpose(1, 2)
+    most = torch.tensor(GRASP.fastest, dtype=torch.double) * times[:, None, None]
+    paths = angles.double()
+    return (0.5 * (_slow_below(paths, most) - _slow_below(-paths, most))).to(angles)
+
+
+def _slow_below(
+    paths: Float[Tensor, "rows keys 5 angles"], most: Float[Tensor, "keys 1 angles"]
+) -> Float[Tensor, "rows keys 5 angles"]:
+    """Return the highest slow paths that are nowhere above the given ones.
+
+    Args:
+        paths: angles of the key frames.
+        most: by how much each angle can have changed from frame 0 to each key frame.
+    """
+    before = (paths - most).cummin(dim=1).values + most
+    after = (paths + most).flip(1).cummin(dim=1).values.flip(1) - most
+    return torch.minimum(before, after)
 
 
 def _contact_equations(
@@ -126,7 +138,8 @@ def _contact_equations(
 ) -> tuple[Float[Tensor, "keys 5 angles angles"], Float[Tensor, "keys 5 angles"]]:
     """Return the normal equations of each finger: depth, touch, and the posture of the grip."""
     posed = pose_fingers(model, keys.poses.side, angles)
-    distance, out = _measured(keys.poses.placed(posed.points), field, exact=exact)
+    palmar = model.palmar[keys.poses.side]
+    distance, out = _measured(keys.poses.placed(posed.points), palmar, field, exact=exact)
     local = (out.flatten(1, 2) @ keys.poses.R_object_wrist).view(out.shape)
     J = _MILLIMETRES * posed.slopes(local)
     weight, residual = _contact_residuals(model, keys, distance)
@@ -141,11 +154,18 @@ def _contact_equations(
 
 
 def _measured(
-    points: Float[Tensor, "keys 5 points 3"], field: DistanceField, *, exact: bool
+    points: Float[Tensor, "keys 5 points 3"],
+    palmar: Bool[Tensor, "keys 5 points"],
+    field: DistanceField,
+    *,
+    exact: bool,
 ) -> tuple[Float[Tensor, "keys 5 points"], Float[Tensor, "keys 5 points 3"]]:
-    """Return the distance of points, and the direction in which it grows where they are near."""
+    """Return the distance of points, and the direction in which it grows where they are near and count."""
     distance, out = field.at(points), torch.zeros_like(points)
-    near = distance < GRASP.touch_range
+    # Points inside count, and those of each phalanx that are nearest to the surface.
+    gap = distance.masked_fill(~palmar, torch.inf).unflatten(-1, (3, -1))
+    nearest = gap < gap.amin(dim=-1, keepdim=True) + GRASP.unsure
+    near = (distance < GRASP.touch_range) & (nearest.flatten(-2) | (distance < GRASP.unsure))
     close = near & (distance > -GRASP.exact_range) & (distance < GRASP.exact_range)
     if exact:
         distance[close], out[close] = field.exact(points[close])

@@ -4,8 +4,8 @@ A finger has five angles: flexion, abduction and twist at its base, and the flex
 joints. The thumb's base is its saddle joint in the palm; the other fingers do not twist.
 """
 
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 
 import roma
 import torch
@@ -50,6 +50,30 @@ class FingerModel:
     palm: Float[Tensor, "2 palmpoints 3"]
     """Points on the skin of the palm, from the wrist."""
 
+    @cached_property
+    def weighted(self) -> Float[Tensor, "2 5 3 points 4"]:
+        """From each joint of a finger to its skin, with a one, times the share of that joint's bone."""
+        start = self.offsets.cumsum(dim=-2)
+        way = self.skin[:, :, None] - start[..., None, :]
+        share = self.shares[..., 1:].mT[..., None]
+        return share * torch.cat([way, torch.ones_like(share)], dim=-1)
+
+    @cached_property
+    def moved(self) -> Float[Tensor, "2 5 3 points 1"]:
+        """How far the skin follows each joint of a finger."""
+        return _from_last(self.shares[..., 1:].mT[..., None])
+
+    def thinned(self, count: int) -> "FingerModel":
+        """Return the same fingers with so many points of each phalanx, which are the farthest apart."""
+        some = (torch.arange(3)[:, None] * PER_PHALANX + torch.arange(count)).flatten()
+        return replace(
+            self,
+            skin=self.skin[:, :, some],
+            shares=self.shares[:, :, some],
+            phalanx=self.phalanx[:, :, some],
+            palmar=self.palmar[:, :, some],
+        )
+
 
 @dataclass(frozen=True)
 class PosedFingers:
@@ -65,7 +89,7 @@ class PosedFingers:
     @property
     def bones(self) -> Float[Tensor, "*b 5 4 3"]:
         """The joints of each finger and the middle of its last phalanx."""
-        last = self.points[..., -PER_PHALANX:, :].mean(dim=-2, keepdim=True)
+        last = self.points.unflatten(-2, (3, -1))[..., 2, :, :].mean(dim=-2, keepdim=True)
         return torch.cat([self.joints, last], dim=-2)
 
     def slopes(self, out: Float[Tensor, "*b 5 points 3"]) -> Float[Tensor, "*b 5 points angles"]:
@@ -97,19 +121,10 @@ def pose_fingers(
     """Return the skin of the fingers of hands, and how angles move it."""
     local = rotations(model, side, angles)
     joints, turned = _chain(model.offsets[side], local)
-    shares = model.shares[side]
-    rest = model.skin[side]
-    start = model.offsets[side].cumsum(dim=-2)
-    carried = [shares[..., :1] * rest]
-    for k in range(3):
-        own = (rest - start[..., k, None, :]) @ turned[..., k, :, :].mT + joints[..., k, None, :]
-        carried.append(shares[..., k + 1 : k + 2] * own)
-    beyond = [torch.stack(carried[k + 1 :]).sum(dim=0) for k in range(3)]
-    moved = [shares[..., k + 1 :].sum(dim=-1, keepdim=True) for k in range(3)]
-    levers = [
-        part - share * joints[..., k, None, :]
-        for k, (part, share) in enumerate(zip(beyond, moved, strict=True))
-    ]
+    carried = model.weighted[side] @ torch.cat([turned.mT, joints[..., None, :]], dim=-2)
+    beyond = _from_last(carried)
+    levers = beyond - model.moved[side] * joints[..., None, :]
+    still = (model.shares[..., :1] * model.skin)[side]
     flexion, spread = model.flexion[side], model.abduction[side]
     opened = roma.rotvec_to_rotmat(angles[..., 1:2] * spread)
     axes = [
@@ -119,9 +134,12 @@ def pose_fingers(
         (turned[..., 0, :, :] @ flexion[..., None])[..., 0],
         (turned[..., 1, :, :] @ flexion[..., None])[..., 0],
     ]
-    return PosedFingers(
-        carried[0] + beyond[0], torch.stack(axes, dim=-2), torch.stack(levers, dim=-3), joints
-    )
+    return PosedFingers(still + beyond[..., 0, :, :], torch.stack(axes, dim=-2), levers, joints)
+
+
+def _from_last(x: Float[Tensor, "*b 3 points n"]) -> Float[Tensor, "*b 3 points n"]:
+    """Return the sum of each joint's part and of those beyond it."""
+    return x.flip(-3).cumsum(dim=-3).flip(-3)
 
 
 def _chain(

@@ -185,7 +185,7 @@ def _postures(body: BodyModel, *, few: bool = False) -> tuple[_Postures, _Postur
         )
     ).T
     thumb = torch.stack([swing, lift, turn, curl, curl], dim=-1)
-    points = PER_PHALANX // step
+    points = PER_PHALANX // step**2
     return _tried(body, finger, slice(4), points), _tried(body, thumb, slice(THUMB, 5), points)
 
 
@@ -193,18 +193,17 @@ def _tried(
     body: BodyModel, angles: Float[Tensor, "tries 5"], which: slice, count: int
 ) -> _Postures:
     """Return postures with so many points of each phalanx."""
-    model = finger_model(body)
+    model = finger_model(body).thinned(count)
     every = angles[:, None].expand(-1, 5, -1)
     posed = [pose_fingers(model, torch.full((len(angles),), side), every) for side in range(2)]
     skin, bones = (
         torch.stack([x[:, which] for x in of_hands]).transpose(1, 2)
         for of_hands in ([p.points for p in posed], [p.bones for p in posed])
     )
-    some = (torch.arange(3)[:, None] * PER_PHALANX + torch.arange(count)).flatten()
     return _Postures(
         angles=angles.expand(2, skin.shape[1], -1, -1),
-        points=skin[..., some, :].contiguous(),
-        palmar=model.palmar[:, which, some],
+        points=skin.contiguous(),
+        palmar=model.palmar[:, which],
         bones=bones,
     )
 

@@ -143,7 +143,7 @@ class WristConfig:
 class PalmPlanConfig:
     """Orientations of holding hands: which are tried, and what each costs."""
 
-    stride: int = setting(3, "frames", "Interval between the frames in which they are chosen.")
+    stride: int = setting(5, "frames", "Interval between the frames in which they are chosen.")
     heading: float = setting(1.6, "rad", "Largest turn about the surface's normal.")
     headings: int = setting(17, "count", "Turns about the normal that are tried.")
     lifts: tuple[float, ...] = setting(
@@ -161,8 +161,8 @@ class PalmPlanConfig:
     smoothing: float = setting(
         3.0, "frames", "Standard deviation of the filter over headings and lifts."
     )
-    change: float = setting(3.0, "1/rad^2", "Cost of a squared change between key frames.")
-    farthest_step: float = setting(0.41, "rad", "Largest change between key frames.")
+    change: float = setting(1.8, "1/rad^2", "Cost of a squared change between key frames.")
+    farthest_step: float = setting(0.68, "rad", "Largest change between key frames.")
     leap: float = setting(1e3, "cost", "Cost of a larger one.")
     range: float = setting(14.0, "1/rad", "Cost of a wrist's turn beyond its range.")
     spare: float = setting(0.06, "rad", "Distance that a wrist keeps from its range's ends.")
@@ -194,6 +194,9 @@ class PalmClearanceConfig:
     rounds: int = setting(3, "count", "Steps along the normal until all skin is outside.")
     exact_range: float = setting(
         0.012, "m", "Distance within which the surface itself is measured, not the grid."
+    )
+    unsure: float = setting(
+        0.006, "m", "Distance by which the grid may mistake one point for deeper than another."
     )
     highest: float = setting(0.12, "m", "Largest rise of a hand.")
     reach: float = setting(

@@ -109,11 +109,16 @@ def _outside(
     skin: Float[Tensor, "keys points 3"], out: Float[Tensor, "3"], field: DistanceField
 ) -> Float[Tensor, " keys"]:
     """Return how far points must go along a direction until none is inside, metres."""
-    rise = torch.zeros(len(skin))
+    rise, inside = torch.zeros(len(skin)), torch.arange(len(skin))
     for _ in range(PALM_CLEARANCE.rounds * (len(skin) > 0)):
-        moved = skin + rise[:, None, None] * out
+        moved = skin[inside] + rise[inside, None, None] * out
         distance = field.at(moved)
+        # The deepest point alone counts, and the grid tells which ones may be it.
+        deepest = distance.amin(dim=1, keepdim=True)
         close = distance.abs() < PALM_CLEARANCE.exact_range
+        close &= distance < deepest + PALM_CLEARANCE.unsure
         distance[close] = field.exact(moved[close])[0]
-        rise = rise + (-distance.flatten(1).amin(dim=1)).clamp(min=0.0)
+        deepest = distance.amin(dim=1)
+        rise[inside] += (-deepest).clamp(min=0.0)
+        inside = inside[deepest < 0]
     return rise.clamp(max=PALM_CLEARANCE.highest)
