@@ -18,6 +18,8 @@ from omomo_core.motion import ObjectMesh, ObjectMotion
 
 SHARED = Path(os.environ.get("OMOCAP_SHARED", Path(__file__).parents[1] / "shared")) / "data"
 FURNITURE = "objects/kaykit_furniture_cc0/addons/kaykit_furniture_bits/Assets/obj"
+LIFE_SIZE = 0.7
+"""Of that furniture, whose tables are 1 m high and whose chairs are 1.26 m."""
 FEW = ("chair_A", "table_small", "pictureframe_large_A", "lamp_standing")
 MORE = ("chair_C", "chair_stool", "cabinet_small", "shelf_B_small", "armchair", "table_medium_long",
         "pillow_A", "book_set", "table_low", "bed_single_A")  # fmt: skip
@@ -49,9 +51,10 @@ def lifted(mesh: ObjectMesh, seconds: float) -> ObjectMotion:
     return ObjectMotion(mesh, T, np.ones(len(t), bool))
 
 
-def z_up(mesh: ObjectMesh) -> ObjectMesh:
-    """A mesh whose file has y up."""
-    x, y, z = mesh.vertices.T
+def furniture(path: Path) -> ObjectMesh:
+    """A mesh at life size whose file has y up."""
+    mesh = load_mesh(path)
+    x, y, z = LIFE_SIZE * mesh.vertices.T
     return ObjectMesh(np.stack([x, -z, y], axis=1), mesh.faces, mesh.name)
 
 
@@ -92,4 +95,4 @@ def cases(everything: bool) -> Iterator[tuple[str, Callable[[], ObjectMotion]]]:
     for name in FEW + MORE * everything:
         path = SHARED / FURNITURE / f"{name}.obj"
         if path.exists():
-            yield f"cc0 {name}", lambda path=path: lifted(z_up(load_mesh(path)), seconds)
+            yield f"cc0 {name}", lambda path=path: lifted(furniture(path), seconds)

@@ -76,7 +76,10 @@ class GripConfig:
     crossing_cost: float = setting(
         3.0, "share", "Cost of each bone of a finger that goes through the surface."
     )
-    finalists: int = setting(8, "count", "Best postures, which are measured exactly.")
+    apart_cost: float = setting(
+        0.2, "1/rad^2", "Cost of a finger that bends otherwise than the one beside it."
+    )
+    finalists: int = setting(12, "count", "Best postures, which are measured exactly.")
     exact_range: float = setting(0.015, "m", "Distance within which they are.")
     idle_cost: float = setting(0.05, "1/rad^2", "Cost of another posture than the relaxed one.")
 

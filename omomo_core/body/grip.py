@@ -103,8 +103,26 @@ def _best(
     near = distance.abs() < GRIP.exact_range
     distance[near] = field.exact(points[near])[0]
     worth = _of_contacts(_worth(palmar, angles, points, distance, which, poses, field))
-    best = (worth - cost.gather(-1, best)).argmax(dim=-1)[..., None, None].expand(-1, -1, 1, ANGLES)
-    return angles[:: GRIP.poses].gather(-2, best)[..., 0, :]
+    return _together(worth - cost.gather(-1, best), angles[:: GRIP.poses])
+
+
+def _together(
+    worth: Float[Tensor, "contacts fingers tries"],
+    angles: Float[Tensor, "contacts fingers tries angles"],
+) -> Float[Tensor, "contacts fingers angles"]:
+    """Return the postures that are worth most together: each finger bends like the one beside it."""
+    total, before = worth[:, 0], []
+    for finger in range(1, worth.shape[1]):
+        apart = angles[:, finger - 1, :, None] - angles[:, finger, None]
+        beside = total[:, :, None] - GRIP.apart_cost * apart.square().sum(dim=-1)
+        most, chosen = beside.max(dim=1)
+        before.append(chosen)
+        total = worth[:, finger] + most
+    path = [total.argmax(dim=-1, keepdim=True)]
+    for chosen in reversed(before):
+        path.insert(0, chosen.gather(1, path[0]))
+    best = torch.stack(path, dim=1)[..., None].expand(-1, -1, 1, ANGLES)
+    return angles.gather(-2, best)[..., 0, :]
 
 
 def _crossing_cost(

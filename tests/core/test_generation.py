@@ -267,7 +267,7 @@ def test_the_sample_that_is_shown_is_amid_the_others_and_the_better_of_two_alike
     person = run(carried(5)).motions[0]
     places = [0.0, 1.0, 1.2, 1.2, 9.0]
     people = [replace(person, joints=person.joints + at) for at in places]
-    faults = [{"total": f, "leaping": 0.0} for f in (0.0, 5.0, 4.0, 3.0, 0.0)]
+    faults = [{"total": f, "leaping": 0.0, "inside_cm": 0.0} for f in (0.0, 5.0, 4.0, 3.0, 0.0)]
     assert choose(people, faults) == 3
     assert choose(people[:1], faults[1:2]) == 0
     assert choose(people[:2], faults[2:4]) == 1
@@ -277,7 +277,7 @@ def test_some_on_the_other_side_do_not_draw_the_choice_to_them():
     person = run(carried(5)).motions[0]
     places = [0.0, 0.3, 0.4, 0.5, 0.9, 1.0, 1.1, 5.0, 6.0]
     people = [replace(person, joints=person.joints + at) for at in places]
-    assert choose(people, [{"total": 1.0, "leaping": 0.0}] * len(places)) == 3
+    assert choose(people, [{"total": 1.0, "leaping": 0.0, "inside_cm": 0.0}] * len(places)) == 3
 
 
 def test_flesh_leaves_an_object_that_it_may_not_be_in():

@@ -200,9 +200,20 @@ def test_who_leaps_is_not_shown_while_somebody_does_not():
     people = [still() for _ in range(4)]
     for k, person in enumerate(people):
         person.joints[..., 0] += (0.0, 0.1, 0.2, 5.0)[k]
-    calm = [{"total": t, "leaping": 0.0} for t in (1.0, 0.5, 2.0, 9.0)]
+    calm = [{"total": t, "leaping": 0.0, "inside_cm": 0.0} for t in (1.0, 0.5, 2.0, 9.0)]
     assert choose(people, calm) == 1
     wild = [dict(s, leaping=0.01) for s in calm]
     assert choose(people, [calm[0], wild[1], calm[2], calm[3]]) == 0
     assert choose(people, [wild[0], wild[1], wild[2], calm[3]]) == 3
     assert choose(people, wild) == 1
+
+
+def test_who_is_deep_in_the_object_is_not_shown_while_somebody_is_not():
+    people = [still() for _ in range(3)]
+    for k, person in enumerate(people):
+        person.joints[..., 0] += (0.0, 0.1, 5.0)[k]
+    depths = (3.0, 4.0, 0.5)
+    deep = [{"total": d, "leaping": 0.0, "inside_cm": d} for d in depths]
+    assert choose(people[:2], deep[:2]) == 0
+    assert choose(people, deep) == 2
+    assert choose(people, [*deep[:2], dict(deep[2], leaping=0.01)]) == 0

@@ -131,6 +131,11 @@ class ScoreConfig:
     turn_frames: int = setting(
         3, "frames", "Time over which a turn about the vertical is measured."
     )
+    deeper: float = setting(
+        0.02,
+        "m",
+        "Mean depth of the body in the object beyond that of another sample with which none is shown.",
+    )
     outliers_one_in: int = setting(
         4, "count", "The farthest one in so many samples does not count for a sample's distance."
     )

@@ -29,12 +29,14 @@ def choose(motions: Sequence[HumanMotion], scores: Sequence[Mapping[str, float]]
     """Return the index of the sample with the lowest sum of two ranks: of its faults and of its distance.
 
     The sample with the fewest faults is often an outlier, and the most central one may skate. A sample that
-    leaps is shown only where all do.
+    leaps is shown only where all do, and none whose body is much deeper in the object than another's.
     """
     central = rankdata(distance_to_others(np.stack([human.joints for human in motions])).round(6))
     faults = rankdata([s["total"] for s in scores])
-    leaps = np.array([s["leaping"] > 0 for s in scores])
-    return int(np.argmin(np.where(leaps & ~leaps.all(), np.inf, central + faults)))
+    leaps, inside = (np.array([s[k] for s in scores]) for k in ("leaping", "inside_cm"))
+    shown = (leaps == 0) | (leaps > 0).all()
+    shown &= inside <= inside[shown].min() + 100 * SCORE.deeper
+    return int(np.argmin(np.where(shown, central + faults, np.inf)))
 
 
 def distance_to_others(
