@@ -1,4 +1,4 @@
-"""Benchmarks are no tests, but they must start: each is loaded, and that of hands measures the demo."""
+"""Benchmarks are no tests, but they must start: each is loaded, and those of hands measure the demo."""
 
 import subprocess
 import sys
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import hands
+from benchmarks import hand_cost, hands
 
 NAMES = sorted(path.stem for path in Path(hands.__file__).parent.glob("*.py"))
 
@@ -29,3 +29,8 @@ def test_hands_of_the_demo_are_measured(
     finger, deepest = (float(word) for word in demo.split()[1:3])
     assert finger <= 2 <= deepest <= 8
     assert (tmp_path / "demo.png").exists()
+
+
+def test_what_hands_of_the_demo_cost_is_measured() -> None:
+    spent, whole = hand_cost.cost(None)
+    assert 0 < spent < 0.5 * whole

@@ -139,10 +139,10 @@ class GraspConfig:
         5, "count", "Last steps, which measure to the surface itself instead of the grid."
     )
     exact_range: float = setting(0.012, "m", "Distance within which they do so.")
-    unsure: float = setting(
+    counting_range: float = setting(
         0.009,
         "m",
-        "Distance from the surface, or farther off than a pad's nearest point, where skin does not count.",
+        "Distance from the surface, and beyond the nearest point of its phalanx, within which skin counts.",
     )
     longest_step: float = setting(0.3, "rad", "Longest step of an angle.")
     firmness: float = setting(3.0, "share", "Weight of depth in the object against a pad's touch.")

@@ -142,7 +142,7 @@ def _contact_equations(
     distance, out = _measured(keys.poses.placed(posed.points), palmar, field, exact=exact)
     local = (out.flatten(1, 2) @ keys.poses.R_object_wrist).view(out.shape)
     J = _MILLIMETRES * posed.slopes(local)
-    weight, residual = _contact_residuals(model, keys, distance)
+    weight, residual = _contact_residuals(keys, palmar, distance)
     # The last joint of a finger bends with the middle one.
     tie = torch.tensor([[0.0, 0.0, 0.0, -GRIP.last_joint, 1.0]]).repeat(5, 1)
     tie[THUMB] = 0.0
@@ -163,9 +163,11 @@ def _measured(
     """Return the distance of points, and the direction in which it grows where they are near and count."""
     distance, out = field.at(points), torch.zeros_like(points)
     # Points inside count, and those of each phalanx that are nearest to the surface.
-    gap = distance.masked_fill(~palmar, torch.inf).unflatten(-1, (3, -1))
-    nearest = gap < gap.amin(dim=-1, keepdim=True) + GRASP.unsure
-    near = (distance < GRASP.touch_range) & (nearest.flatten(-2) | (distance < GRASP.unsure))
+    gap = _palmar_gaps(distance, palmar)
+    nearest = gap < gap.amin(dim=-1, keepdim=True) + GRASP.counting_range
+    near = (distance < GRASP.touch_range) & (
+        nearest.flatten(-2) | (distance < GRASP.counting_range)
+    )
     close = near & (distance > -GRASP.exact_range) & (distance < GRASP.exact_range)
     if exact:
         distance[close], out[close] = field.exact(points[close])
@@ -175,14 +177,11 @@ def _measured(
 
 
 def _contact_residuals(
-    model: FingerModel, keys: KeyFrames, distance: Float[Tensor, "keys 5 points"]
+    keys: KeyFrames, palmar: Bool[Tensor, "keys 5 points"], distance: Float[Tensor, "keys 5 points"]
 ) -> tuple[Float[Tensor, "keys 5 points"], Float[Tensor, "keys 5 points"]]:
     """Return weights and residuals (millimetres) of the skin's points: out of the object, on its surface."""
-    side = keys.poses.side
     inside = distance < GRASP.margin
-    palmar = model.palmar[side]
-    gap = distance.masked_fill(~palmar, torch.inf).unflatten(-1, (3, -1))
-    nearest = torch.softmax(-gap / GRASP.pad_softness, dim=-1)
+    nearest = torch.softmax(-_palmar_gaps(distance, palmar) / GRASP.pad_softness, dim=-1)
     wanted = torch.tensor(GRASP.touching)[:, None] * nearest
     reach = torch.exp(-(distance.clamp(min=0.0) / GRASP.touch_range).square())
     touch = keys.hold[:, None, None] * wanted.flatten(-2) * reach
@@ -190,6 +189,13 @@ def _contact_residuals(
     firm = GRASP.firmness * (GRASP.brushing + 2 * keys.hold).clamp(max=1.0)[:, None, None]
     weight = torch.where(inside, firm, touch)
     return weight, _MILLIMETRES * (distance - GRASP.margin)
+
+
+def _palmar_gaps(
+    distance: Float[Tensor, "keys 5 points"], palmar: Bool[Tensor, "keys 5 points"]
+) -> Float[Tensor, "keys 5 3 phalanxpoints"]:
+    """Return the distances of each phalanx's points; infinite for those of the back of a finger."""
+    return distance.masked_fill(~palmar, torch.inf).unflatten(-1, (3, -1))
 
 
 def _within_ranges(

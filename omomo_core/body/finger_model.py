@@ -51,16 +51,16 @@ class FingerModel:
     """Points on the skin of the palm, from the wrist."""
 
     @cached_property
-    def weighted(self) -> Float[Tensor, "2 5 3 points 4"]:
-        """From each joint of a finger to its skin, with a one, times the share of that joint's bone."""
+    def weighted_skin(self) -> Float[Tensor, "2 5 3 points 4"]:
+        """Homogeneous positions of skin from each joint of its finger, times the share of its bone."""
         start = self.offsets.cumsum(dim=-2)
         way = self.skin[:, :, None] - start[..., None, :]
         share = self.shares[..., 1:].mT[..., None]
         return share * torch.cat([way, torch.ones_like(share)], dim=-1)
 
     @cached_property
-    def moved(self) -> Float[Tensor, "2 5 3 points 1"]:
-        """How far the skin follows each joint of a finger."""
+    def following(self) -> Float[Tensor, "2 5 3 points 1"]:
+        """Share of the skin's motion that follows each joint of its finger and those beyond it."""
         return _from_last(self.shares[..., 1:].mT[..., None])
 
     def thinned(self, count: int) -> "FingerModel":
@@ -121,9 +121,9 @@ def pose_fingers(
     """Return the skin of the fingers of hands, and how angles move it."""
     local = rotations(model, side, angles)
     joints, turned = _chain(model.offsets[side], local)
-    carried = model.weighted[side] @ torch.cat([turned.mT, joints[..., None, :]], dim=-2)
+    carried = model.weighted_skin[side] @ torch.cat([turned.mT, joints[..., None, :]], dim=-2)
     beyond = _from_last(carried)
-    levers = beyond - model.moved[side] * joints[..., None, :]
+    levers = beyond - model.following[side] * joints[..., None, :]
     still = (model.shares[..., :1] * model.skin)[side]
     flexion, spread = model.flexion[side], model.abduction[side]
     opened = roma.rotvec_to_rotmat(angles[..., 1:2] * spread)

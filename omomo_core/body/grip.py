@@ -21,6 +21,7 @@ from omomo_core.body.finger_model import (
 )
 from omomo_core.body.hand_skin import THUMB
 from omomo_core.body.model import BodyModel
+from omomo_core.geometry.cheapest_path import cheapest_path
 from omomo_core.geometry.distance_field import DistanceField
 
 
@@ -103,26 +104,17 @@ def _best(
     near = distance.abs() < GRIP.exact_range
     distance[near] = field.exact(points[near])[0]
     worth = _of_contacts(_worth(palmar, angles, points, distance, which, poses, field))
-    return _together(worth - cost.gather(-1, best), angles[:: GRIP.poses])
+    return _best_together(worth - cost.gather(-1, best), angles[:: GRIP.poses])
 
 
-def _together(
+def _best_together(
     worth: Float[Tensor, "contacts fingers tries"],
     angles: Float[Tensor, "contacts fingers tries angles"],
 ) -> Float[Tensor, "contacts fingers angles"]:
     """Return the postures that are worth most together: each finger bends like the one beside it."""
-    total, before = worth[:, 0], []
-    for finger in range(1, worth.shape[1]):
-        apart = angles[:, finger - 1, :, None] - angles[:, finger, None]
-        beside = total[:, :, None] - GRIP.apart_cost * apart.square().sum(dim=-1)
-        most, chosen = beside.max(dim=1)
-        before.append(chosen)
-        total = worth[:, finger] + most
-    path = [total.argmax(dim=-1, keepdim=True)]
-    for chosen in reversed(before):
-        path.insert(0, chosen.gather(1, path[0]))
-    best = torch.stack(path, dim=1)[..., None].expand(-1, -1, 1, ANGLES)
-    return angles.gather(-2, best)[..., 0, :]
+    apart = (angles[:, :-1, :, None] - angles[:, 1:, None]).square().sum(dim=-1)
+    best = cheapest_path(-worth, GRIP.apart_cost * apart)[..., None, None]
+    return angles.gather(-2, best.expand(-1, -1, 1, ANGLES))[..., 0, :]
 
 
 def _crossing_cost(
@@ -187,7 +179,7 @@ def _postures(body: BodyModel, *, few: bool = False) -> tuple[_Postures, _Postur
 
     Args:
         body: whose hands.
-        few: of each angle every second value alone, and the first half of a phalanx's points, which
+        few: of each angle every second value alone, and a quarter of a phalanx's points, those which
             are the farthest apart.
     """
     step = 2 if few else 1
@@ -203,7 +195,7 @@ def _postures(body: BodyModel, *, few: bool = False) -> tuple[_Postures, _Postur
         )
     ).T
     thumb = torch.stack([swing, lift, turn, curl, curl], dim=-1)
-    points = PER_PHALANX // step**2
+    points = PER_PHALANX // 4 if few else PER_PHALANX
     return _tried(body, finger, slice(4), points), _tried(body, thumb, slice(THUMB, 5), points)
 
 

@@ -18,10 +18,11 @@ from omomo_core.generation.collision.config import ROOT_SHIFT
 from omomo_core.generation.collision.feet import move_feet_clear
 from omomo_core.generation.collision.limbs import swing_limbs_clear, turn_hands_clear
 from omomo_core.generation.collision.root import move_root_clear
-from omomo_core.generation.collision.sides import CollisionAvoidance, level_shifts, viterbi
+from omomo_core.generation.collision.sides import CollisionAvoidance, level_shifts
 from omomo_core.generation.solving.bodies import solve_bodies
 from omomo_core.generation.solving.config import BODY_SOLVING
 from omomo_core.generation.solving.feet import ANKLES, FootPlan
+from omomo_core.geometry.cheapest_path import cheapest_path
 from omomo_core.geometry.runs import runs
 from omomo_core.skeleton import joint
 from tests.core.standing_people import BODY, FRAMES, Pose, at, block, standing
@@ -68,7 +69,7 @@ def test_the_cheapest_course_is_the_least_of_all(seed: int, steps: int, choices:
         own = sum(float(cost[k, t, c]) for t, c in enumerate(path))
         return own + sum(float(between[k, t, a, b]) for t, (a, b) in enumerate(pairwise(path)))
 
-    found = viterbi(cost, between)
+    found = cheapest_path(cost, between)
     for k in range(2):
         least = min(total(k, path) for path in product(range(choices), repeat=steps))
         assert total(k, tuple(found[k].tolist())) == pytest.approx(least, abs=1e-5)

@@ -18,6 +18,7 @@ from torch import Tensor
 from omomo_core.body.trajectory_optimization.anatomy import Anatomy
 from omomo_core.body.trajectory_optimization.residuals import anatomy_points
 from omomo_core.generation.collision.config import SIDES
+from omomo_core.geometry.cheapest_path import cheapest_path
 from omomo_core.geometry.distance_field import DistanceField
 
 Spheres = Float[Tensor, "samples seen balls 3"]
@@ -122,7 +123,7 @@ class CollisionAvoidance:
         kept = self.free[self.seen] < 0.5
         cost = cost.clone()
         cost[:, kept, 1:] += SIDES.fixed
-        return values[viterbi(cost, between)]
+        return values[cheapest_path(cost, between)]
 
     def smoothed(
         self, chosen: Float[Tensor, "samples seen n"]
@@ -139,25 +140,6 @@ class CollisionAvoidance:
 
 def _squared_depth(depth: Tensor) -> Tensor:
     return SIDES.penetration * depth.clamp(min=0).square()
-
-
-def viterbi(
-    cost: Cost, between: Float[Tensor, "*steps choices choices"]
-) -> Int[Tensor, "samples seen"]:
-    """Return the path of choices with the least sum of costs and changes (Viterbi)."""
-    # numpy takes half of torch's time for so many small steps.
-    steps, rows = cost.shape[1] - 1, np.arange(len(cost))
-    change = between.expand(*cost.shape[:1], steps, *between.shape[-2:]).numpy()
-    costs = cost.numpy()
-    best, came = costs[:, 0], list[np.ndarray]()
-    for step in range(steps):
-        reached = best[:, :, None] + change[:, step]
-        came.append(reached.argmin(axis=1))
-        best = reached.min(axis=1) + costs[:, step + 1]
-    path = [best.argmin(axis=1)]
-    for before in reversed(came):
-        path.append(before[rows, path[-1]])
-    return torch.from_numpy(np.stack(path[::-1], axis=1))
 
 
 def level_shifts(step: float, farthest: float) -> Float[Tensor, "choices 3"]:

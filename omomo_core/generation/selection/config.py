@@ -131,10 +131,10 @@ class ScoreConfig:
     turn_frames: int = setting(
         3, "frames", "Time over which a turn about the vertical is measured."
     )
-    deeper: float = setting(
+    extra_depth: float = setting(
         0.02,
         "m",
-        "Mean depth of the body in the object beyond that of another sample with which none is shown.",
+        "How much deeper than the least deep sample's, on average, a shown sample's body may be.",
     )
     outliers_one_in: int = setting(
         4, "count", "The farthest one in so many samples does not count for a sample's distance."

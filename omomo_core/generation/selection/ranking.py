@@ -35,7 +35,7 @@ def choose(motions: Sequence[HumanMotion], scores: Sequence[Mapping[str, float]]
     faults = rankdata([s["total"] for s in scores])
     leaps, inside = (np.array([s[k] for s in scores]) for k in ("leaping", "inside_cm"))
     shown = (leaps == 0) | (leaps > 0).all()
-    shown &= inside <= inside[shown].min() + 100 * SCORE.deeper
+    shown &= inside <= inside[shown].min() + 100 * SCORE.extra_depth
     return int(np.argmin(np.where(shown, central + faults, np.inf)))
 
 

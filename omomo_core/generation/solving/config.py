@@ -195,7 +195,7 @@ class PalmClearanceConfig:
     exact_range: float = setting(
         0.012, "m", "Distance within which the surface itself is measured, not the grid."
     )
-    unsure: float = setting(
+    grid_error: float = setting(
         0.006, "m", "Distance by which the grid may mistake one point for deeper than another."
     )
     highest: float = setting(0.12, "m", "Largest rise of a hand.")

@@ -116,7 +116,7 @@ def _outside(
         # The deepest point alone counts, and the grid tells which ones may be it.
         deepest = distance.amin(dim=1, keepdim=True)
         close = distance.abs() < PALM_CLEARANCE.exact_range
-        close &= distance < deepest + PALM_CLEARANCE.unsure
+        close &= distance < deepest + PALM_CLEARANCE.grid_error
         distance[close] = field.exact(moved[close])[0]
         deepest = distance.amin(dim=1)
         rise[inside] += (-deepest).clamp(min=0.0)

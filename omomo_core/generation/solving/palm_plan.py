@@ -24,8 +24,8 @@ from omomo_core.body.model import BodyModel
 from omomo_core.body.trajectory_optimization.config import JOINT_RANGES
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.collision.root import ELBOWS, SHOULDERS
-from omomo_core.generation.collision.sides import viterbi
 from omomo_core.generation.solving.config import PALM_PLAN
+from omomo_core.geometry.cheapest_path import cheapest_path
 from omomo_core.geometry.distance_field import DistanceField
 from omomo_core.geometry.easing import min_jerk
 from omomo_core.skeleton import PALM_JOINTS
@@ -154,7 +154,7 @@ def _path(body: BodyModel, hold: HeldPalm, field: DistanceField) -> Float[Tensor
     apart = choices.values[:, None] - choices.values
     change = PALM_PLAN.change * apart.square().sum(dim=-1)
     change = change + PALM_PLAN.leap * (apart.abs().amax(dim=-1) > PALM_PLAN.farthest_step)
-    chosen = viterbi(cost[None], change)[0]
+    chosen = cheapest_path(cost[None], change)[0]
     frames = np.arange(hold.start, hold.stop)
     path = np.stack([np.interp(frames, hold.keys, x) for x in choices.values[chosen].T.numpy()], 1)
     path = gaussian_filter1d(path, PALM_PLAN.smoothing, axis=0, mode="nearest")
