@@ -14,8 +14,8 @@ from scipy.spatial import KDTree
 from omomo_core.motion import Texture
 
 _FORMATS = (".obj", ".glb", ".gltf")
-MOST_PIXELS = 64_000_000
-"""Of the pictures of a file together."""
+MOST_PIXELS = 8192 * 8192
+"""Of the pictures of a file together: phone apps paint no larger ones."""
 MOST_SIDE = 2048
 """Larger pictures are made smaller: an object fills a part of a screen."""
 _SAME = 1e-5
@@ -39,6 +39,24 @@ class TexturedPart:
     uv: Float[np.ndarray, "faces 3 2"]
     """(0, 0) is the picture's top left corner."""
     image: Pixels
+
+
+@dataclass(frozen=True)
+class Picture:
+    """The base colour of a material, decoded when it is asked for."""
+
+    image: Image.Image
+    factor: Any = None
+    """What its linear values are multiplied with, 0 to 255; None leaves them."""
+
+    def pixels(self, side: int = MOST_SIDE) -> Pixels:
+        """The picture, made smaller where a side is longer than so many pixels.
+
+        Raises:
+            ValueError: it has more than MOST_PIXELS.
+            OSError, SyntaxError: it is damaged.
+        """
+        return _tinted(pixels_of(self.image, side), self.factor)
 
 
 def read_texture(path: Path, corners: Float[np.ndarray, "faces 3 3"]) -> Texture | None:
@@ -66,8 +84,8 @@ def read_texture(path: Path, corners: Float[np.ndarray, "faces 3 3"]) -> Texture
 
 
 def _has_pictures(scene: trimesh.Scene) -> bool:
-    pictures = [_image(part) for part in scene.geometry.values()]
-    sizes = [picture.size for picture in pictures if picture is not None]
+    pictures = [picture_of(part) for part in scene.geometry.values()]
+    sizes = [picture.image.size for picture in pictures if picture is not None]
     return bool(sizes) and sum(width * height for width, height in sizes) <= MOST_PIXELS
 
 
@@ -79,26 +97,33 @@ def _parts(scene: trimesh.Scene) -> Iterator[TexturedPart]:
         mesh: Any = scene.geometry[name]
         faces = np.asarray(mesh.faces)
         corners = trimesh.transform_points(mesh.vertices, T)[faces]
-        uv = np.full((*faces.shape, 2), 0.5)
-        if _image(mesh) is not None:  # trimesh counts from the bottom left
-            uv = np.asarray(mesh.visual.uv, float)[faces] * [1.0, -1.0] + [0.0, 1.0]
-        yield TexturedPart(corners, uv, pixels[name])
+        yield TexturedPart(corners, places_of(mesh), pixels[name])
 
 
-def _image(mesh: Any) -> Image.Image | None:
-    """The base colour picture of a mesh, where its vertices have places on it."""
+def picture_of(mesh: Any) -> Picture | None:
+    """The base colour picture of trimesh's mesh, where its vertices have places on it."""
     visual = mesh.visual
     if visual.kind != "texture" or visual.uv is None:
         return None
     material = visual.material
-    return getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
+    image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
+    return None if image is None else Picture(image, getattr(material, "baseColorFactor", None))
+
+
+def places_of(mesh: Any) -> Float[np.ndarray, "faces 3 2"]:
+    """Where the corners of the triangles of trimesh's mesh lie on its picture; the middle without one."""
+    faces = np.asarray(mesh.faces)
+    if picture_of(mesh) is None:
+        return np.full((*faces.shape, 2), 0.5)
+    # trimesh counts from the bottom left.
+    return np.asarray(mesh.visual.uv, float)[faces] * [1.0, -1.0] + [0.0, 1.0]
 
 
 def _pixels(mesh: Any) -> Pixels:
-    image, material = _image(mesh), getattr(mesh.visual, "material", None)
-    if image is None:
+    picture, material = picture_of(mesh), getattr(mesh.visual, "material", None)
+    if picture is None:
         return patch(_GREY if material is None else np.asarray(material.main_color)[:3])
-    return _tinted(pixels_of(image), getattr(material, "baseColorFactor", None))
+    return picture.pixels()
 
 
 def patch(colour: Sequence[int] | np.ndarray = _GREY) -> Pixels:
@@ -106,8 +131,8 @@ def patch(colour: Sequence[int] | np.ndarray = _GREY) -> Pixels:
     return np.tile(np.asarray(colour, np.uint8), (_PATCH, _PATCH, 1))
 
 
-def pixels_of(image: Image.Image) -> Pixels:
-    """The pixels of a picture, which is made smaller if it is large.
+def pixels_of(image: Image.Image, side: int = MOST_SIDE) -> Pixels:
+    """The pixels of a picture, which is made smaller if a side is longer than so many.
 
     Raises:
         ValueError: it has more than MOST_PIXELS.
@@ -115,7 +140,7 @@ def pixels_of(image: Image.Image) -> Pixels:
     if image.width * image.height > MOST_PIXELS:
         raise ValueError("the picture is too large")
     shown = image.convert("RGB")
-    shown.thumbnail((MOST_SIDE, MOST_SIDE))
+    shown.thumbnail((side, side))
     return np.asarray(shown, np.uint8)
 
 
@@ -129,6 +154,13 @@ def _tinted(pixels: Pixels, factor: Any) -> Pixels:
     back = np.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
     table = np.rint(255.0 * back).astype(np.uint8)
     return np.stack([table[:, k][pixels[..., k]] for k in range(3)], axis=-1)
+
+
+def texture_colours(texture: Texture) -> UInt8[np.ndarray, "faces 3 3"]:
+    """The colours of a texture at the corners of its triangles."""
+    height, width = texture.image.shape[:2]
+    places = (texture.uv % 1.0 * [width, height]).astype(np.int64)
+    return texture.image[places[..., 1], places[..., 0]]
 
 
 def join_textures(parts: Sequence[TexturedPart]) -> Texture:

@@ -51,11 +51,11 @@ def scan(source: Source, mesh: Output, **said: Any) -> None:
 
 
 def _estimate(request: ScanRequest) -> None:
-    """About how long it will take; a ready mesh takes no time."""
+    """About how long it will take; a mesh of another app takes no time."""
     from capture_app.scanning.estimate import estimate_seconds, in_words
     from ingest.scan.sources.read import is_mesh
 
-    if not is_mesh(request.source):
+    if not is_mesh(request.source) and request.method != "mesh" and request.at is None:
         pictures = f"for {request.frames} pictures" if not request.draft else "for a draft"
         about = in_words(estimate_seconds(request.frames, request.draft))
         problems.print(f"This takes about {about} {pictures}, less for fewer.", highlight=False)

@@ -7,8 +7,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat,
 
 from capture_app.commands.inputs import FromLibrary, LogFormat, OptionName, ShortText
 from capture_app.commands.request import ItemRequest, place_of
-from capture_app.commands.text_values import read_box
-from ingest.scan.choices import PICTURES, VERTICES, Method, Symmetry, Unit
+from capture_app.commands.text_values import read_box, read_point
+from ingest.scan.choices import PICTURES, VERTICES, Method, Symmetry, Unit, Up
 
 if TYPE_CHECKING:
     from ingest.scan.cameras.options import CameraOptions
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 def _box(value: object, info: Any) -> object:
     return read_box(value, place_of(info)) if isinstance(value, str) else value
+
+
+def _point(value: object, info: Any) -> object:
+    return read_point(value, place_of(info)) if isinstance(value, str) else value
 
 
 Corners = tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat]
@@ -80,9 +84,17 @@ class ScanOptions(BaseModel):
         Field(
             title="Measure the surface by",
             description="Measure the surface by matching pictures (stereo), by the phone's LiDAR "
-            "(depth), or by both; auto takes all there is.",
+            "(depth), or by both; auto takes all there is. Or cut the object out of the room's mesh that "
+            "the phone's app made (mesh).",
         ),
     ] = "auto"
+    at: Annotated[
+        Annotated[tuple[FiniteFloat, FiniteFloat, FiniteFloat], BeforeValidator(_point)] | None,
+        Field(
+            description="A point x,y,z on the object in a mesh that holds more: what stands there is cut "
+            "out. In metres, z up, as Blender shows it."
+        ),
+    ] = None
     symmetry: Annotated[
         Symmetry,
         Field(
@@ -109,6 +121,10 @@ class ScanOptions(BaseModel):
     ] = VERTICES
     unit: Annotated[
         Unit | None, OptionName("--units"), Field(description="Unit of a mesh of another app.")
+    ] = None
+    up: Annotated[
+        Up | None,
+        Field(description="The axis of a mesh file that is up, where it does not say it."),
     ] = None
     object_name: Annotated[
         ShortText | None, Field(description="Which object of a mesh that holds several.")
@@ -178,8 +194,8 @@ class ScanRequest(ScanOptions, ItemRequest):
         OptionName("--mesh"),
         Field(
             max_length=2000,
-            description="Use the room's mesh that the phone's app exported as further depth: a file, or "
-            "app for the one in the session's folder.",
+            description="Use the room's mesh that the phone's app exported as further depth, or with "
+            "--method mesh alone: a file, or app for the one in the session's folder.",
         ),
     ] = None
     keep: Annotated[

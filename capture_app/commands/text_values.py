@@ -7,7 +7,7 @@ from typing import Literal, get_args
 from ingest.trajectory.reading import Top
 from omomo_core.errors import InputError
 
-_SIX = 6
+_THREE, _SIX = 3, 6
 INTRINSICS = "Write fx,fy,cx,cy in pixels of the photos, e.g. 3050,3050,2016,1512."
 """What to do where they are not understood."""
 
@@ -83,6 +83,26 @@ def read_box(text: str, where: str) -> tuple[float, ...]:
         where=where,
         fix="Write its lowest and its highest corner in metres, z up, such as "
         "-0.3,-0.2,0,0.4,0.5,1.1; report.json of the scan says the box that was used.",
+    )
+
+
+def read_point(text: str, where: str) -> tuple[float, ...]:
+    """The three numbers of "x,y,z", metres.
+
+    Raises:
+        InputError: "point-invalid": it is written otherwise.
+    """
+    try:
+        place = tuple(float(part) for part in text.split(","))
+        if len(place) == _THREE and all(map(math.isfinite, place)):
+            return place
+    except ValueError:
+        pass
+    raise InputError(
+        "point-invalid",
+        f"{text!r} is no point.",
+        where=where,
+        fix="Write three numbers in metres with commas between them, z up, e.g. 0.4,1.2,0.5.",
     )
 
 

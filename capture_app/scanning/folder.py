@@ -56,3 +56,9 @@ def tidy(request: ScanRequest) -> None:
             shutil.rmtree(inside)
         else:
             inside.unlink()
+
+
+def forget_empty(request: ScanRequest) -> None:
+    """Delete the folder again where a scan that failed has left nothing to go on from."""
+    if [inside.name for inside in request.work.iterdir()] == [MARK]:
+        shutil.rmtree(request.work)

@@ -8,16 +8,18 @@ from jaxtyping import UInt8
 
 from capture_app.commands.scan import ScanRequest
 from capture_app.progress import Progress, StageClock
+from capture_app.scanning.app_mesh import made_by_app
 from capture_app.scanning.data import report_data
-from capture_app.scanning.folder import MODEL, OUTLINE, VIEWS, open_folder, tidy
+from capture_app.scanning.folder import MODEL, OUTLINE, VIEWS, forget_empty, open_folder, tidy
 from capture_app.scanning.page import scan_page
 from capture_app.scanning.pictures import outline_picture, views_picture
 from ingest.report.scanned import REPORT_DATA, REPORT_PAGE
 from ingest.scan.cameras.register import register
-from ingest.scan.choices import DRAFT_PICTURES, DRAFT_VOXEL, Method
+from ingest.scan.choices import DRAFT_PICTURES, DRAFT_VOXEL, Measured
 from ingest.scan.clean.clean import CleanMesh, clean
 from ingest.scan.clean.pieces import main_piece
 from ingest.scan.clean.save import save_mesh
+from ingest.scan.cutting.room import read_room_of_session
 from ingest.scan.dense.cloud import cloud
 from ingest.scan.dense.dense import DenseSurface, dense_surface
 from ingest.scan.dense.depth_map import DepthMap
@@ -27,13 +29,11 @@ from ingest.scan.found import Found, to_height, write_object_model
 from ingest.scan.frames import pick_frames
 from ingest.scan.quality.coverage import one_sided
 from ingest.scan.quality.report import ScanReport, inspect_ready, inspect_scan
-from ingest.scan.ready import ready_mesh
 from ingest.scan.region.logged_aim import check_logged_aim
 from ingest.scan.region.region import aim_at, find_region
 from ingest.scan.silhouettes.silhouettes import WIDTH, find_silhouettes
-from ingest.scan.sources.mesh import read_scan_mesh
-from ingest.scan.sources.read import is_mesh, read_source
-from ingest.scan.sources.room_mesh import read_room, room_depth, room_file
+from ingest.scan.sources.read import read_source
+from ingest.scan.sources.room_mesh import room_depth, room_file
 from ingest.scan.texture.atlas import add_texture
 from ingest.scan.types import Frames, Registered, ScanSource
 from omomo_core.errors import InputError
@@ -93,9 +93,18 @@ def scan_object(request: ScanRequest, progress: Progress) -> ObjectScan:
         InputError: what was given cannot become a mesh, or the output cannot be written.
     """
     open_folder(request)
-    clock = StageClock(progress)
-    found = None if is_mesh(request.source) else find_object(request, clock)
-    cleaned = _ready(request) if found is None else found.cleaned
+    try:
+        return _scanned(request, StageClock(progress))
+    except InputError:
+        forget_empty(request)
+        raise
+
+
+def _scanned(request: ScanRequest, clock: StageClock) -> ObjectScan:
+    ready = made_by_app(request)
+    found = find_object(request, clock) if ready is None else None
+    cleaned = found.cleaned if found is not None else ready
+    assert cleaned is not None
     clock("report", 0.0)
     report = inspect_ready(cleaned) if found is None else inspect_scan(found)
     if found is not None:
@@ -170,8 +179,9 @@ def find_object(request: ScanRequest, clock: Progress) -> Found:
     return to_height(found, request.cameras.height)
 
 
-def _method(request: ScanRequest, registered: Registered) -> Method:
+def _method(request: ScanRequest, registered: Registered) -> Measured:
     """What measures depth: of a draft the phone, where it did; matching takes the longest."""
+    assert request.method != "mesh"  # made_by_app has cut the object out
     if request.draft and request.method == "auto" and any(view.depth for view in registered.views):
         return "depth"
     return request.method
@@ -191,18 +201,7 @@ def _room(
             fix="Give the session of the app, or leave out --mesh.",
         )
     file = room_file(request.room, source.where)
-    return room_depth(read_room(file), registered, picked.frames, str(file))
-
-
-def _ready(request: ScanRequest) -> CleanMesh:
-    return ready_mesh(
-        read_scan_mesh(
-            request.source,
-            name=request.object_name,
-            unit=request.unit,
-            height=request.cameras.height,
-        )
-    )
+    return room_depth(read_room_of_session(file).surface, registered, picked.frames, str(file))
 
 
 def _cut(surface: DenseSurface) -> float:

@@ -35,6 +35,7 @@ def ready_mesh(mesh: ScanMesh) -> CleanMesh:
             None if mesh.colours is None else colours,
             mesh.name,
             (*mesh.notes, _closed(rims)),
+            mesh.texture,
         ),
         normals=np.asarray(igl.per_vertex_normals(vertices, faces), np.float64),
         T_world_object=T,

@@ -131,6 +131,8 @@ class Scan(BaseModel):
 
     kind: Literal["scan"]
     name: Name
+    room: Literal["app"] | None = None
+    """Use the room's mesh that the phone's app exported into the session."""
 
 
 def _tag(given: Any) -> str:

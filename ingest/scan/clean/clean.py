@@ -81,7 +81,7 @@ def clean(
     used, triangles = _compact(small, triangles)
     small = _above_floor(small[used], region)
     colours, seen = _handed_on(vertices, small, colours, seen)
-    T = _object_frame(small, region.T_world_floor)
+    T = object_frame(small, region.T_world_floor)
     own = (small - T[:3, 3]) @ T[:3, :3]
     watertight = _closed(triangles)
     notes = (_cut(small, region), _shown(own, triangles, seen), _tight(watertight, rims))
@@ -257,7 +257,7 @@ def _rims(faces: Int64[np.ndarray, "faces 3"]) -> list[Int64[np.ndarray, " corne
     return [np.asarray(loop, np.int64) for loop in igl.boundary_loop_all(faces)]
 
 
-def _object_frame(
+def object_frame(
     vertices: Float64[np.ndarray, "verts 3"], T_world_floor: Float64[np.ndarray, "4 4"]
 ) -> Float64[np.ndarray, "4 4"]:
     """T_world_object of an object that stands on a floor.

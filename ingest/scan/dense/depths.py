@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from ingest.formats.depth_png import load_millimetres
-from ingest.scan.choices import Method
+from ingest.scan.choices import Measured
 from ingest.scan.dense.depth_map import DepthMap
 from ingest.scan.dense.picture import SmallPictures, at_pixels, matrix_for, projected
 from ingest.scan.dense.stereo import stereo_maps
@@ -42,7 +42,7 @@ def measure_depths(
     aim: Aim,
     work: Path,
     *,
-    method: Method = "auto",
+    method: Measured = "auto",
     room: Sequence[DepthMap] | None = None,
     progress: Progress = no_progress,
 ) -> Depths:
@@ -72,7 +72,7 @@ def measure_depths(
     return Depths(pictures, tuple(kinds), chosen)
 
 
-def _chosen(method: Method, views: Sequence[View]) -> Literal["stereo", "depth", "both"]:
+def _chosen(method: Measured, views: Sequence[View]) -> Literal["stereo", "depth", "both"]:
     has_depth = any(view.depth for view in views)
     if method == "auto":
         return "both" if has_depth else "stereo"

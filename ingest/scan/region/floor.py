@@ -52,7 +52,7 @@ def find_floor(registered: Registered, aim: Aim) -> ScanFloor:
         return _lowest(near if len(near) else registered.points, aim)
     normal, height, noise = _tightened(near, plane.normal, plane.offset)
     message = f"The floor lies within {1e3 * noise:.0f} mm of its points."
-    return ScanFloor(_frame(normal, height, aim.point), noise, Check("floor", "ok", message))
+    return ScanFloor(floor_frame(normal, height, aim.point), noise, Check("floor", "ok", message))
 
 
 def _widest(points: Float64[np.ndarray, "points 3"], aim: Aim, max_tilt: float) -> Plane | None:
@@ -79,7 +79,7 @@ def _lowest(points: Float64[np.ndarray, "points 3"], aim: Aim) -> ScanFloor:
         "No floor was found, so the lowest points stand in for it.",
         fix="Film the floor around the object too; lay something with a pattern on a plain one.",
     )
-    return ScanFloor(_frame(np.array([0.0, 0.0, 1.0]), height, aim.point), 0.01, note)
+    return ScanFloor(floor_frame(np.array([0.0, 0.0, 1.0]), height, aim.point), 0.01, note)
 
 
 def _tightened(
@@ -100,7 +100,7 @@ def _tightened(
     return normal, offset, noise
 
 
-def _frame(
+def floor_frame(
     normal: Float64[np.ndarray, "3"], offset: float, point: Float64[np.ndarray, "3"]
 ) -> Float64[np.ndarray, "4 4"]:
     """T_world_floor with x as near to the world's as can be."""

@@ -2,25 +2,21 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import trimesh
-from jaxtyping import Float64, UInt8
+from jaxtyping import Float64, Int64, UInt8
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ingest.axes import T_ZUP_ARKIT
-from ingest.mesh import FORMATS, MAX_BYTES, MAX_EXTENT, MAX_FACES, MIN_EXTENT, decoding, too_large
+from ingest.mesh import MAX_EXTENT, MIN_EXTENT
+from ingest.mesh_texture import TexturedPart, join_textures, patch, texture_colours
 from ingest.report.check import Check
-from ingest.scan.choices import Unit
+from ingest.scan.choices import Unit, Up
+from ingest.scan.sources.mesh_parts import MeshPart, fits, read_parts
 from ingest.scan.types import ScanMesh
-from ingest.usd import open_stage, pxr, reading_usd, triangles_of
 from omomo_core.errors import InputError
+from omomo_core.motion import Texture
 
-_USD_SUFFIXES = (".usdz", ".usd", ".usdc", ".usda")
-SUFFIXES = (*FORMATS, *_USD_SUFFIXES)
-_Y_UP = (".glb", ".gltf")
 _APART = 0.02
 """Gap between the boxes of two parts, in sizes of the whole, that makes them two objects."""
 _CRUMB = 0.02
@@ -37,7 +33,12 @@ _USUAL = 0.8
 
 
 def read_scan_mesh(
-    path: Path, *, name: str | None = None, unit: Unit | None = None, height: float | None = None
+    path: Path,
+    *,
+    name: str | None = None,
+    unit: Unit | None = None,
+    height: float | None = None,
+    up: Up | None = None,
 ) -> ScanMesh:
     """Read a ready mesh.
 
@@ -48,80 +49,23 @@ def read_scan_mesh(
         name: of the object in the file, where there are several.
         unit: of the file, where it is known; otherwise what the file says, or guessed.
         height: true extent along z, metres; goes before any unit.
+        up: the axis of the file that is up; otherwise what the file says, or z.
 
     Raises:
-        InputError: "mesh-missing", "mesh-format", "mesh-too-large", "mesh-unreadable", "mesh-empty",
-            "mesh-not-finite", "mesh-objects", "mesh-object-unknown", "mesh-units", "usd-...".
+        InputError: "mesh-objects", "mesh-object-unknown", "mesh-units", or those of `read_parts`.
     """
-    _check_file(path)
-    parts, stated = (
-        _usd_parts(path) if path.suffix.lower() in _USD_SUFFIXES else (_parts(path), None)
-    )
-    parts = {key: part for key, part in parts.items() if len(part.faces)}
-    _check_parts(parts, path)
-    chosen = _chosen(parts, name, path)
-    vertices = np.concatenate([np.asarray(part.vertices, np.float64) for part in chosen])
+    file = read_parts(path, up)
+    chosen = _chosen(file.parts, name, path)
+    vertices = np.concatenate([part.vertices for part in chosen])
     first = np.cumsum([0, *(len(part.vertices) for part in chosen[:-1])])
-    faces = np.concatenate(
-        [np.asarray(p.faces, np.int64) + at for p, at in zip(chosen, first, strict=True)]
-    )
-    metres, notes = _metres(np.ptp(vertices, axis=0), unit, stated, height, path)
-    return ScanMesh(vertices * metres, faces, _colours(chosen), path.stem, notes)
+    faces = np.concatenate([p.faces + at for p, at in zip(chosen, first, strict=True)])
+    metres, notes = _metres(np.ptp(vertices, axis=0), unit, file.metres, height, path)
+    texture, unread = _texture(chosen, path)
+    colours = _colours(chosen, faces, texture)
+    return ScanMesh(vertices * metres, faces, colours, path.stem, (*notes, *unread), texture)
 
 
-def _check_file(path: Path) -> None:
-    if not path.is_file():
-        raise InputError("mesh-missing", "There is no such mesh file.", where=str(path))
-    if path.stat().st_size > MAX_BYTES:
-        raise too_large(path, f"{path.stat().st_size / 1e6:.0f} MB")
-
-
-def _parts(path: Path) -> dict[str, trimesh.Trimesh]:
-    """The meshes of a file by the names of their nodes, in the file's world turned z up."""
-    parts: dict[str, trimesh.Trimesh] = {}
-    with decoding(path):
-        scene = trimesh.load_scene(path, process=False)
-        nodes = [(node, *scene.graph[node]) for node in scene.graph.nodes_geometry]
-        counts = [len(getattr(scene.geometry[key], "faces", ())) for _, _, key in nodes]
-        if sum(counts) > MAX_FACES:  # counted before a scene of many copies is spread out
-            raise too_large(path, f"{sum(counts):,} triangles")
-        for node, T, key in nodes:
-            if isinstance(part := scene.geometry[key], trimesh.Trimesh):
-                parts[node] = part.copy().apply_transform(T)
-    if path.suffix.lower() in _Y_UP:
-        for part in parts.values():
-            part.apply_transform(T_ZUP_ARKIT)
-    return parts
-
-
-def _check_parts(parts: Mapping[str, trimesh.Trimesh], path: Path) -> None:
-    if not parts:
-        raise InputError(
-            "mesh-empty",
-            f"{path.name} has no triangles (a point cloud or an empty file).",
-            where=str(path),
-            fix="Export the object's surface as triangles.",
-        )
-    for part in parts.values():
-        if not 0 <= part.faces.min() <= part.faces.max() < len(part.vertices):
-            raise InputError(
-                "mesh-unreadable",
-                "A triangle names a vertex that is not there.",
-                where=str(path),
-                fix="Export the file again.",
-            )
-        if not np.isfinite(part.vertices).all():
-            raise InputError(
-                "mesh-not-finite",
-                f"{path.name} has vertices that are NaN or infinite.",
-                where=str(path),
-                fix="Export the mesh again.",
-            )
-
-
-def _chosen(
-    parts: Mapping[str, trimesh.Trimesh], name: str | None, path: Path
-) -> list[trimesh.Trimesh]:
+def _chosen(parts: Mapping[str, MeshPart], name: str | None, path: Path) -> list[MeshPart]:
     """The parts of the one object; meshes that touch are one object in several pieces."""
     names = list(parts)
     if name is not None:
@@ -135,11 +79,12 @@ def _chosen(
                 fix=f"Give one of {', '.join(names[:12])}.",
             )
         return [parts[key] for key in picked]
-    label = _together(np.array([parts[key].bounds for key in names]))
+    boxes = [(part.vertices.min(axis=0), part.vertices.max(axis=0)) for part in parts.values()]
+    label = _together(np.array(boxes))
     faces = np.bincount(label, [len(parts[key].faces) for key in names])
     objects = np.flatnonzero(faces >= _CRUMB * faces.max())
     if len(objects) > 1:
-        size = np.array([np.linalg.norm(parts[key].extents) for key in names])
+        size = np.array([np.linalg.norm(high - low) for low, high in boxes])
         largest = [names[int(np.where(label == one, size, 0).argmax())] for one in objects]
         raise InputError(
             "mesh-objects",
@@ -181,13 +126,45 @@ def _metres(
     return metres * (stated or 1.0), notes
 
 
-def _colours(parts: list[trimesh.Trimesh]) -> UInt8[np.ndarray, "vertices 3"] | None:
-    """Colours of the vertices, sampled from the texture where they have one."""
-    visuals: list[Any] = [part.visual for part in parts]
-    if not any(visual.defined for visual in visuals):
+def _texture(parts: list[MeshPart], path: Path) -> tuple[Texture | None, tuple[Check, ...]]:
+    """The pictures of the parts joined to one, and what is to be told where that cannot be."""
+    pictures = {id(part.picture.image): part.picture for part in parts if part.picture is not None}
+    if not pictures:
+        return None, ()
+    try:
+        if not fits(list(pictures.values())):
+            raise ValueError("they are too large")
+        pixels = {key: picture.pixels() for key, picture in pictures.items()}
+        grey = patch()
+        painted = [
+            TexturedPart(
+                part.vertices[part.faces],
+                part.uv,
+                grey if part.picture is None else pixels[id(part.picture.image)],
+            )
+            for part in parts
+        ]
+        return join_textures(painted), ()
+    except (ValueError, OSError, SyntaxError) as error:  # what Pillow raises on a damaged picture
+        message = f"The pictures of {path.name} cannot be used ({error}), so it has no texture."
+        return None, (
+            Check("texture", "warn", message, None, "Export it again, with smaller ones."),
+        )
+
+
+def _colours(
+    parts: list[MeshPart], faces: Int64[np.ndarray, "faces 3"], texture: Texture | None
+) -> UInt8[np.ndarray, "vertices 3"] | None:
+    """Colours of the vertices, as the file states them or as the texture has them."""
+    if texture is None and all(part.colours is None for part in parts):
         return None
-    own = [v.to_color() if v.kind == "texture" else v for v in visuals]
-    return np.concatenate([np.asarray(v.vertex_colors, np.uint8)[:, :3] for v in own])
+    white = [np.full((len(part.vertices), 3), 255, np.uint8) for part in parts]
+    own = [plain if p.colours is None else p.colours for p, plain in zip(parts, white, strict=True)]
+    colours = np.concatenate(own)
+    if texture is not None:
+        stated = np.concatenate([np.full(len(p.faces), p.colours is not None) for p in parts])
+        colours[faces[~stated]] = texture_colours(texture)[~stated]
+    return colours
 
 
 def _guess_unit(extents: Float64[np.ndarray, "3"], where: str) -> tuple[float, tuple[Check, ...]]:
@@ -228,42 +205,3 @@ def _guess_unit(extents: Float64[np.ndarray, "3"], where: str) -> tuple[float, t
     message += f" ({alternatives})." if alternatives else "."
     fix = "Measure the object; if that is wrong, say its unit (--units) or its height (--height)."
     return METRES[best], (Check("units", "warn", message, None, fix),)
-
-
-def _usd_parts(path: Path) -> tuple[dict[str, trimesh.Trimesh], float]:
-    """The meshes of a stage by the names of their prims, in the world turned z up, and its unit.
-
-    Colours are those of the vertices (primvars:displayColor); textures are not read.
-
-    Returns:
-        Meshes in the stage's unit, and that in metres.
-
-    Raises:
-        InputError: of `open_stage`.
-    """
-    with reading_usd(path):
-        return _stage_parts(path)
-
-
-def _stage_parts(path: Path) -> tuple[dict[str, trimesh.Trimesh], float]:
-    geom, stage = pxr("UsdGeom"), open_stage(path)
-    up_y = geom.GetStageUpAxis(stage) == geom.Tokens.y
-    R = T_ZUP_ARKIT[:3, :3] if up_y else np.eye(3)
-    cache = geom.XformCache()
-    prims = stage.Traverse(pxr("Usd").TraverseInstanceProxies())
-    parts = {
-        str(prim.GetPath()): _stage_part(geom.Mesh(prim), cache.GetLocalToWorldTransform(prim), R)
-        for prim in prims
-        if prim.IsA(geom.Mesh)
-    }
-    return parts, float(geom.GetStageMetersPerUnit(stage))
-
-
-def _stage_part(mesh: Any, placed: Any, R: np.ndarray) -> trimesh.Trimesh:
-    points, faces, _ = triangles_of(mesh, 0.0)
-    # USD multiplies row vectors from the left.
-    T = np.asarray(placed, np.float64)
-    vertices = (points @ T[:3, :3] + T[3, :3]) @ R.T
-    colours = np.asarray(mesh.GetDisplayColorAttr().Get() or [], np.float64).reshape(-1, 3)
-    own = (255 * colours.clip(0, 1)).astype(np.uint8) if len(colours) == len(points) else None
-    return trimesh.Trimesh(vertices, faces, vertex_colors=own, process=False)

@@ -7,7 +7,8 @@ from PIL import Image, UnidentifiedImageError
 
 from ingest.archive import is_archive, unpack
 from ingest.formats.detect import read_session
-from ingest.scan.sources.mesh import SUFFIXES as MESHES
+from ingest.scan.frames import FEWEST
+from ingest.scan.sources.mesh_parts import SUFFIXES as MESHES
 from ingest.scan.sources.model import model_in, model_source
 from ingest.scan.sources.session import session_source
 from ingest.scan.sources.stills import HEIC, Stills
@@ -28,6 +29,35 @@ _FILM_DIAGONAL = np.hypot(36.0, 24.0)
 def is_mesh(path: Path) -> bool:
     """Whether it is a ready mesh, for `read_scan_mesh`, by its name."""
     return path.suffix.lower() in MESHES
+
+
+def mesh_in(path: Path) -> Path | None:
+    """The mesh that was given: the file, or the largest one in a folder that has its pictures beside it.
+
+    Args:
+        path: of any source; an archive is unpacked.
+
+    Returns:
+        None where it is something else: a phone's session, a COLMAP model, or enough photos.
+
+    Raises:
+        InputError: of `unpack`.
+    """
+    if is_mesh(path):
+        return path
+    folder = unpack(path) if path.is_file() and is_archive(path) else path
+    if not folder.is_dir() or model_in(folder) is not None:
+        return None
+    files = sorted((*folder.glob("*"), *folder.glob("*/*")))
+    meshes = [file for file in files if is_mesh(file) and file.is_file()]
+    if not meshes or sum(file.suffix.lower() in _PHOTO_SUFFIXES for file in files) >= FEWEST:
+        return None
+    try:
+        read_session(path)
+    except InputError as error:
+        if error.code == "session-unknown":
+            return max(meshes, key=lambda file: file.stat().st_size)
+    return None
 
 
 def read_source(

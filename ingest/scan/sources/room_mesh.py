@@ -11,11 +11,10 @@ import numpy as np
 import trimesh
 from jaxtyping import Float32, Float64
 
-from ingest.axes import T_ZUP_ARKIT
-from ingest.mesh import FORMATS, MAX_BYTES, MAX_FACES, decoding, too_large
 from ingest.scan.dense.depth_map import DepthMap, pixel_rays
 from ingest.scan.dense.depths import sparse_ratios
 from ingest.scan.dense.picture import matrix_for
+from ingest.scan.sources.mesh_parts import SUFFIXES
 from ingest.scan.types import Frame, Registered
 from omomo_core.errors import InputError
 
@@ -40,39 +39,16 @@ def room_file(said: str, session: Path) -> Path:
         found = [Path(said)] if Path(said).is_file() else []
     else:
         files = [*folder.glob("*"), *folder.glob("*/*")]
-        found = [file for file in files if file.suffix.lower() in FORMATS and file.is_file()]
+        found = [file for file in files if file.suffix.lower() in SUFFIXES and file.is_file()]
     if not found:
         raise InputError(
             "scan-mesh-missing",
             "There is no mesh of the room.",
             where=str(folder) if said == APP else said,
-            fix="Export the scan's mesh (OBJ, PLY or GLB) from the phone's app into the session's "
+            fix="Export the scan's mesh (GLB, OBJ, PLY or USDZ) from the phone's app into the session's "
             "folder, or give the file.",
         )
     return max(found, key=lambda file: file.stat().st_size)
-
-
-def read_room(path: Path) -> trimesh.Trimesh:
-    """The mesh in the phone's world turned z up, metres.
-
-    Raises:
-        InputError: "mesh-too-large", "mesh-unreadable", "mesh-empty".
-    """
-    if path.stat().st_size > MAX_BYTES:
-        raise too_large(path, f"{path.stat().st_size / 1e6:.0f} MB")
-    with decoding(path):
-        read = trimesh.load_mesh(path, process=False)
-        vertices, faces = np.asarray(read.vertices, np.float64), np.asarray(read.faces, np.int64)
-    if len(faces) > MAX_FACES:
-        raise too_large(path, f"{len(faces):,} triangles")
-    if len(faces) == 0 or not np.isfinite(vertices).all():
-        raise InputError(
-            "mesh-empty",
-            f"{path.name} has no triangles that can be used.",
-            where=str(path),
-            fix="Export the room's surface again.",
-        )
-    return trimesh.Trimesh(vertices @ T_ZUP_ARKIT[:3, :3].T, faces, process=False)
 
 
 def room_depth(

@@ -63,7 +63,7 @@ def paint_texture(
         side: pixels along each side of the atlas.
     """
     uv = unwrap(vertices, faces, side)
-    number, weights = _texels(uv, side)
+    number, weights = texels(uv, side)
     view = best_views(vertices, faces, pictures, masks)
     rows, columns = np.nonzero(number >= 0)
     face, weight = number[rows, columns], weights[rows, columns]
@@ -77,7 +77,7 @@ def paint_texture(
         shown[mine] = paint - np.einsum("nk,nkc->nc", weight[mine], off[faces[face[mine]]])
     image = np.zeros((side, side, 3), np.uint8)
     image[rows, columns] = np.rint(shown).clip(0, 255).astype(np.uint8)
-    return Texture(uv, _grown(image, number >= 0))
+    return Texture(uv, grown(image, number >= 0))
 
 
 def unwrap(
@@ -94,7 +94,7 @@ def unwrap(
     return np.asarray(uv, np.float64)[np.asarray(corners, np.int64)]
 
 
-def _texels(
+def texels(
     uv: Uv, side: int
 ) -> tuple[Int32[np.ndarray, "side side"], Float32[np.ndarray, "side side 3"]]:
     """The triangle of each pixel of the atlas (-1 where none is), and where in it the pixel lies."""
@@ -140,7 +140,7 @@ def _sampled(
     return at_pixels(image, u, v, cv2.INTER_LINEAR).astype(np.float32)
 
 
-def _grown(image: UInt8[np.ndarray, "h w 3"], known: np.ndarray) -> UInt8[np.ndarray, "h w 3"]:
+def grown(image: UInt8[np.ndarray, "h w 3"], known: np.ndarray) -> UInt8[np.ndarray, "h w 3"]:
     """The atlas with its parts painted on beyond their rims, so that no gap shines through."""
     kernel = np.ones((3, 3), np.uint8)
     filled = known.astype(np.uint8)

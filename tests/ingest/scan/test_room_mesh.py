@@ -7,7 +7,8 @@ import pytest
 import trimesh
 
 from ingest.axes import T_ZUP_ARKIT
-from ingest.scan.sources.room_mesh import read_room, room_depth, room_file
+from ingest.scan.cutting.room import read_room_of_session
+from ingest.scan.sources.room_mesh import room_depth, room_file
 from ingest.scan.types import Frame
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
@@ -45,7 +46,7 @@ def test_depth_is_that_of_the_surface_and_nothing_where_there_is_none(filmed, tm
     (tmp_path / "part.ply").write_bytes(b"ply")
     file = room_file("app", tmp_path)
     assert file.name == "export.obj"
-    maps = room_depth(read_room(file), found, frames, str(file))
+    maps = room_depth(read_room_of_session(file).surface, found, frames, str(file))
     assert len(maps) == len(found.views)
     # From above in front: the top's far edge is the farthest, its nearest corner the nearest.
     away = np.linalg.norm(found.views[0].T_world_camera[:3, 3] - [0.0, 0.0, 0.25])
@@ -79,4 +80,4 @@ def test_a_session_without_a_mesh_is_told_of(tmp_path):
     bad = tmp_path / "bad.obj"
     bad.write_text("v 0 0 0\n")
     with pytest.raises(InputError):
-        read_room(Path(bad))
+        read_room_of_session(Path(bad))

@@ -1,0 +1,57 @@
+"""A room as a phone's app exports it: one surface of floor and things, with a picture, y up."""
+
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from PIL import Image
+from trimesh.visual import TextureVisuals
+from trimesh.visual.material import PBRMaterial, SimpleMaterial
+
+from ingest.axes import T_ZUP_ARKIT
+
+SIDE, CELL = 4.0, 0.04
+"""Metres of the floor, and of a cell of the surface."""
+THING = (0.5, 0.7, 0.6)
+"""Metres along x and y, and its height."""
+AT = (0.4, -0.6)
+
+
+def room(places: tuple[tuple[float, float], ...] = (AT,), noise: float = 0.004) -> trimesh.Trimesh:
+    """Boxes on a floor, z up: a sheet that lies on all, as an app's mesh does; its picture is x and y."""
+    count = round(SIDE / CELL) + 1
+    x, y = np.meshgrid(*[np.linspace(-SIDE / 2, SIDE / 2, count)] * 2, indexing="ij")
+    z = noise * np.random.default_rng(0).uniform(-1, 1, x.shape)
+    for at in places:
+        inside = (np.abs(x - at[0]) < THING[0] / 2) & (np.abs(y - at[1]) < THING[1] / 2)
+        z[inside] = THING[2]
+    number = np.arange(count * count).reshape(count, count)
+    a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
+    faces = np.concatenate([np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])
+    vertices = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    uv = vertices[:, :2] / SIDE + 0.5
+    look = TextureVisuals(uv=uv, material=PBRMaterial(baseColorTexture=picture()))
+    return trimesh.Trimesh(vertices, faces, visual=look, process=False)
+
+
+def picture() -> Image.Image:
+    """Red grows with x, green with y."""
+    grey = np.linspace(0, 255, 512)
+    green, red = np.meshgrid(grey[::-1], grey, indexing="ij")
+    return Image.fromarray(np.stack([red, green, 128 + 0 * red], axis=-1).astype(np.uint8))
+
+
+def colour_at(points: np.ndarray) -> np.ndarray:
+    """Red and green of the picture at places of the room, z up."""
+    return 255 * (points[:, :2] / SIDE + 0.5)
+
+
+def write_room(path: Path, mesh: trimesh.Trimesh) -> Path:
+    """Write it y up, as ARKit's world is."""
+    turned = mesh.copy()
+    turned.vertices = np.asarray(mesh.vertices) @ T_ZUP_ARKIT[:3, :3]
+    if path.suffix == ".obj":
+        uv = mesh.visual.uv  # pyright: ignore[reportAttributeAccessIssue]
+        turned.visual = TextureVisuals(uv=uv, material=SimpleMaterial(image=picture()))
+    turned.export(path)
+    return path
