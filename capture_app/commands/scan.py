@@ -91,8 +91,9 @@ class ScanOptions(BaseModel):
     at: Annotated[
         Annotated[tuple[FiniteFloat, FiniteFloat, FiniteFloat], BeforeValidator(_point)] | None,
         Field(
+            title="The place",
             description="A point x,y,z on the object in a mesh that holds more: what stands there is cut "
-            "out. In metres, z up, as Blender shows it."
+            "out. In metres, z up, as Blender shows it.",
         ),
     ] = None
     symmetry: Annotated[

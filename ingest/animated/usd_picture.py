@@ -1,6 +1,7 @@
 """painted: the picture on a USD mesh that has a UsdPreviewSurface with a UsdUVTexture."""
 
 from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -64,7 +65,12 @@ def _places(prim: Any, sampler: Any, faces: np.ndarray, corners: np.ndarray) -> 
 
 
 def _bytes(sampler: Any) -> bytes:
+    """The picture's file, which lies in the stage's or in its folder."""
     asset = sampler.GetInput("file").Get()
+    stage = Path(sampler.GetPrim().GetStage().GetRootLayer().realPath).resolve()
+    file = Path(asset.resolvedPath.partition("[")[0]).resolve()
+    if not file.is_relative_to(stage.parent):
+        raise ValueError(f"{file} lies elsewhere")
     ar = pxr("Ar")
     opened = ar.GetResolver().OpenAsset(ar.ResolvedPath(asset.resolvedPath))
     return bytes(opened.GetBuffer())

@@ -18,7 +18,9 @@ import { facing, multiply, placed, point } from "./vectors.js";
 const PALM_RADIUS = 0.03;
 const PATCH_RADIUS = 0.042;
 const PATCH_THICKNESS = 0.005;
+/** Metres, and parts of how far the object goes: in a room a ball is larger. */
 const MARK_RADIUS = 0.014;
+const MARK_SHARE = 0.015;
 const MISS = 0.01;
 const HANDS = ["left", "right"];
 
@@ -35,6 +37,7 @@ export class Actor {
     this.edited = null;
     /** @type {number[][]} */
     this.marks = [];
+    this.markRadius = Math.max(MARK_RADIUS, MARK_SHARE * reachOf(pack));
     this.meshes = this.#meshes();
     this.lines = this.#lines();
     this.picture = Picture.of(gl, pack, changed);
@@ -181,7 +184,7 @@ export class Actor {
 
   /** @param {Moment} now @param {number[]} at */
   #marked(now, at) {
-    return { place: multiply(baseOf(now), placed(at, MARK_RADIUS)), color: MARK };
+    return { place: multiply(baseOf(now), placed(at, this.markRadius)), color: MARK };
   }
 
   /** @param {Moment} now @param {Layers} layers @param {boolean} inPhone */
@@ -249,4 +252,16 @@ export function middle(vertices) {
     high[k % 3] = Math.max(high[k % 3], vertices[k]);
   }
   return low.map((value, k) => (value + high[k]) / 2);
+}
+
+/** How far the object goes from its middle, metres. @param {Pack} pack */
+export function reachOf(pack) {
+  const vertices = pack.array("object_vertices");
+  if (!vertices) return 0;
+  const centre = middle(vertices);
+  let most = 0;
+  for (let v = 0; v < vertices.length; v += 3) {
+    most = Math.max(most, Math.hypot(...centre.map((c, k) => vertices[v + k] - c)));
+  }
+  return most;
 }

@@ -11,7 +11,7 @@ import {
   point,
   scaled,
 } from "./vectors.js";
-import { middle } from "./actor.js";
+import { middle, reachOf } from "./actor.js";
 /** @import {Moment, Motion} from "./motion.js"
  *  @import {Pack} from "./pack.js" */
 
@@ -192,18 +192,6 @@ function centreOfObject(pack, T) {
   const found = middle(pack.array("object_vertices") ?? [0, 0, 0]);
   middles.set(pack, found);
   return point(T, found);
-}
-
-/** @param {Pack} pack */
-function reachOf(pack) {
-  const vertices = pack.array("object_vertices");
-  if (!vertices) return 0;
-  const centre = middle(vertices);
-  let most = 0;
-  for (let v = 0; v < vertices.length; v += 3) {
-    most = Math.max(most, Math.hypot(...centre.map((c, k) => vertices[v + k] - c)));
-  }
-  return most;
 }
 
 /** Points that the whole of a motion lies between. @param {Motion} motion */

@@ -119,9 +119,17 @@ class Library:
         Raises:
             Refused: 404 when there is none.
         """
+        return self.shelf_of(id_, *kinds).content(id_)
+
+    def shelf_of(self, id_: str, *kinds: ItemKind) -> Shelf:
+        """The shelf of a thing of any of these kinds.
+
+        Raises:
+            Refused: 404 when there is none.
+        """
         for kind in kinds:
             if (self.shelves[kind].folder / id_).is_dir():
-                return self.shelves[kind].content(id_)
+                return self.shelves[kind]
         raise missing(kinds[0], id_)
 
     def item_of(self, path: Path) -> str | None:

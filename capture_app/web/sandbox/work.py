@@ -119,6 +119,18 @@ def pack_object_scene(mesh: Path, scale: float, scene: Path) -> dict[str, Any]:
     return _written(scene, pack_object(load_mesh(mesh, scale=scale)))
 
 
+def pack_room_scene(source: Path, scene: Path) -> dict[str, Any]:
+    """Write the scene of a room's mesh, or of the one in a session.
+
+    Raises:
+        InputError: as `room_view`.
+    """
+    from capture_app.replay.pack import pack_object
+    from ingest.scan.cutting.view import room_view
+
+    return _written(scene, pack_object(room_view(source)))
+
+
 def pack_mount_scene(mount: Path, mesh: Path, scale: float, scene: Path) -> dict[str, Any]:
     """Write the scene of a phone on its object.
 

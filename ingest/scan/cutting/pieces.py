@@ -119,7 +119,7 @@ def _nearest(
             "scan-nothing-there",
             f"Nothing stands within {100 * REACH:.0f} cm of that point.",
             where=where,
-            fix="Give a point on the object's surface, in metres, z up (--at x,y,z).",
+            fix="Give a point on the object's surface (--at), x,y,z in metres, z up.",
         )
     return int(number[found])
 
@@ -172,7 +172,7 @@ def only_thing(
             "scan-no-object",
             "Nothing that a person could move stands on the floor of this mesh.",
             where=where,
-            fix="Say where it is (--at x,y,z, or --box), or which axis of the file is up (--up).",
+            fix="Say where it is (--at or --box), or which axis of the file is up (--up).",
         )
     if len(things) > 1:
         raise _several([_described(corners, T_world_floor) for corners in things], where)
@@ -188,7 +188,7 @@ def _described(
 ) -> str:
     size = " x ".join(f"{side:.2f}" for side in np.ptp(corners, axis=0))
     at = T_world_floor[:3, :3] @ _top(corners) + T_world_floor[:3, 3]
-    return f"{size} m (--at {','.join(f'{x:.2f}' for x in at)})"
+    return f"{size} m at {','.join(f'{x:.2f}' for x in at)}"
 
 
 def _several(things: list[str], where: str) -> InputError:
@@ -197,5 +197,5 @@ def _several(things: list[str], where: str) -> InputError:
         "scan-several",
         f"{len(things)} things stand on the floor: {'; '.join(things[:_LISTED])}{more}.",
         where=where,
-        fix="Say which one is meant by a point on it, in metres, z up (--at x,y,z).",
+        fix="Say which one is meant by a point on it (--at), x,y,z in metres, z up.",
     )

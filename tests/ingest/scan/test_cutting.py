@@ -83,7 +83,7 @@ def test_of_several_things_the_one_at_a_point(tmp_path: Path):
 
 def test_the_places_that_an_error_lists_are_those_to_give(tmp_path: Path):
     path = write_room(tmp_path / "room.glb", room((AT, OTHER)))
-    listed = [part.split(")")[0] for part in refused(path).what.split("--at ")[1:]]
+    listed = [part.split(";")[0].rstrip(".") for part in refused(path).what.split(" m at ")[1:]]
     found = [cut(path, at=np.array([float(x) for x in one.split(",")])) for one in listed]
     assert len({tuple(made.T_world_object[:2, 3].round(1)) for made in found}) == 2
 

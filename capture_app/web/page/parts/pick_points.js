@@ -6,10 +6,11 @@ import { Stage } from "./stage.js";
 
 /** A point that was placed, in metres. @typedef {{name: string, at: number[]}} Point */
 /** @typedef {{names: string[], enough: number, label: string, signal: AbortSignal,
- *    words: (now: {chosen: string, left: number}) => string,
- *    picture?: ((name: string) => Node) | null}} Asked */
+ *    words: (now: {chosen: string, left: number}) => string, what?: string,
+ *    scene?: (id: string) => string, picture?: ((name: string) => Node) | null}} Asked */
 
-/** `names` of the points; `enough`: so many are needed; `label` of the choice between them.
+/** `names` of the points; `enough`: so many are needed; `label` of the choice between them; `what` they
+ *  are on, which is packed by the server at the address `scene(id)`.
  *  `words({chosen, left})` -> what to do next; `picture(name)` -> a drawing of it, if there is one. */
 export class PointPicker extends EventTarget {
   /** @type {Point[]} */
@@ -18,14 +19,25 @@ export class PointPicker extends EventTarget {
   object = null;
 
   /** @param {Asked} asked */
-  constructor({ names, enough, label, words, picture = null, signal }) {
+  constructor({
+    names,
+    enough,
+    label,
+    words,
+    what = "object",
+    scene = (id) => `/api/objects/${id}/scene`,
+    picture = null,
+    signal,
+  }) {
     super();
+    this.what = what;
+    this.scene = scene;
     this.names = names;
     this.enough = enough;
     this.words = words;
     this.drawing = picture;
     this.stage = new Stage({
-      label: "The object in 3D. Click where the point is",
+      label: `The ${what} in 3D. Click where the point is`,
       signal,
       controls: false,
     });
@@ -44,7 +56,8 @@ export class PointPicker extends EventTarget {
     this.content = h(
       "div",
       { class: "stack" },
-      h("div", { class: "row beside" }, picture && this.picture, this.point.node),
+      names.length > 1 &&
+        h("div", { class: "row beside" }, picture && this.picture, this.point.node),
       this.list,
       this.byHand(),
     );
@@ -78,7 +91,7 @@ export class PointPicker extends EventTarget {
     this.object = id;
     this.points = [];
     this.stage.node.hidden = !id;
-    if (id) this.stage.open([{ url: `/api/objects/${id}/scene`, name: "object" }]);
+    if (id) this.stage.open([{ url: this.scene(id), name: this.what }]);
     this.refresh();
   }
 
@@ -87,7 +100,7 @@ export class PointPicker extends EventTarget {
     if (this.stage.dragged(event)) return;
     const hit = this.stage.viewer?.pick(event.offsetX, event.offsetY);
     if (hit) this.add(hit.point_object);
-    else say(this.status, "That is beside the object. Drag to turn it, click on its surface.");
+    else say(this.status, `That is beside the ${this.what}. Drag to turn it, click on its surface.`);
   }
 
   /** @param {number[]} at */
@@ -118,7 +131,7 @@ export class PointPicker extends EventTarget {
     const left = this.enough - this.points.length;
     say(
       this.status,
-      this.object ? this.words({ chosen: this.point.read(), left }) : "Choose the object.",
+      this.object ? this.words({ chosen: this.point.read(), left }) : `Choose the ${this.what}.`,
     );
     this.dispatchEvent(new Event("change"));
   }

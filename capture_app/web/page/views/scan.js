@@ -7,6 +7,7 @@ import { brought } from "../parts/brought.js";
 import { attempt, choice, number, tick } from "../parts/fields.js";
 import { numbered } from "../parts/numbered.js";
 import { freshKey } from "../parts/order_form.js";
+import { standsAt } from "../parts/pick_place.js";
 import { formatField } from "../parts/reading_fields.js";
 /** @import {Boards, Choices, Guide, Item, Session} from "../core/answers.js"
  *  @import {Visit} from "../core/router.js" */
@@ -22,9 +23,20 @@ const WITH = {
   session: "A recording of the phone: knows its size by itself",
   video: "A video",
   material: "Photos, or a mesh of another app",
+  room: "The mesh of a room that an app made: the object is cut out of it",
 };
 
-/** @typedef {"session" | "video" | "material"} Kind */
+const TAKES = "This takes some minutes. It goes on when you leave the page, and can be cancelled.";
+
+/** @typedef {"session" | "video" | "material" | "room"} Kind */
+/** @type {Record<string, string>} */
+const SIZES = {
+  session: "The phone's poses say how large it is. Nothing is needed here.",
+  room: "The app measured the room in metres. A height is needed only if you know better.",
+  video:
+    "Pictures alone do not say how large it is: measure its height, or lay a printed board or marker beside it.",
+};
+
 /** @typedef {{sessions: Session[], videos: Item[], materials: Item[], guide: Guide, choices: Choices,
  *    signal: AbortSignal}} Context */
 /** @typedef {ReturnType<typeof sourcesOf>} Sources */
@@ -46,18 +58,34 @@ class ScanPage {
     this.context = context;
     this.back = query.get("back");
     this.key = freshKey();
-    this.sources = sourcesOf(context, query.get("source"), () => this.named());
+    this.sources = sourcesOf(context, query.get("source"), () => this.changed());
+    this.stood = standsAt(context.signal);
     this.kind = choice("Filmed with", Object.entries(WITH), { value: kindOf(this.sources) });
     this.kind.input.addEventListener("change", () => this.show());
-    this.place = h("div");
+    this.place = h("div", { class: "stack" });
     this.fields = sizeFields(context.guide.boards);
     this.more = moreFields(context.choices.formats);
     this.name = h("input", { maxlength: 120, required: true, value: "" });
     this.problem = h("div");
     this.button = h("button", { type: "submit", class: "main large" }, "Make the object");
+    this.options = h(
+      "details",
+      {},
+      h("summary", {}, "More options"),
+      h(
+        "div",
+        { class: "grid" },
+        Object.values(this.more).map((one) => one.node),
+      ),
+    );
+    this.takes = h("p", { class: "hint" });
     this.node = this.draw();
     this.show();
     this.named();
+  }
+
+  get cuts() {
+    return this.kind.read() === "room";
   }
 
   get source() {
@@ -65,10 +93,19 @@ class ScanPage {
   }
 
   show() {
-    put(this.place, this.source.node);
-    const logged = this.kind.read() === "session";
-    this.fields.hint(logged);
-    this.more.format.node.hidden = !logged;
+    put(this.place, this.source.node, this.cuts && this.stood.node);
+    const kind = this.kind.read();
+    this.fields.hint(kind);
+    this.more.format.node.hidden = kind !== "session";
+    this.options.hidden = this.cuts;
+    put(this.takes, this.cuts ? "This takes some seconds." : TAKES);
+    this.changed();
+  }
+
+  changed() {
+    this.named();
+    const id = this.cuts ? this.source.read() : null;
+    if (id !== this.stood.picker.object) this.stood.picker.show(id);
   }
 
   /** Called as its film is, unless somebody has said otherwise. */
@@ -113,22 +150,9 @@ class ScanPage {
           "div",
           { class: "stack" },
           h("label", { class: "field" }, h("span", {}, "Name of the object"), this.name),
-          h(
-            "details",
-            {},
-            h("summary", {}, "More options"),
-            h(
-              "div",
-              { class: "grid" },
-              Object.values(this.more).map((one) => one.node),
-            ),
-          ),
+          this.options,
           h("div", { class: "row" }, this.button),
-          h(
-            "p",
-            { class: "hint" },
-            "This takes some minutes. It goes on when you leave the page, and can be cancelled.",
-          ),
+          this.takes,
           this.problem,
         ),
       ),
@@ -145,12 +169,13 @@ class ScanPage {
       });
     }
     const more = Object.entries(this.more).map(([key, one]) => [key, one.read()]);
+    const options = this.cuts ? this.stood.read() : Object.fromEntries(more);
     const json = {
       kind: "scan",
       name: this.name.value.trim(),
       source,
       ...this.fields.read(),
-      ...Object.fromEntries(more),
+      ...options,
     };
     if (this.more.format.node.hidden) json.format = null;
     const job = await api("/api/jobs", { json, headers: { "Idempotency-Key": this.key } });
@@ -160,8 +185,8 @@ class ScanPage {
 
 /** @param {Context} context @param {string | null} current @param {() => void} changed */
 function sourcesOf({ sessions, videos, materials, signal }, current, changed) {
-  /** @param {Kind} kind @param {Item[]} items @param {string} title @param {string} text
-   *  @param {{folder?: boolean, accept?: string}} more */
+  /** @param {"session" | "video" | "material"} kind @param {Item[]} items @param {string} title
+   *  @param {string} text @param {{folder?: boolean, accept?: string, label?: string}} more */
   const one = (kind, items, title, text, more) =>
     brought({ label: "The film", kind, items, current, title, text, signal, changed, ...more });
   return {
@@ -181,6 +206,14 @@ function sourcesOf({ sessions, videos, materials, signal }, current, changed) {
       "Drop the photos here",
       "A folder or a zip of photos; a COLMAP model; or a mesh (GLB, OBJ, PLY, STL, USDZ).",
       { folder: true },
+    ),
+    room: one(
+      "material",
+      [...materials, ...sessions],
+      "Drop the room's mesh here",
+      "GLB or USDZ, or a folder or a zip of an OBJ with its pictures. A recording that holds one " +
+        "can be chosen above.",
+      { folder: true, label: "The room" },
     ),
   };
 }
@@ -207,14 +240,14 @@ function sizeFields(boards) {
   );
   return {
     node,
-    hint: (/** @type {boolean} */ logged) =>
-      put(
-        words,
-        logged
-          ? "The phone's poses say how large it is. Nothing is needed here."
-          : "Pictures alone do not say how large it is: measure its height, or lay a printed board or marker beside it.",
-      ),
-    read: () => ({ height: height.read(), board: board.read() || null }),
+    hint: (/** @type {string} */ kind) => {
+      board.node.hidden = kind === "room";
+      put(words, SIZES[kind] ?? SIZES.video);
+    },
+    read: () => ({
+      height: height.read(),
+      board: board.node.hidden ? null : board.read() || null,
+    }),
   };
 }
 
