@@ -42,7 +42,7 @@ class TexturedPart:
 
 
 @dataclass(frozen=True)
-class Picture:
+class BaseColour:
     """The base colour of a material, decoded when it is asked for."""
 
     image: Image.Image
@@ -100,14 +100,14 @@ def _parts(scene: trimesh.Scene) -> Iterator[TexturedPart]:
         yield TexturedPart(corners, places_of(mesh), pixels[name])
 
 
-def picture_of(mesh: Any) -> Picture | None:
+def picture_of(mesh: Any) -> BaseColour | None:
     """The base colour picture of trimesh's mesh, where its vertices have places on it."""
     visual = mesh.visual
     if visual.kind != "texture" or visual.uv is None:
         return None
     material = visual.material
     image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
-    return None if image is None else Picture(image, getattr(material, "baseColorFactor", None))
+    return None if image is None else BaseColour(image, getattr(material, "baseColorFactor", None))
 
 
 def places_of(mesh: Any) -> Float[np.ndarray, "faces 3 2"]:

@@ -9,6 +9,7 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
 from ingest.axes import T_ZUP_ARKIT
+from tests.simulator.scan_film import ScanFilm
 
 SIDE, CELL = 4.0, 0.04
 """Metres of the floor, and of a cell of the surface."""
@@ -55,3 +56,10 @@ def write_room(path: Path, mesh: trimesh.Trimesh) -> Path:
         turned.visual = TextureVisuals(uv=uv, material=SimpleMaterial(image=picture()))
     turned.export(path)
     return path
+
+
+def write_room_of(film: ScanFilm, folder: Path) -> Path:
+    """The room of a film in the phone's world: a box where the filmed thing stands, and another one."""
+    both = room(((0.0, 0.0), (1.3, 1.2)))
+    both.apply_transform(film.T_scan_object)
+    return write_room(folder / "export.obj", both)

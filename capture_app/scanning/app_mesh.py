@@ -65,7 +65,7 @@ def _check_no_room(ready: CleanMesh, path: Path) -> None:
 
 
 def _check_at(request: ScanRequest, mesh: Path | None) -> None:
-    cuts = request.method == "mesh" or (mesh is not None and request.method == "auto")
+    cuts = request.method == "mesh" or mesh is not None
     if request.at is not None and not cuts:
         raise InputError(
             "scan-at",

@@ -35,7 +35,9 @@ _START = "from capture_app.cli.start import main; main()"
 
 
 def hurried(words: list[str]) -> list[str]:
-    """The words of a command, and what makes it quick."""
+    """The words of a command, and what makes it quick; cutting out of a mesh is."""
+    if words[:1] == ["scan"] and "mesh" in words:
+        return words
     for count in (2, 1):
         name = " ".join(words[:count])
         if name in LESS:

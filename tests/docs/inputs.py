@@ -35,6 +35,7 @@ from tests.simulator.scan_log import scan_log, with_pictures
 from tests.simulator.scan_model import drawn_model
 from tests.simulator.scan_scene import orbit_poses, scan_scene
 from tests.simulator.witness import board_on_box, tripod
+from tests.textured_room import room, write_room, write_room_of
 
 
 @dataclass(frozen=True)
@@ -197,9 +198,12 @@ def scan(given: Given) -> Stage:
     """A thing filmed all around, the phone clamped to it, and a take; and a mesh of another app."""
     place, scene = given.place, scan_scene(21, "box")
     errors = FilmErrors(jolts=0.0)
-    film_session(
+    film = film_session(
         scene, place / "chair_film", count=24, width=480, seed=3, errors=errors, depth=True
     )
+    copy(film.path, place / "recording")
+    write_room_of(film, place / "recording")
+    write_room(place / "living_room.glb", room())
     log, _ = scan_log(scene, seed=4)
     seconds = (16.0, 17.0, 22.5, 23.5)
     scanner_3d.write(with_pictures(log, scene, place / "drawn", seconds), place / "clamped")

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float64, Int64
 from ingest.report.check import Check, graded
 from ingest.scan.clean.clean import CleanMesh, object_frame
 from ingest.scan.cutting.floor import find_room_floor
-from ingest.scan.cutting.pieces import LARGEST, Surface, object_at, only_thing
+from ingest.scan.cutting.pieces import LARGEST, RoomSurface, object_at, only_thing
 from ingest.scan.cutting.repaint import look_of
 from ingest.scan.cutting.room import RoomMesh
 from ingest.scan.region.region import GivenBox
@@ -33,7 +33,7 @@ _FIX = "Make the mesh from the pictures (another --method)."
 class _Standing:
     """The object's triangles in the floor's frame, and what was made up below the cut."""
 
-    surface: Surface
+    surface: RoomSurface
     looks: Float64[np.ndarray, "faces 3 6"]
     measured: Bool[np.ndarray, " verts"]
 
@@ -103,11 +103,11 @@ def _in_floor(room: RoomMesh, T_world_floor: Float64[np.ndarray, "4 4"]) -> Room
     return replace(room, corners=(room.corners - T_world_floor[:3, 3]) @ T_world_floor[:3, :3])
 
 
-def _joined(corners: Float64[np.ndarray, "faces 3 3"]) -> Surface:
+def _joined(corners: Float64[np.ndarray, "faces 3 3"]) -> RoomSurface:
     """Corners at one place become one vertex; the triangles keep their order."""
     places = np.rint(corners.reshape(-1, 3) / _SAME).astype(np.int64)
     _, first, number = np.unique(places, axis=0, return_index=True, return_inverse=True)
-    return Surface(corners.reshape(-1, 3)[first], number.reshape(-1, 3).astype(np.int64))
+    return RoomSurface(corners.reshape(-1, 3)[first], number.reshape(-1, 3).astype(np.int64))
 
 
 def _sliced(
@@ -153,7 +153,7 @@ def _stood(above: RoomMesh, height: float) -> _Standing:
         [np.stack([look_b, look_a, look_a], axis=1), np.stack([look_b, look_a, look_b], axis=1)]
     )
     return _Standing(
-        Surface(np.concatenate([vertices, below]), np.concatenate([faces, skirt])),
+        RoomSurface(np.concatenate([vertices, below]), np.concatenate([faces, skirt])),
         np.concatenate([looks, painted]),
         np.arange(len(vertices) + len(below)) < len(vertices),
     )

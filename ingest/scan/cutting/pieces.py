@@ -33,7 +33,7 @@ _LISTED = 6
 
 
 @dataclass(frozen=True)
-class Surface:
+class RoomSurface:
     """Triangles of which those that meet share their vertices, in the frame of the floor."""
 
     vertices: Float64[np.ndarray, "verts 3"]
@@ -56,7 +56,7 @@ class Surface:
         return np.cross(b - a, c - a)
 
 
-def pieces_above(surface: Surface, height: float) -> Int64[np.ndarray, " faces"]:
+def pieces_above(surface: RoomSurface, height: float) -> Int64[np.ndarray, " faces"]:
     """The number of the piece of each triangle that reaches above a height, -1 of the others.
 
     Triangles are of one piece where they share a vertex above it.
@@ -74,7 +74,7 @@ def pieces_above(surface: Surface, height: float) -> Int64[np.ndarray, " faces"]
 
 
 def object_at(
-    surface: Surface, at: Float64[np.ndarray, "3"], where: str
+    surface: RoomSurface, at: Float64[np.ndarray, "3"], where: str
 ) -> tuple[Bool[np.ndarray, " faces"], float]:
     """The triangles of what stands at a point, and the height at which it is cut off the floor.
 
@@ -102,7 +102,7 @@ def object_at(
 
 
 def _nearest(
-    surface: Surface,
+    surface: RoomSurface,
     number: Int64[np.ndarray, " faces"],
     at: Float64[np.ndarray, "3"],
     where: str,
@@ -124,12 +124,12 @@ def _nearest(
     return int(number[found])
 
 
-def _extents(surface: Surface, chosen: Bool[np.ndarray, " faces"]) -> Float64[np.ndarray, "3"]:
+def _extents(surface: RoomSurface, chosen: Bool[np.ndarray, " faces"]) -> Float64[np.ndarray, "3"]:
     return np.ptp(surface.vertices[np.unique(surface.faces[chosen])], axis=0)
 
 
 def _hanging(
-    surface: Surface,
+    surface: RoomSurface,
     number: Int64[np.ndarray, " faces"],
     mine: Bool[np.ndarray, " faces"],
     height: float,
@@ -151,7 +151,7 @@ def _hanging(
 
 
 def only_thing(
-    surface: Surface, T_world_floor: Float64[np.ndarray, "4 4"], where: str
+    surface: RoomSurface, T_world_floor: Float64[np.ndarray, "4 4"], where: str
 ) -> Float64[np.ndarray, "3"]:
     """A point on the one thing that stands on the floor.
 

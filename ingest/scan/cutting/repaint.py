@@ -23,7 +23,7 @@ _LARGEST = 8192
 
 
 @dataclass(frozen=True)
-class Look:
+class Appearance:
     """What an object looks like."""
 
     colours: UInt8[np.ndarray, "verts 3"] | None
@@ -35,7 +35,7 @@ def look_of(
     faces: Int64[np.ndarray, "faces 3"],
     looks: Float64[np.ndarray, "faces 3 6"],
     room: RoomMesh,
-) -> tuple[Look, tuple[Check, ...]]:
+) -> tuple[Appearance, tuple[Check, ...]]:
     """Paint an object as its room is painted.
 
     Args:
@@ -56,14 +56,14 @@ def look_of(
             texture = _repainted(vertices, faces, looks, room)
             colours = np.empty((len(vertices), 3), np.uint8)
             colours[faces] = texture_colours(texture)
-            return Look(colours, texture), ()
+            return Appearance(colours, texture), ()
         except (ValueError, OSError, SyntaxError) as error:  # what Pillow raises on damage
             unread = (_unread(room, error),)
     if not room.coloured:
-        return Look(None, None), unread
+        return Appearance(None, None), unread
     stated = np.empty((len(vertices), 3), np.uint8)
     stated[faces] = np.rint(looks[..., 2:5]).clip(0, 255).astype(np.uint8)
-    return Look(stated, None), unread
+    return Appearance(stated, None), unread
 
 
 def _unread(room: RoomMesh, error: Exception) -> Check:

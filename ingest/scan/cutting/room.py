@@ -8,12 +8,12 @@ import trimesh
 from jaxtyping import Float64, Int64
 
 from ingest.axes import T_ZUP_ARKIT
-from ingest.mesh_texture import Picture
+from ingest.mesh_texture import BaseColour
 from ingest.report.check import Check
 from ingest.scan.choices import Unit, Up
 from ingest.scan.cutting.floor import level_area
 from ingest.scan.sources.mesh import METRES
-from ingest.scan.sources.mesh_parts import STATES_UP, MeshPart, read_parts
+from ingest.scan.sources.mesh_parts import STATES_UP, FilePart, read_parts
 
 NO_PICTURE = -1
 _SURE = 1.5
@@ -28,7 +28,7 @@ class RoomMesh:
     looks: Float64[np.ndarray, "faces 3 6"]
     """u, v (as in `Texture`), red, green, blue (0 to 255), and the number of the picture, NO_PICTURE
     where there is none."""
-    pictures: tuple[Picture, ...]
+    pictures: tuple[BaseColour, ...]
     coloured: bool
     """Whether the file states colours."""
     where: Path
@@ -81,7 +81,7 @@ def read_room_of_session(path: Path) -> RoomMesh:
     return read_room(path, up=None if path.suffix.lower() in STATES_UP else "y")
 
 
-def _looks(part: MeshPart, picture: int) -> Float64[np.ndarray, "faces 3 6"]:
+def _looks(part: FilePart, picture: int) -> Float64[np.ndarray, "faces 3 6"]:
     count = len(part.faces)
     colours = (
         np.full((count, 3, 3), 255.0) if part.colours is None else part.colours[part.faces] * 1.0

@@ -12,7 +12,7 @@ from ingest.mesh import MAX_EXTENT, MIN_EXTENT
 from ingest.mesh_texture import TexturedPart, join_textures, patch, texture_colours
 from ingest.report.check import Check
 from ingest.scan.choices import Unit, Up
-from ingest.scan.sources.mesh_parts import MeshPart, fits, read_parts
+from ingest.scan.sources.mesh_parts import FilePart, fits, read_parts
 from ingest.scan.types import ScanMesh
 from omomo_core.errors import InputError
 from omomo_core.motion import Texture
@@ -65,7 +65,7 @@ def read_scan_mesh(
     return ScanMesh(vertices * metres, faces, colours, path.stem, (*notes, *unread), texture)
 
 
-def _chosen(parts: Mapping[str, MeshPart], name: str | None, path: Path) -> list[MeshPart]:
+def _chosen(parts: Mapping[str, FilePart], name: str | None, path: Path) -> list[FilePart]:
     """The parts of the one object; meshes that touch are one object in several pieces."""
     names = list(parts)
     if name is not None:
@@ -126,7 +126,7 @@ def _metres(
     return metres * (stated or 1.0), notes
 
 
-def _texture(parts: list[MeshPart], path: Path) -> tuple[Texture | None, tuple[Check, ...]]:
+def _texture(parts: list[FilePart], path: Path) -> tuple[Texture | None, tuple[Check, ...]]:
     """The pictures of the parts joined to one, and what is to be told where that cannot be."""
     pictures = {id(part.picture.image): part.picture for part in parts if part.picture is not None}
     if not pictures:
@@ -153,7 +153,7 @@ def _texture(parts: list[MeshPart], path: Path) -> tuple[Texture | None, tuple[C
 
 
 def _colours(
-    parts: list[MeshPart], faces: Int64[np.ndarray, "faces 3"], texture: Texture | None
+    parts: list[FilePart], faces: Int64[np.ndarray, "faces 3"], texture: Texture | None
 ) -> UInt8[np.ndarray, "vertices 3"] | None:
     """Colours of the vertices, as the file states them or as the texture has them."""
     if texture is None and all(part.colours is None for part in parts):

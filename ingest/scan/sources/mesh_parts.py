@@ -13,7 +13,7 @@ from PIL import Image
 from ingest.animated.usd_picture import painted
 from ingest.axes import T_ZUP_ARKIT
 from ingest.mesh import FORMATS, MAX_BYTES, MAX_FACES, decoding, too_large
-from ingest.mesh_texture import MOST_PIXELS, Picture, picture_of, places_of
+from ingest.mesh_texture import MOST_PIXELS, BaseColour, picture_of, places_of
 from ingest.scan.choices import Up
 from ingest.usd import open_stage, pxr, reading_usd, triangles_of
 from omomo_core.errors import InputError
@@ -26,7 +26,7 @@ STATES_UP = (*_Y_UP, *_USD_SUFFIXES)
 
 
 @dataclass(frozen=True)
-class MeshPart:
+class FilePart:
     """A mesh of a file, or the part of one that has its own material."""
 
     vertices: Float64[np.ndarray, "verts 3"]
@@ -35,14 +35,14 @@ class MeshPart:
     """Without the picture; None where the file states none."""
     uv: Float64[np.ndarray, "faces 3 2"]
     """Where the corners lie on the picture: (0, 0) is its top left corner."""
-    picture: Picture | None
+    picture: BaseColour | None
 
 
 @dataclass(frozen=True)
-class MeshFile:
+class MeshContents:
     """What a mesh file holds, z up if it says which way is up."""
 
-    parts: Mapping[str, MeshPart]
+    parts: Mapping[str, FilePart]
     """By the names of their nodes."""
     metres: float | None
     """A unit of the file, where it states that."""
@@ -50,7 +50,7 @@ class MeshFile:
     """The axis of the file that is up, where that is known; it is z here."""
 
 
-def read_parts(path: Path, up: Up | None = None) -> MeshFile:
+def read_parts(path: Path, up: Up | None = None) -> MeshContents:
     """Read the meshes of a file. glTF and most USD state that y is up, and are turned.
 
     Args:
@@ -72,13 +72,13 @@ def read_parts(path: Path, up: Up | None = None) -> MeshFile:
     else:
         up = up or ("y" if kind in _Y_UP else None)
         turn = T_ZUP_ARKIT if up == "y" else np.eye(4)
-        file = MeshFile(_scene_parts(path, turn), None, up)
+        file = MeshContents(_scene_parts(path, turn), None, up)
     found = {name: part for name, part in file.parts.items() if len(part.faces)}
     _check(found, path)
-    return MeshFile(found, file.metres, file.up)
+    return MeshContents(found, file.metres, file.up)
 
 
-def _check(parts: Mapping[str, MeshPart], path: Path) -> None:
+def _check(parts: Mapping[str, FilePart], path: Path) -> None:
     if not parts:
         raise InputError(
             "mesh-empty",
@@ -103,8 +103,8 @@ def _check(parts: Mapping[str, MeshPart], path: Path) -> None:
             )
 
 
-def _scene_parts(path: Path, turn: Float64[np.ndarray, "4 4"]) -> dict[str, MeshPart]:
-    parts: dict[str, MeshPart] = {}
+def _scene_parts(path: Path, turn: Float64[np.ndarray, "4 4"]) -> dict[str, FilePart]:
+    parts: dict[str, FilePart] = {}
     with decoding(path):
         scene = trimesh.load_scene(path, process=False)
         nodes = [(node, *scene.graph[node]) for node in scene.graph.nodes_geometry]
@@ -117,7 +117,7 @@ def _scene_parts(path: Path, turn: Float64[np.ndarray, "4 4"]) -> dict[str, Mesh
     return parts
 
 
-def _scene_part(mesh: trimesh.Trimesh, T: Float64[np.ndarray, "4 4"]) -> MeshPart:
+def _scene_part(mesh: trimesh.Trimesh, T: Float64[np.ndarray, "4 4"]) -> FilePart:
     visual: Any = mesh.visual
     picture = picture_of(mesh)
     colours = None
@@ -128,12 +128,12 @@ def _scene_part(mesh: trimesh.Trimesh, T: Float64[np.ndarray, "4 4"]) -> MeshPar
         colours = np.array(visual.vertex_colors, np.uint8)[:, :3]
     faces = np.array(mesh.faces, np.int64)
     if len(faces) and faces.max() >= len(mesh.vertices):  # told of later, with all other parts
-        return MeshPart(np.array(mesh.vertices), faces, None, np.full((*faces.shape, 2), 0.5), None)
+        return FilePart(np.array(mesh.vertices), faces, None, np.full((*faces.shape, 2), 0.5), None)
     vertices = trimesh.transform_points(np.asarray(mesh.vertices, np.float64), T)
-    return MeshPart(vertices, faces, colours, places_of(mesh), picture)
+    return FilePart(vertices, faces, colours, places_of(mesh), picture)
 
 
-def _stage_parts(path: Path, up: Up | None) -> MeshFile:
+def _stage_parts(path: Path, up: Up | None) -> MeshContents:
     geom, stage = pxr("UsdGeom"), open_stage(path)
     up = up or ("y" if geom.GetStageUpAxis(stage) == geom.Tokens.y else "z")
     R = T_ZUP_ARKIT[:3, :3] if up == "y" else np.eye(3)
@@ -144,10 +144,10 @@ def _stage_parts(path: Path, up: Up | None) -> MeshFile:
         for prim in prims
         if prim.IsA(geom.Mesh)
     }
-    return MeshFile(parts, float(geom.GetStageMetersPerUnit(stage)), up)
+    return MeshContents(parts, float(geom.GetStageMetersPerUnit(stage)), up)
 
 
-def _stage_part(prim: Any, placed: Any, R: Float64[np.ndarray, "3 3"]) -> MeshPart:
+def _stage_part(prim: Any, placed: Any, R: Float64[np.ndarray, "3 3"]) -> FilePart:
     mesh = pxr("UsdGeom").Mesh(prim)
     points, faces, corners = triangles_of(mesh, 0.0)
     # USD multiplies row vectors from the left.
@@ -157,10 +157,10 @@ def _stage_part(prim: Any, placed: Any, R: Float64[np.ndarray, "3 3"]) -> MeshPa
     own = (255 * colours.clip(0, 1)).astype(np.uint8) if len(colours) == len(points) else None
     uv, image = painted(prim, faces, corners)
     if uv is None or image is None:
-        return MeshPart(vertices, faces, own, np.full((*faces.shape, 2), 0.5), None)
-    return MeshPart(vertices, faces, own, uv, Picture(Image.fromarray(image)))
+        return FilePart(vertices, faces, own, np.full((*faces.shape, 2), 0.5), None)
+    return FilePart(vertices, faces, own, uv, BaseColour(Image.fromarray(image)))
 
 
-def fits(pictures: list[Picture]) -> bool:
+def fits(pictures: list[BaseColour]) -> bool:
     """Whether pictures are few and small enough to be decoded."""
     return sum(one.image.width * one.image.height for one in pictures) <= MOST_PIXELS

@@ -6,16 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import trimesh
 import typer
 
 from capture_app.cli.scan import scan
-from ingest.axes import T_ZUP_ARKIT
 from ingest.mesh import load_mesh
 from omomo_core.errors import InputError
 from tests.capture_app.scanning.filmed import Scanned
 from tests.textured_box import write_textured_box
-from tests.textured_room import AT, THING, room, write_room
+from tests.textured_room import AT, THING, room, write_room, write_room_of
 
 app = typer.Typer()
 app.command()(scan)
@@ -80,14 +78,7 @@ def test_the_phone_of_a_session_was_held_towards_the_object(
 ) -> None:
     session = tmp_path / "session"
     shutil.copytree(scanned.film.path, session)
-    # The room of the film in the phone's world, y up: two things, and it was held towards one.
-    T = scanned.scan.cleaned.T_world_object
-    both = room(((0.0, 0.0), (1.3, 1.2)))
-    both.apply_transform(T @ np.diag([1.0, 1.0, 0.5, 1.0]))
-    turned = trimesh.Trimesh(
-        np.asarray(both.vertices) @ T_ZUP_ARKIT[:3, :3], both.faces, process=False
-    )
-    turned.export(session / "export.obj")
+    write_room_of(scanned.film, session)
     run(session, "--method", "mesh", "-o", tmp_path / "thing.glb", "--height", "0.31")
     mesh = load_mesh(tmp_path / "thing.glb")
     assert np.ptp(mesh.vertices[:, 2]) == pytest.approx(0.31, abs=1e-4)
