@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, UInt8
-from scipy.ndimage import binary_dilation, distance_transform_edt, uniform_filter
+from scipy.ndimage import binary_dilation, uniform_filter
 
 from ingest.scan.dense.depth_map import DepthMap, pixel_rays
 from ingest.scan.dense.depths import Depths
 from ingest.scan.dense.openness import open_places
 from ingest.scan.dense.picture import matrix_for
+from ingest.scan.dense.thin import BAR, thin_parts
 from ingest.scan.dense.visual_hull import VisualHull
 from ingest.scan.dense.volume import Box, Volume, grounded
 from ingest.scan.types import Progress, Region
@@ -27,8 +28,6 @@ _WITHIN = 0.8
 """Voxels inside the outlines from which on a place is well inside."""
 _FIRM = 4.0
 """Views that must agree about a surface before it counts although it lies outside of silhouettes."""
-_BAR = 0.025
-"""Metres: thinner parts have no depth that can be trusted, and silhouettes bound them."""
 _HALF = 0.5
 """Largest share of the pictures that may see through a thin part."""
 _SHOWN = 0.2
@@ -134,32 +133,10 @@ def _thin(volume: Volume, hull: VisualHull) -> Bool[np.ndarray, "z y x"]:
     shown = seen + hull.backing()
     asked = shown + hull.hidden()
     return (
-        thin_parts(hull.outside() < 0, volume.box.voxel, _BAR)
+        thin_parts(hull.outside() < 0, volume.box.voxel, BAR)
         & (free < _HALF * (free + asked))
         & (shown >= _SHOWN * asked)
     )
-
-
-def thin_parts(
-    inside: Bool[np.ndarray, "z y x"], voxel: float, radius: float
-) -> Bool[np.ndarray, "z y x"]:
-    """Places of a solid into which no ball of the radius fits that stays inside of it.
-
-    Args:
-        inside: the solid.
-        voxel, radius: metres.
-    """
-    step = 2 if voxel < radius / 4 else 1
-    coarse = np.pad(inside[::step, ::step, ::step], 1)
-    # The floor below does not end a solid that stands on it.
-    coarse[0] = coarse[1]
-    core = np.asarray(distance_transform_edt(coarse)) * (step * voxel) >= radius
-    thick = np.asarray(distance_transform_edt(~core)) * (step * voxel) <= radius
-    found = coarse & ~thick
-    for axis in range(3):
-        found = np.repeat(found.take(range(1, found.shape[axis] - 1), axis), step, axis)
-    z, y, x = inside.shape
-    return found[:z, :y, :x] & inside
 
 
 def _own(

@@ -3,14 +3,17 @@
 A place that some pictures show beside the silhouette is empty, with the distance to the outline as a
 signed distance (Laurentini 1994; the second or third largest over the pictures, as single masks err).
 A place that pictures show inside the silhouette where no depth is known is backed by them: thin and
-dark parts have no depth. Right beside depth that is known, a lack of it says nothing.
+dark parts have no depth. Right beside depth that is known, a lack of it says nothing. About a bar the
+majority of pictures decides: masks miss it where what lies behind it has its colour.
 """
 
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, UInt8
+from scipy.ndimage import binary_dilation
 
 from ingest.scan.dense.depth_map import DepthMap
+from ingest.scan.dense.thin import BAR, thin_parts
 from ingest.scan.dense.volume import Box
 
 _INWARD = 0.4
@@ -25,6 +28,8 @@ _EDGE = 5
 """Pixels from known depth within which missing depth says nothing (two pixels of a phone's depth map)."""
 _BEFORE = 0.02
 """Metres by which depth must lie before a place to hide it."""
+_VOTE = 2.0
+"""Voxels outside of the silhouettes that a place lies where all pictures say so."""
 _UNKNOWN = np.float32(-1.0)
 """Metres outside, of places that a picture does not show: they count as inside."""
 
@@ -44,7 +49,9 @@ class VisualHull:
         levels = self._ignored + 1
         self._outside = np.full((levels, *box.shape), _UNKNOWN, np.float32)
         self._backing = np.zeros(box.shape, np.uint8)
+        self._against = np.zeros(box.shape, np.uint8)
         self._hidden = np.zeros(box.shape, np.uint8)
+        self._decided: Float32[np.ndarray, "z y x"] | None = None
 
     def add(
         self,
@@ -81,6 +88,7 @@ class VisualHull:
                 known, beside * z / np.float32(matrix[0, 0]) - np.float32(doubt), _UNKNOWN
             )
             self._rank(index, metres)
+            self._against[index] += known & (metres > 0)
             shown = cv2.remap(depth, u, v, cv2.INTER_NEAREST, borderValue=0)
             inside = known & (cv2.remap(shows, u, v, cv2.INTER_NEAREST, borderValue=0) > 0)
             self._backing[index] += inside & (
@@ -97,7 +105,18 @@ class VisualHull:
 
     def outside(self) -> Float32[np.ndarray, "z y x"]:
         """Metres by which a place lies outside of the silhouettes, below 0 inside."""
-        return self._outside[self._ignored]
+        if self._decided is None:
+            voxel = self.box.voxel
+            backing, against = self.backing(), self._against.astype(np.float32)
+            share = (against - backing) / np.maximum(against + backing, np.float32(1))
+            vote = np.where(backing >= _BACKED, np.float32(_VOTE * voxel) * share, np.inf)
+            strict = self._outside[self._ignored]
+            thin = thin_parts(np.minimum(strict, vote) < 0, voxel, BAR)
+            # Beside a thick thing most pictures show it before or behind a place.
+            thick = (strict < 0) & ~thin_parts(strict < 0, voxel, BAR)
+            bars = _around(thin) & ~_around(thick)
+            self._decided = np.where(bars, np.minimum(strict, vote), strict)
+        return self._decided
 
     def backing(self) -> Float32[np.ndarray, "z y x"]:
         """Pictures that show the object at a place without knowing its depth."""
@@ -116,6 +135,10 @@ class VisualHull:
         backing, hidden = self.backing(), self.hidden()
         enough = (backing >= _BACKED) & (backing >= _BACKED_SHARE * (backing + hidden))
         return enough & (backing >= against) & (self.outside() < 0)
+
+
+def _around(places: Bool[np.ndarray, "z y x"]) -> Bool[np.ndarray, "z y x"]:
+    return np.asarray(binary_dilation(places, iterations=2), np.bool_)
 
 
 def _without_depth(shows: UInt8[np.ndarray, "h w"], depth: DepthMap) -> UInt8[np.ndarray, "h w"]:

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from ingest.scan.dense.evidence import thin_parts
 from ingest.scan.dense.openness import open_places
+from ingest.scan.dense.thin import thin_parts
 from ingest.scan.dense.visual_hull import VisualHull, outline_distance
 from ingest.scan.dense.volume import Box
 from omomo_core.geometry.transforms import inverse
@@ -112,3 +112,18 @@ def test_bars_are_thin_and_blocks_are_not():
     assert thin[:30, 10:13, 10:13].all()
     assert thin[4:26, 34:46, 34:46].mean() == 0
     assert not thin[~solid].any()
+
+
+def test_a_bar_that_some_pictures_miss_stays_and_a_thick_thing_is_not_fattened():
+    box, poses = _box(), ring([0.0, 0.0, 0.3], elevations=(-0.4, 0.2, 0.8))
+    sizes = []
+    for missed in (0, 5):
+        hull = VisualHull(box, len(poses))
+        for index, T in enumerate(poses):
+            mask = _ball_mask(T, 0.015)
+            if index < missed:
+                mask[:] = 0
+            hull.add(mask, np.zeros(mask.shape, np.float32), _matrix(), inverse(T))
+        sizes.append((hull.outside() < 0).sum())
+    assert sizes[0] > 0
+    assert 0.3 * sizes[0] < sizes[1] <= 1.5 * sizes[0]
