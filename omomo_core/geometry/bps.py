@@ -39,10 +39,10 @@ def encode(
         count: how many basis points to use.
 
     One tree serves all frames because the basis is turned into the object instead of the object
-    into the world.
+    into the world. Frames of one orientation are looked up once: samples often see the same object.
     """
-    points_world = basis(count)
-    query = points_world @ R_world_object + centre
+    R, same = np.unique(R_world_object, axis=0, return_inverse=True)
+    query = basis(count) @ R + centre
     _, nearest = tree.query(query.reshape(-1, 3))
     offset_object = np.asarray(tree.data)[nearest].reshape(query.shape) - query
-    return offset_object @ R_world_object.swapaxes(-1, -2)
+    return (offset_object @ R.swapaxes(-1, -2))[same.reshape(-1)]
