@@ -40,13 +40,7 @@ def read_session(path: Path, app: str | None = None) -> CaptureSession:
     """
     formats = known_formats() if app is None else (format_named(app),)
     try:
-        if not path.exists():
-            raise InputError(
-                "session-missing",
-                "There is no such file or folder.",
-                where=str(path),
-                fix="Check the path.",
-            )
+        check_there(path)
         if path.is_file() and is_archive(path):
             return _read_archive(path, formats)
         return replace(_read(path, formats), source=path)
@@ -57,6 +51,21 @@ def read_session(path: Path, app: str | None = None) -> CaptureSession:
             where=str(error.filename or path),
             fix="Check that you may read it and that its disk is there; copy the session here.",
         ) from error
+
+
+def check_there(path: Path) -> None:
+    """Refuse a path at which nothing is.
+
+    Raises:
+        InputError: "session-missing".
+    """
+    if not path.exists():
+        raise InputError(
+            "session-missing",
+            "There is no such file or folder.",
+            where=str(path),
+            fix="Check the path.",
+        )
 
 
 def check_is_session(path: Path) -> None:

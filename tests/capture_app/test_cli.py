@@ -161,6 +161,14 @@ def test_bad_options_are_refused(
     assert_refused(capsys, inputs.folder, arguments(inputs, weights, changed), code)
 
 
+def test_a_missing_recording_is_told_of_before_its_mount(
+    capsys: pytest.CaptureFixture[str], inputs: Inputs, weights: Path
+) -> None:
+    words = arguments(inputs, weights, {"mount": None})
+    words[1] = str(inputs.folder / "nowhere")
+    assert_refused(capsys, inputs.folder, words, "session-missing")
+
+
 def test_a_missing_mount_is_explained(
     capsys: pytest.CaptureFixture[str], inputs: Inputs, weights: Path
 ) -> None:
