@@ -63,3 +63,37 @@ def write_room_of(film: ScanFilm, folder: Path) -> Path:
     both = room(((0.0, 0.0), (1.3, 1.2)))
     both.apply_transform(film.T_scan_object)
     return write_room(folder / "export.obj", both)
+
+
+def write_room_usdz(folder: Path, mesh: trimesh.Trimesh) -> Path:
+    """Write it as a package with its picture, y up, a unit of 1 cm."""
+    from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdUtils
+
+    picture().save(folder / "room.png")
+    stage = Usd.Stage.CreateNew(str(folder / "room.usdc"))
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    UsdGeom.SetStageMetersPerUnit(stage, 0.01)
+    surface = UsdGeom.Mesh.Define(stage, "/room")
+    points = 100 * np.asarray(mesh.vertices) @ T_ZUP_ARKIT[:3, :3]
+    surface.CreatePointsAttr([Gf.Vec3f(*map(float, point)) for point in points])
+    surface.CreateFaceVertexCountsAttr([3] * len(mesh.faces))
+    surface.CreateFaceVertexIndicesAttr(mesh.faces.reshape(-1).tolist())
+    kind = Sdf.ValueTypeNames
+    st = UsdGeom.PrimvarsAPI(surface).CreatePrimvar("st", kind.TexCoord2fArray, "vertex")
+    uv = mesh.visual.uv  # pyright: ignore[reportAttributeAccessIssue]
+    st.Set([Gf.Vec2f(*map(float, place)) for place in uv])
+    material = UsdShade.Material.Define(stage, "/look")
+    shader = UsdShade.Shader.Define(stage, "/look/surface")
+    shader.CreateIdAttr("UsdPreviewSurface")
+    sampler = UsdShade.Shader.Define(stage, "/look/picture")
+    sampler.CreateIdAttr("UsdUVTexture")
+    sampler.CreateInput("file", kind.Asset).Set("./room.png")
+    sampler.CreateOutput("rgb", kind.Float3)
+    colour = shader.CreateInput("diffuseColor", kind.Color3f)
+    colour.ConnectToSource(sampler.ConnectableAPI(), "rgb")
+    material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
+    UsdShade.MaterialBindingAPI.Apply(surface.GetPrim()).Bind(material)
+    stage.Save()
+    path = folder / "room.usdz"
+    UsdUtils.CreateNewUsdzPackage(str(folder / "room.usdc"), str(path))
+    return path

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Float, Int
 from PIL import Image
 
 from ingest.mesh_texture import Paint, pixels_of
@@ -25,15 +25,26 @@ def painted(
         faces: which points are the corners of its triangles.
         corners: which of the polygons' corners these are.
     """
+    found = picture_on(prim, faces, corners)
+    try:
+        return (None, None) if found is None else (found[0], pixels_of(found[1]))
+    except Exception:  # the decoders raise anything on a damaged picture
+        return None, None
+
+
+def picture_on(
+    prim: Any, faces: Int[np.ndarray, "faces 3"], corners: Int[np.ndarray, "faces 3"]
+) -> tuple[Float[np.ndarray, "faces 3 2"], Image.Image] | None:
+    """The same with a picture that is not decoded yet."""
     try:
         sampler = _sampler(prim)
         places = None if sampler is None else _places(prim, sampler, faces, corners)
         if sampler is None or places is None:
-            return None, None
+            return None
         # USD counts from the bottom left.
-        return places * [1.0, -1.0] + [0.0, 1.0], pixels_of(Image.open(BytesIO(_bytes(sampler))))
+        return places * [1.0, -1.0] + [0.0, 1.0], Image.open(BytesIO(_bytes(sampler)))
     except Exception:  # the decoders raise anything on a damaged file
-        return None, None
+        return None
 
 
 def _sampler(prim: Any) -> Any:

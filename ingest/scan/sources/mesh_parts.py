@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 import trimesh
 from jaxtyping import Float64, Int64, UInt8
-from PIL import Image
 
-from ingest.animated.usd_picture import painted
+from ingest.animated.usd_picture import picture_on
 from ingest.axes import T_ZUP_ARKIT
 from ingest.mesh import FORMATS, MAX_BYTES, MAX_FACES, decoding, too_large
 from ingest.mesh_texture import MOST_PIXELS, BaseColour, picture_of, places_of
@@ -155,10 +154,10 @@ def _stage_part(prim: Any, placed: Any, R: Float64[np.ndarray, "3 3"]) -> FilePa
     vertices = (points @ T[:3, :3] + T[3, :3]) @ R.T
     colours = np.asarray(mesh.GetDisplayColorAttr().Get() or [], np.float64).reshape(-1, 3)
     own = (255 * colours.clip(0, 1)).astype(np.uint8) if len(colours) == len(points) else None
-    uv, image = painted(prim, faces, corners)
-    if uv is None or image is None:
+    painted = picture_on(prim, faces, corners)
+    if painted is None:
         return FilePart(vertices, faces, own, np.full((*faces.shape, 2), 0.5), None)
-    return FilePart(vertices, faces, own, uv, BaseColour(Image.fromarray(image)))
+    return FilePart(vertices, faces, own, painted[0], BaseColour(painted[1]))
 
 
 def fits(pictures: list[BaseColour]) -> bool:

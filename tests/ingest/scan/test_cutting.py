@@ -14,7 +14,15 @@ from ingest.scan.cutting.floor import has_floor
 from ingest.scan.cutting.room import read_room
 from ingest.scan.region.region import GivenBox
 from omomo_core.errors import InputError
-from tests.textured_room import AT, CELL, THING, colour_at, room, write_room
+from tests.textured_room import (
+    AT,
+    CELL,
+    THING,
+    colour_at,
+    room,
+    write_room,
+    write_room_usdz,
+)
 
 OTHER = (-1.2, 0.9)
 
@@ -45,6 +53,17 @@ def test_the_one_thing_on_the_floor_is_cut_off_it_with_its_picture(tmp_path: Pat
     top = made.mesh.vertices[:, 2] > 0.5
     shown = made.mesh.colours[top, :2].astype(float)
     assert np.abs(shown - colour_at(world[top])).max() < 4
+
+
+def test_a_usdz_of_a_room_gives_its_picture_too(tmp_path: Path):
+    pytest.importorskip("pxr")
+    made = cut(write_room_usdz(tmp_path, room()))
+    assert np.ptp(made.mesh.vertices[:, 2]) == pytest.approx(THING[2], abs=0.01)
+    assert made.mesh.texture is not None
+    assert made.mesh.colours is not None
+    world = made.mesh.vertices @ made.T_world_object[:3, :3].T + made.T_world_object[:3, 3]
+    top = made.mesh.vertices[:, 2] > 0.5
+    assert np.abs(made.mesh.colours[top, :2].astype(float) - colour_at(world[top])).max() < 4
 
 
 def test_what_is_made_up_goes_straight_down_and_is_marked(tmp_path: Path):
