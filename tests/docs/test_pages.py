@@ -41,7 +41,8 @@ def test_every_page_with_a_block_is_run():
 
 
 def _marked(page: str) -> object:
-    return pytest.param(page, marks=pytest.mark.slow) if page in SLOW else page
+    slow = (pytest.mark.slow, pytest.mark.timeout(900))
+    return pytest.param(page, marks=slow) if page in SLOW else page
 
 
 @pytest.mark.parametrize("page", [_marked(page) for page in sorted(PREPARED)])
