@@ -4,9 +4,11 @@ Usage: python -m benchmarks.scan [--things box,bin] [--methods stereo,depth] [--
                                  [--films DIR] [--save DIR]
 
 The project films its own things in a painted room, with the errors of a phone, and goes the whole way:
-pictures picked, cameras found, object found, surface, clean mesh. Errors are from the mesh to the
-truth in the phone's world, so that drift and size count: of what pictures show, and of everything, where
-what no picture shows is filled. Completeness is of the part of the truth that three pictures show.
+pictures picked, cameras found, object found, surface, clean mesh. Errors are from the mesh to the truth,
+laid on each other by all cameras without a change of size: of what pictures show, and of everything, where
+what no picture shows is filled. "world" is the median in the phone's own world, which drifts by some
+millimetres while it films; a mesh has a frame of its own, so that nobody meets it again. Completeness is of
+the part of the truth that three pictures show.
 CPU seconds do not mind what else the machine does. Every line is a process of its own, so that the peak
 of memory is its own too. --true-cameras takes the true cameras but for small errors instead.
 """
@@ -21,7 +23,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 from benchmarks.scan_errors import HEAD, compared
-from benchmarks.scan_films import Order, camera_errors, cameras, filmed
+from benchmarks.scan_films import Order, camera_errors, cameras, drift, filmed
 from benchmarks.scan_poisson import poisson
 from ingest.scan.clean.clean import CleanMesh, clean
 from ingest.scan.clean.save import save_mesh
@@ -55,7 +57,7 @@ def make_mesh(order: Order, method: str, save: Path | None) -> str:
     if save:
         save.mkdir(parents=True, exist_ok=True)
         save_mesh(cleaned, save / f"{order.name}_{method}.glb")
-    return line + compared(cleaned, film)
+    return line + compared(cleaned, film, drift(film, registered))
 
 
 class _Spent:

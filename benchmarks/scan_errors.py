@@ -3,6 +3,7 @@
 import igl
 import numpy as np
 import trimesh
+from jaxtyping import Float64
 
 from ingest.scan.clean.clean import CleanMesh
 from omomo_core.geometry.distance_field import distance_field
@@ -13,29 +14,35 @@ from tests.simulator.scan_film import ScanFilm
 _SAMPLES = 20_000
 _SHOWN = 3
 HEAD = (
-    f"{'thing':<11}{'method':<9}{'CPU s':>6}{'wall s':>7}{'MB':>6}{'median':>8}{'p90':>7}"
+    f"{'thing':<11}{'method':<9}{'CPU s':>6}{'wall s':>7}{'MB':>6}{'median':>8}{'p90':>7}{'world':>7}"
     f"{'all med':>9}{'all p90':>9}{'<1 cm':>7}{'<5 mm':>7}{'seen':>6}{'verts':>7}{'closed':>7}"
     "  (mm, parts)"
 )
 
 
-def compared(cleaned: CleanMesh, film: ScanFilm) -> str:
-    """Errors against the truth, in columns."""
-    mesh = _placed(
-        cleaned.mesh.vertices,
-        cleaned.mesh.faces,
-        inverse(film.T_scan_world) @ cleaned.T_world_object,
-    )
-    scene = film.scene
+def compared(cleaned: CleanMesh, film: ScanFilm, T_found_true: Float64[np.ndarray, "4 4"]) -> str:
+    """Errors against the truth, in columns.
+
+    Args:
+        cleaned: the mesh.
+        film: it was made of.
+        T_found_true: where the true world lies in the one that was found.
+    """
+    T_world_scan, scene = inverse(film.T_scan_world), film.scene
+    vertices, faces = cleaned.mesh.vertices, cleaned.mesh.faces
+    mesh = _placed(vertices, faces, T_world_scan @ inverse(T_found_true) @ cleaned.T_world_object)
+    drifted = _placed(vertices, faces, T_world_scan @ cleaned.T_world_object)
     truth = _placed(scene.mesh.vertices, scene.mesh.faces, scene.T_world_object)
     points, face = trimesh.sample.sample_surface(mesh, _SAMPLES, seed=0)
     off = 1e3 * distance(points, truth)
     seen = cleaned.seen[cleaned.mesh.faces].all(axis=1)[face]
+    in_world = trimesh.sample.sample_surface(drifted, _SAMPLES, seed=0)[0][seen]
     short = distance(shown(truth, film.T_world_phone), mesh)
     # The generation must be able to tell its inside from its outside.
     distance_field(ObjectMesh(cleaned.mesh.vertices, cleaned.mesh.faces, cleaned.mesh.name))
     numbers = [
-        f"{np.median(off[seen]):8.2f}{np.percentile(off[seen], 90):7.2f}",
+        f"{np.median(off[seen]):8.2f}{np.percentile(off[seen], 90):7.2f}"
+        f"{1e3 * np.median(distance(in_world, truth)):7.2f}",
         f"{np.median(off):9.2f}{np.percentile(off, 90):9.2f}",
         f"{(short < 0.01).mean():7.3f}{(short < 0.005).mean():7.3f}{seen.mean():6.2f}",
         f"{len(cleaned.mesh.vertices):7d}{'yes' if cleaned.watertight else 'no':>7}",

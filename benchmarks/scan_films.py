@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float64
 
 from capture_app.simulator.phone import arkit_from_world
 from ingest.axes import T_ZUP_ARKIT
@@ -74,11 +75,27 @@ def cameras(order: Order, film: ScanFilm) -> Registered:
     return register(source, pick_frames(source, order.work), order.work)
 
 
-def camera_errors(film: ScanFilm, found: Registered) -> str:
-    """Scale (percent), places and directions once the scale is right, in columns."""
+def drift(film: ScanFilm, found: Registered) -> Float64[np.ndarray, "4 4"]:
+    """Where the true world lies in the one that was found: by all cameras, without a change of size."""
+    true, T = _cameras(film, found)
+    fit = procrustes(T[:, :3, 3], true[:, :3, 3], np.ones(len(T)))
+    moved = np.eye(4)
+    moved[:3, :3], moved[:3, 3] = fit.R, fit.t
+    return moved
+
+
+def _cameras(
+    film: ScanFilm, found: Registered
+) -> tuple[Float64[np.ndarray, "views 4 4"], Float64[np.ndarray, "views 4 4"]]:
+    """The cameras of all views, true and found, in the scan's world."""
     places = [int(view.name[:5]) for view in found.views]
     true = film.T_scan_world @ film.T_world_phone[places] @ T_OPENCV_ARKIT_CAMERA
-    T = np.array([view.T_world_camera for view in found.views])
+    return true, np.array([view.T_world_camera for view in found.views])
+
+
+def camera_errors(film: ScanFilm, found: Registered) -> str:
+    """Scale (percent), places and directions once the scale is right, in columns."""
+    true, T = _cameras(film, found)
     fit = procrustes(true[:, :3, 3], T[:, :3, 3], np.ones(len(T)), scaled=True)
     turned = fit.R @ T[:, :3, :3] @ true[:, :3, :3].swapaxes(1, 2)
     cosine = (np.trace(turned, axis1=1, axis2=2) - 1) / 2

@@ -22,6 +22,8 @@ WIDTH = 640
 """Pixels of the pictures in which silhouettes are found."""
 _LIKE, _UNLIKE = 2.0, 3.5
 """Standard deviations up to which a pixel is like the bare floor, and from which it is not."""
+_SURE = 5.0
+"""Standard deviations from which it is the object's for sure: GrabCut would give up thin poles."""
 _ABOVE = 0.04
 """Metres over the floor where depth is the object's and not the floor's."""
 _EDGE = 2
@@ -124,6 +126,7 @@ def _labels(
     labels[within & ~like] = cv2.GC_PR_FGD
     inner = cv2.erode(within.astype(np.uint8), np.ones((2 * _EDGE + 1,) * 2, np.uint8)) > 0
     labels[inner & (unlike | np.isnan(contrast))] = cv2.GC_FGD
+    labels[(contrast > _SURE) & ~outside] = cv2.GC_FGD
     labels[outside & ~unlike] = cv2.GC_BGD
     bare = cv2.erode((like & ~within).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     near = (
