@@ -68,10 +68,35 @@ class DistanceField:
             return self.at(points), away
         found = points.double().numpy()
         distance, nearest = self.sheet.nearest(found)
-        signed = torch.from_numpy(_signed(distance, self.sheet.turns(found))).to(points)
+        signed = torch.from_numpy(self._with_side(distance, found, self.sheet)).to(points)
         way = (points - torch.from_numpy(nearest).to(points)) * torch.sign(signed)[:, None]
         # On the surface itself there is no way to it.
         return signed, normalize(way + DISTANCE_FIELD.touching * away, dim=-1)
+
+    def _with_side(
+        self,
+        distance: Float[np.ndarray, " points"],
+        points: Float[np.ndarray, "points 3"],
+        sheet: "_Sheet",
+    ) -> Float[np.ndarray, " points"]:
+        """Return distances with the sign of a grid point on the same side, or of the winding number.
+
+        The surface does not pass between two points whose distances to it add up to more than the distance
+        from one to the other: most points have such a corner in the cell of the grid in which they are.
+        """
+        values, low = self.values.numpy(), self.low.double().numpy()
+        grid = ((points - low) / self.spacing).clip(0, np.array(values.shape) - 1)
+        first = np.minimum(grid.astype(int), np.array(values.shape) - 2)
+        signed, unsure = np.full(len(points), np.nan), np.arange(len(points))
+        for corner in np.ndindex(2, 2, 2):
+            at = first[unsure] + corner
+            value = values[tuple(at.T)].astype(float)
+            apart = np.linalg.norm(points[unsure] - (low + self.spacing * at), axis=1)
+            same = distance[unsure] + np.abs(value) > DISTANCE_FIELD.crossing * apart
+            signed[unsure[same]] = np.copysign(distance[unsure[same]], value[same])
+            unsure = unsure[~same]
+        signed[unsure] = _signed(distance[unsure], sheet.turns(points[unsure]))
+        return signed
 
     def crossed(self, a: Float[Tensor, "*b 3"], b: Float[Tensor, "*b 3"]) -> Bool[Tensor, "*b"]:
         """Whether the surface is between two points; False where only the grid is known."""

@@ -244,6 +244,19 @@ def test_near_a_hole_the_sides_are_those_of_the_winding_number():
     assert (found == (np.abs(turns) > 0.5)).mean() > 0.998
 
 
+@pytest.mark.parametrize("shape", ["whole", "with a hole"])
+def test_exact_distances_have_the_side_of_the_winding_number(shape: str):
+    solid = trimesh.creation.icosphere(4, 0.2)
+    if shape == "with a hole":
+        solid.update_faces(np.linalg.norm(solid.triangles_center - [0.2, 0, 0], axis=1) > 0.09)
+    points = np.random.default_rng(0).normal(size=(4000, 3))
+    points *= np.linspace(0.15, 0.6, 4000)[:, None] / np.linalg.norm(points, axis=1, keepdims=True)
+    found, _ = distance_field(mesh_of(solid)).exact(torch.from_numpy(points))
+    turns = igl.winding_number(np.asarray(solid.vertices), np.asarray(solid.faces), points)
+    same = (found.numpy() < 0) == (np.abs(turns) > 0.5)
+    assert same.all() if shape == "whole" else same.mean() > 0.998
+
+
 def test_an_open_box_holds_its_deep_end_and_not_its_mouth():
     solid = box()
     lid = np.asarray(solid.triangles_center)[:, 2] > SIZE[2] / 2 - 1e-6
