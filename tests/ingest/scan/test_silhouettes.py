@@ -20,14 +20,16 @@ REGION = Region(np.eye(4), LOW - [0.05, 0.05, 0.0], HIGH + 0.05)
 MATRIX = np.array([[HALF[0], 0, HALF[2]], [0, HALF[1], HALF[3]], [0, 0, 1.0]])
 
 
-def _floor_of(T):
-    """A patterned floor as a camera sees it."""
+def _floor_of(T, dark=False):
+    """A patterned floor as a camera sees it, maybe with dark stripes."""
     v, u = np.indices(SIZE[::-1]).astype(float)
     rays = np.stack([(u - HALF[2]) / HALF[0], (v - HALF[3]) / HALF[1], np.ones_like(u)], axis=-1)
     ways = rays @ T[:3, :3].T
     far = -T[2, 3] / np.minimum(ways[..., 2], -1e-3)
     x, y = (T[k, 3] + far * ways[..., k] for k in (0, 1))
     light = 120 + 25 * np.sin(9 * x) + 20 * np.cos(7 * y)
+    if dark:
+        light = np.where(y % 0.12 < 0.04, 27, light)
     return np.repeat(light[..., None], 3, axis=-1).clip(0, 255).astype(np.uint8)
 
 
@@ -46,12 +48,12 @@ def _pole(T):
     return mask
 
 
-@pytest.fixture(scope="module")
-def filmed(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("pole")
+@pytest.fixture(scope="module", params=["light floor", "dark stripes"])
+def filmed(request, tmp_path_factory):
+    folder, dark = tmp_path_factory.mktemp("pole"), request.param == "dark stripes"
     views, truth = [], []
     for index, T in enumerate(ring([0.0, 0.0, 0.2], count=12, elevations=(0.6, 0.9))):
-        picture, mask = _floor_of(T), _pole(T)
+        picture, mask = _floor_of(T, dark), _pole(T)
         picture[mask > 0] = (25, 25, 30)
         # Some pictures are brighter than others.
         picture = np.clip(picture * (0.9 + 0.02 * index), 0, 255).astype(np.uint8)
