@@ -129,7 +129,7 @@ def test_garbage_is_looked_at_without_harm(tmp_path: Path, names: list[Path], ga
         for format_ in FORMATS:
             assert format_.detect(tmp_path / f"{i}") in (True, False)
             assert format_.detect(tmp_path / f"{i}" / name) in (True, False)
-        assert time.process_time() - started < 1
+        assert time.process_time() - started < 2
         for path in (tmp_path / f"{i}", tmp_path / f"{i}" / name, tmp_path / "all"):
             with pytest.raises(InputError):
                 read_session(path)
