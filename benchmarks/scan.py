@@ -4,10 +4,10 @@ Usage: python -m benchmarks.scan [--things box,bin] [--methods stereo,depth] [--
                                  [--films DIR] [--save DIR]
 
 The project films its own things in a painted room, with the errors of a phone, and goes the whole way:
-pictures picked, cameras found, object found, surface, clean mesh. Errors are from the mesh to the truth,
-laid on each other by all cameras without a change of size: of what pictures show, and of everything, where
-what no picture shows is filled. "world" is the median in the phone's own world, which drifts by some
-millimetres while it films; a mesh has a frame of its own, so that nobody meets it again. Completeness is of
+pictures picked, cameras found, object found, surface, clean mesh. The true cameras are laid on those found,
+without a change of size, and the truth moves with them. Errors are distances from the mesh to it: of what
+pictures show, and of everything, where what no picture shows is filled. "world" is the median of the former
+where the truth stays in the phone's world, which drifts by some millimetres during a film. Completeness is of
 the part of the truth that three pictures show.
 CPU seconds do not mind what else the machine does. Every line is a process of its own, so that the peak
 of memory is its own too. --true-cameras takes the true cameras but for small errors instead.

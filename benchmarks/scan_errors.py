@@ -7,7 +7,6 @@ from jaxtyping import Float64
 
 from ingest.scan.clean.clean import CleanMesh
 from omomo_core.geometry.distance_field import distance_field
-from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMesh
 from tests.simulator.scan_film import ScanFilm
 
@@ -25,24 +24,22 @@ def compared(cleaned: CleanMesh, film: ScanFilm, T_found_true: Float64[np.ndarra
 
     Args:
         cleaned: the mesh.
-        film: it was made of.
+        film: what it was made of.
         T_found_true: where the true world lies in the one that was found.
     """
-    T_world_scan, scene = inverse(film.T_scan_world), film.scene
-    vertices, faces = cleaned.mesh.vertices, cleaned.mesh.faces
-    mesh = _placed(vertices, faces, T_world_scan @ inverse(T_found_true) @ cleaned.T_world_object)
-    drifted = _placed(vertices, faces, T_world_scan @ cleaned.T_world_object)
-    truth = _placed(scene.mesh.vertices, scene.mesh.faces, scene.T_world_object)
+    scene, T_found_world = film.scene, T_found_true @ film.T_scan_world
+    mesh = _placed(cleaned.mesh.vertices, cleaned.mesh.faces, cleaned.T_world_object)
+    truth = _placed(scene.mesh.vertices, scene.mesh.faces, T_found_world @ scene.T_world_object)
+    logged = _placed(scene.mesh.vertices, scene.mesh.faces, film.T_scan_object)
     points, face = trimesh.sample.sample_surface(mesh, _SAMPLES, seed=0)
     off = 1e3 * distance(points, truth)
     seen = cleaned.seen[cleaned.mesh.faces].all(axis=1)[face]
-    in_world = trimesh.sample.sample_surface(drifted, _SAMPLES, seed=0)[0][seen]
-    short = distance(shown(truth, film.T_world_phone), mesh)
+    in_world = 1e3 * distance(points[seen], logged)
+    short = distance(shown(truth, T_found_world @ film.T_world_phone), mesh)
     # The generation must be able to tell its inside from its outside.
     distance_field(ObjectMesh(cleaned.mesh.vertices, cleaned.mesh.faces, cleaned.mesh.name))
     numbers = [
-        f"{np.median(off[seen]):8.2f}{np.percentile(off[seen], 90):7.2f}"
-        f"{1e3 * np.median(distance(in_world, truth)):7.2f}",
+        f"{np.median(off[seen]):8.2f}{np.percentile(off[seen], 90):7.2f}{np.median(in_world):7.2f}",
         f"{np.median(off):9.2f}{np.percentile(off, 90):9.2f}",
         f"{(short < 0.01).mean():7.3f}{(short < 0.005).mean():7.3f}{seen.mean():6.2f}",
         f"{len(cleaned.mesh.vertices):7d}{'yes' if cleaned.watertight else 'no':>7}",
@@ -55,7 +52,7 @@ def _placed(vertices: np.ndarray, faces: np.ndarray, T: np.ndarray) -> trimesh.T
 
 
 def shown(truth: trimesh.Trimesh, T_world_phone: np.ndarray) -> np.ndarray:
-    """Points of a surface that at least three cameras face with nothing between, world."""
+    """Points of a surface that at least three cameras face with nothing between, in the same world."""
     points, face = trimesh.sample.sample_surface(truth, _SAMPLES, seed=0)
     normals = truth.face_normals[face]
     count = np.zeros(len(points), int)

@@ -76,7 +76,7 @@ def cameras(order: Order, film: ScanFilm) -> Registered:
 
 
 def drift(film: ScanFilm, found: Registered) -> Float64[np.ndarray, "4 4"]:
-    """Where the true world lies in the one that was found: by all cameras, without a change of size."""
+    """Return T_found_true, which lays the true cameras on those found, without a change of size."""
     true, T = _cameras(film, found)
     fit = procrustes(T[:, :3, 3], true[:, :3, 3], np.ones(len(T)))
     moved = np.eye(4)

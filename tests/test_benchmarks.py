@@ -4,9 +4,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from benchmarks import hand_cost, hands
+from benchmarks.scan_errors import HEAD, compared
+from ingest.scan.clean.clean import clean
+from ingest.scan.types import Region
+from tests.simulator.scan_film import ScanFilm, around
+from tests.simulator.scan_scene import scan_scene
 
 NAMES = sorted(path.stem for path in Path(hands.__file__).parent.glob("*.py"))
 
@@ -34,3 +40,19 @@ def test_hands_of_the_demo_are_measured(
 def test_what_hands_of_the_demo_cost_is_measured() -> None:
     spent, whole = hand_cost.cost(None)
     assert 0 < spent < 0.5 * whole
+
+
+def test_the_drift_of_a_phone_is_told_from_the_error_of_a_mesh() -> None:
+    scene = scan_scene(11, "box")
+    film = ScanFilm(scene, Path(), around(scene, 12), np.eye(4), 960)
+    drift = np.eye(4)
+    drift[:3, 3] = 0.004, 0.0, 0.0
+    T = drift @ scene.T_world_object
+    vertices = scene.mesh.vertices @ T[:3, :3].T + T[:3, 3]
+    region = Region(np.eye(4), vertices.min(axis=0) - 0.1, vertices.max(axis=0) + 0.1)
+    faces, seen = np.asarray(scene.mesh.faces), np.ones(len(vertices), bool)
+    mesh = clean(vertices, faces, None, region, "box", seen=seen)
+    row = dict(zip(HEAD.split()[7:10], compared(mesh, film, drift).split()[:3], strict=True))
+    assert float(row["median"]) < 0.1
+    assert float(row["p90"]) < 0.1
+    assert float(row["world"]) > 0.5

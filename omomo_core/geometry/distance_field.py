@@ -79,10 +79,11 @@ class DistanceField:
         points: Float[np.ndarray, "points 3"],
         sheet: "_Sheet",
     ) -> Float[np.ndarray, " points"]:
-        """Return distances with the sign of a grid point on the same side, or of the winding number.
+        """Return signed distances of points whose distances to the surface are known.
 
         The surface does not pass between two points whose distances to it add up to more than the distance
-        from one to the other: most points have such a corner in the cell of the grid in which they are.
+        from one to the other. Most points have such a corner in their cell of the grid, and take its sign;
+        the others, right at the surface, take that of the winding number, which costs more.
         """
         values, low = self.values.numpy(), self.low.double().numpy()
         grid = ((points - low) / self.spacing).clip(0, np.array(values.shape) - 1)

@@ -3,8 +3,8 @@
 A place that some pictures show beside the silhouette is empty, with the distance to the outline as a
 signed distance (Laurentini 1994; the second or third largest over the pictures, as single masks err).
 A place that pictures show inside the silhouette where no depth is known is backed by them: thin and
-dark parts have no depth. Right beside depth that is known, a lack of it says nothing. About a bar a
-share of the pictures decides: masks miss it where what lies behind it has its colour.
+dark parts have no depth. Right beside depth that is known, a lack of it says nothing. Beside a bar a
+quarter of the pictures decides: masks miss it where what lies behind it has its colour.
 """
 
 import cv2
@@ -29,10 +29,12 @@ _EDGE = 5
 _BEFORE = 0.02
 """Metres by which depth must lie before a place to hide it."""
 _DENIED = 0.25
-"""Share of the pictures that must show the background at a bar before a place there is empty. Half of them
-would leave a round bar 1.4 times as thick as it is: from so many sides, what is right beside it is hidden."""
+"""Share of the pictures that must show the background at a place beside a bar before it counts as empty.
+Asking for a half would leave a round bar 1.4 times as thick as it is: from half of the sides, such a place
+lies before the bar or behind it."""
 _VOTE = 2.0
-"""Voxels outside of the silhouettes that a place lies where twice that share says so."""
+"""Voxels by which a place counts as outside of the silhouettes where twice that share of the pictures
+show the background."""
 _UNKNOWN = np.float32(-1.0)
 """Metres outside, of places that a picture does not show: they count as inside."""
 

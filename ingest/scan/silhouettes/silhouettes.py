@@ -23,7 +23,8 @@ WIDTH = 640
 _LIKE, _UNLIKE = 2.0, 3.5
 """Standard deviations up to which a pixel is like the bare floor, and from which it is not."""
 _SURE = 5.0
-"""Standard deviations from which it is the object's for sure: GrabCut would give up thin poles."""
+"""Standard deviations from which a pixel is the object for sure. GrabCut alone loses thin poles before things
+of their colour."""
 _ABOVE = 0.04
 """Metres over the floor where depth is the object's and not the floor's."""
 _EDGE = 2

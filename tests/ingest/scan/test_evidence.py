@@ -127,3 +127,14 @@ def test_a_bar_that_some_pictures_miss_stays_and_a_thick_thing_is_not_fattened()
         sizes.append((hull.outside() < 0).sum())
     assert sizes[0] > 0
     assert 0.3 * sizes[0] < sizes[1] <= 1.5 * sizes[0]
+
+
+def test_what_is_as_thin_as_a_bar_is_not_made_thicker():
+    box = Box.of(np.array([-0.05, -0.05, 0.25]), np.array([0.05, 0.05, 0.35]), 0.003)
+    poses = ring([0.0, 0.0, 0.3], elevations=(-0.4, 0.2, 0.8))
+    hull = VisualHull(box, len(poses))
+    for T in poses:
+        mask = _ball_mask(T, 0.018)
+        hull.add(mask, np.zeros(mask.shape, np.float32), _matrix(), inverse(T))
+    share = (hull.outside() < 0).sum() * 0.003**3 / (4 / 3 * np.pi * 0.018**3)
+    assert 0.8 < share < 1.35
