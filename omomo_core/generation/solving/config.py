@@ -19,7 +19,7 @@ class BodySolvingConfig:
     )
     iterations: int = setting(5, "count", "Gauss-Newton steps of the trajectory optimisation.")
     full_hold: float = setting(
-        0.99,
+        0.999,
         "share",
         "Hold of a hand, which is blended in and out, above which its palm's miss is reported.",
     )
@@ -67,6 +67,9 @@ class StepConfig:
     )
     cadence_per_speed: float = setting(
         0.5, "1/m", "Steps per second that are added for each m/s: a faster walk has quicker steps."
+    )
+    rejoining: int = setting(
+        10, "frames", "Time in which a foot comes from its last step to where the sample has it."
     )
     shortest_glide: int = setting(8, "frames", "Shorter glides are left as they are.")
     longest_gap: int = setting(10, "frames", "Shorter interruptions of a glide are bridged.")

@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float
 from scipy.ndimage import binary_closing, binary_opening
 
 from omomo_core.generation.solving.config import STEPS
+from omomo_core.geometry.easing import min_jerk
 from omomo_core.geometry.runs import runs
 from omomo_core.geometry.transforms import velocity
 from omomo_core.motion import FPS
@@ -40,6 +41,7 @@ def add_steps(
             continue
         feet, stands = stepped.copy(), standing.copy()
         _walk(ankles, feet, stands, begin, stop)
+        _rejoin(ankles, feet, stands, stop)
         # Where there is no time to put both feet down, gliding looks better than a leap.
         short = stop - begin < STEPS.hurried
         if not (short and _fastest(feet[begin : stop + 1]) > STEPS.fastest):
@@ -97,3 +99,20 @@ def _walk(
         standing[a + 1 : b, side] = False
         place[side] = goal
         side = 1 - side
+
+
+def _rejoin(
+    home: Float[np.ndarray, "frames 2 3"],
+    stepped: Float[np.ndarray, "frames 2 3"],
+    standing: Bool[np.ndarray, "frames 2"],
+    stop: int,
+) -> None:
+    """Let feet that are in the air after a walk come from where it left them to where the sample has them."""
+    if stop + 1 >= len(home):
+        return
+    for side in range(2):
+        landed = np.flatnonzero(standing[stop + 1 :, side])
+        free = min(STEPS.rejoining, landed[0] if len(landed) else len(home) - stop - 1)
+        share = min_jerk(1 - np.arange(1, free + 1) / (free + 1))
+        after = slice(stop + 1, stop + 1 + free)
+        stepped[after, side] += share[:, None] * (stepped[stop, side] - home[stop, side])
