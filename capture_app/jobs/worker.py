@@ -40,8 +40,9 @@ class Tempo:
     """After so long without a beat a worker is dead."""
     sweep: float = 2.0
     """Looks for dead workers."""
-    obey: float = 1.0
-    """After so long a cancelled job that has not heard of it is left in the middle."""
+    obey: float = 5.0
+    """After so long a cancelled job that has not heard of it is left in the middle, and the worker with it,
+    which costs the next job the time in which a new one loads its libraries."""
 
 
 def work(

@@ -4,7 +4,7 @@ import re
 
 from playwright.sync_api import expect
 
-SLOW = {"samples": 32, "steps": 1000, "video": False}
+SLOW = {"samples": 4, "steps": 1000, "video": False}
 
 
 def test_back_goes_through_what_was_chosen(tabs, server, example):
