@@ -201,6 +201,9 @@ class LimbConfig:
         "share",
         "Greatest length of a limb: an unreachable target leaves it almost, never quite, straight.",
     )
+    easy: float = setting(
+        0.98, "share", "Length from which on a limb that is solved gently straightens more slowly."
+    )
     folded_cosine: float = setting(
         -0.94, "share", "Cosine of the largest flexion, 160 degrees: calf against thigh."
     )

@@ -62,6 +62,8 @@ def reach(
     target: Float[Tensor, "*b 3"],
     pole: Float[Tensor, "*b 3"] | None = None,
     weight: Float[Tensor, "*b"] | None = None,
+    *,
+    gently: bool = False,
 ) -> tuple[Float[Tensor, "*b 22 3 3"], Float[Tensor, "*b"]]:
     """Return shoulder and elbow (hip and knee) turned so that the palm (ankle) is at the target.
 
@@ -74,6 +76,8 @@ def reach(
         pole: world direction in which elbow or knee should point; by default the present bend
             plane is carried along (and a straight or overstretched limb bends about its hinge).
         weight: blends along the geodesic from the given rotations (0) to the solved ones (1).
+        gently: the limb straightens ever more slowly, some millimetres short of a target at its full
+            length, where elbows and knees would snap.
 
     Returns:
         The rotations with two joints changed, and how far in metres the solved limb (weight 1)
@@ -88,7 +92,7 @@ def reach(
     start = forward_kinematics(body, root, rotations)[..., parts.upper, :]
     turning = (rotations[..., parts.upper, :, :], rotations[..., parts.middle, :, :])
     hinge = turning[0] @ rotations.new_tensor(parts.hinge)
-    solved, residual = _solve(bones, turning, hinge, target - start, pole)
+    solved, residual = _solve(bones, turning, hinge, target - start, pole, gently)
     out = rotations.clone()
     for j, old, new in zip((parts.upper, parts.middle), turning, solved, strict=True):
         out[..., j, :, :] = new if weight is None else _blend(old, new, weight)
@@ -115,7 +119,7 @@ def forearm_towards(
     rest = body.rest_joints.to(wrist)
     bones = (rest[parts.middle] - rest[parts.upper], rest[parts.end] - rest[parts.middle])
     hinge = R_upper @ wrist.new_tensor(parts.hinge)
-    return _solve(bones, (R_upper, R_fore), hinge, wrist, None)[0][1]
+    return _solve(bones, (R_upper, R_fore), hinge, wrist, None, gently=True)[0][1]
 
 
 def _solve(
@@ -124,6 +128,7 @@ def _solve(
     hinge: _Vec,
     goal: _Vec,
     pole: _Vec | None,
+    gently: bool,
 ) -> tuple[tuple[_Rot, _Rot], Float[Tensor, "*b"]]:
     """Return rotations of the two bones that span `goal`, and how far they miss it, metres."""
     upper, fore = turning[0] @ bones[0], turning[1] @ bones[1]
@@ -138,7 +143,9 @@ def _solve(
 
     wanted = goal.norm(dim=-1, keepdim=True)
     nearest = (a**2 + b**2 + 2 * a * b * LIMB.folded_cosine).sqrt()
-    span = wanted.clamp(min=nearest, max=LIMB.stretch * (a + b))
+    longest = LIMB.stretch * (a + b)
+    reached = _eased(wanted, LIMB.easy * (a + b), longest) if gently else wanted
+    span = reached.clamp(min=nearest, max=longest)
     cos = (a**2 + span**2 - b**2) / (2 * a * span)
     upper_new = cos * along + (1 - cos**2).sqrt() * torch.linalg.cross(along, normal)
     fore_new = (span * along - a * upper_new) / b
@@ -147,6 +154,14 @@ def _solve(
         _swing(_turn(carried, fore / b), fore_new) @ carried @ turning[1],
     )
     return solved, (wanted - span)[..., 0].abs()
+
+
+def _eased(
+    length: Float[Tensor, "*b 1"], easy: Float[Tensor, ""], longest: Float[Tensor, ""]
+) -> Float[Tensor, "*b 1"]:
+    """Return a length that comes ever closer to the longest one from an easy one on."""
+    room = longest - easy
+    return torch.minimum(length, longest - room * torch.exp((easy - length).clamp(max=0.0) / room))
 
 
 def _bend_normal(upper: _Vec, fore: _Vec, hinge: _Vec, along: _Vec) -> _Vec:

@@ -70,6 +70,9 @@ class BodyDecodingConfig:
         "Pitch of the pelvis for each degree of the chest's: the mean over four libraries of recorded "
         "people (benchmarks/pelvis.py: 0.29 cmu_bvh, 0.45 cmu_jump, -0.08 hdm05, 0.29 o3de).",
     )
+    following: int = setting(
+        16, "frames", "Time in which an arm comes from the sample to its palm's path, and back."
+    )
     leaning_height: float = setting(
         0.05, "m", "Height of the lowest point of an object below which it may be leant on."
     )

@@ -7,7 +7,7 @@ import numpy as np
 import roma
 import torch
 from jaxtyping import Float
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import distance_transform_edt, gaussian_filter1d
 from torch import Tensor
 
 from omomo_core.body.grasp import close_fingers
@@ -26,6 +26,7 @@ from omomo_core.generation.sampling.despiking import despike
 from omomo_core.generation.solving.bodies import SolvedBodies, solve_bodies
 from omomo_core.generation.solving.palms import lay_palms
 from omomo_core.generation.solving.wrists import face_palms
+from omomo_core.geometry.easing import min_jerk
 from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d
 from omomo_core.motion import HandMotion, HumanMotion
 from omomo_core.skeleton import joint
@@ -129,19 +130,36 @@ def interaction_targets(
         palms_known: arms follow the palms in every frame, not only where they hold.
     """
     T = clip.take.motion.T_world_object
-    contact = torch.from_numpy(np.stack([h.contact for h in hands])).float()
+    contact = np.stack([h.contact for h in hands])
+    pull = np.ones_like(contact) if palms_known else arms_follow(contact)
     wrists = [
         face_palms(R[k][:, WRISTS], held, object_model.surface, T)
         for k, held in enumerate(segments)
     ]
     return InteractionTargets(
         palms=torch.from_numpy(np.stack([h.palms for h in hands])).float(),
-        hold=torch.ones_like(contact) if palms_known else contact,
+        hold=torch.from_numpy(pull).float(),
         R_world_wrist=torch.stack(wrists),
         T_world_object=T,
         obstacle=object_model.obstacle,
         balance=balance_weight(clip),
     )
+
+
+def arms_follow(contact: Float[np.ndarray, "*b frames 2"]) -> Float[np.ndarray, "*b frames 2"]:
+    """Return how far each arm follows its palm, in [0, 1]: a while longer than the palm touches.
+
+    Arms that came from their sampled pose, and went back, as quickly as palms touch would whip round.
+
+    Args:
+        contact: weight of each hand's contact, in [0, 1].
+    """
+    # What one hand or sample holds says nothing of another: they lie too far apart.
+    apart = np.full(contact.ndim, BODY_DECODING.following)
+    apart[-2] = 1
+    away = np.asarray(distance_transform_edt(contact < 1, sampling=apart))
+    following = min_jerk(1 - away / BODY_DECODING.following)
+    return np.where((contact < 1).all(), contact, np.maximum(contact, following))
 
 
 def assemble_people(

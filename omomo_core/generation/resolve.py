@@ -18,7 +18,7 @@ from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.contact.anchor import anchor_spans
 from omomo_core.contact.segment import ContactSegment, ContactSpan, follow_anchors
 from omomo_core.generation.config import CORRECTION
-from omomo_core.generation.decoding import assemble_people, balance_weight
+from omomo_core.generation.decoding import arms_follow, assemble_people, balance_weight
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.person import Person, join, stretch
 from omomo_core.generation.solving.bodies import solve_bodies
@@ -106,7 +106,7 @@ def _interaction_targets(
     wrists = face_palms(_tensor(human.rotations[:, WRISTS]), fresh, object_model.surface, T)
     return InteractionTargets(
         palms=_tensor(present + free[:, None, None] * (hands.palms - present))[None],
-        hold=_tensor(hands.contact)[None],
+        hold=_tensor(arms_follow(hands.contact))[None],
         R_world_wrist=wrists[None],
         T_world_object=T,
         obstacle=object_model.obstacle,

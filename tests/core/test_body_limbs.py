@@ -6,6 +6,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from omomo_core.body.config import LIMB
 from omomo_core.body.kinematics import forward_kinematics, global_rotations
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.load import load_body
@@ -82,6 +83,29 @@ def test_too_far_stretches_toward_the_target_and_says_how_far(limb: LimbName):
     first, second = flexion(joints, limb)
     if limb.endswith("leg"):
         assert (torch.cosine_similarity(first, second, dim=-1) > 0.99).all()
+
+
+@limbs
+def test_a_limb_that_is_solved_gently_does_not_snap_where_it_becomes_straight(limb: LimbName):
+    """A target goes evenly out of reach."""
+    shares = torch.linspace(0.9, 1.05, 61)
+    root, R = rest_pose(len(shares))
+    upper, middle, end = LIMBS[limb]
+    rest = forward_kinematics(BODY, root[:1], R[:1])[0]
+    wrist = {22: 20, 23: 21}.get(end, end)
+    length = (rest[middle] - rest[upper]).norm() + (rest[wrist] - rest[middle]).norm()
+    way = shares[:, None] * length * torch.tensor([0.0, -1.0, 0.0])
+    target = rest[upper] + way + rest[end] - rest[wrist]
+    snaps = []
+    for gently in (False, True):
+        solved, residual = reach(BODY, root, R, limb, target, gently=gently)
+        joints = forward_kinematics(BODY, root, solved)
+        thigh, shin = joints[:, middle] - joints[:, upper], joints[:, wrist] - joints[:, middle]
+        bend = torch.cosine_similarity(thigh, shin, dim=-1).clamp(max=1.0).arccos()
+        snaps.append(bend.diff().abs().max())
+        assert residual[shares < LIMB.easy].max() == 0
+        assert residual[shares <= 1.0].max() < 0.008 * length
+    assert snaps[1] < 0.6 * snaps[0]
 
 
 @limbs

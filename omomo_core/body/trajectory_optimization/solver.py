@@ -1,7 +1,7 @@
 """Trajectory optimisation: Gauss-Newton on the splines of a whole clip, then exact hands and feet."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 
 import numpy as np
 import roma
@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from torch import Tensor
 
-from omomo_core.body.kinematics import forward_kinematics, joints_of
+from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
 from omomo_core.body.trajectory_optimization.anatomy import (
@@ -25,7 +25,6 @@ from omomo_core.body.trajectory_optimization.config import SOLVER, TURN_CLOSENES
 from omomo_core.body.trajectory_optimization.residuals import linearise, support_extent
 from omomo_core.body.trajectory_optimization.spline import Spline, gauss_newton_step
 from omomo_core.body.trajectory_optimization.targets import FrameTargets, SolverTargets
-from omomo_core.geometry.easing import min_jerk
 from omomo_core.geometry.transforms import velocity
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
@@ -61,7 +60,7 @@ def optimise_trajectory(
         body: whose bones, flesh and weight to use.
         root: pelvis of the initial motion, world, metres.
         rotations: its global R_world_joint.
-        targets: of hands and feet, and the obstacle.
+        targets: of hands and feet, and the obstacle; `approach.py` says where hands are that come or go.
         anatomy: collision spheres; the coarse ones of the synthesis if not given.
         free: how far each frame may be corrected, from 0 (not at all) to 1.
         steps: Gauss-Newton iterations.
@@ -71,7 +70,6 @@ def optimise_trajectory(
         Root and rotations; held palms and planted feet are exact where the limbs reach.
     """
     clips, frames = root.shape[:-2], root.shape[-2]
-    targets = _keep_approach(body, root, rotations, targets)
     rotations = _each(limit_arm_speed, rotations)
     anatomy, spline = anatomy or build_anatomy(body), Spline(frames, SOLVER.coefficient_spacing)
     basis = spline.basis(np.arange(frames, dtype=float))
@@ -127,22 +125,6 @@ def _each(
     """Return the rotations with `change` applied to each clip."""
     clips = rotations.reshape(-1, *rotations.shape[-4:])
     return np.stack([change(clip) for clip in clips]).reshape(rotations.shape)
-
-
-def _keep_approach(
-    body: BodyModel,
-    root: Float[np.ndarray, "*b frames 3"],
-    rotations: Float[np.ndarray, "*b frames 22 3 3"],
-    targets: SolverTargets,
-) -> SolverTargets:
-    """Return targets in which hands that come or go follow the initial motion."""
-    palms = joints_of(body, root, rotations)[..., 22:, :]
-    firm = targets.hold[..., None] >= 1.0
-    return replace(
-        targets,
-        palms=np.where(firm, targets.palms, palms),
-        hold=np.where(firm[..., 0], 1.0, min_jerk(targets.hold / SOLVER.approach_hold)),
-    )
 
 
 def _float(a: np.ndarray) -> Tensor:

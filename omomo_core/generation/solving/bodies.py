@@ -19,6 +19,7 @@ from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
 from omomo_core.body.soles import sole_points
 from omomo_core.body.trajectory_optimization.anatomy import build_anatomy, centre_of_mass
+from omomo_core.body.trajectory_optimization.approach import blend_approach
 from omomo_core.body.trajectory_optimization.solver import firmness, optimise_trajectory
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets, SolverTargets
 from omomo_core.generation.collision.config import SIDES
@@ -185,7 +186,8 @@ def _solve_limbs(
 ) -> _Pose:
     ankles, rotations = ankles_of(feet), pose.rotations
     for side in range(2):
-        rotations, _ = reach(body, pose.root, rotations, LEGS[side], ankles[..., side, :])
+        goal = ankles[..., side, :]
+        rotations, _ = reach(body, pose.root, rotations, LEGS[side], goal, gently=True)
     return replace(pose, rotations=solve_arms(body, pose.root, rotations, targets))
 
 
@@ -249,7 +251,7 @@ def _solver_targets(
         np.stack(of) for of in zip(*((f.standing, f.rolling) for f in feet), strict=True)
     )
     joints = forward_kinematics(body, pose.root, pose.rotations).double().numpy()
-    return SolverTargets(
+    wanted = SolverTargets(
         palms=targets.palms.double().numpy(),
         R_world_wrist=targets.R_world_wrist.double().numpy(),
         hold=targets.hold.double().numpy(),
@@ -262,3 +264,4 @@ def _solver_targets(
         balance=targets.balance,
         carried_mass=0.0,
     )
+    return blend_approach(body, pose.root.double().numpy(), pose.rotations.double().numpy(), wanted)

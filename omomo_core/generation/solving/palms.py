@@ -53,7 +53,8 @@ def lay_palms(
         palms[k] += free[:, None, None] * rise
         rotations[k][:, WRISTS] = wrists
     for side in range(2):
-        rotations, _ = reach(body, root, rotations, ARMS[side], palms[..., side, :].to(rotations))
+        goal = palms[..., side, :].to(rotations)
+        rotations, _ = reach(body, root, rotations, ARMS[side], goal, gently=True)
     twist = roma.rotmat_to_rotvec(share_twist(rotations[:, :, ELBOWS], rotations[:, :, WRISTS]))
     rotations[:, :, ELBOWS] = rotations[:, :, ELBOWS] @ roma.rotvec_to_rotmat(
         free[:, None, None] * twist

@@ -36,7 +36,7 @@ def solve_arms(
     for side in range(2):
         weight = targets.hold[..., side].contiguous()
         palms = targets.palms[..., side, :]
-        rotations, _ = reach(body, root, rotations, ARMS[side], palms, weight=weight)
+        rotations, _ = reach(body, root, rotations, ARMS[side], palms, weight=weight, gently=True)
     return rotations
 
 

@@ -12,6 +12,7 @@ from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
 from omomo_core.body.soles import sole_points
 from omomo_core.body.trajectory_optimization.anatomy import centre_of_mass
+from omomo_core.body.trajectory_optimization.approach import keep_approach
 from omomo_core.body.trajectory_optimization.obstacle import BoxObstacle
 from omomo_core.body.trajectory_optimization.solver import optimise_trajectory
 from omomo_core.body.trajectory_optimization.targets import SolverTargets
@@ -140,7 +141,8 @@ def _optimised(
         load=0.0 if plan.leant_on else plan.prop.mass,
         leant_on=plan.leant_on,
     )
-    root, rotations = optimise_trajectory(body, performance.root, performance.rotations, targets)
+    initial = performance.root, performance.rotations
+    root, rotations = optimise_trajectory(body, *initial, keep_approach(body, *initial, targets))
     joints = joints_of(body, root, rotations)
     residual = np.linalg.norm(joints[:, 22:] - hands.palms, axis=-1) * hands.contact
     return ActorMotion(root, rotations, residual)

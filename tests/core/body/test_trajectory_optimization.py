@@ -16,6 +16,7 @@ from omomo_core.body.model import BodyModel
 from omomo_core.body.soles import sole_points
 from omomo_core.body.trajectory_optimization.anatomy import VALUES, build_anatomy, centre_of_mass
 from omomo_core.body.trajectory_optimization.angular_speed_limit import limit_arm_speed
+from omomo_core.body.trajectory_optimization.approach import blend_approach, keep_approach
 from omomo_core.body.trajectory_optimization.obstacle import BoxObstacle
 from omomo_core.body.trajectory_optimization.residuals import anatomy_points
 from omomo_core.body.trajectory_optimization.solver import optimise_trajectory
@@ -129,11 +130,33 @@ def test_arms_hang_as_they_did_until_shortly_before_they_hold(body: BodyModel, t
         pull = torch.as_tensor(wanted.hold[:, side]).contiguous()
         goal = torch.as_tensor(wanted.palms[:, side])
         arms, _ = reach(body, torch.as_tensor(root), arms, arm, goal, weight=pull)
+    wanted = keep_approach(body, root, arms.numpy(), wanted)
     palms = joints_of(body, *optimise_trajectory(body, root, arms.numpy(), wanted))[:, 22:]
     held, free = slice(FRAMES * 3 // 4, None), slice(FRAMES // 3)
     assert np.linalg.norm(palms[held] - places, axis=-1).max() < 0.005
     before = joints_of(body, root, rotations)[free, 22:]
     assert np.linalg.norm(palms[free] - before, axis=-1).max() < 0.06
+
+
+def test_hands_come_smoothly_to_what_the_initial_motion_does_not_reach(body: BodyModel) -> None:
+    root, rotations = standing(body)
+    places = np.array([[0.85, 0.2, 1.0], [0.85, -0.2, 1.0]])
+    wanted = goals(body, (root, rotations), places, FAR, 0.0)
+    wanted.hold[:] = np.linspace(-2.5, 2.5, FRAMES).clip(0.0, 1.0)[:, None]
+    before = joints_of(body, root, rotations)[:, 22:]
+    kept, blended = (
+        change(body, root, rotations, wanted) for change in (keep_approach, blend_approach)
+    )
+    for targets in (kept, blended):
+        still = wanted.hold[:, 0] == 0
+        np.testing.assert_array_equal(targets.palms[still], before[still])
+        np.testing.assert_allclose(targets.palms[-1], places, rtol=0, atol=1e-12)
+        np.testing.assert_array_equal(targets.hold[still], 0.0)
+        np.testing.assert_array_equal(targets.hold[-1], 1.0)
+    way = np.linalg.norm(before[0] - places, axis=-1).max()
+    jump, step = (np.linalg.norm(np.diff(t.palms, axis=0), axis=-1).max() for t in (kept, blended))
+    assert jump == pytest.approx(way)
+    assert step < way / 10
 
 
 def test_clips_side_by_side_are_each_alone(body: BodyModel) -> None:
