@@ -149,8 +149,8 @@ def test_holding_palms_reach_their_places_and_free_ones_stay():
     palms[:, 0] = torch.tensor([0.15, -0.4, 1.1])
     hold = torch.tensor([1.0, 0.0]).expand(40, 2).clone()
     joints, turned, out = solve(root, R, palms, hold)
-    assert (joints[:, 22] - palms[:, 0]).norm(dim=-1).max() < 1e-4
-    assert out.miss.max() < 1e-4
+    assert (joints[:, 22] - palms[:, 0]).norm(dim=-1).max() < 5e-4
+    assert out.miss.max() < 5e-4
     # The free arm goes with the trunk.
     assert (turned[:, 9].mT @ turned[:, 17] - R[:, 9].mT @ R[:, 17]).abs().max() < 0.3
 

@@ -98,12 +98,12 @@ class ReachConfig:
         "covers the last tenth better, because it also bends, turns and lifts shoulders.",
     )
     last_stretch: float = setting(
-        0.999,
+        0.98,
         "share",
         "Part of a straight arm's length within which palms are brought after the optimisation.",
     )
     leg_stretch: float = setting(
-        0.995, "share", "Part of a straight leg's length within which the floor is brought."
+        0.99, "share", "Part of a straight leg's length within which the floor is brought."
     )
     farthest: float = setting(
         0.25,
