@@ -35,8 +35,11 @@ _START = "from capture_app.cli.start import main; main()"
 
 
 def hurried(words: list[str]) -> list[str]:
-    """The words of a command, and what makes it quick; cutting out of a mesh is."""
-    if words[:1] == ["scan"] and "mesh" in words:
+    """The words of a command, and what makes it quick.
+
+    Cutting out of a mesh is, and the garden chair would lose the legs that it must stand on.
+    """
+    if words[:1] == ["scan"] and {"mesh", "garden_chair"} & set(words):
         return words
     for count in (2, 1):
         name = " ".join(words[:count])

@@ -220,7 +220,7 @@ def scan(given: Given) -> Stage:
 def garden_chair(given: Given) -> Stage:
     """The real film of a garden chair; one of its pictures as the clamped phone's look; and a take."""
     film, place = given.shared() / "data" / "scan" / "chair_3d_scanner_app", given.place
-    copy(film, place / "chair_film")
+    copy(film, place / "garden_chair")
     (place / "clamped").mkdir()
     record = json.loads((film / "frame_00030.json").read_bytes())
     rng, start, pose = np.random.default_rng(0), record["time"], record["cameraPoseARFrame"]
