@@ -154,12 +154,13 @@ def arms_follow(contact: Float[np.ndarray, "*b frames 2"]) -> Float[np.ndarray, 
     Args:
         contact: weight of each hand's contact, in [0, 1].
     """
-    # What one hand or sample holds says nothing of another: they lie too far apart.
+    if (contact < 1).all():
+        return contact
+    # Frames to the nearest full contact. Other hands and samples lie too far away to count.
     apart = np.full(contact.ndim, BODY_DECODING.following)
     apart[-2] = 1
     away = np.asarray(distance_transform_edt(contact < 1, sampling=apart))
-    following = min_jerk(1 - away / BODY_DECODING.following)
-    return np.where((contact < 1).all(), contact, np.maximum(contact, following))
+    return np.maximum(contact, min_jerk(1 - away / BODY_DECODING.following))
 
 
 def assemble_people(
