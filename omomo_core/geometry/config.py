@@ -34,20 +34,15 @@ class DistanceFieldConfig:
     )
     crossing: float = setting(
         1.3,
-        "grid steps",
-        "Sum of two neighbours' distances to the surface below which it may lie between them. One step "
-        "would do, but winding numbers change fast around the rim of a hole.",
+        "share",
+        "Sum of the distances of two points to the surface, over that from one to the other, up to which "
+        "it may lie between them. One would do, but winding numbers change fast around the rim of a hole.",
     )
     winding_accuracy: float = setting(
         1.5,
         "sizes",
         "Distance from a part of the surface, in sizes of the part, beyond which its winding number is "
         "approximated (Barill et al. 2018); the error is 0.06 turns at most on our objects.",
-    )
-    clear_winding: float = setting(
-        0.3,
-        "turns",
-        "Distance of a winding number from one half that needs no measurement of its own.",
     )
 
 

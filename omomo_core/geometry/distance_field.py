@@ -187,25 +187,22 @@ class _Sheet(Triangles):
             )
         return turns
 
+    def signed(self, points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, " points"]:
+        """Signed distances of points."""
+        return _signed(self.distance(points), self.turns(points))
+
 
 def _measured(
     sheet: _Sheet, low: Float[np.ndarray, "3"], spacing: float, wide: Int[np.ndarray, "3"]
 ) -> Float[Tensor, "x y z"]:
     """Signed distances of a grid: exact near the surface, interpolated in the empty rest."""
-    distance, turns = (np.full(DISTANCE_FIELD.stride * wide + 1, np.nan) for _ in range(2))
-    every = (slice(None, None, DISTANCE_FIELD.stride),) * 3
     places = low + DISTANCE_FIELD.stride * spacing * np.argwhere(np.ones(wide + 1))
-    distance[every] = sheet.distance(places).reshape(wide + 1)
-    turns[every] = sheet.turns(places).reshape(wide + 1)
-    rough = torch.from_numpy(_signed(distance[every], turns[every]))[None, None]
-    values = interpolate(rough, distance.shape, mode="trilinear", align_corners=True)[0, 0].numpy()
+    rough = torch.from_numpy(sheet.signed(places).reshape(wide + 1))[None, None]
+    shape = tuple(DISTANCE_FIELD.stride * wide + 1)
+    values = interpolate(rough, shape, mode="trilinear", align_corners=True)[0, 0].numpy()
     near = np.flatnonzero(np.abs(values) < DISTANCE_FIELD.band * DISTANCE_FIELD.stride * spacing)
-    at = low + spacing * np.stack(np.unravel_index(near, distance.shape), axis=-1)
-    distance.flat[near] = sheet.distance(at)
-    _spread_to_neighbours(turns, distance, near, spacing)
-    unsure = ~(np.abs(turns.flat[near] - 0.5) > DISTANCE_FIELD.clear_winding)
-    turns.flat[near[unsure]] = sheet.turns(at[unsure])
-    values.flat[near] = _signed(distance.flat[near], turns.flat[near])
+    at = low + spacing * np.stack(np.unravel_index(near, shape), axis=-1)
+    values.flat[near] = sheet.signed(at)
     return torch.from_numpy(values).float()
 
 
@@ -213,47 +210,6 @@ def _signed(
     distance: Float[np.ndarray, "*b"], turns: Float[np.ndarray, "*b"]
 ) -> Float[np.ndarray, "*b"]:
     return np.where(turns > 0.5, -distance, distance)
-
-
-def _spread_to_neighbours(
-    turns: Float[np.ndarray, "x y z"],
-    distance: Float[np.ndarray, "x y z"],
-    wanted: Int[np.ndarray, " points"],
-    spacing: float,
-) -> None:
-    """Fill in winding numbers that follow from those of neighbours in the grid.
-
-    Winding numbers jump only at the surface, which does not pass between two points whose distances to it
-    add up to more than the distance from one to the other. So most points near a surface, where
-    measuring costs most, need not be measured.
-
-    Args:
-        turns: NaN where it is unknown.
-        distance: to the surface, metres; NaN where it is unknown.
-        wanted: flat indices of what is filled in, where possible.
-        spacing: of the grid, metres.
-    """
-    turns_at, distance_at = turns.reshape(-1), distance.reshape(-1)
-    _, rows, columns = turns.shape
-    ways = (-rows * columns, rows * columns, -columns, columns, -1, 1)
-    wanted, found = wanted[np.isnan(turns_at[wanted])], wanted
-    while len(found):
-        total, count = np.zeros(len(wanted)), np.zeros(len(wanted), int)
-        for way in ways:
-            # A point at the edge of the grid reads one of the opposite edge; both are far outside.
-            there = wanted + way
-            beside = turns_at.take(there, mode="clip")
-            between = (
-                distance_at[wanted] + distance_at.take(there, mode="clip")
-                <= DISTANCE_FIELD.crossing * spacing
-            )
-            clear = ~(between | np.isnan(beside))
-            total[clear] += beside[clear]
-            count += clear
-        known = count > 0
-        found = wanted[known]
-        turns_at[found] = total[known] / count[known]
-        wanted = wanted[~known]
 
 
 def _tidy(mesh: ObjectMesh) -> trimesh.Trimesh:

@@ -244,6 +244,21 @@ def test_near_a_hole_the_sides_are_those_of_the_winding_number():
     assert (found == (np.abs(turns) > 0.5)).mean() > 0.998
 
 
+def test_the_inside_of_a_thin_scanned_part_does_not_run_out_of_its_holes():
+    solid = trimesh.creation.box((0.04, 0.6, 0.4)).subdivide_to_size(0.02)
+    middles = np.asarray(solid.triangles_center)
+    holes = np.array([[0.02, y, z] for y in (-0.2, 0.0, 0.2) for z in (-0.1, 0.1)])
+    solid.update_faces(np.linalg.norm(middles[:, None] - holes, axis=-1).min(axis=1) > 0.025)
+    field = distance_field(mesh_of(solid))
+    low, high = solid.bounds
+    within = ((grid(field) > low) & (grid(field) < high)).all(axis=1)
+    turns = igl.winding_number(
+        np.asarray(solid.vertices), np.asarray(solid.faces), grid(field)[within]
+    )
+    found = field.values.numpy().reshape(-1)[within] < 0
+    assert (found == (turns > 0.5)).mean() > 0.995
+
+
 @pytest.mark.parametrize("shape", ["whole", "with a hole"])
 def test_exact_distances_have_the_side_of_the_winding_number(shape: str):
     solid = trimesh.creation.icosphere(4, 0.2)
