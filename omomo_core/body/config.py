@@ -116,12 +116,12 @@ class GraspConfig:
         "Interval, in the middle of a contact, of the key frames that the first steps measure.",
     )
     shaping: float = setting(
-        14.0,
+        20.0,
         "frames",
         "Time in which fingers take the shape of a grip before a contact, and lose it after.",
     )
     leaving: float = setting(
-        26.0,
+        32.0,
         "frames",
         "Time from a contact at which fingers are relaxed as recorded, whatever is near.",
     )

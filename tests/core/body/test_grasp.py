@@ -144,7 +144,7 @@ def test_fingers_take_a_grip_before_the_contact_and_are_relaxed_long_before():
     found = close_fingers(BODY, R, torch.stack([wrist, far], dim=1), T, field_of("pole"), weight)
     fingers = found.fingers
     turned = roma.rotmat_geodesic_distance(fingers, BODY.relaxed_fingers.expand_as(fingers))
-    assert turned[:10].max() == 0
+    assert turned[:7].max() == 0
     assert turned[38, :15].max() > 0.05
     assert turned[:, 15:].max() == 0
     steps = roma.rotmat_geodesic_distance(fingers[1:], fingers[:-1])
