@@ -39,8 +39,8 @@ _FIX_MOUNT = (
 )
 _FIX_AXES = (
     "Check that mount and mesh belong together (--mount maps points of the mesh into the phone's axes, "
-    "not the other way round), and which way is up in the log (--up). If the object did lean against "
-    "something, add --force."
+    "not the other way round), that the mesh lacks no leg, and which way is up in the log (--up). If the "
+    "object did lean against something, add --force."
 )
 
 

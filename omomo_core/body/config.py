@@ -111,7 +111,7 @@ class GraspConfig:
     )
     stride: int = setting(4, "frames", "Interval between key frames.")
     coarse_stride: int = setting(
-        3,
+        4,
         "key frames",
         "Interval, in the middle of a contact, of the key frames that the first steps measure.",
     )
@@ -126,17 +126,25 @@ class GraspConfig:
         "Time from a contact at which fingers are relaxed as recorded, whatever is near.",
     )
     coarse_points: int = setting(
-        15, "count", "Points of each phalanx, of 20, that the first steps measure."
+        12, "count", "Points of each phalanx, of 20, that the first steps measure."
+    )
+    stuck_depth: float = setting(
+        0.004,
+        "m",
+        "Depth from which on a finger takes the posture of its grip if that is less deep.",
+    )
+    crossing_depth: float = setting(
+        0.02, "m", "Depth that counts for a finger with a bone that passes through the surface."
     )
     closing: float = setting(
         8.0, "frames", "Time in which an opened hand closes, and in which it opens to let go."
     )
     rounds: int = setting(
-        8, "count", "Gauss-Newton steps; after 6, some hands are still inside a wall."
+        7, "count", "Gauss-Newton steps; after 6, some hands are still inside a wall."
     )
-    full_rounds: int = setting(2, "count", "Last steps, which measure every key frame.")
+    full_rounds: int = setting(1, "count", "Last steps, which measure every key frame.")
     exact_rounds: int = setting(
-        5, "count", "Last steps, which measure to the surface itself instead of the grid."
+        4, "count", "Last steps, which measure to the surface itself instead of the grid."
     )
     exact_range: float = setting(0.012, "m", "Distance within which they do so.")
     counting_range: float = setting(

@@ -14,7 +14,7 @@ from torch import Tensor
 
 from omomo_core.body.config import GRASP, GRIP
 from omomo_core.body.finger_model import ANGLES, FingerModel, pose_fingers
-from omomo_core.body.grip import HandPoses, goes_through, relaxed_angles
+from omomo_core.body.grip import HandPoses, crossed_bones, relaxed_angles
 from omomo_core.body.hand_skin import THUMB
 from omomo_core.geometry.distance_field import DistanceField
 
@@ -73,32 +73,47 @@ def fit_fingers(
         step = _solved(weight[..., None] * H, weight * g, few.place, between, angles)
         angles = angles + step.clamp(-GRASP.longest_step, GRASP.longest_step)
         angles = slowed(torch.minimum(torch.maximum(angles, model.low), model.high), times)
-    return _out_of_walls(model, keys, angles, times, field)
+    return _freed(model.thinned(GRASP.coarse_points), keys, angles, times, field)
 
 
-def _out_of_walls(
+def _freed(
     model: FingerModel,
     keys: KeyFrames,
     angles: Float[Tensor, "rows times 5 angles"],
     times: Int[Tensor, " times"],
     field: DistanceField,
 ) -> Float[Tensor, "rows times 5 angles"]:
-    """Return the angles; fingers that pass through the surface take those of their grip.
+    """Return the angles; fingers that are stuck take those of their grip where that is less deep.
 
-    Beyond a thin wall a finger is outside of the object again, so no residual pushes it back.
+    In the middle of a pole no side is nearer, and beyond a thin wall a finger is outside of the object again:
+    no residual pushes it back.
     """
     place = tuple(keys.place.T)
-    through = goes_through(model, keys.poses, angles[place], field).nonzero().T
-    if not through.numel():
+    worse = _stuck(model, keys.poses, angles[place], field)
+    key, finger = (worse > GRASP.stuck_depth).nonzero().T
+    if not key.numel():
         return angles
-    row, finger = through
-    better = ~goes_through(model, keys.poses[row], keys.goal[row], field)[
-        torch.arange(len(row)), finger
-    ]
-    row, finger = row[better], finger[better]
+    some = key.unique()
+    of_grip = torch.zeros_like(worse)
+    of_grip[some] = _stuck(model, keys.poses[some], keys.goal[some], field)
+    better = of_grip[key, finger] < worse[key, finger]
+    key, finger = key[better], finger[better]
     angles = angles.clone()
-    angles[keys.place[row, 0], keys.place[row, 1], finger] = keys.goal[row, finger]
+    angles[keys.place[key, 0], keys.place[key, 1], finger] = keys.goal[key, finger]
     return slowed(angles, times)
+
+
+def _stuck(
+    model: FingerModel,
+    poses: HandPoses,
+    angles: Float[Tensor, "hands 5 angles"],
+    field: DistanceField,
+) -> Float[Tensor, "hands 5"]:
+    """Return how deep each finger is, metres; one that passes through the surface counts as deeper."""
+    posed = pose_fingers(model, poses.side, angles)
+    deepest = -field.fine(poses.placed(posed.points)).amin(dim=-1)
+    crossed = crossed_bones(poses.placed(posed.bones), field).any(dim=-1)
+    return deepest.clamp(min=0.0) + GRASP.crossing_depth * crossed
 
 
 def slowed(

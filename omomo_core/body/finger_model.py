@@ -121,7 +121,7 @@ def pose_fingers(
     """Return the skin of the fingers of hands, and how angles move it."""
     local = rotations(model, side, angles)
     joints, turned = _chain(model.offsets[side], local)
-    carried = model.weighted_skin[side] @ torch.cat([turned.mT, joints[..., None, :]], dim=-2)
+    carried = _carried(model, side, torch.cat([turned.mT, joints[..., None, :]], dim=-2))
     beyond = _from_last(carried)
     levers = beyond - model.following[side] * joints[..., None, :]
     still = (model.shares[..., :1] * model.skin)[side]
@@ -137,9 +137,23 @@ def pose_fingers(
     return PosedFingers(still + beyond[..., 0, :, :], torch.stack(axes, dim=-2), levers, joints)
 
 
+def _carried(
+    model: FingerModel, side: Int[Tensor, " b"], bones: Float[Tensor, "b 5 3 4 3"]
+) -> Float[Tensor, "b 5 3 points 3"]:
+    """Return the part of each joint in the place of each point: one product for all hands of a side."""
+    skin = model.weighted_skin
+    carried = bones.new_empty(len(side), *skin.shape[1:4], 3)
+    for own in range(2):
+        of_side = (side == own).nonzero()[:, 0]
+        carried[of_side] = torch.einsum("fjpk,bfjkx->bfjpx", skin[own], bones[of_side])
+    return carried
+
+
 def _from_last(x: Float[Tensor, "*b 3 points n"]) -> Float[Tensor, "*b 3 points n"]:
     """Return the sum of each joint's part and of those beyond it."""
-    return x.flip(-3).cumsum(dim=-3).flip(-3)
+    base, middle, last = x.unbind(dim=-3)
+    outer = last + middle
+    return torch.stack([outer + base, outer, last], dim=-3)
 
 
 def _chain(

@@ -247,8 +247,8 @@ def _measures(
     row, key = keys.place.T
     model = finger_model(body)
     skin = pose_fingers(model, keys.poses.side, angles[row, key]).points
-    distance = field.at(keys.poses.placed(skin))
-    palm = field.at(keys.poses.placed(model.palm[keys.poses.side]))
+    distance = field.fine(keys.poses.placed(skin))
+    palm = field.fine(keys.poses.placed(model.palm[keys.poses.side]))
     found = torch.zeros(2, *angles.shape[:2])
     deepest = torch.minimum(distance.flatten(1).amin(dim=1), palm.amin(dim=1))
     found[0, row, key] = (-deepest).clamp(min=0.0)

@@ -15,7 +15,6 @@ from omomo_core.body.config import GRIP
 from omomo_core.body.finger_model import (
     ANGLES,
     PER_PHALANX,
-    FingerModel,
     finger_model,
     pose_fingers,
 )
@@ -126,20 +125,11 @@ def _crossing_cost(
     """
     middle = poses[torch.arange(GRIP.poses // 2, len(poses.side), GRIP.poses)]
     bones = middle.placed(postures.bones[middle.side])
-    return GRIP.crossing_cost * _crossed(bones, field).sum(dim=-1)
+    return GRIP.crossing_cost * crossed_bones(bones, field).sum(dim=-1)
 
 
-def goes_through(
-    model: FingerModel,
-    poses: HandPoses,
-    angles: Float[Tensor, "hands 5 angles"],
-    field: DistanceField,
-) -> Bool[Tensor, "hands 5"]:
-    """Return which fingers have a bone that passes through the surface."""
-    return _crossed(poses.placed(pose_fingers(model, poses.side, angles).bones), field).any(dim=-1)
-
-
-def _crossed(bones: Float[Tensor, "*b 4 3"], field: DistanceField) -> Bool[Tensor, "*b 3"]:
+def crossed_bones(bones: Float[Tensor, "*b 4 3"], field: DistanceField) -> Bool[Tensor, "*b 3"]:
+    """Return which bones of fingers pass through the surface; from joint to joint, object's frame."""
     return field.crossed(bones[..., :-1, :], bones[..., 1:, :])
 
 

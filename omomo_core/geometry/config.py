@@ -38,6 +38,11 @@ class DistanceFieldConfig:
         "Sum of the distances of two points to the surface, over that from one to the other, up to which "
         "it may lie between them. One would do, but winding numbers change fast around the rim of a hole.",
     )
+    grid_error: float = setting(
+        0.25,
+        "grid steps",
+        "Distance from the grid's surface up to which a point may be inside by far.",
+    )
     winding_accuracy: float = setting(
         1.5,
         "sizes",

@@ -63,15 +63,26 @@ class DistanceField:
         self, points: Float[Tensor, "points 3"]
     ) -> tuple[Float[Tensor, " points"], Float[Tensor, "points 3"]]:
         """Signed distance to the surface itself, and the direction in which it grows; slow."""
-        away = self.away(points)
         if self.sheet is None or not len(points):
-            return self.at(points), away
+            return self.at(points), self.away(points)
         found = points.double().numpy()
         distance, nearest = self.sheet.nearest(found)
         signed = torch.from_numpy(self._with_side(distance, found, self.sheet)).to(points)
         way = (points - torch.from_numpy(nearest).to(points)) * torch.sign(signed)[:, None]
         # On the surface itself there is no way to it.
-        return signed, normalize(way + DISTANCE_FIELD.touching * away, dim=-1)
+        touching = torch.from_numpy(distance < DISTANCE_FIELD.touching)
+        way[touching] += DISTANCE_FIELD.touching * self.away(points[touching])
+        return signed, normalize(way, dim=-1)
+
+    def fine(self, points: Float[Tensor, "*b 3"]) -> Float[Tensor, "*b"]:
+        """Signed distance of points, metres: to the surface itself where they may be inside.
+
+        The grid alone is too coarse for thin parts.
+        """
+        distance = self.at(points)
+        near = distance < DISTANCE_FIELD.grid_error * self.spacing
+        distance[near] = self.exact(points[near])[0]
+        return distance
 
     def _with_side(
         self,
@@ -86,13 +97,15 @@ class DistanceField:
         the others, right at the surface, take that of the winding number, which costs more.
         """
         values, low = self.values.numpy(), self.low.double().numpy()
-        grid = ((points - low) / self.spacing).clip(0, np.array(values.shape) - 1)
-        first = np.minimum(grid.astype(int), np.array(values.shape) - 2)
+        place = (points - low) / self.spacing
+        first = place.astype(int).clip(0, np.array(values.shape) - 2)
+        nearer = place - first > 0.5
         signed, unsure = np.full(len(points), np.nan), np.arange(len(points))
         for corner in np.ndindex(2, 2, 2):
-            at = first[unsure] + corner
+            # The nearest corner comes first, that opposite to it last.
+            at = first[unsure] + (nearer[unsure] ^ np.array(corner, bool))
             value = values[tuple(at.T)].astype(float)
-            apart = np.linalg.norm(points[unsure] - (low + self.spacing * at), axis=1)
+            apart = self.spacing * np.sqrt(np.square(place[unsure] - at).sum(axis=1))
             same = distance[unsure] + np.abs(value) > DISTANCE_FIELD.crossing * apart
             signed[unsure[same]] = np.copysign(distance[unsure[same]], value[same])
             unsure = unsure[~same]

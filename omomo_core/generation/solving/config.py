@@ -146,7 +146,7 @@ class WristConfig:
 class PalmPlanConfig:
     """Orientations of holding hands: which are tried, and what each costs."""
 
-    stride: int = setting(5, "frames", "Interval between the frames in which they are chosen.")
+    stride: int = setting(6, "frames", "Interval between the frames in which they are chosen.")
     heading: float = setting(1.6, "rad", "Largest turn about the surface's normal.")
     headings: int = setting(17, "count", "Turns about the normal that are tried.")
     lifts: tuple[float, ...] = setting(
