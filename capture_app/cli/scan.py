@@ -51,11 +51,13 @@ def scan(source: Source, mesh: Output, **said: Any) -> None:
 
 
 def _estimate(request: ScanRequest) -> None:
-    """About how long it will take; a mesh of another app takes no time."""
+    """About how long it will take; a mesh of another app takes no time, and what is missing none."""
     from capture_app.scanning.estimate import estimate_seconds, in_words
     from ingest.scan.sources.read import is_mesh
 
-    if not is_mesh(request.source) and request.method != "mesh" and request.at is None:
+    if request.method == "mesh" or request.at is not None:
+        return
+    if request.source.exists() and not is_mesh(request.source):
         pictures = f"for {request.frames} pictures" if not request.draft else "for a draft"
         about = in_words(estimate_seconds(request.frames, request.draft))
         problems.print(f"This takes about {about} {pictures}, less for fewer.", highlight=False)

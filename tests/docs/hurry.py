@@ -13,8 +13,8 @@ from urllib.error import HTTPError
 from urllib.parse import urlsplit
 from urllib.request import urlopen
 
-from tests.conftest import REPO
-
+REPO = Path(__file__).resolve().parents[2]
+"""Found here, because every command of a page imports this file, which must import little."""
 _QUICK = ("--samples", "1", "--steps", "2", "--no-video")
 LESS: dict[str, tuple[str, ...]] = {
     "run": _QUICK,
@@ -28,7 +28,7 @@ LESS: dict[str, tuple[str, ...]] = {
     "data synthesise": ("--count", "1"),
     "data inspect": ("--clips", "1", "--videos", "0"),
     "study make": ("--raters", "1", "--pairs", "1", "--checks", "0", "--size", "96x72"),
-    "scan": ("--frames", "24", "--vertices", "1000", "--method", "depth"),
+    "scan": ("--draft", "--vertices", "1000", "--method", "depth"),
 }
 """What is added to a command, by its words. The last of two options counts."""
 _START = "from capture_app.cli.start import main; main()"
