@@ -83,33 +83,33 @@ def _freed(
     times: Int[Tensor, " times"],
     field: DistanceField,
 ) -> Float[Tensor, "rows times 5 angles"]:
-    """Return the angles; fingers that are stuck take those of their grip where that is less deep.
+    """Return the angles; stuck fingers take those of their grip if these are less deep in the object.
 
-    In the middle of a pole no side is nearer, and beyond a thin wall a finger is outside of the object again:
-    no residual pushes it back.
+    The steps do not free a finger in the middle of a pole, because no side is nearer, nor one that passes
+    through a thin wall, because its tip is outside of the object again.
     """
     place = tuple(keys.place.T)
-    worse = _stuck(model, keys.poses, angles[place], field)
-    key, finger = (worse > GRASP.stuck_depth).nonzero().T
+    depth = _finger_depths(model, keys.poses, angles[place], field)
+    key, finger = (depth > GRASP.stuck_depth).nonzero().T
     if not key.numel():
         return angles
     some = key.unique()
-    of_grip = torch.zeros_like(worse)
-    of_grip[some] = _stuck(model, keys.poses[some], keys.goal[some], field)
-    better = of_grip[key, finger] < worse[key, finger]
+    of_grip = torch.zeros_like(depth)
+    of_grip[some] = _finger_depths(model, keys.poses[some], keys.goal[some], field)
+    better = of_grip[key, finger] < depth[key, finger]
     key, finger = key[better], finger[better]
     angles = angles.clone()
     angles[keys.place[key, 0], keys.place[key, 1], finger] = keys.goal[key, finger]
     return slowed(angles, times)
 
 
-def _stuck(
+def _finger_depths(
     model: FingerModel,
     poses: HandPoses,
     angles: Float[Tensor, "hands 5 angles"],
     field: DistanceField,
 ) -> Float[Tensor, "hands 5"]:
-    """Return how deep each finger is, metres; one that passes through the surface counts as deeper."""
+    """Return how deep each finger is in the object, metres; one that crosses its surface counts as deeper."""
     posed = pose_fingers(model, poses.side, angles)
     deepest = -field.fine(poses.placed(posed.points)).amin(dim=-1)
     crossed = crossed_bones(poses.placed(posed.bones), field).any(dim=-1)

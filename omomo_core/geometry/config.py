@@ -41,7 +41,7 @@ class DistanceFieldConfig:
     grid_error: float = setting(
         0.25,
         "grid steps",
-        "Distance from the grid's surface up to which a point may be inside by far.",
+        "Distance to the surface, as the grid has it, below which a point may in truth be deep inside.",
     )
     winding_accuracy: float = setting(
         1.5,
