@@ -301,6 +301,12 @@ def test_a_thin_plate_and_a_pole_have_an_inside():
     assert at(field_of("pole"), np.zeros((1, 3)))[0] < -RADIUS / 2
 
 
+def test_finely_a_thin_pole_is_as_deep_as_it_is_on_a_coarse_grid():
+    field = distance_field(mesh_of(trimesh.creation.box((0.02, 0.02, 0.6))), spacing=0.02)
+    points = torch.tensor([[0.0, 0.0, 0.0], [0.005, 0.0, 0.1], [0.1, 0.0, 0.0]])
+    np.testing.assert_allclose(field.fine(points), [-0.01, -0.005, 0.09], atol=2e-3)
+
+
 @pytest.mark.parametrize("size", [0.05, 0.5, 2.0, 3.5])
 def test_grids_are_neither_huge_nor_coarse(size: float):
     field = distance_field(mesh_of(trimesh.creation.box((size, size / 3, size / 3))))
