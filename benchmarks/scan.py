@@ -25,6 +25,7 @@ from pathlib import Path
 from benchmarks.scan_errors import HEAD, compared
 from benchmarks.scan_films import Order, camera_errors, cameras, drift, filmed
 from benchmarks.scan_poisson import poisson
+from ingest.scan.choices import WHOLE
 from ingest.scan.clean.clean import CleanMesh, clean
 from ingest.scan.clean.save import save_mesh
 from ingest.scan.dense.cloud import cloud
@@ -32,7 +33,7 @@ from ingest.scan.dense.dense import dense_surface
 from ingest.scan.dense.depths import measure_depths
 from ingest.scan.dense.picture import SmallPictures
 from ingest.scan.region.region import aim_at, find_region
-from ingest.scan.silhouettes.silhouettes import WIDTH, find_silhouettes
+from ingest.scan.silhouettes.silhouettes import find_silhouettes
 from ingest.scan.types import Registered
 from tests.simulator.scan_objects import OBJECTS
 
@@ -81,7 +82,7 @@ def reconstruct(registered: Registered, method: str, name: str, work: Path) -> C
     if method == "poisson":
         vertices, faces = poisson(registered, region, depths.kinds[0], depth=8, trim=5.0)
         return clean(vertices, faces, None, region, name)
-    masks = find_silhouettes(SmallPictures(registered.views, WIDTH), depths, region)
+    masks = find_silhouettes(SmallPictures(registered.views, WHOLE.outlined), depths, region)
     surface = dense_surface(depths, region, masks=masks)
     return clean(surface.vertices, surface.faces, surface.colours, region, name, seen=surface.seen)
 

@@ -161,6 +161,7 @@ class ScanOptions(BaseModel):
             length=picked_length(self.length),
             height=self.height,
             metric=self.metric,
+            draft=self.draft,
         )
 
     @property

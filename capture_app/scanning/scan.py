@@ -15,7 +15,7 @@ from capture_app.scanning.page import scan_page
 from capture_app.scanning.pictures import outline_picture, views_picture
 from ingest.report.scanned import REPORT_DATA, REPORT_PAGE
 from ingest.scan.cameras.register import register
-from ingest.scan.choices import DRAFT_PICTURES, DRAFT_VOXEL, Measured
+from ingest.scan.choices import DRAFT, DRAFT_PICTURES, WHOLE
 from ingest.scan.clean.clean import CleanMesh, clean
 from ingest.scan.clean.pieces import main_piece
 from ingest.scan.clean.save import save_mesh
@@ -31,11 +31,11 @@ from ingest.scan.quality.coverage import one_sided
 from ingest.scan.quality.report import ScanReport, inspect_ready, inspect_scan
 from ingest.scan.region.logged_aim import check_logged_aim
 from ingest.scan.region.region import aim_at, find_region
-from ingest.scan.silhouettes.silhouettes import WIDTH, find_silhouettes
+from ingest.scan.silhouettes.silhouettes import Mask, find_silhouettes
 from ingest.scan.sources.read import read_source
 from ingest.scan.sources.room_mesh import room_depth, room_file
 from ingest.scan.texture.atlas import add_texture
-from ingest.scan.types import Frames, Registered, ScanSource
+from ingest.scan.types import Frames, Region, Registered, ScanSource
 from omomo_core.errors import InputError
 from omomo_core.whole_file import write_whole
 from render.stills import write_png
@@ -133,24 +133,7 @@ def find_object(request: ScanRequest, clock: Progress) -> Found:
         check_logged_aim(picked.frames)
     registered = register(source, picked, work, options=request.cameras, progress=clock)
     clock("cameras", 1.0)
-    aim = aim_at(registered.views, request.given_box)
-    room = _room(request, source, registered, picked)
-    method = _method(request, registered)
-    depths = measure_depths(registered, aim, work, method=method, room=room, progress=clock)
-    region = find_region(registered, request.given_box, cloud(depths, aim))
-    pictures = SmallPictures(registered.views, WIDTH)
-    masks = find_silhouettes(pictures, depths, region, progress=clock)
-    mirrored = request.symmetry == "on" or (
-        request.symmetry == "auto" and one_sided(registered.views, region)
-    )
-    surface = dense_surface(
-        depths,
-        region,
-        masks=masks,
-        symmetry=mirrored,
-        voxel=DRAFT_VOXEL if request.draft else None,
-        progress=clock,
-    )
+    region, masks, surface = _measured(request, source, picked, registered, clock)
     clock("clean", 0.0)
     cleaned = clean(
         surface.vertices,
@@ -179,12 +162,42 @@ def find_object(request: ScanRequest, clock: Progress) -> Found:
     return to_height(found, request.cameras.height)
 
 
-def _method(request: ScanRequest, registered: Registered) -> Measured:
-    """What measures depth: of a draft the phone, where it did; matching takes the longest."""
+def _measured(
+    request: ScanRequest,
+    source: ScanSource,
+    picked: Frames,
+    registered: Registered,
+    clock: Progress,
+) -> tuple[Region, list[Mask | None], DenseSurface]:
+    """Where the object is, its outlines in all views, and its surface."""
     assert request.method != "mesh"  # made_by_app has cut the object out
-    if request.draft and request.method == "auto" and any(view.depth for view in registered.views):
-        return "depth"
-    return request.method
+    detail = DRAFT if request.draft else WHOLE
+    aim = aim_at(registered.views, request.given_box)
+    room = _room(request, source, registered, picked)
+    depths = measure_depths(
+        registered,
+        aim,
+        request.work,
+        method=request.method,
+        width=detail.matched,
+        room=room,
+        progress=clock,
+    )
+    region = find_region(registered, request.given_box, cloud(depths, aim))
+    pictures = SmallPictures(registered.views, detail.outlined)
+    masks = find_silhouettes(pictures, depths, region, progress=clock)
+    mirrored = request.symmetry == "on" or (
+        request.symmetry == "auto" and one_sided(registered.views, region)
+    )
+    surface = dense_surface(
+        depths,
+        region,
+        masks=masks,
+        symmetry=mirrored,
+        voxel=detail.voxel,
+        progress=clock,
+    )
+    return region, masks, surface
 
 
 def _room(

@@ -1,5 +1,6 @@
 """What a user may choose of a scan; it imports nothing, so that the command line starts at once."""
 
+from dataclasses import dataclass
 from typing import Literal
 
 Measured = Literal["auto", "stereo", "depth", "both"]
@@ -16,7 +17,20 @@ PICTURES = 80
 """Pictures of a film to use."""
 DRAFT_PICTURES = 24
 """Most pictures of a film that a draft uses."""
-DRAFT_VOXEL = 0.009
-"""Voxel of a draft, metres."""
 VERTICES = 10_000
 """Of the mesh, about."""
+
+
+@dataclass(frozen=True)
+class Detail:
+    """How finely a film is looked at."""
+
+    matched: int = 480
+    """Width of the pictures that are matched, pixels."""
+    outlined: int = 640
+    """Width of the pictures in which outlines are found, pixels."""
+    voxel: float | None = None
+    """Metres between the places that are measured; None: as fine as the memory allows."""
+
+
+WHOLE, DRAFT = Detail(), Detail(matched=320, outlined=480, voxel=0.007)

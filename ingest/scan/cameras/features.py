@@ -11,8 +11,10 @@ from ingest.scan.cameras.quiet import THREADS, quiet
 from ingest.scan.types import Frame, Progress
 from omomo_core.errors import InputError
 
-MOST = 4096
+MOST, DRAFT_MOST = 4096, 1500
 """Features of a picture; the doubled picture that COLMAP begins with finds more, not better ones."""
+_LARGE = 1200
+"""Pixels of the longer side from which a draft leaves out the finest scale: it looks at half the size."""
 FEWEST = 60
 """Features that a picture has at least, on average, where anything is to be seen."""
 _BATCH = 8
@@ -21,12 +23,24 @@ _FOCAL = 0.8
 
 
 def find_features(
-    database: Path, images: Path, frames: Sequence[Frame], progress: Progress
+    database: Path,
+    images: Path,
+    frames: Sequence[Frame],
+    progress: Progress,
+    *,
+    draft: bool = False,
 ) -> dict[str, int]:
     """Find the features of each picture; those that the database has already are not found again.
 
     Pictures whose intrinsics are known get a pinhole each; others share one camera with a simple
     lens for each size and focal length stated.
+
+    Args:
+        database: COLMAP's.
+        images: folder of the pictures.
+        frames: the pictures.
+        progress: called with the stage "features".
+        draft: find fewer, and in large pictures none of the finest.
 
     Returns:
         COLMAP's number of each picture by its name.
@@ -45,7 +59,7 @@ def find_features(
         wanted = [frame for frame in group if frame.name not in there]
         for start in range(0, len(wanted), _BATCH):
             batch = wanted[start : start + _BATCH]
-            _extract(database, images, group, batch)
+            _extract(database, images, group, batch, draft)
             done += len(batch)
             progress("features", min(done / len(frames), 1.0))
     with pycolmap.Database.open(database) as opened:
@@ -75,12 +89,14 @@ def _present(database: Path) -> set[str]:
         return {image.name for image in images if opened.exists_descriptors(image.image_id)}
 
 
-def _extract(database: Path, images: Path, group: Sequence[Frame], batch: Sequence[Frame]) -> None:
+def _extract(
+    database: Path, images: Path, group: Sequence[Frame], batch: Sequence[Frame], draft: bool
+) -> None:
     """Features of a batch of the pictures of one camera, or of one camera each."""
     options = pycolmap.FeatureExtractionOptions()
     options.num_threads = THREADS
-    options.sift.max_num_features = MOST
-    options.sift.first_octave = 0
+    options.sift.max_num_features = DRAFT_MOST if draft else MOST
+    options.sift.first_octave = int(draft and max(group[0].size) >= _LARGE)
     reader = pycolmap.ImageReaderOptions()
     mode = pycolmap.CameraMode.PER_IMAGE
     first = group[0]

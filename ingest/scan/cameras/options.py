@@ -42,6 +42,8 @@ class CameraOptions:
     """Of the object, metres."""
     metric: bool = False
     """A COLMAP model that is in metres already, and z up."""
+    draft: bool = False
+    """Find fewer features; without logged poses it changes nothing, as they must be found first."""
 
 
 def check_scale(options: CameraOptions, logged: bool, where: str) -> None:

@@ -59,7 +59,8 @@ def register(
     logged = options.poses and source.T_world_camera is not None
     frames = _read_as(picked.frames, options.axes) if logged else picked.frames
     check_scale(options, logged, str(source.where))
-    work, pictures = StageCache(folder), _pictures_key(source, frames)
+    options = replace(options, draft=options.draft and logged and source.intrinsics is not None)
+    work, pictures = StageCache(folder), _pictures_key(source, frames, options.draft)
     poses = [None if f.T_world_camera is None else f.T_world_camera.tolist() for f in frames]
     key = key_of(STAGE, pictures, poses if logged else None, asdict(options))
     if (record := work.record(STAGE, key)) is not None and (folder / SPARSE).is_dir():
@@ -95,15 +96,15 @@ def _read_as(frames: Sequence[Frame], axes: str) -> tuple[Frame, ...]:
     return tuple(replace(f, T_world_camera=T[k]) for k, f in enumerate(frames))
 
 
-def _pictures_key(source: ScanSource, frames: Sequence[Frame]) -> str:
-    """A key of the pictures: features and matches are made from nothing else."""
+def _pictures_key(source: ScanSource, frames: Sequence[Frame], draft: bool) -> str:
+    """A key of all that features and matches are made from."""
     states = [frame.file.stat() for frame in frames]
     changed = [(state.st_size, state.st_mtime_ns) for state in states]
     known = [
         (f.name, f.size, f.focal_guess, None if f.intrinsics is None else f.intrinsics.tolist())
         for f in frames
     ]
-    return key_of(str(source.model), known, changed)
+    return key_of(str(source.model), known, changed, draft)
 
 
 def _fresh_database(work: StageCache, pictures: str) -> Path:
@@ -130,7 +131,7 @@ def _found(
         assert source.model is not None
         return _given(source.model, frames)
     images = folder / "images"
-    numbers = find_features(database, images, frames, progress)
+    numbers = find_features(database, images, frames, progress, draft=options.draft)
     known_lens = source.intrinsics is not None
     if not (logged and known_lens):
         order = [numbers[frame.name] for frame in frames]

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from ingest.formats.depth_png import load_millimetres
-from ingest.scan.choices import Measured
+from ingest.scan.choices import WHOLE, Measured
 from ingest.scan.dense.depth_map import DepthMap
 from ingest.scan.dense.picture import SmallPictures, at_pixels, matrix_for, projected
 from ingest.scan.dense.stereo import stereo_maps
@@ -18,8 +18,6 @@ from ingest.scan.region.aim import Aim
 from ingest.scan.types import Progress, Registered, View, no_progress
 from omomo_core.errors import InputError
 
-_WIDTH = 480
-"""Pixels of the pictures that are matched."""
 _MIXED = 0.06
 """Part of the depth by which neighbouring pixels differ at an edge."""
 _FEWEST = 100
@@ -43,6 +41,7 @@ def measure_depths(
     work: Path,
     *,
     method: Measured = "auto",
+    width: int = WHOLE.matched,
     room: Sequence[DepthMap] | None = None,
     progress: Progress = no_progress,
 ) -> Depths:
@@ -54,6 +53,7 @@ def measure_depths(
         work: folder that keeps what is slow to measure.
         method: "stereo" matches pictures, "depth" takes the phone's LiDAR; "auto" both where there
             is depth.
+        width: of the pictures that are matched, pixels.
         room: more depth maps, of `room_depth`; they join whatever the method is.
         progress: called with the stage "stereo".
 
@@ -61,7 +61,7 @@ def measure_depths(
         InputError: "scan-no-depth" (asked for, and there is none), or "scan-picture".
     """
     chosen = _chosen(method, registered.views)
-    pictures = SmallPictures(registered.views, _WIDTH)
+    pictures = SmallPictures(registered.views, width)
     kinds: list[Sequence[DepthMap]] = []
     if chosen != "depth":
         kinds.append(stereo_maps(registered, pictures, aim, work, progress))

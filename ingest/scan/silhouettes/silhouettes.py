@@ -18,8 +18,6 @@ from ingest.scan.silhouettes.floor_background import FloorBackground, floor_back
 from ingest.scan.types import Progress, Region, no_progress
 from omomo_core.geometry.transforms import inverse
 
-WIDTH = 640
-"""Pixels of the pictures in which silhouettes are found."""
 _LIKE, _UNLIKE = 2.0, 3.5
 """Standard deviations up to which a pixel is like the bare floor, and from which it is not."""
 _SURE = 5.0
@@ -56,7 +54,7 @@ def find_silhouettes(
     """Masks of the object in all views, of `OBJECT` and others; None where one cannot be told.
 
     Args:
-        pictures: of the views, about `WIDTH` wide.
+        pictures: of the views, of `Detail.outlined` pixels' width.
         depths: of the same views.
         region: floor and box of the object.
         progress: called with the stage "silhouettes".
