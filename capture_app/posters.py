@@ -20,8 +20,6 @@ from render.scene import Scene
 from render.third_person import frames
 from render.views import shot
 
-POSTER = ".poster.webp"
-"""Its name in a result folder; it is no part of the result."""
 _SIZE = (480, 270)
 _SIDE = 270
 _FOV, _MARGIN, _AZIMUTH, _LIFT = 0.55, 1.1, -0.7, 0.4

@@ -1,5 +1,7 @@
 """The one exception family: what is wrong, where, and how to fix it."""
 
+from functools import partial
+
 
 class OmocapError(Exception):
     """A problem the user can act on; the command line prints it and exits with code 2.
@@ -17,6 +19,10 @@ class OmocapError(Exception):
         self.what = what
         self.where = where
         self.fix = fix
+
+    def __reduce__(self) -> tuple[partial["OmocapError"], tuple[str, str]]:
+        """Return what makes it anew in another process, as a worker's error is."""
+        return partial(type(self), where=self.where, fix=self.fix), (self.code, self.what)
 
     def __str__(self) -> str:
         place = f" [{self.where}]" if self.where else ""

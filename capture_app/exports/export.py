@@ -5,9 +5,10 @@ from pathlib import Path
 
 from capture_app.commands.export import Bones, ExportFormat, ExportOptions, Units, UpAxis
 from capture_app.exports.amass import write_amass
+from capture_app.exports.blender import find_blender
 from capture_app.exports.bone_names import BONE_NAMES
 from capture_app.exports.bvh import write_bvh
-from capture_app.exports.fbx import find_blender, write_fbx
+from capture_app.exports.fbx import write_fbx
 from capture_app.exports.formats import format_of_ending, frame_of
 from capture_app.exports.glb import write_glb_take
 from capture_app.exports.own_bones import take_on_own_bones

@@ -1,6 +1,5 @@
 """FBX, written by a Blender that the user has: the format is closed, its only free writers are there."""
 
-import shutil
 import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,7 +9,6 @@ from capture_app.exports.glb import write_glb_take
 from capture_app.exports.take import Take
 from omomo_core.errors import InputError
 
-_BLENDER = "blender"
 _SCRIPT = Path(__file__).with_name("in_blender.py")
 _PATIENCE = 900.0
 """Seconds; a minute of motion takes about one."""
@@ -36,33 +34,6 @@ def write_fbx(path: Path, take: Take, up: UpAxis, units: Units, blender: str) ->
         words = [blender, *options, "--python", str(_SCRIPT), "--"]
         words += [str(source), str(path.resolve()), f"{take.fps:g}", up, units]
         _run(words, path)
-
-
-def has_blender() -> bool:
-    """Whether there is a Blender on the PATH."""
-    return shutil.which(_BLENDER) is not None
-
-
-def find_blender(given: str | None) -> str:
-    """Blender's executable.
-
-    Args:
-        given: its path or name; "blender" on the PATH if None.
-
-    Raises:
-        InputError: "blender-missing".
-    """
-    found = shutil.which(given or _BLENDER)
-    if found is None:
-        raise InputError(
-            "blender-missing",
-            "FBX is written by Blender, and there is none"
-            + (" on the PATH." if given is None else " of this name."),
-            where="--to fbx" if given is None else f"--blender {given}",
-            fix="Install it from blender.org (4.2 or later) and name it with --blender PATH; "
-            "or export --to glb, which Unreal, Unity and Blender read.",
-        )
-    return found
 
 
 def _run(words: list[str], path: Path) -> None:

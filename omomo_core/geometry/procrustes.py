@@ -1,10 +1,8 @@
 """Closed-form fits: the nearest rotation of a matrix, and the similarity between two point sets."""
 
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
-import roma
-import torch
 from jaxtyping import Float64
 
 
@@ -15,8 +13,9 @@ def nearest_rotation(
 
     With M = sum of a_i b_i^T this is the R of least squares with a = R b (Kabsch).
     """
-    R = roma.special_procrustes(torch.from_numpy(np.ascontiguousarray(M)))
-    return cast(torch.Tensor, R).numpy()
+    U, _, Vt = np.linalg.svd(M)
+    U[..., 2] *= np.sign(np.linalg.det(U) * np.linalg.det(Vt))[..., None]
+    return U @ Vt
 
 
 class SimilarityTransform(NamedTuple):

@@ -327,3 +327,12 @@ def test_help_loads_nothing_heavy() -> None:
     )
     assert done.returncode == 0, done.stderr
     assert "--mount" in done.stdout
+
+
+def test_a_server_starts_without_what_its_workers_load() -> None:
+    look = (
+        "import sys; import capture_app.web.server; heavy = {'torch', 'pyrender'} & set(sys.modules);"
+        "sys.exit(f'loaded {heavy}' if heavy else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

@@ -22,6 +22,7 @@ LESS: dict[str, tuple[str, ...]] = {
     "resolve": ("--no-video",),
     "replay": ("--no-browser",),
     "compare": ("--size", "160x120"),
+    "render": ("--size", "160x120"),
     "tables": ("--samples", "1", "--steps", "1", "--limit", "1"),
     "evaluate": ("--samples", "1", "--steps", "1"),
     "train": ("--steps", "1", "--batch", "2", "--synthetic", "2"),
@@ -37,7 +38,7 @@ _START = "from capture_app.cli.start import main; main()"
 def hurried(words: list[str]) -> list[str]:
     """The words of a command, and what makes it quick.
 
-    Cutting out of a mesh is, and the garden chair would lose the legs that it must stand on.
+    Cutting out of a mesh is, and the garden chair is scanned as it stands: its page is slow anyway.
     """
     if words[:1] == ["scan"] and {"mesh", "garden_chair"} & set(words):
         return words

@@ -44,7 +44,8 @@ class FolderJob:
         self.staged.staging.discard()
 
     def _poster(self) -> None:
-        from capture_app.posters import POSTER, person_poster
+        from capture_app.manifest import POSTER
+        from capture_app.posters import person_poster
 
         staged = self.staged
         path = staged.staging.folder / POSTER

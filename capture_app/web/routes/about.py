@@ -10,7 +10,7 @@ from fastapi.responses import Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from capture_app.commands.export import Bones, ExportFormat
-from capture_app.exports.fbx import has_blender
+from capture_app.exports.blender import has_blender
 from capture_app.exports.formats import FORMATS
 from capture_app.web.limits import Limits
 from capture_app.web.problems import Refused

@@ -8,8 +8,8 @@ from fastapi import APIRouter
 from fastapi.responses import FileResponse
 
 from capture_app.library_item import PICTURE
+from capture_app.manifest import POSTER
 from capture_app.mesh_file import MeshFile
-from capture_app.posters import POSTER
 from capture_app.web.cache import key
 from capture_app.web.file_response import file_response
 from capture_app.web.library.ids import Id

@@ -20,7 +20,7 @@ log = logging.getLogger(__name__)
 
 _MOST_ANSWER = 64 * 2**20
 _READING = "capture_app.web.sandbox.work"
-_DRAWING = ("capture_app.replay.pack", "capture_app.web.sandbox.drawing")
+_DRAWING = ("capture_app.replay.pack", "capture_app.posters")
 if sys.platform == "win32":
     _context = multiprocessing.get_context("spawn")
 else:

@@ -1,12 +1,11 @@
-"""Pictures that are drawn in the sandbox: posters, boards to print, and the board for a phone's screen."""
+"""Pictures that are drawn in the sandbox: posters, boards to print, and the board for a phone's screen.
+
+The server names these functions and never calls them, so what draws is loaded in the children alone.
+"""
 
 from pathlib import Path
 from typing import Any
 
-from capture_app.posters import mount_poster, object_poster, result_poster
-from capture_app.result import load_result
-from ingest.mesh import load_mesh
-from ingest.mount_file import load_mount
 from omomo_core.whole_file import whole_file
 
 
@@ -16,6 +15,9 @@ def draw_object(mesh: Path, scale: float, poster: Path) -> dict[str, Any]:
     Raises:
         InputError: as `load_mesh`.
     """
+    from capture_app.posters import object_poster
+    from ingest.mesh import load_mesh
+
     object_poster(poster, load_mesh(mesh, scale=scale))
     return {}
 
@@ -26,6 +28,10 @@ def draw_mount(mount: Path, mesh: Path, scale: float, poster: Path) -> dict[str,
     Raises:
         InputError: as `load_mount` and `load_mesh`.
     """
+    from capture_app.posters import mount_poster
+    from ingest.mesh import load_mesh
+    from ingest.mount_file import load_mount
+
     known = load_mount(mount)
     mount_poster(poster, known, load_mesh(mesh, scale=scale * known.object_scale))
     return {}
@@ -37,6 +43,9 @@ def draw_result(result: Path, poster: Path) -> dict[str, Any]:
     Raises:
         InputError: as `load_result`.
     """
+    from capture_app.posters import result_poster
+    from capture_app.result import load_result
+
     result_poster(poster, load_result(result))
     return {}
 

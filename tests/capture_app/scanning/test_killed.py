@@ -42,7 +42,7 @@ def _made(work: Path) -> dict[str, int]:
 def test_a_scan_by_depth_that_is_killed_goes_on(tmp_path: Path) -> None:
     film = film_small(tmp_path / "film")
     mesh, work = tmp_path / "box.glb", tmp_path / "box.scan"
-    words = ["scan", str(film.path), "-o", str(mesh), "--draft"]
+    words = ["scan", str(film.path), "-o", str(mesh), "--draft", "--method", "depth"]
     _shot(words, lambda: len(list(work.glob("images/*.jpg"))) > 4)
     _shot(words, lambda: (work / "database.db-wal").exists() or (work / "colmap").exists())
     assert not mesh.exists()
