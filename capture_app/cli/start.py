@@ -1,7 +1,9 @@
 """Entry point of the `omocap` command: it handles Ctrl-C and SIGTERM before large modules are imported."""
 
+import _thread
 import signal
 import sys
+import threading
 from types import FrameType
 
 INTERRUPTED, TERMINATED = 130, 143
@@ -14,6 +16,7 @@ def main() -> None:
     try:
         signal.signal(signal.SIGTERM, _terminate)
         signal.signal(signal.SIGINT, _interrupt)
+        sys.unraisablehook = _swallowed
         from capture_app.cli.app import run_command
 
         code = run_command()
@@ -34,6 +37,15 @@ _interrupts: list[int] = []
 def _interrupt(number: int, frame: FrameType | None) -> None:
     _interrupts.append(number)
     raise KeyboardInterrupt
+
+
+def _swallowed(problem: "sys.UnraisableHookArgs") -> None:
+    """Interrupt once more where a library's callback let the first one go nowhere."""
+    if isinstance(problem.exc_value, KeyboardInterrupt):
+        # From another thread, because in this one the callback has not ended yet.
+        threading.Timer(0.05, _thread.interrupt_main).start()
+    else:
+        sys.__unraisablehook__(problem)
 
 
 def _terminate(number: int, frame: FrameType | None) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from capture_app.cli.start import STOPPED
+from capture_app.cli.start import INTERRUPTED, STOPPED
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 
 _START = """
@@ -25,6 +25,19 @@ signal.signal = ready
 main()
 """
 """The command, which says when it has taken over Ctrl-C."""
+_SWALLOWING = """
+import signal, sys, time, types
+from capture_app.cli.start import main
+class Ended:
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+def run_command():
+    Ended()
+    time.sleep(30)
+sys.modules["capture_app.cli.app"] = types.SimpleNamespace(run_command=run_command)
+main()
+"""
+"""The command, interrupted where Python ignores exceptions."""
 
 
 def _command(*arguments: str) -> "subprocess.Popen[str]":
@@ -48,6 +61,15 @@ def test_an_interrupt_while_it_loads_is_no_traceback(seconds: float):
     assert "Traceback" not in told
     # Where it was quicker than the signal it has said what is wrong.
     assert process.returncode in (130, 2), told
+
+
+def test_an_interrupt_that_a_callback_swallows_comes_again():
+    """An error in a finalizer, or in a callback of compiled code, goes nowhere."""
+    process = subprocess.run(
+        [sys.executable, "-c", _SWALLOWING], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert process.stderr == f"{STOPPED}\n"
+    assert process.returncode == INTERRUPTED
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
