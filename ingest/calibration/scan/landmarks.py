@@ -18,6 +18,8 @@ MAX_IMAGES = 40
 """Pictures of a model whose features are looked at: those that together show its points."""
 _AT = 1.0
 """Pixels between a feature found again and the place where the model has it."""
+_SAME = 0.01
+"""Pixels between a feature and itself, written twice."""
 _MIN_POINTS = 100
 
 
@@ -51,7 +53,8 @@ def read_landmarks(
     Args:
         model: folder of cameras, images and points3D, as .bin or .txt.
         images: folder of its pictures; may be missing where there is a database.
-        database: COLMAP's database.db of the same pictures: nothing is looked for again.
+        database: COLMAP's database.db of the same pictures: nothing is looked for again; by default the
+            one beside the model, where `omocap scan` keeps it, if its features are the model's.
         T_object_model: similarity into the object's frame in metres; none, the model is in it.
 
     Raises:
@@ -72,6 +75,7 @@ def read_landmarks(
     T = np.eye(4) if T_object_model is None else T_object_model
     chosen = _cover({i: _seen(image, numbers) for i, image in reconstruction.images.items()})
     pictures = [reconstruction.images[i] for i in chosen]
+    database = database or _kept_beside(model, pictures)
     found = _stored(pictures, database) if database else _found_again(pictures, images, model)
     sightings = tuple(_sightings(found, numbers))
     if sum(len(s.points) for s in sightings) < _MIN_POINTS:
@@ -101,6 +105,24 @@ def _cover(seen: Mapping[int, set[int]]) -> list[int]:
         missing = missing - left.pop(best)
         chosen.append(best)
     return chosen
+
+
+def _kept_beside(model: Path, pictures: Sequence[pycolmap.Image]) -> Path | None:
+    """The database in the folder that holds the model, if the model's points lie on its features."""
+    path = model.parent / "database.db"
+    if not path.is_file():
+        return None
+    with pycolmap.Database.open(path) as database:
+        known = {image.name: image.image_id for image in database.read_all_images()}
+        for picture in pictures:
+            if picture.name not in known:
+                return None
+            ours = np.array([point.xy for point in picture.points2D])
+            kept = database.read_keypoints(known[picture.name])[:, :2]
+            # A model of straightened pictures has them elsewhere.
+            if ours.shape != kept.shape or np.abs(ours - kept).max() > _SAME:
+                return None
+    return path
 
 
 def _found_again(

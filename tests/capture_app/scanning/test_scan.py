@@ -1,6 +1,8 @@
 """From a film to an object's mesh: right, where it says it is, and whole or not at all."""
 
 import json
+import shutil
+from pathlib import Path
 
 import igl
 import numpy as np
@@ -8,10 +10,11 @@ import pytest
 import torch
 
 from capture_app.commands.scan import ScanRequest
-from capture_app.scanning.folder import tidy
+from capture_app.scanning.folder import MODEL, tidy
 from capture_app.scanning.scan import scan_object
 from ingest.calibration.scan.landmarks import read_landmarks
 from ingest.colmap import pycolmap
+from ingest.colmap_files import read_model
 from ingest.mesh import load_mesh
 from omomo_core.errors import InputError
 from omomo_core.geometry.distance_field import distance_field
@@ -149,3 +152,19 @@ def test_a_model_that_somebody_made_becomes_the_same_mesh(scanned, tmp_path, kin
     true = film.scene.mesh.vertices @ film.T_scan_object[:3, :3].T + film.T_scan_object[:3, 3]
     assert np.median(_off(points, true, film.scene.mesh.faces)) < 0.006
     assert np.ptp(points[:, 2]) == pytest.approx(0.41, abs=0.02)
+
+
+def test_what_a_scan_has_found_is_not_looked_for_again_when_a_phone_is(scanned, tmp_path: Path):
+    """Its features lie beside its model; those of another model are not taken for them."""
+    work = scanned.scan.request.work
+    found = read_landmarks(work / MODEL)
+    assert sum(len(sighting.points) for sighting in found.sightings) > len(found.points)
+    (tmp_path / MODEL).mkdir()
+    shutil.copy(work / "database.db", tmp_path)
+    model = read_model(work / MODEL)
+    for image in model.images.values():
+        for point in image.points2D:
+            point.xy = point.xy + 2.0
+    model.write(tmp_path / MODEL)
+    with pytest.raises(InputError, match="model-images"):
+        read_landmarks(tmp_path / MODEL)
