@@ -22,7 +22,7 @@ from ingest.scan.clean.save import save_mesh
 from ingest.scan.cutting.room import read_room_of_session
 from ingest.scan.dense.cloud import cloud
 from ingest.scan.dense.dense import DenseSurface, dense_surface
-from ingest.scan.dense.depth_map import DepthMap
+from ingest.scan.dense.depth_map import DepthMaps
 from ingest.scan.dense.depths import measure_depths
 from ingest.scan.dense.picture import SmallPictures
 from ingest.scan.found import Found, to_height, write_object_model
@@ -202,7 +202,7 @@ def _measured(
 
 def _room(
     request: ScanRequest, source: ScanSource, registered: Registered, picked: Frames
-) -> list[DepthMap] | None:
+) -> DepthMaps | None:
     """Depth by the room's mesh, where one is given."""
     if request.room is None:
         return None

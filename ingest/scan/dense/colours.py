@@ -1,14 +1,12 @@
 """coloured: what colour the views show at each place of a surface."""
 
-from collections.abc import Sequence
-
 import cv2
 import igl
 import numpy as np
 from jaxtyping import Float32, Float64, Int64, UInt8
 from scipy.spatial import KDTree
 
-from ingest.scan.dense.depth_map import DepthMap
+from ingest.scan.dense.depth_map import DepthMap, DepthMaps
 from ingest.scan.dense.picture import SmallPictures, at_pixels, matrix_for, projected
 
 _CLOSE, _CLOSE_SHARE = 0.01, 0.01
@@ -22,7 +20,7 @@ def coloured(
     vertices: Float64[np.ndarray, "verts 3"],
     faces: Int64[np.ndarray, "faces 3"],
     pictures: SmallPictures,
-    depths: Sequence[DepthMap],
+    depths: DepthMaps,
 ) -> UInt8[np.ndarray, "verts 3"]:
     """Mean colour that the views show of each vertex; of the nearest that is shown for the others.
 

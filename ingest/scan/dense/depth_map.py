@@ -17,6 +17,8 @@ _PIXELS = 1.0
 
 DepthMap = Float32[np.ndarray, "h w"]
 """Metres along the viewing axis, 0 where unknown."""
+DepthMaps = Sequence[Float32[np.ndarray, "_ _"]]
+"""Those of several views or of several ways of measuring, whose sizes may differ."""
 _STEP, _LEAP = 6, 48
 """What it costs that a pixel lies one depth, or many, from the one beside it."""
 _EDGE = 8

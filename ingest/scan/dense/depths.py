@@ -11,7 +11,7 @@ from jaxtyping import Float32
 
 from ingest.formats.depth_png import load_millimetres
 from ingest.scan.choices import WHOLE, Measured
-from ingest.scan.dense.depth_map import DepthMap
+from ingest.scan.dense.depth_map import DepthMap, DepthMaps
 from ingest.scan.dense.picture import SmallPictures, at_pixels, matrix_for, projected
 from ingest.scan.dense.stereo import stereo_maps
 from ingest.scan.region.aim import Aim
@@ -30,7 +30,7 @@ class Depths:
 
     pictures: SmallPictures
     """Of the views, as they were matched."""
-    kinds: tuple[Sequence[DepthMap], ...]
+    kinds: tuple[DepthMaps, ...]
     """For each way of measuring one map for each view (0 where unknown), at least one way."""
     method: Literal["stereo", "depth", "both"]
 
@@ -42,7 +42,7 @@ def measure_depths(
     *,
     method: Measured = "auto",
     width: int = WHOLE.matched,
-    room: Sequence[DepthMap] | None = None,
+    room: DepthMaps | None = None,
     progress: Progress = no_progress,
 ) -> Depths:
     """Measure the depth of each view.
@@ -62,7 +62,7 @@ def measure_depths(
     """
     chosen = _chosen(method, registered.views)
     pictures = SmallPictures(registered.views, width)
-    kinds: list[Sequence[DepthMap]] = []
+    kinds: list[DepthMaps] = []
     if chosen != "depth":
         kinds.append(stereo_maps(registered, pictures, aim, work, progress))
     if chosen != "stereo":
@@ -95,7 +95,7 @@ def _lidar(view: View) -> DepthMap:
     return np.where(farthest - nearest > _MIXED * depth, np.float32(0), depth)
 
 
-def _laid_on(registered: Registered, maps: Sequence[DepthMap]) -> Sequence[DepthMap]:
+def _laid_on(registered: Registered, maps: DepthMaps) -> DepthMaps:
     """Depth maps in the length of the cameras' world: a phone's depth may be some percent longer.
 
     Where both are joined, a difference of sizes doubles every surface.

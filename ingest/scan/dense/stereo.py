@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from ingest.scan.dense.depth_map import DepthMap, agreed, stereo_depth
+from ingest.scan.dense.depth_map import DepthMap, DepthMaps, agreed, stereo_depth
 from ingest.scan.dense.picture import SmallPictures
 from ingest.scan.region.aim import Aim
 from ingest.scan.types import Progress, Registered, View
@@ -44,7 +44,7 @@ _NEAREST = 0.15
 
 def stereo_maps(
     registered: Registered, pictures: SmallPictures, aim: Aim, work: Path, progress: Progress
-) -> list[DepthMap]:
+) -> DepthMaps:
     """Depth of the views by matching, as far as others confirm it; metres, 0 elsewhere.
 
     Args:
@@ -79,7 +79,7 @@ def stereo_maps(
     return _agreed(maps, pictures, aim)
 
 
-def _agreed(maps: Sequence[DepthMap], pictures: SmallPictures, aim: Aim) -> list[DepthMap]:
+def _agreed(maps: Sequence[DepthMap], pictures: SmallPictures, aim: Aim) -> DepthMaps:
     kept: list[DepthMap] = []
     for index, depth in enumerate(maps):
         T_world_view = pictures.views[index].T_world_camera

@@ -11,7 +11,7 @@ import numpy as np
 import trimesh
 from jaxtyping import Float32, Float64
 
-from ingest.scan.dense.depth_map import DepthMap, pixel_rays
+from ingest.scan.dense.depth_map import DepthMap, DepthMaps, pixel_rays
 from ingest.scan.dense.depths import sparse_ratios
 from ingest.scan.dense.picture import matrix_for
 from ingest.scan.sources.mesh_parts import SUFFIXES
@@ -53,7 +53,7 @@ def room_file(said: str, session: Path) -> Path:
 
 def room_depth(
     room: trimesh.Trimesh, registered: Registered, frames: Sequence[Frame], where: str
-) -> list[DepthMap]:
+) -> DepthMaps:
     """Depth of the room's mesh in each view, seen from where the phone logged it; 0 where none is.
 
     Args:
