@@ -139,7 +139,10 @@ class ScanWay(Way):
         ),
     ] = None
     database: Annotated[
-        Path | None, Field(description="COLMAP's database.db of the same pictures.")
+        Path | None,
+        Field(
+            description="COLMAP's database.db of the same pictures; that of a scan is found beside its model."
+        ),
     ] = None
     session: Annotated[
         Path | None,

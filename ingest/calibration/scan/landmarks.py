@@ -1,8 +1,11 @@
 """Landmarks: the points of a COLMAP model with what they look like, in the object's frame."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import shutil
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import cv2
 import numpy as np
@@ -19,7 +22,7 @@ MAX_IMAGES = 40
 _AT = 1.0
 """Pixels between a feature found again and the place where the model has it."""
 _SAME = 0.01
-"""Pixels between a feature and itself, written twice."""
+"""Pixels by which a feature's place in the model may differ from that in the database."""
 _MIN_POINTS = 100
 
 
@@ -75,8 +78,10 @@ def read_landmarks(
     T = np.eye(4) if T_object_model is None else T_object_model
     chosen = _cover({i: _seen(image, numbers) for i, image in reconstruction.images.items()})
     pictures = [reconstruction.images[i] for i in chosen]
-    database = database or _kept_beside(model, pictures)
-    found = _stored(pictures, database) if database else _found_again(pictures, images, model)
+    if database is not None:
+        found = _stored(pictures, database)
+    else:
+        found = _kept_beside(model, pictures) or _found_again(pictures, images, model)
     sightings = tuple(_sightings(found, numbers))
     if sum(len(s.points) for s in sightings) < _MIN_POINTS:
         raise InputError(
@@ -107,22 +112,26 @@ def _cover(seen: Mapping[int, set[int]]) -> list[int]:
     return chosen
 
 
-def _kept_beside(model: Path, pictures: Sequence[pycolmap.Image]) -> Path | None:
-    """The database in the folder that holds the model, if the model's points lie on its features."""
+def _kept_beside(
+    model: Path, pictures: Sequence[pycolmap.Image]
+) -> list[tuple[pycolmap.Image, SiftFeatures]] | None:
+    """The features in the folder that holds the model, if the model was made of them."""
     path = model.parent / "database.db"
     if not path.is_file():
         return None
-    with pycolmap.Database.open(path) as database:
-        known = {image.name: image.image_id for image in database.read_all_images()}
-        for picture in pictures:
-            if picture.name not in known:
-                return None
-            ours = np.array([point.xy for point in picture.points2D])
-            kept = database.read_keypoints(known[picture.name])[:, :2]
-            # A model of straightened pictures has them elsewhere.
-            if ours.shape != kept.shape or np.abs(ours - kept).max() > _SAME:
-                return None
-    return path
+    try:
+        found = list(_stored(pictures, path))
+    except InputError:
+        return None
+    fit = all(_made_of(picture, features) for picture, features in found)
+    return found if fit and len(found) == len(pictures) else None
+
+
+def _made_of(picture: pycolmap.Image, features: SiftFeatures) -> bool:
+    """Whether features are where the model has them; in straightened pictures they are elsewhere."""
+    places = np.array([point.xy for point in picture.points2D])
+    same = places.shape == features.pixels.shape
+    return same and bool(np.abs(places - features.pixels).max(initial=0) < _SAME)
 
 
 def _found_again(
@@ -157,9 +166,7 @@ def _stored(
     pictures: Sequence[pycolmap.Image], path: Path
 ) -> Iterator[tuple[pycolmap.Image, SiftFeatures]]:
     """The features that COLMAP found."""
-    if not path.is_file():
-        raise InputError("model-database", "There is no such database.", where=str(path))
-    with pycolmap.Database.open(path) as database:
+    with _opened(path) as database:
         known = {image.name: image.image_id for image in database.read_all_images()}
         for picture in pictures:
             if picture.name not in known:
@@ -176,8 +183,30 @@ def _stored(
             yield picture, SiftFeatures(pixels, unit(descriptors.data))
 
 
+@contextmanager
+def _opened(path: Path) -> Iterator[pycolmap.Database]:
+    """A copy of the database, because COLMAP writes into what it opens."""
+    if not path.is_file():
+        raise InputError("model-database", "There is no such database.", where=str(path))
+    pycolmap.logging.minloglevel = pycolmap.logging.Level.FATAL.value
+    with TemporaryDirectory(prefix="omocap_features_") as folder:
+        copy = Path(folder, path.name)
+        try:
+            shutil.copyfile(path, copy)
+            database = pycolmap.Database.open(copy)
+        except RuntimeError as error:
+            raise InputError(
+                "model-database",
+                "It cannot be read as a database of COLMAP.",
+                where=str(path),
+                fix="Give the database.db of the model's pictures, or leave it out and give the pictures.",
+            ) from error
+        with database:
+            yield database
+
+
 def _sightings(
-    found: Iterator[tuple[pycolmap.Image, SiftFeatures]], numbers: Int64[np.ndarray, " points"]
+    found: Iterable[tuple[pycolmap.Image, SiftFeatures]], numbers: Int64[np.ndarray, " points"]
 ) -> Iterator[Sighting]:
     """Each picture's features that are where the model has a point."""
     for picture, features in found:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import torch
 
+from benchmarks.scan_chair import agreement
 from capture_app.commands.scan import ScanRequest
 from capture_app.scanning.folder import MODEL, tidy
 from capture_app.scanning.scan import scan_object
@@ -16,6 +17,7 @@ from ingest.calibration.scan.landmarks import read_landmarks
 from ingest.colmap import pycolmap
 from ingest.colmap_files import read_model
 from ingest.mesh import load_mesh
+from ingest.scan.types import no_progress
 from omomo_core.errors import InputError
 from omomo_core.geometry.distance_field import distance_field
 
@@ -154,10 +156,14 @@ def test_a_model_that_somebody_made_becomes_the_same_mesh(scanned, tmp_path, kin
     assert np.ptp(points[:, 2]) == pytest.approx(0.41, abs=0.02)
 
 
-def test_what_a_scan_has_found_is_not_looked_for_again_when_a_phone_is(scanned, tmp_path: Path):
-    """Its features lie beside its model; those of another model are not taken for them."""
+def test_a_clamped_phone_is_compared_with_the_features_that_the_scan_has_kept(
+    scanned, tmp_path: Path
+):
+    """They lie beside its model; those of another model are not taken for them."""
     work = scanned.scan.request.work
+    before = (work / "database.db").read_bytes()
     found = read_landmarks(work / MODEL)
+    assert (work / "database.db").read_bytes() == before
     assert sum(len(sighting.points) for sighting in found.sightings) > len(found.points)
     (tmp_path / MODEL).mkdir()
     shutil.copy(work / "database.db", tmp_path)
@@ -168,3 +174,19 @@ def test_what_a_scan_has_found_is_not_looked_for_again_when_a_phone_is(scanned, 
     model.write(tmp_path / MODEL)
     with pytest.raises(InputError, match="model-images"):
         read_landmarks(tmp_path / MODEL)
+    damaged = tmp_path / "database.db"
+    damaged.write_bytes(b"no database" * 1000)
+    with pytest.raises(InputError, match="model-images"):
+        read_landmarks(tmp_path / MODEL)
+    with pytest.raises(InputError, match="model-database"):
+        read_landmarks(work / MODEL, database=damaged)
+
+
+@pytest.mark.slow
+def test_a_draft_of_a_real_chair_has_its_legs_and_armrests(shared: Path, tmp_path: Path):
+    """Its outline is that of masks that were checked by hand."""
+    film, mesh = shared / "data" / "scan" / "chair_3d_scanner_app", tmp_path / "chair.glb"
+    scan_object(ScanRequest(source=film, output=mesh, draft=True), no_progress)
+    union, thin = np.mean([row[1:] for row in agreement(mesh, None)], axis=0)
+    assert union > 0.9
+    assert thin > 0.75
