@@ -40,12 +40,14 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 
 def _swallowed(problem: "sys.UnraisableHookArgs") -> None:
-    """Interrupt once more where a library's callback let the first one go nowhere."""
-    if isinstance(problem.exc_value, KeyboardInterrupt):
-        # From another thread, because in this one the callback has not ended yet.
-        threading.Timer(0.05, _thread.interrupt_main).start()
-    else:
+    """Send the signal again whose exception Python ignored, as it does in callbacks of compiled code."""
+    signals = {KeyboardInterrupt: signal.SIGINT, SystemExit: signal.SIGTERM}
+    again = signals.get(problem.exc_type)
+    if again is None:
         sys.__unraisablehook__(problem)
+        return
+    # From another thread, because in this one the callback has not ended yet.
+    threading.Timer(0.05, _thread.interrupt_main, [again]).start()
 
 
 def _terminate(number: int, frame: FrameType | None) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from capture_app.cli.start import INTERRUPTED, STOPPED
+from capture_app.cli.start import INTERRUPTED, STOPPED, TERMINATED
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 
 _START = """
@@ -30,14 +30,14 @@ import signal, sys, time, types
 from capture_app.cli.start import main
 class Ended:
     def __del__(self):
-        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(int(sys.argv[1]))
 def run_command():
     Ended()
     time.sleep(30)
 sys.modules["capture_app.cli.app"] = types.SimpleNamespace(run_command=run_command)
 main()
 """
-"""The command, interrupted where Python ignores exceptions."""
+"""The command, with a signal that arrives where Python ignores exceptions."""
 
 
 def _command(*arguments: str) -> "subprocess.Popen[str]":
@@ -63,13 +63,15 @@ def test_an_interrupt_while_it_loads_is_no_traceback(seconds: float):
     assert process.returncode in (130, 2), told
 
 
-def test_an_interrupt_that_a_callback_swallows_comes_again():
-    """An error in a finalizer, or in a callback of compiled code, goes nowhere."""
-    process = subprocess.run(
-        [sys.executable, "-c", _SWALLOWING], capture_output=True, text=True, timeout=60, check=False
-    )
-    assert process.stderr == f"{STOPPED}\n"
-    assert process.returncode == INTERRUPTED
+@pytest.mark.parametrize(
+    ("number", "code", "told"),
+    [(signal.SIGINT, INTERRUPTED, f"{STOPPED}\n"), (signal.SIGTERM, TERMINATED, "")],
+)
+def test_a_signal_whose_exception_is_ignored_is_sent_again(number: int, code: int, told: str):
+    """Python ignores exceptions in finalizers, and in callbacks of compiled code."""
+    command = [sys.executable, "-c", _SWALLOWING, str(int(number))]
+    process = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert (process.returncode, process.stderr) == (code, told)
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
