@@ -1,4 +1,7 @@
-"""What a user may choose of a scan; it imports nothing, so that the command line starts at once."""
+"""What a user may choose of a scan, and how finely a draft looks at a film.
+
+It imports nothing large, so that the command line starts at once.
+"""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -23,7 +26,7 @@ VERTICES = 10_000
 
 @dataclass(frozen=True)
 class Detail:
-    """How finely a film is looked at."""
+    """How finely a film is looked at, after its cameras were found."""
 
     matched: int = 480
     """Width of the pictures that are matched, pixels."""

@@ -43,7 +43,7 @@ class CameraOptions:
     metric: bool = False
     """A COLMAP model that is in metres already, and z up."""
     draft: bool = False
-    """Find fewer features; without logged poses it changes nothing, as they must be found first."""
+    """Find fewer features. It has no effect without logged poses, which then come from the features alone."""
 
 
 def check_scale(options: CameraOptions, logged: bool, where: str) -> None:

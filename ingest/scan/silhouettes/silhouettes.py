@@ -54,7 +54,7 @@ def find_silhouettes(
     """Masks of the object in all views, of `OBJECT` and others; None where one cannot be told.
 
     Args:
-        pictures: of the views, of `Detail.outlined` pixels' width.
+        pictures: of the views, `Detail.outlined` pixels wide.
         depths: of the same views.
         region: floor and box of the object.
         progress: called with the stage "silhouettes".

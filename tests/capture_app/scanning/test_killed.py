@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from ingest.mesh import load_mesh
+from ingest.scan.choices import DRAFT
 from tests.capture_app.scanning.filmed import film_small
 
 _OMOCAP = Path(sys.executable).with_name("omocap")
@@ -39,10 +40,10 @@ def _made(work: Path) -> dict[str, int]:
     return {str(file): file.stat().st_mtime_ns for file in files}
 
 
-def test_a_scan_by_depth_that_is_killed_goes_on(tmp_path: Path) -> None:
+def test_a_draft_that_is_killed_goes_on(tmp_path: Path) -> None:
     film = film_small(tmp_path / "film")
     mesh, work = tmp_path / "box.glb", tmp_path / "box.scan"
-    words = ["scan", str(film.path), "-o", str(mesh), "--draft", "--method", "depth"]
+    words = ["scan", str(film.path), "-o", str(mesh), "--draft"]
     _shot(words, lambda: len(list(work.glob("images/*.jpg"))) > 4)
     _shot(words, lambda: (work / "database.db-wal").exists() or (work / "colmap").exists())
     assert not mesh.exists()
@@ -52,6 +53,8 @@ def test_a_scan_by_depth_that_is_killed_goes_on(tmp_path: Path) -> None:
     after = _made(work)
     assert {file: after[file] for file in before} == before
     assert len(load_mesh(mesh).faces) > 500
+    report = json.loads((work / "report.json").read_text())
+    assert (report["method"], report["voxel"]) == ("both", DRAFT.voxel)
 
 
 @pytest.mark.slow
