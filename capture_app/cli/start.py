@@ -8,6 +8,11 @@ from types import FrameType
 
 INTERRUPTED, TERMINATED = 130, 143
 """Exit codes after SIGINT and SIGTERM, as shells have them."""
+_RAISED_BY: dict[type[BaseException], int] = {
+    KeyboardInterrupt: signal.SIGINT,
+    SystemExit: signal.SIGTERM,
+}
+"""The signal that raises an exception."""
 STOPPED = "Interrupted; nothing unfinished was left under its name."
 
 
@@ -41,13 +46,12 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 def _swallowed(problem: "sys.UnraisableHookArgs") -> None:
     """Send the signal again whose exception Python ignored, as it does in callbacks of compiled code."""
-    signals = {KeyboardInterrupt: signal.SIGINT, SystemExit: signal.SIGTERM}
-    again = signals.get(problem.exc_type)
+    again = _RAISED_BY.get(problem.exc_type)
     if again is None:
         sys.__unraisablehook__(problem)
-        return
-    # From another thread, because in this one the callback has not ended yet.
-    threading.Timer(0.05, _thread.interrupt_main, [again]).start()
+    else:
+        # From another thread, because in this one the callback has not ended yet.
+        threading.Timer(0.05, _thread.interrupt_main, [again]).start()
 
 
 def _terminate(number: int, frame: FrameType | None) -> None:

@@ -1,7 +1,7 @@
 """Landmarks: the points of a COLMAP model with what they look like, in the object's frame."""
 
 import shutil
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -184,7 +184,7 @@ def _stored(
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[pycolmap.Database]:
+def _opened(path: Path) -> Generator[pycolmap.Database]:
     """A copy of the database, because COLMAP writes into what it opens."""
     if not path.is_file():
         raise InputError("model-database", "There is no such database.", where=str(path))
