@@ -10,13 +10,13 @@ from omomo_core.geometry.surface import Surface
 
 Path = Float[np.ndarray, "points 3"]
 """Points in the object's frame, metres, from the first place to the last."""
+Paths = Float[np.ndarray, "paths points 3"]
 
 
 def path_between(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"], surface: Surface) -> Path:
     """Return the straight path from `a` to `b`, or the shortest clear curve where the object is between them.
 
-    The curves are cubic Bézier curves that leave and arrive along the surface's normal and bulge to one of
-    several sides. Where none of them is clear, the path is straight.
+    Where no curve is clear, the path is straight.
 
     Args:
         a: where the palm joint leaves, in the object's frame, metres.
@@ -25,14 +25,34 @@ def path_between(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"], surface: 
     """
     if np.linalg.norm(b - a) < 1e-6:
         return np.stack([a, b])
-    paths = _candidates(a, b, surface)
-    paths = paths[np.argsort(length_of(paths), kind="stable")]
+    paths = possible_paths(a, b, surface)
     near = surface.tree.query(paths[:, 1:-1], distance_upper_bound=ANCHOR.palm_thickness)[0]
     least = ANCHOR.least_clearance * ANCHOR.palm_thickness
     # Near its ends a path is as close to the surface as the places themselves.
     ends = np.linalg.norm(paths[:, 1:-1, None] - np.stack([a, b]), axis=-1).min(axis=-1)
     clear = ((near >= least) | (ends < ANCHOR.palm_thickness)).all(axis=1)
     return paths[int(clear.argmax())] if clear.any() else _straight(a, b)
+
+
+def possible_paths(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"], surface: Surface) -> Paths:
+    """Return the straight path and curves from `a` to another place `b`, the shortest ones first.
+
+    They are cubic Bézier curves that leave and arrive along the surface's normal and bulge to one of several
+    sides. The arguments are those of `path_between`.
+    """
+    lift, bulge, side = _choices()
+    u, v = _across(b - a)
+    out = bulge[:, None] * (np.cos(side)[:, None] * u + np.sin(side)[:, None] * v)
+    t = np.linspace(0, 1, DETOUR.points)[:, None]
+    first, last = (p + lift[:, None] * _off(p, surface) + out for p in (a, b))
+    curves = (
+        (1 - t) ** 3 * a
+        + 3 * t * (1 - t) ** 2 * first[:, None]
+        + 3 * t**2 * (1 - t) * last[:, None]
+        + t**3 * b
+    )
+    paths = np.concatenate([_straight(a, b)[None], curves])
+    return paths[np.argsort(length_of(paths), kind="stable")]
 
 
 def length_of(paths: Float[np.ndarray, "*b points 3"]) -> Float[np.ndarray, "*b"]:
@@ -49,24 +69,6 @@ def along(path: Path, share: Float[np.ndarray, " frames"]) -> Float[np.ndarray, 
 
 def _straight(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"]) -> Path:
     return a + np.linspace(0, 1, DETOUR.points)[:, None] * (b - a)
-
-
-def _candidates(
-    a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"], surface: Surface
-) -> Float[np.ndarray, "paths points 3"]:
-    """Return the straight path and every curve that is tried."""
-    lift, bulge, side = _choices()
-    u, v = _across(b - a)
-    out = bulge[:, None] * (np.cos(side)[:, None] * u + np.sin(side)[:, None] * v)
-    t = np.linspace(0, 1, DETOUR.points)[:, None]
-    first, last = (p + lift[:, None] * _off(p, surface) + out for p in (a, b))
-    curves = (
-        (1 - t) ** 3 * a
-        + 3 * t * (1 - t) ** 2 * first[:, None]
-        + 3 * t**2 * (1 - t) * last[:, None]
-        + t**3 * b
-    )
-    return np.concatenate([_straight(a, b)[None], curves])
 
 
 @lru_cache(maxsize=1)

@@ -17,6 +17,7 @@ from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
 from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.contact.anchor import anchor_spans
 from omomo_core.contact.segment import ContactSegment, ContactSpan, follow_anchors
+from omomo_core.generation.collision.approach import lead_around
 from omomo_core.generation.config import CORRECTION
 from omomo_core.generation.decoding import arms_follow, assemble_people, balance_weight
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
@@ -65,7 +66,8 @@ def resolve(
     fresh = anchor_spans(given, now, object_model.surface, T)
     segments = tuple(sorted((*kept, *fresh), key=lambda s: (s.start, s.hand)))
     free = _free(changed(person.segments, segments), len(T))
-    hands = follow_anchors(segments, now, T, object_model.surface)
+    straight = follow_anchors(segments, now, T, object_model.surface)
+    hands = lead_around([straight], [segments], clip, object_model)[0]
     targets = _interaction_targets(person.human, hands, fresh, free, clip, object_model)
     for start, stop in runs(free > 0):
         new = _solved(person, hands, targets, free, slice(start, stop), body, object_model.obstacle)

@@ -22,6 +22,7 @@ from omomo_core.body.trajectory_optimization.targets import InteractionTargets
 from omomo_core.contact.segment import ContactSegment, follow_anchors
 from omomo_core.generation.ahead import one_ahead
 from omomo_core.generation.chunks import Chunk, split_into_chunks
+from omomo_core.generation.collision.approach import lead_around
 from omomo_core.generation.collision.contact_face import Held, choose_contact_faces
 from omomo_core.generation.conditioning import (
     UNCONDITIONED,
@@ -210,6 +211,8 @@ class _Sampler:
             )
         self.progress("object", 1.0)
         features, hands, segments = self._hands(clip, chunk, prefix)
+        first = 0 if prefix is None else prefix.frames
+        hands = lead_around(hands, segments, clip, self.object_model, first)
         self.progress("contact", 1.0)
         x = sample_body(
             clip,
@@ -223,7 +226,6 @@ class _Sampler:
         )
         bodies = SampledBodies.of(x, self.retargeting)
         if given.hands is None and given.contacts is None:
-            first = 0 if prefix is None else prefix.frames
             hands, segments = self._on_better_faces(bodies, hands, segments, clip, first)
         return _SampledChunk(
             chunk, clip, features, x, hands, segments, bodies, given.hands is not None, posed
@@ -258,7 +260,7 @@ class _Sampler:
         held = choose_contact_faces(
             self.retargeting.body, sampled.root, R, outside, object_model, targets_for, first
         )
-        return followed(held), held
+        return lead_around(followed(held), held, clip, object_model, first), held
 
     def _hands(
         self, clip: ObjectClip, chunk: Chunk, prefix: Prefix | None

@@ -109,12 +109,28 @@ class ContactFaceConfig:
     )
 
 
+@dataclass(frozen=True)
+class ApproachConfig:
+    """When a hand that comes or goes is led around the object."""
+
+    longest: int = setting(30, "frames", "Longest time on the way.")
+    pace: float = setting(0.05, "m/frame", "Mean speed of a hand that is led around (1.5 m/s).")
+    depth: float = setting(
+        0.005, "m", "Depth of a palm joint in the object from which a hand is led around."
+    )
+    clearance: float = setting(
+        0.01, "m", "Distance of a palm joint from the object where its curve around begins."
+    )
+    finer: int = setting(3, "count", "Places between two frames that are looked at.")
+
+
 SIDES = SideConfig()
 ROOT_SHIFT = RootShiftConfig()
 FOOT_SHIFT = FootShiftConfig()
 LIMB_SWING = LimbSwingConfig()
 HAND_TURN = HandTurnConfig()
 CONTACT_FACE = ContactFaceConfig()
+APPROACH = ApproachConfig()
 
 
 @dataclass(frozen=True)
@@ -127,6 +143,7 @@ class CollisionConfig:
     limbs: LimbSwingConfig = LIMB_SWING
     hands: HandTurnConfig = HAND_TURN
     contact_face: ContactFaceConfig = CONTACT_FACE
+    approach: ApproachConfig = APPROACH
 
 
 COLLISION = CollisionConfig()
