@@ -9,10 +9,15 @@ import numpy as np
 import pytest
 import torch
 import trimesh
+from hypothesis import settings
 from scipy.spatial.transform import Rotation
 from typer.core import TyperCommand
 
 REPO = Path(__file__).resolve().parent.parent
+
+# How long an example takes says nothing on a busy machine.
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 
 @pytest.fixture(scope="session")

@@ -1,6 +1,5 @@
 """Entry point of the `omocap` command: it handles Ctrl-C and SIGTERM before large modules are imported."""
 
-import _thread
 import signal
 import sys
 import threading
@@ -51,7 +50,8 @@ def _swallowed(problem: "sys.UnraisableHookArgs") -> None:
         sys.__unraisablehook__(problem)
     else:
         # From another thread, because in this one the callback has not ended yet.
-        threading.Timer(0.05, _thread.interrupt_main, [again]).start()
+        main_thread = threading.main_thread().ident
+        threading.Timer(0.05, signal.pthread_kill, [main_thread, again]).start()
 
 
 def _terminate(number: int, frame: FrameType | None) -> None:

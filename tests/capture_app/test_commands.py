@@ -41,7 +41,7 @@ def test_a_batch_makes_what_can_be_made_and_says_what_cannot(inputs: Inputs, wei
         (takes / name).mkdir(parents=True)
         (takes / name / "ARposes.txt").write_bytes((inputs.session / "ARposes.txt").read_bytes())
     given = ["--object", str(inputs.mesh), "--mount", str(inputs.mount), "--weights", str(weights)]
-    words = ["batch", str(takes), *given, "-o", str(out), *QUICK[:-1]]
+    words = ["batch", str(takes), *given, "-o", str(out), *QUICK[:-1], "--video-size", "160x120"]
     assert invoke(words) == 0
     assert "2 of 2" in capsys.readouterr().out
     for name in ("one", "two"):

@@ -147,7 +147,7 @@ def test_a_page_that_cannot_be_written_leaves_the_old_one(tmp_path: Path):
     assert [file.name for file in tmp_path.iterdir()] == ["report.html"]
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     low=st.floats(-1e6, 1e6, allow_nan=False),
     span=st.floats(1e-3, 1e6, allow_nan=False),

@@ -68,7 +68,7 @@ def _recovered(motion: ObjectMotion, seed: int, noise: PhoneNoise, folder: Path)
     return T @ found
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_a_perfect_phone_gives_the_motion_back(tmp_path_factory: pytest.TempPathFactory, seed: int):
     motion = _lift_and_carry(seed)

@@ -117,7 +117,7 @@ def test_nobody_stands_there(place: tuple[float, float], code: str):
 
 
 @given(x=st.floats(-0.45, 0.45), y=st.floats(-0.9, 0.9))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_nobody_stands_in_a_wardrobe(x: float, y: float):
     box = trimesh.creation.box((1.0, 2.0, 2.0))
     T = np.tile(np.eye(4), (30, 1, 1))

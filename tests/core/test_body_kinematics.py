@@ -20,7 +20,7 @@ def random_pose(seed: int, *batch: int) -> tuple[torch.Tensor, torch.Tensor, tor
     return root, R[..., :22, :, :], R[..., 22:, :, :]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seeds)
 def test_bones_keep_their_length(seed: int):
     root, R, fingers = random_pose(seed, 3)
@@ -32,7 +32,7 @@ def test_bones_keep_their_length(seed: int):
     torch.testing.assert_close(joints[:, 0], root)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seeds)
 def test_a_moved_person_is_the_same_person_moved(seed: int):
     root, R, _ = random_pose(seed, 4)

@@ -54,7 +54,7 @@ def flexion(joints: torch.Tensor, limb: LimbName) -> tuple[torch.Tensor, torch.T
 
 
 @limbs
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**31))
 def test_reachable_targets_are_hit_and_the_rest_stays(limb: LimbName, seed: int):
     root, R = random_pose(seed, 16)

@@ -65,7 +65,7 @@ def test_human_frame_puts_the_person_at_the_origin_facing_minus_y(yaw: float, x:
 
 
 @given(frames=st.integers(1, 700))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_windows_cover_a_take_and_merging_them_gives_it_back(frames: int):
     index = window_frames(frames)
     assert set(index.flatten().tolist()) == set(range(frames))

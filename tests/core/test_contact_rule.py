@@ -11,7 +11,7 @@ from tests.core.contact.box import FRAMES, MESH, carried
 
 
 @given(seed=st.integers(0, 500), first=st.integers(1, FRAMES - 2))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_paper_rule_holds_from_the_first_touch_to_the_end(seed: int, first: int):
     T = carried(seed)
     palms = np.random.default_rng(seed).normal(size=(FRAMES, 2, 3)) + 5.0

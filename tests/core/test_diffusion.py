@@ -31,7 +31,7 @@ def test_schedule_has_the_published_values():
 
 
 @given(level=st.integers(0, 999), seed=st.integers(0, 100))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_noise_keeps_the_variance_of_standard_data(level: int, seed: int):
     g = torch.Generator().manual_seed(seed)
     x0, noise = torch.randn(2, 1, 20_000, generator=g)

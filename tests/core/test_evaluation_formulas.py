@@ -214,7 +214,7 @@ def moved_person(person: HumanMotion, yaw: float, way: np.ndarray) -> HumanMotio
     )
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=3)
 @given(st.floats(-np.pi, np.pi), st.tuples(*[st.floats(-3, 3)] * 2), seeds)
 def test_no_figure_depends_on_where_the_scene_is(yaw: float, place, seed: int):
     clip, way = mover("sub1_box_001", 6, seed), np.array([*place, 0.0])
@@ -226,7 +226,7 @@ def test_no_figure_depends_on_where_the_scene_is(yaw: float, place, seed: int):
     assert rows[1] == pytest.approx(rows[0], abs=2e-3)
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=4)
 @given(st.lists(st.floats(0, 0.3), min_size=2, max_size=4), seeds)
 def test_the_best_of_more_samples_is_never_worse_and_shares_are_shares(aways, seed: int):
     truth = Truth(mover("sub1_box_001", 4, seed))

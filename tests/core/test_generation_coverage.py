@@ -26,7 +26,7 @@ def mean_distance(palms: np.ndarray, kept: np.ndarray) -> float:
 
 
 @given(seed=st.integers(0, 2**31), clusters=st.integers(1, 5), each=st.integers(2, 6))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_every_cluster_is_met_before_any_is_met_twice(seed: int, clusters: int, each: int):
     rng = np.random.default_rng(seed)
     centres = 5.0 * np.arange(clusters)[:, None] + rng.uniform(0, 1, (clusters, 3))
@@ -37,7 +37,7 @@ def test_every_cluster_is_met_before_any_is_met_twice(seed: int, clusters: int, 
 
 
 @given(seed=st.integers(0, 2**31), total=st.integers(4, 20), count=st.integers(1, 4))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_no_guess_is_kept_twice_and_the_kept_stand_for_all_better_than_the_first_drawn(
     seed: int, total: int, count: int
 ):
@@ -76,7 +76,7 @@ def _guesses(places: np.ndarray) -> torch.Tensor:
 
 
 @given(seed=st.integers(0, 2**31), each=st.integers(5, 12))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_guesses_of_a_kind_come_nearer_to_what_they_all_guess_and_kinds_stay_apart(
     seed: int, each: int
 ):

@@ -9,7 +9,7 @@ from omomo_core.generation.config import BODY_DECODING
 from omomo_core.generation.decoding import arms_follow
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(arrays.arrays(float, (2, 40, 2), elements=st.sampled_from([0.0, 0.5, 1.0])))
 def test_arms_follow_palms_wholly_while_they_hold_and_never_less_than_they_touch(
     contact: np.ndarray,

@@ -41,7 +41,7 @@ def _held(clip: ObjectClip, at: float, about: np.ndarray) -> torch.Tensor:
 
 
 @given(turn=st.floats(-3, 3), heading=st.sampled_from([0.0, np.pi / 2, np.pi]))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_palms_that_stay_on_their_faces_are_likely_however_the_object_turns(
     turn: float, heading: float
 ):
@@ -56,7 +56,7 @@ def test_palms_in_the_middle_of_a_box_or_far_from_it_hold_nothing():
 
 
 @given(switch=st.integers(10, FRAMES - 10))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_who_changes_sides_while_holding_is_left_out_unless_all_do(switch: int):
     clip = _scene(0.5)
     about = np.where(np.arange(FRAMES) < switch, 0.0, np.pi)

@@ -52,7 +52,7 @@ def _moved(off: torch.Tensor, hold: torch.Tensor) -> tuple[torch.Tensor, torch.T
 
 
 @given(far=st.floats(0.01, 0.2), angle=st.floats(-0.8, 0.8), hand=st.integers(0, 1))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_what_one_hand_holds_is_within_its_reach_to_some_millimetres(
     far: float, angle: float, hand: int
 ):

@@ -58,7 +58,7 @@ def solved(pose: Pose, targets: InteractionTargets, planted: float = 1.0) -> Pos
     return out.root, out.rotations
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 99), steps=st.integers(1, 5), choices=st.integers(1, 3))
 def test_the_cheapest_course_is_the_least_of_all(seed: int, steps: int, choices: int):
     rng = np.random.default_rng(seed)

@@ -49,7 +49,7 @@ def _box() -> ObjectClip:
     takes=st.integers(0, FRAMES - 1),
     side=st.sampled_from([-1.0, 1.0]),
 )
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_palms_go_from_the_known_start_to_what_they_hold(
     start: list[float], takes: int, side: float
 ):
@@ -89,7 +89,7 @@ def test_guesses_that_begin_at_the_known_start_are_kept(side: float, samples: in
     y=st.floats(-2.5, 2.5),
     takes=st.integers(2, FRAMES - 1),
 )
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_somebody_comes_from_where_they_stood_no_faster_than_people_walk(
     side: float, x: float, y: float, takes: int
 ):

@@ -33,7 +33,7 @@ def quiet(name: str, done: float) -> None:
     margin=st.integers(0, 40),
     spare=st.integers(0, 120),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_every_frame_is_decided_once(frames: int, context: int, margin: int, spare: int):
     poses = np.tile(np.eye(4), (frames, 1, 1))
     poses[:, 0, 3] = np.arange(frames)

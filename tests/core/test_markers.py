@@ -33,7 +33,7 @@ def errors(motion: MarkedMotion, made: Capture) -> tuple[float, float]:
     return float(np.linalg.norm(found - want, axis=-1).max()), motion.scale / made.scale
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 10**6), fps=st.sampled_from([60.0, 100.0, 120.0, 240.0]))
 def test_the_motion_is_given_back_at_30_fps(seed: int, fps: float) -> None:
     made = capture(np.random.default_rng(seed), seconds=1.5, fps=fps)
@@ -46,7 +46,7 @@ def test_the_motion_is_given_back_at_30_fps(seed: int, fps: float) -> None:
     assert motion.gaps == motion.outliers == ()
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 10**6), yaw=st.floats(-3, 3))
 def test_a_world_that_is_turned_and_moved_turns_and_moves_the_poses(seed: int, yaw: float) -> None:
     made = capture(np.random.default_rng(seed), seconds=1.2, noise=0.001)

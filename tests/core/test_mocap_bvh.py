@@ -43,7 +43,7 @@ def write(path: Path, text: str) -> Path:
     return path
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     order=st.sampled_from(ORDERS),
     root=st.lists(st.floats(-180, 180), min_size=3, max_size=3),

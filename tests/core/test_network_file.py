@@ -33,7 +33,7 @@ class Network(nn.Module):
 
 
 @given(seed=st.integers(0, 999), size=st.floats(1e-6, 1e4))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_every_number_comes_back_within_its_rounding(
     seed: int, size: float, tmp_path_factory: pytest.TempPathFactory
 ):

@@ -28,7 +28,7 @@ def test_basis_is_the_published_one():
 
 
 @given(seed=st.integers(0, 100))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_turning_the_basis_equals_turning_the_object(seed: int):
     R = Rotation.random(3, random_state=seed).as_matrix()
     surface = sample_surface(box(), 500)

@@ -199,7 +199,7 @@ def test_damaged_files_are_named(tmp_path: Path) -> None:
             assert caught.value.where.endswith(f"byte {len(cut)}")
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 10**6))
 def test_a_file_cut_or_changed_anywhere_is_an_error_or_data(seed: int) -> None:
     rng = np.random.default_rng(seed)

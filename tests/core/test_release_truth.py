@@ -32,9 +32,7 @@ def written(seed: int, name: str, folder: Path) -> Written:
     return made
 
 
-@settings(
-    max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(seed=st.integers(0, 10**6), name=st.sampled_from(NAMES))
 def test_truth_is_what_was_written(tmp_path: Path, seed: int, name: str) -> None:
     made = written(seed, name, tmp_path)

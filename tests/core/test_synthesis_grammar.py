@@ -145,7 +145,7 @@ def test_what_nothing_can_be_used_for_is_given_up() -> None:
     assert draw_action_plan(np.random.default_rng(0), "relocate", 1.0, mop) is None
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(gap=st.integers(2, 80), hand=st.sampled_from([0, 1]))
 def test_a_hand_goes_from_hold_to_hold_without_a_jump(gap: int, hand: int) -> None:
     place = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0])

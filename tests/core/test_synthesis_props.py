@@ -98,7 +98,7 @@ def test_every_class_stands_on_the_floor_in_its_size(name: str) -> None:
     assert held >= 4
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 10**6), use=st.sampled_from(USES))
 def test_palms_lie_on_the_surface_within_reach_of_each_other(seed: int, use: Use) -> None:
     prop = make_prop(np.random.default_rng(seed), use)
@@ -119,7 +119,7 @@ def test_palms_lie_on_the_surface_within_reach_of_each_other(seed: int, use: Use
             assert np.linalg.norm(left - right) < 0.12
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 10**6), use=st.sampled_from(USES))
 def test_there_is_room_for_the_hand_outside(seed: int, use: Use) -> None:
     prop = make_prop(np.random.default_rng(seed), use)
@@ -131,7 +131,7 @@ def test_there_is_room_for_the_hand_outside(seed: int, use: Use) -> None:
     assert (points + 0.035 * outward)[:, 2].min() > -1e-6
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(seed=st.integers(0, 10**6), use=st.sampled_from(USES))
 def test_a_scan_is_open_and_near_the_thing(seed: int, use: Use) -> None:
     prop = make_prop(np.random.default_rng(seed), use)

@@ -124,7 +124,7 @@ def test_nobody_runs_with_a_broom() -> None:
     assert directed(np.random.default_rng(0), body(), walking(1.5), tool_use) is None
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.tuples(*[st.floats(-1, 1)] * 6), st.sampled_from([0, 1]))
 def test_a_hand_around_a_bar_is_a_hand(numbers: tuple[float, ...], hand: int) -> None:
     thumb, forearm = np.array(numbers[:3]), np.array(numbers[3:])

@@ -54,7 +54,7 @@ def test_what_is_held_tilts_away_however_it_is_turned(turn: float, pitch: float)
 _ANY = _held(0.0, 0.0, np.random.default_rng(1))
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     late=st.integers(0, 14), length=st.integers(1, 60), takes=st.booleans(), leaves=st.booleans()
 )

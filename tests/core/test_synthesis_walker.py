@@ -127,7 +127,7 @@ def test_nothing_pops() -> None:
         assert np.linalg.norm(np.diff(joints, 2, axis=0), axis=-1).max() * FPS**2 < 100.0
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.sampled_from(["walk", "back", "side", "shuffle", "turn", "orbit"]), st.integers(0, 99))
 def test_the_body_is_where_the_path_ends(name: MoveName, seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -228,9 +228,7 @@ def test_a_disk_without_room(tmp_path: Path, scratch: Path, pack: Pack, monkeypa
     assert "TMPDIR" in error.fix
 
 
-@settings(
-    max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 @every_pack
 def test_damage_anywhere_is_named(tmp_path: Path, scratch: Path, pack: Pack, data: st.DataObject):

@@ -52,7 +52,7 @@ def _all(T: np.ndarray) -> np.ndarray:
     return np.ones(len(T), bool)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @example(seed=756)
 @given(seed=st.integers(0, 10**6))
 def test_ends_meet_and_the_truth_comes_nearer(seed: int):
@@ -74,7 +74,7 @@ def test_ends_meet_and_the_truth_comes_nearer(seed: int):
     np.testing.assert_allclose(again[:, :3, :3], true[:, :3, :3], atol=0.012)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 10**6))
 def test_it_is_smooth_and_keeps_gravity(seed: int):
     seen = _drifted(_round_trip(seed), seed)

@@ -113,7 +113,7 @@ def _room(floor: float, table: float | None = None, seed: int = 0) -> np.ndarray
     return np.concatenate(parts) + rng.normal(scale=0.006, size=(sum(map(len, parts)), 3))
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 10**6), tilt=st.floats(0, 0.6))
 def test_a_plane_is_found_amid_a_room(seed: int, tilt: float):
     R = Rotation.from_rotvec([tilt, 0, 0]) * Rotation.from_euler("z", seed % 7)

@@ -166,7 +166,7 @@ def _fuzz(make: Callable[..., CaptureSession], format_: Format, data: st.DataObj
 
 
 # Drawn bytes do not shrink well, and a failure shows its few changes as it is.
-some = settings(deadline=None, suppress_health_check=list(HealthCheck), phases=[
+some = settings(suppress_health_check=list(HealthCheck), phases=[
     Phase.explicit, Phase.reuse, Phase.generate])  # fmt: skip
 
 

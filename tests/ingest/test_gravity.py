@@ -88,7 +88,7 @@ def _check_upright(take, T_zup_object: np.ndarray, degrees: float) -> None:
     )
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 10**6))
 def test_the_named_axis_of_the_resting_object_rights_the_world(box, seed: int):
     T = _carried(seed)
@@ -157,7 +157,7 @@ def test_an_object_that_stands_along_neither_axis_is_asked_about(box):
     assert caught.value.code == "gravity-ambiguous"
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 10**6))
 def test_the_accelerometer_rights_the_world(box, seed: int):
     T = _carried(seed, lean=1.2)
@@ -168,7 +168,7 @@ def test_the_accelerometer_rights_the_world(box, seed: int):
     assert "accelerometer" in take.notes[0]
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @example(seed=0, vector=(0.0, -1.0, 4.4e-161))
 @given(
     seed=st.integers(0, 10**6),

@@ -136,7 +136,7 @@ def test_many_faults_are_summed_up(wander):
     assert jumps[-1].frames == (159, 441)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 10**6))
 def test_a_box_stands_on_its_six_sides_only(seed: int):
     rng = np.random.default_rng(seed)
@@ -207,7 +207,7 @@ def test_how_sure_a_mount_is_and_of_what_it_is_told(box):
     assert "box, 40 x 30 x 50 cm" in other.message
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(scale=st.floats(0.3, 3.0), side=st.integers(10, 300))
 def test_an_object_is_known_again_at_the_mount_s_scale(scale: float, side: int):
     corners = np.array(list(product((-1, 1), repeat=3))) * side / 400

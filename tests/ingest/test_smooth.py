@@ -38,7 +38,7 @@ def _unbroken(session: CaptureSession) -> np.ndarray:
     return np.zeros(len(session.times) - 1, bool)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 10**6), rate=st.sampled_from([24.0, 30.0, 60.0, 120.0, 240.0]))
 def test_a_motion_without_noise_stays_as_it_is(wander, seed: int, rate: float):
     session = wander(seed, rate=rate)
@@ -47,7 +47,7 @@ def test_a_motion_without_noise_stays_as_it_is(wander, seed: int, rate: float):
     )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     seed=st.integers(0, 10**6),
     metres=st.floats(0, 0.02),
@@ -64,7 +64,7 @@ def test_no_pose_moves_by_more_than_the_bound(wander, seed, metres, radians, rat
     assert turn.max() <= min(np.radians(SMOOTHING.largest_turn), 2 * noise.rotation) + 1e-6
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     seed=st.integers(0, 10**6),
     metres=st.floats(2e-4, 1e-3),

@@ -46,7 +46,7 @@ def _noisy(session, noise: float, seed: int):
     return replace(session, T_world_phone=poses)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     seed=st.integers(0, 10**6),
     first=st.integers(20, 160),

@@ -63,7 +63,7 @@ def test_frames_and_worlds_are_those_of_the_definition(wander, box):
     np.testing.assert_allclose(take.T_world_arkit[:3, :3] @ [0, 1, 0], [0, 0, 1], atol=1e-12)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(first=st.integers(70, 170), sign=st.sampled_from([-1, 1]))
 def test_a_half_metre_jump_splits_exactly_there(wander, box, first: int, sign: int):
     session = _moved(wander(2, seconds=4.0), first, _shift(0.5 * sign))
@@ -289,7 +289,7 @@ def test_segments_of_a_second_and_cut(wander, box):
     np.testing.assert_array_equal(piece.T_world_object, motion.T_world_object[30:60])
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 10**6), rate=st.sampled_from([24.0, 30.0, 59.94, 120.0]))
 def test_resampling_goes_by_time(wander, seed: int, rate: float):
     """Any rate and irregular stamps: the motion at 30 fps is the same motion."""

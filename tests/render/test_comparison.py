@@ -140,7 +140,7 @@ def test_heat_scales_are_rarely_exceeded(far: float, count: int) -> None:
     assert end in (0.02, 0.05, 0.10, 0.15, 0.20, 0.30, 0.40, 0.60, 0.80, 1.0, 1.5, 2.0)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     start=some.integers(0, 20),
     length=some.integers(5, 20),

@@ -34,7 +34,7 @@ def turned(yaw: float, x: float, y: float) -> np.ndarray:
     return T
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(
     yaw=some.floats(-3.1, 3.1),
     x=some.floats(-3, 3),

@@ -18,7 +18,7 @@ def asked(page: Page):
     return [i for i in page.items if i.intact is None]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     raters=some.integers(1, 9),
     pairs=some.integers(1, 12),

@@ -58,7 +58,6 @@ def _try(live: Live, cases: Any, examples: int) -> int:
 
     @settings(
         max_examples=examples,
-        deadline=None,
         derandomize=True,
         database=None,
         suppress_health_check=_QUIET,

@@ -218,7 +218,7 @@ def test_left_and_right_are_mirror_images(shape: str):
 
 
 @given(seed=st.integers(0, 2**31))
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 def test_where_the_world_is_does_not_matter(seed: int):
     gen = torch.Generator().manual_seed(seed)
     R = roma.random_rotmat(generator=gen) if seed % 2 else roma.rotvec_to_rotmat(torch.ones(3))

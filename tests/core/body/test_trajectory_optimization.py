@@ -241,7 +241,7 @@ def test_a_whirling_arm_is_calmed(body: BodyModel) -> None:
     np.testing.assert_allclose(out[[0, -1]], rotations[[0, -1]], atol=1e-6)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(frames=st.integers(5, 40), spacing=st.floats(2.0, 9.0), seed=st.integers(0, 99))
 def test_banded_step_is_the_dense_least_squares(frames: int, spacing: float, seed: int) -> None:
     rng, n = np.random.default_rng(seed), 3

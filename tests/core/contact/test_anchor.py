@@ -17,7 +17,7 @@ from tests.core.contact.box import FRAMES, SURFACE, carried, hands, switched
     way=st.sampled_from([-1.0, 1.0]),
     off=st.floats(0.005, 0.08),
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_a_palm_outside_is_anchored_outside_however_the_scan_is_wound(
     seed: int, side: int, way: float, off: float
 ):

@@ -28,7 +28,7 @@ def held(segments: tuple[ContactSegment, ...], frames: int = FRAMES) -> np.ndarr
 
 
 @given(seed=st.integers(0, 10_000), most=st.floats(0.01, 1.0))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_an_object_that_must_be_held_is_never_unheld(seed: int, most: float):
     """Whatever the probabilities, and wherever the palms wander meanwhile."""
     rng = np.random.default_rng(seed)
@@ -42,7 +42,7 @@ def test_an_object_that_must_be_held_is_never_unheld(seed: int, most: float):
 
 
 @given(seed=st.integers(0, 10_000))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_weak_probabilities_do_not_hold_what_may_rest(seed: int):
     T = np.tile(np.eye(4), (FRAMES, 1, 1))
     contact = 0.55 * np.random.default_rng(seed).random((FRAMES, 2))
@@ -52,7 +52,7 @@ def test_weak_probabilities_do_not_hold_what_may_rest(seed: int):
 @given(
     first=st.integers(12, 40), length=st.integers(1, DECODING.shortest - 1), hand=st.integers(0, 1)
 )
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_flickers_vanish(first: int, length: int, hand: int):
     T = carried(first)
     flicker = slice(first, first + length)
@@ -64,7 +64,7 @@ def test_flickers_vanish(first: int, length: int, hand: int):
 
 
 @given(seed=st.integers(0, 10_000), start=st.integers(15, 35), stop=st.integers(55, 75))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_begin_and_end_are_found_in_noise(seed: int, start: int, stop: int):
     T = carried(seed)
     noise = 0.1 * np.random.default_rng(seed).normal(size=(FRAMES, 2))
@@ -92,7 +92,7 @@ def goes(frame: int, there: np.ndarray, frames: int = FRAMES, travel: int = 6) -
 
 
 @given(frame=st.integers(20, FRAMES - 20), travel=st.integers(1, 14), seed=st.integers(0, 1000))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_a_re_grasp_is_found_while_the_other_hand_holds(frame: int, travel: int, seed: int):
     T = carried(seed)
     noise = 0.01 * np.random.default_rng(seed).normal(size=(FRAMES, 3))
@@ -146,7 +146,7 @@ def moved(segments: tuple[ContactSegment, ...], by: int) -> tuple[ContactSegment
 
 
 @given(seed=st.integers(0, 10_000))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_two_chapters_agree_at_the_seam(seed: int):
     """The second chapter sees frames 60 on; up to 90 they are decided, by what sees up to 120."""
     frames, first, seen, until = 180, 60, 120, 90

@@ -18,7 +18,7 @@ GOOD: Entry = {"hand": "left", "start": 12, "stop": 60, "anchor": LEFT.tolist()}
 
 
 @given(seed=st.integers(0, 10_000), count=st.integers(0, 6))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_round_trip(tmp_path_factory: pytest.TempPathFactory, seed: int, count: int):
     rng = np.random.default_rng(seed)
     rows = rng.integers(len(SURFACE.points), size=count)

@@ -29,7 +29,7 @@ def holds(draw: st.DrawFn) -> list[ContactSegment]:
 
 
 @given(segments=holds(), seed=st.integers(0, 100))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_palms_are_on_their_anchors_and_nowhere_jump(segments: list[ContactSegment], seed: int):
     T = carried(seed)
     predicted = hands(T, switched(FRAMES))
@@ -48,7 +48,7 @@ def test_palms_are_on_their_anchors_and_nowhere_jump(segments: list[ContactSegme
 
 
 @given(segments=holds(), seed=st.integers(0, 100))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_away_from_segments_palms_are_as_predicted(segments: list[ContactSegment], seed: int):
     T = carried(seed)
     predicted = hands(T, switched(FRAMES))

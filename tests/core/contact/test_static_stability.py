@@ -37,7 +37,7 @@ def _effort(found: TippingLever, x: float, z: float, held: bool = True) -> float
 
 
 @given(tilt=st.floats(0.15, 0.6), yaw=st.floats(-3, 3))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_an_edge_is_raised_by_half_the_weight_from_the_other_edge(tilt: float, yaw: float):
     found = _tipped(tilt, yaw)
     assert found is not None
@@ -54,7 +54,7 @@ def test_an_edge_is_raised_by_half_the_weight_from_the_other_edge(tilt: float, y
     tilt=st.floats(0.1, 0.4),
     places=st.tuples(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6)).map(sorted),
 )
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_farther_out_is_never_heavier(tilt: float, places: list[float]):
     found = _tipped(tilt)
     assert found is not None

@@ -109,7 +109,7 @@ def test_a_spike_of_the_tracker_holds_nothing():
 
 
 @given(seed=st.integers(0, 10_000), cut=st.integers(30, 60))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_a_frame_is_judged_by_the_twenty_around_it(seed: int, cut: int):
     rng = np.random.default_rng(seed)
     knots = np.array([0, 0, 0.2]) + rng.random((10, 3)) * [0.1, 0.1, 0.1]

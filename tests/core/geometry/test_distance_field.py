@@ -134,7 +134,7 @@ def test_any_number_of_points_may_be_asked_for():
 
 
 @given(seed=st.integers(0, 2**31), far=st.floats(0.2, 20))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_beyond_the_grid_it_is_a_lower_bound_and_leads_away(seed: int, far: float):
     points = np.random.default_rng(seed).normal(0, far, (200, 3))
     points = points[to_box(points) > 0.2]
@@ -147,7 +147,7 @@ def test_beyond_the_grid_it_is_a_lower_bound_and_leads_away(seed: int, far: floa
 
 
 @given(seed=st.integers(0, 2**31))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_it_is_continuous_and_no_steeper_than_a_distance(seed: int):
     rng = np.random.default_rng(seed)
     a = rng.uniform(-0.8, 0.8, (500, 3))
@@ -157,7 +157,7 @@ def test_it_is_continuous_and_no_steeper_than_a_distance(seed: int):
 
 
 @given(shift=st.tuples(*[st.floats(-3, 3)] * 3))
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=4)
 def test_where_the_origin_is_does_not_matter(shift: tuple[float, float, float]):
     solid = trimesh.creation.icosphere(2, 0.2)
     points = around(solid, 0.01, count=200)

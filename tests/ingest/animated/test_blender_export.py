@@ -41,7 +41,7 @@ def world(scale: tuple[float, float, float], frames: int = 49) -> np.ndarray:
 
 
 @given(st.tuples(*[st.floats(0.1, 2.0)] * 3), st.sampled_from([1, -1]))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_what_is_exported_is_read_as_blender_showed_it(tmp_path_factory, scale, mirror):
     T = world((mirror * scale[0], *scale[1:]))
     path = tmp_path_factory.mktemp("out") / "a.glb"

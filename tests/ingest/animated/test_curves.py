@@ -56,7 +56,7 @@ keys = st.lists(st.tuples(st.floats(0.05, 5.0), st.floats(-3.0, 3.0)), min_size=
 
 
 @given(keys, st.sampled_from(MODES))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_curves_go_through_their_keys_and_never_beyond(keyed, mode):
     times, values = keyed
     at = np.linspace(times[0] - 1, times[-1] + 1, 301)

@@ -11,9 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ingest.animated.detect import read_animation
 
-SETTINGS = settings(
-    max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+SETTINGS = settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
 POSES = st.lists(
     st.tuples(
         st.integers(3, 40),

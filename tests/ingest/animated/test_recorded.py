@@ -11,9 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ingest.animated.detect import is_animation, read_animation
 
-SETTINGS = settings(
-    max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+SETTINGS = settings(max_examples=10, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 def walk(seed: int, count: int) -> np.ndarray:

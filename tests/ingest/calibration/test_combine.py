@@ -74,7 +74,7 @@ def test_the_truth_is_within_the_bounds_of_many_that_are_combined():
     assert 0.93 <= min(shares) <= max(shares) <= 0.97
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_the_order_does_not_matter_and_one_that_knows_nothing_changes_nothing(seed: int):
     rng = np.random.default_rng(seed)

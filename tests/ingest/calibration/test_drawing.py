@@ -55,7 +55,7 @@ def test_words_say_where_the_sides_point():
         np.testing.assert_allclose(rotation_in_words(words), R, atol=1e-12)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_words_with_vectors_give_any_rotation(seed: int):
     R = _rotation(seed)
@@ -86,7 +86,7 @@ def test_words_that_contradict(words: str, code: str):
     assert _code(rotation_in_words, words) == code
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1), order=st.sampled_from(["xyz", "XYZ", "zyx", "YXZ", "zxz"]))
 def test_angles_and_quaternions_are_rotations(seed: int, order: str):
     R = Rotation.from_matrix(_rotation(seed))
@@ -107,7 +107,7 @@ def test_angles_and_quaternions_that_are_none():
     assert _code(rotation_of_quaternion, "nan 0 0 1") == "drawing-numbers"
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     seed=st.integers(0, 2**32 - 1),
     point=st.sampled_from(["centre front", "top left back corner", "lens", "bottom middle back"]),

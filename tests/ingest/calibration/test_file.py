@@ -15,7 +15,7 @@ from ingest.mount_file import load_mount, save_mount
 from omomo_core.errors import InputError
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_round_trip(tmp_path_factory: pytest.TempPathFactory, seed: int):
     rng = np.random.default_rng(seed)

@@ -54,7 +54,7 @@ def test_the_camera_is_the_origin_and_sees_out_of_the_back(name: str):
     assert 0.5 < bounds.deg < 3
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(
     words=st.permutations(["top", "left", "back"]),
     filling=st.sampled_from(["", " corner", " corner of the"]),

@@ -42,7 +42,7 @@ def _named(
     return pairs
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_names_and_numbers_give_the_mount(seed: int):
     rng = np.random.default_rng(seed)

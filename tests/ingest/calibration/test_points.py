@@ -31,7 +31,7 @@ def _error(a: np.ndarray, b: np.ndarray, **more: object) -> InputError:
     return caught.value
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1), scale=st.floats(0.001, 1000))
 def test_exact_points_give_the_exact_pose_and_scale(seed: int, scale: float):
     rng = np.random.default_rng(seed)
@@ -96,7 +96,7 @@ def test_a_sigma_per_pair_weighs():
     np.testing.assert_allclose(fit.T_a_b, T, atol=1e-4)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1), which=st.integers(0, 4))
 def test_one_wild_pair_is_left_out(seed: int, which: int):
     rng = np.random.default_rng(seed)

@@ -28,7 +28,7 @@ def _seen(
     return pixels + rng.normal(0, noise, pixels.shape), points, T
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1), wrong=st.floats(0, 0.7))
 def test_mistaken_points_are_left_out(seed: int, wrong: float):
     rng = np.random.default_rng(seed)

@@ -57,7 +57,7 @@ def _calibrated(scene: ScanScene, log: CaptureSession, scan: ObjectMesh) -> Moun
     return session_mount(log, scene.mesh, placed, stills)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 10_000))
 def test_a_perfect_phone_gives_the_mount_exactly(seed: int):
     scene = scan_scene(seed)

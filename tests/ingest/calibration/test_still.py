@@ -79,7 +79,7 @@ def test_a_phone_at_rest_does_not_walk(log: CaptureSession):
     assert walked(log, 0.0, ORBIT) == pytest.approx(2 * 2 * np.pi * 1.3, rel=0.1)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(path=st.floats(0, 50), more=st.floats(0.5, 20))
 def test_the_farther_it_walked_the_less_is_known(path: float, more: float):
     still = Still(15.0, 17.0, np.eye(4), 1e-8 * np.eye(6))

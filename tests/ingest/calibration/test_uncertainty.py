@@ -29,7 +29,7 @@ def _draws(T: np.ndarray, covariance: np.ndarray, n: int, rng: np.random.Generat
     return moved(np.tile(T, (n, 1, 1)), steps)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_errors_go_through_inverse_and_product(seed: int):
     rng = np.random.default_rng(seed)
@@ -44,7 +44,7 @@ def test_errors_go_through_inverse_and_product(seed: int):
         np.testing.assert_allclose(seen / scale, told / scale, atol=0.12)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_between_undoes_moved(seed: int):
     rng = np.random.default_rng(seed)

@@ -53,9 +53,7 @@ def test_cut_before_the_end_of_the_object(take: MakeTake, tmp_path: Path, format
     assert str(log) in error.where
 
 
-@settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_lines_cut_anywhere_are_an_error_or_exact(
     wander: Callable[..., CaptureSession], tmp_path: Path, data: st.DataObject
@@ -77,9 +75,7 @@ def test_lines_cut_anywhere_are_an_error_or_exact(
         np.testing.assert_allclose(back.T_world_phone, expected, rtol=0, atol=4e-6)
 
 
-@settings(
-    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_an_object_cut_anywhere_is_an_error(take: MakeTake, tmp_path: Path, data: st.DataObject):
     format_ = data.draw(st.sampled_from(OBJECTS))

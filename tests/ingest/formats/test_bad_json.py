@@ -59,9 +59,7 @@ json_values = st.recursive(
 )
 
 
-@settings(
-    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_any_other_value_anywhere_is_an_error_or_harmless(
     take: MakeTake, tmp_path: Path, data: st.DataObject

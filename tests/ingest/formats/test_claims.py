@@ -50,7 +50,7 @@ def test_files_that_only_have_the_names_are_not_claimed(tmp_path: Path):
         assert _claims(path) == []
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     head=st.sampled_from(
         [b"", b"{", b"[[", b'{"time": 1}\n', b'"<', b"# up: z\n", b"1 2 3 4 5 6 7"]

@@ -27,7 +27,7 @@ def test_its_world_is_z_up(take: MakeTake, tmp_path: Path):
     np.testing.assert_allclose(saved[:, 2, 3], take(0).T_world_phone[:, 1, 3], atol=1e-12)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(seed=seeds, rows=st.sampled_from([3, 4]))
 def test_it_undoes_what_was_applied(take: MakeTake, seed: int, rows: int):
     """Whatever turned the source: z of the file is up, and an ARKit world comes back as it was."""

@@ -32,7 +32,7 @@ def _pixel(T_world_camera: np.ndarray, K: np.ndarray, point: np.ndarray) -> np.n
     return np.array([K[2] + K[0] * x / -z, K[3] - K[1] * y / -z])
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=seeds, u=st.integers(0, 35), v=st.integers(0, 47), depth=st.floats(0.3, 4))
 def test_it_sees_a_point_where_its_portrait_image_shows_it(seed: int, u: int, v: int, depth: float):
     rng = np.random.default_rng(seed)

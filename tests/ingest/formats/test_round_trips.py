@@ -108,7 +108,7 @@ def _check_imu(format_: Format, back: CaptureSession, session: CaptureSession) -
 
 
 @every_format
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(seed=seeds, data=st.data())
 def test_what_a_format_keeps_comes_back(
     wander: Callable[..., CaptureSession], format_: Format, seed: int, data: st.DataObject

@@ -33,7 +33,7 @@ def inside(found, T) -> np.ndarray:
     return far < chi2.ppf(0.95, 6)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 2**32 - 1), bent=st.booleans())
 def test_without_noise_poses_are_exact(seed, bent):
     rng = np.random.default_rng(seed)
@@ -149,7 +149,7 @@ def test_each_frame_may_have_its_own_camera():
     np.testing.assert_allclose(found.T_camera_board, T, atol=1e-5)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_undistorting_undoes_the_lens(seed):
     rng = np.random.default_rng(seed)

@@ -15,7 +15,7 @@ from omomo_core.errors import InputError
 SMALL = Board(5, 4, 0.03, 0.022)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     columns=st.integers(3, 9),
     rows=st.integers(4, 9),
