@@ -12,8 +12,9 @@ palm is in the object (exact signed distance, mm: median and 99th percentile), t
 three finger pads or more, or the thumb's pad, are within 5 mm of the surface, the fastest finger joint
 (degrees a frame), the share of frames with a wrist beyond its range, that with a fist on a face (a hand
 whose four fingers are bent by more than half a fist while the surface under the palm is flat), and the share
-of fingers with a bone that passes through the surface, as through a thin wall. The last lines are of all
-objects, and of those whose person is not in the object: where the body is, its hands cannot hold.
+of fingers with a bone that passes through the surface, as through a thin wall. "coming" is the depth of the
+deepest vertex (99th percentile, mm) in the half second before a contact and after it. The last lines are of
+all objects, and of those whose person is not in the object: where the body is, its hands cannot hold.
 """
 
 from argparse import ArgumentParser
@@ -37,6 +38,7 @@ from omomo_core.generation.person import Person
 from omomo_core.generation.result import GenerationOptions
 from omomo_core.generation.selection.config import SCORE
 from omomo_core.generation.selection.scores import wrist_excess
+from omomo_core.geometry.runs import frames_away
 from omomo_core.geometry.triangles import Triangles
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.weights.load import load_stages
@@ -48,6 +50,8 @@ TIP = 0.8
 """Length of a finger's last bone over that of the one before it."""
 STRIDE, NEAR, FIST, FLAT = 4, 0.005, 0.9, 0.008
 """Frames; metres; mean flexion of a finger's joints, radians; metres out of the plane of a face."""
+COMING = 15
+"""Frames before a contact and after it in which a hand comes or goes."""
 WITHIN = 0.005
 """Mean depth of a body in the object from which its hands cannot hold, metres."""
 SIZE = (480, 400)
@@ -67,6 +71,8 @@ class HandMeasures:
     fist: np.ndarray
     through: np.ndarray
     """Share of the five fingers of which a bone passes through the surface."""
+    coming: np.ndarray
+    """Depth of the deepest vertex of a hand that comes or goes, metres; in frames of its own."""
     speed: np.ndarray
     """Of the fastest finger joint, degrees a frame; of every frame."""
 
@@ -85,12 +91,13 @@ class HandMeasures:
             "{:6.1f} {:6.1f} {:6.1f} {:6.1f}".format(*deep)
             + f"{shares[0]:8.0%}{shares[1]:7.0%}{self.speed.max():7.1f}"
             + f"{shares[2]:7.0%}{shares[3]:6.0%}{shares[4]:9.1%}"
+            + f"{1000 * np.percentile(np.append(self.coming, 0.0), 99):8.1f}"
         )
 
 
 HEAD = (
     f"{'object':26}{'finger 50, 99 %':>14}{'palm 50, 99 %':>14}{'3 pads':>8}{'thumb':>7}{'deg/f':>7}"
-    f"{'wrist':>7}{'fist':>6}{'through':>9}{'body':>6}"
+    f"{'wrist':>7}{'fist':>6}{'through':>9}{'coming':>8}{'body':>6}"
 )
 
 
@@ -113,14 +120,23 @@ def measure(person: Person, motion: ObjectMotion, body: BodyModel) -> HandMeasur
     turned = torch.rad2deg(roma.rotmat_geodesic_distance(fingers[1:], fingers[:-1])).numpy()
     surface = Triangles(motion.mesh.vertices, motion.mesh.faces)
     rows: list[tuple[np.ndarray, ...]] = []
+    coming = [np.zeros(0)]
     for side, hand in enumerate(hand_skins(body)):
-        held = np.flatnonzero(human.hand_contact[:, side] > 0.5)[::STRIDE]
+        holds = human.hand_contact[:, side] > 0.5
+        held = np.flatnonzero(holds)[::STRIDE]
         if not len(held):
             continue
-        vertices = skin(body, *(x[held] for x in posed))[:, hand.vertices].double().numpy()
-        T = motion.T_world_object[held]
-        local = np.einsum("fji,fvj->fvi", T[:, :3, :3], vertices - T[:, None, :3, 3])
-        distance = signed_distance(motion.mesh, local)
+
+        def distances(frames: np.ndarray, hand: HandSkin = hand) -> np.ndarray:
+            vertices = skin(body, *(x[frames] for x in posed))[:, hand.vertices].double().numpy()
+            T = motion.T_world_object[frames]
+            local = np.einsum("fji,fvj->fvi", T[:, :3, :3], vertices - T[:, None, :3, 3])
+            return signed_distance(motion.mesh, local)
+
+        distance, T = distances(held), motion.T_world_object[held]
+        free = np.flatnonzero(~holds & (frames_away(holds) <= COMING))[::STRIDE]
+        if len(free):
+            coming.append((-distances(free)).clip(min=0.0).max(axis=1))
         beyond = wrist_excess(human.rotations[held], side) > SCORE.wrist_slack
         fists = _fists(human.fingers[held], side, distance, hand)
         bones = _bones(posed[0][held].double().numpy(), side)
@@ -128,7 +144,7 @@ def measure(person: Person, motion: ObjectMotion, body: BodyModel) -> HandMeasur
         through = surface.between(local[:, :, :-1], local[:, :, 1:])
         rows.append((*_depths(distance, hand), beyond, fists, through.any(axis=2).mean(axis=1)))
     joined = [np.concatenate(x) for x in zip(*rows, strict=True)] or [np.zeros(0)] * 7
-    return HandMeasures(*joined, speed=turned)
+    return HandMeasures(*joined, coming=np.concatenate(coming), speed=turned)
 
 
 def _bones(joints: np.ndarray, side: int) -> np.ndarray:
