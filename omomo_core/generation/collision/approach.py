@@ -64,21 +64,22 @@ def _ways(
 ) -> Iterator[Int[np.ndarray, " way"]]:
     """Yield the frames in which one hand comes to each contact or goes from it, the one in contact last."""
     held = sorted(held, key=lambda s: s.start)
+    long = 2 * APPROACH.longest
     for k, s in enumerate(held):
-        before = held[k - 1].stop - 1 if k else -np.inf
-        after = held[k + 1].start if k + 1 < len(held) else np.inf
-        came = max(first, s.start - _time(s.start - before))
-        gone = min(frames - 1, s.stop - 1 + _time(after - s.stop + 1))
+        before = s.start - held[k - 1].stop + 1 if k else long
+        after = held[k + 1].start - s.stop + 1 if k + 1 < len(held) else long
+        came = max(first, s.start - _time(before))
+        gone = min(frames - 1, s.stop - 1 + _time(after))
         if came < s.start < frames:
             yield np.arange(came, s.start + 1)
         if first <= s.stop - 1 < gone:
             yield np.arange(gone, s.stop - 2, -1)
 
 
-def _time(pause: float) -> int:
+def _time(pause: int) -> int:
     """Return how many frames a way may take: to another contact no more than half of the pause."""
     # Between contacts that are nearer than that, hands go from anchor to anchor anyway.
-    return 0 if pause <= 2 * ANCHOR.blend else int(min(APPROACH.longest, pause // 2))
+    return 0 if pause <= 2 * ANCHOR.blend else min(APPROACH.longest, pause // 2)
 
 
 def _around(
