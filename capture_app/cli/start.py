@@ -1,5 +1,6 @@
 """Entry point of the `omocap` command: it handles Ctrl-C and SIGTERM before large modules are imported."""
 
+import _thread
 import signal
 import sys
 import threading
@@ -50,8 +51,15 @@ def _swallowed(problem: "sys.UnraisableHookArgs") -> None:
         sys.__unraisablehook__(problem)
     else:
         # From another thread, because in this one the callback has not ended yet.
-        main_thread = threading.main_thread().ident
-        threading.Timer(0.05, signal.pthread_kill, [main_thread, again]).start()
+        threading.Timer(0.05, _signal_main_thread, [again]).start()
+
+
+def _signal_main_thread(number: int) -> None:
+    """Send a signal to the main thread; where the system can, one that wakes it."""
+    if sys.platform == "win32":
+        _thread.interrupt_main(number)
+    elif (main_thread := threading.main_thread().ident) is not None:
+        signal.pthread_kill(main_thread, number)
 
 
 def _terminate(number: int, frame: FrameType | None) -> None:

@@ -132,4 +132,5 @@ def _place(mount: Mount) -> str:
 def _residual(name: str, value: float) -> str:
     """rms_mm, 3.1 -> rms 3.1 mm."""
     what, _, unit = name.rpartition("_")
-    return f"{what.replace('_', ' ')} {value:.3g} {unit}" if what else f"{name} {value:.3g}"
+    number = f"{value:.3g}" if abs(value) < 999.5 else f"{value:.0f}"
+    return f"{what.replace('_', ' ')} {number} {unit}" if what else f"{name} {number}"
