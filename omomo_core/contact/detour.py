@@ -23,8 +23,6 @@ def path_between(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"], surface: 
         b: where it arrives.
         surface: the object's.
     """
-    if np.linalg.norm(b - a) < 1e-6:
-        return np.stack([a, b])
     paths = possible_paths(a, b, surface)
     near = surface.tree.query(paths[:, 1:-1], distance_upper_bound=ANCHOR.palm_thickness)[0]
     least = ANCHOR.least_clearance * ANCHOR.palm_thickness
@@ -35,11 +33,13 @@ def path_between(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"], surface: 
 
 
 def possible_paths(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"], surface: Surface) -> Paths:
-    """Return the straight path and curves from `a` to another place `b`, the shortest ones first.
+    """Return the straight path and curves from `a` to `b`, shortest first; no curve where they are one.
 
     They are cubic Bézier curves that leave and arrive along the surface's normal and bulge to one of several
     sides. The arguments are those of `path_between`.
     """
+    if np.linalg.norm(b - a) < 1e-6:
+        return _straight(a, b)[None]
     lift, bulge, side = _choices()
     u, v = _across(b - a)
     out = bulge[:, None] * (np.cos(side)[:, None] * u + np.sin(side)[:, None] * v)

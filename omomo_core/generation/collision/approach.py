@@ -1,7 +1,7 @@
-"""Ways of hands that come to what they hold, and go from it: around the object, not through it.
+"""Paths of hands that approach what they hold, and that leave it: around the object, not through it.
 
-The network's palms come straight, and often through the object's corner or the whole of it. Where they do, a
-hand takes the shortest clear curve from the last place outside.
+The network's palms take a straight path, which often leads through a corner of the object or through the
+whole of it. Such a hand takes the shortest clear curve from the last place outside the object.
 """
 
 from collections.abc import Iterator, Sequence
@@ -27,7 +27,7 @@ def lead_around(
     object_model: ObjectModel,
     first: int = 0,
 ) -> list[HandMotion]:
-    """Return palms of each sample that come and go outside the object; ways that already do stay as they are.
+    """Return palms of each sample that approach and leave outside the object; clear paths stay as they are.
 
     Args:
         hands: palms that follow their anchors (`follow_anchors`), world, metres.
@@ -62,7 +62,7 @@ def _led(
 def _ways(
     held: Sequence[ContactSegment], first: int, frames: int
 ) -> Iterator[Int[np.ndarray, " way"]]:
-    """Yield the frames in which one hand comes to each contact or goes from it, the one in contact last."""
+    """Yield the frames in which one hand approaches or leaves each contact; the last one is in contact."""
     held = sorted(held, key=lambda s: s.start)
     long = 2 * APPROACH.longest
     for k, s in enumerate(held):
@@ -77,7 +77,7 @@ def _ways(
 
 
 def _time(pause: int) -> int:
-    """Return how many frames a way may take: to another contact no more than half of the pause."""
+    """Return the most frames of one approach, given the frames to the hand's other contact: half of them."""
     # Between contacts that are nearer than that, hands go from anchor to anchor anyway.
     return 0 if pause <= 2 * ANCHOR.blend else min(APPROACH.longest, pause // 2)
 
@@ -87,7 +87,9 @@ def _around(
     T_world_object: Float[np.ndarray, "way 4 4"],
     object_model: ObjectModel,
 ) -> Float[np.ndarray, "last 3"]:
-    """Return the last places of a way so that it does not go through the object; none where it does not.
+    """Return new places for the last part of a way that goes through the object.
+
+    There are none where the way is clear, and where no clear path is found.
 
     Args:
         way: the palm joint, object's frame, metres; its last place is the anchor.
@@ -125,6 +127,7 @@ def _path(
     paths = possible_paths(way[begin], way[-1], object_model.surface)
     T = T_world_object[(begin + len(way)) // 2]
     height = paths @ T[2, :3] + T[2, 3]
+    # A hand that holds the lower edge of something is that low itself.
     lowest = np.minimum(ANCHOR.palm_thickness, height[:, [0, -1]].min(axis=1, keepdims=True))
     paths = paths[(height > lowest - APPROACH.clearance).all(axis=1)]
     near = np.linalg.norm(paths[:, :, None] - way[[begin, -1]], axis=-1).min(axis=-1)

@@ -111,17 +111,20 @@ class ContactFaceConfig:
 
 @dataclass(frozen=True)
 class ApproachConfig:
-    """When a hand that comes or goes is led around the object."""
+    """When a hand that approaches or leaves an object is led around it."""
 
-    longest: int = setting(30, "frames", "Longest time on the way.")
+    longest: int = setting(30, "frames", "Longest time of an approach.")
     pace: float = setting(0.05, "m/frame", "Mean speed of a hand that is led around (1.5 m/s).")
     depth: float = setting(
         0.005, "m", "Depth of a palm joint in the object from which a hand is led around."
     )
     clearance: float = setting(
-        0.01, "m", "Distance of a palm joint from the object where its curve around begins."
+        0.01,
+        "m",
+        "Distance of a palm joint from the object where its curve around begins, and how far below its ends "
+        "that curve may pass.",
     )
-    finer: int = setting(3, "count", "Places between two frames that are looked at.")
+    finer: int = setting(3, "count", "Steps from frame to frame at which the depth is measured.")
 
 
 SIDES = SideConfig()
