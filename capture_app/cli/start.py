@@ -8,7 +8,7 @@ from types import FrameType
 
 INTERRUPTED, TERMINATED = 130, 143
 """Exit codes after SIGINT and SIGTERM, as shells have them."""
-_RAISED_BY: dict[type[BaseException], int] = {
+_RAISED_BY: dict[type[BaseException], signal.Signals] = {
     KeyboardInterrupt: signal.SIGINT,
     SystemExit: signal.SIGTERM,
 }
@@ -54,7 +54,7 @@ def _swallowed(problem: "sys.UnraisableHookArgs") -> None:
         threading.Timer(0.05, _signal_main_thread, [again]).start()
 
 
-def _signal_main_thread(number: int) -> None:
+def _signal_main_thread(number: signal.Signals) -> None:
     """Send a signal to the main thread; where the system can, one that wakes it."""
     if sys.platform == "win32":
         _thread.interrupt_main(number)
