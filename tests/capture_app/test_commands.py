@@ -1,7 +1,6 @@
 """Commands that no other fast test calls end to end."""
 
 import csv
-import json
 import signal
 import subprocess
 import sys
@@ -58,17 +57,6 @@ def test_a_batch_makes_what_can_be_made_and_says_what_cannot(inputs: Inputs, wei
         "two": ("done", ""),
         "junk": ("failed", "session-unknown"),
     }
-
-
-@pytest.mark.runs("demo")
-def test_the_demonstration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
-    # The film alone takes two thirds of the time, and is drawn by other tests.
-    monkeypatch.setattr("capture_app.rendering.render_result", lambda *_: None)
-    assert invoke(["demo"]) == 0
-    manifest = json.loads((tmp_path / "out" / "demo" / "manifest.json").read_text())
-    assert manifest["faults"] == []
-    assert (tmp_path / "out" / "demo" / "motion.glb").stat().st_size > 1e6
 
 
 @pytest.mark.runs("calibrate show")

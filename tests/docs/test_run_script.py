@@ -1,5 +1,6 @@
 """`./run`: what README says first, and that nothing is installed twice."""
 
+import json
 import shutil
 import subprocess
 from pathlib import Path
@@ -99,8 +100,12 @@ def test_other_dependencies_are_installed(tmp_path: Path):
     assert run(tmp_path, "formats").endswith("-e .\n")
 
 
+@pytest.mark.runs("demo", elsewhere=True)
 def test_the_blocks_of_the_readme(given: Given):
     stamp(stand_in(given.place), DEV)
     run_page("README.md", given.place, Stage())
-    assert (given.place / "out" / "demo" / "motion.mp4").is_file()
+    demo = given.place / "out" / "demo"
+    assert json.loads((demo / "manifest.json").read_text())["faults"] == []
+    assert (demo / "motion.glb").stat().st_size > 1e6
+    assert (demo / "motion.mp4").is_file()
     assert not (given.place / "installed").exists()
