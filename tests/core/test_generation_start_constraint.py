@@ -83,6 +83,20 @@ def test_guesses_that_begin_at_the_known_start_are_kept(side: float, samples: in
     assert (torch.linalg.cross(left, right)[..., 2] > 0).all()
 
 
+@pytest.mark.parametrize("holds", [True, False])
+def test_where_a_known_pose_holds_is_where_they_hold_and_free_palms_choose_nothing(holds: bool):
+    torch.manual_seed(0)
+    low = _guess(1.0, 0).repeat(8, 1, 1)
+    low[..., :6] += 0.01 * torch.randn(8, FRAMES, 6)
+    high = low.clone()
+    high[..., 2:6:3] += 0.15
+    start = low[0, 0].clone()
+    start[6:] = 1.0 if holds else -1.0
+    pose = StartPose(start, torch.tensor([1.2, 0.0]))
+    heights = select_by_start(torch.cat([low, high]), pose, _box(), 4)[:, -1, 2]
+    assert bool((heights < 0.1).all()) == holds
+
+
 @given(
     side=st.sampled_from([-1.0, 1.0]),
     x=st.floats(-2.5, 2.5),

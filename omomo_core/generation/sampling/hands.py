@@ -124,7 +124,7 @@ def _holds_at_start(
     """Return which samples hold the object in the prefix or the start pose."""
     if prefix is not None:
         return (prefix.values[..., 3 * LAYOUT.vectors :] > 0).flatten(1).any(dim=1)
-    posed = isinstance(start, StartPose) and bool((start.first[3 * LAYOUT.vectors :] > 0).any())
+    posed = isinstance(start, StartPose) and start.holds
     return torch.tensor([posed])
 
 

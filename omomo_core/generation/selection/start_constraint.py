@@ -32,6 +32,11 @@ class StartPose:
     position: Float[Tensor, "2"]
     """Where the pelvis is above the floor, from the object's centre, metres."""
 
+    @property
+    def holds(self) -> bool:
+        """Whether a hand holds the object in the first frame."""
+        return bool((self.first[_PLACES:] > 0).any())
+
     def distance(self, first: First) -> Float[Tensor, "*b"]:
         """Return the mean distance of palms from the known ones, given features of first frames; metres."""
         return _palms(first - self.first).norm(dim=-1).mean(dim=-1)
@@ -71,7 +76,7 @@ def select_by_start(
     """Return samples that begin at the known start and cover all hypotheses best (k-medoids).
 
     The network knows the place: those of its hypotheses that seem to begin nearest to it are no better than
-    the others. It does not know the palms of a pose: hypotheses that begin nearest to those are taken.
+    the others. It does not know where a pose holds: hypotheses that begin nearest to those palms are taken.
     Hypotheses that are implausible, or whose person would have to run around the object, are taken only
     where too few others are left.
 
@@ -86,7 +91,7 @@ def select_by_start(
     possible &= ~_too_far_to_walk(hypotheses, start.position)
     if int(possible.sum()) >= samples:
         hypotheses = hypotheses[possible]
-    if isinstance(start, StartPose):
+    if isinstance(start, StartPose) and start.holds:
         count = max(math.ceil(START.candidates_per_sample * samples), START.fewest_candidates)
         nearest = start.distance(hypotheses[:, 0]).argsort(stable=True)
         hypotheses = hypotheses[nearest[:count]]
