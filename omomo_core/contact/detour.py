@@ -33,7 +33,7 @@ def path_between(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"], surface: 
 
 
 def possible_paths(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"], surface: Surface) -> Paths:
-    """Return the straight path and curves from `a` to `b`, shortest first; no curve where they are one.
+    """Return the straight path and curves from `a` to `b`, shortest first; no curves where `a` is `b`.
 
     They are cubic Bézier curves that leave and arrive along the surface's normal and bulge to one of several
     sides. The arguments are those of `path_between`.

@@ -84,7 +84,7 @@ def test_guesses_that_begin_at_the_known_start_are_kept(side: float, samples: in
 
 
 @pytest.mark.parametrize("holds", [True, False])
-def test_where_a_known_pose_holds_is_where_they_hold_and_free_palms_choose_nothing(holds: bool):
+def test_palms_of_a_known_pose_select_guesses_only_where_they_hold(holds: bool):
     torch.manual_seed(0)
     low = _guess(1.0, 0).repeat(8, 1, 1)
     low[..., :6] += 0.01 * torch.randn(8, FRAMES, 6)

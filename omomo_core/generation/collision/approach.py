@@ -77,7 +77,7 @@ def _ways(
 
 
 def _time(pause: int) -> int:
-    """Return the most frames of one approach, given the frames to the hand's other contact: half of them."""
+    """Return the longest time of one approach, frames: at most half of the pause between two contacts."""
     # Between contacts that are nearer than that, hands go from anchor to anchor anyway.
     return 0 if pause <= 2 * ANCHOR.blend else min(APPROACH.longest, pause // 2)
 

@@ -64,7 +64,9 @@ class StartConfig:
     """Selection of hypotheses by a start position or start pose, and the way from there."""
 
     candidates_per_sample: float = setting(
-        1.5, "count", "Candidates that begin nearest to a start pose that holds, for each sample."
+        1.5,
+        "count",
+        "Candidates for each sample, where the start pose holds the object: those that begin nearest to it.",
     )
     fewest_candidates: int = setting(4, "count", "Fewest candidates in all.")
     shortest_blend: int = setting(

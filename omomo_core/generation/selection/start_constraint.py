@@ -75,8 +75,9 @@ def select_by_start(
 ) -> Samples:
     """Return samples that begin at the known start and cover all hypotheses best (k-medoids).
 
-    The network knows the place: those of its hypotheses that seem to begin nearest to it are no better than
-    the others. It does not know where a pose holds: hypotheses that begin nearest to those palms are taken.
+    The network is told the place, so hypotheses that seem to begin nearest to it are no better than others.
+    It is not told where a start pose holds the object: for such a pose, those that begin nearest to its
+    palms are taken.
     Hypotheses that are implausible, or whose person would have to run around the object, are taken only
     where too few others are left.
 
