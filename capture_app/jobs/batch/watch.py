@@ -2,17 +2,20 @@
 
 import time
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
-from capture_app.jobs.queue import JobQueue
 from capture_app.jobs.record import OVER, JobRecord
 from omomo_core.errors import InputError
+
+if TYPE_CHECKING:
+    from capture_app.jobs.queue import JobQueue
 
 Shown = Callable[[Sequence[JobRecord], Sequence[JobRecord]], None]
 """Given the jobs that have ended since the last time, and those that run."""
 
 
 def watch(
-    queue: JobQueue,
+    queue: "JobQueue",
     ids: Sequence[str],
     show: Shown,
     *,
