@@ -75,8 +75,8 @@ def test_in_the_demo_a_person_carries_the_box(demo: Result):
 @pytest.mark.parametrize(
     ("log", "seconds"),
     [
-        ("ios_logger_pyojinkim", 43.7),
-        ("arkit_data_logger/ARKit_camera_pose.txt", 46.0),
+        pytest.param("ios_logger_pyojinkim", 43.7, marks=pytest.mark.slow),
+        pytest.param("arkit_data_logger/ARKit_camera_pose.txt", 46.0, marks=pytest.mark.slow),
         ("arkit_data_logger/ARKit_camera_pose_LARR_letters.txt", 27.5),
     ],
 )

@@ -75,7 +75,7 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> Seen:
     return Seen(monkeypatch)
 
 
-@pytest.mark.parametrize("samples", [4, 8, 20])
+@pytest.mark.parametrize("samples", [4, 8, pytest.param(20, marks=pytest.mark.slow)])
 def test_guesses_look_as_in_training_mostly_along_the_travel(seen: Seen, samples: int):
     seen.run(samples)
     guesses = seen.headings[0]

@@ -1,15 +1,21 @@
 """A box filmed with LiDAR, and its scan as `omocap scan` makes it: once for all tests."""
 
+from pathlib import Path
+
 import pytest
 
 from capture_app.commands.scan import ScanRequest
 from capture_app.scanning.scan import scan_object
 from tests.capture_app.scanning.filmed import Scanned, film_small
+from tests.once import once
 
 
 @pytest.fixture(scope="session")
 def scanned(tmp_path_factory: pytest.TempPathFactory) -> Scanned:
-    folder = tmp_path_factory.mktemp("scanning")
+    return once(tmp_path_factory, "scanning", _scan)
+
+
+def _scan(folder: Path) -> Scanned:
     film = film_small(folder / "film")
     request = ScanRequest(
         source=film.path, output=folder / "box.glb", method="depth", vertices=2000

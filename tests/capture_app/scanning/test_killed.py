@@ -40,6 +40,7 @@ def _made(work: Path) -> dict[str, int]:
     return {str(file): file.stat().st_mtime_ns for file in files}
 
 
+@pytest.mark.slow
 def test_a_draft_that_is_killed_goes_on(tmp_path: Path) -> None:
     film = film_small(tmp_path / "film")
     mesh, work = tmp_path / "box.glb", tmp_path / "box.scan"
