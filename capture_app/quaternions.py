@@ -1,17 +1,13 @@
 """Rotation matrices to and from xyzw quaternions, for numpy arrays of any batch shape."""
 
-import os
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
+import roma
+import torch
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 ROUNDING = 1e-6
 """What single precision may change in a quaternion that is read and written again."""
-
-_PART = 50_000
-"""Rotations that are worth a thread."""
 
 
 def xyzw_from_matrix(
@@ -22,19 +18,12 @@ def xyzw_from_matrix(
     q and -q are the same rotation: the first frame takes w >= 0 and every later one the sign nearer
     to the frame before, so that a reader may interpolate the numbers.
     """
-    flat = R.reshape(-1, 3, 3).astype(np.float64)
-    # Matrices of single precision are made orthogonal one by one, which all cores can do.
-    parts = np.array_split(flat, len(flat) // _PART + 1)
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        quaternions = np.concatenate(list(pool.map(_quaternions, parts)))
-    quaternions = quaternions.reshape(*R.shape[:-2], 4)
+    # Matrices that are rounded to single precision need not be made orthogonal first, which takes long.
+    quaternions = roma.rotmat_to_unitquat(torch.from_numpy(R.astype(np.float64))).numpy()
+    quaternions[:1] *= np.where(quaternions[:1, ..., 3:] < 0, -1.0, 1.0)
     turns = np.sum(quaternions[1:] * quaternions[:-1], axis=-1, keepdims=True) < 0
     quaternions[1:] *= np.cumprod(np.where(turns, -1.0, 1.0), axis=0)
     return quaternions
-
-
-def _quaternions(R: Float[np.ndarray, "n 3 3"]) -> Float[np.ndarray, "n 4"]:
-    return Rotation.from_matrix(R).as_quat(canonical=True)
 
 
 def matrix_from_xyzw(q: Float[np.ndarray, "*batch 4"]) -> Float[np.ndarray, "*batch 3 3"]:

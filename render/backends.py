@@ -27,7 +27,7 @@ def open_renderer(
         width, height: size of the pictures in pixels.
         backend: "pyrender" draws with OpenGL (on Linux through EGL, no display needed); "raycast" needs no
             OpenGL at all but has jagged edges and hard shadows; "auto" takes the first that works.
-        samples: multisampling of "pyrender": 4 smooths edges and takes half as long again; 0 is
+        samples: multisampling of "pyrender": 4 smooths edges and takes two thirds longer; 0 is
             none. "raycast" shoots one ray a pixel.
 
     Raises:

@@ -26,6 +26,8 @@ class Drawable:
     """Texture coordinates: (0, 0) is the texture's top left corner, (1, 1) its bottom right."""
     texture: UInt8[np.ndarray, "h w 3"] | None = None
     casts_shadow: bool = True
+    closed: bool = False
+    """No hole lets its inside be seen, and its faces look outwards: those that look away need no drawing."""
     real: bool = False
     """A thing of the film that the picture is laid over: it hides what is behind it, and shows nothing
     but the shadows that fall on it."""

@@ -4,6 +4,7 @@ from collections.abc import Callable, Generator, Sequence
 
 import numpy as np
 import torch
+import trimesh
 from jaxtyping import Float, UInt8
 
 from omomo_core.body.kinematics import full_kinematics
@@ -104,8 +105,9 @@ def skinned_body(
     human: HumanMotion, body: BodyModel, name: str = "body", color: Color = BODY_COLOR
 ) -> Actor:
     """The body's skin along the motion, computed a chunk of frames at a time."""
-    vertices = _lazy_skin(human, body)
-    return Actor(Drawable(name, vertices(0), body.faces.numpy(), color), vertices=vertices)
+    vertices, faces = _lazy_skin(human, body), body.faces.numpy()
+    closed = bool(trimesh.Trimesh(vertices(0), faces, process=False).is_watertight)
+    return Actor(Drawable(name, vertices(0), faces, color, closed=closed), vertices=vertices)
 
 
 def follow_motion(

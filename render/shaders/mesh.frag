@@ -1,4 +1,5 @@
 #version 330 core
+#extension GL_ARB_derivative_control : enable
 // Lambert under a sun and a sky: the same formula as render/raycast_backend.py.
 in vec3 frag_position;
 in vec3 frag_normal;
@@ -21,38 +22,67 @@ uniform float ground;
 uniform int real;  // a thing of the film underneath: only what it loses of its light shows
 
 #ifdef DIRECTIONAL_LIGHT_SHADOWS
+in vec3 frag_light;
 uniform sampler2D shadow_map;
 uniform mat4 light_matrix;
 uniform float blur;  // radius of the soft edge, metres
 const float LIFT = 0.004;  // metres off the surface, which would else shade itself
-const int FEW = 5;
-const int ALL = 16;
-const vec2 TAPS[ALL] = vec2[](
-    vec2(0.0), vec2(0.92, 0.38), vec2(-0.38, 0.92), vec2(-0.92, -0.38), vec2(0.38, -0.92),
+const vec2 TAPS[16] = vec2[](
+    vec2(0.92, 0.38), vec2(-0.38, 0.92), vec2(-0.92, -0.38), vec2(0.38, -0.92),
     vec2(-0.26, 0.24), vec2(0.04, -0.46), vec2(0.33, 0.43), vec2(-0.61, -0.11),
     vec2(0.56, -0.37), vec2(-0.19, 0.72), vec2(-0.34, -0.71), vec2(0.78, 0.25),
-    vec2(-0.83, 0.39), vec2(0.40, -0.85), vec2(0.31, 0.88));
+    vec2(-0.83, 0.39), vec2(0.40, -0.85), vec2(0.31, 0.88), vec2(0.0));
 
 float lit_at(vec3 s) {
     // Where there is no caster the map holds 1, which a point behind all casters must not exceed.
     return texture(shadow_map, s.xy).r < min(s.z, 1.0) ? 0.0 : 1.0;
 }
 
+// Four pixels that are drawn together share the taps of a row, so that each of them takes one. Where a
+// pixel cannot see what its neighbours took, it takes all four.
+#if defined(GL_ARB_derivative_control)  // "#ifdef" is pyrender's
+float lit_in_row(int row, vec3 s, mat2x3 disc) {
+    ivec2 odd = ivec2(gl_FragCoord.xy) & 1;
+    return lit_at(s + disc * TAPS[4 * row + 2 * odd.y + odd.x]);
+}
+
+float mean_of_four(float value) {
+    vec2 other = 0.5 - vec2(ivec2(gl_FragCoord.xy) & 1);
+    value += other.x * dFdxFine(value);
+    return value + other.y * dFdyFine(value);
+}
+#else
+float lit_in_row(int row, vec3 s, mat2x3 disc) {
+    float lit = 0.0;
+    for (int i = 0; i < 4; i++) lit += lit_at(s + disc * TAPS[4 * row + i]);
+    return lit / 4.0;
+}
+
+float mean_of_four(float value) { return value; }
+#endif
+
 // Share of a disc around this point that the sun sees. The disc lies in the surface, so that slopes
 // do not shade themselves.
-float sunlit(vec3 n) {
-    vec3 t = normalize(cross(n, abs(n.x) < 0.7 ? vec3(1, 0, 0) : vec3(0, 1, 0)));
-    vec3 s = (light_matrix * vec4(frag_position + LIFT * n, 1.0)).xyz * 0.5 + 0.5;
-    mat2x3 disc = mat2x3(mat3(light_matrix) * t, mat3(light_matrix) * cross(n, t)) * (0.5 * blur);
-    bool inside = all(greaterThanEqual(s.xy, vec2(0.0))) && all(lessThanEqual(s.xy, vec2(1.0)));
+float sunlit(vec3 n, bool turned_to_sun) {
+    bool inside = turned_to_sun && all(lessThanEqual(abs(frag_light.xy - 0.5), vec2(0.5)));
+    vec3 s = frag_light;
+    mat2x3 disc = mat2x3(0.0);
+    float lit = 1.0;
     // Such a loop is left when no pixel of a block needs it, where an "if" would run for all.
-    float lit = 0.0;
-    for (int once = 0; once < int(inside); once++)
-        for (int i = 0; i < FEW; i++) lit += lit_at(s + disc * TAPS[i]);
-    bool edge = inside && lit > 0.0 && lit < float(FEW);
-    for (int once = 0; once < int(edge); once++)
-        for (int i = FEW; i < ALL; i++) lit += lit_at(s + disc * TAPS[i]);
-    return inside ? lit / float(edge ? ALL : FEW) : 1.0;
+    for (int once = 0; once < int(inside); once++) {
+        vec3 t = normalize(cross(n, abs(n.x) < 0.7 ? vec3(1, 0, 0) : vec3(0, 1, 0)));
+        mat3 turn = 0.5 * mat3(light_matrix);
+        s += turn * n * LIFT;
+        disc = mat2x3(turn * t, turn * cross(n, t)) * blur;
+        lit = 0.5 * (lit_in_row(0, s, disc) + lit_in_row(1, s, disc));
+    }
+    lit = mean_of_four(lit);
+    bool edge = lit > 0.01 && lit < 0.99;
+    float more = 1.0;
+    for (int once = 0; once < int(edge && inside); once++)
+        more = 0.5 * (lit_in_row(2, s, disc) + lit_in_row(3, s, disc));
+    more = mean_of_four(more);
+    return edge ? 0.5 * (lit + more) : lit;
 }
 #endif
 
@@ -64,7 +94,7 @@ void main() {
     float ambient = mix(ground, sky, 0.5 + 0.5 * n.z);
     float light = direct + ambient;
 #ifdef DIRECTIONAL_LIGHT_SHADOWS
-    if (facing > 0.0) light = direct * sunlit(n) + ambient;
+    light = direct * sunlit(n, facing > 0.0) + ambient;
 #endif
     if (real != 0) {
         frag_color = vec4(0.0, 0.0, 0.0, 1.0 - light / (direct + ambient));

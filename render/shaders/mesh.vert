@@ -13,11 +13,18 @@ uniform mat4 P;
 
 out vec3 frag_position;
 out vec3 frag_normal;
+#ifdef DIRECTIONAL_LIGHT_SHADOWS
+uniform mat4 light_matrix;
+out vec3 frag_light;  // as the sun sees it, 0 to 1
+#endif
 
 void main() {
     vec4 world = M * vec4(position, 1.0);
     gl_Position = P * V * world;
     frag_position = world.xyz;
+#ifdef DIRECTIONAL_LIGHT_SHADOWS
+    frag_light = (light_matrix * world).xyz * 0.5 + 0.5;
+#endif
     frag_normal = mat3(M) * normal;
 #ifdef TEXCOORD_0_LOC
     frag_uv = uv;

@@ -1,14 +1,17 @@
 """Both backends against pinhole geometry and against each other."""
 
 import logging
+import shutil
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
 from omomo_core.errors import InputError
+from render import pyrender_backend
 from render.backends import open_renderer
 from render.cameras import Camera, look_at, orbit, pinhole
 from render.normals import split_mesh
@@ -128,6 +131,40 @@ def test_between_two_shadows_the_ground_is_lit(renderer: Renderer) -> None:
             rows = slice(int(v.min()) - 4, int(v.max()) + 5)
             dark[rows, int(u.min()) - 4 : int(u.max()) + 5] = False
     assert not dark.any()
+
+
+def test_shadows_are_the_same_where_pixels_cannot_share_what_they_sampled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = Scene([ground(), box((0.2, 0.5, 0.5), (0.0, 0.0, 0.5))], light=Light(azimuth=np.pi))
+    with open_renderer(W, H, "pyrender", samples=0) as opened:
+        opened.show(scene)
+        shared = opened.color(from_above()).astype(int)
+    folder = shutil.copytree(pyrender_backend.SHADERS, tmp_path / "shaders")
+    text = (folder / "mesh.frag").read_text()
+    without = text.replace("defined(GL_ARB_derivative_control)", "0").replace("#extension", "//")
+    assert without != text
+    (folder / "mesh.frag").write_text(without)
+    monkeypatch.setattr(pyrender_backend, "SHADERS", folder)
+    with open_renderer(W, H, "pyrender", samples=0) as opened:
+        opened.show(scene)
+        alone = opened.color(from_above()).astype(int)
+    apart = np.abs(shared - alone).max(axis=2)
+    assert apart.any()
+    assert apart.mean() < 0.5
+    assert np.mean(apart > 20) < 0.01
+
+
+def test_a_closed_surface_looks_the_same_without_the_faces_that_look_away() -> None:
+    thing = replace(box((0.3, 0.2, 0.4), (0.1, 0.2, 0.6)), closed=True)
+    camera = pinhole(orbit(np.array([0.1, 0.2, 0.6]), 4.0, 0.5, 0.4), 0.7, W, H)
+    with open_renderer(W, H, "pyrender", samples=0) as opened:
+        opened.show(Scene([ground(), thing]))
+        closed = opened.color(camera)
+        opened.show(Scene([ground(), replace(thing, closed=False)]))
+        assert np.array_equal(opened.color(camera), closed)
+        opened.show(Scene([ground(), replace(thing, faces=thing.faces[:, ::-1], closed=True)]))
+        assert not np.array_equal(opened.color(camera), closed)
 
 
 def test_updates_happen_in_place(renderer: Renderer) -> None:

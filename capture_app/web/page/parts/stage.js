@@ -37,6 +37,13 @@ export class Stage extends EventTarget {
       role: "img",
       "aria-label": `${label}. Arrow keys turn the view, plus and minus come nearer and go away.`,
     });
+    // Fetched together and at once: a motion is seen when the last of them is there.
+    this.modules = Promise.all([
+      import("/static/viewer/viewer.js"),
+      import("./stage_controls.js"),
+      import("/static/viewer/timeline.js"),
+      import("/static/viewer/film.js"),
+    ]);
     this.down = [0, 0];
     this.canvas.addEventListener("pointerdown", (event) => {
       this.down = [event.offsetX, event.offsetY];
@@ -77,8 +84,7 @@ export class Stage extends EventTarget {
   /** The viewer, made the first time; null when the view was left meanwhile. */
   async ready() {
     if (this.viewer) return this.viewer;
-    const { createViewer } = await import("/static/viewer/viewer.js");
-    const { playBySpace, stageControls } = await import("./stage_controls.js");
+    const [{ createViewer }, { playBySpace, stageControls }] = await this.modules;
     if (this.signal.aborted) return null;
     const viewer = await createViewer(this.canvas);
     this.viewer = viewer;
@@ -114,7 +120,7 @@ export class Stage extends EventTarget {
     this.timelines.forEach((one) => one.dispose());
     this.timelines = [];
     put(this.tracks);
-    const { createTimeline } = await import("/static/viewer/timeline.js");
+    const [, , { createTimeline }] = await this.modules;
     for (const [slot, scene] of this.scenes.entries()) {
       const pack = viewer.pack(slot);
       if (!this.controls || !pack || pack.header.frames < 2 || scene.plain) continue;
@@ -142,7 +148,7 @@ export class Stage extends EventTarget {
    *  @param {Viewer} viewer */
   async showFilm(viewer) {
     this.film?.dispose();
-    const { createFilm } = await import("/static/viewer/film.js");
+    const [, , , { createFilm }] = await this.modules;
     const pack = this.scenes.length === 1 ? viewer.pack(0) : null;
     this.film = pack && createFilm(pack);
     put(this.picture, this.film?.element);
