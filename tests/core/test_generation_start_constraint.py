@@ -97,6 +97,19 @@ def test_palms_of_a_known_pose_select_guesses_only_where_they_hold(holds: bool):
     assert bool((heights < 0.1).all()) == holds
 
 
+def test_palms_that_a_pose_leaves_no_time_for_are_taken_only_where_all_are_so():
+    torch.manual_seed(0)
+    late, soon = (_guess(1.0, takes).repeat(6, 1, 1) for takes in (50, 12))
+    for guesses in (late, soon):
+        guesses[..., :6] += 0.01 * torch.randn(6, FRAMES, 6)
+    start = late[0, 0].clone()
+    start[[1, 4]] += 0.9  # so far aside
+    pose = StartPose(start, torch.tensor([1.3, 0.0]))
+    holding = select_by_start(torch.cat([soon, late]), pose, _box(), 4)[:, 30, 6:] > 0
+    assert not holding.any()
+    assert (select_by_start(soon, pose, _box(), 4)[:, 30, 6:] > 0).all()
+
+
 @given(
     side=st.sampled_from([-1.0, 1.0]),
     x=st.floats(-2.5, 2.5),

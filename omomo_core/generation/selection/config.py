@@ -76,6 +76,9 @@ class StartConfig:
     fastest_blend: float = setting(
         1.8, "m/s", "Greatest speed of that blend from a start position."
     )
+    fastest_palm: float = setting(
+        2.5, "m/s", "Greatest speed of that blend from the palms of a start pose."
+    )
     pace: float = setting(
         1.3,
         "m/s",

@@ -19,6 +19,8 @@ from omomo_core.generation.selection.plausibility import Hypotheses, PalmHolds, 
 from omomo_core.motion import FPS
 
 _PLACES = 6
+_FADE_PEAK = 3 / 2
+"""So many times as fast is a fade in its middle as on the whole."""
 
 First = Float[Tensor, "*b 8"]
 
@@ -41,6 +43,11 @@ class StartPose:
         """Return the mean distance of palms from the known ones, given features of first frames; metres."""
         return _palms(first - self.first).norm(dim=-1).mean(dim=-1)
 
+    def in_reach(self, features: Float[Tensor, "*b frames 8"]) -> Bool[Tensor, "*b"]:
+        """Return whether both palms are blended from these to where they hold no faster than people reach."""
+        way = _palms(self.first - features[..., 0, :]).norm(dim=-1)
+        return (_FADE_PEAK * way * FPS / _blend(features) <= START.fastest_palm).all(dim=-1)
+
     def impose(self, features: Samples) -> Samples:
         """Return the samples with exactly these palms in their first frame."""
         return impose_start(features, self.first)
@@ -57,8 +64,7 @@ class StartPosition:
         """Return the samples from that place, or from as near to it as there is time to come from."""
         way = self.position - standing_position(features[:, 0])
         time = _frames_until_contact(features).amin(dim=-1).clamp(max=START.longest_blend) / FPS
-        # The fade is 1.5 times as fast in its middle as on the whole.
-        far = START.fastest_blend / 1.5 * time
+        far = START.fastest_blend / _FADE_PEAK * time
         way = way * (far / way.norm(dim=-1).clamp(min=1e-6)).clamp(max=1)[:, None]
         first = features[:, 0].clone()
         for hand in (0, 1):
@@ -78,8 +84,8 @@ def select_by_start(
     The network is told the place, so hypotheses that seem to begin nearest to it are no better than others.
     It is not told where a start pose holds the object: for such a pose, those that begin nearest to its
     palms are taken.
-    Hypotheses that are implausible, or whose person would have to run around the object, are taken only
-    where too few others are left.
+    Hypotheses that are implausible, whose person would have to run around the object, or whose palms would
+    have to rush from those of a start pose, are taken only where too few others are left.
 
     Args:
         features: of all hypotheses, in axes whose third is up.
@@ -90,6 +96,8 @@ def select_by_start(
     hypotheses = kernel_mean(features)
     possible = torch.from_numpy(PalmHolds.of(hypotheses, clip).plausible)
     possible &= ~_too_far_to_walk(hypotheses, start.position)
+    if isinstance(start, StartPose):
+        possible &= start.in_reach(hypotheses)
     if int(possible.sum()) >= samples:
         hypotheses = hypotheses[possible]
     if isinstance(start, StartPose) and start.holds:
@@ -105,7 +113,7 @@ def impose_start(features: Samples, first: Float[Tensor, "*samples 8"]) -> Sampl
     frames = features.shape[1]
     x = features.clone()
     change = first - features[:, 0]
-    until = _frames_until_contact(features).clamp(START.shortest_blend, START.longest_blend)
+    until = _blend(features)
     for hand in (0, 1):
         places = slice(3 * hand, 3 * hand + 3)
         weight = torch.stack([fade(frames, int(u)) for u in until[:, hand]])
@@ -134,6 +142,11 @@ def _frames_until_contact(features: Float[Tensor, "*b frames 8"]) -> Int[Tensor,
     """Return the frames before each hand holds something; the longest blend where it never does."""
     holds = features[..., _PLACES:] > 0
     return torch.where(holds.any(dim=-2), holds.int().argmax(dim=-2), START.longest_blend)
+
+
+def _blend(features: Float[Tensor, "*b frames 8"]) -> Int[Tensor, "*b 2"]:
+    """Return the frames over which each hand's palms are blended from the start to the hypothesis."""
+    return _frames_until_contact(features).clamp(START.shortest_blend, START.longest_blend)
 
 
 def standing_position(first: First) -> Float[Tensor, "*b 2"]:
