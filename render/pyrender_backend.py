@@ -80,7 +80,9 @@ class PyrenderRenderer(Renderer):
 
     def layer(self, camera: Camera) -> Layer:
         """The same without its depth."""
-        return np.ascontiguousarray(self._drawn(camera, with_depth=False)[0])
+        return self._drawn(camera, with_depth=False)[
+            0
+        ].copy()  # the next picture is read into the same array
 
     def _drawn(self, camera: Camera, *, with_depth: bool) -> tuple[Any, Any]:
         self._offscreen._renderer.with_depth = with_depth
@@ -213,7 +215,7 @@ class _LitRenderer(GLRenderer):
             (light_node,) = scene.light_nodes
             self._bind_texture(light_node.light.shadow_texture, "shadow_map", program)
         if program in self._lit:
-            return  # it keeps what it was told for the picture's first surface
+            return  # a program keeps the uniforms that were set for the first surface of the picture
         self._lit.add(program)
         light = scene.light
         program.set_uniform("to_sun", light.to_sun)

@@ -38,9 +38,11 @@ float lit_at(vec3 s) {
     return texture(shadow_map, s.xy).r < min(s.z, 1.0) ? 0.0 : 1.0;
 }
 
-// Four pixels that are drawn together share the taps of a row, so that each of them takes one. Where a
-// pixel cannot see what its neighbours took, it takes all four.
-#if defined(GL_ARB_derivative_control)  // "#ifdef" is pyrender's
+// The graphics card draws blocks of two by two pixels. The pixels of a block share the four taps of a row:
+// each samples the shadow map at one of them, and derivatives tell it what the others found. Where the card
+// has no exact derivatives, each pixel samples all four.
+// "#if defined", because pyrender itself replaces every "#ifdef", and knows nothing of extensions.
+#if defined(GL_ARB_derivative_control)
 float lit_in_row(int row, vec3 s, mat2x3 disc) {
     ivec2 odd = ivec2(gl_FragCoord.xy) & 1;
     return lit_at(s + disc * TAPS[4 * row + 2 * odd.y + odd.x]);

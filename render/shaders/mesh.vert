@@ -15,7 +15,7 @@ out vec3 frag_position;
 out vec3 frag_normal;
 #ifdef DIRECTIONAL_LIGHT_SHADOWS
 uniform mat4 light_matrix;
-out vec3 frag_light;  // as the sun sees it, 0 to 1
+out vec3 frag_light;  // place and depth in the shadow map, 0 to 1
 #endif
 
 void main() {

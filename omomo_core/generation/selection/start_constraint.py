@@ -20,7 +20,7 @@ from omomo_core.motion import FPS
 
 _PLACES = 6
 _FADE_PEAK = 3 / 2
-"""So many times as fast is a fade in its middle as on the whole."""
+"""Speed in the middle of a fade, relative to its mean speed."""
 
 First = Float[Tensor, "*b 8"]
 
@@ -44,7 +44,7 @@ class StartPose:
         return _palms(first - self.first).norm(dim=-1).mean(dim=-1)
 
     def in_reach(self, features: Float[Tensor, "*b frames 8"]) -> Bool[Tensor, "*b"]:
-        """Return whether both palms are blended from these to where they hold no faster than people reach."""
+        """Return whether both palms can be blended into the hypothesis no faster than people reach."""
         way = _palms(self.first - features[..., 0, :]).norm(dim=-1)
         return (_FADE_PEAK * way * FPS / _blend(features) <= START.fastest_palm).all(dim=-1)
 

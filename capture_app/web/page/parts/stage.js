@@ -37,13 +37,20 @@ export class Stage extends EventTarget {
       role: "img",
       "aria-label": `${label}. Arrow keys turn the view, plus and minus come nearer and go away.`,
     });
-    // Fetched together and at once: a motion is seen when the last of them is there.
+    // They are fetched together and at once, because a motion is seen only when all of them are there.
     this.modules = Promise.all([
       import("/static/viewer/viewer.js"),
       import("./stage_controls.js"),
       import("/static/viewer/timeline.js"),
       import("/static/viewer/film.js"),
-    ]);
+    ]).then(([viewer, bar, timeline, film]) => ({
+      ...viewer,
+      ...bar,
+      ...timeline,
+      ...film,
+    }));
+    // A failure is shown by whoever waits for them.
+    this.modules.catch(() => {});
     this.down = [0, 0];
     this.canvas.addEventListener("pointerdown", (event) => {
       this.down = [event.offsetX, event.offsetY];
@@ -84,7 +91,7 @@ export class Stage extends EventTarget {
   /** The viewer, made the first time; null when the view was left meanwhile. */
   async ready() {
     if (this.viewer) return this.viewer;
-    const [{ createViewer }, { playBySpace, stageControls }] = await this.modules;
+    const { createViewer, playBySpace, stageControls } = await this.modules;
     if (this.signal.aborted) return null;
     const viewer = await createViewer(this.canvas);
     this.viewer = viewer;
@@ -120,7 +127,7 @@ export class Stage extends EventTarget {
     this.timelines.forEach((one) => one.dispose());
     this.timelines = [];
     put(this.tracks);
-    const [, , { createTimeline }] = await this.modules;
+    const { createTimeline } = await this.modules;
     for (const [slot, scene] of this.scenes.entries()) {
       const pack = viewer.pack(slot);
       if (!this.controls || !pack || pack.header.frames < 2 || scene.plain) continue;
@@ -148,7 +155,7 @@ export class Stage extends EventTarget {
    *  @param {Viewer} viewer */
   async showFilm(viewer) {
     this.film?.dispose();
-    const [, , , { createFilm }] = await this.modules;
+    const { createFilm } = await this.modules;
     const pack = this.scenes.length === 1 ? viewer.pack(0) : null;
     this.film = pack && createFilm(pack);
     put(this.picture, this.film?.element);
