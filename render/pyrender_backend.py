@@ -1,30 +1,20 @@
-"""Draws with OpenGL: pyrender's context, buffers and passes, our own light, updates in place."""
+"""Draws with OpenGL: pyrender's context and buffers, our own passes, updates in place."""
 
 # pyrender hides its renderer behind the offscreen one and offers no way to bring another.
 # pyright: reportPrivateUsage=false
 
-from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 from jaxtyping import Float
 
-from render.cameras import Camera, look_at
+from render.cameras import Camera
+from render.lit_passes import SHADOW_SIDE, LitPasses, LitScene
 from render.normals import VertexNormals
-from render.pyrender_shim import GLRenderer, gl, pyrender, release_context
+from render.pyrender_shim import gl, pyrender, release_context
 from render.renderer import FAR, NEAR, Layer, Picture, Renderer
-from render.scene import Drawable, Light, Scene
-
-SHADERS = Path(__file__).parent / "shaders"
-SHADOW_BLUR = 0.025
-"""Radius of the soft edge of shadows, metres."""
-
-SHADOW_SIDE = 512
-"""Texels along each side of the shadow map.
-
-A texel of a person with a chair is then 6 mm wide, far below the blur. Where the processor draws, 1024 takes
-a fifth longer, and pyrender's 2048 twice as long, because the map does not stay in the cache."""
+from render.scene import Drawable, Scene
 
 
 class PyrenderRenderer(Renderer):
@@ -33,19 +23,18 @@ class PyrenderRenderer(Renderer):
     def __init__(self, width: int, height: int, samples: int) -> None:
         super().__init__(width, height)
         self._offscreen: Any = pyrender.OffscreenRenderer(width, height)
-        self._offscreen._renderer = _LitRenderer(width, height, samples)
+        self._offscreen._renderer = LitPasses(width, height, samples)
         self._camera = pyrender.IntrinsicsCamera(1.0, 1.0, 0.0, 0.0, znear=NEAR, zfar=FAR)
         self.show(Scene(()))
 
     def show(self, scene: Scene) -> None:
         """Draw this scene from now on."""
         clear = (0.0,) * 4 if scene.background is None else (*scene.background, 1.0)
-        self._stage = _Stage(bg_color=clear, ambient_light=(0.0, 0.0, 0.0))
-        self._stage.light = scene.light
+        self._stage = LitScene(scene.light, clear)
         self._camera_node = self._stage.add(self._camera)
         sun = pyrender.DirectionalLight()
         sun._generate_shadow_texture(SHADOW_SIDE)
-        self._stage.add(sun, pose=_pose_facing(-scene.light.to_sun))
+        self._stage.add(sun)
         self._surfaces: dict[str, _Surface] = {}
         for drawable in scene.drawables:
             surface = _Surface(drawable)
@@ -80,9 +69,8 @@ class PyrenderRenderer(Renderer):
 
     def layer(self, camera: Camera) -> Layer:
         """The same without its depth."""
-        return self._drawn(camera, with_depth=False)[
-            0
-        ].copy()  # the next picture is read into the same array
+        # The next picture is read into the same array.
+        return self._drawn(camera, with_depth=False)[0].copy()
 
     def _drawn(self, camera: Camera, *, with_depth: bool) -> tuple[Any, Any]:
         self._offscreen._renderer.with_depth = with_depth
@@ -137,6 +125,7 @@ class _Surface:
         self.mesh.casts_shadow = drawable.casts_shadow
         self.mesh.real = drawable.real
         self.node = pyrender.Node(drawable.name, mesh=self.mesh)
+        self._box = _corners(drawable.vertices)
 
     @property
     def shades(self) -> bool:
@@ -145,17 +134,27 @@ class _Surface:
 
     def move(self, vertices: Float[np.ndarray, "verts 3"]) -> None:
         self.primitive.move(vertices, self._normals(vertices))
+        self._box = _corners(vertices)
 
     def corners(self, stage: Any) -> Float[np.ndarray, "8 3"]:
         """Corners of the bounding box, in the world."""
-        low, high = self.primitive.bounds
-        corner = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
         T = stage.get_pose(self.node)
-        return corner @ T[:3, :3].T + T[:3, 3]
+        return self._box @ T[:3, :3].T + T[:3, 3]
 
 
 class _LivePrimitive(pyrender.Primitive):
     """A primitive whose vertices are replaced in the buffer the card already holds."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._programs: dict[tuple[int, int], Any] = {}
+
+    def program(self, renderer: Any, flags: int, kind: int) -> Any:
+        """The program that draws it: pyrender's choice takes a millisecond for a picture."""
+        key = flags, kind
+        if key not in self._programs:
+            self._programs[key] = renderer._get_primitive_program(self, flags, kind)
+        return self._programs[key]
 
     def move(
         self, positions: Float[np.ndarray, "verts 3"], normals: Float[np.ndarray, "verts 3"]
@@ -170,114 +169,8 @@ class _LivePrimitive(pyrender.Primitive):
         gl.glBindBuffer(gl.GL_ARRAY_BUFFER, self._buffers[0])
         gl.glBufferSubData(gl.GL_ARRAY_BUFFER, 0, data.nbytes, data)
 
-    def _compute_bounds(self) -> Float[np.ndarray, "2 3"]:
-        """Corners of the bounding box; along a short axis OpenCV is ten times as fast as numpy."""
-        low, high = (cv2.reduce(self.positions, 0, of) for of in (cv2.REDUCE_MIN, cv2.REDUCE_MAX))
-        return np.vstack([low, high])
 
-
-class _Stage(pyrender.Scene):
-    """A scene with our light, and the view and projection from which the sun sees the casters."""
-
-    light: Light
-    sun_view = sun_projection = np.eye(4)
-
-    def aim_sun(self, points: Float[np.ndarray, "points 3"]) -> None:
-        """Fit the shadow map to what casts shadows (world); its texels are spent where they are seen."""
-        self.sun_view = np.linalg.inv(_pose_facing(-self.light.to_sun))
-        seen = points @ self.sun_view[:3, :3].T
-        low, high = seen.min(axis=0) - 2 * SHADOW_BLUR, seen.max(axis=0) + 2 * SHADOW_BLUR
-        self.sun_projection = np.diag([*(2.0 / (high - low) * [1.0, 1.0, -1.0]), 1.0])
-        self.sun_projection[:3, 3] = (high + low) / (low - high) * [1.0, 1.0, -1.0]
-
-
-class _LitRenderer(GLRenderer):
-    """pyrender's passes with our shaders, any multisampling, and shadows of casters only."""
-
-    with_depth = True
-
-    def __init__(self, width: int, height: int, samples: int) -> None:
-        super().__init__(width, height)
-        self._samples = samples
-        self._rgba = np.empty((height, width, 4), np.uint8)
-        self._lit = set[Any]()
-        self._program_cache.shader_dir = str(SHADERS)
-
-    def render(self, scene: _Stage, flags: int, seg_node_map: Any = None) -> Any:
-        """The picture and, if wanted, its depth."""
-        self._lit.clear()
-        return super().render(scene, flags, seg_node_map)
-
-    def _bind_lighting(self, scene: _Stage, program: Any, node: Any, flags: int) -> None:
-        shadows = flags & pyrender.RenderFlags.SHADOWS_DIRECTIONAL
-        program.set_uniform("real", node.mesh.real)
-        if shadows:
-            (light_node,) = scene.light_nodes
-            self._bind_texture(light_node.light.shadow_texture, "shadow_map", program)
-        if program in self._lit:
-            return  # a program keeps the uniforms that were set for the first surface of the picture
-        self._lit.add(program)
-        light = scene.light
-        program.set_uniform("to_sun", light.to_sun)
-        program.set_uniform("sun", light.sun)
-        program.set_uniform("sky", light.sky)
-        program.set_uniform("ground", light.ground)
-        if shadows:
-            program.set_uniform("light_matrix", scene.sun_projection @ scene.sun_view)
-            program.set_uniform("blur", SHADOW_BLUR)
-
-    def _sorted_mesh_nodes(self, scene: _Stage) -> list[Any]:
-        # Of two surfaces in one place the first is seen; pyrender keeps them in a set, in any order.
-        return sorted(scene.mesh_nodes, key=lambda node: node.name)
-
-    def _shadow_mapping_pass(self, scene: _Stage, light_node: Any, flags: int) -> None:
-        hidden = [m for m in scene.meshes if m.is_visible and not m.casts_shadow]
-        for mesh in hidden:
-            mesh.is_visible = False
-        try:
-            super()._shadow_mapping_pass(scene, light_node, flags)
-        finally:
-            for mesh in hidden:
-                mesh.is_visible = True
-
-    def _get_light_cam_matrices(self, scene: _Stage, light_node: Any, flags: int) -> Any:
-        return scene.sun_view, scene.sun_projection
-
-    def _configure_shadow_mapping_viewport(self, light: Any, flags: int) -> None:
-        super()._configure_shadow_mapping_viewport(light, flags)
-        gl.glViewport(0, 0, SHADOW_SIDE, SHADOW_SIDE)
-
-    def _read_main_framebuffer(self, scene: _Stage, flags: int) -> tuple[Any, Any]:
-        if self.with_depth:
-            rgba, depth = super()._read_main_framebuffer(scene, flags)
-            return rgba, depth
-        source = self._main_fb_ms
-        width, height = self.viewport_width, self.viewport_height
-        if self._samples:
-            gl.glBindFramebuffer(gl.GL_READ_FRAMEBUFFER, self._main_fb_ms)
-            gl.glBindFramebuffer(gl.GL_DRAW_FRAMEBUFFER, self._main_fb)
-            corners = (0, 0, width, height)
-            gl.glBlitFramebuffer(*corners, *corners, gl.GL_COLOR_BUFFER_BIT, gl.GL_LINEAR)
-            source = self._main_fb
-        gl.glBindFramebuffer(gl.GL_READ_FRAMEBUFFER, source)
-        gl.glReadPixels(0, 0, width, height, gl.GL_RGBA, gl.GL_UNSIGNED_BYTE, self._rgba)
-        return self._rgba[::-1], None
-
-    def _configure_main_framebuffer(self) -> None:
-        fresh = self._main_fb is None
-        super()._configure_main_framebuffer()
-        if not fresh:
-            return
-        for buffer, kind in (
-            (self._main_cb_ms, gl.GL_RGBA),
-            (self._main_db_ms, gl.GL_DEPTH_COMPONENT24),
-        ):
-            gl.glBindRenderbuffer(gl.GL_RENDERBUFFER, buffer)
-            gl.glRenderbufferStorageMultisample(
-                gl.GL_RENDERBUFFER, self._samples, kind, self.viewport_width, self.viewport_height
-            )
-
-
-def _pose_facing(direction: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "4 4"]:
-    """A pose whose -z axis points along a direction."""
-    return look_at(np.zeros(3), direction)
+def _corners(points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "8 3"]:
+    """Corners of the box around points; along a short axis OpenCV is ten times as fast as numpy."""
+    ends = [cv2.reduce(points, 0, of)[0] for of in (cv2.REDUCE_MIN, cv2.REDUCE_MAX)]
+    return np.stack(np.meshgrid(*zip(*ends, strict=True)), axis=-1).reshape(-1, 3)

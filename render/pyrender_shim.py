@@ -25,9 +25,10 @@ with warnings.catch_warnings():
     import pyrender
     import pyrender.texture
     from OpenGL import GL as gl
+    from pyrender.constants import ProgramFlags
     from pyrender.renderer import Renderer as GLRenderer
 
-__all__ = ["GLRenderer", "gl", "pyrender", "release_context"]
+__all__ = ["GLRenderer", "ProgramFlags", "gl", "pyrender", "release_context"]
 
 
 def _gen_textures(count: int) -> Any:

@@ -164,8 +164,9 @@ def _rate(fps: float) -> Fraction:
 
 def _yuv(picture: RGB) -> av.VideoFrame:
     h, w = picture.shape[:2]
-    even = np.pad(picture, ((0, h % 2), (0, w % 2), (0, 0)), mode="edge")
-    frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(even), format="rgb24")
+    if h % 2 or w % 2:
+        picture = np.pad(picture, ((0, h % 2), (0, w % 2), (0, 0)), mode="edge")
+    frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
     return frame.reformat(format="yuv420p", dst_colorspace=Colorspace.ITU709)
 
 

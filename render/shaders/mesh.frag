@@ -1,21 +1,15 @@
 #version 330 core
 #extension GL_ARB_derivative_control : enable
 // Lambert under a sun and a sky: the same formula as render/raycast_backend.py.
-in vec3 frag_position;
-in vec3 frag_normal;
+in vec3 frag_normal;  // in the axes of the sun: z points towards it
 out vec4 frag_color;
 
-struct Material {
-    vec4 base_color_factor;
+uniform vec3 base_color;
 #ifdef HAS_BASE_COLOR_TEX
-    sampler2D base_color_texture;
-#endif
-};
-#ifdef HAS_BASE_COLOR_TEX
+uniform sampler2D base_color_texture;
 in vec2 frag_uv;
 #endif
-uniform Material material;
-uniform vec3 to_sun;
+uniform vec3 up;  // of the world, in the axes of the sun
 uniform float sun;
 uniform float sky;
 uniform float ground;
@@ -24,7 +18,7 @@ uniform int real;  // a thing of the film underneath: only what it loses of its 
 #ifdef DIRECTIONAL_LIGHT_SHADOWS
 in vec3 frag_light;
 uniform sampler2D shadow_map;
-uniform mat4 light_matrix;
+uniform vec3 light_scale;  // how much frag_light changes in a metre along each axis of the sun
 uniform float blur;  // radius of the soft edge, metres
 const float LIFT = 0.004;  // metres off the surface, which would else shade itself
 const vec2 TAPS[16] = vec2[](
@@ -64,20 +58,17 @@ float mean_of_four(float value) { return value; }
 #endif
 
 // Share of a disc around this point that the sun sees. The disc lies in the surface, so that slopes
-// do not shade themselves.
-float sunlit(vec3 n, bool turned_to_sun) {
-    bool inside = turned_to_sun && all(lessThanEqual(abs(frag_light.xy - 0.5), vec2(0.5)));
-    vec3 s = frag_light;
-    mat2x3 disc = mat2x3(0.0);
+// do not shade themselves; seen from the sun it is a circle.
+float sunlit(vec3 n) {
+    bool inside = n.z > 0.0 && all(lessThanEqual(abs(frag_light.xy - 0.5), vec2(0.5)));
+    vec3 s = frag_light + light_scale * n * LIFT;
+    vec2 across = light_scale.xy * (blur * n.z);
+    vec2 deep = n.xy * (-light_scale.z * blur);
+    mat2x3 disc = mat2x3(across.x, 0.0, deep.x, 0.0, across.y, deep.y);
     float lit = 1.0;
     // Such a loop is left when no pixel of a block needs it, where an "if" would run for all.
-    for (int once = 0; once < int(inside); once++) {
-        vec3 t = normalize(cross(n, abs(n.x) < 0.7 ? vec3(1, 0, 0) : vec3(0, 1, 0)));
-        mat3 turn = 0.5 * mat3(light_matrix);
-        s += turn * n * LIFT;
-        disc = mat2x3(turn * t, turn * cross(n, t)) * blur;
+    for (int once = 0; once < int(inside); once++)
         lit = 0.5 * (lit_in_row(0, s, disc) + lit_in_row(1, s, disc));
-    }
     lit = mean_of_four(lit);
     bool edge = lit > 0.01 && lit < 0.99;
     float more = 1.0;
@@ -91,20 +82,19 @@ float sunlit(vec3 n, bool turned_to_sun) {
 void main() {
     vec3 n = normalize(frag_normal);
     if (!gl_FrontFacing) n = -n;
-    float facing = max(dot(n, to_sun), 0.0);
-    float direct = sun * facing;
-    float ambient = mix(ground, sky, 0.5 + 0.5 * n.z);
+    float direct = sun * max(n.z, 0.0);
+    float ambient = mix(ground, sky, 0.5 + 0.5 * dot(n, up));
     float light = direct + ambient;
 #ifdef DIRECTIONAL_LIGHT_SHADOWS
-    light = direct * sunlit(n, facing > 0.0) + ambient;
+    light = direct * sunlit(n) + ambient;
 #endif
     if (real != 0) {
         frag_color = vec4(0.0, 0.0, 0.0, 1.0 - light / (direct + ambient));
         return;
     }
-    vec3 color = material.base_color_factor.rgb;
+    vec3 color = base_color;
 #ifdef HAS_BASE_COLOR_TEX
-    color *= texture(material.base_color_texture, frag_uv).rgb;
+    color *= texture(base_color_texture, frag_uv).rgb;
 #endif
     frag_color = vec4(color * light, 1.0);
 }

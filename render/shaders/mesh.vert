@@ -8,11 +8,10 @@ out vec2 frag_uv;
 #endif
 
 uniform mat4 M;
-uniform mat4 V;
-uniform mat4 P;
+uniform mat4 view_projection;
+uniform mat4 sun_view;  // into the axes of the sun: z points towards it
 
-out vec3 frag_position;
-out vec3 frag_normal;
+out vec3 frag_normal;  // in the axes of the sun
 #ifdef DIRECTIONAL_LIGHT_SHADOWS
 uniform mat4 light_matrix;
 out vec3 frag_light;  // place and depth in the shadow map, 0 to 1
@@ -20,12 +19,11 @@ out vec3 frag_light;  // place and depth in the shadow map, 0 to 1
 
 void main() {
     vec4 world = M * vec4(position, 1.0);
-    gl_Position = P * V * world;
-    frag_position = world.xyz;
+    gl_Position = view_projection * world;
 #ifdef DIRECTIONAL_LIGHT_SHADOWS
     frag_light = (light_matrix * world).xyz * 0.5 + 0.5;
 #endif
-    frag_normal = mat3(M) * normal;
+    frag_normal = mat3(sun_view) * (mat3(M) * normal);
 #ifdef TEXCOORD_0_LOC
     frag_uv = uv;
 #endif

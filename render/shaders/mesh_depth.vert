@@ -2,9 +2,8 @@
 layout(location = 0) in vec3 position;
 
 uniform mat4 M;
-uniform mat4 V;
-uniform mat4 P;
+uniform mat4 view_projection;
 
 void main() {
-    gl_Position = P * V * M * vec4(position, 1.0);
+    gl_Position = view_projection * (M * vec4(position, 1.0));
 }

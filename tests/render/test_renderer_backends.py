@@ -11,7 +11,7 @@ import pytest
 import trimesh
 
 from omomo_core.errors import InputError
-from render import pyrender_backend
+from render import lit_passes
 from render.backends import open_renderer
 from render.cameras import Camera, look_at, orbit, pinhole
 from render.normals import split_mesh
@@ -140,12 +140,12 @@ def test_shadows_are_the_same_where_pixels_cannot_share_what_they_sampled(
     with open_renderer(W, H, "pyrender", samples=0) as opened:
         opened.show(scene)
         shared = opened.color(from_above()).astype(int)
-    folder = shutil.copytree(pyrender_backend.SHADERS, tmp_path / "shaders")
+    folder = shutil.copytree(lit_passes.SHADERS, tmp_path / "shaders")
     text = (folder / "mesh.frag").read_text()
     without = text.replace("defined(GL_ARB_derivative_control)", "0").replace("#extension", "//")
     assert without != text
     (folder / "mesh.frag").write_text(without)
-    monkeypatch.setattr(pyrender_backend, "SHADERS", folder)
+    monkeypatch.setattr(lit_passes, "SHADERS", folder)
     with open_renderer(W, H, "pyrender", samples=0) as opened:
         opened.show(scene)
         alone = opened.color(from_above()).astype(int)
