@@ -20,8 +20,6 @@ _REMEMBERED = 2**14
 MOTION, MANIFEST, CONTACTS = "motion.npz", "manifest.json", "contacts.json"
 GLB = "motion.glb"
 """Names of the files of a result folder."""
-POSTER = ".poster.webp"
-"""The picture by which it is known in a list; it is no part of the result."""
 
 
 Option = str | int | float | bool | None | tuple[float, float] | tuple[float, float, float]

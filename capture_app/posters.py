@@ -28,11 +28,6 @@ _QUALITY = 80
 RGB = UInt8[np.ndarray, "h w 3"]
 
 
-def person_poster(path: Path, person: Person, moved: ObjectMotion, body: BodyModel) -> None:
-    """Write the poster of a sample."""
-    _write(path, person_picture(person, moved, body))
-
-
 def person_picture(person: Person, moved: ObjectMotion, body: BodyModel) -> RGB:
     """Draw a sample in the middle of its longest contact."""
     held = max(person.segments, key=lambda one: one.stop - one.start, default=None)
@@ -51,9 +46,9 @@ def person_picture(person: Person, moved: ObjectMotion, body: BodyModel) -> RGB:
 
 
 def result_poster(path: Path, result: Result) -> None:
-    """Draw the chosen sample of a result."""
+    """Write the poster of a result: its chosen sample."""
     person = result.people[result.manifest.chosen]
-    person_poster(path, person, result.object_motion, body_of(result))
+    _write(path, person_picture(person, result.object_motion, body_of(result)))
 
 
 def object_poster(path: Path, mesh: ObjectMesh) -> None:

@@ -1,11 +1,9 @@
-"""Scene packs: a result, a session or an object as one stretch of bytes that a browser plays.
+"""Scene packs: a result, its film, a session or an object as one stretch of bytes that a browser plays.
 
-The layout is in `capture_app.replay.pack`, what is in it in docs/replay.md.
+The layout is in `capture_app.replay.layout`, what is in it in docs/replay.md.
 """
 
-import json
-import struct
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,11 +13,13 @@ from jaxtyping import Float
 from capture_app.inspection import Inspection, look_over, refuse_bad
 from capture_app.overlay.eye import mount_of, session_of
 from capture_app.quaternions import xyzw_from_matrix
-from capture_app.replay.recording import Recording, recording
+from capture_app.replay.layout import pack_bytes
+from capture_app.replay.recording import filmed, recording
 from capture_app.replay.surfaces import Arrays, body_arrays, object_arrays
 from capture_app.result import Result, body_of, sample_index
 from ingest.mount import Mount
 from ingest.report.look import Look
+from ingest.session import CaptureSession
 from ingest.trajectory.reading import Reading
 from omomo_core.body.kinematics import full_kinematics
 from omomo_core.body.model import BodyModel
@@ -29,37 +29,6 @@ from omomo_core.generation.person import Person
 from omomo_core.geometry.surface import Surface, sample_surface
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion
-from omomo_core.skeleton import ALL_JOINTS, ALL_PARENTS
-
-VERSION = 1
-_ALIGN = 8
-
-
-def pack_bytes(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes:
-    """A scene pack.
-
-    Args:
-        header: what the JSON says besides `version` and `arrays`.
-        arrays: by name; of types that a browser's typed arrays know (no 64 bits).
-    """
-    header_part: dict[str, Any] = {}
-    parts: list[bytes] = []
-    offset = 0
-    for name, array in arrays.items():
-        dtype = array.dtype.newbyteorder("<")
-        raw = _padded(np.ascontiguousarray(array, dtype).tobytes())
-        header_part[name] = {"dtype": dtype.str[1:], "shape": list(array.shape), "offset": offset}
-        parts.append(raw)
-        offset += len(raw)
-    text = json.dumps(
-        {"version": VERSION, **header, "arrays": header_part}, allow_nan=False
-    ).encode()
-    return b"".join([_padded(struct.pack("<I", len(text)) + text), *parts])
-
-
-def _padded(raw: bytes) -> bytes:
-    return raw + bytes(-len(raw) % _ALIGN)
-
 
 QUATERNION = 32767
 """A quaternion's 1 in 16 bits: turns are exact to 0.002 degrees."""
@@ -67,28 +36,6 @@ _MOST_FRAMES = 200_000
 _GUESSED_HEIGHT = 1.0
 """Metres above the floor at which a phone is taken to start when nothing says where the floor is."""
 _TOLD = ("events", "faults", "notes")
-_EMPTY: dict[str, Any] = {
-    "start_time": 0.0,
-    "object": None,
-    "body": None,
-    "samples": 0,
-    "chosen": 0,
-    "first": 0,
-    "scores": [],
-    "contacts": [],
-    "editable": False,
-    "stretches": [],
-    "floor": None,
-    "report": None,
-    "events": [],
-    "notes": [],
-    "faults": [],
-    "phone": None,
-    "film": None,
-    "fps": FPS,
-    "joint_names": ALL_JOINTS,
-    "joint_parents": ALL_PARENTS,
-}
 
 
 def pack_result(
@@ -131,9 +78,9 @@ def pack_result(
         "faults": manifest.faults,
         "notes": (*manifest.notes, *header_part.pop("notes", ())),
     }
-    header = {**_EMPTY, **header, **thing[0], **header_part}
+    header = {**header, **thing[0], **header_part}
     return pack_bytes(
-        header | {key: words(header[key]) for key in _TOLD},
+        header | {key: words(header[key]) for key in _TOLD if key in header},
         {
             **body_arrays(body),
             **_people_arrays(result.people, body),
@@ -142,6 +89,24 @@ def pack_result(
             **arrays,
         },
     )
+
+
+def pack_film(result: Result) -> bytes:
+    """What the phone filmed during a result, apart from the rest, which is packed sooner.
+
+    Args:
+        result: a result folder that is read.
+    """
+    header: dict[str, Any] = {"kind": "film", "frames": len(result.object_motion.valid)}
+    try:
+        known = _log_of(result)
+    except InputError:
+        known = None
+    if known is None:
+        return pack_bytes(header, {})
+    mount, session = known
+    log = filmed(session, _phone_of(result, mount), result.manifest.segment.start)
+    return pack_bytes({**header, **log.header}, log.arrays)
 
 
 def pack_session(seen: Inspection, *, film: bool = True) -> bytes:
@@ -178,7 +143,7 @@ def pack_session(seen: Inspection, *, film: bool = True) -> bytes:
         "notes": take.notes if take else [str(seen.problem)],
     }
     return pack_bytes(
-        {**_EMPTY, **header, **thing[0], **log.header},
+        {**header, **thing[0], **log.header},
         {**thing[1], **poses, **_phone_arrays(T_world_phone), **log.arrays},
     )
 
@@ -193,7 +158,7 @@ def pack_object(mesh: ObjectMesh, mount: Mount | None = None) -> bytes:
     T = np.eye(4)[None].copy()
     T[0, 2, 3] = -float(mesh.vertices[:, 2].min())
     header_part, arrays = _object(mesh)
-    header = {**_EMPTY, "kind": "object", "name": mesh.name, "frames": 1, **header_part}
+    header = {"kind": "object", "name": mesh.name, "frames": 1, **header_part}
     poses = _object_poses(ObjectMotion(mesh, T, np.ones(1, bool)))
     phone = {} if mount is None else _phone_arrays(T @ inverse(mount.T_phone_object))
     return pack_bytes(header, {**arrays, **poses, **phone})
@@ -201,19 +166,34 @@ def pack_object(mesh: ObjectMesh, mount: Mount | None = None) -> bytes:
 
 def _recorded(result: Result, film: bool) -> tuple[dict[str, Any], Arrays]:
     """What the phone's log adds to a result; a note where the log is gone."""
-    options, moved = result.manifest.options, result.object_motion
-    if options.get("animated"):
-        return {}, {}
     try:
-        mount, session = mount_of(result), session_of(result)
+        known = _log_of(result)
     except InputError as gone:
         return {"notes": (f"The recording is not shown. {gone.what}",)}, {}
-    known = [key for key in Reading.__dataclass_fields__ if key in options]
-    given: dict[str, Any] = {key: options[key] for key in known}
-    seen = look_over(session, moved.mesh, mount, Reading(**given))
-    T_world_phone = moved.T_world_object @ inverse(mount.T_phone_object)
-    log: Recording = recording(seen, T_world_phone, result.manifest.segment.start, film)
+    if known is None:
+        return {}, {}
+    mount, session = known
+    options = result.manifest.options
+    given: dict[str, Any] = {k: options[k] for k in Reading.__dataclass_fields__ if k in options}
+    seen = look_over(session, result.object_motion.mesh, mount, Reading(**given))
+    T_world_phone = _phone_of(result, mount)
+    log = recording(seen, T_world_phone, result.manifest.segment.start, film)
     return log.header, {**log.arrays, **_phone_arrays(T_world_phone)}
+
+
+def _log_of(result: Result) -> tuple[Mount, CaptureSession] | None:
+    """The mount and the phone's log of a result; None of an object that was animated.
+
+    Raises:
+        InputError: the log is gone, or is another one now.
+    """
+    if result.manifest.options.get("animated"):
+        return None
+    return mount_of(result), session_of(result)
+
+
+def _phone_of(result: Result, mount: Mount) -> Float[np.ndarray, "frames 4 4"]:
+    return result.object_motion.T_world_object @ inverse(mount.T_phone_object)
 
 
 def _phone_poses(seen: Inspection) -> Float[np.ndarray, "frames 4 4"]:

@@ -29,6 +29,9 @@ class Recording:
     arrays: dict[str, np.ndarray]
 
 
+_NOT_FILMED = Recording({"film": None}, {})
+
+
 def recording(
     seen: Inspection, T_world_phone: Float64[np.ndarray, "frames 4 4"], first: int, film: bool
 ) -> Recording:
@@ -52,17 +55,28 @@ def recording(
         "phone_speed": speed.astype(np.float32),
         "tracking": tracking.astype(np.uint8),
     }
-    turns = quarter_turns(T_world_phone)
-    start = float(session.times[0]) + first / FPS
-    stop = start + (frames - 1) / FPS
-    strip = film_strip(session, start, stop, turns) if film else None
+    pictures = filmed(session, T_world_phone, first) if film else _NOT_FILMED
     header = {
-        "phone": _lens(session, turns),
-        "film": None if strip is None else _film_header(strip),
+        "phone": _lens(session, quarter_turns(T_world_phone)),
         "report": {"verdict": seen.verdict, "advice": seen.advice, "app": session.app},
         "events": _events(seen, first, frames),
     }
-    return Recording(header, arrays if strip is None else {**arrays, **_film_arrays(strip)})
+    return Recording({**header, **pictures.header}, {**arrays, **pictures.arrays})
+
+
+def filmed(
+    session: CaptureSession, T_world_phone: Float64[np.ndarray, "frames 4 4"], first: int
+) -> Recording:
+    """What the phone filmed during the frames of a scene; decoding it takes some of its length.
+
+    Args: as `recording`. Of the header it is `film` alone.
+    """
+    start = float(session.times[0]) + first / FPS
+    stop = start + (len(T_world_phone) - 1) / FPS
+    strip = film_strip(session, start, stop, quarter_turns(T_world_phone))
+    if strip is None:
+        return _NOT_FILMED
+    return Recording({"film": _film_header(strip)}, _film_arrays(strip))
 
 
 def _broken(session: CaptureSession, steps: Bool[np.ndarray, " steps"]) -> Bool[np.ndarray, " f"]:

@@ -1,6 +1,7 @@
 """Jobs that make a result folder, stage by stage: a run, and a run with corrected contacts.
 
-The video is a job of its own, which the last stage orders: a result waits for no picture.
+The video is a job of its own, which the last stage orders, and the poster is drawn when a list of results is
+looked at: a result waits for no picture.
 """
 
 from collections.abc import Callable, Mapping
@@ -25,9 +26,8 @@ class FolderJob:
 
     @property
     def stages(self) -> Mapping[str, Callable[[], None]]:
-        """Those of the result, and its poster; the last one tells what came out."""
-        stages = {name: stage for name, stage in self.staged.stages.items() if name != "finish"}
-        return {**stages, "poster": self._poster, "finish": self._finish}
+        """Those of the result; the last one also tells what came out."""
+        return {**self.staged.stages, "finish": self._finish}
 
     @property
     def timings(self) -> Mapping[str, float]:
@@ -42,14 +42,6 @@ class FolderJob:
     def discard(self) -> None:
         """Remove the folder."""
         self.staged.staging.discard()
-
-    def _poster(self) -> None:
-        from capture_app.manifest import POSTER
-        from capture_app.posters import person_poster
-
-        staged = self.staged
-        path = staged.staging.folder / POSTER
-        person_poster(path, staged.sample.person, staged.object_motion, staged.body)
 
     def _finish(self) -> None:
         from capture_app.manifest import MANIFEST, read_manifest

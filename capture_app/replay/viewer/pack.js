@@ -2,7 +2,7 @@
 
 /** What docs/replay.md lists of a header.
  *  @typedef {{
- *    version: number, kind: "result" | "session" | "object", name: string,
+ *    version: number, kind: "result" | "film" | "session" | "object", name: string,
  *    fps: number, frames: number, samples: number, chosen: number, first: number, editable: boolean,
  *    joint_names: string[], joint_parents: number[], contacts: Segment[][],
  *    object: {name: string} | null, body: {height: number} | null, report: {verdict: string, app: string} | null,

@@ -1,6 +1,7 @@
 """Posters of results, objects and mounts: as the job drew them, or drawn when first asked for."""
 
 import asyncio
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +9,6 @@ from fastapi import APIRouter
 from fastapi.responses import FileResponse
 
 from capture_app.library_item import PICTURE
-from capture_app.manifest import POSTER
 from capture_app.mesh_file import MeshFile
 from capture_app.web.cache import key
 from capture_app.web.file_response import file_response
@@ -29,7 +29,7 @@ async def of_result(site: Here, id: Id) -> FileResponse:
     """The person and the object, in the middle of the motion."""
     folder = site.library.results.content(id)
     later = site.library.results.cache(id) / f"poster-{key(folder)}.webp"
-    return _drawn(site, folder / POSTER, later, drawing.draw_result, folder)
+    return _drawn(site, [later], drawing.draw_result, folder)
 
 
 @router.get("/objects/{id}/picture", response_class=FileResponse, responses=_REPLY)
@@ -39,7 +39,7 @@ async def of_object(site: Here, id: Id) -> FileResponse:
     shelf = site.library.shelves["object"]
     later = shelf.cache(id) / f"poster-{key(mesh_file)}.webp"
     made = shelf.folder / id / PICTURE
-    return _drawn(site, made, later, drawing.draw_object, mesh_file.path, mesh_file.scale)
+    return _drawn(site, [made, later], drawing.draw_object, mesh_file.path, mesh_file.scale)
 
 
 @router.get("/mounts/{id}/picture", response_class=FileResponse, responses=_REPLY)
@@ -49,20 +49,20 @@ async def of_mount(site: Here, id: Id) -> FileResponse:
     shelf = site.library.shelves["mount"]
     later = shelf.cache(id) / f"poster-{key(mesh_file)}.webp"
     made = shelf.folder / id / PICTURE
-    return _drawn(site, made, later, drawing.draw_mount, mount, mesh_file.path, mesh_file.scale)
+    return _drawn(site, [made, later], drawing.draw_mount, mount, mesh_file.path, mesh_file.scale)
 
 
-def _drawn(site: Site, made: Path, later: Path, draw: Work, *given: Any) -> FileResponse:
-    """The poster that the job made, or that was drawn since; else it is drawn now, for later.
+def _drawn(site: Site, places: Sequence[Path], draw: Work, *given: Any) -> FileResponse:
+    """The poster at the first place that has one; where none has, it is drawn at the last, for later.
 
     Raises:
         Refused: 404 while there is none.
     """
-    for path in (made, later):
+    for path in places:
         if path.is_file():
             return file_response(path, "poster.webp")
     # A list of many would take all the connections of a browser.
-    asyncio.ensure_future(site.painter.run(draw, *given, later)).add_done_callback(_forget)
+    asyncio.ensure_future(site.painter.run(draw, *given, places[-1])).add_done_callback(_forget)
     raise Refused(
         404,
         "picture-later",

@@ -21,6 +21,7 @@ from capture_app.web.problems import Refused
 from capture_app.web.routes.items import LibraryItem, Rename, item, renamed
 from capture_app.web.routes.reports import SCENE
 from capture_app.web.sandbox import work
+from capture_app.web.sandbox.child_process import Work
 from capture_app.web.site import Here, Site
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
@@ -115,11 +116,21 @@ def export(site: Here, id: Id, name: str) -> FileResponse:
 
 @router.get("/{id}/scene", response_class=FileResponse, responses=FILE)
 async def scene(site: Here, id: Id) -> FileResponse:
-    """The result as the viewer plays it."""
-    folder = site.library.results.content(id)
-    path = site.library.results.cache(id) / f"scene-{key(folder)}.bin"
+    """The result as the viewer plays it, without what the phone filmed: that takes longer to be read."""
+    return await _packed(site, id, "motion", work.pack_result_scene)
+
+
+@router.get("/{id}/film", response_class=FileResponse, responses=FILE)
+async def film(site: Here, id: Id) -> FileResponse:
+    """What the phone filmed during the result, as the viewer shows it; empty where it filmed nothing."""
+    return await _packed(site, id, "film", work.pack_result_film)
+
+
+async def _packed(site: Site, id_: str, name: str, pack: Work) -> FileResponse:
+    folder = site.library.results.content(id_)
+    path = site.library.results.cache(id_) / f"{name}-{key(folder)}.bin"
     if not path.is_file():
-        await site.sandbox.run(work.pack_result_scene, folder, path)
+        await site.sandbox.run(pack, folder, path)
     return FileResponse(path, media_type=SCENE)
 
 

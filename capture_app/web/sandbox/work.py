@@ -145,7 +145,7 @@ def pack_mount_scene(mount: Path, mesh: Path, scale: float, scene: Path) -> dict
 
 
 def pack_result_scene(result: Path, scene: Path) -> dict[str, Any]:
-    """Write the scene of a result.
+    """Write the scene of a result, without what the phone filmed.
 
     Raises:
         InputError: as `load_result`.
@@ -153,7 +153,20 @@ def pack_result_scene(result: Path, scene: Path) -> dict[str, Any]:
     from capture_app.replay.pack import pack_result
     from capture_app.result import load_result
 
-    return _written(scene, pack_result(load_result(result), words=all_in_page_words))
+    pack = pack_result(load_result(result), words=all_in_page_words, film=False)
+    return _written(scene, pack)
+
+
+def pack_result_film(result: Path, film: Path) -> dict[str, Any]:
+    """Write what the phone filmed during a result.
+
+    Raises:
+        InputError: as `load_result`.
+    """
+    from capture_app.replay.pack import pack_film
+    from capture_app.result import load_result
+
+    return _written(film, pack_film(load_result(result)))
 
 
 def share_result(result: Path, title: str, sample: int | None, page: Path) -> dict[str, Any]:

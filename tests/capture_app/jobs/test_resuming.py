@@ -12,7 +12,7 @@ from capture_app.manifest import CONTACTS, GLB, MOTION
 from capture_app.pipeline import run_take
 from capture_app.result import load_result
 
-STAGES = ["read", "generate", "export", "poster", "finish"]
+STAGES = ["read", "generate", "export", "finish"]
 
 
 def begin(

@@ -22,6 +22,7 @@ def test_example_to_motion(tabs, server):
     page.wait_for_url(re.compile(r"#/results/[0-9a-f]{16}$"), timeout=60_000)
     expect(page.get_by_role("heading", level=1)).to_have_text(re.compile("Example"))
     expect(page.get_by_role("slider", name="Time")).to_be_visible()
+    expect(page.get_by_alt_text("What the phone filmed at this moment")).to_be_visible()
     result = server.ask(f"results/{page.url[-16:]}")
     assert (result["samples"], result["manifest"]["options"]["steps"]) == (1, 2)
     assert result["video"] is None

@@ -11,7 +11,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from capture_app.inspection import inspect_take
-from capture_app.replay.pack import pack_object, pack_result, pack_session
+from capture_app.replay.pack import pack_film, pack_object, pack_result, pack_session
 from capture_app.replay.surfaces import MOST_FACES
 from capture_app.result import body_of
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
@@ -109,6 +109,19 @@ def test_recording_of_a_result_is_shown_while_it_is_there(tmp_path: Path) -> Non
     assert max(picture.shape[:2]) <= 320
 
 
+def test_film_of_a_result_is_packed_apart_from_the_rest(tmp_path: Path) -> None:
+    result = make_result(tmp_path, _inputs(tmp_path))
+    whole, with_film = read_pack(pack_result(result))
+    rest, without = read_pack(pack_result(result, film=False))
+    alone, film = read_pack(pack_film(result))
+    assert {**rest, "film": whole["film"], "arrays": whole["arrays"]} == whole
+    assert without.keys() | film.keys() == with_film.keys()
+    assert not without.keys() & film.keys()
+    assert alone["film"] == whole["film"]
+    for name, array in film.items():
+        np.testing.assert_array_equal(array, with_film[name])
+
+
 def test_result_whose_recording_is_gone_is_shown_without_it(tmp_path: Path) -> None:
     result = make_result(tmp_path, _inputs(tmp_path))
     shutil.rmtree(tmp_path / "take")
@@ -116,6 +129,9 @@ def test_result_whose_recording_is_gone_is_shown_without_it(tmp_path: Path) -> N
     assert "phone_position" not in arrays
     assert header["film"] is None
     assert any("recording is not shown" in note for note in header["notes"])
+    header, arrays = read_pack(pack_film(result))
+    assert header["film"] is None
+    assert not arrays
 
 
 def test_a_result_is_called_and_told_as_who_shows_it_says(tmp_path: Path) -> None:

@@ -7,8 +7,8 @@ import { badge, verdictOf } from "./verdicts.js";
 
 /** @typedef {Session | Thing | Mount} Stored */
 
-const TRIES = 5;
-const WAIT = 3000; // milliseconds
+const TRIES = 8;
+const WAIT = 1000; // milliseconds
 
 /** A small picture of a thing; a new one is drawn after it was asked for, so it is asked again.
  *  @param {Shelf} kind @param {string} id @param {number} width @param {number} height */

@@ -6,8 +6,10 @@ import { trouble } from "./trouble.js";
  *  @import {Timeline} from "/static/viewer/timeline.js"
  *  @import {Viewer} from "/static/viewer/viewer.js" */
 
-/** What is shown in a slot; `plain`: without a timeline.
- *  @typedef {{url: string, name: string, sample?: number, plain?: boolean}} Scene */
+/** What is shown in a slot; `pack`: its bytes, where they were asked for already; `film`: asks for what the
+ *  phone filmed, where the scene comes without it; `plain`: without a timeline.
+ *  @typedef {{url: string, name: string, pack?: Promise<ArrayBuffer>, film?: () => Promise<ArrayBuffer>,
+ *    sample?: number, plain?: boolean}} Scene */
 /** Who takes the clicks on the picture. @typedef {{letGo: () => void}} Owner */
 
 /** A 3D view that lives until `signal` is raised. */
@@ -43,11 +45,13 @@ export class Stage extends EventTarget {
       import("./stage_controls.js"),
       import("/static/viewer/timeline.js"),
       import("/static/viewer/film.js"),
-    ]).then(([viewer, bar, timeline, film]) => ({
+      import("/static/viewer/pack.js"),
+    ]).then(([viewer, bar, timeline, film, pack]) => ({
       ...viewer,
       ...bar,
       ...timeline,
       ...film,
+      ...pack,
     }));
     // A failure is shown by whoever waits for them.
     this.modules.catch(() => {});
@@ -77,7 +81,7 @@ export class Stage extends EventTarget {
     put(this.message, h("p", { class: "waiting" }, "Setting up the scene…"));
     try {
       // The server packs the scenes while the viewer is made.
-      const coming = scenes.map(({ url }) => bytes(url, this.signal));
+      const coming = scenes.map(({ url, pack }) => pack ?? bytes(url, this.signal));
       const [viewer, ...packs] = await Promise.all([this.ready(), ...coming]);
       if (viewer) await this.load(viewer, scenes, packs);
       put(this.message);
@@ -116,7 +120,8 @@ export class Stage extends EventTarget {
     // The new scene may be shorter than what was shown before.
     viewer.seek(viewer.time);
     await this.drawTracks(viewer);
-    await this.showFilm(viewer);
+    // A motion without its film is whole.
+    this.showFilm(viewer).catch(() => put(this.picture));
     this.label();
     this.mark(this.points);
     this.dispatchEvent(new Event("opened"));
@@ -155,9 +160,14 @@ export class Stage extends EventTarget {
    *  @param {Viewer} viewer */
   async showFilm(viewer) {
     this.film?.dispose();
-    const { createFilm } = await this.modules;
-    const pack = this.scenes.length === 1 ? viewer.pack(0) : null;
-    this.film = pack && createFilm(pack);
+    this.film = null;
+    put(this.picture);
+    const scenes = this.scenes;
+    if (scenes.length !== 1) return;
+    const { createFilm, readPack } = await this.modules;
+    const pack = scenes[0].film ? readPack(await scenes[0].film()) : viewer.pack(0);
+    if (this.signal.aborted || this.scenes !== scenes || !pack) return;
+    this.film = createFilm(pack);
     put(this.picture, this.film?.element);
     if (this.film) this.film.time = viewer.time;
   }

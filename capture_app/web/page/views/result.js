@@ -1,5 +1,5 @@
 // A motion: to look at, to correct, to use, to share.
-import { api } from "../core/api.js";
+import { api, bytes } from "../core/api.js";
 import { h, put, say } from "../core/dom.js";
 import { itemHead } from "../core/library.js";
 import { address } from "../core/router.js";
@@ -19,6 +19,14 @@ import { sampleWords } from "/static/viewer/words.js";
 
 /** `#/results/ID` @param {Visit} visit */
 export async function result({ params, signal }) {
+  // What takes longest is asked for first.
+  const url = `/api/results/${params.id}/scene`;
+  const pack = bytes(url, signal);
+  // A failure is shown by the stage that waits for it.
+  pack.catch(() => {});
+  /** @type {Promise<ArrayBuffer> | undefined} */
+  let filmed;
+  const film = () => (filmed ??= bytes(`/api/results/${params.id}/film`, signal));
   /** @type {Result} */
   const item = await api(`/api/results/${params.id}`, { signal });
   const [choices, guide, videos, sessions, parent] = await Promise.all([
@@ -28,7 +36,6 @@ export async function result({ params, signal }) {
     item.parent ? api(`/api/results/${item.parent}`, { signal }).catch(() => null) : null,
   ]);
   const stage = new Stage({ label: `The motion ${item.name} in 3D`, signal });
-  const url = `/api/results/${item.id}/scene`;
   const chosen = item.chosen ?? 0;
   let shown = chosen;
   const which = h("p", { class: "hint", role: "status" });
@@ -39,7 +46,7 @@ export async function result({ params, signal }) {
     if (samples.length === 1) [shown] = samples;
     shared.href = `/api/results/${item.id}/share.html?sample=${shown + 1}`;
     if (item.samples > 1) say(which, `Of ${sampleWords(shown).toLowerCase()}.`);
-    return stage.open(samples.map((sample) => ({ url, sample, name: sampleWords(sample) })));
+    return stage.open(samples.map((sample) => ({ url, pack, film, sample, name: sampleWords(sample) })));
   };
   const sample = () => shown + 1;
   const node = h(
