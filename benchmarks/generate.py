@@ -5,8 +5,9 @@ Usage: python -m benchmarks.generate [--quick] [--device cpu|cuda|mps]
 Every case runs in a process of its own, one after the other, on the same object and the same cores. The
 published algorithm is our `paper` configuration with 1,000 + 1,000 steps; its networks are untrained,
 which costs the same. --quick lets it take 20 of those steps and multiplies. --device says where the
-networks run; "rest" of the parts, "solve" and "contact" run on the CPU whatever it is. Of long takes the next
-chunk is sampled while one is solved, as `omocap run` does it: their parts tell when each was heard of.
+networks run; "rest" of the parts, "solve" and "contact" run on the CPU whatever it is. In takes of
+several chunks the next chunk is sampled while one is solved, as in `omocap run`: their parts overlap in time,
+and only the sum of them is exact.
 """
 
 import json

@@ -43,29 +43,29 @@ class LitScene(pyrender.Scene):
 
 
 class _Shader:
-    """A program of pyrender, and where its uniforms are: pyrender asks OpenGL anew each time."""
+    """A program of pyrender with the locations of its uniforms, which pyrender looks up at every use."""
 
     def __init__(self, program: Any) -> None:
         self._program = program
-        self._places: dict[str, int] = {}
+        self._locations: dict[str, int] = {}
 
     def bind(self) -> None:
         self._program._bind()
 
     def set(self, name: str, value: int | float | np.ndarray) -> None:
         """Set a uniform of the bound program: a number, a vector of 3, or a matrix of 4 by 4."""
-        place = self._places.get(name)
-        if place is None:
-            place = gl.glGetUniformLocation(self._program._program_id, name)
-            self._places[name] = place
+        location = self._locations.get(name)
+        if location is None:
+            location = gl.glGetUniformLocation(self._program._program_id, name)
+            self._locations[name] = location
         if isinstance(value, int):
-            gl.glUniform1i(place, value)
+            gl.glUniform1i(location, value)
         elif isinstance(value, float):
-            gl.glUniform1f(place, value)
+            gl.glUniform1f(location, value)
         elif value.ndim == 1:
-            gl.glUniform3fv(place, 1, value.astype(np.float32))
+            gl.glUniform3fv(location, 1, value.astype(np.float32))
         else:
-            gl.glUniformMatrix4fv(place, 1, gl.GL_TRUE, value.astype(np.float32))
+            gl.glUniformMatrix4fv(location, 1, gl.GL_TRUE, value.astype(np.float32))
 
 
 class LitPasses(GLRenderer):
@@ -90,8 +90,8 @@ class LitPasses(GLRenderer):
         def begin(shader: _Shader) -> None:
             shader.set("view_projection", view_projection)
 
-        casters = (node for node in _seen(scene) if node.mesh.casts_shadow)
-        for node, shader in self._bound(casters, flags, ProgramFlags.NONE, begin):
+        casters = (node for node in _visible_nodes(scene) if node.mesh.casts_shadow)
+        for node, shader in self._with_shaders(casters, flags, ProgramFlags.NONE, begin):
             shader.set("M", scene.get_pose(node))
             _draw_faces(node.mesh.primitives[0])
         gl.glFlush()
@@ -111,18 +111,20 @@ class LitPasses(GLRenderer):
             shader.set("view_projection", projection @ view)
             self._light(scene, shader, shadows=shadows)
 
-        for node, shader in self._bound(_seen(scene), flags, ProgramFlags.USE_MATERIAL, begin):
+        for node, shader in self._with_shaders(
+            _visible_nodes(scene), flags, ProgramFlags.USE_MATERIAL, begin
+        ):
             shader.set("M", scene.get_pose(node))
             shader.set("real", int(node.mesh.real))
-            self._dress(node.mesh.primitives[0].material, shader)
+            self._bind_material(node.mesh.primitives[0].material, shader)
             _draw_faces(node.mesh.primitives[0])
         gl.glFlush()
         return self._read_main_framebuffer(scene, flags)
 
-    def _bound(
+    def _with_shaders(
         self, nodes: Iterable[Any], flags: int, kind: int, begin: Callable[[_Shader], None]
     ) -> Iterable[tuple[Any, _Shader]]:
-        """Each node and its shader, which is bound; `begin` sets what is the same for all nodes."""
+        """Yield each node with its shader, which is bound; `begin` sets the uniforms that all nodes share."""
         last, begun = None, set[_Shader]()
         for node in nodes:
             program = node.mesh.primitives[0].program(self, flags, kind)
@@ -153,8 +155,8 @@ class LitPasses(GLRenderer):
         shader.set("light_scale", 0.5 * np.diag(scene.sun_projection)[:3])
         shader.set("blur", SHADOW_BLUR)
 
-    def _dress(self, material: Any, shader: _Shader) -> None:
-        """Bind colour and texture, and set which faces are seen."""
+    def _bind_material(self, material: Any, shader: _Shader) -> None:
+        """Set colour and texture, and whether faces that look away are drawn."""
         shader.set("base_color", np.array(material.baseColorFactor[:3]))
         if material.baseColorTexture is not None:
             gl.glActiveTexture(gl.GL_TEXTURE1)
@@ -193,7 +195,7 @@ class LitPasses(GLRenderer):
             )
 
 
-def _seen(scene: LitScene) -> list[Any]:
+def _visible_nodes(scene: LitScene) -> list[Any]:
     """The visible nodes by their names.
 
     Of two surfaces in one place the first is seen; pyrender keeps them in a set, in any order.

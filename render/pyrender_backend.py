@@ -150,7 +150,7 @@ class _LivePrimitive(pyrender.Primitive):
         self._programs: dict[tuple[int, int], Any] = {}
 
     def program(self, renderer: Any, flags: int, kind: int) -> Any:
-        """The program that draws it: pyrender's choice takes a millisecond for a picture."""
+        """The shader program that draws it; kept, because pyrender would search for it in every picture."""
         key = flags, kind
         if key not in self._programs:
             self._programs[key] = renderer._get_primitive_program(self, flags, kind)

@@ -120,7 +120,7 @@ export class Stage extends EventTarget {
     // The new scene may be shorter than what was shown before.
     viewer.seek(viewer.time);
     await this.drawTracks(viewer);
-    // A motion without its film is whole.
+    // The motion can be used without its film: where the film cannot be shown, its corner stays empty.
     this.showFilm(viewer).catch(() => put(this.picture));
     this.label();
     this.mark(this.points);
