@@ -1,8 +1,9 @@
 """Rotations between the rest poses of another skeleton and ours, so that a pose means the same to both.
 
-Limbs are turned along ours. Collars are turned until the shoulders are where ours are, seen from the chest:
-where collars begin differs from skeleton to skeleton, and SMPL's T-pose raises the shoulders. The trunk
-keeps its shape.
+Limbs are turned along ours, feet only about the vertical: a foot that stands flat on one skeleton stands
+flat on the other, however high its ankle is. Collars are turned until the shoulders are where ours are, seen
+from the chest: where collars begin differs from skeleton to skeleton, and SMPL's T-pose raises the
+shoulders. The trunk keeps its shape.
 """
 
 import numpy as np
@@ -10,6 +11,7 @@ from jaxtyping import Float
 
 from omomo_core.body.kinematics import MODEL_REST
 from omomo_core.body.model import BodyModel
+from omomo_core.body.soles import ANKLES
 from omomo_core.geometry.shortest_turn import shortest_turn
 from omomo_core.skeleton import MODEL_ABOVE
 
@@ -39,7 +41,8 @@ def rest_turns(body: BodyModel, theirs: Offsets) -> Float[np.ndarray, "22 3 3"]:
     """
     ours, turns = rest_offsets(body), np.tile(np.eye(3), (22, 1, 1))
     for start, end in LIMBS.items():
-        turns[start] = shortest_turn(ours[end], theirs[end])
+        along = [1.0, 0.0, 1.0] if start in ANKLES else 1.0
+        turns[start] = shortest_turn(ours[end] * along, theirs[end] * along)
     for collar, shoulder in COLLARS.items():
         wanted = _onto_line(ours[collar] + ours[shoulder], theirs[collar], theirs[shoulder])
         turns[collar] = shortest_turn(wanted, theirs[shoulder])

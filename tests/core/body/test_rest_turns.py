@@ -1,4 +1,4 @@
-"""Rest poses of other skeletons: limbs along ours, shoulders where ours are."""
+"""Rest poses of other skeletons: limbs along ours, feet flat, shoulders where ours are."""
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.load import load_body
 from omomo_core.body.rest_turns import COLLARS, LIMBS, rest_offsets, rest_turns
+from omomo_core.body.soles import ANKLES
 from omomo_core.skeleton import MODEL_ABOVE, MODEL_PARENTS
 
 BODY = load_body()
@@ -51,9 +52,24 @@ def test_limbs_end_up_along_ours_whatever_the_rest_pose(seed: int, size: float):
     theirs = size * random.apply(OURS)
     at = as_if_ours(theirs)
     for start, end in LIMBS.items():
-        assert off(at[end] - at[start], OURS[end]) < 1e-3
+        level = [1.0, 0.0, 1.0] if start in ANKLES else 1.0
+        assert off((at[end] - at[start]) * level, OURS[end] * level) < 1e-3
     lengths = np.linalg.norm(at - at[ABOVE], axis=1)
     np.testing.assert_allclose(lengths, np.linalg.norm(theirs, axis=1), atol=1e-9)
+
+
+def test_a_foot_that_stands_flat_stands_flat_whatever_its_ankle_height():
+    theirs = OURS.copy()
+    for foot, turned_out in ((10, 0.3), (11, -0.2)):
+        theirs[foot] = Rotation.from_rotvec([0.0, turned_out, 0.0]).apply(theirs[foot])
+        theirs[foot, 1] -= 0.02
+    bones = np.einsum("jyx,jy->jx", rest_turns(BODY, theirs)[ABOVE], theirs)
+    for foot in (10, 11):
+        np.testing.assert_allclose(bones[foot, 1], theirs[foot, 1], atol=1e-9)
+        assert off(bones[foot] * [1, 0, 1], OURS[foot] * [1, 0, 1]) < 1e-3
+    np.testing.assert_allclose(
+        rest_turns(BODY, theirs)[ANKLES[0]] @ [0, 1, 0], [0, 1, 0], atol=1e-9
+    )
 
 
 def test_raised_shoulders_come_down_to_where_ours_are():
