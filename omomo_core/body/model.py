@@ -23,12 +23,14 @@ class BodyModel:
     """Weights summing to 1."""
     relaxed_fingers: Float[Tensor, "30 3 3"]
     """Rotation of each finger joint relative to its parent in a relaxed hand."""
+    shoe_sole: float = 0.0
+    """Metres by which shoes raise every joint above where bare feet have it; the surface includes them."""
 
     @property
     def height(self) -> float:
-        """Stature in metres."""
+        """Stature without shoes, metres."""
         y = self.vertices[:, 1]
-        return float(y.max() - y.min())
+        return float(y.max() - y.min()) - self.shoe_sole
 
     @property
     def hips(self) -> Float[Tensor, "3"]:
@@ -39,4 +41,9 @@ class BodyModel:
 def with_height(body: BodyModel, height: float) -> BodyModel:
     """The same body scaled to a stature, metres."""
     scale = height / body.height
-    return replace(body, rest_joints=body.rest_joints * scale, vertices=body.vertices * scale)
+    return replace(
+        body,
+        rest_joints=body.rest_joints * scale,
+        vertices=body.vertices * scale,
+        shoe_sole=body.shoe_sole * scale,
+    )

@@ -86,7 +86,7 @@ def prefix_from_pose(
     touching = clip.take.surface.tree.query(
         to_local(clip.take.motion.T_world_object[:1], palms[None])[0]
     )[0] < PREFIX.start_pose_touch  # fmt: skip
-    relative = palms * clip.scale - clip.trained.centre[0]
+    relative = clip.above_soles(palms) * clip.scale - clip.trained.centre[0]
     hands = np.concatenate([relative.ravel(), np.where(touching, 1.0, -1.0)])
     # Whether the feet are planted is left to the network.
     vectors = 3 * body_stage.LAYOUT.vectors

@@ -21,15 +21,28 @@ from omomo_core.motion import ObjectMesh, ObjectMotion
 
 @dataclass(frozen=True)
 class ObjectClip:
-    """A clip of an object's motion: scaled for the networks' stature, and samples are scaled back."""
+    """A clip of an object's motion, in the world and as the networks' person would see it.
+
+    That person is of another stature and without shoes: the scene is scaled, and lower by the soles.
+    """
 
     take: ObjectFeatures
     """In metres."""
     trained: ObjectFeatures
-    """Every length times `scale`."""
+    """Lower by `shoe_sole`, then every length times `scale`."""
     scale: float
     must_hold: Bool[np.ndarray, " frames"]
     """Frames in which somebody must hold the object."""
+    shoe_sole: float = 0.0
+    """Metres, of the person."""
+
+    def above_soles(self, world: Float[np.ndarray, "*b 3"]) -> Float[np.ndarray, "*b 3"]:
+        """Return points of the world from where bare feet would stand; `trained` has them times `scale`."""
+        return world - [0.0, 0.0, self.shoe_sole]
+
+    def in_world(self, trained: Float[np.ndarray, "*b 3"]) -> Float[np.ndarray, "*b 3"]:
+        """Return points that are given as in `trained`."""
+        return trained / self.scale + [0.0, 0.0, self.shoe_sole]
 
     @cached_property
     def touchable_range(self) -> tuple[int, int]:
@@ -49,6 +62,8 @@ class ObjectModel:
     mesh: ObjectMesh
     scale: float
     """Stature of the networks' body over that of the person."""
+    shoe_sole: float = 0.0
+    """How thick the soles of the person's shoes are, metres."""
 
     @cached_property
     def surface(self) -> Surface:
@@ -91,10 +106,11 @@ class ObjectModel:
         """Return a clip of the object's motion, given its poses in the world, metres."""
         valid = np.ones(len(T_world_object), bool)
         take = object_features(ObjectMotion(self.mesh, T_world_object, valid), self.surface)
-        if self.scale == 1.0:
+        if self.scale == 1.0 and self.shoe_sole == 0.0:
             return ObjectClip(take, take, 1.0, must_be_held(take))
         T = T_world_object.copy()
+        T[:, 2, 3] -= self.shoe_sole
         T[:, :3, 3] *= self.scale
         mesh, surface = self._scaled
         trained = object_features(ObjectMotion(mesh, T, valid), surface)
-        return ObjectClip(take, trained, self.scale, must_be_held(take))
+        return ObjectClip(take, trained, self.scale, must_be_held(take), self.shoe_sole)

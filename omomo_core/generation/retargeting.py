@@ -13,18 +13,21 @@ from omomo_core.body.model import BodyModel
 from omomo_core.generation.config import RETARGETING
 from omomo_core.skeleton import joint
 
-_LEGS: dict[LimbName, int] = {"left_leg": joint("left_ankle"), "right_leg": joint("right_ankle")}
+_LEGS: dict[LimbName, tuple[int, int]] = {
+    "left_leg": (joint("left_knee"), joint("left_ankle")),
+    "right_leg": (joint("right_knee"), joint("right_ankle")),
+}
 _LEG_JOINTS = [joint(f"{s}_{part}") for s in ("left", "right") for part in ("hip", "knee", "ankle")]
 
 
 @dataclass(frozen=True)
 class Retargeting:
-    """Maps poses between two bodies: hips and feet keep their places, scaled to the other body.
+    """Maps poses between two bodies: hips and feet keep their places, and knees point to where they were.
 
     Horizontal distances scale with the stature, heights with the height of the hips. So a body that differs
     in stature only moves as the same scene scaled; one whose pelvis joint lies elsewhere above its hips, or
     whose legs are long for its stature, still stands on the floor; and one whose hip joints lie closer
-    together stands as wide.
+    together stands as wide. In shoes everything is higher by their soles.
     """
 
     trained: BodyModel
@@ -56,13 +59,15 @@ class Retargeting:
         size: Float[Tensor, "3"],
     ) -> tuple[Float[Tensor, "*b 3"], Float[Tensor, "*b 22 3 3"]]:
         pelvis = rotations[..., 0, :, :]
-        hips = (root + pelvis @ old.hips.to(root)) * size
+        lowered, raised = (torch.tensor([0.0, 0.0, b.shoe_sole]).to(root) for b in (old, new))
+        hips = (root + pelvis @ old.hips.to(root) - lowered) * size + raised
         moved = hips - pelvis @ new.hips.to(root)
         if self._legs_alike:
             return moved, rotations
-        feet = forward_kinematics(old, root, rotations)
-        for leg, ankle in _LEGS.items():
-            rotations, _ = reach(new, moved, rotations, leg, feet[..., ankle, :] * size)
+        places = (forward_kinematics(old, root, rotations) - lowered) * size + raised
+        for leg, (knee, ankle) in _LEGS.items():
+            pole = places[..., knee, :] - places[..., ankle, :]
+            rotations, _ = reach(new, moved, rotations, leg, places[..., ankle, :], pole)
         return moved, rotations
 
     @cached_property
@@ -71,5 +76,7 @@ class Retargeting:
         return bool((apart - apart[0]).abs().max() < RETARGETING.equal_legs)
 
     def _size(self) -> Float[Tensor, "3"]:
-        heights = [float(b.rest_joints[[1, 2], 1].mean()) for b in (self.trained, self.body)]
+        heights = [
+            float(b.rest_joints[[1, 2], 1].mean()) - b.shoe_sole for b in (self.trained, self.body)
+        ]
         return torch.tensor([self.scale, self.scale, heights[0] / heights[1]])

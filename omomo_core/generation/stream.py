@@ -84,7 +84,7 @@ def stream(
     Yields:
         Chunks in the order of time, without gap or overlap. The same arguments give the same chunks.
     """
-    object_model = ObjectModel(mesh, stages.height / body.height)
+    object_model = ObjectModel(mesh, stages.height / body.height, body.shoe_sole)
     retargeting, threads = Retargeting(load_body(), body), torch.get_num_threads()
     generator = torch.Generator().manual_seed(options.seed)
 

@@ -47,7 +47,8 @@ def sample_body(
     index = window_frames(clip.trained.frames)
     windows = object_windows(clip.trained, index, len(hands), BASIS_POINTS)
     contact = torch.from_numpy(np.stack([h.contact for h in hands])).float()
-    palms = torch.from_numpy(np.stack([h.palms for h in hands])).float() * clip.scale
+    above = clip.above_soles(np.stack([h.palms for h in hands]))
+    palms = torch.from_numpy(above).float() * clip.scale
     reference = body_stage.reference_path(palms)
     cut_palms = palms[:, index].flatten(0, 1)
     yaw = body_stage.canonical_yaw(cut_palms, windows)

@@ -165,8 +165,9 @@ def decode_hands(
     hands: list[HandMotion] = []
     held: list[tuple[ContactSegment, ...]] = []
     for k in range(len(features)):
-        despiked = despike(palms[k].double().flatten(1).numpy() / clip.scale, 2).reshape(-1, 2, 3)
-        sampled = HandMotion(despiked, contact[k].double().numpy())
+        paths = clip.in_world(palms[k].double().numpy())
+        smooth = despike(paths.reshape(-1, 6), 2).reshape(-1, 2, 3)
+        sampled = HandMotion(smooth, contact[k].double().numpy())
         given = NO_PREFIX
         if prefix is not None:
             sampled = impose_palm_prefix(sampled, prefix.palms[k])

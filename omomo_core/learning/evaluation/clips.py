@@ -105,7 +105,7 @@ def read_clip(path: Path, body: BodyModel) -> RealClip:
         root=joints[:, 0],
         rotations=our_rotations(rotations, offsets, body),
         joints=joints,
-        body=body_of(offsets, body),
+        body=body_of(offsets, body, joints),
     )
 
 

@@ -2,7 +2,8 @@
 
 A clip's rest pose has other axes (x forward, y left, z up) than ours, arms and legs that point elsewhere and
 raised shoulders (`body.rest_turns`). With both taken out a rotation means to this skeleton what it means to
-ours, and forward kinematics gives the clip's joints back.
+ours, and forward kinematics gives the clip's joints back. People who were recorded in shoes stand on their
+soles.
 """
 
 from dataclasses import replace
@@ -14,10 +15,14 @@ from jaxtyping import Float
 from omomo_core.body.kinematics import MODEL_REST
 from omomo_core.body.model import BodyModel, with_height
 from omomo_core.body.rest_turns import Offsets, rest_turns
+from omomo_core.body.soles import TOES
+from omomo_core.learning.evaluation.metrics import floor_height
 from omomo_core.skeleton import MODEL_ABOVE, MODEL_PARENTS, PALM_JOINTS, joint
 
 AXES = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 """R_clip_ours at rest: our left, up and forward are the clip's y, z and x."""
+THINNEST_SOLE, THICKEST_SOLE = -0.02, 0.06
+"""Metres: what is beyond is a floor that was found wrongly, not shoes."""
 
 
 def bone_offsets(
@@ -42,8 +47,16 @@ def our_rotations(
     return rotations @ AXES @ rest_turns(body, offsets @ AXES)
 
 
-def body_of(offsets: Offsets, body: BodyModel) -> BodyModel:
-    """Our body with the bones of a clip's person; its surface follows the joints."""
+def body_of(
+    offsets: Offsets, body: BodyModel, joints: Float[np.ndarray, "frames 24 3"]
+) -> BodyModel:
+    """Return our body with the bones and shoes of a clip's person; its surface follows the joints.
+
+    Args:
+        offsets: of the person's bones, in the clip's axes.
+        body: whose surface the person gets.
+        joints: of the clip, world, metres. They show how high toes stand above the floor.
+    """
     theirs = offsets @ AXES
     bones = np.einsum("jyx,jy->jx", rest_turns(body, theirs)[list(MODEL_ABOVE)], theirs)
     rest = np.zeros((24, 3))
@@ -52,12 +65,31 @@ def body_of(offsets: Offsets, body: BodyModel) -> BodyModel:
     ours = body.rest_joints.double().numpy()
     scaled = with_height(body, body.height * _best_scale(rest, ours[list(MODEL_REST)]))
     moved = torch.from_numpy(_all_joints(rest, scaled.rest_joints.double().numpy())).float()
-    return replace(
+    barefoot = replace(
         scaled,
         name=f"{body.name} with a recorded person's bones",
         rest_joints=moved,
         vertices=scaled.vertices + _follow(scaled, moved - scaled.rest_joints),
     )
+    return _in_shoes(barefoot, floor_height(joints), float(scaled.vertices[:, 1].min()))
+
+
+def _in_shoes(body: BodyModel, standing: float, floor: float) -> BodyModel:
+    """Return the body raised until its toe joints stand at a height, its feet stretched to the floor.
+
+    Args:
+        body: barefoot; its soles need not be on the floor.
+        standing: height of toe joints that stand, metres; 0 if none do.
+        floor: height of the floor at rest, metres.
+    """
+    toes = float(body.rest_joints[list(TOES), 1].mean())
+    thickness = standing - (toes - floor) if standing else 0.0
+    sole = float(np.clip(thickness, THINNEST_SOLE, THICKEST_SOLE))
+    vertices = body.vertices.clone()
+    below = ((toes - vertices[:, 1]) / (toes - vertices[:, 1].min())).clamp(min=0.0)
+    vertices[:, 1] += sole * (1.0 - below) + (floor - vertices[:, 1].min()) * below
+    rest = body.rest_joints + torch.tensor([0.0, sole, 0.0])
+    return replace(body, rest_joints=rest, vertices=vertices, shoe_sole=sole)
 
 
 def _best_scale(theirs: Float[np.ndarray, "24 3"], ours: Float[np.ndarray, "24 3"]) -> float:

@@ -140,12 +140,13 @@ def _truth(sequence: ReleaseSequence, body: BodyModel) -> RealClip:
     # `evaluation.person` knows people by a rest pose with x forward and z up.
     offsets = sequence.bones @ AXES.T
     offsets[0] = 0.0
+    joints = sequence.joints()
     return RealClip(
         name=sequence.name,
         text="",
         motion=sequence.moved(),
         root=sequence.pelvis,
         rotations=our_rotations(sequence.rotations @ AXES.T, offsets, body),
-        joints=sequence.joints(),
-        body=body_of(offsets, body),
+        joints=joints,
+        body=body_of(offsets, body, joints),
     )
