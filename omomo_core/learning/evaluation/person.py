@@ -64,32 +64,27 @@ def body_of(
         rest[j] = rest[MODEL_PARENTS[j]] + bones[j]
     ours = body.rest_joints.double().numpy()
     scaled = with_height(body, body.height * _best_scale(rest, ours[list(MODEL_REST)]))
-    moved = torch.from_numpy(_all_joints(rest, scaled.rest_joints.double().numpy())).float()
-    barefoot = replace(
+    bare = _all_joints(rest, scaled.rest_joints.double().numpy())
+    floor = float(scaled.vertices[:, 1].min())
+    sole = _shoe_sole(float(bare[list(TOES), 1].mean()) - floor, floor_height(joints))
+    moved = torch.from_numpy(bare + np.array([0.0, sole, 0.0])).float()
+    return replace(
         scaled,
         name=f"{body.name} with a recorded person's bones",
         rest_joints=moved,
         vertices=scaled.vertices + _follow(scaled, moved - scaled.rest_joints),
+        shoe_sole=sole,
     )
-    return _in_shoes(barefoot, floor_height(joints), float(scaled.vertices[:, 1].min()))
 
 
-def _in_shoes(body: BodyModel, standing: float, floor: float) -> BodyModel:
-    """Return the body raised until its toe joints stand at a height, its feet stretched to the floor.
+def _shoe_sole(bare: float, standing: float) -> float:
+    """Return how thick soles are, metres, from how high toe joints are on bare feet and as recorded.
 
     Args:
-        body: barefoot; its soles need not be on the floor.
-        standing: height of toe joints that stand, metres; 0 if none do.
-        floor: height of the floor at rest, metres.
+        bare: height of toe joints above the floor, metres.
+        standing: the same of the recorded ones that stand; 0 if none do, and bare feet are taken.
     """
-    toes = float(body.rest_joints[list(TOES), 1].mean())
-    thickness = standing - (toes - floor) if standing else 0.0
-    sole = float(np.clip(thickness, THINNEST_SOLE, THICKEST_SOLE))
-    vertices = body.vertices.clone()
-    below = ((toes - vertices[:, 1]) / (toes - vertices[:, 1].min())).clamp(min=0.0)
-    vertices[:, 1] += sole * (1.0 - below) + (floor - vertices[:, 1].min()) * below
-    rest = body.rest_joints + torch.tensor([0.0, sole, 0.0])
-    return replace(body, rest_joints=rest, vertices=vertices, shoe_sole=sole)
+    return float(np.clip(standing - bare, THINNEST_SOLE, THICKEST_SOLE)) if standing else 0.0
 
 
 def _best_scale(theirs: Float[np.ndarray, "24 3"], ours: Float[np.ndarray, "24 3"]) -> float:
@@ -108,7 +103,15 @@ def _all_joints(
 
 
 def _follow(body: BodyModel, moves: Float[torch.Tensor, "52 3"]) -> Float[torch.Tensor, "verts 3"]:
-    """How the surface moves with the joints; the head follows the neck, so that its size stays."""
+    """Return how the surface moves with the joints.
+
+    The head follows the neck, so that its size stays. What is on the floor stays on it: feet are stretched
+    below their toe joints.
+    """
     moves = moves.clone()
     moves[joint("head")] = moves[joint("neck")]
-    return (body.skin_weights[..., None] * moves[body.skin_joints]).sum(dim=1)
+    moved = (body.skin_weights[..., None] * moves[body.skin_joints]).sum(dim=1)
+    height = body.vertices[:, 1] - body.vertices[:, 1].min()
+    toes = body.rest_joints[list(TOES), 1].mean() - body.vertices[:, 1].min()
+    moved[:, 1] *= (height / toes).clamp(max=1.0)
+    return moved
