@@ -20,7 +20,7 @@ from omomo_core.learning.evaluation.person import AXES, THICKEST_SOLE, THINNEST_
 
 BODY = load_body()
 NAME = "sub1_box_001"
-HIPS, KNEES, ANKLES = [1, 2], [4, 5], [7, 8]
+HIPS, KNEES, ANKLES, TOES = [1, 2], [4, 5], [7, 8], [10, 11]
 
 
 def arrays(path: Path) -> dict[str, np.ndarray]:
@@ -178,6 +178,16 @@ def test_people_who_were_recorded_in_shoes_stand_on_their_soles():
     # The skin above the feet moves with the joints.
     knee = BODY.vertices[:, 1] > 0.4
     np.testing.assert_allclose((body.vertices - BODY.vertices)[knee, 1], 0.03, atol=2e-3)
+
+
+def test_their_whole_soles_are_on_the_floor_though_their_toe_joints_lie_lower():
+    theirs = rest_offsets(BODY)
+    theirs[TOES, 1] -= 0.02
+    standing = np.full((30, 24, 3), 0.05)
+    body = body_of(theirs @ AXES.T, BODY, standing)
+    np.testing.assert_allclose(body.rest_joints[TOES, 1], 0.05, atol=0.002)
+    soles = BODY.vertices[:, 1] < 0.003
+    assert float(body.vertices[soles, 1].abs().max()) < 0.01
 
 
 @pytest.mark.parametrize(("found", "sole"), [(0.4, THICKEST_SOLE), (-0.06, THINNEST_SOLE)])
