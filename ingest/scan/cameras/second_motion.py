@@ -57,11 +57,21 @@ def _has_second(a: View, b: View, pixels_a: np.ndarray, pixels_b: np.ndarray) ->
     off = off_line(a, b, pixels_a, pixels_b) > _OFF * max(a.size) / 960
     if off.sum() < _FEWEST:
         return False
-    found: Any = cv2.findFundamentalMat(
-        pixels_a[off].astype(np.float32), pixels_b[off].astype(np.float32), cv2.USAC_MAGSAC, 1.5
-    )[1]
-    agree = 0 if found is None else int(np.asarray(found).sum())
+    agree = in_one_motion(pixels_a[off], pixels_b[off])
     return agree >= max(_FEWEST, _SHARE * int(off.sum()))
+
+
+def in_one_motion(pixels_a: np.ndarray, pixels_b: np.ndarray) -> int:
+    """Return how many matches agree on one rigid motion, 0 where none is found.
+
+    On some matches OpenCV's search ends with an empty model and fails an assertion of its own.
+    """
+    a, b = pixels_a.astype(np.float32), pixels_b.astype(np.float32)
+    try:
+        found: Any = cv2.findFundamentalMat(a, b, cv2.USAC_MAGSAC, 1.5)[1]
+    except cv2.error:
+        return 0
+    return 0 if found is None else int(np.asarray(found).sum())
 
 
 def off_line(

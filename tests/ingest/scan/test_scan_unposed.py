@@ -12,6 +12,7 @@ from ingest.calibration.board.spec import PRESETS
 from ingest.scan.cameras.measured import by_length, crossing
 from ingest.scan.cameras.options import CameraOptions, Length, Sight
 from ingest.scan.cameras.register import register
+from ingest.scan.cameras.second_motion import in_one_motion
 from ingest.scan.frames import pick_frames
 from ingest.scan.sources.read import read_source
 from ingest.scan.types import Registered, View
@@ -184,6 +185,16 @@ def test_a_finished_model_is_taken_as_it_is(photographed: Photographed, tmp_path
     assert all(view.file.is_file() for view in found.views)
     scaled = register(source, frames, tmp_path / "work", options=CameraOptions(board=BOARD))
     assert abs(off(photographed.film, scaled)[0]) < 0.005
+
+
+def test_matches_of_no_motion_at_all_end_no_scan(monkeypatch: pytest.MonkeyPatch):
+    def fails(*_: object) -> None:
+        raise cv2.error("Assertion failed: !model.empty()")
+
+    a = np.random.default_rng(0).random((30, 2)) * 300
+    assert in_one_motion(a, a + np.array([20.0, 5.0])) == 30
+    monkeypatch.setattr(cv2, "findFundamentalMat", fails)
+    assert in_one_motion(a, a) == 0
 
 
 @pytest.mark.slow
