@@ -41,8 +41,8 @@ def rest_turns(body: BodyModel, theirs: Offsets) -> Float[np.ndarray, "22 3 3"]:
     """
     ours, turns = rest_offsets(body), np.tile(np.eye(3), (22, 1, 1))
     for start, end in LIMBS.items():
-        along = [1.0, 0.0, 1.0] if start in ANKLES else 1.0
-        turns[start] = shortest_turn(ours[end] * along, theirs[end] * along)
+        axes = [1.0, 0.0, 1.0] if start in ANKLES else [1.0, 1.0, 1.0]
+        turns[start] = shortest_turn(ours[end] * axes, theirs[end] * axes)
     for collar, shoulder in COLLARS.items():
         wanted = _onto_line(ours[collar] + ours[shoulder], theirs[collar], theirs[shoulder])
         turns[collar] = shortest_turn(wanted, theirs[shoulder])

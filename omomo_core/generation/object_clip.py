@@ -34,14 +34,14 @@ class ObjectClip:
     must_hold: Bool[np.ndarray, " frames"]
     """Frames in which somebody must hold the object."""
     shoe_sole: float = 0.0
-    """Metres, of the person."""
+    """How thick the soles of the person's shoes are, metres."""
 
     def above_soles(self, world: Float[np.ndarray, "*b 3"]) -> Float[np.ndarray, "*b 3"]:
-        """Return points of the world from where bare feet would stand; `trained` has them times `scale`."""
+        """Return points of the world with heights measured from the top of the soles; not scaled."""
         return world - [0.0, 0.0, self.shoe_sole]
 
     def in_world(self, trained: Float[np.ndarray, "*b 3"]) -> Float[np.ndarray, "*b 3"]:
-        """Return points that are given as in `trained`."""
+        """Return points in the world, metres, given as in `trained`: scaled, and lower by the soles."""
         return trained / self.scale + [0.0, 0.0, self.shoe_sole]
 
     @cached_property

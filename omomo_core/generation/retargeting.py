@@ -27,7 +27,7 @@ class Retargeting:
     Horizontal distances scale with the stature, heights with the height of the hips. So a body that differs
     in stature only moves as the same scene scaled; one whose pelvis joint lies elsewhere above its hips, or
     whose legs are long for its stature, still stands on the floor; and one whose hip joints lie closer
-    together stands as wide. In shoes everything is higher by their soles.
+    together stands as wide. A body in shoes is higher by their soles.
     """
 
     trained: BodyModel
