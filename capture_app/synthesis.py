@@ -14,7 +14,6 @@ from omomo_core.learning.recordings import dataset
 from omomo_core.learning.recordings.build import build_mocap
 from omomo_core.learning.recordings.clips import Clip, load_clips
 from omomo_core.learning.synthesis import engine
-from omomo_core.learning.synthesis.props import Furniture
 from omomo_core.learning.synthesis.roster import Roster, classes_of, people_of
 
 
@@ -26,17 +25,16 @@ def synthesise_data(request: SynthesisRequest, report: TrainingReport) -> None:
         report: is called when something is left out, and with how far it is.
 
     Raises:
-        InputError: as `people_of`, `classes_of`, `Furniture`, `build_mocap`, `load_clips`,
+        InputError: as `people_of`, `classes_of`, `build_mocap`, `load_clips`,
             `open_dataset`, `missing_indices` and `engine.synthesise`.
     """
     # Before the recordings are read, which may take minutes.
     roster = Roster(people_of(request.people), classes_of(request.objects))
-    furniture, out = request.furniture, request.output
-    meshes = Furniture(furniture, roster.classes).digest if furniture is not None else None
+    out = request.output
     body = load_body()
     recorded = _recorded(request.mocap, body, report, share_alike=request.share_alike)
     recipe = dataset.DatasetRecipe(
-        request.seed, engine.RECIPE, dataset.digest(recorded), meshes,
+        request.seed, engine.RECIPE, dataset.digest(recorded),
         people=roster.people_text, objects=roster.objects_text,
     )  # fmt: skip
     dataset.open_dataset(out, recipe, recorded)
@@ -85,7 +83,7 @@ def _write_missing(
             recorded, body, request.count, request.seed,
             lambda done, _: progress(there + done, request.count),
             workers=request.workers, rejected=rejected, indices=indices,
-            furniture=request.furniture, roster=roster,
+            roster=roster,
         )  # fmt: skip
         with closing(clips):
             for _ in dataset.write_shards(request.output, indices, clips, rejected):

@@ -35,7 +35,7 @@ Recording = Annotated[
     Path,
     typer.Argument(
         help="What the phone's logger wrote (folder, pose file or archive); or the object's own "
-        "motion: GLB, glTF or USD, keyframes in CSV or JSON, poses in npz or TUM text.",
+        "motion: GLB, glTF or USD, keyframes in CSV, poses in npz or TUM text.",
         show_default=False,
     ),
 ]

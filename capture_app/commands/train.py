@@ -96,10 +96,6 @@ class SynthesisRequest(BaseModel):
     seed: Annotated[int, Field(ge=0, description="The same seed makes the same clips.")] = 0
     workers: Annotated[int, Field(ge=1, description="Processes to use.")] = 1
     share_alike: ShareAlike = True
-    furniture: Annotated[
-        Path | None,
-        Field(description="Folder of .obj furniture to handle, too (docs/data.md)."),
-    ] = None
     people: Annotated[
         str, Field(description="Who of sub1 to sub17 acts; the paper learns from 1-15.")
     ] = "1-17"

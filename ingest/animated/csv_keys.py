@@ -1,14 +1,13 @@
 """Keyframes in CSV: a header with `time` or `frame`, x, y, z, qx, qy, qz, qw, in any order.
 
 Optional: a column `interpolation` (how the motion goes on from that key), and comment lines
-`# fps: 24` (needed with `frame`), `# up: y` (else z) and `# interpolation: linear` (else bezier).
+`# fps: 24` (needed with `frame`), `# up: y` (else z) and `# interpolation: linear` (else smooth).
 """
 
 from pathlib import Path
 
 from ingest.animated.animation import Animation
-from ingest.animated.curves import MODES, Mode
-from ingest.animated.keyframes import Keyframes, animate
+from ingest.animated.keyframes import MODES, Keyframes, Mode, animate
 from ingest.animated.rows import numbers
 from ingest.animated.stated import stated, stated_fps, stated_up, unknown_word
 from ingest.formats.pick import first_row
@@ -70,7 +69,7 @@ def _separator(path: Path) -> str:
 
 
 def _modes(rows: TextRows, names: list[str]) -> tuple[Mode, ...]:
-    usual = stated(rows.path).get("interpolation", "bezier")
+    usual = stated(rows.path).get("interpolation", "smooth")
     known: dict[str, Mode] = {mode: mode for mode in MODES}
     if usual not in known:
         raise unknown_word(rows.path, "interpolation", usual)

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Protocol, TypeVar, runtime_checkable
 
-from ingest.animated import csv_keys, gltf, json_keys, npz_poses, tum, usd
+from ingest.animated import csv_keys, gltf, npz_poses, tum, usd
 from ingest.animated.animation import Animation
 from ingest.formats import pose_table
 from omomo_core.errors import InputError
@@ -38,7 +38,7 @@ class TrackFormat(AnimationFormat, Protocol):
 _K = TypeVar("_K", bound=AnimationFormat)
 
 SCENES: tuple[SceneFormat, ...] = (gltf, usd)
-TRACKS: tuple[TrackFormat, ...] = (npz_poses, json_keys, csv_keys, tum)
+TRACKS: tuple[TrackFormat, ...] = (npz_poses, csv_keys, tum)
 
 
 def is_animation(path: Path, *, mounted: bool) -> bool:

@@ -7,8 +7,8 @@ from jaxtyping import Float64
 from pygltflib import GLTF2, AnimationSampler
 from scipy.spatial.transform import Rotation, Slerp
 
-from ingest.animated.curves import last_key
 from ingest.animated.gltf_file import GltfFile
+from ingest.animated.keyframes import last_key
 from ingest.animated.poses import check_times
 from ingest.animated.quaternions import checked
 from ingest.animated.rows import not_finite

@@ -1,16 +1,25 @@
 """Keyframes of one object, and its poses between them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal, get_args
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Float64, Int
+from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from ingest.animated.animation import Animation, Up, frame_times
-from ingest.animated.curves import Mode, evaluate
 from ingest.animated.poses import check_times, rigid
-from ingest.animated.quaternions import checked, signs
+from ingest.animated.quaternions import checked
 from omomo_core.errors import InputError
+
+Mode = Literal["smooth", "linear", "constant"]
+MODES: tuple[Mode, ...] = get_args(Mode)
+_ROUNDING = 1e-5
+"""Seconds by which a key may lie after a frame that shows it."""
+_VANISHED = 1e-3
+"""Norm of an interpolated quaternion below which it has no direction."""
 
 
 @dataclass(frozen=True)
@@ -27,12 +36,10 @@ class Keyframes:
     up: Up
     places: tuple[str, ...]
     """Where each key is in the file, for messages."""
-    handles: Float64[np.ndarray, "keys 7 2 2"] | None = None
-    """(time, value) of the left and right Bezier handle of x, y, z, qx, qy, qz, qw."""
 
 
 def animate(keys: Keyframes) -> Animation:
-    """The motion as Blender plays it: each of the seven numbers along its own curve.
+    """Return the motion between the keys at 30 fps.
 
     Raises:
         InputError: "animation-one-key", "time-backwards", "quaternion-not-unit",
@@ -40,43 +47,66 @@ def animate(keys: Keyframes) -> Animation:
     """
     place = keys.places.__getitem__
     check_times(keys.times, place, keys.source)
-    xyzw = checked(keys.xyzw, place)
-    values = np.concatenate([keys.positions, xyzw], axis=1)
-    handles = _turned(keys)
+    values = np.concatenate([keys.positions, checked(keys.xyzw, place)], axis=1)
     at = frame_times(float(keys.times[0]), float(keys.times[-1]), keys.source)
-    curves = [
-        evaluate(
-            keys.times, values[:, c], keys.modes, None if handles is None else handles[:, c], at
-        )
-        for c in range(7)
-    ]
-    sampled = np.stack(curves, axis=1)
-    _check_rotations(sampled[:, 3:], at, keys.source)
-    T = rigid(sampled[:, :3], sampled[:, 3:])
-    return Animation(keys.source, T, _all_valid(T), keys.up)
+    poses = interpolate(keys.times, values, keys.modes, at)
+    _check_rotations(poses[:, 3:], at, keys.source)
+    T = rigid(poses[:, :3], poses[:, 3:])
+    return Animation(keys.source, T, np.ones(len(T), bool), keys.up)
 
 
-def _turned(keys: Keyframes) -> Float64[np.ndarray, "keys 7 2 2"] | None:
-    """The handles with those of quaternions whose sign was changed."""
-    if keys.handles is None:
-        return None
-    handles = keys.handles.copy()
-    handles[:, 3:, :, 1] *= signs(keys.xyzw)[:, None, None]
-    return handles
+def interpolate(
+    times: Float64[np.ndarray, " keys"],
+    values: Float64[np.ndarray, "keys columns"],
+    modes: Sequence[Mode],
+    at: Float64[np.ndarray, " samples"],
+) -> Float64[np.ndarray, "samples columns"]:
+    """Return each column at the wanted times; before the first and after the last key it is constant.
+
+    A smooth curve is a monotone cubic (Fritsch and Carlson 1980, as scipy's PCHIP) that starts and
+    ends flat: it turns only at keys and never leaves the range of the two keys beside it.
+
+    Args:
+        times: seconds of the keys, increasing, at least two.
+        values: one row a key.
+        modes: how the curve goes on from each key to the next.
+        at: seconds at which the curve is wanted.
+    """
+    at = at.clip(times[0], times[-1])
+    slopes = PchipInterpolator(times, values).derivative()(times)
+    slopes[[0, -1]] = 0.0
+    k = last_key(times, at)
+    start = k.clip(0, len(times) - 2)
+    u = ((at - times[start]) / np.diff(times)[start]).clip(0, 1)[:, None]
+    curves = {
+        "smooth": CubicHermiteSpline(times, values, slopes)(at),
+        "linear": values[start] + u * (values[start + 1] - values[start]),
+        "constant": values[k],
+    }
+    mode = np.array([MODES.index(m) for m in modes])[start][:, None]
+    between = np.choose(mode, [curves[m] for m in MODES])
+    return np.where((k == len(times) - 1)[:, None], values[-1], between)
+
+
+def last_key(
+    times: Float64[np.ndarray, " keys"], at: Float64[np.ndarray, " samples"]
+) -> Int[np.ndarray, " samples"]:
+    """Return the last key at or before each time (seconds), the first where there is none.
+
+    A key that is only a rounding error away is reached: a step must not come a frame late.
+    """
+    return (np.searchsorted(times, at + _ROUNDING, side="right") - 1).clip(0)
 
 
 def _check_rotations(
     xyzw: Float64[np.ndarray, "frames 4"], at: Float64[np.ndarray, " frames"], source: Path
 ) -> None:
-    gone = np.linalg.norm(xyzw, axis=1) < 1e-3
+    """Refuse quaternions that pass near zero between two keys."""
+    gone = np.linalg.norm(xyzw, axis=1) < _VANISHED
     if gone.any():
         raise InputError(
             "quaternion-vanishes",
             f"Between two keys, at {at[np.argmax(gone)]:.2f} s, the quaternion shrinks to nothing.",
             where=str(source),
-            fix="Put another key between them, or leave out the handles of the quaternion.",
+            fix="Put another key between them.",
         )
-
-
-def _all_valid(T: Float64[np.ndarray, "frames 4 4"]) -> Bool[np.ndarray, " frames"]:
-    return np.ones(len(T), bool)

@@ -11,7 +11,7 @@ _STATED = re.compile(r"\s*#\s*(\w+)\s*:\s*(\S+)\s*$")
 _KNOWN = {
     "up": "y or z",
     "fps": "a number of frames a second",
-    "interpolation": "bezier, linear or constant",
+    "interpolation": "smooth, linear or constant",
 }
 
 

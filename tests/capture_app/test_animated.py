@@ -1,6 +1,5 @@
 """Runs of objects that were animated instead of filmed."""
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -41,15 +40,6 @@ def as_csv(folder: Path) -> Path:
     return folder / "a.csv"
 
 
-def as_json(folder: Path) -> Path:
-    keys = [
-        {"time": row[0], "position": list(row[1:4]), "quaternion": list(row[4:])}
-        for row in as_rows().tolist()
-    ]
-    (folder / "a.json").write_text(json.dumps({"keyframes": keys}))
-    return folder / "a.json"
-
-
 def as_npz(folder: Path) -> Path:
     np.savez(folder / "a.npz", T_world_object=poses(), fps=30, up="z")
     return folder / "a.npz"
@@ -60,7 +50,7 @@ def as_tum(folder: Path) -> Path:
     return folder / "a.txt"
 
 
-KINDS = [as_csv, as_json, as_npz, as_tum]
+KINDS = [as_csv, as_npz, as_tum]
 
 
 @pytest.mark.parametrize("write", KINDS)

@@ -54,9 +54,7 @@ def recorded(tmp_path: Path) -> Path:
 def stubbed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Clips that cost nothing, in files of two."""
 
-    def make(
-        _clips, _body, _count, _seed, progress, *, workers, rejected, indices, furniture, roster
-    ):
+    def make(_clips, _body, _count, _seed, progress, *, workers, rejected, indices, roster):
         def clips():
             for done, index in enumerate(indices, start=1):
                 rejected["palm-off"] += 1
@@ -129,25 +127,6 @@ def test_people_and_objects_belong_to_the_data_set(
     assert (recipe["people"], recipe["objects"]) == ("1-15,17", "mop,tripod")
     assert invoke([*words, "--objects", "mop,tripod"]) == 2
     assert "people 1-15,17, not 1-17" in capsys.readouterr().err
-
-
-@pytest.mark.usefixtures("stubbed")
-def test_furniture_belongs_to_the_data_set(
-    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-):
-    out, meshes = tmp_path / "set", tmp_path / "meshes"
-    words = ["data", "synthesise", str(recorded), "-o", str(out), "--count", "2"]
-    assert invoke([*words, "--furniture", str(meshes)]) == 2
-    said = capsys.readouterr().err
-    assert "furniture-folder" in said
-    assert not out.exists()
-    meshes.mkdir()
-    solid = trimesh.creation.box((0.4, 0.1, 0.5))
-    (meshes / "pillow.obj").write_text(str(solid.export(file_type="obj")))
-    assert invoke([*words, "--furniture", str(meshes)]) == 0
-    assert invoke([*words, "--furniture", str(meshes)]) == 0
-    assert invoke(words) == 2
-    assert "not none" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("stubbed")

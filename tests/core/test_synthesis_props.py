@@ -1,19 +1,13 @@
 """Procedural props: solids on the floor of sensible size, palms on them with room for hands, scans."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.errors import InputError
-from omomo_core.learning.synthesis.grammar import draw_action_plan
 from omomo_core.learning.synthesis.props import (
     WIDEST_HOLD,
-    Furniture,
-    Stock,
     Use,
     make_prop,
     scaled,
@@ -189,98 +183,3 @@ def test_sides_of_a_turned_box_are_its_turned_faces() -> None:
     np.testing.assert_allclose(sorted(grasp.points[:, 0]), [-0.2, 0.2], atol=1e-5)
     np.testing.assert_allclose(grasp.points[:, 2], 0.3, atol=1e-5)
     assert side_grasp(prop, 0.0, 0.5) is None
-
-
-@pytest.mark.parametrize(
-    ("name", "text", "code"),
-    [
-        (None, "", "furniture-folder"),
-        ("piano.obj", "", "furniture-folder"),
-        ("chair.obj", "", "furniture-mesh"),
-        ("chair.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3", "furniture-mesh"),
-        ("chair.obj", "v 0 0 0\nv 1 0 0\nv 0 1 nan\nf 1 2 3", "furniture-mesh"),
-        ("chair.obj", "v 0 0 0\nv 1 0 1\nv 0 1 0\nf 1 2 4", "furniture-mesh"),
-        ("chair.obj", "v 0 0 0\nv 1 0\n", "furniture-mesh"),
-    ],
-)
-def test_useless_furniture_is_named(tmp_path: Path, name: str | None, text: str, code: str) -> None:
-    if name is not None:
-        (tmp_path / name).write_text(text)
-    with pytest.raises(InputError) as error:
-        Furniture(tmp_path)
-    assert error.value.code == code
-    assert str(tmp_path) in error.value.where
-    assert error.value.fix
-
-
-def write_box(file: Path, high: float = 1.5) -> None:
-    part = box((-1, 0, -2), (1, high, 2))
-    lines = [f"v {x} {y} {z}" for x, y, z in part.vertices]
-    lines += [f"f {a}//1 {b}//1 {c}//1" for a, b, c in part.faces + 1]
-    file.parent.mkdir(exist_ok=True)
-    file.write_text("\n".join(lines))
-
-
-def test_furniture_files_become_props(tmp_path: Path) -> None:
-    write_box(tmp_path / "cabinet_small.obj")
-    furniture = Furniture(tmp_path)
-    rng = np.random.default_rng(0)
-    prop = placed(rng, furniture.draw(rng))
-    assert prop.name == "cabinet"
-    assert 0.5 <= prop.high[2] <= 0.9
-    assert signed_volume(prop.parts[0]) > 0
-    assert prop.grasps
-
-
-def test_corners_counted_backward_are_the_same_corners(tmp_path: Path) -> None:
-    write_box(tmp_path / "a/pillow.obj")
-    (forward,) = Furniture(tmp_path / "a").draw(np.random.default_rng(0)).parts
-    lines = (tmp_path / "a/pillow.obj").read_text().splitlines()
-    count = sum(line.startswith("v") for line in lines)
-    back = [
-        "f " + " ".join(str(int(w.split("/")[0]) - 1 - count) for w in line.split()[1:])
-        if line.startswith("f")
-        else line
-        for line in lines
-    ]
-    (tmp_path / "pillow.obj").write_text("\n".join(back))
-    (tmp_path / "a/pillow.obj").unlink()
-    (backward,) = Furniture(tmp_path).draw(np.random.default_rng(0)).parts
-    np.testing.assert_array_equal(
-        forward.vertices[forward.faces], backward.vertices[backward.faces]
-    )
-
-
-def test_digest_is_of_the_meshes_not_of_where_they_lie(tmp_path: Path) -> None:
-    for folder in "a", "b", "c":
-        write_box(tmp_path / folder / "pillow.obj", high=2.0 if folder == "c" else 1.5)
-    (tmp_path / "b/notes.txt").write_text("mine")
-    a, b, c = (Furniture(tmp_path / folder).digest for folder in ("a", "b", "c"))
-    assert a == b != c
-
-
-def test_scripts_are_written_for_furniture_too(tmp_path: Path) -> None:
-    write_box(tmp_path / "lamp_table.obj")
-    stock = Stock(furniture=Furniture(tmp_path))
-    rng = np.random.default_rng(0)
-    scripts = [draw_action_plan(rng, "carry", 1.0, stock) for _ in range(40)]
-    names = [action_plan.prop.name for action_plan in scripts if action_plan is not None]
-    assert 1 <= names.count("lamp") <= 15
-
-
-def test_furniture_of_other_classes_stays_out(tmp_path: Path) -> None:
-    for kind in "pillow", "table_small":
-        write_box(tmp_path / f"{kind}.obj")
-    furniture = Furniture(tmp_path, frozenset({"smalltable", "mop"}))
-    rng = np.random.default_rng(0)
-    assert {furniture.draw(rng).name for _ in range(20)} == {"smalltable"}
-    with pytest.raises(InputError, match="of the objects asked for"):
-        Furniture(tmp_path, frozenset({"woodchair"}))
-
-
-def test_real_furniture_can_be_handled(shared: Path) -> None:
-    furniture = Furniture(shared / "data/objects/kaykit_furniture_cc0")
-    rng = np.random.default_rng(1)
-    props = [placed(rng, furniture.draw(rng)) for _ in range(15)]
-    assert all(p.low[2] == pytest.approx(0.0, abs=1e-9) for p in props)
-    assert sum(bool(p.grasps) for p in props) >= 12

@@ -34,8 +34,6 @@ class DatasetRecipe:
     """Of the program that makes clips."""
     mocap: str
     """Digest of the recorded motion."""
-    furniture: str | None = None
-    """Digest of the furniture meshes, if any were used."""
     people: str = "1-17"
     objects: str = "all"
     """As the roster says them."""
@@ -99,11 +97,13 @@ def _check_same(card: Path, recipe: DatasetRecipe) -> None:
     try:
         before = json.loads(card.read_text(encoding="utf-8"))["recipe"]
         # A data set that does not say them was made before there was a choice.
-        open_to_choice = {"furniture": None, "people": "1-17", "objects": "all"}
+        open_to_choice = {"people": "1-17", "objects": "all"}
         before, now = {**open_to_choice, **before}, asdict(recipe)
         names = {"version": "recipe", "mocap": "recorded motion", "shard": "size"}
-        differ = [k for k in now if before[k] != now[k]]
-        other = [f"{names.get(k, k)} {_said(before[k])}, not {_said(now[k])}" for k in differ]
+        differ = [k for k in {**now, **before} if before.get(k) != now.get(k)]
+        other = [
+            f"{names.get(k, k)} {_said(before.get(k))}, not {_said(now.get(k))}" for k in differ
+        ]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(
             "dataset-damaged",

@@ -4,7 +4,6 @@ from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from omomo_core.learning.synthesis.base_motion_search import Sources
 from omomo_core.learning.synthesis.footage import survey
 from omomo_core.learning.synthesis.grammar import draw_action
 from omomo_core.learning.synthesis.people import our_scale
-from omomo_core.learning.synthesis.props import Furniture, Stock
+from omomo_core.learning.synthesis.props import Stock
 from omomo_core.learning.synthesis.roster import Roster
 from omomo_core.learning.synthesis.walker.library import index
 from omomo_core.workers import worker_pool
@@ -39,7 +38,6 @@ def synthesise(
     workers: int = 1,
     rejected: Counter[str] | None = None,
     indices: Sequence[int] | None = None,
-    furniture: Path | None = None,
     roster: Roster = EVERYTHING,
 ) -> Generator[Clip]:
     """Make clips of people carrying, pushing, pulling, lifting and turning things.
@@ -53,7 +51,6 @@ def synthesise(
         workers: processes to use.
         rejected: counts the attempts that were thrown away, by reason; up to date with every clip.
         indices: of the clips to make; 0 to `count` - 1 if not given.
-        furniture: folder of meshes to handle besides the procedural things, as `Furniture` reads it.
         roster: who acts and what is handled.
 
     Returns:
@@ -61,7 +58,7 @@ def synthesise(
         mocap, in the order of their indices; their names say who moves what (`splits.cast_of`).
 
     Raises:
-        InputError: ``synthesis-footage`` when the mocap has no usable stretch; as `Furniture`.
+        InputError: ``synthesis-footage`` when the mocap has no usable stretch.
     """
     wanted = range(count) if indices is None else indices
     footage = survey([_recorded(c) for c in clips if c.object_motion is None], body)
@@ -71,8 +68,7 @@ def synthesise(
             "The mocap has no stretch of calm walking or standing of 1.5 s.",
             fix="Give more or longer clips.",
         )
-    meshes = Furniture(furniture, roster.classes) if furniture is not None else None
-    sources = Sources(footage, index(footage, body), Stock(roster.classes, meshes))
+    sources = Sources(footage, index(footage, body), Stock(roster.classes))
     make = partial(_clip, sources, roster.people, body, seed)
     if workers == 1:
         yield from _reported(map(make, wanted), len(wanted), progress, rejected)

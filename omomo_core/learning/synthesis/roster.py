@@ -19,7 +19,7 @@ class Roster:
 
     people: tuple[int, ...] = _EVERYBODY
     classes: frozenset[str] | None = None
-    """None for all, pieces of furniture that are of no procedural class among them."""
+    """Names of `MAKERS`; None for all."""
 
     @property
     def people_text(self) -> str:

@@ -1,6 +1,5 @@
-"""Keyframes in CSV and JSON."""
+"""Keyframes in CSV."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from ingest.animated.detect import read_animation
+from ingest.animated.keyframes import MODES, interpolate
 
 SETTINGS = settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
 POSES = st.lists(
@@ -32,36 +32,53 @@ def write_csv(path: Path, clock: str, rows: list[list[object]], *comments: str) 
     return path
 
 
-def write_json(path: Path, keys: list[dict[str, object]], **rest: object) -> Path:
-    path.write_text(json.dumps({**rest, "keyframes": keys}))
-    return path
-
-
 def keyed(poses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     frames = np.cumsum([frames for frames, _, _ in poses])
     quaternions = Rotation.from_rotvec([turn for _, _, turn in poses]).as_quat()
     return frames, np.array([place for _, place, _ in poses]), quaternions
 
 
-@given(POSES, st.sampled_from(["bezier", "linear", "constant"]))
+@given(POSES, st.sampled_from(MODES))
 @SETTINGS
-def test_keys_come_back_whatever_the_kind(tmp_path, poses, mode):
-    """At 30 fps every frame with a key shows the key, and CSV and JSON say the same between."""
+def test_keys_come_back_whatever_the_interpolation(tmp_path, poses, mode):
+    """At 30 fps every frame with a key shows the key."""
     frames, places, xyzw = keyed(poses)
     rows = [[f, *p, *q] for f, p, q in zip(frames, places, xyzw, strict=True)]
     comments = ["# fps: 30", f"# interpolation: {mode}"]
-    table = read_animation(write_csv(tmp_path / "a.csv", "frame", rows, *comments))
-    keys = [
-        {"frame": int(f), "position": list(p), "quaternion": list(-q)}
-        for f, p, q in zip(frames, places, xyzw, strict=True)
-    ]
-    text = read_animation(write_json(tmp_path / "a.json", keys, fps=30, interpolation=mode.upper()))
-    T = table.T_file_object
+    T = read_animation(write_csv(tmp_path / "a.csv", "frame", rows, *comments)).T_file_object
     assert len(T) == frames[-1] - frames[0] + 1
     at = frames - frames[0]
     np.testing.assert_allclose(T[at, :3, 3], places, atol=1e-9)
     np.testing.assert_allclose(T[at, :3, :3], Rotation.from_quat(xyzw).as_matrix(), atol=1e-9)
-    np.testing.assert_allclose(text.T_file_object, T, atol=1e-9)
+
+
+KEYS = st.lists(st.tuples(st.floats(0.05, 5.0), st.floats(-3.0, 3.0)), min_size=2, max_size=9).map(
+    lambda rows: (np.cumsum([step for step, _ in rows]), np.array([[v] for _, v in rows]))
+)
+
+
+@given(KEYS, st.sampled_from(MODES))
+@settings(max_examples=30)
+def test_curves_go_through_their_keys_and_never_beyond(keys, mode):
+    times, values = keys
+    at = np.linspace(times[0] - 1, times[-1] + 1, 301)
+    curve = interpolate(times, values, [mode] * len(times), at)
+    at_keys = interpolate(times, values, [mode] * len(times), times)
+    np.testing.assert_allclose(at_keys, values, atol=1e-9)
+    k = (np.searchsorted(times, at, side="right") - 1).clip(0, len(times) - 2)
+    low = np.minimum(values[k], values[k + 1]) - 1e-9
+    high = np.maximum(values[k], values[k + 1]) + 1e-9
+    assert ((low <= curve) & (curve <= high)).all()
+
+
+def test_a_smooth_curve_starts_and_ends_at_rest_and_has_no_corners(tmp_path):
+    still = [0, 0, 0, 1]
+    rows = [[0, 0, 0, 0, *still], [1, 1, 0, 0, *still], [2, 1.5, 0, 0, *still]]
+    x = read_animation(write_csv(tmp_path / "a.csv", "time", rows)).T_file_object[:, 0, 3]
+    speed = np.diff(x) * 30
+    assert speed[0] < 0.1
+    assert speed[-1] < 0.1
+    assert np.abs(np.diff(speed)).max() < 0.25
 
 
 def test_frames_count_by_the_rate_and_times_are_seconds(tmp_path):
@@ -87,22 +104,6 @@ def test_each_key_may_have_its_own_interpolation_and_the_world_its_own_up(tmp_pa
     x = read.T_file_object[:, 0, 3]
     np.testing.assert_allclose(x[[0, 15, 29, 30, 45, 60]], [0, 0, 0, 1, 1.5, 2], atol=1e-12)
     assert read.up == "y"
-
-
-def test_bezier_handles_are_obeyed(tmp_path):
-    """Handles at a third of a straight line make that line."""
-
-    def key(frame: int, x: float) -> dict[str, object]:
-        def handle(side: int) -> dict[str, object]:
-            stamp = frame + side * 8
-            points = [[stamp, x + side * 1.0], [stamp, 0], [stamp, 0]]
-            return {"position": points, "quaternion": [[stamp, 0]] * 3 + [[stamp, 1]]}
-
-        pose = {"frame": frame, "position": [x, 0, 0], "quaternion": [0, 0, 0, 1]}
-        return {**pose, "handle_left": handle(-1), "handle_right": handle(1)}
-
-    read = read_animation(write_json(tmp_path / "a.json", [key(0, 0.0), key(24, 3.0)], fps=24))
-    np.testing.assert_allclose(read.T_file_object[:, 0, 3], np.linspace(0, 3, 31), atol=1e-9)
 
 
 GOOD = [[0, 0, 0, 0, 0, 0, 0, 1], [1, 1, 0, 0, 0, 0, 0, 1], [2, 0, 1, 0, 0, 0, 0, 1]]
@@ -135,34 +136,11 @@ def test_what_is_missing_is_said(tmp_path, refused):
     good = [list(r) for r in GOOD]
     refused("comment-unknown", read_animation, write_csv(path, "time", good, "# up: x"))
     refused("comment-unknown", read_animation, write_csv(path, "frame", good, "# fps: fast"))
-    bounce = [[*row, "bounce"] for row in GOOD]
-    assert "a.csv:2" in refused(
-        "interpolation-unknown", read_animation, write_csv(path, "time", bounce)
-    )
+    for word in ("bounce", "bezier"):
+        rows = [[*row, word] for row in GOOD]
+        assert "a.csv:2" in refused(
+            "interpolation-unknown", read_animation, write_csv(path, "time", rows)
+        )
     path.write_text("time,x,y,z,rx,ry,rz\n0,0,0,0,0,0,0\n")
     assert "qx" in refused("csv-columns", read_animation, path)
     refused("node-unused", read_animation, write_csv(path, "time", good), "Chair")
-
-
-def test_a_bad_json_is_told_where(tmp_path, refused):
-    path = tmp_path / "a.json"
-    pose = {"position": [0, 0, 0], "quaternion": [0, 0, 0, 1]}
-    first, second = {"time": 0, **pose}, {"time": 1, **pose}
-    refused("keyframes-damaged", read_animation, write_json(path, [{"time": 0}]))
-    told = refused(
-        "keyframes-damaged",
-        read_animation,
-        write_json(path, [first, {**second, "position": [0, float("nan"), 0]}]),
-    )
-    assert "keyframes.1.position" in told
-    refused("keyframes-damaged", read_animation, write_json(path, [first, second], interpol="x"))
-    refused("keyframes-clock", read_animation, write_json(path, [first, {"frame": 3, **pose}]))
-    refused("fps-missing", read_animation, write_json(path, [{"frame": 3, **pose}]))
-    handle = {"position": [[0, 0]] * 3, "quaternion": [[0, 0]] * 4}
-    refused(
-        "keyframes-handles",
-        read_animation,
-        write_json(path, [{**first, "handle_left": handle}, second]),
-    )
-    refused("time-backwards", read_animation, write_json(path, [second, first]))
-    refused("animation-one-key", read_animation, write_json(path, []))

@@ -2,13 +2,11 @@
 
 from omomo_core.learning.synthesis.props.affordances import WIDEST_HOLD, side_grasp
 from omomo_core.learning.synthesis.props.catalogue import ALL, Stock, make_prop
-from omomo_core.learning.synthesis.props.furniture import Furniture
 from omomo_core.learning.synthesis.props.prop import Grasp, Kind, Prop, Use, scaled
 
 __all__ = [
     "ALL",
     "WIDEST_HOLD",
-    "Furniture",
     "Grasp",
     "Kind",
     "Prop",

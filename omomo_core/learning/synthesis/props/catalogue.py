@@ -16,7 +16,6 @@ from omomo_core.learning.synthesis.props import (
 )
 from omomo_core.learning.synthesis.props.affordances import find_grasps
 from omomo_core.learning.synthesis.props.blueprint import Blueprint, turned
-from omomo_core.learning.synthesis.props.furniture import Furniture
 from omomo_core.learning.synthesis.props.prop import Prop, Use
 
 MAKERS: dict[str, Callable[[np.random.Generator], Blueprint]] = {
@@ -73,19 +72,15 @@ WEIGHTS: dict[Use, dict[str, float]] = {
         "clothesstand": 2, "tripod": 2, "ladder": 1, "armchair": 1,
     },
 }  # fmt: skip
-_FURNITURE = 0.15
-"""Share of props that come from meshes, when there are any."""
 _TRIES = 6
 
 
 @dataclass(frozen=True)
 class Stock:
-    """The props of a data set: procedural ones, and furniture meshes."""
+    """The classes of props that a data set draws from."""
 
     classes: frozenset[str] | None = None
     """Of `MAKERS`; None for all."""
-    furniture: Furniture | None = None
-    """Meshes to choose from besides the procedural classes."""
 
     def of_use(self, use: Use) -> dict[str, float]:
         """The classes that can be used in this way, and how often each is."""
@@ -108,12 +103,9 @@ def make_prop(rng: np.random.Generator, use: Use, stock: Stock = ALL) -> Prop:
     names, weights = list(chances), np.array(list(chances.values()))
     while True:
         name = names[rng.choice(len(names), p=weights / weights.sum())]
-        build = MAKERS[name]
-        if stock.furniture is not None and rng.random() < _FURNITURE:
-            build = stock.furniture.draw
         # The same class again, so that classes with few such grasps do not become rare.
         for _ in range(_TRIES):
-            prop = placed(rng, build(rng))
+            prop = placed(rng, MAKERS[name](rng))
             if any(g.use == use for g in prop.grasps):
                 return prop
 
