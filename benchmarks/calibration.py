@@ -34,7 +34,6 @@ from ingest.calibration.board.sheet import preset_for
 from ingest.calibration.hand_eye.pose_log import read_pose_log
 from ingest.calibration.hand_eye.solve import solve
 from ingest.calibration.hand_eye.streams import PoseStream
-from ingest.formats import stray_scanner
 from ingest.formats.detect import read_session
 from ingest.mount import Mount
 from ingest.mount_file import load_mount
@@ -77,13 +76,11 @@ def _record(folder: Path, seed: int) -> None:
         simulate(wiggle, mount, seed=seed, noise=quiet),
         folder / "wiggle",
         None,
-        format_=stray_scanner,
     )
     write_recording(
         simulate(carried_box(), mount, seed=seed + 1, noise=quiet),
         folder / "take",
         None,
-        format_=stray_scanner,
     )
     on_box = board_on_box(board)
     witness = tripod(rate=15.0, start=0.7)

@@ -45,6 +45,7 @@ from ingest.scan.sources.stills import load_picture
 from omomo_core.contact.file import read_contacts
 from omomo_core.errors import OmocapError
 from omomo_core.geometry.surface import sample_surface
+from tests.log_writers import write_session
 
 CPU_SECONDS, MEMORY = 20, 2 * 2**30
 _NUMBERS = (
@@ -135,7 +136,7 @@ def _take(folder: Path) -> None:
 def _session(format_, *, film: bool = False) -> Callable[[Path], None]:
     def make(folder: Path) -> None:
         _take(folder)
-        format_.write(simulate(carried_box(), clamped_phone(), seed=0), folder / "session")
+        write_session(format_, simulate(carried_box(), clamped_phone(), seed=0), folder / "session")
         if film:
             _film(folder / "session" / "rgb.mp4")
 

@@ -13,17 +13,13 @@ def simulate(
     seed: Annotated[int, typer.Option(help="Of the phone's errors and of the room it films.")] = 0,
     perfect: Annotated[bool, typer.Option("--perfect", help="A phone without errors.")] = False,
     video: Annotated[bool, typer.Option(help="Draw what the phone films.")] = True,
-    app: Annotated[
-        str, typer.Option("--format", help="App that the phone runs, as in `omocap formats`.")
-    ] = "Stray Scanner",
 ) -> None:
-    """Write what a phone clamped to a carried box would log: session, mesh and mount.
+    """Write what a phone clamped to a carried box would log with Stray Scanner: session, mesh and mount.
 
     The motion is known exactly, so that whatever reads the session can be checked against it.
     """
     from capture_app.simulator.noise import NO_NOISE
     from capture_app.simulator.record import MESH, MOUNT, SESSION, record_demo
-    from ingest.formats.registry import format_named
     from omomo_core.errors import InputError
 
     if folder.exists() and any(folder.iterdir()):
@@ -33,14 +29,12 @@ def simulate(
             where=str(folder),
             fix="Name another folder, or empty this one.",
         )
-    layout = format_named(app)
     with progress_bars() as progress:
         record_demo(
             folder,
             seed=seed,
             noise=NO_NOISE if perfect else None,
             video=video,
-            format_=layout,
             progress=progress,
         )
     output.print(

@@ -12,8 +12,6 @@ from capture_app.simulator.carried_box import box_mesh, carried_box, clamped_pho
 from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.recording import write_recording
-from ingest.formats import stray_scanner
-from ingest.formats.registry import Format
 from ingest.mount_file import save_mount
 from ingest.session import CaptureSession
 from omomo_core.motion import FPS, ObjectMotion
@@ -31,7 +29,6 @@ def record_demo(
     seed: int = 0,
     noise: PhoneNoise | None = None,
     video: bool = True,
-    format_: Format = stray_scanner,
     progress: Callable[[str, float], None] = lambda name, done: None,
 ) -> None:
     """Write a session, the object's mesh and the mount into a folder.
@@ -41,14 +38,13 @@ def record_demo(
         seed: of the phone's errors and of the room it films.
         noise: the phone's errors (default: those of a recent iPhone).
         video: also draw what the phone films.
-        format_: the layout of the app that the phone runs.
         progress: called with how far the video is.
     """
     motion, mount = carried_box(), clamped_phone()
     session = simulate(motion, mount, seed=seed, noise=noise)
     pictures = _film(motion, session, seed, progress) if video else None
     folder.mkdir(parents=True, exist_ok=True)
-    write_recording(session, folder / SESSION, pictures, format_=format_)
+    write_recording(session, folder / SESSION, pictures)
     mesh = box_mesh()
     trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(folder / MESH)
     save_mount(mount, folder / MOUNT)

@@ -1,4 +1,4 @@
-"""write_recording: a simulated session on disk, in any app's layout, with its video."""
+"""A simulated session on disk, as Stray Scanner lays it out, with its video."""
 
 import tempfile
 from collections.abc import Iterable
@@ -12,7 +12,6 @@ import numpy as np
 from jaxtyping import UInt8
 
 from ingest.formats import stray_scanner
-from ingest.formats.registry import Format
 from ingest.session import CaptureSession
 
 VIDEO_RATE = 60
@@ -22,30 +21,27 @@ def write_recording(
     session: CaptureSession,
     folder: Path,
     pictures: Iterable[UInt8[np.ndarray, "height width 3"]] | None = None,
-    *,
-    format_: Format = stray_scanner,
 ) -> Path:
-    """Write a session as an app does; returns what is read back.
+    """Write a session as Stray Scanner does; returns the folder.
 
     Args:
         session: as `simulate` makes it.
         folder: made if it is not there.
         pictures: one RGB picture per pose, in order, all of one size with even sides; any
-            scale of the session's image size. None writes no video, nor do apps that film none.
-        format_: the app's layout.
+            scale of the session's image size. None writes no video.
 
     Raises:
         ValueError: when there are not as many pictures as poses.
     """
     if pictures is None:
-        return format_.write(session, folder)
+        return stray_scanner.write(session, folder)
     with tempfile.TemporaryDirectory() as temporary:
         video = Path(temporary) / "film.mp4"
         count = _encode(pictures, video)
         if count != len(session.times):
             raise ValueError(f"{count} pictures for {len(session.times)} poses")
         filmed = replace(session, video=video, video_times=session.times)
-        return format_.write(filmed, folder)
+        return stray_scanner.write(filmed, folder)
 
 
 def _encode(frames: Iterable[UInt8[np.ndarray, "height width 3"]], path: Path) -> int:

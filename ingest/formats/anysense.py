@@ -7,9 +7,6 @@ taken when the line was written, not when the frame was: it jitters and may repe
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-from scipy.spatial.transform import Rotation
-
 from ingest.formats.pick import first_row, floats, logs, only_log
 from ingest.formats.poses import check_poses, poses_from_quaternions
 from ingest.formats.table import numbers, read_rows
@@ -35,19 +32,6 @@ def read(path: Path) -> CaptureSession:
     T = poses_from_quaternions(table.values[:, 5:8], table.values[:, 1:5], table.place)
     check_poses(times, T, table.path, table.place)
     return CaptureSession(app=NAME, source=path, times=times, T_world_phone=T)
-
-
-def write(session: CaptureSession, folder: Path) -> Path:
-    """Write AR_Pose_omocap.txt in the app's layout (times to the millisecond); returns the folder."""
-    folder.mkdir(parents=True, exist_ok=True)
-    quaternions = Rotation.from_matrix(session.T_world_phone[:, :3, :3]).as_quat()
-    poses = np.concatenate([quaternions, session.T_world_phone[:, :3, 3]], axis=1)
-    lines = [
-        f'"<{round(t * 1e3)}>" ,' + ",".join(f"{x:.9f}" for x in pose)
-        for t, pose in zip(session.times, poses, strict=True)
-    ]
-    (folder / "AR_Pose_omocap.txt").write_text("\n".join([*lines, ""]), encoding="utf-8")
-    return folder
 
 
 def _is_log(file: Path) -> bool:

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.formats.cameras import from_matrices, one_size, to_matrix
-from ingest.formats.json_file import JsonObject, mentions, write_object
+from ingest.formats.cameras import from_matrices, one_size
+from ingest.formats.json_file import mentions
 from ingest.formats.json_rows import named_records, nested
 from ingest.formats.pick import logs, only_log
-from ingest.formats.pictures import file_inside, stills, write_images
+from ingest.formats.pictures import file_inside, stills
 from ingest.formats.poses import check_poses, poses_from_matrices
 from ingest.formats.records import Records
 from ingest.session import CaptureSession
@@ -50,24 +50,6 @@ def read(path: Path) -> CaptureSession:
         images=images,
         video_times=image_times,
     )
-
-
-def write(session: CaptureSession, folder: Path) -> Path:
-    """Write omocap.json and, beside it, the images at the times of poses; returns the folder."""
-    folder.mkdir(parents=True, exist_ok=True)
-    names = [f"{t:.6f}.jpg" for t in session.times]
-    frames: JsonObject = {}
-    for i, name in enumerate(names):
-        frame: JsonObject = {"imageName": name, "timeStamp": float(session.times[i])}
-        frame["cameraTransform"] = session.T_world_phone[i].tolist()
-        if session.intrinsics is not None and session.image_size is not None:
-            width, height = session.image_size
-            frame["cameraIntrinsics"] = to_matrix(session.intrinsics[i])
-            frame["imageResolution"] = {"width": width, "height": height}
-        frames[name] = frame
-    write_object(frames, folder / "omocap.json")
-    write_images(session, lambda i: folder / names[i], session.image_turns)
-    return folder
 
 
 def _is_log(file: Path) -> bool:

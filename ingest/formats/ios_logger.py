@@ -4,12 +4,10 @@ Commas, no header. Poses are ARKit's own, the quaternion is written w first. Fra
 intrinsics of the images, a subset of the poses; Accel.txt is in g. Time is Unix seconds.
 """
 
-import shutil
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.spatial.transform import Rotation
 
 from ingest.formats.pick import first_row, floats
 from ingest.formats.poses import check_clock, check_poses, poses_from_quaternions
@@ -54,26 +52,6 @@ def read(path: Path) -> CaptureSession:
         video_times=images.values[:, 0] if images else None,
         imu=_read_imu(folder),
     )
-
-
-def write(session: CaptureSession, folder: Path) -> Path:
-    """Write the session as the app does (six decimals); returns the folder."""
-    folder.mkdir(parents=True, exist_ok=True)
-    wxyz = Rotation.from_matrix(session.T_world_phone[:, :3, :3]).as_quat()[:, [3, 0, 1, 2]]
-    poses = [session.times[:, None], session.T_world_phone[:, :3, 3], wxyz]
-    _write_rows(folder / "ARposes.txt", np.concatenate(poses, axis=1))
-    if session.intrinsics is not None:
-        times = session.times if session.video_times is None else session.video_times
-        K = _at(times, session.times, session.intrinsics)
-        rows = [f"{t:.6f},{i}," + _fixed(k) for i, (t, k) in enumerate(zip(times, K, strict=True))]
-        _write_lines(folder / "Frames.txt", rows)
-    if session.imu is not None:
-        stamps = session.imu.times[:, None]
-        _write_rows(folder / "Accel.txt", np.hstack([stamps, session.imu.accel / GRAVITY]))
-        _write_rows(folder / "Gyro.txt", np.hstack([stamps, session.imu.gyro]))
-    if session.video is not None:
-        shutil.copyfile(session.video, folder / "Frames.m4v")
-    return folder
 
 
 def _table(path: Path, width: int) -> NumberTable:
@@ -122,15 +100,3 @@ def _at(
 ) -> Float64[np.ndarray, "frames columns"]:
     """Linear interpolation of each column."""
     return np.stack([np.interp(times, known_times, column) for column in known.T], axis=1)
-
-
-def _write_rows(path: Path, rows: Float64[np.ndarray, "rows columns"]) -> None:
-    _write_lines(path, [_fixed(row) for row in rows])
-
-
-def _write_lines(path: Path, lines: list[str]) -> None:
-    path.write_text("".join(f"{line}\r\n" for line in lines), encoding="utf-8", newline="")
-
-
-def _fixed(row: Float64[np.ndarray, " numbers"]) -> str:
-    return ",".join(f"{x:.6f}" for x in row)

@@ -5,14 +5,13 @@ row: ARKit's own axes and world. One camera matrix for the whole take; `rgbTimes
 the images of the video, in its order.
 """
 
-import shutil
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.formats.cameras import from_matrices, to_matrix
+from ingest.formats.cameras import from_matrices
 from ingest.formats.json_file import (
     JsonObject,
     list_at,
@@ -22,7 +21,6 @@ from ingest.formats.json_file import (
     numbers_at,
     place,
     text_at,
-    write_object,
 )
 from ingest.formats.pick import logs, only_log
 from ingest.formats.poses import check_poses, poses_from_matrices
@@ -33,7 +31,6 @@ NAME = "iPhUMI"
 FILES = "the .json file of a recording, or a folder with one"
 LACKS = "no tracking state or IMU, one camera matrix for the take; its raw depth is not read"
 IMAGE_SIZE = (1920, 1440)
-_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
 def detect(path: Path) -> bool:
@@ -67,26 +64,6 @@ def read(path: Path) -> CaptureSession:
     )
 
 
-def write(session: CaptureSession, folder: Path) -> Path:
-    """Write omocap.json (times to the millisecond, the first intrinsics) and the video."""
-    folder.mkdir(parents=True, exist_ok=True)
-    video_times = [] if session.video_times is None else session.video_times
-    recording: JsonObject = {
-        "formatVersion": "v1",
-        "poseTimes": [_iso(t) for t in session.times],
-        "poseTransforms": session.T_world_phone.tolist(),
-        "rgbTimes": [_iso(t) for t in video_times],
-        "hasRGB": session.video is not None,
-        "hasDepth": False,
-    }
-    if session.intrinsics is not None:
-        recording["mainCameraIntrinsics"] = to_matrix(session.intrinsics[0])
-    write_object(recording, folder / "omocap.json")
-    if session.video is not None:
-        shutil.copyfile(session.video, folder / "omocap_rgb.mp4")
-    return folder
-
-
 def _is_log(file: Path) -> bool:
     return mentions(file, "poseTimes", "poseTransforms")
 
@@ -117,8 +94,3 @@ def _seconds(text: str, where: str) -> float:
             fix="Copy the recording from the phone again; do not edit it.",
         ) from None
     return (stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)).timestamp()
-
-
-def _iso(t: float) -> str:
-    stamp = _EPOCH + timedelta(milliseconds=round(t * 1e3))
-    return stamp.isoformat(timespec="milliseconds").replace("+00:00", "Z")

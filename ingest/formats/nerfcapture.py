@@ -7,17 +7,15 @@ lost their range, so they are not read.
 
 from pathlib import Path
 
-from ingest.formats.json_file import mentions, write_object
-from ingest.formats.pictures import stills, write_images
+from ingest.formats.json_file import mentions
+from ingest.formats.pictures import stills
 from ingest.formats.poses import check_poses, poses_from_matrices
 from ingest.formats.records import pinhole
 from ingest.formats.transforms_json import (
     CAMERA,
-    FILE,
     log_of,
     named_files,
     read_frames,
-    written_frames,
 )
 from ingest.session import CaptureSession
 
@@ -52,15 +50,3 @@ def read(path: Path) -> CaptureSession:
         video_times=image_times,
         images=images,
     )
-
-
-def write(session: CaptureSession, folder: Path) -> Path:
-    """Write the session as the app does; returns the folder."""
-    folder.mkdir(parents=True, exist_ok=True)
-    frames = written_frames(session)
-    write_images(session, lambda i: folder / f"images/{i}.png", session.image_turns)
-    for i, (frame, T) in enumerate(zip(frames, session.T_world_phone, strict=True)):
-        frame |= {"file_path": f"images/{i}", "transform_matrix": T.tolist()}
-    camera = {key: frames[0][key] for key in CAMERA if key in frames[0]}
-    write_object({**camera, MARK: 1.0, "frames": frames}, folder / FILE)
-    return folder

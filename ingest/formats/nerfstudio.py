@@ -18,18 +18,15 @@ from ingest.formats.json_file import (
     number_at,
     numbers_at,
     place,
-    write_object,
 )
-from ingest.formats.pictures import depth_log_mm, stills, write_depth_mm, write_images
+from ingest.formats.pictures import depth_log_mm, stills
 from ingest.formats.poses import check_poses, poses_from_matrices
 from ingest.formats.records import Records, pinhole
 from ingest.formats.transforms_json import (
     CAMERA,
-    FILE,
     log_of,
     named_files,
     read_frames,
-    written_frames,
 )
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
@@ -40,7 +37,6 @@ NAME = "nerfstudio"
 FILES = 'a folder with transforms.json that has "timestamp" in each frame, or "fps"'
 LACKS = "no times of its own; metres and z up are taken on trust; no inertial data"
 
-_IMAGE, _DEPTH = "images/frame_{:05d}.png", "depth/frame_{:05d}.png"
 _NO_METRES = ("colmap_im_id", "sharpness")
 """Keys that the COLMAP converters of nerfstudio and instant-ngp leave in each frame."""
 
@@ -73,21 +69,6 @@ def read(path: Path) -> CaptureSession:
         images=images,
         depth=depth_log_mm(times, named_files(records, "depth_file_path", "")),
     )
-
-
-def write(session: CaptureSession, folder: Path) -> Path:
-    """Write transforms.json in a z-up world, with a timestamp in each frame; returns the folder."""
-    folder.mkdir(parents=True, exist_ok=True)
-    frames = written_frames(session)
-    write_images(session, lambda i: folder / _IMAGE.format(i), session.image_turns)
-    T_saved_world = inverse(_T_world_saved({}, folder))
-    for i, (frame, T) in enumerate(zip(frames, session.T_world_phone, strict=True)):
-        frame["file_path"] = _IMAGE.format(i)
-        frame["transform_matrix"] = (T_saved_world @ T).tolist()
-    for i in write_depth_mm(session, lambda i: folder / _DEPTH.format(i)):
-        frames[i]["depth_file_path"] = _DEPTH.format(i)
-    write_object({"camera_model": "OPENCV", "frames": frames}, folder / FILE)
-    return folder
 
 
 def _refuse_no_metres(log: Path, records: Records) -> None:

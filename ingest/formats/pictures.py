@@ -1,17 +1,14 @@
 """Single images and 16-bit depth maps beside a log: found, measured, read and written."""
 
 import os
-import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import cv2
 import numpy as np
 from jaxtyping import Float64
 
 from ingest.formats.depth_png import load_millimetres, save_millimetres
 from ingest.session import CaptureSession, DepthLog
-from omomo_core.errors import InputError
 
 _JPEG_SIZES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 """Markers of the segments that hold height and width."""
@@ -58,27 +55,6 @@ def picture_size(path: Path) -> tuple[int, int] | None:
             return width, height
         at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
     return None
-
-
-def write_images(session: CaptureSession, target: Callable[[int], Path], turns: int) -> None:
-    """Write the session's single images, turned by quarter turns counter-clockwise.
-
-    Args:
-        session: an image at the time of no pose is left out: these layouts cannot hold it.
-        target: file to write for the image of a pose; its folder is made.
-        turns: 0 copies a file of the same kind byte by byte.
-    """
-    if session.images is None or session.video_times is None:
-        return
-    for i, source in _of_poses(session.times, session.video_times, session.images):
-        new = _made(target(i))
-        if turns % 4 == 0 and source.suffix.lower() == new.suffix:
-            shutil.copyfile(source, new)
-            continue
-        picture = cv2.imread(str(source), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
-        if picture is None:
-            raise InputError("image-damaged", f"{source.name} is no picture.", where=str(source))
-        cv2.imwrite(str(new), np.ascontiguousarray(np.rot90(picture, turns)))
 
 
 def write_depth_mm(session: CaptureSession, target: Callable[[int], Path]) -> list[int]:

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ingest.formats.json_file import mentions, write_object
-from ingest.formats.pictures import depth_log_mm, file_inside, stills, write_depth_mm, write_images
+from ingest.formats.json_file import mentions
+from ingest.formats.pictures import depth_log_mm, file_inside, stills
 from ingest.formats.poses import check_poses, poses_from_matrices
 from ingest.formats.records import CameraKeys, one_file_each, pinhole
 from ingest.session import CaptureSession
@@ -57,22 +57,6 @@ def read(path: Path) -> CaptureSession:
         images=images,
         depth=depth_log_mm(times, [file_inside(folder / "depth", f"{n}.png") for n in names]),
     )
-
-
-def write(session: CaptureSession, folder: Path) -> Path:
-    """Write the session as the app does before its optimisation; returns the folder."""
-    keyframes = folder / "keyframes"
-    (keyframes / "cameras").mkdir(parents=True, exist_ok=True)
-    names = [str(round(t * 1e6)) for t in session.times]
-    for i, name in enumerate(names):
-        values = dict(zip(MATRIX, session.T_world_phone[i, :3].ravel().tolist(), strict=True))
-        if session.intrinsics is not None and session.image_size is not None:
-            camera = [*session.intrinsics[i].tolist(), *session.image_size]
-            values |= dict(zip(CAMERA, camera, strict=True))
-        write_object(values, keyframes / "cameras" / f"{name}.json")
-    write_images(session, lambda i: keyframes / f"images/{names[i]}.jpg", session.image_turns)
-    write_depth_mm(session, lambda i: keyframes / f"depth/{names[i]}.png")
-    return folder
 
 
 def _keyframes(path: Path) -> Path:

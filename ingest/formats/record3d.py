@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.spatial.transform import Rotation
 
 from ingest.formats.cameras import from_matrices
 from ingest.formats.json_file import (
@@ -21,14 +20,12 @@ from ingest.formats.json_file import (
     number_at,
     numbers_at,
     place,
-    write_object,
 )
-from ingest.formats.pictures import file_inside, picture_size, stills, write_images
+from ingest.formats.pictures import file_inside, picture_size, stills
 from ingest.formats.poses import check_poses, poses_from_quaternions
 from ingest.formats.record3d_depth import lzfse_depth
 from ingest.session import R_CAMERA_DEVICE, CaptureSession
 from omomo_core.errors import InputError
-from omomo_core.geometry.transforms import inverse
 
 NAME = "Record3D"
 FILES = "a .r3d file, or a folder with metadata and rgbd, or metadata.json and rgb"
@@ -83,30 +80,6 @@ def read(path: Path) -> CaptureSession:
         image_turns=_TURNS,
         depth=lzfse_depth(values, times, log),
     )
-
-
-def write(session: CaptureSession, folder: Path) -> Path:
-    """Write an unpacked .r3d without depth, in the world of its first frame; returns the folder."""
-    folder.mkdir(parents=True, exist_ok=True)
-    T_world_portrait = session.T_world_phone @ inverse(T_PORTRAIT_PHONE)
-    T = inverse(T_world_portrait[0]) @ T_world_portrait
-    poses = np.concatenate([Rotation.from_matrix(T[:, :3, :3]).as_quat(), T[:, :3, 3]], axis=1)
-    values: JsonObject = {
-        "cameraType": 1,
-        "initPose": [0, 0, 0, 1, 0, 0, 0],
-        "fps": round(1 / float(np.median(np.diff(session.times)))),
-        "frameTimestamps": session.times.tolist(),
-        "poses": poses.tolist(),
-    }
-    if session.intrinsics is not None and session.image_size is not None:
-        height, width = session.image_size
-        fy, fx, cy, flipped_cx = session.intrinsics.T
-        K = np.stack([fx, fy, width - 1 - flipped_cx, cy], axis=1)
-        first = [K[0, 0], 0, 0, 0, K[0, 1], 0, K[0, 2], K[0, 3], 1]
-        values |= {"w": width, "h": height, "K": first, "perFrameIntrinsicCoeffs": K.tolist()}
-    write_object(values, folder / "metadata")
-    write_images(session, lambda i: folder / f"rgbd/{i}.jpg", session.image_turns - _TURNS)
-    return folder
 
 
 def _log(path: Path) -> Path:

@@ -53,10 +53,6 @@ class Format(Protocol):
         """Read what `detect` claims, or raise an InputError."""
         ...
 
-    def write(self, session: CaptureSession, folder: Path) -> Path:
-        """Write a session as the app does; returns what `read` takes."""
-        ...
-
 
 FORMATS: tuple[Format, ...] = (
     stray_scanner,

@@ -5,12 +5,10 @@ cy, exposure_us`: ARKit's own poses, microseconds since boot. Image i of the vid
 is float32 metres, row by row, in the landscape of the images.
 """
 
-import shutil
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Float32, Float64
-from scipy.spatial.transform import Rotation
+from jaxtyping import Bool, Float32
 
 from ingest.formats.cameras import one_size
 from ingest.formats.pick import first_row, floats
@@ -80,32 +78,6 @@ def read(path: Path) -> CaptureSession:
     )
 
 
-def write(session: CaptureSession, folder: Path) -> Path:
-    """Write the session as the app does; returns the folder.
-
-    Size and intrinsics of a camera that is not known are written as 0, and so is the exposure.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    frames = len(session.times)
-    quaternions = Rotation.from_matrix(session.T_world_phone[:, :3, :3]).as_quat()
-    poses = np.concatenate([session.T_world_phone[:, :3, 3], quaternions], axis=1)
-    known = session.intrinsics is not None and session.image_size is not None
-    width, height = session.image_size if known and session.image_size else (0, 0)
-    K = session.intrinsics if known and session.intrinsics is not None else np.zeros((frames, 4))
-    ok = np.ones(frames, bool) if session.tracking_ok is None else session.tracking_ok
-    lines = [
-        f"{round(t * 1e6)}, {'normal' if good else 'unknown'}, {_fixed(pose)}, {width}, {height}, "
-        f"{_fixed(k)}, 0"
-        for t, good, pose, k in zip(session.times, ok, poses, K, strict=True)
-    ]
-    header = "# timestamp, status, tx, ty, tz, qx, qy, qz, qw, w, h, fx, fy, cx, cy, exposure"
-    (folder / "poses.txt").write_text("\n".join([header, *lines, ""]), encoding="utf-8")
-    if session.video is not None:
-        shutil.copyfile(session.video, folder / "images.mp4")
-    _write_depth(session, folder / "depth")
-    return folder
-
-
 def _log(path: Path) -> Path:
     return path / "poses.txt" if path.is_dir() else path
 
@@ -132,19 +104,6 @@ def _read_depth(folder: Path) -> DepthLog | None:
     return DepthLog(times=times, files=tuple(files), load=load_metres)
 
 
-def _write_depth(session: CaptureSession, folder: Path) -> None:
-    if session.depth is None:
-        return
-    folder.mkdir(exist_ok=True)
-    for t, file in zip(session.depth.times, session.depth.files, strict=True):
-        metres = np.rot90(session.depth.load(file), session.image_turns)
-        save_metres(metres, folder / f"{round(t * 1e6)}.bin")
-
-
-def _fixed(row: Float64[np.ndarray, " numbers"]) -> str:
-    return ", ".join(f"{x:.9f}" for x in row)
-
-
 def load_metres(file: Path) -> Float32[np.ndarray, "192 256"]:
     """Metres; what is not finite becomes 0 (unknown).
 
@@ -163,8 +122,3 @@ def load_metres(file: Path) -> Float32[np.ndarray, "192 256"]:
         )
     metres = np.fromfile(file, dtype="<f4").reshape(height, width)
     return np.where(np.isfinite(metres), metres, np.float32(0))
-
-
-def save_metres(metres: Float32[np.ndarray, "height width"], file: Path) -> None:
-    """Write what `load_metres` reads."""
-    file.write_bytes(metres.astype("<f4").tobytes())

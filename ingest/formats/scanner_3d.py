@@ -7,15 +7,13 @@ number of their pose; the size of the images is theirs alone.
 import re
 from pathlib import Path
 
-from ingest.formats.cameras import from_matrices, to_matrix
-from ingest.formats.json_file import mentions, write_object
+from ingest.formats.cameras import from_matrices
+from ingest.formats.json_file import mentions
 from ingest.formats.pictures import (
     depth_log_mm,
     file_inside,
     picture_size,
     stills,
-    write_depth_mm,
-    write_images,
 )
 from ingest.formats.poses import check_poses, poses_from_matrices
 from ingest.formats.records import one_file_each
@@ -61,19 +59,6 @@ def read(path: Path) -> CaptureSession:
         images=images,
         depth=depth_log_mm(times, [file_inside(folder, f"depth_{n}.png") for n in numbers]),
     )
-
-
-def write(session: CaptureSession, folder: Path) -> Path:
-    """Write the session as the app does; returns the folder."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for i, (t, T) in enumerate(zip(session.times, session.T_world_phone, strict=True)):
-        values = {"frame_index": i, "time": float(t), "cameraPoseARFrame": T.ravel().tolist()}
-        if session.intrinsics is not None:
-            values["intrinsics"] = [x for row in to_matrix(session.intrinsics[i]) for x in row]
-        write_object(values, folder / f"frame_{i:05d}.json")
-    write_images(session, lambda i: folder / f"frame_{i:05d}.jpg", session.image_turns)
-    write_depth_mm(session, lambda i: folder / f"depth_{i:05d}.png")
-    return folder
 
 
 def _frames(folder: Path) -> list[Path]:

@@ -5,12 +5,10 @@ camera matrices row by row. `pose` is ARKit's own, in a world that is y up, and 
 `aligned_pose` is moved to the laser scan (OpenCV axes, z up). Image i of the video is frame i.
 """
 
-import shutil
 from pathlib import Path
 
-from ingest.formats.axes import opencv_poses
-from ingest.formats.cameras import from_matrices, to_matrix
-from ingest.formats.json_file import JsonObject, mentions, write_object
+from ingest.formats.cameras import from_matrices
+from ingest.formats.json_file import mentions
 from ingest.formats.json_rows import named_records
 from ingest.formats.poses import check_poses, poses_from_matrices
 from ingest.formats.records import Records
@@ -57,23 +55,6 @@ def read(path: Path) -> CaptureSession:
         video=video if video.is_file() else None,
         video_times=times if video.is_file() else None,
     )
-
-
-def write(session: CaptureSession, folder: Path) -> Path:
-    """Write poses of both kinds, the world as it is, and the video; returns the folder."""
-    folder.mkdir(parents=True, exist_ok=True)
-    aligned = opencv_poses(session.T_world_phone)
-    frames: JsonObject = {}
-    for i, T in enumerate(session.T_world_phone):
-        frame: JsonObject = {"timestamp": float(session.times[i]), "pose": T.tolist()}
-        frame["aligned_pose"] = aligned[i].tolist()
-        if session.intrinsics is not None:
-            frame["intrinsic"] = to_matrix(session.intrinsics[i])
-        frames[_name(i)] = frame
-    write_object(frames, folder / _LOG)
-    if session.video is not None:
-        shutil.copyfile(session.video, folder / "rgb.mkv")
-    return folder
 
 
 def _log(path: Path) -> Path:

@@ -9,9 +9,8 @@ opencv) and `# up: y` (or z) state them. Ours are written with them.
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA, opencv_poses, session_of_poses
+from ingest.formats.axes import session_of_poses
 from ingest.formats.columns import named_columns
 from ingest.formats.pick import first_row, floats, logs, only_log
 from ingest.formats.table import numbers, read_rows
@@ -43,21 +42,6 @@ def read(path: Path) -> CaptureSession:
     log = only_log(path, logs(path, _PATTERNS, _is_log))
     table = numbers(read_rows(log, None), _WIDTH, range(_WIDTH))
     return session_of_poses(NAME, path, table, table.values[:, 0], "opencv")
-
-
-def write(session: CaptureSession, folder: Path) -> Path:
-    """Write trajectory.txt with OpenCV axes and, if it is known, z up, and say so; returns the folder."""
-    folder.mkdir(parents=True, exist_ok=True)
-    aligned = opencv_poses(session.T_world_phone)
-    T = aligned if session.gravity_aligned else session.T_world_phone @ T_OPENCV_ARKIT_CAMERA
-    quaternions = Rotation.from_matrix(T[:, :3, :3]).as_quat(canonical=True)
-    rows = np.concatenate([session.times[:, None], T[:, :3, 3], quaternions], axis=1)
-    comments = ["# timestamp tx ty tz qx qy qz qw", "# axes: opencv"]
-    comments += ["# up: z"] if session.gravity_aligned else []
-    lines = [" ".join(f"{x:.9f}" for x in row) for row in rows]
-    text = "\n".join([*comments, *lines, ""])
-    (folder / "trajectory.txt").write_text(text, encoding="utf-8")
-    return folder
 
 
 def _is_log(file: Path) -> bool:

@@ -29,6 +29,7 @@ from tests.docs.running import PYTHON, Stage, copy
 from tests.ingest.animated.conftest import GlbWriter
 from tests.ingest.calibration.board.filmed import picture, write_film
 from tests.ingest.scan.test_scan_ready_mesh import write_usdz
+from tests.log_writers import write_session
 from tests.simulator.scan_camera import FilmErrors
 from tests.simulator.scan_film import film_session
 from tests.simulator.scan_log import scan_log, with_pictures
@@ -186,7 +187,7 @@ def _filmed_and_clamped(place: Path) -> None:
     copy(model.images, place / "pictures")
     log, T_arkit_world = scan_log(scene, seed=4)
     filmed = with_pictures(log, scene, place / "drawn" / "film", (16.0, 17.0, 22.5, 23.5))
-    scanner_3d.write(filmed, place / "FILMED")
+    write_session(scanner_3d, filmed, place / "FILMED")
     solid = trimesh.Trimesh(scene.mesh.vertices, scene.mesh.faces, process=False)
     solid.export(place / "chair.obj")
     solid.apply_transform(T_arkit_world @ scene.T_world_object)
@@ -206,7 +207,9 @@ def scan(given: Given) -> Stage:
     write_room(place / "living_room.glb", room())
     log, _ = scan_log(scene, seed=4)
     seconds = (16.0, 17.0, 22.5, 23.5)
-    scanner_3d.write(with_pictures(log, scene, place / "drawn", seconds), place / "clamped")
+    write_session(
+        scanner_3d, with_pictures(log, scene, place / "drawn", seconds), place / "clamped"
+    )
     carried = carried_box()
     T = carried.T_world_object.copy()
     T[:, :3, 3] -= T[:, :3, 2] * T[0, 2, 3]

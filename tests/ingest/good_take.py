@@ -14,6 +14,7 @@ from ingest.formats import stray_scanner
 from ingest.mount_file import save_mount
 from ingest.session import CaptureSession
 from ingest.trajectory.reading import Reading
+from tests.log_writers import write_session
 
 AT = 350
 """A pose in the middle of the carry."""
@@ -43,7 +44,7 @@ class Take:
         return self.folder / "mount.json"
 
     def write(self, session: CaptureSession, format_=stray_scanner) -> None:
-        format_.write(session, self.session)
+        write_session(format_, session, self.session)
 
     def inspect(self, floor: float | None = None) -> Inspection:
         return inspect_take(self.session, self.mesh, self.mount, reading=Reading(floor=floor))

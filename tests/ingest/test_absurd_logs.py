@@ -8,6 +8,7 @@ import pytest
 from ingest.formats import arkit_data_logger, ios_logger, stray_scanner
 from ingest.formats.detect import read_session
 from omomo_core.errors import InputError
+from tests.log_writers import write_session
 
 every_format = pytest.mark.parametrize(
     "format_", [stray_scanner, ios_logger, arkit_data_logger], ids=lambda f: f.NAME
@@ -20,7 +21,7 @@ def test_positions_beyond_any_walk(wander, tmp_path: Path, format_, metres: floa
     session = wander(0)
     T = session.T_world_phone.copy()
     T[40, 1, 3] = metres
-    format_.write(replace(session, T_world_phone=T), tmp_path)
+    write_session(format_, replace(session, T_world_phone=T), tmp_path)
     with pytest.raises(InputError) as caught:
         read_session(tmp_path)
     assert caught.value.code == "pose-far"
@@ -32,7 +33,7 @@ def test_takes_of_days(wander, tmp_path: Path, format_):
     session = wander(0)
     times = session.times.copy()
     times[50:] += 90_000
-    format_.write(replace(session, times=times), tmp_path)
+    write_session(format_, replace(session, times=times), tmp_path)
     with pytest.raises(InputError) as caught:
         read_session(tmp_path)
     assert caught.value.code == "log-long"

@@ -10,6 +10,7 @@ from ingest.formats import ios_logger, pose_table
 from ingest.formats.detect import read_session
 from ingest.formats.registry import FORMATS, Format
 from omomo_core.errors import InputError
+from tests.log_writers import write_session
 
 every_format = pytest.mark.parametrize("format_", FORMATS, ids=lambda f: f.NAME)
 
@@ -24,7 +25,7 @@ def _files(folder: Path) -> list[Path]:
 
 @every_format
 def test_exactly_one_format_claims_a_session(wander, tmp_path: Path, format_: Format):
-    written = format_.write(wander(0, seconds=1.2, rate=20), tmp_path / "take")
+    written = write_session(format_, wander(0, seconds=1.2, rate=20), tmp_path / "take")
     assert _claims(written) == [format_.NAME]
     assert read_session(written).app == format_.NAME
 
@@ -33,7 +34,7 @@ def test_exactly_one_format_claims_a_session(wander, tmp_path: Path, format_: Fo
 def test_a_single_file_is_claimed_by_no_other_format(wander, tmp_path: Path, format_: Format):
     """Each file as it lies, and each by itself under a name that says nothing."""
     for i, file in enumerate(
-        _files(format_.write(wander(0, seconds=1.2, rate=20), tmp_path / "take"))
+        _files(write_session(format_, wander(0, seconds=1.2, rate=20), tmp_path / "take"))
     ):
         assert _claims(file) in ([], [format_.NAME]), file
         renamed = tmp_path / f"{i}.log"
@@ -105,7 +106,7 @@ def names(wander, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """What the files of a session of each format are called."""
     session = wander(0, seconds=1.2, rate=5)
     top = tmp_path_factory.mktemp("names")
-    folders = [format_.write(session, top / format_.NAME) for format_ in FORMATS]
+    folders = [write_session(format_, session, top / format_.NAME) for format_ in FORMATS]
     firsts = {(f.parent, f.suffix): f for folder in folders for f in reversed(_files(folder))}
     found = {f.relative_to(folder) for f in firsts.values() for folder in folders
              if f.is_relative_to(folder)}  # fmt: skip

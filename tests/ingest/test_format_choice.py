@@ -8,6 +8,7 @@ from ingest.formats import arkit_data_logger, ios_logger, stray_scanner
 from ingest.formats.detect import read_session
 from ingest.formats.registry import FORMATS
 from omomo_core.errors import InputError
+from tests.log_writers import write_session
 
 TEXT_FORMATS = (stray_scanner, ios_logger, arkit_data_logger)
 TOLD_BY_CONTENT = (stray_scanner, arkit_data_logger)
@@ -15,10 +16,12 @@ TOLD_BY_CONTENT = (stray_scanner, arkit_data_logger)
 
 @pytest.mark.parametrize("format_", FORMATS, ids=lambda f: f.NAME)
 def test_a_folder_a_file_or_folders_around_it(wander, tmp_path: Path, format_):
-    inner = format_.write(wander(0, seconds=1.2, rate=20), tmp_path / "share" / "outer" / "3f2a9c")
+    inner = write_session(
+        format_, wander(0, seconds=1.2, rate=20), tmp_path / "share" / "outer" / "3f2a9c"
+    )
     (tmp_path / "share" / "outer" / "__MACOSX").mkdir()
     (tmp_path / "share" / "outer" / "notes.txt").write_text("chair, take 2")
-    format_.write(wander(1, seconds=1.2, rate=20), tmp_path / "share" / ".Trash" / "old")
+    write_session(format_, wander(1, seconds=1.2, rate=20), tmp_path / "share" / ".Trash" / "old")
     pose_files = [file for file in inner.rglob("*") if file.is_file() and format_.detect(file)]
     assert pose_files
     for path in (inner, inner.parent, inner.parent.parent, pose_files[0]):
@@ -30,7 +33,7 @@ def test_a_folder_a_file_or_folders_around_it(wander, tmp_path: Path, format_):
 
 @pytest.mark.parametrize("format_", TOLD_BY_CONTENT, ids=lambda f: f.NAME)
 def test_a_renamed_pose_file_is_known_by_its_content(wander, tmp_path: Path, format_):
-    folder = format_.write(wander(0), tmp_path)
+    folder = write_session(format_, wander(0), tmp_path)
     log = max((p for p in folder.iterdir() if "imu" not in p.name), key=lambda p: p.stat().st_size)
     renamed = log.rename(tmp_path / "my take.log")
     assert read_session(renamed).app == format_.NAME
@@ -74,7 +77,7 @@ def test_an_empty_folder_and_an_empty_file(tmp_path: Path):
 
 def test_two_sessions_are_not_chosen_between(wander, tmp_path: Path):
     stray_scanner.write(wander(0), tmp_path / "one")
-    ios_logger.write(wander(1), tmp_path / "two")
+    write_session(ios_logger, wander(1), tmp_path / "two")
     error = _error(tmp_path)
     assert error.code == "session-ambiguous"
     assert "one, two" in error.what
@@ -82,7 +85,7 @@ def test_two_sessions_are_not_chosen_between(wander, tmp_path: Path):
 
 def test_two_sessions_at_different_depths(wander, tmp_path: Path):
     stray_scanner.write(wander(0), tmp_path / "one")
-    ios_logger.write(wander(1), tmp_path / "shared" / "two")
+    write_session(ios_logger, wander(1), tmp_path / "shared" / "two")
     error = _error(tmp_path)
     assert error.code == "session-ambiguous"
     assert "one, shared/two" in error.what
@@ -105,12 +108,12 @@ def test_what_the_system_cannot_open_is_named(tmp_path: Path):
 
 def test_two_apps_in_one_folder(wander, tmp_path: Path):
     stray_scanner.write(wander(0), tmp_path)
-    ios_logger.write(wander(1), tmp_path)
+    write_session(ios_logger, wander(1), tmp_path)
     assert _error(tmp_path).code == "session-ambiguous"
 
 
 def test_two_trajectories_in_one_folder(wander, tmp_path: Path):
-    arkit_data_logger.write(wander(0), tmp_path)
+    write_session(arkit_data_logger, wander(0), tmp_path)
     text = (tmp_path / "ARKit_camera_pose.txt").read_text()
     (tmp_path / "ARKit_camera_pose_2.txt").write_text(text)
     error = _error(tmp_path)

@@ -17,6 +17,7 @@ from ingest.formats.detect import read_session
 from ingest.formats.registry import FORMATS, Format
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
+from tests.log_writers import write_session
 
 every_format = pytest.mark.parametrize("format_", FORMATS, ids=lambda f: f.NAME)
 NUMBERS = (
@@ -110,7 +111,7 @@ MUTATIONS = (_flip, _delete, _insert, _truncate, _swap_lines, _repeat_line, _rep
 def _written(format_: Format, make: Callable[..., CaptureSession]) -> dict[str, bytes]:
     """The text files of a small session."""
     with tempfile.TemporaryDirectory() as folder:
-        top = format_.write(make(0, seconds=1.5, rate=8), Path(folder) / "take")
+        top = write_session(format_, make(0, seconds=1.5, rate=8), Path(folder) / "take")
         files = {str(f.relative_to(top)): f.read_bytes() for f in top.rglob("*") if f.is_file()}
     return {name: data for name, data in files.items() if b"\0" not in data}
 

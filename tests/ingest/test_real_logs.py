@@ -17,6 +17,7 @@ from ingest.report.inspect import inspect_session
 from ingest.session import GRAVITY, R_CAMERA_DEVICE, CaptureSession
 from ingest.trajectory.object_motion import to_object_motion
 from omomo_core.geometry.transforms import inverse
+from tests.log_writers import write_session
 
 LOGS = [
     ("ios_logger_pyojinkim", 2617, 43.7, 24.0),
@@ -110,7 +111,7 @@ def test_intrinsics_vary_and_belong_to_the_images(ios: CaptureSession):
 
 def test_writing_it_again_gives_the_same_poses_file(captures: Path, ios, tmp_path: Path):
     """Byte for byte what the app wrote, but for the sign of quaternions and the last digit."""
-    ios_logger.write(ios, tmp_path)
+    write_session(ios_logger, ios, tmp_path)
     ours = np.loadtxt(tmp_path / "ARposes.txt", delimiter=",")
     theirs = np.loadtxt(captures / "ios_logger_pyojinkim" / "ARposes.txt", delimiter=",")
     np.testing.assert_array_equal(ours[:, :4], theirs[:, :4])
@@ -122,7 +123,7 @@ def test_writing_it_again_gives_the_same_poses_file(captures: Path, ios, tmp_pat
 def test_every_app_would_have_logged_the_same_walk(ios: CaptureSession, tmp_path: Path, format_):
     """Seen from the first pose, which is all that a format with a world of its own keeps."""
     session = replace(ios, video=None, video_times=None, imu=None)
-    back = read_session(format_.write(session, tmp_path / "take"))
+    back = read_session(write_session(format_, session, tmp_path / "take"))
     assert back.app == format_.NAME
     walked, logged = (inverse(T[0]) @ T for T in (session.T_world_phone, back.T_world_phone))
     # Decimals of the quaternions that an app prints, over 10 m.

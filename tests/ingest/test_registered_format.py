@@ -10,6 +10,7 @@ from ingest.formats.detect import read_session
 from ingest.formats.registry import FORMATS, known_formats, register_format
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
+from tests.log_writers import write_session
 
 
 class Renamed:
@@ -30,7 +31,7 @@ class Renamed:
         return replace(session, app=self.NAME, notes=(self.note,))
 
     def write(self, session: CaptureSession, folder: Path) -> Path:
-        tum.write(session, folder)
+        write_session(tum, session, folder)
         (folder / "trajectory.txt").rename(folder / "poses.mine")
         return folder
 

@@ -23,6 +23,7 @@ from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from tests.ingest import good_take as go
 from tests.ingest.good_take import Take
+from tests.log_writers import write_session
 
 COLUMNS = ["t", "frame", "x", "y", "z", "qx", "qy", "qz", "qw"]
 
@@ -86,7 +87,7 @@ def _two_sessions(take: Take) -> None:
 
 
 def _as_other_app(take: Take) -> None:
-    ios_logger.write(take.good, take.folder / "other")
+    write_session(ios_logger, take.good, take.folder / "other")
     take.log.write_bytes((take.folder / "other" / "ARposes.txt").read_bytes())
 
 
@@ -97,7 +98,7 @@ def _emptied(take: Take) -> None:
 
 def _left_handed(take: Take) -> None:
     _emptied(take)
-    arkit_data_logger.write(take.good, take.session)
+    write_session(arkit_data_logger, take.good, take.session)
     log = take.session / "ARKit_camera_pose.txt"
     rows = [line.split() for line in log.read_text().split("\n")[1:-1]]
     for row in rows:
@@ -174,7 +175,7 @@ FAULTS = [
     Fault("binary", lambda t: t.log.write_bytes(bytes(range(256)) * 50), "log-columns", line=1),
     Fault("log of another app", _as_other_app, "log-columns", line=1),
     Fault("two sessions", _two_sessions, "session-ambiguous"),
-    Fault("two apps", lambda t: ios_logger.write(t.good, t.session), "session-ambiguous"),
+    Fault("two apps", lambda t: write_session(ios_logger, t.good, t.session), "session-ambiguous"),
     Fault("empty folder", _emptied, "session-unknown"),
     Fault("left-handed rotations", _left_handed, "pose-not-rigid"),
     Fault("IMU cut", lambda t: (t.session / "imu.csv").write_text(

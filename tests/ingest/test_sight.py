@@ -32,6 +32,7 @@ from ingest.session_images import pictures
 from omomo_core.geometry.transforms import inverse
 from tests.ingest.formats.logs import PICTURES, each
 from tests.ingest.good_take import kept, posed, turned_camera, turned_world
+from tests.log_writers import write_session
 
 FILMED = (stray_scanner, ios_logger, iphumi, scan_capture, scannetpp, spectacular)
 FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
@@ -116,7 +117,7 @@ def test_where_the_world_begins_does_not_matter(filmed: CaptureSession):
 def test_each_layout_with_a_video_keeps_its_axes(
     filmed: CaptureSession, tmp_path: Path, format_: Format
 ):
-    back = read_session(format_.write(filmed, tmp_path / "take"))
+    back = read_session(write_session(format_, filmed, tmp_path / "take"))
     assert back.video is not None
     check = _seen(back)
     assert check.severity == "ok", check.message
@@ -130,7 +131,7 @@ def test_each_layout_with_images_keeps_its_axes(
     small = replace(
         photographed, image_size=(320, 240), intrinsics=(photographed.intrinsics + 0.5) / 6 - 0.5
     )
-    back = read_session(format_.write(small, tmp_path / "take"))
+    back = read_session(write_session(format_, small, tmp_path / "take"))
     check = _seen(back)
     assert check.severity == "ok", check.message
     assert "fit the poses" in check.message

@@ -18,6 +18,7 @@ from ingest.formats import scanner_3d
 from ingest.formats.depth_png import load_millimetres, save_millimetres
 from ingest.formats.registry import Format
 from ingest.session import CaptureSession, DepthLog
+from tests.log_writers import write_session
 from tests.simulator.scan_camera import FilmErrors, lidar, photographed
 from tests.simulator.scan_scene import ScanScene, film, intrinsics, orbit_poses
 
@@ -116,7 +117,7 @@ def film_session(
             video_times=times,
             depth=DepthLog(times, maps, load_millimetres) if depth else None,
         )
-        path = format_.write(session, folder)
+        path = write_session(format_, session, folder)
     return ScanFilm(scene, path, T_world_phone, T_ZUP_ARKIT @ T_arkit_world, width)
 
 

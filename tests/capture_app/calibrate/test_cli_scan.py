@@ -13,6 +13,7 @@ from ingest.formats import scanner_3d
 from ingest.mount_file import load_mount
 from ingest.uncertainty import between
 from omomo_core.errors import InputError
+from tests.log_writers import write_session
 from tests.simulator.scan_log import STILLS, scan_log, with_pictures
 from tests.simulator.scan_model import SimulatedModel, drawn_model
 from tests.simulator.scan_scene import ScanScene, orbit_poses, scan_scene
@@ -42,7 +43,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Desk:
     model = drawn_model(scene, orbit_poses(scene, 8), folder, seed=4)
     log, T_arkit_world = scan_log(scene, seed=4)
     filmed = with_pictures(log, scene, folder / "film", (16.0, 17.0, 22.5, 23.5))
-    scanner_3d.write(filmed, folder / "take")
+    write_session(scanner_3d, filmed, folder / "take")
     mesh_file = trimesh.Trimesh(scene.mesh.vertices, scene.mesh.faces, process=False)
     mesh_file.export(folder / "chair.obj")
     mesh_file.apply_transform(T_arkit_world @ scene.T_world_object)

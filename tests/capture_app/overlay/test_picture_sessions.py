@@ -21,6 +21,7 @@ from ingest.mount_file import save_mount
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 from tests.capture_app.overlay.taken import PHONE, Watched, standing, write_result
+from tests.log_writers import write_session
 from tests.video_frames import read_frames
 
 EVERY, FRAMES = 12, 62
@@ -62,7 +63,7 @@ def _of(**said: Any) -> OverlayRequest:
     "app", [arkit_recorder, nerfcapture, nerfstudio, polycam, record3d, scanner_3d]
 )
 def test_they_are_the_film_of_the_clamped_phone(taken: Taken, tmp_path: Path, app: ModuleType):
-    source = app.write(taken.session, tmp_path / "take")
+    source = write_session(app, taken.session, tmp_path / "take")
     aligned = find(taken.result(tmp_path, source), _of(), lambda stage, done: None)
     expected = taken.session.video_times
     assert expected is not None
@@ -74,7 +75,7 @@ def test_they_are_the_film_of_the_clamped_phone(taken: Taken, tmp_path: Path, ap
 
 
 def test_the_person_is_drawn_into_them(taken: Taken, tmp_path: Path):
-    source = polycam.write(taken.session, tmp_path / "take")
+    source = write_session(polycam, taken.session, tmp_path / "take")
     result = taken.result(tmp_path, source)
     film = tmp_path / "film.mp4"
     overlay_result(OverlayRequest(result=result.folder, output=film), lambda stage, done: None)
@@ -88,7 +89,7 @@ def test_the_person_is_drawn_into_them(taken: Taken, tmp_path: Path):
 
 @pytest.mark.parametrize("given", ["folder", "archive", "file of poses"])
 def test_a_second_phones_are_found_however_they_are_given(taken: Taken, tmp_path: Path, given: str):
-    source = nerfstudio.write(taken.session, tmp_path / "take")
+    source = write_session(nerfstudio, taken.session, tmp_path / "take")
     paths = {"folder": source, "file of poses": tmp_path / "take" / "transforms.json"}
     if given == "archive":
         paths[given] = Path(shutil.make_archive(str(tmp_path / "take"), "zip", source))
@@ -101,7 +102,7 @@ def test_a_second_phones_are_found_however_they_are_given(taken: Taken, tmp_path
 
 
 def test_a_video_and_what_is_neither_are_no_sessions(taken: Taken, tmp_path: Path):
-    result = taken.result(tmp_path, nerfstudio.write(taken.session, tmp_path / "take"))
+    result = taken.result(tmp_path, write_session(nerfstudio, taken.session, tmp_path / "take"))
     other = tmp_path / "notes.mp4"
     other.write_bytes(bytes(range(256)) * 20)
     for path in (other, tmp_path / "nowhere.mp4"):

@@ -24,6 +24,7 @@ from omomo_core.motion import FPS
 from render.video import write_video
 from tests.capture_app.overlay.taken import LENS, Watched, phone_take, standing
 from tests.capture_app.web.talk import BROKEN, problem, upload
+from tests.log_writers import write_session
 from tests.simulator.scan_log import scan_log, with_pictures
 from tests.simulator.scan_model import drawn_model
 from tests.simulator.scan_scene import orbit_poses, scan_scene
@@ -180,7 +181,7 @@ def test_the_clamped_phone_is_found_in_a_scan_and_by_the_mesh_of_its_recording(
     model = drawn_model(scene, orbit_poses(scene, 8), tmp_path, seed=4)
     log, T_arkit_world = scan_log(scene, seed=4)
     filmed = with_pictures(log, scene, tmp_path / "film", (16.0, 17.0, 22.5, 23.5))
-    scanner_3d.write(filmed, tmp_path / "take")
+    write_session(scanner_3d, filmed, tmp_path / "take")
     session = upload(client, files_of(tmp_path / "take"), "session")
     mesh = trimesh.Trimesh(scene.mesh.vertices, scene.mesh.faces, process=False)
     chair = upload(client, {"chair.ply": mesh.export(file_type="ply")}, "object")

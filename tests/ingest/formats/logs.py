@@ -35,6 +35,7 @@ from ingest.formats.detect import read_session
 from ingest.formats.registry import FORMATS, Format
 from ingest.session import CaptureSession, DepthLog
 from omomo_core.errors import InputError
+from tests.log_writers import write_session
 
 MakeTake = Callable[[int], CaptureSession]
 
@@ -107,7 +108,7 @@ def pose_file(format_: Format, folder: Path) -> Path:
 
 def write_log(format_: Format, session: CaptureSession, folder: Path) -> Path:
     """Write a session; returns its pose file."""
-    return pose_file(format_, format_.write(session, folder))
+    return pose_file(format_, write_session(format_, session, folder))
 
 
 def place(format_: Format, log: Path) -> str:

@@ -13,6 +13,7 @@ from ingest.formats.json_file import load_object, numbers_at
 from ingest.formats.registry import Format
 from omomo_core.errors import InputError
 from tests.ingest.formats.logs import OBJECTS, PICTURES, MakeTake, each, error_of, write_log
+from tests.log_writers import write_session
 
 
 @each(*OBJECTS)
@@ -47,7 +48,7 @@ def test_an_object_of_something_else(take: MakeTake, tmp_path: Path, format_: Fo
 
 
 def test_a_file_too_large(take: MakeTake, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    folder = nerfcapture.write(take(0), tmp_path)
+    folder = write_session(nerfcapture, take(0), tmp_path)
     monkeypatch.setattr(json_file, "MAX_BYTES", 1000)
     assert error_of(folder, nerfcapture.read).code == "log-too-large"
 

@@ -37,6 +37,7 @@ from tests.ingest.formats.logs import (
     put,
     write_log,
 )
+from tests.log_writers import write_session
 
 LAST_OF_QUATERNION = {
     stray_scanner.NAME: 8,
@@ -137,7 +138,7 @@ def test_tracking_never_started(take: MakeTake, tmp_path: Path, format_: Format,
     session = take(0)
     one = np.eye(4) if pose == "identity" else session.T_world_phone[0]
     frozen = np.tile(one, (len(session.times), 1, 1))
-    error = error_of(format_.write(replace(session, T_world_phone=frozen), tmp_path))
+    error = error_of(write_session(format_, replace(session, T_world_phone=frozen), tmp_path))
     if format_ is record3d:  # its world is the first frame's
         assert error.code == "front-camera"
         return

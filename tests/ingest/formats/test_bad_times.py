@@ -36,6 +36,7 @@ from tests.ingest.formats.logs import (
     place,
     write_log,
 )
+from tests.log_writers import write_session
 
 NAMED_BY_TIME = (polycam, arkit_recorder)
 """One name, one time: two poses of one time cannot be."""
@@ -84,7 +85,7 @@ def test_a_frame_without_its_time(take: MakeTake, tmp_path: Path, format_: Forma
 
 @every_format
 def test_less_than_a_second(wander: Callable[..., CaptureSession], tmp_path: Path, format_: Format):
-    error = error_of(format_.write(wander(0, seconds=0.8), tmp_path))
+    error = error_of(write_session(format_, wander(0, seconds=0.8), tmp_path))
     assert error.code == "log-short"
     assert "0.80 s" in error.what
 

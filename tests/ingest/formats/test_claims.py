@@ -13,6 +13,7 @@ from ingest.formats.detect import read_session
 from ingest.formats.registry import FORMATS, Format
 from omomo_core.errors import InputError
 from tests.ingest.formats.logs import MakeTake, each, error_of, every_format, pose_file, write_log
+from tests.log_writers import write_session
 
 
 def _claims(path: Path) -> list[str]:
@@ -21,7 +22,7 @@ def _claims(path: Path) -> list[str]:
 
 @every_format
 def test_only_its_own_format_claims_a_session(take: MakeTake, tmp_path: Path, format_: Format):
-    folder = format_.write(take(0), tmp_path / "take")
+    folder = write_session(format_, take(0), tmp_path / "take")
     for path in (folder, pose_file(format_, folder)):
         assert _claims(path) == [format_.NAME]
         assert read_session(path).app == format_.NAME

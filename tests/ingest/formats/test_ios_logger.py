@@ -8,6 +8,7 @@ import numpy as np
 from ingest.formats import ios_logger
 from ingest.formats.detect import read_session
 from tests.ingest.formats.logs import MakeTake
+from tests.log_writers import write_session
 
 
 def test_the_camera_between_images_is_interpolated(take: MakeTake, tmp_path: Path):
@@ -18,7 +19,7 @@ def test_the_camera_between_images_is_interpolated(take: MakeTake, tmp_path: Pat
         [np.interp(session.times, images, k) for k in session.intrinsics[::2].T], axis=1
     )
     session = replace(session, video_times=images, intrinsics=between)
-    back = read_session(ios_logger.write(session, tmp_path))
+    back = read_session(write_session(ios_logger, session, tmp_path))
     np.testing.assert_allclose(back.intrinsics, between, rtol=0, atol=1e-3)
     np.testing.assert_allclose(back.video_times, images, rtol=0, atol=1e-6)
     np.testing.assert_allclose(back.times, session.times, rtol=0, atol=1e-6)

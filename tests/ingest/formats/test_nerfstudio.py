@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from ingest.formats import nerfstudio
 from tests.ingest.formats.logs import MakeTake, edit_json, error_of, seeds
+from tests.log_writers import write_session
 
 
 def _matrices(folder: Path) -> np.ndarray:
@@ -23,7 +24,7 @@ def _matrices(folder: Path) -> np.ndarray:
 
 
 def test_its_world_is_z_up(take: MakeTake, tmp_path: Path):
-    saved = _matrices(nerfstudio.write(take(0), tmp_path))
+    saved = _matrices(write_session(nerfstudio, take(0), tmp_path))
     np.testing.assert_allclose(saved[:, 2, 3], take(0).T_world_phone[:, 1, 3], atol=1e-12)
 
 
@@ -44,7 +45,7 @@ def test_it_undoes_what_was_applied(take: MakeTake, seed: int, rows: int):
         values["applied_transform"] = A[:rows].tolist()
 
     with tempfile.TemporaryDirectory() as name:
-        folder = nerfstudio.write(session, Path(name))
+        folder = write_session(nerfstudio, session, Path(name))
         edit_json(folder / "transforms.json", apply)
         back = nerfstudio.read(folder)
     np.testing.assert_allclose(back.T_world_phone, session.T_world_phone, atol=1e-9)
@@ -55,7 +56,7 @@ def test_a_source_that_is_y_down(take: MakeTake, tmp_path: Path, order: tuple[in
     """Worlds of OpenCV, as nerfstudio's own converters bring them to z up."""
     A = np.eye(4)[[*order, 3]]
     A[2] *= -1
-    folder = nerfstudio.write(take(0), tmp_path)
+    folder = write_session(nerfstudio, take(0), tmp_path)
     climb = np.diff(_matrices(folder)[:, 2, 3])
     edit_json(folder / "transforms.json", lambda v: v.update(applied_transform=A[:3].tolist()))
     back = nerfstudio.read(folder)
@@ -63,7 +64,7 @@ def test_a_source_that_is_y_down(take: MakeTake, tmp_path: Path, order: tuple[in
 
 
 def test_times_from_fps(take: MakeTake, tmp_path: Path):
-    folder = nerfstudio.write(take(0), tmp_path)
+    folder = write_session(nerfstudio, take(0), tmp_path)
     log = folder / "transforms.json"
     edit_json(log, lambda values: [frame.pop("timestamp") for frame in values["frames"]])
     error = error_of(folder)
@@ -75,7 +76,7 @@ def test_times_from_fps(take: MakeTake, tmp_path: Path):
 
 
 def test_the_common_camera_for_frames_without_their_own(take: MakeTake, tmp_path: Path):
-    folder = nerfstudio.write(replace(take(0), intrinsics=None), tmp_path)
+    folder = write_session(nerfstudio, replace(take(0), intrinsics=None), tmp_path)
     assert nerfstudio.read(folder).intrinsics is None
     camera = {"fl_x": 1400, "fl_y": 1401, "cx": 950, "cy": 710, "w": 1920, "h": 1440}
     edit_json(folder / "transforms.json", lambda values: values.update(camera))
@@ -95,7 +96,7 @@ def test_the_common_camera_for_frames_without_their_own(take: MakeTake, tmp_path
     ],
 )
 def test_faults(take: MakeTake, tmp_path: Path, change, code: str):
-    log = nerfstudio.write(take(0), tmp_path) / "transforms.json"
+    log = write_session(nerfstudio, take(0), tmp_path) / "transforms.json"
     edit_json(log, change)
     error = error_of(log, nerfstudio.read)
     assert error.code == code

@@ -32,13 +32,14 @@ from tests.ingest.formats.logs import (
     picture,
     with_pictures,
 )
+from tests.log_writers import write_session
 
 
 @each(stray_scanner, ios_logger, scan_capture, iphumi, scannetpp, spectacular)
 def test_the_video_travels_with_its_times(take: MakeTake, tmp_path: Path, format_: Format):
     (tmp_path / "clip").write_bytes(b"pictures")
     session = replace(take(3), video=tmp_path / "clip")
-    back = read_session(format_.write(session, tmp_path / "take"))
+    back = read_session(write_session(format_, session, tmp_path / "take"))
     assert back.video is not None
     assert back.video.read_bytes() == b"pictures"
     tolerance = 0.000501 if format_ is iphumi else 1e-6
@@ -48,7 +49,7 @@ def test_the_video_travels_with_its_times(take: MakeTake, tmp_path: Path, format
 @each(*PICTURES)
 def test_images_and_depth_come_back(take: MakeTake, tmp_path: Path, format_: Format):
     session = with_pictures(take(3), tmp_path / "pictures")
-    back = format_.read(format_.write(session, tmp_path / "take"))
+    back = format_.read(write_session(format_, session, tmp_path / "take"))
     assert back.image_size == LANDSCAPE
     np.testing.assert_allclose(back.video_times, session.video_times, rtol=0, atol=6e-7)
     for image in back.images:
@@ -66,8 +67,8 @@ def test_images_and_depth_come_back(take: MakeTake, tmp_path: Path, format_: For
 def test_written_again_it_is_the_same(take: MakeTake, tmp_path: Path, format_: Format):
     """Portrait images of Record3D are copied, not turned twice."""
     session = with_pictures(take(4), tmp_path / "pictures")
-    first = format_.read(format_.write(session, tmp_path / "first"))
-    second = format_.read(format_.write(first, tmp_path / "second"))
+    first = format_.read(write_session(format_, session, tmp_path / "first"))
+    second = format_.read(write_session(format_, first, tmp_path / "second"))
     np.testing.assert_allclose(second.T_world_phone, first.T_world_phone, rtol=0, atol=1e-12)
     np.testing.assert_allclose(second.intrinsics, first.intrinsics, rtol=0, atol=1e-9)
     assert [f.read_bytes() for f in second.images] == [f.read_bytes() for f in first.images]
@@ -75,7 +76,7 @@ def test_written_again_it_is_the_same(take: MakeTake, tmp_path: Path, format_: F
 
 def test_images_outside_the_folder_are_not_there(take: MakeTake, tmp_path: Path):
     session = with_pictures(take(0), tmp_path / "pictures")
-    folder = nerfstudio.write(session, tmp_path / "take")
+    folder = write_session(nerfstudio, session, tmp_path / "take")
     outside = {
         0: "../pictures/0.png",
         3: str(tmp_path / "pictures" / "3.png"),
@@ -102,7 +103,7 @@ def _with_depth(session: CaptureSession) -> tuple[CaptureSession, np.ndarray]:
 @each(scan_capture, arkitscenes, stray_scanner)
 def test_depth_maps_travel(take: MakeTake, tmp_path: Path, format_: Format):
     session, metres = _with_depth(take(0))
-    back = format_.read(format_.write(session, tmp_path)).depth
+    back = format_.read(write_session(format_, session, tmp_path)).depth
     assert back is not None
     np.testing.assert_allclose(back.times, session.times[[3, 20]], rtol=0, atol=1e-6)
     np.testing.assert_allclose(back.load(back.files[0]), metres, rtol=0, atol=1e-6)
@@ -114,7 +115,7 @@ def test_depth_maps_travel(take: MakeTake, tmp_path: Path, format_: Format):
 
 
 def test_depth_maps_that_are_none(take: MakeTake, tmp_path: Path):
-    folder = scanner_3d.write(take(0), tmp_path)
+    folder = write_session(scanner_3d, take(0), tmp_path)
     depth = folder / "depth_00003.png"
     for data in (b"", b"\x89PNG\r\n\x1a\n", b"\x89PNG\r\n\x1a\n" + b"\xff" * 40):
         depth.write_bytes(data)

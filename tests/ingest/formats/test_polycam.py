@@ -8,14 +8,18 @@ import numpy as np
 
 from ingest.formats import polycam
 from tests.ingest.formats.logs import MakeTake, edit_json, error_of, pose_file, with_pictures
+from tests.log_writers import write_session
 
 
 def test_corrected_cameras_only_when_complete(take: MakeTake, tmp_path: Path):
     session = with_pictures(take(0), tmp_path / "pictures")
     moved = session.T_world_phone.copy()
     moved[:, 0, 3] += 1
-    folder = polycam.write(session, tmp_path / "take") / "keyframes"
-    other = polycam.write(replace(session, T_world_phone=moved), tmp_path / "other") / "keyframes"
+    folder = write_session(polycam, session, tmp_path / "take") / "keyframes"
+    other = (
+        write_session(polycam, replace(session, T_world_phone=moved), tmp_path / "other")
+        / "keyframes"
+    )
     for kind in ("cameras", "images"):
         shutil.copytree(other / kind, folder / f"corrected_{kind}")
     back = polycam.read(folder.parent)
@@ -28,7 +32,7 @@ def test_corrected_cameras_only_when_complete(take: MakeTake, tmp_path: Path):
 
 
 def test_names_and_sizes(take: MakeTake, tmp_path: Path):
-    folder = polycam.write(take(0), tmp_path)
+    folder = write_session(polycam, take(0), tmp_path)
     log = pose_file(polycam, folder)
     edit_json(log, lambda values: values.update(width=1280))
     error = error_of(folder)

@@ -24,6 +24,7 @@ from tests.ingest.formats.logs import (
     seeds,
     with_pictures,
 )
+from tests.log_writers import write_session
 
 
 def _pixel(T_world_camera: np.ndarray, K: np.ndarray, point: np.ndarray) -> np.ndarray:
@@ -62,18 +63,18 @@ def test_it_sees_a_point_where_its_portrait_image_shows_it(seed: int, u: int, v:
 
 def test_an_upright_phone_has_its_charging_port_to_the_right(take: MakeTake, tmp_path: Path):
     """Landscape x points to the port: down, for a phone held upright; y to the phone's right."""
-    back = record3d.read(record3d.write(take(0), tmp_path))
+    back = record3d.read(write_session(record3d, take(0), tmp_path))
     np.testing.assert_allclose(back.T_world_phone[0, :3, :2], [[0, 1], [-1, 0], [0, 0]], atol=1e-12)
 
 
 def test_without_stamps_it_uses_fps(take: MakeTake, tmp_path: Path):
-    folder = record3d.write(take(0), tmp_path)
+    folder = write_session(record3d, take(0), tmp_path)
     edit_json(folder / "metadata", lambda v: (v.pop("frameTimestamps"), v.update(fps=25)))
     np.testing.assert_allclose(np.diff(record3d.read(folder).times), 1 / 25)
 
 
 def test_it_believes_the_camera_more_than_width_and_height(take: MakeTake, tmp_path: Path):
-    folder = record3d.write(take(0), tmp_path)
+    folder = write_session(record3d, take(0), tmp_path)
     straight = record3d.read(folder)
     edit_json(folder / "metadata", lambda v: v.update(w=1920, h=1440))
     swapped = record3d.read(folder)
@@ -82,7 +83,7 @@ def test_it_believes_the_camera_more_than_width_and_height(take: MakeTake, tmp_p
 
 
 def test_the_first_camera_matrix_where_frames_have_none(take: MakeTake, tmp_path: Path):
-    folder = record3d.write(take(0), tmp_path)
+    folder = write_session(record3d, take(0), tmp_path)
     expected = record3d.read(folder).intrinsics[0]
     edit_json(folder / "metadata", lambda v: v.pop("perFrameIntrinsicCoeffs"))
     session = record3d.read(folder)
@@ -92,7 +93,7 @@ def test_the_first_camera_matrix_where_frames_have_none(take: MakeTake, tmp_path
 def test_an_export_with_separate_folders(take: MakeTake, tmp_path: Path):
     """metadata.json and rgb/; images are paired by number, not by the order of their names."""
     session = with_pictures(take(0), tmp_path / "pictures")
-    folder = record3d.write(session, tmp_path / "take")
+    folder = write_session(record3d, session, tmp_path / "take")
     (folder / "metadata").rename(folder / "metadata.json")
     (folder / "rgbd").rename(folder / "rgb")
     back = record3d.read(folder)
@@ -114,7 +115,7 @@ def lzfse(monkeypatch: pytest.MonkeyPatch):
 
 
 def test_depth(take: MakeTake, lzfse, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    folder = record3d.write(take(0), tmp_path)
+    folder = write_session(record3d, take(0), tmp_path)
     (folder / "rgbd").mkdir()
     metres = np.arange(12, dtype=np.float32).reshape(4, 3)
     metres[0, 0] = np.nan
@@ -154,7 +155,7 @@ def test_depth(take: MakeTake, lzfse, tmp_path: Path, monkeypatch: pytest.Monkey
     ],
 )  # fmt: skip
 def test_faults(take: MakeTake, tmp_path: Path, change, code: str, where: str):
-    folder = record3d.write(take(0), tmp_path)
+    folder = write_session(record3d, take(0), tmp_path)
     edit_json(folder / "metadata", change)
     error = error_of(folder)
     assert error.code == code
@@ -163,6 +164,6 @@ def test_faults(take: MakeTake, tmp_path: Path, change, code: str, where: str):
 
 @pytest.mark.parametrize("size", [{"w": 0}, {"h": -720}, {"w": 0.4}])
 def test_images_without_a_size(take: MakeTake, tmp_path: Path, size: dict[str, float]):
-    log = record3d.write(take(0), tmp_path) / "metadata"
+    log = write_session(record3d, take(0), tmp_path) / "metadata"
     edit_json(log, lambda values: values.update(size))
     assert error_of(tmp_path).code in ("image-size", "record3d-landscape")

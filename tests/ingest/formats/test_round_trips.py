@@ -34,6 +34,7 @@ from ingest.formats.registry import Format
 from ingest.session import CaptureSession
 from omomo_core.geometry.transforms import inverse
 from tests.ingest.formats.logs import MakeTake, every_format, seeds
+from tests.log_writers import write_session
 
 
 class Kept(NamedTuple):
@@ -118,7 +119,7 @@ def test_what_a_format_keeps_comes_back(
     count = len(session.times)
     flags = np.array(data.draw(st.lists(st.booleans(), min_size=count, max_size=count)))
     with tempfile.TemporaryDirectory() as folder:
-        written = format_.write(replace(session, tracking_ok=flags), Path(folder) / "take")
+        written = write_session(format_, replace(session, tracking_ok=flags), Path(folder) / "take")
         back = read_session(written)
     session = _as_kept(format_, session)
     assert back.app == format_.NAME
@@ -142,6 +143,6 @@ def test_what_a_format_keeps_comes_back(
 @every_format
 def test_without_a_camera(take: MakeTake, tmp_path: Path, format_: Format):
     session = replace(take(0), intrinsics=None, image_size=None, video_times=None)
-    back = read_session(format_.write(session, tmp_path))
+    back = read_session(write_session(format_, session, tmp_path))
     assert back.intrinsics is None
     assert back.image_size is None

@@ -10,6 +10,7 @@ from ingest.formats import tum
 from ingest.formats.detect import read_session
 from ingest.session import CaptureSession
 from tests.ingest.formats.logs import MakeTake, error_of
+from tests.log_writers import write_session
 
 
 @pytest.mark.parametrize("aligned", [True, False])
@@ -17,7 +18,7 @@ def test_whether_it_is_aligned_with_gravity_comes_back(
     take: MakeTake, tmp_path: Path, aligned: bool
 ):
     session = replace(take(0), gravity_aligned=aligned)
-    back = read_session(tum.write(session, tmp_path))
+    back = read_session(write_session(tum, session, tmp_path))
     assert back.gravity_aligned is aligned
     np.testing.assert_allclose(back.T_world_phone, session.T_world_phone, rtol=0, atol=1e-8)
 
