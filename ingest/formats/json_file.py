@@ -71,11 +71,6 @@ def load_object(path: Path) -> JsonObject:
     return object_at(value, path, "")
 
 
-def write_object(values: Mapping[str, object], path: Path) -> None:
-    """Write a JSON object; its numbers come back exactly."""
-    path.write_text(json.dumps(values, allow_nan=False) + "\n", encoding="utf-8")
-
-
 def object_at(value: object, path: Path, where: str) -> JsonObject:
     """The value as an object; `where` says what it is, e.g. "frame 17" ("" is the whole file)."""
     if not isinstance(value, dict):

@@ -13,7 +13,6 @@ from ingest.formats.json_file import (
 )
 from ingest.formats.pictures import file_inside
 from ingest.formats.records import CameraKeys, Record, Records
-from ingest.session import CaptureSession
 
 FILE = "transforms.json"
 CAMERA: CameraKeys = ("fl_x", "fl_y", "cx", "cy", "w", "h")
@@ -50,12 +49,3 @@ def named_files(records: Records, key: str, *endings: str) -> list[Path | None]:
         name = text_at(value, row.path, inside(row.where, key))
         files.append(file_inside(row.path.parent, *(name + ending for ending in endings)))
     return files
-
-
-def written_frames(session: CaptureSession) -> list[JsonObject]:
-    """A frame with its time and camera for each pose."""
-    frames: list[JsonObject] = [{"timestamp": float(t)} for t in session.times]
-    if session.intrinsics is not None and session.image_size is not None:
-        for frame, K in zip(frames, session.intrinsics.tolist(), strict=True):
-            frame |= dict(zip(CAMERA, [*K, *session.image_size], strict=True))
-    return frames

@@ -3,9 +3,10 @@
 from pathlib import Path
 
 from ingest.formats.cameras import to_matrix
-from ingest.formats.json_file import JsonObject, write_object
+from ingest.formats.json_file import JsonObject
 from ingest.session import CaptureSession
 from tests.log_writers.images import write_images
+from tests.log_writers.json_files import write_object
 
 
 def write(session: CaptureSession, folder: Path) -> Path:

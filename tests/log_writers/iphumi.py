@@ -7,9 +7,9 @@ from pathlib import Path
 from ingest.formats.cameras import to_matrix
 from ingest.formats.json_file import (
     JsonObject,
-    write_object,
 )
 from ingest.session import CaptureSession
+from tests.log_writers.json_files import write_object
 
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 

@@ -2,15 +2,14 @@
 
 from pathlib import Path
 
-from ingest.formats.json_file import write_object
 from ingest.formats.nerfcapture import MARK
 from ingest.formats.transforms_json import (
     CAMERA,
     FILE,
-    written_frames,
 )
 from ingest.session import CaptureSession
 from tests.log_writers.images import write_images
+from tests.log_writers.json_files import write_object, written_frames
 
 
 def write(session: CaptureSession, folder: Path) -> Path:

@@ -2,18 +2,15 @@
 
 from pathlib import Path
 
-from ingest.formats.json_file import (
-    write_object,
-)
 from ingest.formats.nerfstudio import _T_world_saved
 from ingest.formats.pictures import write_depth_mm
 from ingest.formats.transforms_json import (
     FILE,
-    written_frames,
 )
 from ingest.session import CaptureSession
 from omomo_core.geometry.transforms import inverse
 from tests.log_writers.images import write_images
+from tests.log_writers.json_files import write_object, written_frames
 
 _IMAGE, _DEPTH = "images/frame_{:05d}.png", "depth/frame_{:05d}.png"
 

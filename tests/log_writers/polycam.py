@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from ingest.formats.json_file import write_object
 from ingest.formats.pictures import write_depth_mm
 from ingest.formats.polycam import CAMERA, MATRIX
 from ingest.session import CaptureSession
 from tests.log_writers.images import write_images
+from tests.log_writers.json_files import write_object
 
 
 def write(session: CaptureSession, folder: Path) -> Path:

@@ -7,12 +7,12 @@ from scipy.spatial.transform import Rotation
 
 from ingest.formats.json_file import (
     JsonObject,
-    write_object,
 )
 from ingest.formats.record3d import _TURNS, T_PORTRAIT_PHONE
 from ingest.session import CaptureSession
 from omomo_core.geometry.transforms import inverse
 from tests.log_writers.images import write_images
+from tests.log_writers.json_files import write_object
 
 
 def write(session: CaptureSession, folder: Path) -> Path:

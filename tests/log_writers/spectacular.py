@@ -12,10 +12,10 @@ from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA, opencv_poses
 from ingest.formats.cameras import at_times
 from ingest.formats.json_file import (
     JsonObject,
-    write_object,
 )
 from ingest.formats.spectacular import CAMERA
 from ingest.session import R_CAMERA_DEVICE, CaptureSession
+from tests.log_writers.json_files import write_object
 
 _T_CAMERA_DEVICE = np.eye(4)
 _T_CAMERA_DEVICE[:3, :3] = T_OPENCV_ARKIT_CAMERA[:3, :3] @ R_CAMERA_DEVICE
