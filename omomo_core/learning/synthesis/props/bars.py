@@ -7,7 +7,9 @@ from omomo_core.learning.synthesis.props.blueprint import GripBar
 from omomo_core.learning.synthesis.props.prop import Grasp, Use
 from omomo_core.learning.synthesis.props.rays import RayMesh
 
-_UP, _AHEAD, _LEFT = np.array([0.0, 0, 1]), np.array([1.0, 0, 0]), np.array([0.0, 1, 0])
+_UP = np.array([0.0, 0, 1])
+_AHEAD = np.array([1.0, 0, 0])
+_LEFT = np.array([0.0, 1, 0])
 _THICKEST = 0.06
 """From the axis of a bar to its surface, metres."""
 _HIGHEST, _LOWEST = 1.5, 0.3

@@ -7,7 +7,8 @@ from jaxtyping import Bool, Float
 
 from omomo_core.learning.synthesis.props.rays import RayMesh
 
-_UP, _AHEAD = np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
+_UP = np.array([0.0, 0, 1])
+_AHEAD = np.array([1.0, 0, 0])
 _LEFT = np.array([0.0, 1, 0])
 _REACH = 0.4
 """How far behind its near side a thing is held, metres."""
