@@ -22,17 +22,17 @@ from dataclasses import replace
 import numpy as np
 import torch
 
-from omomo_core.body.load import load_body
-from omomo_core.device import Device, find_device
+from omomo_core.body.model import load_body
+from omomo_core.compute import Device, find_device
 from omomo_core.generation.conditioning import UNCONDITIONED
-from omomo_core.generation.config import RECORDED
+from omomo_core.generation.generation_config import RECORDED
 from omomo_core.generation.generator import generate
-from omomo_core.generation.result import GenerationOptions
+from omomo_core.generation.options import GenerationOptions
 from omomo_core.generation.stream import stream
 from omomo_core.learning.synthesis.props import make_prop
 from omomo_core.motion import FPS, ObjectMotion
-from omomo_core.stages.body import paper as body_paper
-from omomo_core.stages.hands import paper as hand_paper
+from omomo_core.stages import body_paper
+from omomo_core.stages import hands_paper as hand_paper
 from omomo_core.stages.stage import Stage, Stages
 from omomo_core.weights.load import load_stages
 

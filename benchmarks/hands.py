@@ -33,19 +33,16 @@ from capture_app.commands.run import RunRequest
 from capture_app.prepare import prepare_take
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
 from ingest.mesh import load_mesh
-from omomo_core.body.hand_skin import PALM, THUMB, HandSkin, hand_skins
-from omomo_core.body.kinematics import full_kinematics
-from omomo_core.body.load import load_body
-from omomo_core.body.model import BodyModel
-from omomo_core.body.skinning import skin
+from omomo_core.body.finger_model import PALM, THUMB, HandSkin, hand_skins
+from omomo_core.body.kinematics import full_kinematics, skin
+from omomo_core.body.model import BodyModel, load_body
 from omomo_core.generation.generator import generate
+from omomo_core.generation.options import GenerationOptions
 from omomo_core.generation.person import Person
-from omomo_core.generation.result import GenerationOptions
-from omomo_core.generation.selection.config import SCORE
-from omomo_core.generation.selection.scores import wrist_excess
-from omomo_core.geometry.easing import min_jerk
-from omomo_core.geometry.runs import frames_away
-from omomo_core.geometry.triangles import Triangles
+from omomo_core.generation.selection.ranking import wrist_excess
+from omomo_core.generation.selection.selection_config import SCORE
+from omomo_core.geometry.runs import frames_away, min_jerk
+from omomo_core.geometry.surface import Triangles
 from omomo_core.learning.synthesis.props.catalogue import MAKERS, placed
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.weights.load import load_stages

@@ -22,8 +22,7 @@ import trimesh
 from jaxtyping import UInt8
 
 from omomo_core.body.kinematics import forward_kinematics
-from omomo_core.body.load import load_body
-from omomo_core.body.model import BodyModel
+from omomo_core.body.model import BodyModel, load_body
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 from render import third_person
 from render.actors import Actor

@@ -47,8 +47,7 @@ from ingest.scan.region.region import aim_at, find_region
 from ingest.scan.silhouettes.silhouettes import find_silhouettes
 from ingest.scan.sources.read import read_source
 from ingest.scan.types import Region, Registered
-from omomo_core.geometry.procrustes import procrustes
-from omomo_core.geometry.transforms import inverse
+from omomo_core.geometry.transforms import inverse, procrustes
 from tests.simulator.scan_film import ScanFilm, around, film_session
 from tests.simulator.scan_objects import OBJECTS
 from tests.simulator.scan_scene import scan_scene

@@ -24,7 +24,7 @@ from ingest.colmap_files import read_model
 from ingest.mesh import load_mesh
 from ingest.report.scanned import work_folder
 from ingest.scan.cameras.reconstruction import names_of, poses_of
-from omomo_core.geometry.procrustes import procrustes
+from omomo_core.geometry.transforms import procrustes
 
 MASKS = Path(__file__).with_name("chair_masks")
 CHAIR = Path(__file__).parents[1] / "../shared/data/scan/chair_3d_scanner_app"

@@ -19,7 +19,7 @@ from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.spatial.transform import Rotation
 
 from omomo_core.errors import InputError
-from omomo_core.generation.selection.config import HUMAN_LIMITS
+from omomo_core.generation.selection.selection_config import HUMAN_LIMITS
 from omomo_core.generation.selection.speed_limits import TURNING, measure_speeds
 from omomo_core.learning.recordings.mocap import (
     SourceMotion,

@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from ingest.session import CaptureSession
     from ingest.trajectory.object_motion import to_object_motion
     from ingest.trajectory.reading import Reading
-    from omomo_core.body.load import load_body
+    from omomo_core.body.model import load_body
     from omomo_core.errors import InputError
     from omomo_core.generation.generator import generate
-    from omomo_core.generation.result import GenerationOptions
+    from omomo_core.generation.options import GenerationOptions
     from omomo_core.generation.stream import stream
     from omomo_core.learning.evaluation.report import evaluate
     from omomo_core.learning.recordings.clips import Clip, save_clips
@@ -104,10 +104,10 @@ _MODULES = {
     "ingest.session": ("CaptureSession",),
     "ingest.trajectory.object_motion": ("to_object_motion",),
     "ingest.trajectory.reading": ("Reading",),
-    "omomo_core.body.load": ("load_body",),
+    "omomo_core.body.model": ("load_body",),
     "omomo_core.errors": ("InputError",),
     "omomo_core.generation.generator": ("generate",),
-    "omomo_core.generation.result": ("GenerationOptions",),
+    "omomo_core.generation.options": ("GenerationOptions",),
     "omomo_core.generation.stream": ("stream",),
     "omomo_core.learning.evaluation.report": ("evaluate",),
     "omomo_core.learning.recordings.clips": ("Clip", "save_clips"),

@@ -70,7 +70,7 @@ def _packages() -> HealthCheck:
 
 
 def _body() -> HealthCheck:
-    from omomo_core.body.load import load_body
+    from omomo_core.body.model import load_body
 
     body = load_body()
     return HealthCheck("body", "ok", f"{body.name}, {len(body.vertices)} vertices ({body.credit})")

@@ -20,7 +20,7 @@ from capture_app.motion_config import recorded_config
 from capture_app.prepare import PreparedTake
 from capture_app.result import Result
 from capture_app.start_position import start_position_note
-from omomo_core.body.grip_names import GRIPS
+from omomo_core.body.grip import GRIPS
 from omomo_core.generation.person import Person
 from omomo_core.generation.selection.speed_limits import Leap, find_leaps
 from omomo_core.geometry.runs import runs

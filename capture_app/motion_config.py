@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ingest.trajectory.config import TRAJECTORY, TrajectoryConfig
-from omomo_core.body.config import BODY, BodyConfig
+from omomo_core.body.body_config import BODY, BodyConfig
 from omomo_core.config import Number, settings_of
-from omomo_core.contact.config import CONTACT, ContactConfig
-from omomo_core.generation.config import GENERATION, GenerationConfig
-from omomo_core.geometry.config import GEOMETRY, GeometryConfig
-from omomo_core.stages.config import STAGES, StagesConfig
+from omomo_core.contact.contact_config import CONTACT, ContactConfig
+from omomo_core.generation.generation_config import GENERATION, GenerationConfig
+from omomo_core.geometry.geometry_config import GEOMETRY, GeometryConfig
+from omomo_core.stages.stage_config import STAGES, StagesConfig
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,8 @@ from ingest.mount_file import load_mount
 from ingest.trajectory.object_motion import ObjectTake
 from ingest.trajectory.reading import Reading
 from ingest.trajectory.segments import choose, cut
-from omomo_core.body.load import load_body
-from omomo_core.body.model import BodyModel, with_height
-from omomo_core.contact.file import read_contacts
+from omomo_core.body.model import BodyModel, load_body, with_height
+from omomo_core.contact.contact_file import read_contacts
 from omomo_core.contact.segment import ContactSpan
 from omomo_core.errors import InputError
 from omomo_core.geometry.surface import sample_surface

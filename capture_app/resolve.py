@@ -14,14 +14,14 @@ from capture_app.rerun import unchanged
 from capture_app.result import Result, body_of, load_result, sample_index, save_corrected
 from capture_app.staged_result import StagedResult, run_stages
 from omomo_core.body.model import BodyModel
-from omomo_core.contact.file import read_contacts
+from omomo_core.contact.contact_file import read_contacts
 from omomo_core.contact.segment import ContactSpan
 from omomo_core.errors import InputError
 from omomo_core.generation.object_clip import ObjectModel
+from omomo_core.generation.options import notes_of
 from omomo_core.generation.person import Person
 from omomo_core.generation.resolve import changed, resolve
-from omomo_core.generation.result import notes_of
-from omomo_core.generation.selection.scores import score
+from omomo_core.generation.selection.ranking import score
 from omomo_core.motion import ObjectMotion
 
 

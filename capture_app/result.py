@@ -9,9 +9,8 @@ import numpy as np
 from capture_app.manifest import MANIFEST, MOTION, Manifest, read_manifest
 from capture_app.picture_bytes import decoded, encoded
 from capture_app.quaternions import matrix_from_xyzw, same_numbers, xyzw_from_matrix
-from omomo_core.body.grip_names import GRIPS
-from omomo_core.body.load import load_body
-from omomo_core.body.model import BodyModel, with_height
+from omomo_core.body.grip import GRIPS
+from omomo_core.body.model import BodyModel, load_body, with_height
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.errors import InputError
 from omomo_core.generation.person import FingerFit, Person

@@ -18,7 +18,7 @@ from capture_app.progress import Progress, StageClock
 from capture_app.result import Result, load_result
 from capture_app.staging import Staging
 from omomo_core.body.model import BodyModel
-from omomo_core.contact.file import write_contacts
+from omomo_core.contact.contact_file import write_contacts
 from omomo_core.motion import ObjectMotion
 
 _SAMPLE_FILE = ".made.npz"

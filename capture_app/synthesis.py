@@ -8,13 +8,12 @@ from pathlib import Path
 from capture_app.commands.train import SynthesisRequest
 from capture_app.training_data import holds_clips
 from capture_app.training_report import TrainingReport
-from omomo_core.body.load import load_body
-from omomo_core.body.model import BodyModel
+from omomo_core.body.model import BodyModel, load_body
 from omomo_core.learning.recordings import dataset
-from omomo_core.learning.recordings.build import build_mocap
 from omomo_core.learning.recordings.clips import Clip, load_clips
+from omomo_core.learning.recordings.recordings import build_mocap
 from omomo_core.learning.synthesis import engine
-from omomo_core.learning.synthesis.roster import Roster, classes_of, people_of
+from omomo_core.learning.synthesis.engine import Roster, classes_of, people_of
 
 
 def synthesise_data(request: SynthesisRequest, report: TrainingReport) -> None:

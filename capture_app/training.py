@@ -9,16 +9,20 @@ from capture_app.commands.train import SynthesisRequest, TrainRequest
 from capture_app.synthesis import synthesise_data
 from capture_app.training_data import RECORDED, SYNTHETIC, gather, split
 from capture_app.training_report import TrainingReport
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
 from omomo_core.learning.methods import NetworkPlan, networks
 from omomo_core.learning.recordings.clips import Clip, load_clips
 from omomo_core.learning.recordings.dataset import shards
 from omomo_core.learning.recordings.splits import by_side
-from omomo_core.learning.training import loop
-from omomo_core.learning.training.checkpoint import resume_run, save_run
+from omomo_core.learning.training import training_loop
 from omomo_core.learning.training.corpus import Corpus
-from omomo_core.learning.training.distributed import ProcessGroup, process_group
+from omomo_core.learning.training.training_loop import (
+    ProcessGroup,
+    process_group,
+    resume_run,
+    save_run,
+)
 from omomo_core.learning.training.training_task import TrainOptions
 from omomo_core.motion import FPS
 from omomo_core.stages.network_file import fill_network
@@ -173,7 +177,7 @@ def _train_network(
         request.steps or plan.steps, request.batch, request.rate or plan.rate, seed=request.seed
     )
     state = resume_run(plan.make, request.output, options, group)
-    state = state or loop.start(plan.make, corpus, options, group, weights)
+    state = state or training_loop.start(plan.make, corpus, options, group, weights)
 
     def save() -> None:
         if group.is_main:
@@ -181,13 +185,13 @@ def _train_network(
 
     with report.steps(name, options.steps) as progress:
 
-        def on_step(state: loop.TrainState) -> bool:
+        def on_step(state: training_loop.TrainState) -> bool:
             progress(state.step, state.loss)
             if state.step % request.save_every == 0:
                 save()
             return True
 
         try:
-            loop.train(state, corpus, options, on_step, group)
+            training_loop.train(state, corpus, options, on_step, group)
         finally:
             save()

@@ -15,10 +15,9 @@ from capture_app.commands.train import TrainRequest
 from capture_app.training_report import TrainingReport
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
-from omomo_core.learning.recordings.build import build_mocap
 from omomo_core.learning.recordings.clips import Clip, load_clips, read_index, save_clips
 from omomo_core.learning.recordings.dataset import CARD
-from omomo_core.learning.recordings.recordings import motion_files
+from omomo_core.learning.recordings.recordings import build_mocap, motion_files
 from omomo_core.whole_file import write_whole
 
 RECORDED, REPORT, SYNTHETIC = "recorded.npz", "data.json", "synthetic"

@@ -1,8 +1,15 @@
-"""What Linux, macOS and Windows do in different ways: flushing to the disk, counting cores and memory."""
+"""What Linux, macOS and Windows do in different ways: flushing to the disk, counting cores and memory.
+
+Linear algebra of small matrices by one thread: several wait for each other longer than they work.
+"""
 
 import os
 import sys
+from contextlib import AbstractContextManager
+from functools import cache
 from pathlib import Path
+
+from threadpoolctl import ThreadpoolController
 
 
 def flush(*paths: Path) -> None:
@@ -35,3 +42,13 @@ def free_memory() -> int | None:
     lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
     sizes = {line.split(":")[0]: int(line.split()[1]) * 1024 for line in lines}
     return sizes.get("MemAvailable")
+
+
+@cache
+def _libraries() -> ThreadpoolController:
+    return ThreadpoolController()
+
+
+def one_blas_thread() -> AbstractContextManager[object]:
+    """The BLAS of numpy and scipy with one thread, in all of this process; afterwards as before."""
+    return _libraries().limit(limits=1, user_api="blas")

@@ -4,8 +4,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.ndimage import gaussian_filter1d
 
+from omomo_core.geometry.surface import Triangles
 from omomo_core.geometry.transforms import to_local
-from omomo_core.geometry.triangles import Triangles
 from omomo_core.motion import HumanMotion, ObjectMotion
 from omomo_core.skeleton import joint
 from render.cameras import Camera, look_at, pinhole

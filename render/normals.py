@@ -5,7 +5,7 @@ import trimesh
 from jaxtyping import Float, Float32, Int
 from scipy import sparse
 
-from omomo_core.geometry.creases import SplitSurface, split_creases
+from omomo_core.geometry.surface import SplitSurface, split_creases
 
 CREASE = np.radians(35.0)
 """Faces that meet at a sharper angle keep a hard edge."""

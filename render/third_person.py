@@ -7,9 +7,8 @@ import torch
 import trimesh
 from jaxtyping import Float, UInt8
 
-from omomo_core.body.kinematics import full_kinematics
+from omomo_core.body.kinematics import full_kinematics, skin
 from omomo_core.body.model import BodyModel
-from omomo_core.body.skinning import skin
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.errors import InputError
 from omomo_core.geometry.surface import Surface, sample_surface

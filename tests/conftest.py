@@ -70,9 +70,8 @@ def write_clip(tmp_path: Path) -> WriteClip:
     body has them come back.
     """
     from omomo_core.body.kinematics import forward_kinematics
-    from omomo_core.body.load import load_body
-    from omomo_core.learning.evaluation.clips import NAMES
-    from omomo_core.learning.evaluation.person import AXES
+    from omomo_core.body.model import load_body
+    from omomo_core.learning.evaluation.clips import AXES, NAMES
 
     upright = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
 

@@ -42,7 +42,7 @@ from ingest.mount_file import load_mount, save_mount
 from ingest.scan.sources.mesh import read_scan_mesh
 from ingest.scan.sources.read import read_source
 from ingest.scan.sources.stills import load_picture
-from omomo_core.contact.file import read_contacts
+from omomo_core.contact.contact_file import read_contacts
 from omomo_core.errors import OmocapError
 from omomo_core.geometry.surface import sample_surface
 from tests.log_writers import write_session

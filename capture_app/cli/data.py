@@ -41,9 +41,9 @@ def build(
     """
     from capture_app.cli.bars import counting
     from capture_app.cli.console import output, say
-    from omomo_core.body.load import load_body
-    from omomo_core.learning.recordings.build import build_mocap
+    from omomo_core.body.model import load_body
     from omomo_core.learning.recordings.clips import save_clips
+    from omomo_core.learning.recordings.recordings import build_mocap
     from omomo_core.whole_file import check_target
 
     check_target(out)

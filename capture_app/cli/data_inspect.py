@@ -45,7 +45,7 @@ def inspect(
     quality.json: palms off the surface, object inside the body, floating, skating, jerk, joints
     bent as none can be. Clips out of bounds are flagged, and come first in the video.
     """
-    from omomo_core.body.load import load_body
+    from omomo_core.body.model import load_body
     from omomo_core.learning.recordings.quality import judge
 
     body, chosen = load_body(), _choose(data, clips, name or [], seed)

@@ -12,8 +12,8 @@ from capture_app.cli.console import output, say
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from omomo_core.learning.recordings.markers.solve import MarkedMotion, Span
-    from omomo_core.learning.recordings.markers.tracks import Places
+    from omomo_core.learning.recordings.marker_solve import MarkedMotion, Span
+    from omomo_core.learning.recordings.marker_tracks import Places
 
 _OFF_SURFACE = 0.03
 """Metres between a marker's place and the scan beyond which the place was hardly meant."""
@@ -56,8 +56,8 @@ def markers(
     places on it, as in the OMOMO paper. Markers that contradict the others are left out of their
     frames; gaps and what was left out are told.
     """
-    from omomo_core.learning.recordings.markers.reading import read_places, read_tracks
-    from omomo_core.learning.recordings.markers.solve import Solving, solve, write_motion
+    from omomo_core.learning.recordings.marker_solve import Solving, solve, write_motion
+    from omomo_core.learning.recordings.marker_tracks import read_places, read_tracks
     from omomo_core.whole_file import check_target
 
     check_target(out, (".npz",))

@@ -121,8 +121,8 @@ def _evaluated(
     """Generate and measure with a bar of progress; clips that are skipped are named."""
     from capture_app.cli.bars import following
     from capture_app.cli.console import say
-    from omomo_core.body.load import load_body
-    from omomo_core.generation.result import GenerationOptions
+    from omomo_core.body.model import load_body
+    from omomo_core.generation.options import GenerationOptions
     from omomo_core.learning.evaluation.clips import clip_paths
     from omomo_core.learning.evaluation.protocols import PROTOCOLS
     from omomo_core.learning.evaluation.report import evaluate as run

@@ -12,7 +12,7 @@ from capture_app.comparison.motion import Motion
 from capture_app.manifest import MANIFEST
 from capture_app.result import Result, body_of, load_result
 from omomo_core.body.kinematics import joints_of
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.errors import InputError
 from omomo_core.generation.object_clip import ObjectModel
@@ -22,11 +22,10 @@ from omomo_core.geometry.runs import runs
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.geometry.transforms import to_local
 from omomo_core.learning.evaluation.clips import read_clip
-from omomo_core.learning.evaluation.touch import POINTS, Touching
-from omomo_core.learning.evaluation.truth import recorded_person
+from omomo_core.learning.evaluation.truth import POINTS, Touching, recorded_person
 from omomo_core.learning.recordings.clips import Clip, load_clips
 from omomo_core.motion import HumanMotion
-from omomo_core.stages.hands.contact_rule import constrain
+from omomo_core.stages.hands_paper import constrain
 
 
 def by_the_paper(result: Result, sample: int) -> Person:

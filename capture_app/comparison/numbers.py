@@ -9,7 +9,7 @@ from capture_app.comparison.motion import Motion
 from omomo_core.generation.object_clip import ObjectModel
 from omomo_core.geometry.transforms import to_local
 from omomo_core.learning.evaluation.metrics import contact_scores, foot_measures, joint_errors
-from omomo_core.learning.evaluation.touch import Touching
+from omomo_core.learning.evaluation.truth import Touching
 from omomo_core.motion import FPS
 from render.comparison import Number
 

@@ -8,9 +8,8 @@ from capture_app.exports.bone_names import BoneNames
 from capture_app.exports.resample import Sampled
 from capture_app.exports.take import Y_UP, Skeleton, Skin, Take, pose
 from capture_app.quaternions import matrix_from_xyzw, xyzw_from_matrix
-from omomo_core.body.kinematics import full_kinematics
+from omomo_core.body.kinematics import full_kinematics, vertex_normals
 from omomo_core.body.model import BodyModel
-from omomo_core.body.skinning import vertex_normals
 from omomo_core.skeleton import ALL_JOINTS, ALL_PARENTS
 
 

@@ -15,11 +15,9 @@ from jaxtyping import Float, Int
 
 from capture_app.exports.take import Y_UP
 from capture_app.exports.target import Target
-from omomo_core.body.kinematics import full_kinematics
+from omomo_core.body.kinematics import COLLARS, full_kinematics, rest_offsets, rest_turns, skin
 from omomo_core.body.model import BodyModel
-from omomo_core.body.rest_turns import COLLARS, rest_offsets, rest_turns
-from omomo_core.body.skinning import skin
-from omomo_core.geometry.shortest_turn import shortest_turn
+from omomo_core.geometry.transforms import shortest_turn
 from omomo_core.skeleton import ALL_JOINTS, ALL_PARENTS, joint
 
 _LIMBS = {

@@ -15,11 +15,10 @@ from capture_app.exports.proportions import Proportions, at_rest, proportions
 from capture_app.exports.resample import ANKLES, ARMS, LEGS, TOES, Sampled, solved
 from capture_app.exports.take import Y_UP, Take, pose, rest_locals
 from capture_app.exports.target import Target
-from omomo_core.body.config import LIMB
+from omomo_core.body.body_config import LIMB
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
-from omomo_core.geometry.easing import min_jerk
-from omomo_core.geometry.runs import runs
+from omomo_core.geometry.runs import min_jerk, runs
 from omomo_core.motion import FPS, HumanMotion
 from omomo_core.skeleton import ALL_JOINTS
 

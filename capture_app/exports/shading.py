@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from capture_app.exports.own_bones import unit_normals
-from omomo_core.geometry.creases import SplitSurface, split_creases
+from omomo_core.geometry.surface import SplitSurface, split_creases
 from omomo_core.motion import ObjectMesh
 
 _CREASE = np.radians(30.0)

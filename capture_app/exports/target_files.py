@@ -13,7 +13,7 @@ from capture_app.exports.bone_names import BONE_NAMES
 from capture_app.exports.own_bones import standing_shift
 from capture_app.exports.take import Y_UP, Skeleton
 from capture_app.exports.target import RawBones, Target, recognised, standing
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
 from omomo_core.learning.recordings.bvh import read_bvh
 from omomo_core.skeleton import ALL_JOINTS, ALL_PARENTS

@@ -23,7 +23,7 @@ from ingest.session import CaptureSession
 from ingest.trajectory.reading import Reading
 from omomo_core.body.kinematics import full_kinematics
 from omomo_core.body.model import BodyModel
-from omomo_core.contact.file import HANDS
+from omomo_core.contact.contact_file import HANDS
 from omomo_core.errors import InputError
 from omomo_core.generation.person import Person
 from omomo_core.geometry.surface import Surface, sample_surface

@@ -8,8 +8,8 @@ from jaxtyping import Float, Int
 from capture_app.exports.own_bones import strongest_influences
 from capture_app.exports.shading import creased
 from capture_app.picture_bytes import encoded
+from omomo_core.body.kinematics import vertex_normals
 from omomo_core.body.model import BodyModel
-from omomo_core.body.skinning import vertex_normals
 from omomo_core.motion import ObjectMesh
 
 MOST_FACES = 50_000

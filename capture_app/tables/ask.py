@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from capture_app.tables.answers import Task
+from omomo_core.compute import worker_pool
 from omomo_core.errors import OmocapError
 from omomo_core.learning.evaluation.clips import RealClip
-from omomo_core.learning.evaluation.method import EvaluatedMethod
+from omomo_core.learning.evaluation.methods import EvaluatedMethod
 from omomo_core.learning.evaluation.truth import MeasuredSamples, Truth
-from omomo_core.workers import worker_pool
 
 Load = Callable[[Sequence[str]], Mapping[str, EvaluatedMethod]]
 """Methods by the names of the command line; must be of a module, for other processes call it too."""

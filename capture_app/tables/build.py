@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from capture_app.tables.answers import WindowResult
 from capture_app.tables.methods import METHODS
 from capture_app.tables.paper import ABLATION, CORRECTED, PAPER, PUBLISHED, Column
-from omomo_core.learning.evaluation.average import average
-from omomo_core.learning.evaluation.windows import clip_of
+from omomo_core.learning.evaluation.metrics import average
+from omomo_core.learning.evaluation.sources import clip_of
 from omomo_core.learning.recordings.splits import UNSEEN, cast_of
 
 TITLES = {

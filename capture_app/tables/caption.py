@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from capture_app.tables.methods import Network
-from omomo_core.learning.evaluation.windows import clip_of
+from omomo_core.learning.evaluation.sources import clip_of
 from omomo_core.learning.recordings.splits import cast_of
 
 _BUDGET = {

@@ -17,11 +17,10 @@ from capture_app.tables.caption import TableOrigin
 from capture_app.tables.methods import chosen_methods, digest_of, load_methods, networks_of
 from capture_app.tables.verdict import with_verdicts
 from capture_app.tables.write import write_tables
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
 from omomo_core.learning.evaluation.clips import RealClip
-from omomo_core.learning.evaluation.sources import check_sources, read_recorded
-from omomo_core.learning.evaluation.windows import windows_of
+from omomo_core.learning.evaluation.sources import check_sources, read_recorded, windows_of
 from omomo_core.learning.recordings.splits import side_of
 
 MEASURES = 1

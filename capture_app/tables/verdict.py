@@ -8,8 +8,8 @@ from typing import Literal
 from capture_app.tables.answers import WindowResult
 from capture_app.tables.build import Group, PaperTable, grouped
 from capture_app.tables.methods import METHODS
-from omomo_core.learning.evaluation.average import PairedDifference, paired_bootstrap
-from omomo_core.learning.evaluation.windows import clip_of
+from omomo_core.learning.evaluation.metrics import PairedDifference, paired_bootstrap
+from omomo_core.learning.evaluation.sources import clip_of
 
 F1, MPJPE = "contact_f1", "mpjpe_cm"
 ORDER = ("omomo", "no-constraints", "single-stage", "goal")

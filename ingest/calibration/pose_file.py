@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from omomo_core.errors import InputError
-from omomo_core.geometry.procrustes import nearest_rotation
+from omomo_core.geometry.transforms import nearest_rotation
 
 _RIGID = 1e-3
 _BRACKETS = str.maketrans("[](),;", "      ")

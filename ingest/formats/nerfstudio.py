@@ -30,8 +30,7 @@ from ingest.formats.transforms_json import (
 )
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
-from omomo_core.geometry.shortest_turn import shortest_turn
-from omomo_core.geometry.transforms import inverse
+from omomo_core.geometry.transforms import inverse, shortest_turn
 
 NAME = "nerfstudio"
 FILES = 'a folder with transforms.json that has "timestamp" in each frame, or "fps"'

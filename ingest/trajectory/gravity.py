@@ -16,7 +16,7 @@ from ingest.trajectory.reading import Top
 from ingest.trajectory.resting_up import axis_of, find_resting_up
 from ingest.trajectory.rests import find_rests
 from omomo_core.errors import InputError
-from omomo_core.geometry.shortest_turn import shortest_turn
+from omomo_core.geometry.transforms import shortest_turn
 from omomo_core.motion import FPS, ObjectMesh
 
 _Y = np.array([0.0, 1.0, 0.0])

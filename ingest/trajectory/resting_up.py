@@ -12,8 +12,7 @@ from ingest.trajectory.plane import fit_plane
 from ingest.trajectory.reading import Top
 from ingest.trajectory.stable import standing_sides, tilt_from_standing
 from omomo_core.errors import InputError
-from omomo_core.geometry.procrustes import nearest_rotation
-from omomo_core.geometry.shortest_turn import shortest_turn
+from omomo_core.geometry.transforms import nearest_rotation, shortest_turn
 from omomo_core.motion import FPS, ObjectMesh
 
 _ONE_ANSWER = np.cos(np.radians(STANDING.same_direction))

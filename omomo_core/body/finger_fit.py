@@ -12,10 +12,9 @@ from jaxtyping import Bool, Float, Int
 from scipy.linalg import solveh_banded
 from torch import Tensor
 
-from omomo_core.body.config import GRASP, GRIP
-from omomo_core.body.finger_model import ANGLES, FingerModel, pose_fingers
+from omomo_core.body.body_config import GRASP, GRIP
+from omomo_core.body.finger_model import ANGLES, THUMB, FingerModel, pose_fingers
 from omomo_core.body.grip import HandPoses, crossed_bones, relaxed_angles
-from omomo_core.body.hand_skin import THUMB
 from omomo_core.geometry.distance_field import DistanceField
 
 _MILLIMETRES = 1000

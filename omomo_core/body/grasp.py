@@ -12,15 +12,13 @@ import torch
 from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
-from omomo_core.body.config import GRASP, GRIP
+from omomo_core.body.body_config import GRASP, GRIP
 from omomo_core.body.finger_fit import KeyFrames, fit_fingers, slowed
 from omomo_core.body.finger_model import PER_PHALANX, finger_model, pose_fingers, rotations
-from omomo_core.body.grip import HandPoses, find_grips, opened_angles, relaxed_angles
-from omomo_core.body.grip_names import name_grips
+from omomo_core.body.grip import HandPoses, find_grips, name_grips, opened_angles, relaxed_angles
 from omomo_core.body.model import BodyModel
 from omomo_core.geometry.distance_field import DistanceField
-from omomo_core.geometry.easing import min_jerk
-from omomo_core.geometry.runs import frames_away, runs
+from omomo_core.geometry.runs import frames_away, min_jerk, runs
 
 
 @dataclass(frozen=True)

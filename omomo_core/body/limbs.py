@@ -14,7 +14,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from omomo_core.body.config import LIMB
+from omomo_core.body.body_config import LIMB
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.skeleton import PALM_JOINTS, joint

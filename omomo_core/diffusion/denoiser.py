@@ -1,10 +1,122 @@
-"""The denoising transformer of both stages (OMOMO section 3.2, figure 3)."""
+"""The denoising transformer of both stages (OMOMO section 3.2, figure 3).
+
+Transformer blocks of the denoiser: the published one, and one that the noise level modulates.
+"""
+
+from dataclasses import dataclass
 
 import torch
 from jaxtyping import Bool, Float, Int
 from torch import Tensor, nn
 
-from omomo_core.diffusion.blocks import Block, DenoiserConfig, ModulatedBlock
+
+@dataclass(frozen=True)
+class DenoiserConfig:
+    """Sizes of a denoiser; the defaults are the paper's."""
+
+    channels: int
+    """Channels of x."""
+    condition: int
+    """Channels of the condition given per frame."""
+    shape: int = 0
+    """Channels of the object's shape code given per token; 0 when the stage does not see it."""
+    shape_hidden: int = 512
+    shape_width: int = 256
+    width: int = 512
+    layers: int = 4
+    heads: int = 4
+    head_width: int = 256
+    feedforward: int = 512
+    patch: int = 1
+    """Consecutive frames joined into one token."""
+    mask_keys: bool = False
+    """Hide padded frames from attention; the paper lets them leak into the valid ones."""
+    dropout: float = 0.1
+    modulated: bool = False
+    """The noise level scales and shifts every block (`ModulatedBlock`) instead of being a token."""
+    max_tokens: int = 256
+
+
+class Block(nn.Module):
+    """Self-attention and feed-forward, each followed by residual and layer norm."""
+
+    def __init__(self, config: DenoiserConfig) -> None:
+        super().__init__()
+        self.config = c = config
+        inner = c.heads * c.head_width
+        self.qkv = nn.Linear(c.width, 3 * inner)
+        self.attention_out = nn.Linear(inner, c.width)
+        self.attention_norm = nn.LayerNorm(c.width)
+        self.feedforward = nn.Sequential(
+            nn.Linear(c.width, c.feedforward), nn.ReLU(), nn.Linear(c.feedforward, c.width)
+        )
+        self.feedforward_norm = nn.LayerNorm(c.width)
+        self.dropout = nn.Dropout(c.dropout)
+
+    def forward(
+        self, h: Float[Tensor, "b tokens width"], seen: Bool[Tensor, "b tokens"]
+    ) -> Float[Tensor, "b tokens width"]:
+        """One block; padded tokens are zeroed after each half, as in the paper."""
+        c = self.config
+        keep = seen[..., None].to(h.dtype)
+        dropout = c.dropout if self.training else 0.0
+        mixed = self.attention_out(
+            attend(self.qkv(h), c.heads, seen if c.mask_keys else None, dropout)
+        )
+        h = self.attention_norm(h + self.dropout(mixed)) * keep
+        return self.feedforward_norm(h + self.dropout(self.feedforward(h))) * keep
+
+
+class ModulatedBlock(nn.Module):
+    """Pre-norm block whose norms and residuals the noise level scales and shifts.
+
+    The idea is that of Peebles and Xie 2023 (adaLN); the modulation is shared by all blocks but for a
+    table of each block's own, as in Chen et al. 2023 (PixArt).
+    """
+
+    def __init__(self, config: DenoiserConfig) -> None:
+        super().__init__()
+        self.config = c = config
+        inner = c.heads * c.head_width
+        self.attention_norm = nn.LayerNorm(c.width, elementwise_affine=False)
+        self.qkv = nn.Linear(c.width, 3 * inner)
+        self.attention_out = nn.Linear(inner, c.width)
+        self.feedforward_norm = nn.LayerNorm(c.width, elementwise_affine=False)
+        self.feedforward = nn.Sequential(
+            nn.Linear(c.width, c.feedforward), nn.GELU(), nn.Linear(c.feedforward, c.width)
+        )
+        self.table = nn.Parameter(torch.zeros(6, c.width))
+        self.dropout = nn.Dropout(c.dropout)
+
+    def forward(
+        self,
+        h: Float[Tensor, "b tokens width"],
+        seen: Bool[Tensor, "b tokens"],
+        modulation: Float[Tensor, "b 6 width"],
+    ) -> Float[Tensor, "b tokens width"]:
+        """One block; `modulation` is scale, shift and gate of the attention, then of the rest."""
+        c = self.config
+        scale, shift, gate, scale2, shift2, gate2 = (modulation + self.table)[:, :, None].unbind(1)
+        dropout = c.dropout if self.training else 0.0
+        x = self.attention_norm(h) * (1 + scale) + shift
+        mixed = self.attention_out(attend(self.qkv(x), c.heads, seen, dropout))
+        h = h + (1 + gate) * self.dropout(mixed)
+        x = self.feedforward_norm(h) * (1 + scale2) + shift2
+        return h + (1 + gate2) * self.dropout(self.feedforward(x))
+
+
+def attend(
+    qkv: Float[Tensor, "b tokens inner3"],
+    heads: int,
+    seen: Bool[Tensor, "b tokens"] | None,
+    dropout: float,
+) -> Float[Tensor, "b tokens inner"]:
+    """Multi-head attention from stacked queries, keys and values; unseen keys are left out."""
+    b, tokens, _ = qkv.shape
+    q, k, v = qkv.reshape(b, tokens, 3, heads, -1).permute(2, 0, 3, 1, 4)
+    mask = None if seen is None else seen[:, None, None]
+    mixed = nn.functional.scaled_dot_product_attention(q, k, v, attn_mask=mask, dropout_p=dropout)
+    return mixed.transpose(1, 2).reshape(b, tokens, -1)
 
 
 class Denoiser(nn.Module):

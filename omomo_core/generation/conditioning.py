@@ -10,10 +10,10 @@ from torch import Tensor
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.contact.segment import ContactSpan
-from omomo_core.generation.config import PREFIX
+from omomo_core.generation.generation_config import PREFIX
 from omomo_core.generation.object_clip import ObjectClip
-from omomo_core.generation.prefix import FeaturePrefix, Prefix, SolvedPrefix
-from omomo_core.generation.retargeting import Retargeting
+from omomo_core.generation.options import FeaturePrefix, Prefix, SolvedPrefix
+from omomo_core.generation.person import Retargeting
 from omomo_core.generation.selection.start_constraint import (
     StartConstraint,
     StartPose,
@@ -22,7 +22,7 @@ from omomo_core.generation.selection.start_constraint import (
 from omomo_core.geometry.rotations import rotmat_to_6d
 from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import HandMotion
-from omomo_core.stages.body import capture as body_stage
+from omomo_core.stages import body_capture as body_stage
 
 
 @dataclass(frozen=True)

@@ -1,36 +1,163 @@
-"""Decoding: from the features of stage 2 to people on the bones that are asked for, solved."""
+"""Decoding: from the features of stage 2 to people on the bones that are asked for, solved.
+
+Despiking: jumps of a sampled motion are spread over time before anything is solved.
+
+Tokens of four frames are decoded together, so a sample may jump between two of them.
+
+Hands of solved bodies laid on what they hold: turned, raised, and the arms solved again.
+
+Wrist targets: hands are turned so that their palms face the surface that they hold.
+"""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import roma
 import torch
 from jaxtyping import Float
-from scipy.ndimage import distance_transform_edt, gaussian_filter1d
+from scipy.ndimage import distance_transform_edt, gaussian_filter1d, maximum_filter1d
 from torch import Tensor
 
 from omomo_core.body.grasp import close_fingers
 from omomo_core.body.kinematics import WRISTS, forward_kinematics
+from omomo_core.body.limbs import reach
 from omomo_core.body.model import BodyModel
 from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
-from omomo_core.body.trajectory_optimization.penetration import penetration_depth
-from omomo_core.body.trajectory_optimization.targets import InteractionTargets
+from omomo_core.body.trajectory_optimization.residuals import InteractionTargets, penetration_depth
 from omomo_core.contact.segment import ContactSegment
-from omomo_core.generation.config import BODY_DECODING
+from omomo_core.generation.collision.avoidance import ELBOWS
+from omomo_core.generation.generation_config import BODY_DECODING, DESPIKING
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
-from omomo_core.generation.person import FingerFit, Person
-from omomo_core.generation.prefix import SolvedPrefix, fade, free_after
-from omomo_core.generation.retargeting import Retargeting
-from omomo_core.generation.sampling.despiking import despike
+from omomo_core.generation.options import SolvedPrefix, fade, free_after
+from omomo_core.generation.person import FingerFit, Person, Retargeting
 from omomo_core.generation.solving.bodies import SolvedBodies, solve_bodies
-from omomo_core.generation.solving.palms import lay_palms
-from omomo_core.generation.solving.wrists import face_palms
-from omomo_core.geometry.easing import min_jerk
+from omomo_core.generation.solving.palm_plan import (
+    ARMS,
+    find_holds,
+    raise_palms,
+    share_twist,
+    turn_palms,
+)
+from omomo_core.generation.solving.solving_config import BODY_SOLVING, WRIST
 from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d
+from omomo_core.geometry.runs import min_jerk
+from omomo_core.geometry.surface import Surface
 from omomo_core.motion import HandMotion, HumanMotion
-from omomo_core.skeleton import joint
-from omomo_core.stages.body import capture as body_stage
+from omomo_core.skeleton import PALM_JOINTS, joint
+from omomo_core.stages import body_capture as body_stage
+
+
+def despike(
+    x: Float[np.ndarray, "frames channels"], points: int
+) -> Float[np.ndarray, "frames channels"]:
+    """Return the features smoothed over time around frames in which a point moves too fast.
+
+    Args:
+        x: any features that may be averaged over time.
+        points: how many 3-vectors at the beginning of a row are positions, metres, whose speed counts.
+    """
+    for _ in range(DESPIKING.rounds):
+        way = np.diff(x[:, : 3 * points], axis=0, append=x[-1:, : 3 * points])
+        quick = (
+            np.linalg.norm(way.reshape(len(x), points, 3), axis=-1).max(axis=1) > DESPIKING.fastest
+        )
+        if not quick.any():
+            break
+        near = maximum_filter1d(quick.astype(float), round(4 * DESPIKING.width))
+        weight = gaussian_filter1d(near, DESPIKING.width).astype(x.dtype)[:, None]
+        x = x + weight * (gaussian_filter1d(x, DESPIKING.width, axis=0, mode="nearest") - x)
+    return x
+
+
+def lay_palms(
+    body: BodyModel,
+    solved: SolvedBodies,
+    targets: InteractionTargets,
+    segments: Sequence[tuple[ContactSegment, ...]],
+    free: Float[Tensor, " frames"],
+) -> SolvedBodies:
+    """Return bodies whose palms lie on what they hold, wrists within their range.
+
+    Args:
+        body: whose hands.
+        solved: palms on their targets.
+        targets: what they are solved for.
+        segments: what each hand holds and when.
+        free: how far each frame may be changed, from 0 to 1.
+    """
+    if not any(segments):
+        return solved
+    root, rotations = solved.root, solved.rotations.clone()
+    field, T = targets.obstacle.field, targets.T_world_object
+    joints = forward_kinematics(body, root, rotations).float()
+    palms = joints[..., 22:, :]
+    for k, held in enumerate(segments):
+        holds = list(find_holds(joints[k], rotations[k].float(), held, T, field, free))
+        turn = turn_palms(body, rotations[k][:, WRISTS].float(), holds, T, field)
+        wrists = roma.rotvec_to_rotmat(free[:, None, None] * turn) @ rotations[k][:, WRISTS]
+        at = palms[k] - (wrists.float() @ _hands(body)[..., None])[..., 0]
+        rise = raise_palms(body, at, wrists.float(), holds, T, field)
+        palms[k] += free[:, None, None] * rise
+        rotations[k][:, WRISTS] = wrists
+    for side in range(2):
+        goal = palms[..., side, :].to(rotations)
+        rotations, _ = reach(body, root, rotations, ARMS[side], goal, gently=True)
+    twist = roma.rotmat_to_rotvec(share_twist(rotations[:, :, ELBOWS], rotations[:, :, WRISTS]))
+    rotations[:, :, ELBOWS] = rotations[:, :, ELBOWS] @ roma.rotvec_to_rotmat(
+        free[:, None, None] * twist
+    )
+    fixed = (free == 0)[:, None, None, None]
+    rotations = torch.where(fixed, solved.rotations, rotations)
+    miss = (forward_kinematics(body, root, rotations)[..., 22:, :] - targets.palms).norm(dim=-1)
+    held = targets.hold > BODY_SOLVING.full_hold
+    return replace(solved, rotations=rotations, miss=torch.where(held, miss, 0.0))
+
+
+def _hands(body: BodyModel) -> Float[Tensor, "2 3"]:
+    """Return the way from each wrist to its palm joint, at rest, metres."""
+    rest = body.rest_joints.float()
+    return rest[list(PALM_JOINTS)] - rest[list(WRISTS)]
+
+
+def face_palms(
+    R_world_wrist: Float[Tensor, "frames 2 3 3"],
+    segments: Sequence[ContactSegment],
+    surface: Surface,
+    T_world_object: Float[np.ndarray, "frames 4 4"],
+) -> Float[Tensor, "frames 2 3 3"]:
+    """Return R_world_wrist turned by as little as brings each palm to face the surface at its anchor.
+
+    Args:
+        R_world_wrist: of the sample; the palm looks along -y at rest.
+        segments: what each hand holds and when.
+        surface: of the object, its frame.
+        T_world_object: its pose per frame.
+    """
+    turned = R_world_wrist.clone()
+    R_world_object = torch.from_numpy(T_world_object[:, :3, :3]).to(turned)
+    for s in segments:
+        _, nearest = surface.tree.query(s.anchor)
+        out = s.anchor - surface.points[nearest]
+        out = out / max(float(np.linalg.norm(out)), 1e-6)
+        frames = slice(s.start, s.stop)
+        R = R_world_wrist[frames, s.hand]
+        into = -(R_world_object[frames] @ torch.from_numpy(out).to(R))
+        turn = _toward(-R[..., 1], into, WRIST.tolerance, WRIST.farthest)
+        turned[frames, s.hand] = turn @ R
+    return turned
+
+
+def _toward(
+    now: Float[Tensor, "*b 3"], goal: Float[Tensor, "*b 3"], tolerance: float, farthest: float
+) -> Float[Tensor, "*b 3 3"]:
+    """Return the rotation that brings `now` within `tolerance` of `goal`, by `farthest` at most."""
+    axis = torch.linalg.cross(now, goal)
+    angle = torch.atan2(axis.norm(dim=-1), (now * goal).sum(dim=-1))
+    turn = (angle - tolerance).clamp(0.0, farthest)
+    unit = torch.nn.functional.normalize(axis, dim=-1)
+    return roma.rotvec_to_rotmat(unit * turn[..., None])
+
 
 ROOT_AND_JOINTS = 24
 """Vectors at the beginning of stage 2's features that are positions."""

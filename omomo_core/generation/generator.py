@@ -4,17 +4,17 @@ from collections import Counter
 
 import numpy as np
 
-from omomo_core.blas import one_blas_thread
 from omomo_core.body.model import BodyModel
 from omomo_core.generation.conditioning import UNCONDITIONED, Conditioning
-from omomo_core.generation.config import RECORDED
-from omomo_core.generation.paper import generate_as_published
+from omomo_core.generation.generation_config import RECORDED
+from omomo_core.generation.options import Generation, GenerationOptions, Progress, no_progress
+from omomo_core.generation.paper_generator import generate_as_published
 from omomo_core.generation.person import join
-from omomo_core.generation.result import Generation, GenerationOptions, Progress, no_progress
 from omomo_core.generation.selection.ranking import rank
 from omomo_core.generation.stream import stream
 from omomo_core.motion import ObjectMotion
 from omomo_core.stages.stage import Stages
+from omomo_core.system import one_blas_thread
 
 
 def generate(

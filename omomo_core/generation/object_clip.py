@@ -9,10 +9,14 @@ from jaxtyping import Bool, Float
 from scipy.spatial import KDTree
 
 from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
-from omomo_core.contact.config import ANCHOR
+from omomo_core.contact.contact_config import ANCHOR
 from omomo_core.contact.segment import ContactSegment
-from omomo_core.contact.static_stability import TippingLever, tipping_lever
-from omomo_core.contact.support import must_be_held, touchable_range
+from omomo_core.contact.static_stability import (
+    TippingLever,
+    must_be_held,
+    tipping_lever,
+    touchable_range,
+)
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.geometry.object_features import ObjectFeatures, object_features
 from omomo_core.geometry.surface import Surface, sample_surface

@@ -14,19 +14,21 @@ from torch import Tensor
 from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.model import BodyModel
 from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
-from omomo_core.body.trajectory_optimization.targets import InteractionTargets
-from omomo_core.contact.anchor import anchor_spans
-from omomo_core.contact.segment import ContactSegment, ContactSpan, follow_anchors
+from omomo_core.body.trajectory_optimization.residuals import InteractionTargets
+from omomo_core.contact.segment import ContactSegment, ContactSpan, anchor_spans, follow_anchors
 from omomo_core.generation.collision.approach import lead_around
-from omomo_core.generation.config import CORRECTION
-from omomo_core.generation.decoding import arms_follow, assemble_people, balance_weight
+from omomo_core.generation.decoding import (
+    arms_follow,
+    assemble_people,
+    balance_weight,
+    face_palms,
+    lay_palms,
+)
+from omomo_core.generation.generation_config import CORRECTION
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.person import Person, join, stretch
 from omomo_core.generation.solving.bodies import solve_bodies
-from omomo_core.generation.solving.palms import lay_palms
-from omomo_core.generation.solving.wrists import face_palms
-from omomo_core.geometry.easing import min_jerk
-from omomo_core.geometry.runs import runs
+from omomo_core.geometry.runs import min_jerk, runs
 from omomo_core.motion import HandMotion, HumanMotion
 
 

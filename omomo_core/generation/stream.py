@@ -3,46 +3,132 @@
 A take of any length is generated in chunks that begin with a prefix from the chunk before, so memory does
 not grow with the take, and poses may still be arriving. A chunk is sampled, then solved. The next one needs
 only the sample to be sampled, so both can be done at the same time.
+
+one_ahead: the next item is made in a second thread while the last one is used.
+
+Chunks: the stretches of a take that are generated at once.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import chain
+from threading import Event
+from typing import TypeVar
 
 import numpy as np
 import torch
 from jaxtyping import Bool, Float
 from torch import Tensor
 
-from omomo_core.blas import one_blas_thread
-from omomo_core.body.load import load_body
-from omomo_core.body.model import BodyModel
-from omomo_core.body.trajectory_optimization.targets import InteractionTargets
+from omomo_core.body.model import BodyModel, load_body
+from omomo_core.body.trajectory_optimization.residuals import InteractionTargets
+from omomo_core.compute import LITTLE_TO_SOLVE, sample_groups, torch_threads
 from omomo_core.contact.segment import ContactSegment, follow_anchors
-from omomo_core.generation.ahead import one_ahead
-from omomo_core.generation.chunks import Chunk, split_into_chunks
-from omomo_core.generation.collision.approach import lead_around
-from omomo_core.generation.collision.contact_face import Held, choose_contact_faces
+from omomo_core.generation.collision.approach import Held, choose_contact_faces, lead_around
 from omomo_core.generation.conditioning import (
     UNCONDITIONED,
     Conditioning,
     prefix_from_pose,
     start_constraint,
 )
-from omomo_core.generation.config import LIVE, ChunkSizes
 from omomo_core.generation.decoding import SampledBodies, interaction_targets, solve_people
+from omomo_core.generation.generation_config import LIVE, ChunkSizes
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
-from omomo_core.generation.person import Person, shift_spans, stretch
-from omomo_core.generation.prefix import FeaturePrefix, Prefix, SolvedPrefix
-from omomo_core.generation.result import GenerationOptions, Progress, no_progress
-from omomo_core.generation.retargeting import Retargeting
-from omomo_core.generation.sampling.body import sample_body
-from omomo_core.generation.sampling.hands import decode_hands, impose_palm_prefix, sample_hands
+from omomo_core.generation.options import (
+    FeaturePrefix,
+    GenerationOptions,
+    Prefix,
+    Progress,
+    SolvedPrefix,
+    no_progress,
+)
+from omomo_core.generation.person import Person, Retargeting, shift_spans, stretch
+from omomo_core.generation.sampling.sample_body import sample_body
+from omomo_core.generation.sampling.sample_hands import (
+    decode_hands,
+    impose_palm_prefix,
+    sample_hands,
+)
 from omomo_core.generation.solving.bodies import SolvedBodies
-from omomo_core.generation.threads import LITTLE_TO_SOLVE, sample_groups, torch_threads
 from omomo_core.motion import HandMotion, ObjectMesh
 from omomo_core.stages.stage import Stages
+from omomo_core.system import one_blas_thread
+
+T = TypeVar("T")
+
+
+class _Abandoned(Exception):
+    """Nobody waits for the next item any more."""
+
+
+def one_ahead(make: Callable[[Progress], Iterator[T]], progress: Progress) -> Generator[T]:
+    """Yield the items of `make`, of which the next one is always made in a second thread.
+
+    What `make` or `progress` raises there is raised here in the item's place. When the generator is closed,
+    the thread ends at its next progress, and is waited for.
+
+    Args:
+        make: makes the items, and tells its progress to what it is given.
+        progress: told of it, in the second thread.
+    """
+    abandoned = Event()
+
+    def told(step: str, done: float) -> None:
+        if abandoned.is_set():
+            raise _Abandoned
+        progress(step, done)
+
+    items = make(told)
+    with ThreadPoolExecutor(1) as pool:
+        try:
+            coming = pool.submit(next, items, None)
+            while (item := coming.result()) is not None:
+                coming = pool.submit(next, items, None)
+                yield item
+        finally:
+            abandoned.set()
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """A stretch of the take: frames `first` .. `first + len(T_world_object)`."""
+
+    first: int
+    T_world_object: Float[np.ndarray, "frames 4 4"]
+    prefix_frames: int
+    """How many of its first frames are fixed."""
+    stop: int
+    """It yields its frames `prefix_frames` .. `stop`."""
+    last: bool
+
+    @property
+    def frames(self) -> int:
+        """How many frames it has."""
+        return len(self.T_world_object)
+
+    def handed_on(self, context: int) -> slice:
+        """Return the last frames that it yields, with which the next chunk begins."""
+        return slice(self.stop - context, self.stop)
+
+
+def split_into_chunks(
+    poses: Iterable[Float[np.ndarray, "4 4"]], sizes: ChunkSizes
+) -> Iterator[Chunk]:
+    """Yield chunks as soon as their poses have arrived; every frame is yielded by exactly one."""
+    held: list[Float[np.ndarray, "4 4"]] = []
+    first = prefix_frames = 0
+    for pose in poses:
+        held.append(pose)
+        if len(held) <= sizes.length + sizes.spare:
+            continue
+        stop = sizes.length - sizes.margin
+        yield Chunk(first, np.stack(held[: sizes.length]), prefix_frames, stop, last=False)
+        gone = stop - sizes.context
+        del held[:gone]
+        first, prefix_frames = first + gone, sizes.context
+    if len(held) > prefix_frames:
+        yield Chunk(first, np.stack(held), prefix_frames, len(held), last=True)
 
 
 @dataclass(frozen=True)

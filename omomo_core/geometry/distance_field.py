@@ -17,8 +17,8 @@ from torch import Tensor
 from torch.nn.functional import grid_sample, interpolate, normalize
 
 from omomo_core.errors import InputError
-from omomo_core.geometry.config import DISTANCE_FIELD
-from omomo_core.geometry.triangles import Triangles
+from omomo_core.geometry.geometry_config import DISTANCE_FIELD
+from omomo_core.geometry.surface import Triangles
 from omomo_core.motion import ObjectMesh
 
 

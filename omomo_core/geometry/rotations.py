@@ -1,9 +1,22 @@
-"""6D rotations and yaw, for torch tensors of any batch shape. Quaternions are xyzw (see roma)."""
+"""6D rotations and yaw, for torch tensors of any batch shape. Quaternions are xyzw (see roma).
+
+The paper's canonical frame: where the person stands and faces in a window's first frame.
+
+Frames that need no human: a heading per window, and what a change of heading does to features.
+
+Features are vectors first, scalars after. The origin is a moving reference that every window of a
+take shares, so between windows only the heading differs, and that is a linear map: x0 estimates of
+overlapping windows can be averaged exactly.
+"""
+
+from dataclasses import dataclass
 
 import roma
 import torch
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from torch import Tensor
+
+from omomo_core.geometry.geometry_config import HEADING
 
 
 def rotmat_to_6d(R: Float[Tensor, "*batch 3 3"]) -> Float[Tensor, "*batch 2 3"]:
@@ -25,3 +38,80 @@ def yaw_matrix(yaw: Float[Tensor, "*batch"]) -> Float[Tensor, "*batch 3 3"]:
     c, s = torch.cos(yaw), torch.sin(yaw)
     rows = [c, -s, zero, s, c, zero, zero, zero, one]
     return torch.stack(rows, dim=-1).reshape(*yaw.shape, 3, 3)
+
+
+def human_frame(
+    root: Float[Tensor, "b 3"], R_world_root: Float[Tensor, "b 3 3"]
+) -> tuple[Float[Tensor, "b 3"], Float[Tensor, " b"]]:
+    """Origin (floor point under the pelvis, metres) and yaw (radians) of each window's frame.
+
+    In that frame the person's left axis, laid on the floor, is +x: the person faces -y
+    (facts of the published release; the paper's section 4 only says "canonicalised").
+    """
+    origin = root.clone()
+    origin[:, 2] = 0
+    left = R_world_root[:, :, 0]
+    return origin, torch.atan2(left[:, 1], left[:, 0])
+
+
+def into_frame(
+    points: Float[Tensor, "b frames *n 3"], origin: Float[Tensor, "b 3"], yaw: Float[Tensor, " b"]
+) -> Float[Tensor, "b frames *n 3"]:
+    """World points in the frames."""
+    flat = points.flatten(1, -2) - origin[:, None]
+    return torch.einsum("bij,bnj->bni", yaw_matrix(-yaw).to(points.dtype), flat).view_as(points)
+
+
+def out_of_frame(
+    points: Float[Tensor, "b frames *n 3"], origin: Float[Tensor, "b 3"], yaw: Float[Tensor, " b"]
+) -> Float[Tensor, "b frames *n 3"]:
+    """Inverse of `into_frame`."""
+    flat = torch.einsum("bij,bnj->bni", yaw_matrix(yaw).to(points.dtype), points.flatten(1, -2))
+    return (flat + origin[:, None]).view_as(points)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How many 3-vectors a feature row begins with, and how many scalars follow."""
+
+    vectors: int
+    scalars: int
+
+    @property
+    def channels(self) -> int:
+        """Length of a row."""
+        return 3 * self.vectors + self.scalars
+
+
+def turn(
+    x: Float[Tensor, "b frames channels"], yaw: Float[Tensor, " b"], layout: Layout
+) -> Float[Tensor, "b frames channels"]:
+    """Turn the vectors of each row by its window's yaw (radians, about z); scalars stay."""
+    return rotate(x, yaw_matrix(yaw)[:, None], layout)
+
+
+def rotate(
+    x: Float[Tensor, "b frames channels"], R: Float[Tensor, " b #frames 3 3"], layout: Layout
+) -> Float[Tensor, "b frames channels"]:
+    """Turn the vectors of each row by a rotation of its window, or of its frame; scalars stay."""
+    split = 3 * layout.vectors
+    vectors = x[..., :split].unflatten(-1, (layout.vectors, 3))
+    turned = vectors @ R.to(x.dtype).transpose(-1, -2)
+    return torch.cat([turned.flatten(-2), x[..., split:]], dim=-1)
+
+
+def heading_of_travel(
+    centre: Float[Tensor, "b frames 3"], valid: Bool[Tensor, "b frames"]
+) -> tuple[Float[Tensor, " b"], Bool[Tensor, " b"]]:
+    """Yaw of the way from an object's first to its last place; False where it hardly goes."""
+    last = valid.long().sum(dim=1).clamp(min=1) - 1
+    way = centre[torch.arange(len(centre)), last, :2] - centre[:, 0, :2]
+    return torch.atan2(way[:, 1], way[:, 0]), way.norm(dim=-1) > HEADING.shortest_travel
+
+
+def heading_of_palms(
+    palms: Float[Tensor, "b frames 2 3"], valid: Bool[Tensor, "b frames"]
+) -> Float[Tensor, " b"]:
+    """Yaw that the person faces, from the mean direction between right and left palm."""
+    left = ((palms[:, :, 0] - palms[:, :, 1])[..., :2] * valid[..., None]).sum(dim=1)
+    return torch.atan2(-left[:, 0], left[:, 1])

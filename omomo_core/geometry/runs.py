@@ -1,4 +1,7 @@
-"""Stretches of frames in which something holds."""
+"""Stretches of frames in which something holds.
+
+Smooth progress from one state to another.
+"""
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -17,3 +20,9 @@ def frames_away(mask: Bool[np.ndarray, " frames"]) -> Float[np.ndarray, " frames
     for start, stop in runs(mask):
         away = np.minimum(away, np.maximum(np.maximum(start - t, t - stop + 1), 0))
     return away.astype(np.float32)
+
+
+def min_jerk(u: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
+    """0 to 1 with no speed and no acceleration at both ends."""
+    u = np.clip(u, 0.0, 1.0)
+    return u**3 * (10.0 - 15.0 * u + 6.0 * u**2)

@@ -5,18 +5,17 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Literal
 
-from omomo_core.geometry.bps import PAPER_POINTS
-from omomo_core.learning.baselines.goal import network as goal
-from omomo_core.learning.baselines.goal.training import GoalTraining
+from omomo_core.geometry.object_features import PAPER_POINTS
+from omomo_core.learning.baselines import goal
+from omomo_core.learning.baselines.goal import GoalTraining
 from omomo_core.learning.training.denoising import Denoising
 from omomo_core.learning.training.training_task import Make
-from omomo_core.stages.body import capture as body_capture
-from omomo_core.stages.body import paper as body_paper
-from omomo_core.stages.body.paper import CHANNELS
-from omomo_core.stages.hands import capture as hand_capture
-from omomo_core.stages.hands import paper as hand_paper
-from omomo_core.stages.paper import Size, stage_config
+from omomo_core.stages import body_capture, body_paper
+from omomo_core.stages import hands_capture as hand_capture
+from omomo_core.stages import hands_paper as hand_paper
+from omomo_core.stages.body_paper import CHANNELS
 from omomo_core.stages.stage import StageConfig
+from omomo_core.stages.stage_config import Size, paper_stage_config
 
 MethodName = Literal["capture", "omomo", "single-stage", "goal"]
 SHIPPED_STEPS = {"hands": 20_000, "body": 11_000}
@@ -74,4 +73,6 @@ def single_stage_config(size: Size) -> StageConfig:
     Its condition is that of the first stage (object centre and BPS), its output that of the second (204
     numbers).
     """
-    return stage_config("single", size, channels=CHANNELS, condition=3, shape=3 * PAPER_POINTS)
+    return paper_stage_config(
+        "single", size, channels=CHANNELS, condition=3, shape=3 * PAPER_POINTS
+    )

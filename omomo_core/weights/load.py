@@ -2,12 +2,11 @@
 
 from pathlib import Path
 
-from omomo_core.body.load import load_body
-from omomo_core.device import Device, find_device
+from omomo_core.body.model import load_body
+from omomo_core.compute import Device, find_device, quick_in_bf16
 from omomo_core.errors import AssetError
-from omomo_core.precision import quick_in_bf16
-from omomo_core.stages.body import capture as body_stage
-from omomo_core.stages.hands import capture as hand_stage
+from omomo_core.stages import body_capture as body_stage
+from omomo_core.stages import hands_capture as hand_stage
 from omomo_core.stages.stage import Configuration, Stage, Stages, load_stage
 
 SHIPPED = Path(__file__).parent

@@ -17,8 +17,8 @@ from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.person import Person
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 from omomo_core.skeleton import ALL_PARENTS
-from omomo_core.stages.body import capture as body_stage
-from omomo_core.stages.hands import capture as hand_stage
+from omomo_core.stages import body_capture as body_stage
+from omomo_core.stages import hands_capture as hand_stage
 from omomo_core.stages.network_file import save_network
 from omomo_core.stages.stage import Stage
 

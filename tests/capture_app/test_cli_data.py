@@ -13,10 +13,10 @@ import pytest
 import trimesh
 
 from capture_app.cli.app import invoke
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.learning.recordings import dataset
-from omomo_core.learning.recordings.build import build_mocap
 from omomo_core.learning.recordings.clips import Clip, load_clips, save_clips
+from omomo_core.learning.recordings.recordings import build_mocap
 from omomo_core.learning.synthesis import engine
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from tests.core.rig_files import rig_name, write_bvh

@@ -8,8 +8,8 @@ import pytest
 import torch
 
 from capture_app.cli.app import invoke
-from omomo_core.stages.body import capture as body_stage
-from omomo_core.stages.hands import capture as hand_stage
+from omomo_core.stages import body_capture as body_stage
+from omomo_core.stages import hands_capture as hand_stage
 from omomo_core.stages.network_file import save_network
 from omomo_core.stages.stage import Stage
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from capture_app.manifest_builder import held_grips, unsatisfied
-from omomo_core.body.grip_names import GRIPS
+from omomo_core.body.grip import GRIPS
 from omomo_core.generation.person import FingerFit, Person
 from omomo_core.motion import HumanMotion
 

@@ -9,7 +9,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import joints_of
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.learning.recordings.smpl import world_rotations
 from tests.core.rig_files import R_YUP_ZUP, stepping
 

@@ -7,8 +7,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import joints_of
-from omomo_core.body.load import load_body
-from omomo_core.body.model import BodyModel
+from omomo_core.body.model import BodyModel, load_body
 from omomo_core.learning.evaluation.clips import RealClip
 from omomo_core.learning.evaluation.truth import recorded_person
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion

@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.skeleton import MODEL_PARENTS, PALM_JOINTS
 from tests.core.rig_files import stepping
 

@@ -8,9 +8,8 @@ import torch
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from omomo_core.body.kinematics import global_rotations
-from omomo_core.body.load import load_body
-from omomo_core.body.soles import sole_points
+from omomo_core.body.kinematics import global_rotations, sole_points
+from omomo_core.body.model import load_body
 from omomo_core.skeleton import BODY_JOINTS, MODEL_PARENTS, joint
 
 BODY = load_body()

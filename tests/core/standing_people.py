@@ -7,9 +7,9 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.limbs import reach
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
-from omomo_core.generation.solving.feet import ANKLES
+from omomo_core.generation.solving.foot_plan import ANKLES
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.motion import ObjectMesh
 

@@ -9,12 +9,12 @@ import torch
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import full_kinematics, joints_of
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import to_local
-from omomo_core.learning.recordings.ball import is_ball, read_ball
-from omomo_core.learning.recordings.build import build_mocap
 from omomo_core.learning.recordings.clips import Clip
+from omomo_core.learning.recordings.object_recordings import is_ball, read_ball
+from omomo_core.learning.recordings.recordings import build_mocap
 from omomo_core.learning.recordings.smpl import world_rotations
 from omomo_core.skeleton import ALL_JOINTS, ALL_PARENTS
 from tests.core.rig_files import stepping

@@ -3,7 +3,7 @@
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from omomo_core.blas import one_blas_thread
+from omomo_core.system import one_blas_thread
 
 
 def _threads() -> list[int]:

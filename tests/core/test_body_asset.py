@@ -1,6 +1,6 @@
 import torch
 
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.skeleton import ALL_JOINTS, PALM_JOINTS, joint
 
 BODY = load_body()

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.body.kinematics import forward_kinematics, full_kinematics, global_rotations
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.skeleton import ALL_PARENTS, PALM_JOINTS, joint
 
 BODY = load_body()

@@ -6,10 +6,10 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.body.config import LIMB
+from omomo_core.body.body_config import LIMB
 from omomo_core.body.kinematics import forward_kinematics, global_rotations
 from omomo_core.body.limbs import LimbName, reach
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.skeleton import joint
 
 BODY = load_body()

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 import torch
 
-from omomo_core.body.kinematics import full_kinematics
-from omomo_core.body.load import load_body
-from omomo_core.body.skinning import skin
+from omomo_core.body.kinematics import full_kinematics, skin
+from omomo_core.body.model import load_body
 from omomo_core.errors import AssetError
 from omomo_core.skeleton import ALL_JOINTS, joint
 

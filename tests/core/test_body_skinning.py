@@ -1,9 +1,8 @@
 import roma
 import torch
 
-from omomo_core.body.kinematics import full_kinematics
-from omomo_core.body.load import load_body
-from omomo_core.body.skinning import skin, vertex_normals
+from omomo_core.body.kinematics import full_kinematics, skin, vertex_normals
+from omomo_core.body.model import load_body
 
 BODY = load_body()
 EYE = torch.eye(3)

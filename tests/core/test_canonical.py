@@ -6,11 +6,20 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.generation.sampling.windows import merge_windows
-from omomo_core.geometry.canonical import Layout, heading_of_palms, heading_of_travel, turn
-from omomo_core.geometry.human_frame import human_frame, into_frame, out_of_frame
-from omomo_core.geometry.rotations import rotmat_from_6d, rotmat_to_6d, yaw_matrix
-from omomo_core.stages.windows import window_frames
+from omomo_core.generation.sampling.sample_body import merge_windows
+from omomo_core.geometry.rotations import (
+    Layout,
+    heading_of_palms,
+    heading_of_travel,
+    human_frame,
+    into_frame,
+    out_of_frame,
+    rotmat_from_6d,
+    rotmat_to_6d,
+    turn,
+    yaw_matrix,
+)
+from omomo_core.stages.stage import window_frames
 
 angles = st.floats(-math.pi, math.pi)
 

@@ -18,22 +18,22 @@ ROOMS = (
 )
 NO_SETTINGS = {
     # The body's shape and mass, measured or fitted once: data, as the mesh is.
-    "omomo_core/body/trajectory_optimization/collision_spheres.py": {
+    "omomo_core/body/trajectory_optimization/obstacle.py": {
         *("STATURE", "_MIDDLE", "_LEFT", "_ROWS", "COARSE_SPHERES"),
     },
-    "omomo_core/body/trajectory_optimization/anatomy.py": {"_BETWEEN", "_MASSES"},
+    "omomo_core/body/trajectory_optimization/residuals.py": {"_BETWEEN", "_MASSES"},
     # Axes of hinges in the skeleton's rest pose.
     "omomo_core/body/limbs.py": {"_LIMBS"},
     # Signs of a half turn.
-    "omomo_core/generation/selection/opposite_side.py": {"_HALF_TURN"},
+    "omomo_core/generation/selection/plausibility.py": {"_HALF_TURN"},
     # Axes, weights of a difference, a factor of statistics, and what stamps are rounded to.
     "ingest/trajectory/gravity.py": {"_Y"},
     "ingest/trajectory/rests.py": {"_SIXTH"},
     "ingest/trajectory/smooth.py": {"_MAD"},
     "ingest/trajectory/resample.py": {"_SAME_TIME"},
     # What a network was trained with; another value needs another network.
-    "omomo_core/geometry/bps.py": {"BASIS_RADIUS"},
-    "omomo_core/stages/capture.py": {"LEVEL_SHIFT"},
+    "omomo_core/geometry/object_features.py": {"BASIS_RADIUS"},
+    "omomo_core/stages/stage_config.py": {"LEVEL_SHIFT"},
     # Parts of the time that a progress bar shows.
     "omomo_core/generation/solving/bodies.py": {"_BEFORE", "_OPTIMISING"},
 }

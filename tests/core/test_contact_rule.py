@@ -5,8 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.geometry.transforms import to_local
-from omomo_core.stages.config import CONTACT_RULE
-from omomo_core.stages.hands.contact_rule import constrain
+from omomo_core.stages.hands_paper import constrain
+from omomo_core.stages.stage_config import CONTACT_RULE
 from tests.core.contact.box import FRAMES, MESH, carried
 
 

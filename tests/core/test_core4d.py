@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from omomo_core.body.kinematics import joints_of
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import to_local
-from omomo_core.learning.recordings.build import build_mocap
 from omomo_core.learning.recordings.core4d import core4d_clips, is_core4d
+from omomo_core.learning.recordings.recordings import build_mocap
 from omomo_core.learning.recordings.smpl import world_rotations
 from omomo_core.skeleton import joint
 from tests.core.core4d_files import SIZE, carrying, write_take

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import torch
 
-from omomo_core.device import find_device
+from omomo_core.compute import find_device
 from omomo_core.errors import InputError
 from omomo_core.generation.generator import generate
-from omomo_core.generation.result import GenerationOptions
+from omomo_core.generation.options import GenerationOptions
 from omomo_core.stages.stage import Stage
 from omomo_core.weights.load import load_stages
 from tests.core.test_generation import BODY, carried

@@ -7,12 +7,10 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.diffusion.blocks import DenoiserConfig
-from omomo_core.diffusion.denoiser import Denoiser
-from omomo_core.diffusion.samplers import sample
-from omomo_core.diffusion.schedule import cosine_schedule, shifted
-from omomo_core.stages.body import paper as body_paper
-from omomo_core.stages.hands import paper as hand_paper
+from omomo_core.diffusion.denoiser import Denoiser, DenoiserConfig
+from omomo_core.diffusion.samplers import cosine_schedule, sample, shifted
+from omomo_core.stages import body_paper
+from omomo_core.stages import hands_paper as hand_paper
 from omomo_core.stages.stage import Stage
 
 SCHEDULE = cosine_schedule()

@@ -8,15 +8,20 @@ import pytest
 import torch
 from scipy.spatial.transform import Rotation
 
-from omomo_core.body.kinematics import MODEL_REST, forward_kinematics
-from omomo_core.body.load import load_body
-from omomo_core.body.model import BodyModel, with_height
-from omomo_core.body.rest_turns import rest_offsets
+from omomo_core.body.kinematics import MODEL_REST, forward_kinematics, rest_offsets
+from omomo_core.body.model import BodyModel, load_body, with_height
 from omomo_core.errors import InputError
 from omomo_core.generation.object_clip import ObjectModel
-from omomo_core.generation.retargeting import Retargeting
-from omomo_core.learning.evaluation.clips import NAMES, clip_paths, read_clip
-from omomo_core.learning.evaluation.person import AXES, THICKEST_SOLE, THINNEST_SOLE, body_of
+from omomo_core.generation.person import Retargeting
+from omomo_core.learning.evaluation.clips import (
+    AXES,
+    NAMES,
+    THICKEST_SOLE,
+    THINNEST_SOLE,
+    body_of,
+    clip_paths,
+    read_clip,
+)
 
 BODY = load_body()
 NAME = "sub1_box_001"

@@ -11,18 +11,18 @@ from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import full_kinematics
-from omomo_core.learning.evaluation.average import average, spread
 from omomo_core.learning.evaluation.clips import RealClip
 from omomo_core.learning.evaluation.metrics import (
+    average,
     clusters,
     floor_height,
     foot_measures,
     joint_errors,
     root_orientation_errors,
+    spread,
     vertex_error,
 )
-from omomo_core.learning.evaluation.touch import Touching
-from omomo_core.learning.evaluation.truth import Truth
+from omomo_core.learning.evaluation.truth import Touching, Truth
 from omomo_core.motion import HumanMotion
 from tests.core.movers import mover, resembling
 

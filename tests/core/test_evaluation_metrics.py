@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.geometry.object_features import object_features
 from omomo_core.learning.baselines.opposed_palms import opposed_palms
 from omomo_core.learning.evaluation.metrics import (
@@ -20,7 +20,7 @@ from omomo_core.learning.evaluation.metrics import (
     root_orientation_errors,
     swing_measures,
 )
-from omomo_core.learning.evaluation.touch import Touching
+from omomo_core.learning.evaluation.truth import Touching
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 
 UPRIGHT = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])

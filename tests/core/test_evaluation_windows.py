@@ -5,12 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
-from omomo_core.learning.evaluation.average import paired_bootstrap
-from omomo_core.learning.evaluation.methods.load import RecordedPeople
-from omomo_core.learning.evaluation.sources import read_recorded
-from omomo_core.learning.evaluation.windows import clip_of, windows_of
+from omomo_core.learning.evaluation.methods import RecordedPeople
+from omomo_core.learning.evaluation.metrics import paired_bootstrap
+from omomo_core.learning.evaluation.sources import clip_of, read_recorded, windows_of
 from omomo_core.learning.recordings.clips import Clip, save_clips
 from tests.core.movers import mover
 

@@ -8,25 +8,23 @@ import torch
 import trimesh
 
 from omomo_core.body.kinematics import forward_kinematics
-from omomo_core.body.load import load_body
-from omomo_core.body.model import with_height
+from omomo_core.body.model import load_body, with_height
 from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
-from omomo_core.body.trajectory_optimization.penetration import penetration_depth
-from omomo_core.body.trajectory_optimization.targets import InteractionTargets
+from omomo_core.body.trajectory_optimization.residuals import InteractionTargets, penetration_depth
 from omomo_core.errors import InputError
 from omomo_core.generation.conditioning import Conditioning, Pose
+from omomo_core.generation.decoding import despike
 from omomo_core.generation.generator import generate
-from omomo_core.generation.result import Generation, GenerationOptions
-from omomo_core.generation.sampling.despiking import despike
-from omomo_core.generation.selection.config import SCORE
+from omomo_core.generation.options import Generation, GenerationOptions
 from omomo_core.generation.selection.ranking import choose
+from omomo_core.generation.selection.selection_config import SCORE
 from omomo_core.generation.solving.bodies import SolvedBodies, solve_bodies
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.motion import HandMotion, ObjectMesh, ObjectMotion
-from omomo_core.stages.body import capture as body_stage
-from omomo_core.stages.body import paper as body_paper
-from omomo_core.stages.hands import capture as hand_stage
-from omomo_core.stages.hands import paper as hand_paper
+from omomo_core.stages import body_capture as body_stage
+from omomo_core.stages import body_paper
+from omomo_core.stages import hands_capture as hand_stage
+from omomo_core.stages import hands_paper as hand_paper
 from omomo_core.stages.stage import Stage, Stages
 
 BODY = load_body()

@@ -7,7 +7,7 @@ import trimesh
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.collision.approach import lead_around
 from omomo_core.generation.object_clip import ObjectModel
-from omomo_core.geometry.easing import min_jerk
+from omomo_core.geometry.runs import min_jerk
 from omomo_core.motion import HandMotion, ObjectMesh
 
 FRAMES, HELD, LET_GO = 90, 40, 50

@@ -8,13 +8,12 @@ import torch
 import trimesh
 
 from omomo_core.body.kinematics import WRISTS
-from omomo_core.body.trajectory_optimization.targets import InteractionTargets
-from omomo_core.contact.anchor import anchor_spans
-from omomo_core.contact.config import ANCHOR
-from omomo_core.contact.segment import ContactSegment, ContactSpan, follow_anchors
-from omomo_core.generation.collision.contact_face import choose_contact_faces
+from omomo_core.body.trajectory_optimization.residuals import InteractionTargets
+from omomo_core.contact.contact_config import ANCHOR
+from omomo_core.contact.segment import ContactSegment, ContactSpan, anchor_spans, follow_anchors
+from omomo_core.generation.collision.approach import choose_contact_faces
+from omomo_core.generation.decoding import face_palms
 from omomo_core.generation.object_clip import ObjectModel
-from omomo_core.generation.solving.wrists import face_palms
 from omomo_core.motion import HandMotion, ObjectMesh
 from tests.core.standing_people import BODY, FRAMES, at, standing
 

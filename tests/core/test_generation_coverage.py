@@ -5,13 +5,13 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.generation.selection.config import COVERAGE
-from omomo_core.generation.selection.coverage import (
+from omomo_core.generation.selection.plausibility import (
     hypothesis_count,
     k_medoids,
     kernel_mean,
     order_by_side,
 )
+from omomo_core.generation.selection.selection_config import COVERAGE
 
 
 def clustered(centres: np.ndarray, each: int, rng: np.random.Generator) -> np.ndarray:

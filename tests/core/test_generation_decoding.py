@@ -5,8 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from omomo_core.generation.config import BODY_DECODING
 from omomo_core.generation.decoding import arms_follow
+from omomo_core.generation.generation_config import BODY_DECODING
 
 
 @settings(max_examples=50)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import torch
 
-from omomo_core.generation.prefix import FeaturePrefix, fade
-from omomo_core.generation.sampling.despiking import despike
+from omomo_core.generation.decoding import despike
+from omomo_core.generation.options import FeaturePrefix, fade
 
 
 @pytest.mark.parametrize(("metres", "leaps"), [(0.118, False), (0.122, True)])

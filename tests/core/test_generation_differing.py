@@ -5,19 +5,18 @@ import pytest
 import torch
 import trimesh
 
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.generation.conditioning import UNCONDITIONED, Conditioning, Pose
 from omomo_core.generation.generator import generate
-from omomo_core.generation.result import GenerationOptions
-from omomo_core.generation.sampling import body as stage_2
-from omomo_core.generation.sampling import hands as stage_1
-from omomo_core.generation.sampling.windows import WindowConditions, sample_take
+from omomo_core.generation.options import GenerationOptions
+from omomo_core.generation.sampling import sample_body as stage_2
+from omomo_core.generation.sampling import sample_hands as stage_1
+from omomo_core.generation.sampling.sample_body import WindowConditions, sample_take
 from omomo_core.motion import ObjectMesh, ObjectMotion
-from omomo_core.stages.body import capture as body_stage
-from omomo_core.stages.config import HAND_STAGE
-from omomo_core.stages.hands import capture as hand_stage
-from omomo_core.stages.stage import Stage, Stages
-from omomo_core.stages.windows import WINDOW
+from omomo_core.stages import body_capture as body_stage
+from omomo_core.stages import hands_capture as hand_stage
+from omomo_core.stages.stage import WINDOW, Stage, Stages
+from omomo_core.stages.stage_config import HAND_STAGE
 
 BODY = load_body()
 FRAMES = 400

@@ -5,9 +5,9 @@ import pytest
 import torch
 
 from omomo_core.body.kinematics import forward_kinematics
-from omomo_core.body.load import load_body
-from omomo_core.generation.solving.config import FOOT_PLAN
-from omomo_core.generation.solving.feet import ANKLES, TOES, plan_feet
+from omomo_core.body.model import load_body
+from omomo_core.generation.solving.foot_plan import ANKLES, TOES, plan_feet
+from omomo_core.generation.solving.solving_config import FOOT_PLAN
 
 BODY = load_body()
 LEFT, AIR = 0, slice(20, 32)

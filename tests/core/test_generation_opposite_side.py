@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
-from omomo_core.generation.selection.config import OPPOSITE_SIDE
-from omomo_core.generation.selection.opposite_side import add_opposite_side, move_to_lighter_side
+from omomo_core.generation.selection.plausibility import add_opposite_side, move_to_lighter_side
+from omomo_core.generation.selection.selection_config import OPPOSITE_SIDE
 from omomo_core.motion import ObjectMesh
 
 FRAMES, LONG = 12, 40

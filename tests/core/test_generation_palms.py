@@ -8,15 +8,14 @@ import trimesh
 
 from omomo_core.body.kinematics import WRISTS, forward_kinematics
 from omomo_core.body.limbs import reach
-from omomo_core.body.trajectory_optimization.targets import InteractionTargets
+from omomo_core.body.trajectory_optimization.residuals import InteractionTargets
 from omomo_core.contact.segment import ContactSegment
-from omomo_core.generation.collision.root import ELBOWS
+from omomo_core.generation.collision.avoidance import ELBOWS
+from omomo_core.generation.decoding import lay_palms
 from omomo_core.generation.object_clip import ObjectModel
 from omomo_core.generation.solving.bodies import SolvedBodies
-from omomo_core.generation.solving.config import PALM_PLAN
-from omomo_core.generation.solving.palm_plan import beyond_range
-from omomo_core.generation.solving.palms import lay_palms
-from omomo_core.generation.solving.reach import ARMS
+from omomo_core.generation.solving.palm_plan import ARMS, beyond_range
+from omomo_core.generation.solving.solving_config import PALM_PLAN
 from omomo_core.motion import ObjectMesh
 from tests.core.standing_people import BODY, FRAMES, at, block, standing
 

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import forward_kinematics
-from omomo_core.body.load import load_body
-from omomo_core.generation.config import BODY_DECODING
+from omomo_core.body.model import load_body
 from omomo_core.generation.decoding import pitch, tilt_pelvis
+from omomo_core.generation.generation_config import BODY_DECODING
 from omomo_core.geometry.rotations import yaw_matrix
 from omomo_core.skeleton import joint
 from tests.core.standing_people import FACING_X

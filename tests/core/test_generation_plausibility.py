@@ -8,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
-from omomo_core.generation.selection.config import PLAUSIBILITY
-from omomo_core.generation.selection.coverage import select_by_coverage
-from omomo_core.generation.selection.plausibility import PalmHolds
+from omomo_core.generation.selection.plausibility import PalmHolds, select_by_coverage
+from omomo_core.generation.selection.selection_config import PLAUSIBILITY
 from omomo_core.motion import ObjectMesh
 
 FRAMES = 60

@@ -7,12 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.body.kinematics import forward_kinematics
-from omomo_core.body.load import load_body
-from omomo_core.body.trajectory_optimization.targets import InteractionTargets
+from omomo_core.body.model import load_body
+from omomo_core.body.trajectory_optimization.residuals import InteractionTargets
 from omomo_core.generation.object_clip import ObjectModel
-from omomo_core.generation.solving.config import REACH
-from omomo_core.generation.solving.feet import plan_feet
-from omomo_core.generation.solving.reach import move_root_within_reach, solve_arms
+from omomo_core.generation.solving.foot_plan import plan_feet
+from omomo_core.generation.solving.palm_plan import move_root_within_reach, solve_arms
+from omomo_core.generation.solving.solving_config import REACH
 from omomo_core.motion import ObjectMesh
 
 BODY = load_body()

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.person import FingerFit, Person
-from omomo_core.generation.selection.scores import score
+from omomo_core.generation.selection.ranking import score
 from omomo_core.motion import FPS, HumanMotion
 from omomo_core.skeleton import joint
 

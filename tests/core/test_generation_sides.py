@@ -10,18 +10,24 @@ from hypothesis import strategies as st
 
 from omomo_core.body.kinematics import WRISTS, forward_kinematics
 from omomo_core.body.limbs import reach
-from omomo_core.body.trajectory_optimization.anatomy import build_anatomy
 from omomo_core.body.trajectory_optimization.obstacle import MeshObstacle
-from omomo_core.body.trajectory_optimization.penetration import penetration_depth
-from omomo_core.body.trajectory_optimization.targets import InteractionTargets
-from omomo_core.generation.collision.config import ROOT_SHIFT
-from omomo_core.generation.collision.feet import move_feet_clear
-from omomo_core.generation.collision.limbs import swing_limbs_clear, turn_hands_clear
-from omomo_core.generation.collision.root import move_root_clear
-from omomo_core.generation.collision.sides import CollisionAvoidance, level_shifts
+from omomo_core.body.trajectory_optimization.residuals import (
+    InteractionTargets,
+    build_anatomy,
+    penetration_depth,
+)
+from omomo_core.generation.collision.avoidance import (
+    CollisionAvoidance,
+    level_shifts,
+    move_feet_clear,
+    move_root_clear,
+    swing_limbs_clear,
+    turn_hands_clear,
+)
+from omomo_core.generation.collision.collision_config import ROOT_SHIFT
 from omomo_core.generation.solving.bodies import solve_bodies
-from omomo_core.generation.solving.config import BODY_SOLVING
-from omomo_core.generation.solving.feet import ANKLES, FootPlan
+from omomo_core.generation.solving.foot_plan import ANKLES, FootPlan
+from omomo_core.generation.solving.solving_config import BODY_SOLVING
 from omomo_core.geometry.cheapest_path import cheapest_path
 from omomo_core.geometry.runs import runs
 from omomo_core.skeleton import joint

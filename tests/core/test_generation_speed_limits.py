@@ -7,9 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from omomo_core.generation.person import Person
-from omomo_core.generation.selection.config import HUMAN_LIMITS, SCORE, SpeedLimits
-from omomo_core.generation.selection.ranking import choose
-from omomo_core.generation.selection.scores import score
+from omomo_core.generation.selection.ranking import choose, score
+from omomo_core.generation.selection.selection_config import HUMAN_LIMITS, SCORE, SpeedLimits
 from omomo_core.generation.selection.speed_limits import (
     PARTS,
     TURNING,

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from omomo_core.generation.conditioning import Conditioning, start_constraint
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
-from omomo_core.generation.selection.config import START
+from omomo_core.generation.selection.selection_config import START
 from omomo_core.generation.selection.start_constraint import (
     StartPose,
     StartPosition,

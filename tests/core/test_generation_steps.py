@@ -5,8 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from omomo_core.generation.solving.config import STEPS
-from omomo_core.generation.solving.steps import add_steps
+from omomo_core.generation.solving.foot_plan import add_steps
+from omomo_core.generation.solving.solving_config import STEPS
 from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
 

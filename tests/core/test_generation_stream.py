@@ -8,13 +8,12 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.body.load import load_body
-from omomo_core.generation.chunks import split_into_chunks
-from omomo_core.generation.config import LIVE, RECORDED, ChunkSizes
+from omomo_core.body.model import load_body
+from omomo_core.generation.generation_config import LIVE, RECORDED, ChunkSizes
 from omomo_core.generation.generator import generate
+from omomo_core.generation.options import GenerationOptions
 from omomo_core.generation.person import join
-from omomo_core.generation.result import GenerationOptions
-from omomo_core.generation.stream import GeneratedChunk, stream
+from omomo_core.generation.stream import GeneratedChunk, split_into_chunks, stream
 from omomo_core.stages.stage import Stages
 from omomo_core.weights.load import load_stages
 from tests.core.test_generation import carried, untrained

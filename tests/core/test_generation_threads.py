@@ -10,12 +10,11 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omomo_core.body.load import load_body
-from omomo_core.generation.ahead import one_ahead
-from omomo_core.generation.config import ChunkSizes
-from omomo_core.generation.result import GenerationOptions, no_progress
-from omomo_core.generation.stream import stream
-from omomo_core.generation.threads import LEAST_WINDOWS, batch_parts, sample_groups, torch_threads
+from omomo_core.body.model import load_body
+from omomo_core.compute import LEAST_WINDOWS, batch_parts, sample_groups, torch_threads
+from omomo_core.generation.generation_config import ChunkSizes
+from omomo_core.generation.options import GenerationOptions, no_progress
+from omomo_core.generation.stream import one_ahead, stream
 from omomo_core.stages.stage import Stage, StageConfig, load_stage
 from omomo_core.weights.load import SHIPPED, load_stages
 from tests.core.test_generation import carried

@@ -6,8 +6,8 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from omomo_core.contact.segment import ContactSegment
-from omomo_core.generation.solving.config import WRIST
-from omomo_core.generation.solving.wrists import face_palms
+from omomo_core.generation.decoding import face_palms
+from omomo_core.generation.solving.solving_config import WRIST
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.motion import ObjectMesh
 

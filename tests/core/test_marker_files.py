@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from omomo_core.errors import InputError
-from omomo_core.learning.recordings.markers.reading import read_places, read_tracks
+from omomo_core.learning.recordings.marker_tracks import read_places, read_tracks
 from tests.core.marker_files import (
     NAMES,
     Capture,

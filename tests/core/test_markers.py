@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from omomo_core.errors import InputError
-from omomo_core.learning.recordings.markers.solve import MarkedMotion, Solving, solve
-from omomo_core.learning.recordings.markers.tracks import Places, Tracks
+from omomo_core.learning.recordings.marker_solve import MarkedMotion, Solving, solve
+from omomo_core.learning.recordings.marker_tracks import Places, Tracks
 from tests.core.marker_files import NAMES, Capture, capture
 
 SOURCE = Path("capture.csv")

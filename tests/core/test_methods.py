@@ -11,19 +11,16 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.errors import AssetError
-from omomo_core.generation.result import GenerationOptions
+from omomo_core.generation.options import GenerationOptions
 from omomo_core.geometry.surface import sample_surface
-from omomo_core.learning.baselines.goal.features import ObjectFrames, spread_out
-from omomo_core.learning.baselines.goal.network import Goal, GoalConfig
+from omomo_core.learning.baselines.goal import Goal, GoalConfig, ObjectFrames, spread_out
 from omomo_core.learning.evaluation.clips import RealClip
-from omomo_core.learning.evaluation.method import EvaluatedMethod
-from omomo_core.learning.evaluation.methods.load import LOADERS, load_method
+from omomo_core.learning.evaluation.methods import LOADERS, EvaluatedMethod, load_method
 from omomo_core.learning.methods import single_stage_config
 from omomo_core.motion import HumanMotion
-from omomo_core.stages.body import capture as body_capture
-from omomo_core.stages.body import paper as body_paper
-from omomo_core.stages.hands import capture as hand_capture
-from omomo_core.stages.hands import paper as hand_paper
+from omomo_core.stages import body_capture, body_paper
+from omomo_core.stages import hands_capture as hand_capture
+from omomo_core.stages import hands_paper as hand_paper
 from omomo_core.stages.network_file import save_network
 from omomo_core.stages.stage import Stage, StageConfig
 from tests.core.movers import mover

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
 from omomo_core.learning.recordings.mocap import (
     METRES_PER_BVH_UNIT,

@@ -3,7 +3,7 @@
 import pytest
 import torch
 
-from omomo_core.learning.training.optimiser import Muon, orthogonal
+from omomo_core.learning.training.training_task import Muon, orthogonal
 
 
 @pytest.mark.parametrize("shape", [(24, 24), (12, 48), (48, 12)])

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
-from omomo_core.geometry.bps import basis, encode
+from omomo_core.geometry.object_features import basis, encode
 from omomo_core.geometry.surface import sample_surface
-from omomo_core.learning.training.shapes import ShapeGrids
+from omomo_core.learning.training.corpus import ShapeGrids
 from omomo_core.motion import ObjectMesh
 
 

@@ -9,10 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.learning.recordings.clips import Clip
-from omomo_core.learning.recordings.joint_angles import SIDES, elbow, knee, twist
-from omomo_core.learning.recordings.quality import judge
+from omomo_core.learning.recordings.quality import SIDES, elbow, judge, knee, twist
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.skeleton import joint
 

@@ -16,12 +16,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import joints_of
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.joblib_file import read_joblib
-from omomo_core.learning.recordings.release import release_clips
-from omomo_core.learning.recordings.release_objects import thinned
+from omomo_core.learning.recordings.omomo_release import release_clips, thinned
 from omomo_core.motion import ObjectMesh
 from tests.core.release_files import SIZE, dump, make_up, sequence
 from tests.core.rig_files import stepping

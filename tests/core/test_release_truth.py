@@ -9,11 +9,15 @@ from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
 from omomo_core.body.kinematics import joints_of
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.learning.evaluation.clips import RealClip
 from omomo_core.learning.evaluation.sources import read_truth
-from omomo_core.learning.recordings.release import release_clips
-from omomo_core.learning.recordings.release_sequences import ReleaseSequence, leg, read_release
+from omomo_core.learning.recordings.omomo_release import (
+    ReleaseSequence,
+    leg,
+    read_release,
+    release_clips,
+)
 from omomo_core.motion import ObjectMotion
 from tests.core.release_files import Written, dump, make_up, slipped
 

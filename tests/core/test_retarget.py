@@ -9,16 +9,13 @@ import numpy as np
 import pytest
 from jaxtyping import Float
 
-from omomo_core.body.kinematics import joints_of
-from omomo_core.body.load import load_body
-from omomo_core.body.soles import sole_points
+from omomo_core.body.kinematics import joints_of, sole_points
+from omomo_core.body.model import load_body
 from omomo_core.geometry.runs import runs
-from omomo_core.learning.recordings.build import build_mocap
-from omomo_core.learning.recordings.calibration import calibrate
 from omomo_core.learning.recordings.grounding import foot_skating, ground
 from omomo_core.learning.recordings.mocap import METRES_PER_BVH_UNIT, SourceMotion, read_mocap_npz
-from omomo_core.learning.recordings.recordings import motion_files, read_recordings
-from omomo_core.learning.recordings.retargeting import mocap_clips, retarget
+from omomo_core.learning.recordings.recordings import build_mocap, motion_files, read_recordings
+from omomo_core.learning.recordings.retargeting import calibrate, mocap_clips, retarget
 from omomo_core.skeleton import joint
 
 FAMILIES = {

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from omomo_core.body.kinematics import joints_of
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
-from omomo_core.learning.recordings.build import build_mocap
-from omomo_core.learning.recordings.calibration import calibrate
 from omomo_core.learning.recordings.mocap import read_bvh_motion
-from omomo_core.learning.recordings.retargeting import retarget
+from omomo_core.learning.recordings.recordings import build_mocap
+from omomo_core.learning.recordings.retargeting import calibrate, retarget
 from omomo_core.skeleton import joint
 from tests.core.rig_files import write_bvh
 

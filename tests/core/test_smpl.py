@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
-from omomo_core.learning.recordings.build import build_mocap
+from omomo_core.learning.recordings.recordings import build_mocap
 from omomo_core.learning.recordings.smpl import is_smpl, read_smpl, world_rotations
 from tests.core.rig_files import stepping
 

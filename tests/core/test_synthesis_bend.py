@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from omomo_core.body.kinematics import joints_of
-from omomo_core.body.load import load_body
-from omomo_core.learning.synthesis.bend import Torso, bent, manner
+from omomo_core.body.model import load_body
+from omomo_core.learning.synthesis.actor import Torso, bent, manner
 
 BODY = load_body()
 STANDING = (

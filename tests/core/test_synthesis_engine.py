@@ -8,26 +8,28 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from omomo_core.body.kinematics import joints_of
-from omomo_core.body.load import load_body
-from omomo_core.body.soles import sole_points
+from omomo_core.body.kinematics import joints_of, sole_points
+from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
 from omomo_core.geometry.runs import runs
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.geometry.transforms import to_local
-from omomo_core.learning.recordings.build import build_mocap
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.grounding import foot_skating
 from omomo_core.learning.recordings.quality import judge
+from omomo_core.learning.recordings.recordings import build_mocap
 from omomo_core.learning.recordings.splits import cast_of, side_of
 from omomo_core.learning.synthesis.action_plan import Action
 from omomo_core.learning.synthesis.attempt import attempt, finished
-from omomo_core.learning.synthesis.base_motion import motion_with_stops
+from omomo_core.learning.synthesis.base_motion import (
+    mirrored,
+    motion_with_stops,
+    reversed_in_time,
+    survey,
+)
 from omomo_core.learning.synthesis.base_motion_search import Sources
-from omomo_core.learning.synthesis.engine import synthesise
-from omomo_core.learning.synthesis.footage import mirrored, reversed_in_time, survey
-from omomo_core.learning.synthesis.roster import Roster, classes_of, people_of
-from omomo_core.learning.synthesis.walker.library import index
+from omomo_core.learning.synthesis.engine import Roster, classes_of, people_of, synthesise
+from omomo_core.learning.synthesis.walker.improvise import index
 from omomo_core.motion import FPS
 
 COUNT = 8

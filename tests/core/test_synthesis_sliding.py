@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
-from omomo_core.learning.synthesis.action_plan import Action
-from omomo_core.learning.synthesis.base_motion import BaseMotion, goes_its_way
-from omomo_core.learning.synthesis.directions import ahead_of, left_of
-from omomo_core.learning.synthesis.grammar import draw_action_plan
+from omomo_core.learning.synthesis.action_plan import Action, tilt_for, way_of
+from omomo_core.learning.synthesis.actions import draw_action_plan
+from omomo_core.learning.synthesis.base_motion import BaseMotion, ahead_of, goes_its_way, left_of
 from omomo_core.learning.synthesis.props import make_prop
-from omomo_core.learning.synthesis.style import tilt_for, way_of
 
 FACING = 0.7
 

@@ -7,22 +7,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.body.load import load_body
-from omomo_core.body.model import BodyModel
+from omomo_core.body.model import BodyModel, load_body
 from omomo_core.learning.synthesis.base_motion import BaseMotion
+from omomo_core.learning.synthesis.cart_use import cart_trajectory, trolley_trajectory
 from omomo_core.learning.synthesis.holds import Handling
 from omomo_core.learning.synthesis.props.catalogue import MAKERS, placed
-from omomo_core.learning.synthesis.tools.cart import cart_trajectory
-from omomo_core.learning.synthesis.tools.grip import around
-from omomo_core.learning.synthesis.tools.strokes import stroke_trajectory
-from omomo_core.learning.synthesis.tools.tool_use import (
+from omomo_core.learning.synthesis.tool_use import (
     PROPS,
     ToolAction,
     ToolUse,
+    around,
     draw_tool_use,
     sole,
+    stroke_trajectory,
 )
-from omomo_core.learning.synthesis.tools.trolley import trolley_trajectory
 
 FRAMES = 150
 STROKES: list[ToolAction] = ["sweep", "mop", "vacuum"]

@@ -7,13 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.learning.synthesis.action_plan import ActionPlan, PropPlacement
-from omomo_core.learning.synthesis.base_motion import BaseMotion
-from omomo_core.learning.synthesis.directions import ahead_of, left_of
-from omomo_core.learning.synthesis.grammar import draw_action_plan
-from omomo_core.learning.synthesis.holding import both_come, holds_of
-from omomo_core.learning.synthesis.trajectory import prop_trajectory
+from omomo_core.learning.synthesis.actions import draw_action_plan
+from omomo_core.learning.synthesis.base_motion import BaseMotion, ahead_of, left_of
+from omomo_core.learning.synthesis.trajectory import both_come, holds_of, prop_trajectory
 
 FACING = 0.7
 FRAMES = 120

@@ -9,18 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.body.kinematics import joints_of
-from omomo_core.body.load import load_body
-from omomo_core.body.soles import sole_points
+from omomo_core.body.kinematics import joints_of, sole_points
+from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
-from omomo_core.learning.recordings.build import build_mocap
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.grounding import foot_contacts, foot_skating
-from omomo_core.learning.synthesis.base_motion import BaseMotion
-from omomo_core.learning.synthesis.footage import Footage, heading, survey
-from omomo_core.learning.synthesis.walker.improvise import follow, improvise
-from omomo_core.learning.synthesis.walker.library import MotionLibrary, index
-from omomo_core.learning.synthesis.walker.path import Move, MoveName, draw_move, lay
+from omomo_core.learning.recordings.recordings import build_mocap
+from omomo_core.learning.synthesis.base_motion import BaseMotion, Footage, heading, survey
+from omomo_core.learning.synthesis.walker.footsteps import Move, MoveName, draw_move, lay
+from omomo_core.learning.synthesis.walker.improvise import MotionLibrary, follow, improvise, index
 from omomo_core.motion import FPS
 
 FRAMES = 240

@@ -9,22 +9,25 @@ import numpy as np
 import pytest
 import torch
 
-from omomo_core.diffusion.blocks import DenoiserConfig
+from omomo_core.diffusion.denoiser import DenoiserConfig
 from omomo_core.errors import AssetError, InputError
-from omomo_core.learning.baselines.goal.network import GoalConfig
-from omomo_core.learning.baselines.goal.training import GoalTraining
+from omomo_core.learning.baselines.goal import GoalConfig, GoalTraining
 from omomo_core.learning.methods import MethodName, networks, single_stage_config
 from omomo_core.learning.recordings.clips import load_clips, save_clips
-from omomo_core.learning.training.checkpoint import resume_run, save_run
 from omomo_core.learning.training.corpus import Corpus
 from omomo_core.learning.training.denoising import Denoising
-from omomo_core.learning.training.distributed import ProcessGroup
-from omomo_core.learning.training.loop import TrainState, start, train
+from omomo_core.learning.training.training_loop import (
+    ProcessGroup,
+    TrainState,
+    resume_run,
+    save_run,
+    start,
+    train,
+)
 from omomo_core.learning.training.training_task import Make, TrainingTask, TrainOptions, collate
-from omomo_core.stages.body import capture as body_capture
-from omomo_core.stages.body import paper as body_paper
-from omomo_core.stages.hands import capture as hand_capture
-from omomo_core.stages.hands import paper as hand_paper
+from omomo_core.stages import body_capture, body_paper
+from omomo_core.stages import hands_capture as hand_capture
+from omomo_core.stages import hands_paper as hand_paper
 from omomo_core.stages.network_file import read_header, save_network
 from omomo_core.stages.stage import Stage, StageConfig, StageName, load_stage
 from omomo_core.weights.load import load_stages

@@ -10,11 +10,10 @@ import pytest
 import torch
 from safetensors.torch import load_file, save_file
 
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
 from omomo_core.learning.training.corpus import Corpus
-from omomo_core.learning.training.distributed import ProcessGroup, process_group
-from omomo_core.learning.training.loop import start, train
+from omomo_core.learning.training.training_loop import ProcessGroup, process_group, start, train
 from omomo_core.learning.training.training_task import TrainOptions
 from tests.core.test_training import CLIPS, MAKES
 

@@ -9,17 +9,15 @@ import torch
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import forward_kinematics
-from omomo_core.geometry.canonical import rotate, turn
 from omomo_core.geometry.object_features import object_features
-from omomo_core.geometry.rotations import rotmat_from_6d, yaw_matrix
+from omomo_core.geometry.rotations import rotate, rotmat_from_6d, turn, yaw_matrix
 from omomo_core.learning.training.corpus import Corpus
-from omomo_core.learning.training.examples import make_example
+from omomo_core.learning.training.denoising import make_example
 from omomo_core.motion import ObjectMotion
-from omomo_core.stages.body import capture as body_capture
-from omomo_core.stages.body import paper as body_paper
-from omomo_core.stages.hands import capture as hand_capture
-from omomo_core.stages.hands import paper as hand_paper
-from omomo_core.stages.windows import WINDOW
+from omomo_core.stages import body_capture, body_paper
+from omomo_core.stages import hands_capture as hand_capture
+from omomo_core.stages import hands_paper as hand_paper
+from omomo_core.stages.stage import WINDOW
 from tests.core.training_clips import BODY, CLIPS, clip
 
 

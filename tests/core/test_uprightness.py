@@ -6,7 +6,7 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omomo_core.generation.sampling.body import posture_levels
+from omomo_core.generation.sampling.sample_body import posture_levels
 from omomo_core.learning.training.corpus import Uprightness
 
 

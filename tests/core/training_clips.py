@@ -3,7 +3,7 @@
 import numpy as np
 import trimesh
 
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.motion import ObjectMesh, ObjectMotion
 

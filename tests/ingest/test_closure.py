@@ -15,7 +15,7 @@ from ingest.trajectory.closure import find_closure, spread
 from ingest.trajectory.object_motion import to_object_motion
 from ingest.trajectory.reading import Reading
 from omomo_core.errors import InputError
-from omomo_core.geometry.easing import min_jerk
+from omomo_core.geometry.runs import min_jerk
 from omomo_core.motion import FPS
 
 

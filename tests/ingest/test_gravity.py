@@ -18,7 +18,7 @@ from ingest.trajectory.object_motion import to_object_motion
 from ingest.trajectory.reading import Reading
 from ingest.trajectory.resting_up import axis_of
 from omomo_core.errors import InputError
-from omomo_core.geometry.easing import min_jerk
+from omomo_core.geometry.runs import min_jerk
 
 T_PHONE_OBJECT = np.eye(4)
 T_PHONE_OBJECT[:3, :3] = Rotation.from_rotvec([1.1, -0.4, 0.6]).as_matrix()

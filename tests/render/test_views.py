@@ -7,7 +7,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import forward_kinematics
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.errors import InputError
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion

@@ -22,7 +22,7 @@ export class ContactEdits {
     return JSON.stringify(this.file()) !== JSON.stringify(this.#laidOut(this.own));
   }
 
-  // What contacts.json holds, as omomo_core/contact/file.py lays it out.
+  // What contacts.json holds, as omomo_core/contact/contact_file.py lays it out.
   file() {
     return this.#laidOut(this.segments);
   }

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from ingest.calibration.board.lens import Sightings
-from omomo_core.geometry.procrustes import nearest_rotation
+from omomo_core.geometry.transforms import nearest_rotation
 
 _SAMPLES = 40
 """With 30 % of wrong corners, one sample in four is clean."""

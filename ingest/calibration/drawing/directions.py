@@ -9,7 +9,7 @@ from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
 from omomo_core.errors import InputError
-from omomo_core.geometry.procrustes import nearest_rotation
+from omomo_core.geometry.transforms import nearest_rotation
 
 _SIDES = {
     "screen": (2, 1),

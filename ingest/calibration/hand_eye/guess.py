@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from ingest.calibration.hand_eye.samples import Samples
 from ingest.uncertainty import rotation, rotation_vector
-from omomo_core.geometry.procrustes import nearest_rotation
-from omomo_core.geometry.transforms import inverse
+from omomo_core.geometry.transforms import inverse, nearest_rotation
 
 _PAIRS_DRAWN, _PAIRS = 3000, 300
 _LONGEST = 12.0

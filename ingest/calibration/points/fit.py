@@ -9,7 +9,7 @@ from scipy.stats import chi2, f
 
 from ingest.calibration.points.pairs import PointPairs, check_line, check_pairs, explain, wild
 from ingest.uncertainty import skew
-from omomo_core.geometry.procrustes import SimilarityTransform
+from omomo_core.geometry.transforms import SimilarityTransform
 
 PICKING = 0.002
 """Metres, along each axis, by which a point picked by hand is off."""

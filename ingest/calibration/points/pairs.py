@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 from scipy.stats import chi2
 
 from omomo_core.errors import InputError
-from omomo_core.geometry.procrustes import SimilarityTransform, procrustes
+from omomo_core.geometry.transforms import SimilarityTransform, procrustes
 
 _SAME = 1e-6
 _UNITS = {1000: "millimetres", 100: "centimetres", 39.37: "inches"}

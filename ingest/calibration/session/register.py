@@ -20,7 +20,7 @@ from ingest.calibration.session.align import (
 )
 from ingest.uncertainty import between
 from omomo_core.errors import InputError
-from omomo_core.geometry.procrustes import procrustes
+from omomo_core.geometry.transforms import procrustes
 from omomo_core.motion import ObjectMesh
 
 _SAME = 1e-4

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from ingest.scan.cameras.metric import Similarity
-from omomo_core.geometry.shortest_turn import shortest_turn
+from omomo_core.geometry.transforms import shortest_turn
 
 _Z = np.array([0.0, 0.0, 1.0])
 _TILT = np.cos(np.radians(20.0))

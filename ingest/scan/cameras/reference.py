@@ -17,7 +17,7 @@ from ingest.scan.cameras.metric import Similarity
 from ingest.scan.cameras.reference_missing import not_seen
 from ingest.scan.types import Scale, View
 from omomo_core.errors import InputError
-from omomo_core.geometry.procrustes import procrustes
+from omomo_core.geometry.transforms import procrustes
 
 _OFF = 0.01
 """Part of its diagonal that the corners of a board or a marker may be off (root mean square)."""

@@ -1,33 +1,144 @@
-"""Trajectory optimisation: Gauss-Newton on the splines of a whole clip, then exact hands and feet."""
+"""Trajectory optimisation: Gauss-Newton on the splines of a whole clip, then exact hands and feet.
+
+Smooth corrections: cubic B-splines in time, and least squares over their coefficients.
+
+Approach: where hands are while they come to what they hold, and after they have let go of it.
+"""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 import roma
 import torch
 from jaxtyping import Bool, Float, Int
+from scipy.linalg import solveh_banded
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from torch import Tensor
 
-from omomo_core.body.kinematics import forward_kinematics
+from omomo_core.body.kinematics import forward_kinematics, joints_of
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
-from omomo_core.body.trajectory_optimization.anatomy import (
+from omomo_core.body.trajectory_optimization.residuals import (
     BONES,
     PARENT_BONES,
     VALUES,
     Anatomy,
+    FrameTargets,
+    SolverTargets,
     build_anatomy,
+    limit_arm_speed,
+    linearise,
+    support_extent,
 )
-from omomo_core.body.trajectory_optimization.angular_speed_limit import limit_arm_speed
-from omomo_core.body.trajectory_optimization.config import SOLVER, TURN_CLOSENESS
-from omomo_core.body.trajectory_optimization.residuals import linearise, support_extent
-from omomo_core.body.trajectory_optimization.spline import Spline, gauss_newton_step
-from omomo_core.body.trajectory_optimization.targets import FrameTargets, SolverTargets
+from omomo_core.body.trajectory_optimization.solver_config import SOLVER, TURN_CLOSENESS
+from omomo_core.geometry.runs import min_jerk
 from omomo_core.geometry.transforms import velocity
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
+from omomo_core.system import one_blas_thread
+
+_ORDER = 4
+"""Coefficients that touch one frame."""
+
+
+@dataclass(frozen=True)
+class Spline:
+    """A uniform cubic B-spline with a coefficient every `spacing` frames."""
+
+    frames: int
+    spacing: float
+
+    @property
+    def count(self) -> int:
+        """Number of coefficients."""
+        return max(1, int(np.ceil((self.frames - 1) / self.spacing))) + _ORDER - 1
+
+    def basis(self, frames: Float[np.ndarray, " times"]) -> Float[Tensor, "times coefficients"]:
+        """Return the weight of every coefficient at some frames."""
+        return self._weights(frames, 0)
+
+    def bending(self) -> Float[Tensor, "coefficients coefficients"]:
+        """Return the quadratic form of the mean squared second derivative in time, per frame^4."""
+        B = self._weights(np.arange(self.frames, dtype=float), 2)
+        return B.T @ B / self.frames
+
+    def _weights(
+        self, frames: Float[np.ndarray, " times"], derivative: int
+    ) -> Float[Tensor, "times coefficients"]:
+        at = frames / self.spacing
+        first = np.minimum(np.floor(at).astype(int), self.count - _ORDER)
+        u = (at - first)[:, None]
+        if derivative == 0:
+            w = [(1 - u) ** 3, 3 * u**3 - 6 * u**2 + 4, -3 * u**3 + 3 * u**2 + 3 * u + 1, u**3]
+            scale = 1 / 6
+        else:
+            w = [1 - u, 3 * u - 2, 1 - 3 * u, u]
+            scale = 1 / self.spacing**2
+        out = np.zeros((len(frames), self.count))
+        rows = np.arange(len(frames))[:, None]
+        out[rows, first[:, None] + np.arange(_ORDER)] = np.concatenate(w, axis=1) * scale
+        return torch.as_tensor(out, dtype=torch.float32)
+
+
+def gauss_newton_step(
+    basis: Float[Tensor, "times coefficients"],
+    hessian: Float[Tensor, "times n n"],
+    gradient: Float[Tensor, "times n"],
+    bending: Float[Tensor, "coefficients coefficients"],
+    stiffness: Float[Tensor, "n n"],
+    now: Float[Tensor, "coefficients n"],
+) -> Float[Tensor, "coefficients n"]:
+    """Return one Gauss-Newton step of the coefficients.
+
+    Args:
+        basis: weights of the coefficients at the frames that were looked at.
+        hessian: of the cost of each frame in the value of the spline there.
+        gradient: likewise.
+        bending: quadratic form of the spline's second derivative.
+        stiffness: its weight, a quadratic form of the n values.
+        now: the present coefficients.
+    """
+    count, n = now.shape
+    bands = _pairs(basis).mT.reshape(-1, len(basis)) @ hessian.flatten(1)
+    bands = bands.view(_ORDER, count, n, n)
+    stiff = torch.stack([_filled(bending.diagonal(k), count) for k in range(_ORDER)])
+    bands.add_(stiff[..., None, None] * stiffness)
+    slope = basis.T @ gradient + (bending @ now) @ stiffness
+    with one_blas_thread():
+        step = solveh_banded(
+            _lower(bands), -slope.flatten().double().numpy(), lower=True, check_finite=False,
+            overwrite_ab=True, overwrite_b=True,
+        )  # fmt: skip
+    return torch.as_tensor(step, dtype=now.dtype).reshape(count, n)
+
+
+def _pairs(basis: Float[Tensor, "times coefficients"]) -> Float[Tensor, "order times coefficients"]:
+    """Return the weight of each coefficient times that of the coefficient k after it, for each k."""
+    count = basis.shape[1]
+    return torch.stack([basis * _filled(basis[:, k:], count) for k in range(_ORDER)])
+
+
+def _filled(x: Float[Tensor, "*b some"], count: int) -> Float[Tensor, "*b count"]:
+    """Return `x` with zeros appended up to `count` entries."""
+    return torch.nn.functional.pad(x, (0, count - x.shape[-1]))
+
+
+def _lower(bands: Float[Tensor, "order count n n"]) -> Float[np.ndarray, "rows unknowns"]:
+    """Return a symmetric block-banded matrix in LAPACK's lower band storage, with the ridge.
+
+    Column (i, a) holds the entries (i + k, b) below it, which are entry (a, b) of band k.
+    """
+    order, count, n, _ = bands.shape
+    column = bands.permute(1, 2, 0, 3).reshape(count, n, order * n).numpy()
+    # Columns lie one after the other, as LAPACK wants them: nothing is copied again.
+    out = np.empty((count, n, order * n))
+    for a in range(n):
+        out[:, a, : order * n - a] = column[:, a, a:]
+        out[:, a, order * n - a :] = 0.0
+    out[:, :, 0] += SOLVER.ridge
+    return out.reshape(count * n, order * n).T
+
 
 _TURN: dict[str, float] = asdict(TURN_CLOSENESS)
 """Closeness of each bone's turn against its parent, 1 / rad."""
@@ -232,3 +343,53 @@ def _solve_limbs(
             body, at, rotations, _ARMS[h], palms[..., h, :], weight=hold[..., h].contiguous()
         )
     return root, rotations.numpy()
+
+
+def keep_approach(
+    body: BodyModel,
+    root: Float[np.ndarray, "*b frames 3"],
+    rotations: Float[np.ndarray, "*b frames 22 3 3"],
+    targets: SolverTargets,
+) -> SolverTargets:
+    """Return targets in which hands that come or go stay on the path of the initial motion.
+
+    It must reach what it holds, as synthetic people do: where it does not, the path jumps.
+
+    Args:
+        body: whose hands.
+        root: pelvis of the initial motion, world, metres.
+        rotations: its global R_world_joint.
+        targets: to change.
+    """
+    firm = targets.hold >= 1.0
+    palms = np.where(firm[..., None], targets.palms, _palms(body, root, rotations))
+    return replace(targets, palms=palms, hold=np.where(firm, 1.0, _pull(targets)))
+
+
+def blend_approach(
+    body: BodyModel,
+    root: Float[np.ndarray, "*b frames 3"],
+    rotations: Float[np.ndarray, "*b frames 22 3 3"],
+    targets: SolverTargets,
+) -> SolverTargets:
+    """Return targets in which hands come from the path of the initial motion, and go back to it.
+
+    Sampled people often do not reach what they hold before they are optimised. The arguments are those of
+    `keep_approach`.
+    """
+    palms = _palms(body, root, rotations)
+    blended = palms + targets.hold[..., None] * (targets.palms - palms)
+    return replace(targets, palms=blended, hold=_pull(targets))
+
+
+def _palms(
+    body: BodyModel,
+    root: Float[np.ndarray, "*b frames 3"],
+    rotations: Float[np.ndarray, "*b frames 22 3 3"],
+) -> Float[np.ndarray, "*b frames 2 3"]:
+    return joints_of(body, root, rotations)[..., 22:, :]
+
+
+def _pull(targets: SolverTargets) -> Float[np.ndarray, "*b frames 2"]:
+    """Return how firmly hands are kept on their path: wholly, long before they touch."""
+    return min_jerk(targets.hold / SOLVER.approach_hold)

@@ -1,16 +1,101 @@
-"""Ranking of K samples without ground truth: the one to show is central and has few faults."""
+"""Ranking of K samples without ground truth: the one to show is central and has few faults.
+
+Scores of a sample without ground truth: faults that no person who moves an object has.
+"""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy.spatial.transform import Rotation
 from scipy.stats import rankdata
 
+from omomo_core.body.kinematics import WRISTS
+from omomo_core.body.trajectory_optimization.solver_config import JOINT_RANGES
+from omomo_core.generation.options import Generation, notes_of
 from omomo_core.generation.person import Person
-from omomo_core.generation.result import Generation, notes_of
-from omomo_core.generation.selection.config import SCORE
-from omomo_core.generation.selection.scores import score
-from omomo_core.motion import HumanMotion
+from omomo_core.generation.selection.selection_config import SCORE, SCORE_WEIGHTS
+from omomo_core.generation.selection.speed_limits import speed_excess
+from omomo_core.motion import FPS, HumanMotion
+from omomo_core.skeleton import joint
+
+FEET = (7, 8, 10, 11)
+"""Ankles and toes, in the order of a motion's foot contacts."""
+_WEIGHTS: dict[str, float] = asdict(SCORE_WEIGHTS)
+
+
+def score(person: Person, must_hold: Bool[np.ndarray, " frames"]) -> dict[str, float]:
+    """Return the faults of one sample; "total", their weighted sum, ranks the samples: less is better.
+
+    Args:
+        person: the sample.
+        must_hold: frames in which somebody must hold the object.
+    """
+    human, held = person.human, person.human.hand_contact > 0.5
+    faults = {
+        "unheld": float((must_hold & ~held.any(axis=1)).sum() / max(1, must_hold.sum())),
+        "miss_cm": 100 * float(person.miss[held].mean()) if held.any() else 0.0,
+        "skate_cm_s": _skate(human),
+        "inside_cm": 100 * float(person.depth.mean()),
+        "hands_inside_cm": _hand_depth(person),
+        "wrists_beyond": _wrists_beyond(human),
+        "floating": float((_lowest_foot(human) > SCORE.floating_height).mean()),
+        "jerk_m_s3": _jerk(human.joints),
+        "leaping": speed_excess(human),
+    }
+    return {**faults, "total": sum(_WEIGHTS[k] * v for k, v in faults.items())}
+
+
+def _hand_depth(person: Person) -> float:
+    """Return the mean depth of the deepest finger or palm of a hand that holds, cm; 0 if unknown."""
+    held = person.human.hand_contact > 0.5
+    if person.finger_fit is None or not held.any():
+        return 0.0
+    return 100 * float(person.finger_fit.depth[held].mean())
+
+
+def _wrists_beyond(human: HumanMotion) -> float:
+    """Return the share of frames of holding hands in which their wrists are beyond their range."""
+    held = human.hand_contact > 0.5
+    beyond = np.stack([wrist_excess(human.rotations, side) for side in range(2)], axis=1)
+    return float((beyond > SCORE.wrist_slack)[held].mean()) if held.any() else 0.0
+
+
+def wrist_excess(
+    rotations: Float[np.ndarray, "frames 22 3 3"], side: int
+) -> Float[np.ndarray, " frames"]:
+    """Return how far the left (0) or right (1) wrist is beyond its range, radians.
+
+    Args:
+        rotations: global R_world_joint.
+        side: which wrist.
+    """
+    name = ("left", "right")[side]
+    forearm = rotations[:, joint(f"{name}_elbow")].swapaxes(-1, -2)
+    bend = Rotation.from_matrix(forearm @ rotations[:, WRISTS[side]]).as_rotvec()
+    low, high = np.array(getattr(JOINT_RANGES, f"{name}_wrist")).T
+    return np.maximum(low - bend, bend - high).max(axis=1).clip(min=0.0)
+
+
+def _skate(human: HumanMotion) -> float:
+    """Return the mean horizontal speed of planted ankles and toes, cm/s."""
+    feet = human.joints[:, FEET, :2]
+    speed = 100 * FPS * np.linalg.norm(np.diff(feet, axis=0), axis=-1)
+    planted = human.foot_contact[1:] > 0.5
+    return float(speed[planted].mean()) if planted.any() else 0.0
+
+
+def _lowest_foot(human: HumanMotion) -> Float[np.ndarray, " frames"]:
+    """Return the height of the lower toe joint above its floor in the whole motion, metres."""
+    lowest = human.joints[:, FEET[2:], 2].min(axis=1)
+    return lowest - np.quantile(lowest, SCORE.floor_quantile)
+
+
+def _jerk(joints: Float[np.ndarray, "frames 24 3"]) -> float:
+    if len(joints) < 4:
+        return 0.0
+    return float(np.linalg.norm(np.diff(joints, n=3, axis=0), axis=-1).mean() * FPS**3)
 
 
 def rank(people: Sequence[Person], must_hold: Bool[np.ndarray, " frames"]) -> Generation:

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from scipy.ndimage import maximum_filter1d
 from scipy.spatial.transform import Rotation
 
-from omomo_core.generation.selection.config import HUMAN_LIMITS, SCORE, SpeedLimits
+from omomo_core.generation.selection.selection_config import HUMAN_LIMITS, SCORE, SpeedLimits
 from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS, HumanMotion
 from omomo_core.skeleton import joint

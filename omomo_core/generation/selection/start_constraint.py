@@ -12,10 +12,15 @@ from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
 from omomo_core.generation.object_clip import ObjectClip
-from omomo_core.generation.prefix import fade
-from omomo_core.generation.selection.config import START
-from omomo_core.generation.selection.coverage import k_medoids, kernel_mean
-from omomo_core.generation.selection.plausibility import Hypotheses, PalmHolds, Samples
+from omomo_core.generation.options import fade
+from omomo_core.generation.selection.plausibility import (
+    Hypotheses,
+    PalmHolds,
+    Samples,
+    k_medoids,
+    kernel_mean,
+)
+from omomo_core.generation.selection.selection_config import START
 from omomo_core.motion import FPS
 
 _PLACES = 6

@@ -14,23 +14,32 @@ import torch
 from jaxtyping import Bool, Float
 from torch import Tensor
 
-from omomo_core.body.kinematics import forward_kinematics
+from omomo_core.body.kinematics import forward_kinematics, sole_points
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
-from omomo_core.body.soles import sole_points
-from omomo_core.body.trajectory_optimization.anatomy import build_anatomy, centre_of_mass
-from omomo_core.body.trajectory_optimization.approach import blend_approach
-from omomo_core.body.trajectory_optimization.solver import firmness, optimise_trajectory
-from omomo_core.body.trajectory_optimization.targets import InteractionTargets, SolverTargets
-from omomo_core.generation.collision.config import SIDES
-from omomo_core.generation.collision.feet import move_feet_clear
-from omomo_core.generation.collision.limbs import swing_limbs_clear, turn_hands_clear
-from omomo_core.generation.collision.root import move_root_clear
-from omomo_core.generation.collision.sides import CollisionAvoidance
-from omomo_core.generation.prefix import SolvedPrefix, free_after
-from omomo_core.generation.solving.config import BODY_SOLVING, REACH
-from omomo_core.generation.solving.feet import ANKLES, TOES, FootPlan, plan_feet
-from omomo_core.generation.solving.reach import ankles_of, move_root_within_reach, solve_arms
+from omomo_core.body.trajectory_optimization.residuals import (
+    InteractionTargets,
+    SolverTargets,
+    build_anatomy,
+    centre_of_mass,
+)
+from omomo_core.body.trajectory_optimization.solver import (
+    blend_approach,
+    firmness,
+    optimise_trajectory,
+)
+from omomo_core.generation.collision.avoidance import (
+    CollisionAvoidance,
+    move_feet_clear,
+    move_root_clear,
+    swing_limbs_clear,
+    turn_hands_clear,
+)
+from omomo_core.generation.collision.collision_config import SIDES
+from omomo_core.generation.options import SolvedPrefix, free_after
+from omomo_core.generation.solving.foot_plan import ANKLES, TOES, FootPlan, plan_feet
+from omomo_core.generation.solving.palm_plan import ankles_of, move_root_within_reach, solve_arms
+from omomo_core.generation.solving.solving_config import BODY_SOLVING, REACH
 
 _BEFORE, _OPTIMISING = 0.3, 0.5
 """Shares of the time before the trajectory optimisation, and in it."""

@@ -3,6 +3,12 @@
 Orientations are tried in the object's frame: headings about the surface's normal, and lifts of the wrist.
 The cheapest path through them keeps the wrist within its range and the forearm out of the object, suits
 the grip of the fingers, and turns slowly.
+
+Palm clearance: hands that come, hold and go stay outside what they hold.
+
+They are raised along the surface's normal at their anchor; near a contact, a hand lands.
+
+Reach: the pelvis moves to where arms reach what they hold, and legs the floor.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,22 +18,24 @@ import numpy as np
 import roma
 import torch
 from jaxtyping import Float, Int
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from torch import Tensor
 from torch.nn.functional import normalize
 
-from omomo_core.body.finger_model import finger_model
-from omomo_core.body.grip import HandPoses, grip_worth
-from omomo_core.body.kinematics import WRISTS
-from omomo_core.body.limbs import forearm_towards
+from omomo_core.body.finger_model import finger_model, pose_fingers
+from omomo_core.body.grip import HandPoses, grip_worth, relaxed_angles
+from omomo_core.body.kinematics import WRISTS, forward_kinematics
+from omomo_core.body.limbs import LimbName, forearm_towards, reach
 from omomo_core.body.model import BodyModel
-from omomo_core.body.trajectory_optimization.config import JOINT_RANGES
+from omomo_core.body.trajectory_optimization.residuals import InteractionTargets
+from omomo_core.body.trajectory_optimization.solver_config import JOINT_RANGES
 from omomo_core.contact.segment import ContactSegment
-from omomo_core.generation.collision.root import ELBOWS, SHOULDERS
-from omomo_core.generation.solving.config import PALM_PLAN
+from omomo_core.generation.collision.avoidance import ELBOWS, SHOULDERS
+from omomo_core.generation.solving.foot_plan import FootPlan
+from omomo_core.generation.solving.solving_config import PALM_CLEARANCE, PALM_PLAN, REACH
 from omomo_core.geometry.cheapest_path import cheapest_path
 from omomo_core.geometry.distance_field import DistanceField
-from omomo_core.geometry.easing import min_jerk
+from omomo_core.geometry.runs import min_jerk
 from omomo_core.skeleton import PALM_JOINTS
 
 _RANGES = torch.tensor([JOINT_RANGES.left_wrist, JOINT_RANGES.right_wrist])
@@ -248,3 +256,228 @@ def share_twist(
     # The sine has no jump where a hand is turned round altogether.
     along = torch.tensor([1.0, 0.0, 0.0]).to(R_fore)
     return roma.rotvec_to_rotmat(PALM_PLAN.twist * twist.sin()[..., None] * along)
+
+
+def raise_palms(
+    body: BodyModel,
+    wrists: Float[Tensor, "frames 2 3"],
+    R_world_wrist: Float[Tensor, "frames 2 3 3"],
+    holds: Sequence[HeldPalm],
+    T_world_object: Float[np.ndarray, "frames 4 4"],
+    field: DistanceField,
+) -> Float[Tensor, "frames 2 3"]:
+    """Return how far hands move so that their skin is out of what they hold; world, metres.
+
+    Palms are measured where they hold; before and after, the fingers of a relaxed hand are, too.
+
+    Args:
+        body: whose hands.
+        wrists: world, metres.
+        R_world_wrist: of the hands as they lie on what they hold.
+        holds: their contacts.
+        T_world_object: the object's pose.
+        field: signed distance to the object.
+    """
+    shift, total = torch.zeros_like(wrists), torch.full(wrists.shape[:2], 1e-6)
+    T = torch.from_numpy(T_world_object).float()
+    for hold in holds:
+        share = _share(hold, len(T))
+        keys = _keys(share.numpy())
+        to_object = T[keys, :3, :3].mT
+        at = (to_object @ (wrists[keys, hold.side] - T[keys, :3, 3])[..., None])[..., 0]
+        side = torch.full((len(keys),), hold.side)
+        poses = HandPoses(to_object @ R_world_wrist[keys, hold.side], at, side)
+        up = _landed(hold, keys, _needed(body, hold, keys, poses, field), len(T))
+        shift[:, hold.side] += (share * up)[:, None] * (T[:, :3, :3] @ hold.out)
+        total[:, hold.side] += share
+    return shift / total.clamp(min=1.0)[..., None]
+
+
+def _share(hold: HeldPalm, frames: int) -> Float[Tensor, " frames"]:
+    """Return how far a hand is kept out of the object in each frame: it may pass through it elsewhere."""
+    rest = PALM_CLEARANCE.reach - hold.away(frames)
+    return torch.from_numpy(min_jerk(rest / PALM_CLEARANCE.fade)).float()
+
+
+def _keys(share: Float[np.ndarray, " frames"]) -> Int[np.ndarray, " keys"]:
+    """Return the frames that are measured: some of those in which a hold counts."""
+    first, last = np.flatnonzero(share)[[0, -1]]
+    return np.unique(np.append(np.arange(first, last, PALM_CLEARANCE.stride), last))
+
+
+def _needed(
+    body: BodyModel,
+    hold: HeldPalm,
+    keys: Int[np.ndarray, " keys"],
+    poses: HandPoses,
+    field: DistanceField,
+) -> Float[np.ndarray, " keys"]:
+    """Return how far a hand must go along the normal to be outside, metres."""
+    model, needed = finger_model(body), torch.zeros(len(keys))
+    side = torch.tensor([hold.side])
+    fingers = pose_fingers(model, side, relaxed_angles()[None]).points[0].flatten(0, 1)
+    whole = torch.cat([model.palm[hold.side], fingers])
+    holding = torch.from_numpy((keys >= hold.start) & (keys < hold.stop))
+    for some, skin in ((holding, model.palm[hold.side]), (~holding, whole)):
+        own = poses[some]
+        points = own.placed(skin.expand(len(own.side), -1, -1))
+        needed[some] = _outside(points, hold.out, field)
+    return needed.numpy()
+
+
+def _landed(
+    hold: HeldPalm,
+    keys: Int[np.ndarray, " keys"],
+    needed: Float[np.ndarray, " keys"],
+    frames: int,
+) -> Float[Tensor, " frames"]:
+    """Return the rise of every frame, smooth; the nearer a contact is, the less a hand is raised."""
+    t = np.arange(frames)
+    own = (keys >= hold.start) & (keys < hold.stop)
+    held, series = np.interp(t, keys[own], needed[own]), np.interp(t, keys, needed)
+    away = hold.away(frames)
+    most = held + PALM_CLEARANCE.landing * away
+    series = np.minimum(np.where(away > 0, np.maximum(series, held), held), most)
+    widest = np.minimum(maximum_filter1d(series, PALM_CLEARANCE.window, mode="nearest"), most)
+    smooth = gaussian_filter1d(widest, PALM_CLEARANCE.smoothing, mode="nearest")
+    return torch.from_numpy(smooth).float()
+
+
+def _outside(
+    skin: Float[Tensor, "keys points 3"], out: Float[Tensor, "3"], field: DistanceField
+) -> Float[Tensor, " keys"]:
+    """Return how far points must go along a direction until none is inside, metres."""
+    rise, inside = torch.zeros(len(skin)), torch.arange(len(skin))
+    for _ in range(PALM_CLEARANCE.rounds * (len(skin) > 0)):
+        moved = skin[inside] + rise[inside, None, None] * out
+        distance = field.at(moved)
+        # The deepest point alone counts, and the grid tells which ones may be it.
+        deepest = distance.amin(dim=1, keepdim=True)
+        close = distance.abs() < PALM_CLEARANCE.exact_range
+        close &= distance < deepest + PALM_CLEARANCE.grid_error
+        distance[close] = field.exact(moved[close])[0]
+        deepest = distance.amin(dim=1)
+        rise[inside] += (-deepest).clamp(min=0.0)
+        inside = inside[deepest < 0]
+    return rise.clamp(max=PALM_CLEARANCE.highest)
+
+
+ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
+
+
+def solve_arms(
+    body: BodyModel,
+    root: Float[Tensor, "samples frames 3"],
+    rotations: Float[Tensor, "samples frames 22 3 3"],
+    targets: InteractionTargets,
+) -> Float[Tensor, "samples frames 22 3 3"]:
+    """Return rotations with both arms solved onto the palm targets, weighted by how firmly hands hold.
+
+    Args:
+        body: whose arms.
+        root: pelvis joint, world, metres.
+        rotations: global R_world_joint.
+        targets: what hands hold.
+    """
+    for side in range(2):
+        weight = targets.hold[..., side].contiguous()
+        palms = targets.palms[..., side, :]
+        rotations, _ = reach(body, root, rotations, ARMS[side], palms, weight=weight, gently=True)
+    return rotations
+
+
+def move_root_within_reach(
+    body: BodyModel,
+    root: Float[Tensor, "samples frames 3"],
+    rotations: Float[Tensor, "samples frames 22 3 3"],
+    feet: Sequence[FootPlan],
+    targets: InteractionTargets,
+    free: Float[Tensor, " frames"],
+    stretch: float,
+) -> Float[Tensor, "samples frames 3"]:
+    """Return the pelvis moved to where arms reach what they hold, and legs the floor; world, metres.
+
+    Args:
+        body: whose arms and legs.
+        root: pelvis joint, world, metres.
+        rotations: global R_world_joint.
+        feet: where they stand.
+        targets: what hands hold.
+        free: how far each frame may be moved, from 0 to 1.
+        stretch: share of a straight arm's length that is within reach.
+    """
+
+    def nearer(at: Tensor) -> Tensor:
+        for _ in range(REACH.rounds):
+            towards = _towards(body, at, rotations, targets, stretch) * free[:, None]
+            far = towards.norm(dim=-1, keepdim=True)
+            # Each sample stops by itself: its result does not depend on the others.
+            lacking = far.amax(dim=1, keepdim=True) > REACH.near
+            if not lacking.any():
+                break
+            move = at + towards - root
+            limit = REACH.farthest / move.norm(dim=-1, keepdim=True).clamp(min=REACH.farthest)
+            at = torch.where(lacking & (far > 0), root + move * limit, at)
+        return at
+
+    near = nearer(root)
+    drop = _drop(body, near, rotations, feet) * free
+    # What the legs need may take from the arms what they had.
+    return nearer(near - drop[..., None] * torch.tensor([0.0, 0.0, 1.0]))
+
+
+def ankles_of(feet: Sequence[FootPlan]) -> Float[Tensor, "samples frames 2 3"]:
+    """Return the left and right ankle of each plan, world, metres."""
+    return torch.from_numpy(np.stack([f.ankles for f in feet])).float()
+
+
+def _towards(
+    body: BodyModel,
+    root: Float[Tensor, "samples frames 3"],
+    rotations: Float[Tensor, "samples frames 22 3 3"],
+    targets: InteractionTargets,
+    stretch: float,
+) -> Float[Tensor, "samples frames 3"]:
+    """Return a smooth move of the pelvis towards palm targets that are out of reach, metres."""
+    joints = forward_kinematics(body, root, rotations)
+    rest, move = body.rest_joints, torch.zeros_like(root)
+    for side in range(2):
+        shoulder, elbow, wrist = SHOULDERS[side], ELBOWS[side], WRISTS[side]
+        length = (rest[elbow] - rest[shoulder]).norm() + (rest[wrist] - rest[elbow]).norm()
+        target = targets.palms[..., side, :] - (joints[..., 22 + side, :] - joints[..., wrist, :])
+        way = target - joints[..., shoulder, :]
+        distance = way.norm(dim=-1, keepdim=True).clamp(min=1e-6)
+        excess = (distance - stretch * length).clamp(min=0) * targets.hold[..., side, None]
+        move = move + 0.5 * excess * way / distance
+    return torch.from_numpy(
+        gaussian_filter1d(move.numpy(), REACH.smoothing, axis=-2, mode="nearest")
+    )
+
+
+def _drop(
+    body: BodyModel,
+    root: Float[Tensor, "samples frames 3"],
+    rotations: Float[Tensor, "samples frames 22 3 3"],
+    feet: Sequence[FootPlan],
+) -> Float[Tensor, "samples frames"]:
+    """Return how much lower the pelvis must be for the legs to reach the feet that stand, metres."""
+    joints = forward_kinematics(body, root, rotations)
+    ankles, standing = ankles_of(feet), torch.from_numpy(np.stack([f.standing for f in feet]))
+    rest, drop = body.rest_joints, torch.zeros(root.shape[:2])
+    for side, (hip, knee, ankle) in enumerate(((1, 4, 7), (2, 5, 8))):
+        length = (rest[knee] - rest[hip]).norm() + (rest[ankle] - rest[knee]).norm()
+        way = joints[..., hip, :] - ankles[..., side, :]
+        across = way[..., :2].norm(dim=-1)
+        height = (
+            ((REACH.leg_stretch * length) ** 2 - across**2)
+            .clamp(min=REACH.least_height_squared)
+            .sqrt()
+        )
+        drop = torch.maximum(
+            drop, (way[..., 2] - height).clamp(0, REACH.lowest) * standing[..., side]
+        )
+    # The largest need of the neighbourhood, then smoothed: never less than the need itself.
+    near = maximum_filter1d(drop.numpy(), REACH.lowering_window, axis=-1, mode="nearest")
+    return torch.from_numpy(
+        gaussian_filter1d(near, REACH.lowering_smoothing, axis=-1, mode="nearest")
+    )

@@ -6,7 +6,7 @@ Which way across the object is drawn at random: nothing tells on which side the 
 import numpy as np
 from jaxtyping import Float
 
-from omomo_core.contact.support import must_be_held
+from omomo_core.contact.static_stability import must_be_held
 from omomo_core.geometry.object_features import ObjectFeatures
 from omomo_core.geometry.transforms import apply
 from omomo_core.motion import HandMotion

@@ -11,11 +11,15 @@ import numpy as np
 from omomo_core.body.model import BodyModel
 from omomo_core.generation.conditioning import Conditioning, Pose
 from omomo_core.generation.generator import generate
-from omomo_core.generation.result import GenerationOptions, Progress
+from omomo_core.generation.options import GenerationOptions, Progress
 from omomo_core.geometry.object_features import object_features
 from omomo_core.learning.baselines.opposed_palms import opposed_palms
-from omomo_core.learning.evaluation.average import Row
-from omomo_core.learning.evaluation.metrics import contact_scores, foot_measures, swing_measures
+from omomo_core.learning.evaluation.metrics import (
+    Row,
+    contact_scores,
+    foot_measures,
+    swing_measures,
+)
 from omomo_core.learning.evaluation.truth import MeasuredSamples, Truth, recorded_person
 from omomo_core.motion import FPS, HandMotion
 from omomo_core.stages.stage import Stages

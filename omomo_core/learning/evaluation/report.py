@@ -7,9 +7,9 @@ from typing import Any
 
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
-from omomo_core.generation.result import GenerationOptions, Progress, no_progress
-from omomo_core.learning.evaluation.average import Row, average, spread
+from omomo_core.generation.options import GenerationOptions, Progress, no_progress
 from omomo_core.learning.evaluation.clips import RealClip, read_clip
+from omomo_core.learning.evaluation.metrics import Row, average, spread
 from omomo_core.learning.evaluation.protocols import (
     BASELINE,
     BodyChoice,

@@ -24,24 +24,23 @@ from scipy.ndimage import binary_closing
 
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
-from omomo_core.geometry.procrustes import nearest_rotation
 from omomo_core.geometry.runs import runs
-from omomo_core.geometry.transforms import turning_speed
+from omomo_core.geometry.transforms import nearest_rotation, turning_speed
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.grounding import ground
 from omomo_core.learning.recordings.joblib_file import read_pickled_array
 from omomo_core.learning.recordings.mocap import R_ZUP, check_legs, resample
 from omomo_core.learning.recordings.object_recordings import LEAST_CONTACT
-from omomo_core.learning.recordings.release_objects import thinned
+from omomo_core.learning.recordings.omomo_release import thinned
 from omomo_core.learning.recordings.retargeting import SHORTEST
-from omomo_core.learning.recordings.smpl import world_rotations
-from omomo_core.learning.recordings.smpl_person import (
+from omomo_core.learning.recordings.smpl import (
     ClipOrigin,
     SmplPerson,
     leg,
     person_clip,
     person_root,
     size_of,
+    world_rotations,
 )
 from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
 from omomo_core.skeleton import MODEL_PARENTS

@@ -7,10 +7,9 @@ import torch
 from jaxtyping import Bool, Float
 from scipy.ndimage import binary_closing, binary_opening, gaussian_filter1d
 
-from omomo_core.body.kinematics import forward_kinematics
+from omomo_core.body.kinematics import ANKLES, TOES, forward_kinematics, sole_points
 from omomo_core.body.limbs import LimbName, reach
 from omomo_core.body.model import BodyModel
-from omomo_core.body.soles import ANKLES, TOES, sole_points
 from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
 

@@ -11,11 +11,12 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from omomo_core.errors import InputError
 from omomo_core.learning.recordings.bvh import Bvh, read_bvh
-from omomo_core.learning.recordings.rigs import recognise_rig, upright
 from omomo_core.learning.recordings.source_skeletons import (
     CMU_BVH,
     SOURCE_SKELETONS,
     SourceSkeleton,
+    recognise_rig,
+    upright,
 )
 from omomo_core.motion import FPS
 

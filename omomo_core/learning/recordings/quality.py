@@ -1,25 +1,167 @@
 """What is wrong with a clip of somebody who moves an object: numbers, and the flags they raise.
 
 Everything is measured on the finished clip, so recorded, synthetic and generated motion compare.
+
+Angles of elbows, knees, wrists and shoulders, in anatomical terms, for judging poses.
+
+How deep an object's surface is inside somebody's flesh.
+
+Asked this way round the object may be an open scan: only the body's skin must be closed.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
-from jaxtyping import Bool, Float
+import torch
+from jaxtyping import Bool, Float, Int
+from scipy.spatial import KDTree
 
-from omomo_core.body.kinematics import joints_of
+from omomo_core.body.kinematics import full_kinematics, joints_of, skin, sole_points, vertex_normals
 from omomo_core.body.model import BodyModel
-from omomo_core.body.soles import sole_points
 from omomo_core.geometry.runs import runs
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.geometry.transforms import to_local, turning_speed
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.grounding import foot_skating
-from omomo_core.learning.recordings.joint_angles import SIDES, Hinge, elbow, knee, twist, wrist
-from omomo_core.learning.recordings.penetration import body_in_object
 from omomo_core.motion import FPS, ObjectMotion
+from omomo_core.skeleton import ALL_JOINTS, BODY_JOINTS, joint
+
+Side = Literal["left", "right"]
+SIDES: tuple[Side, Side] = ("left", "right")
+
+
+@dataclass(frozen=True)
+class Hinge:
+    """Bending of a hinge joint, degrees."""
+
+    flexion: Float[np.ndarray, " frames"]
+    """0 straight, positive the natural way, negative beyond straight."""
+    aside: Float[np.ndarray, " frames"]
+    """Bending to the side, which neither elbows nor knees can."""
+
+
+def elbow(rotations: Float[np.ndarray, "frames 22 3 3"], side: Side) -> Hinge:
+    """Bending of an elbow against the upper arm's own hinge axis."""
+    across = 1.0 if side == "left" else -1.0
+    bone, hinge = np.array([across, 0.0, 0.0]), np.array([0.0, -across, 0.0])
+    return _hinge(rotations, f"{side}_shoulder", f"{side}_elbow", bone, hinge)
+
+
+def knee(rotations: Float[np.ndarray, "frames 22 3 3"], side: Side) -> Hinge:
+    """Bending of a knee against the thigh's own hinge axis."""
+    bone, hinge = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0])
+    return _hinge(rotations, f"{side}_hip", f"{side}_knee", bone, hinge)
+
+
+def _hinge(
+    rotations: Float[np.ndarray, "frames 22 3 3"],
+    above: str,
+    name: str,
+    bone: Float[np.ndarray, " 3"],
+    hinge: Float[np.ndarray, " 3"],
+) -> Hinge:
+    upper, lower = rotations[:, joint(above)], rotations[:, joint(name)]
+    along = np.einsum("tji,tj->ti", upper, lower @ bone)
+    # Measured from the half turn: 170 degrees of flexion must not read as -190.
+    flexion = np.degrees(np.arctan2(along @ np.cross(hinge, bone), along @ bone))
+    flexion = np.where(flexion < -90.0, flexion + 360.0, flexion)
+    return Hinge(flexion, np.degrees(np.arcsin((along @ hinge).clip(-1.0, 1.0))))
+
+
+def twist(
+    rotations: Float[np.ndarray, "frames 22 3 3"], name: str, above: str
+) -> Float[np.ndarray, " frames"]:
+    """Turn of an arm's joint about its own bone against the joint above, degrees, 0 in the T-pose."""
+    assert name in BODY_JOINTS
+    turned = np.swapaxes(rotations[:, joint(above)], -1, -2) @ rotations[:, joint(name)]
+    # The part of the quaternion along x, the bone's axis: swing-twist decomposition.
+    x = turned[:, 2, 1] - turned[:, 1, 2]
+    w = 1.0 + turned[:, 0, 0] + turned[:, 1, 1] + turned[:, 2, 2]
+    return np.degrees(2.0 * np.arctan2(x, w))
+
+
+def wrist(joints: Float[np.ndarray, "frames 24 3"], side: Side) -> Float[np.ndarray, " frames"]:
+    """Angle between forearm and hand, degrees, 0 straight."""
+    k = SIDES.index(side)
+    a, b = joints[:, 20 + k] - joints[:, 18 + k], joints[:, 22 + k] - joints[:, 20 + k]
+    cosine = (a * b).sum(-1) / (np.linalg.norm(a, axis=-1) * np.linalg.norm(b, axis=-1))
+    return np.degrees(np.arccos(cosine.clip(-1.0, 1.0)))
+
+
+Depth = dict[str, Float[np.ndarray, " frames"]]
+"""Metres, for "trunk", "leg", "arm" and "hand"; 0 where nothing is inside."""
+
+PARTS = ("trunk", "leg", "arm", "hand")
+_SURFACE_POINTS = 3000
+_EVERY_VERTEX = 3
+
+
+def body_in_object(
+    body: BodyModel,
+    root: Float[np.ndarray, "frames 3"],
+    rotations: Float[np.ndarray, "frames 22 3 3"],
+    motion: ObjectMotion,
+    stride: int,
+) -> Depth:
+    """Deepest point of the object's surface inside each part of the body, frame by frame.
+
+    Args:
+        body: with a closed skin.
+        root, rotations: of every `stride`-th frame.
+        motion: of all frames.
+        stride: between the frames that are measured.
+    """
+    points = sample_surface(motion.mesh, _SURFACE_POINTS).points
+    part_of = _part_of_vertices(body)[::_EVERY_VERTEX]
+    depth = {part: np.zeros(len(root)) for part in PARTS}
+    for k, T in enumerate(motion.T_world_object[::stride]):
+        vertices, normals = _skin(body, root[k], rotations[k])
+        world = points @ T[:3, :3].T + T[:3, 3]
+        inside = world[_within(world, vertices)]
+        if len(inside) == 0:
+            continue
+        distance, nearest = KDTree(vertices[::_EVERY_VERTEX]).query(inside)
+        nearest_vertex = nearest * _EVERY_VERTEX
+        beyond = ((inside - vertices[nearest_vertex]) * normals[nearest_vertex]).sum(-1)
+        # The way out along the normal; the straight distance is longer between two vertices.
+        deep = np.where(beyond < 0.0, np.minimum(distance, -beyond), 0.0)
+        for number, part in enumerate(PARTS):
+            depth[part][k] = deep[part_of[nearest] == number].max(initial=0.0)
+    return depth
+
+
+def _skin(
+    body: BodyModel, root: Float[np.ndarray, " 3"], rotations: Float[np.ndarray, "22 3 3"]
+) -> tuple[Float[np.ndarray, "verts 3"], Float[np.ndarray, "verts 3"]]:
+    at, turned = torch.as_tensor(root).float(), torch.as_tensor(rotations).float()
+    with torch.inference_mode():
+        vertices = skin(body, *full_kinematics(body, at, turned, body.relaxed_fingers))
+        return vertices.numpy(), vertex_normals(vertices, body.faces).numpy()
+
+
+def _within(
+    points: Float[np.ndarray, "points 3"], vertices: Float[np.ndarray, "verts 3"]
+) -> Bool[np.ndarray, " points"]:
+    """Points in the box around the body: most of a large object is not."""
+    return ((points > vertices.min(axis=0)) & (points < vertices.max(axis=0))).all(axis=1)
+
+
+def _part_of_vertices(body: BodyModel) -> Int[np.ndarray, " verts"]:
+    strongest = body.skin_weights.argmax(dim=1, keepdim=True)
+    bone = body.skin_joints.gather(1, strongest)[:, 0].numpy()
+    return np.array([PARTS.index(_part(name)) for name in ALL_JOINTS])[bone]
+
+
+def _part(name: str) -> str:
+    bare = name.removeprefix("left_").removeprefix("right_")
+    if bare in ("hip", "knee", "ankle", "foot"):
+        return "leg"
+    if bare in ("shoulder", "elbow"):
+        return "arm"
+    return "trunk" if bare == name or bare == "collar" else "hand"
+
 
 _MOVING, _TURNING = 0.04, 0.25
 """An object slower than this, metres and radians per second, is at rest."""

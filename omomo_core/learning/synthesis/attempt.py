@@ -8,41 +8,37 @@ import numpy as np
 import torch
 from jaxtyping import Float
 
-from omomo_core.body.kinematics import joints_of
+from omomo_core.body.kinematics import joints_of, sole_points
 from omomo_core.body.model import BodyModel
-from omomo_core.body.soles import sole_points
-from omomo_core.body.trajectory_optimization.anatomy import centre_of_mass
-from omomo_core.body.trajectory_optimization.approach import keep_approach
 from omomo_core.body.trajectory_optimization.obstacle import BoxObstacle
-from omomo_core.body.trajectory_optimization.solver import optimise_trajectory
-from omomo_core.body.trajectory_optimization.targets import SolverTargets
+from omomo_core.body.trajectory_optimization.residuals import SolverTargets, centre_of_mass
+from omomo_core.body.trajectory_optimization.solver import keep_approach, optimise_trajectory
 from omomo_core.learning.recordings.clips import SYNTHESIS, Clip
 from omomo_core.learning.recordings.grounding import foot_contacts
 from omomo_core.learning.synthesis.action_plan import Action
+from omomo_core.learning.synthesis.actions import draw_action_plan
 from omomo_core.learning.synthesis.actor import ActorMotion, solve_actor
-from omomo_core.learning.synthesis.base_motion import BaseMotion, goes_its_way
+from omomo_core.learning.synthesis.base_motion import BaseMotion, about_z, goes_its_way, heading
 from omomo_core.learning.synthesis.base_motion_search import (
     ClipPlan,
     MotionRequirements,
     Sources,
     find_base_motion,
 )
-from omomo_core.learning.synthesis.directions import about_z
-from omomo_core.learning.synthesis.footage import heading
-from omomo_core.learning.synthesis.grammar import draw_action_plan
-from omomo_core.learning.synthesis.hands import Hands, along_forearms, plan_hands
-from omomo_core.learning.synthesis.holding import both_come
-from omomo_core.learning.synthesis.holds import Handling
-from omomo_core.learning.synthesis.posture import Posture
+from omomo_core.learning.synthesis.cart_use import cart_trajectory, trolley_trajectory
+from omomo_core.learning.synthesis.holds import Handling, Posture
+from omomo_core.learning.synthesis.palms_on_prop import Hands, along_forearms, plan_hands
 from omomo_core.learning.synthesis.props import Prop, Stock, make_prop, scaled
 from omomo_core.learning.synthesis.review import fault, walked_through
 from omomo_core.learning.synthesis.shapes import SolidPart
-from omomo_core.learning.synthesis.tools.cart import cart_trajectory
-from omomo_core.learning.synthesis.tools.strokes import stroke_trajectory
-from omomo_core.learning.synthesis.tools.tool_use import PROPS, ToolAction, draw_tool_use
-from omomo_core.learning.synthesis.tools.trolley import trolley_trajectory
-from omomo_core.learning.synthesis.trajectory import prop_trajectory
-from omomo_core.learning.synthesis.walker.path import Chances
+from omomo_core.learning.synthesis.tool_use import (
+    PROPS,
+    ToolAction,
+    draw_tool_use,
+    stroke_trajectory,
+)
+from omomo_core.learning.synthesis.trajectory import both_come, prop_trajectory
+from omomo_core.learning.synthesis.walker.footsteps import Chances
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.skeleton import joint
 

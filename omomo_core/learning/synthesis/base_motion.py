@@ -1,15 +1,168 @@
-"""The actor's base motion for one clip: mocap that stops where things are taken or put down."""
+"""The actor's base motion for one clip: mocap that stops where things are taken or put down.
 
+The actor's base motion, as smooth as what is carried or led along follows it.
+
+Which stretches of mocap somebody could move an object in, and where they could stop for it.
+
+Level directions from a yaw angle about world z.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import roma
 import torch
-from jaxtyping import Float
-from scipy.ndimage import gaussian_filter1d
+from jaxtyping import Bool, Float
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
-from omomo_core.learning.synthesis.directions import ahead_of
-from omomo_core.learning.synthesis.footage import Stretch, heading
+from omomo_core.body.kinematics import joints_of
+from omomo_core.body.model import BodyModel
+from omomo_core.geometry.runs import runs
+from omomo_core.learning.recordings.clips import Clip
+from omomo_core.motion import FPS
+from omomo_core.skeleton import BODY_JOINTS
+
+_SHORTEST = round(1.5 * FPS)
+_LONGEST_SHARE = 25 * FPS
+"""A take counts as if it were at most so long, such that one person does not fill everything."""
+_FASTEST = 2.0
+_FASTEST_JOINT = 15.0
+"""Radians per second; more is a glitch of the recording, or a fight."""
+_STRIDE = 0.48
+"""Metres between the ankles; in a longer step nobody stops to lift something."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A stretch of a mocap clip."""
+
+    root: Float[np.ndarray, "frames 3"]
+    rotations: Float[np.ndarray, "frames 22 3 3"]
+    stops: Float[np.ndarray, " frames"]
+    """How well one could stop at a frame: 0 not at all (feet in the air), 1 is standing still."""
+    name: str
+    licence: str
+
+
+@dataclass(frozen=True)
+class Footage:
+    """All usable stretches with the chance of each to be picked."""
+
+    stretches: list[Stretch]
+    chances: Float[np.ndarray, " stretches"]
+
+
+def survey(clips: Sequence[Clip], body: BodyModel) -> Footage:
+    """Find the stretches of walking, turning, standing, bending: nothing airborne or wild."""
+    stretches: list[Stretch] = []
+    for clip in clips:
+        joints = joints_of(body, clip.root, clip.rotations)
+        stops = _stops(clip, joints)
+        for first, last in runs(_calm(clip, joints)):
+            if last - first >= _SHORTEST:
+                part = slice(first, last)
+                name = f"{clip.name}[{first}:{last}]"
+                root, rotations = clip.root[part].astype(float), clip.rotations[part].astype(float)
+                stretches.append(Stretch(root, rotations, stops[part], name, clip.licence))
+    lengths = np.array([min(len(s.root), _LONGEST_SHARE) for s in stretches], float)
+    return Footage(stretches, lengths / max(lengths.sum(), 1.0))
+
+
+def mirrored(stretch: Stretch) -> Stretch:
+    """Left and right exchanged."""
+    swap = [BODY_JOINTS.index(_other_side(name)) for name in BODY_JOINTS]
+    across_world, across_body = np.diag([1.0, -1.0, 1.0]), np.diag([-1.0, 1.0, 1.0])
+    return Stretch(
+        root=stretch.root @ across_world,
+        rotations=across_world @ stretch.rotations[:, swap] @ across_body,
+        stops=stretch.stops,
+        name=f"{stretch.name} mirrored",
+        licence=stretch.licence,
+    )
+
+
+def reversed_in_time(stretch: Stretch) -> Stretch:
+    """Walking forward becomes walking backward."""
+    return Stretch(
+        root=stretch.root[::-1],
+        rotations=stretch.rotations[::-1],
+        stops=stretch.stops[::-1],
+        name=f"{stretch.name} reversed",
+        licence=stretch.licence,
+    )
+
+
+def heading(rotations: Float[np.ndarray, "frames 22 3 3"]) -> Float[np.ndarray, " frames"]:
+    """Yaw of the pelvis' forward direction about world z, unwrapped, radians."""
+    forward = rotations[:, 0, :, 2]
+    return np.unwrap(np.arctan2(forward[:, 1], forward[:, 0]))
+
+
+def _other_side(name: str) -> str:
+    if name.startswith("left_"):
+        return name.replace("left_", "right_")
+    return name.replace("right_", "left_")
+
+
+def _calm(clip: Clip, joints: Float[np.ndarray, "frames 24 3"]) -> Bool[np.ndarray, " frames"]:
+    velocity = np.gradient(gaussian_filter1d(clip.root, 2.0, axis=0), 1 / FPS, axis=0)
+    turning = np.gradient(gaussian_filter1d(heading(clip.rotations), 2.0), 1 / FPS)
+    standing = maximum_filter1d(clip.foot_contact.max(axis=1), 9) > 0
+    calm = (np.linalg.norm(velocity[:, :2], axis=-1) < _FASTEST) & (np.abs(velocity[:, 2]) < 0.7)
+    upright = (clip.rotations[:, 0, 2, 1] > 0.75) & (clip.rotations[:, 9, 2, 1] > 0.7)
+    turns = np.swapaxes(clip.rotations[:-1], -1, -2) @ clip.rotations[1:]
+    cosine = (np.trace(turns, axis1=-2, axis2=-1).min(axis=1, initial=3.0) - 1) / 2
+    smooth = np.append(cosine > np.cos(_FASTEST_JOINT / FPS), True)
+    # Nobody waves the arms about while handling things.
+    low = joints[:, 20:22, 2].max(axis=1) < joints[:, 9, 2]
+    return (
+        low & calm & smooth & standing & upright & (np.abs(turning) < 4.0) & (clip.root[:, 2] > 0.6)
+    )
+
+
+def _stops(clip: Clip, joints: Float[np.ndarray, "frames 24 3"]) -> Float[np.ndarray, " frames"]:
+    planted = clip.foot_contact > 0
+    both = (planted[:, 0] | planted[:, 2]) & (planted[:, 1] | planted[:, 3])
+    stride = np.linalg.norm(joints[:, 7, :2] - joints[:, 8, :2], axis=-1)
+    crossed = ((joints[:, 7] - joints[:, 8]) * clip.rotations[:, 0, :, 0]).sum(-1) < 0.06
+    velocity = np.gradient(gaussian_filter1d(clip.root, 2.0, axis=0), 1 / FPS, axis=0)
+    speed = np.linalg.norm(velocity[:, :2], axis=-1)
+    height = clip.root[:, 2] > 0.8
+    return np.where(
+        both & (stride < _STRIDE) & ~crossed & height, 0.1 + 0.9 * np.exp(-speed / 0.2), 0
+    )
+
+
+def ahead_of(yaw: Float[np.ndarray, "*b"]) -> Float[np.ndarray, "*b 2"]:
+    """Unit vectors in x and y along a heading, radians."""
+    return np.stack([np.cos(yaw), np.sin(yaw)], axis=-1)
+
+
+def left_of(yaw: Float[np.ndarray, "*b"]) -> Float[np.ndarray, "*b 2"]:
+    """Unit vectors in x and y to the left of a heading, radians."""
+    return np.stack([-np.sin(yaw), np.cos(yaw)], axis=-1)
+
+
+def about_z(yaw: Float[np.ndarray, "*b"]) -> Float[np.ndarray, "*b 3 3"]:
+    """Rotations by a yaw, radians."""
+    c, s, o = np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)
+    return np.stack([c, -s, o, s, c, o, o, o, o + 1.0], axis=-1).reshape(*np.shape(yaw), 3, 3)
+
+
+def in_space(xy: Float[np.ndarray, "*b 2"]) -> Float[np.ndarray, "*b 3"]:
+    """Level vectors, with z 0."""
+    return np.concatenate([xy, np.zeros((*xy.shape[:-1], 1))], axis=-1)
+
+
+def turned_by(
+    yaw: Float[np.ndarray, "*#b"], xy: Float[np.ndarray, "*#b 2"]
+) -> Float[np.ndarray, "*b 2"]:
+    """Points of the plane turned about the origin by a yaw, radians."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    x, y = xy[..., 0], xy[..., 1]
+    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+
 
 _EASE = 5.0
 """Frames (one sigma) over which somebody comes to a stop."""
@@ -152,3 +305,52 @@ def _timeline(
     knots.append(frames + _PAD)
     values.append(stops[-1] + (frames + _PAD - at) * rate)
     return np.interp(np.arange(-_PAD, frames + _PAD), knots, values), pauses
+
+
+_SIGMA = 9.0
+"""Frames over which wheels smooth the way of their owner."""
+_MOVES = 0.25
+"""Metres per second; slower is standing."""
+
+
+@dataclass(frozen=True)
+class ActorPath:
+    """A smooth pelvis path and heading, world, metres and radians."""
+
+    joints: Float[np.ndarray, "frames 24 3"]
+    """As they are, steps and all; joint 0 is the pelvis."""
+    xy: Float[np.ndarray, "frames 2"]
+    yaw: Float[np.ndarray, " frames"]
+
+    @property
+    def ahead(self) -> Float[np.ndarray, "frames 2"]:
+        """Unit vectors along the heading."""
+        return ahead_of(self.yaw)
+
+    @property
+    def left(self) -> Float[np.ndarray, "frames 2"]:
+        """Unit vectors to the left of it."""
+        return left_of(self.yaw)
+
+    def straight(self, span: tuple[int, int]) -> float:
+        """Where it moves: mean cosine between way and heading; 0 where it hardly moves at all."""
+        rows = slice(*span)
+        velocity = np.gradient(self.xy[rows], 1 / FPS, axis=0)
+        speed = np.linalg.norm(velocity, axis=-1)
+        moves = speed > _MOVES
+        if moves.sum() < FPS:
+            return 0.0
+        return float(
+            ((velocity * self.ahead[rows]).sum(-1) / np.maximum(speed, 1e-9))[moves].mean()
+        )
+
+
+def actor_path(
+    body: BodyModel, base_motion: BaseMotion, sigma: float = _SIGMA, turning: float = 1.3 * _SIGMA
+) -> ActorPath:
+    """Smooth away what steps add to path and heading, over so many frames each (one sigma)."""
+    return ActorPath(
+        joints=joints_of(body, base_motion.root, base_motion.rotations),
+        xy=gaussian_filter1d(base_motion.root[:, :2], sigma, axis=0, mode="nearest"),
+        yaw=gaussian_filter1d(heading(base_motion.rotations), turning, mode="nearest"),
+    )

@@ -5,14 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from omomo_core.learning.synthesis.base_motion import BaseMotion, motion_with_stops
-from omomo_core.learning.synthesis.footage import Footage, mirrored, reversed_in_time
-from omomo_core.learning.synthesis.holds import Handling
-from omomo_core.learning.synthesis.posture import Posture
+from omomo_core.learning.synthesis.base_motion import (
+    BaseMotion,
+    Footage,
+    mirrored,
+    motion_with_stops,
+    reversed_in_time,
+)
+from omomo_core.learning.synthesis.holds import Handling, Posture
 from omomo_core.learning.synthesis.props import ALL, Prop, Stock
-from omomo_core.learning.synthesis.walker.improvise import improvise
-from omomo_core.learning.synthesis.walker.library import MotionLibrary
-from omomo_core.learning.synthesis.walker.path import CHANCES, Chances
+from omomo_core.learning.synthesis.walker.footsteps import CHANCES, Chances
+from omomo_core.learning.synthesis.walker.improvise import MotionLibrary, improvise
 
 _TRIES = 20
 _IMPROVISED = 0.6

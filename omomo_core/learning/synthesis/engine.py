@@ -1,24 +1,113 @@
-"""The synthesis engine: mocap in, clips of people carrying and pushing things out."""
+"""The synthesis engine: mocap in, clips of people carrying and pushing things out.
 
+Who acts in a data set and what they handle, so that some people and objects can be held out.
+
+The people of the synthesis: as many as the release has, each of a stature of their own.
+"""
+
+import re
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from omomo_core.body.model import BodyModel
+from omomo_core.compute import worker_pool
 from omomo_core.errors import InputError
 from omomo_core.learning.recordings.clips import Clip
+from omomo_core.learning.recordings.splits import SEEN, UNSEEN
+from omomo_core.learning.synthesis.actions import draw_action
 from omomo_core.learning.synthesis.attempt import attempt, finished
+from omomo_core.learning.synthesis.base_motion import survey
 from omomo_core.learning.synthesis.base_motion_search import Sources
-from omomo_core.learning.synthesis.footage import survey
-from omomo_core.learning.synthesis.grammar import draw_action
-from omomo_core.learning.synthesis.people import our_scale
 from omomo_core.learning.synthesis.props import Stock
-from omomo_core.learning.synthesis.roster import Roster
-from omomo_core.learning.synthesis.walker.library import index
-from omomo_core.workers import worker_pool
+from omomo_core.learning.synthesis.props.catalogue import MAKERS
+from omomo_core.learning.synthesis.walker.improvise import index
+
+_OURS = 1.72
+STATURES = {
+    1: 1.67, 2: 1.82, 3: 1.55, 4: 1.72, 5: 1.77, 6: 1.61, 7: 1.91, 8: 1.68, 9: 1.73,
+    10: 1.58, 11: 1.85, 12: 1.70, 13: 1.49, 14: 1.75, 15: 1.65, 16: 1.63, 17: 1.79,
+}  # fmt: skip
+"""Metres: the 17 quantiles of adults of both sexes (mean 1.70, deviation 0.11), in no order."""
+
+
+def our_scale(person: int) -> float:
+    """Our stature over that of a person: props are scaled by it."""
+    return _OURS / STATURES[person]
+
+
+_EVERYBODY = tuple(STATURES)
+_SPAN = re.compile(r"([0-9]{1,3})(?:-([0-9]{1,3}))?")
+
+
+@dataclass(frozen=True)
+class Roster:
+    """The people and classes of objects that clips are drawn from."""
+
+    people: tuple[int, ...] = _EVERYBODY
+    classes: frozenset[str] | None = None
+    """Names of `MAKERS`; None for all."""
+
+    @property
+    def people_text(self) -> str:
+        """The people, as `people_of` reads them."""
+        starts = [p for p in self.people if p - 1 not in self.people]
+        ends = [p for p in self.people if p + 1 not in self.people]
+        pairs = zip(starts, ends, strict=True)
+        return ",".join(str(a) if a == b else f"{a}-{b}" for a, b in pairs)
+
+    @property
+    def objects_text(self) -> str:
+        """The classes, as `classes_of` reads them."""
+        return "all" if self.classes is None else ",".join(sorted(self.classes))
+
+
+def people_of(text: str) -> tuple[int, ...]:
+    """People from text like ``1-15`` or ``3,16-17``.
+
+    Raises:
+        InputError: ``unknown-people`` when it is not that, or one of them is not there.
+    """
+    chosen: set[int] = set()
+    for part in text.split(","):
+        span = _SPAN.fullmatch(part.strip())
+        first, last = (int(span[1]), int(span[2] or span[1])) if span else (1, 0)
+        if not (first <= last and first in STATURES and last in STATURES):
+            raise InputError(
+                "unknown-people",
+                f"{part.strip()!r} names no people.",
+                where="people",
+                fix=f"Give numbers of 1 to {len(STATURES)}, like 1-15 or 3,16-17.",
+            )
+        chosen.update(range(first, last + 1))
+    return tuple(sorted(chosen))
+
+
+def classes_of(text: str) -> frozenset[str] | None:
+    """Classes of objects from ``all``, ``seen`` and ``unseen`` (the paper's split), or their names.
+
+    Raises:
+        InputError: ``unknown-object`` when one of them is not there.
+    """
+    if text == "all":
+        return None
+    groups: dict[str, Sequence[str]] = {"seen": SEEN, "unseen": UNSEEN}
+    classes: set[str] = set()
+    for name in (part.strip() for part in text.split(",")):
+        found = groups.get(name, [name] if name in MAKERS else [])
+        if not found:
+            raise InputError(
+                "unknown-object",
+                f"There is no class of objects {name!r}.",
+                where="objects",
+                fix=f"Give all, seen, unseen, or names of: {', '.join(sorted(MAKERS))}.",
+            )
+        classes.update(found)
+    return frozenset(classes)
+
 
 RECIPE = 15
 """Raised whenever the same seed makes other clips: data of two recipes must not be mixed unnoticed."""

@@ -3,18 +3,16 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
-from omomo_core.body.kinematics import joints_of
+from omomo_core.body.kinematics import joints_of, sole_points
 from omomo_core.body.model import BodyModel
-from omomo_core.body.soles import sole_points
 from omomo_core.geometry.runs import runs
 from omomo_core.geometry.transforms import to_local, turning_speed
 from omomo_core.learning.recordings.grounding import foot_contacts, foot_skating
-from omomo_core.learning.recordings.joint_angles import SIDES, elbow, twist, wrist
-from omomo_core.learning.recordings.penetration import body_in_object
+from omomo_core.learning.recordings.quality import SIDES, body_in_object, elbow, twist, wrist
 from omomo_core.learning.synthesis.actor import ActorMotion
 from omomo_core.learning.synthesis.base_motion import BaseMotion
-from omomo_core.learning.synthesis.hands import Hands
 from omomo_core.learning.synthesis.holds import Handling
+from omomo_core.learning.synthesis.palms_on_prop import Hands
 from omomo_core.learning.synthesis.props import Prop
 from omomo_core.learning.synthesis.shapes import SolidPart, joined
 from omomo_core.motion import FPS, ObjectMesh, ObjectMotion

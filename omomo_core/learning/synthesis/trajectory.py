@@ -1,4 +1,7 @@
-"""Where the prop goes: at rest, taken, moved with the body or before it, put down."""
+"""Where the prop goes: at rest, taken, moved with the body or before it, put down.
+
+How the holds of one episode follow each other.
+"""
 
 from itertools import pairwise
 
@@ -8,15 +11,65 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.model import BodyModel
-from omomo_core.geometry.easing import min_jerk
+from omomo_core.geometry.runs import min_jerk
 from omomo_core.learning.synthesis.action_plan import ActionPlan, Episode, PropPlacement, Span
-from omomo_core.learning.synthesis.actor_path import ActorPath, actor_path
-from omomo_core.learning.synthesis.base_motion import BaseMotion
-from omomo_core.learning.synthesis.directions import ahead_of, left_of
-from omomo_core.learning.synthesis.holding import holds_of
+from omomo_core.learning.synthesis.base_motion import (
+    ActorPath,
+    BaseMotion,
+    actor_path,
+    ahead_of,
+    left_of,
+)
 from omomo_core.learning.synthesis.holds import Handling, Hold
 from omomo_core.motion import FPS
 from omomo_core.skeleton import joint
+
+_OFF_REACH = 10
+"""Frames a hand takes to come off and to come back."""
+
+
+def holds_of(episode: Episode, span: Span) -> list[Hold]:
+    """Every palm's contacts in one episode.
+
+    Args:
+        episode: which grasp, which hands, and whether one lets go for a while.
+        span: frames with the prop in the hands.
+    """
+    first, last = span
+    grasp = episode.grasp
+    holds: list[Hold] = []
+    for hand, used in enumerate(episode.hands):
+        if not used:
+            continue
+        late = episode.late[hand]
+        begin, end = first + late * episode.takes, last - late * episode.leaves
+        reach = (episode.reach + late // 2) * episode.takes
+        release = (episode.release + late // 2) * episode.leaves
+        place = (grasp.points[hand], grasp.inward[hand], grasp.fingers)
+        gone = episode.off
+        if gone is None or hand != free_hand(episode) or not _fits(gone, begin, end):
+            holds.append(Hold(hand, begin, end, *place, reach, release))
+            continue
+        leave, back = begin + gone[0], begin + gone[0] + gone[1]
+        holds.append(Hold(hand, begin, leave, *place, reach, _OFF_REACH))
+        holds.append(Hold(hand, back, end, *place, _OFF_REACH, release))
+    return holds
+
+
+def both_come(episode: Episode, span: Span) -> bool:
+    """Whether the later hand arrives before it has to leave, in the frames with the prop in the hands."""
+    first, last = span
+    return first + max(episode.late) * (episode.takes + episode.leaves) < last
+
+
+def free_hand(episode: Episode) -> int:
+    """The hand that lets go where one does."""
+    return int(episode.late[0] > episode.late[1])
+
+
+def _fits(off: Span, begin: int, end: int) -> bool:
+    return begin + sum(off) + 10 < end
+
 
 Path = Float[np.ndarray, "rows 5"]
 """x, y of the prop were it upright, height of its bottom, yaw, pitch."""

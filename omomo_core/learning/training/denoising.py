@@ -1,4 +1,7 @@
-"""Training task of a diffusion stage: noised windows in, clean windows out."""
+"""Training task of a diffusion stage: noised windows in, clean windows out.
+
+From windows to what each stage is trained on: x0, condition, shape code, all raw (not normalised).
+"""
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -10,14 +13,105 @@ from jaxtyping import Bool, Float, Int
 from torch import Tensor, nn
 from torch.nn.attention import SDPBackend, sdpa_kernel
 
-from omomo_core.diffusion.schedule import LEVELS, Schedule, cosine_schedule, shifted
-from omomo_core.learning.training.corpus import Corpus
-from omomo_core.learning.training.examples import Example, make_example
+from omomo_core.compute import quick_in_bf16
+from omomo_core.diffusion.samplers import LEVELS, Schedule, cosine_schedule, shifted
+from omomo_core.geometry.rotations import human_frame, rotate, rotmat_from_6d, turn
+from omomo_core.learning.training.corpus import Corpus, Windows
 from omomo_core.learning.training.training_task import Mean, TrainOptions
-from omomo_core.precision import quick_in_bf16
-from omomo_core.stages.body import capture as body_capture
-from omomo_core.stages.body import paper as body_paper
+from omomo_core.stages import body_capture, body_paper
+from omomo_core.stages import hands_capture as hand_capture
+from omomo_core.stages import hands_paper as hand_paper
 from omomo_core.stages.stage import Stage, StageConfig
+from omomo_core.stages.stage_config import shape_code
+
+PALM_OFFSET, PALM_JITTER = 0.025, 0.01
+"""Noise on the palms that stage 2 is trained with, metres: per window, and per frame (smooth)."""
+START_KNOWN, START_NOISE = 0.4, 0.08
+"""Share of windows in which stage 1 is told where the person stands at first, and how wrong, metres."""
+
+
+@dataclass(frozen=True)
+class Example:
+    """A batch for one stage."""
+
+    x0: Float[Tensor, "b frames channels"]
+    condition: Float[Tensor, "b frames condition"]
+    shape: Float[Tensor, "b tokens shape"] | None
+    """One code for each token of the network, or one for the window."""
+    valid: Bool[Tensor, "b frames"]
+
+
+def make_example(config: StageConfig, windows: Windows) -> Example:
+    """Features of a batch of windows for the given stage and configuration."""
+    if config.configuration == "capture":
+        return _hands_capture(windows) if config.stage == "hands" else _body_capture(windows)
+    return _paper(config, windows)
+
+
+def _hands_capture(windows: Windows) -> Example:
+    moved, person = windows.object, windows.human
+    yaw = hand_capture.training_yaw(moved)
+    axes = hand_capture.object_axes(moved, yaw)
+    x = hand_capture.pack(person.joints[:, :, 22:], person.hand_contact, moved)
+    return Example(
+        x0=rotate(x, axes.transpose(-1, -2), hand_capture.LAYOUT),
+        condition=hand_capture.condition(moved, yaw, axes, _start(windows)),
+        shape=hand_capture.shape_code(moved, axes),
+        valid=moved.valid,
+    )
+
+
+def _start(windows: Windows) -> Float[Tensor, "b 3"]:
+    """Return where the person is in the first frame, about, in some of the windows."""
+    away = windows.human.joints[:, 0, 0, :2] - windows.object.centre[:, 0, :2]
+    away = away + START_NOISE * torch.randn_like(away)
+    known = torch.rand(len(away), 1) < START_KNOWN
+    return torch.cat([away, torch.ones(len(away), 1)], dim=-1) * known
+
+
+def _body_capture(windows: Windows) -> Example:
+    moved, person = windows.object, windows.human
+    palms = _disturb(person.joints[:, :, 22:])
+    yaw = body_capture.training_yaw(palms, moved)
+    return Example(
+        x0=turn(body_capture.pack(person), -yaw, body_capture.LAYOUT),
+        condition=body_capture.condition(
+            palms, person.hand_contact, person.reference, person.upright, moved, yaw
+        ),
+        shape=shape_code(moved, yaw),
+        valid=moved.valid,
+    )
+
+
+def _paper(config: StageConfig, windows: Windows) -> Example:
+    """Palms from the object, the body from the palms, or the body from the object."""
+    moved, person = windows.object, windows.human
+    R = rotmat_from_6d(person.rotations_6d)
+    origin, yaw = human_frame(person.joints[:, 0, 0], R[:, 0, 0])
+    if config.stage == "hands":
+        x = hand_paper.pack(person.joints[:, :, 22:], origin, yaw)
+    else:
+        x = body_paper.pack(person.joints, R, origin, yaw)
+    if config.stage == "body":
+        # Raw: the training normalises the palms' slots with x0's own statistics and adds the noise.
+        return Example(x0=x, condition=torch.zeros_like(x), shape=None, valid=moved.valid)
+    return Example(
+        x0=x,
+        condition=hand_paper.condition(moved, origin, yaw),
+        shape=hand_paper.shape_code(moved, yaw, config.denoiser.patch),
+        valid=moved.valid,
+    )
+
+
+def _disturb(palms: Float[Tensor, "b frames 2 3"]) -> Float[Tensor, "b frames 2 3"]:
+    """Return disturbed palms: stage 2 gets palms that stage 1 predicted, so it is trained on inexact ones."""
+    offset = PALM_OFFSET * torch.randn(len(palms), 1, 2, 3)
+    knots = PALM_JITTER * torch.randn(len(palms), 6, palms.shape[1] // 8 + 1)
+    smooth = torch.nn.functional.interpolate(
+        knots, size=palms.shape[1], mode="linear", align_corners=True
+    )
+    return palms + offset + smooth.transpose(1, 2).unflatten(-1, (2, 3))
+
 
 STATISTICS_BATCHES = 8
 

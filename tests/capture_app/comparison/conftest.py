@@ -21,7 +21,7 @@ from capture_app.manifest import (
 )
 from capture_app.result import save_motion
 from omomo_core.body.kinematics import forward_kinematics
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.generation.person import Person
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 

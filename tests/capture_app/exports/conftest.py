@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from capture_app.exports.resample import Sampled
 from omomo_core.body.kinematics import full_kinematics, joints_of
-from omomo_core.body.load import load_body
-from omomo_core.body.model import BodyModel
+from omomo_core.body.model import BodyModel, load_body
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 
 UPRIGHT = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])

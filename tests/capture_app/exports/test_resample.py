@@ -9,8 +9,7 @@ from scipy.spatial.transform import Rotation
 from capture_app.exports.resample import Sampled, at_rate
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.limbs import reach
-from omomo_core.body.load import load_body
-from omomo_core.body.model import BodyModel
+from omomo_core.body.model import BodyModel, load_body
 from omomo_core.geometry.runs import runs
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 

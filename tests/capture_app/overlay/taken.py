@@ -27,7 +27,7 @@ from ingest.calibration.board.track import BoardTrack
 from ingest.mount import Mount
 from ingest.mount_file import save_mount
 from omomo_core.body.kinematics import forward_kinematics
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.generation.person import Person
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import HumanMotion, ObjectMotion

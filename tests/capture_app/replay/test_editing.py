@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from omomo_core.contact.file import read_contacts
+from omomo_core.contact.contact_file import read_contacts
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.motion import FPS
 from tests.capture_app.replay.conftest import OpenPage

@@ -15,8 +15,7 @@ from capture_app.replay.pack import pack_film, pack_object, pack_result, pack_se
 from capture_app.replay.surfaces import MOST_FACES
 from capture_app.result import body_of
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
-from omomo_core.body.kinematics import full_kinematics
-from omomo_core.body.skinning import skin
+from omomo_core.body.kinematics import full_kinematics, skin
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
 from tests.capture_app.replay.made import FRAMES, human_of, input_of, make_result, read_pack

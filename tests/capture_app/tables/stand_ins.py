@@ -11,8 +11,7 @@ from safetensors.numpy import save_file
 from capture_app.tables.methods import METHODS
 from omomo_core.errors import InputError
 from omomo_core.learning.evaluation.clips import RealClip
-from omomo_core.learning.evaluation.method import EvaluatedMethod
-from omomo_core.learning.evaluation.methods.load import RecordedPeople
+from omomo_core.learning.evaluation.methods import EvaluatedMethod, RecordedPeople
 from omomo_core.learning.recordings.clips import Clip, save_clips
 from omomo_core.motion import HumanMotion
 from tests.core.movers import mover, resembling

@@ -16,7 +16,7 @@ from capture_app.commands.tables import TablesRequest
 from capture_app.tables.answers import FILE
 from capture_app.tables.paper import ABLATION, PAPER, PUBLISHED
 from capture_app.tables.run import TablesRun, make_tables
-from omomo_core.body.load import load_body
+from omomo_core.body.model import load_body
 from omomo_core.errors import AssetError, InputError
 from tests.capture_app.tables.stand_ins import load, never, write_data, write_weights
 from tests.core.movers import thin

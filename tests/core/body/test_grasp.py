@@ -11,11 +11,10 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.body.config import FINGER_RANGES
+from omomo_core.body.body_config import FINGER_RANGES
 from omomo_core.body.grasp import ClosedFingers, close_fingers
-from omomo_core.body.kinematics import full_kinematics
-from omomo_core.body.load import load_body
-from omomo_core.body.skinning import skin
+from omomo_core.body.kinematics import full_kinematics, skin
+from omomo_core.body.model import load_body
 from omomo_core.geometry.distance_field import DistanceField, distance_field
 from omomo_core.motion import ObjectMesh
 

@@ -5,12 +5,11 @@ import pytest
 import torch
 import trimesh
 
-from omomo_core.body.config import GRIP_NAMING
-from omomo_core.body.grip import HandPoses
-from omomo_core.body.grip_names import GRIPS, name_grips
+from omomo_core.body.body_config import GRIP_NAMING
+from omomo_core.body.grip import GRIPS, HandPoses, name_grips
 from omomo_core.body.kinematics import WRISTS
-from omomo_core.body.load import load_body
-from omomo_core.contact.config import ANCHOR
+from omomo_core.body.model import load_body
+from omomo_core.contact.contact_config import ANCHOR
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.motion import ObjectMesh
 from omomo_core.skeleton import PALM_JOINTS

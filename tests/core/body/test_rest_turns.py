@@ -7,10 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from omomo_core.body.kinematics import forward_kinematics
-from omomo_core.body.load import load_body
-from omomo_core.body.rest_turns import COLLARS, LIMBS, rest_offsets, rest_turns
-from omomo_core.body.soles import ANKLES
+from omomo_core.body.kinematics import (
+    ANKLES,
+    COLLARS,
+    LIMBS,
+    forward_kinematics,
+    rest_offsets,
+    rest_turns,
+)
+from omomo_core.body.model import load_body
 from omomo_core.skeleton import MODEL_ABOVE, MODEL_PARENTS
 
 BODY = load_body()

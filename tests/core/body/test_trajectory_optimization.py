@@ -9,21 +9,27 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from omomo_core.body.kinematics import joints_of
+from omomo_core.body.kinematics import joints_of, sole_points
 from omomo_core.body.limbs import reach
-from omomo_core.body.load import load_body
-from omomo_core.body.model import BodyModel
-from omomo_core.body.soles import sole_points
-from omomo_core.body.trajectory_optimization.anatomy import VALUES, build_anatomy, centre_of_mass
-from omomo_core.body.trajectory_optimization.angular_speed_limit import limit_arm_speed
-from omomo_core.body.trajectory_optimization.approach import blend_approach, keep_approach
+from omomo_core.body.model import BodyModel, load_body
 from omomo_core.body.trajectory_optimization.obstacle import BoxObstacle
-from omomo_core.body.trajectory_optimization.residuals import anatomy_points
-from omomo_core.body.trajectory_optimization.solver import optimise_trajectory
-from omomo_core.body.trajectory_optimization.spline import Spline, gauss_newton_step
-from omomo_core.body.trajectory_optimization.targets import SolverTargets
+from omomo_core.body.trajectory_optimization.residuals import (
+    VALUES,
+    SolverTargets,
+    anatomy_points,
+    build_anatomy,
+    centre_of_mass,
+    limit_arm_speed,
+)
+from omomo_core.body.trajectory_optimization.solver import (
+    Spline,
+    blend_approach,
+    gauss_newton_step,
+    keep_approach,
+    optimise_trajectory,
+)
 from omomo_core.learning.synthesis.attempt import targets_of
-from omomo_core.learning.synthesis.hands import Hands
+from omomo_core.learning.synthesis.palms_on_prop import Hands
 from omomo_core.learning.synthesis.shapes import SolidPart, box
 from omomo_core.skeleton import joint
 

@@ -4,9 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.contact.anchor import anchor_spans
-from omomo_core.contact.config import ANCHOR
-from omomo_core.contact.segment import ContactSegment, ContactSpan
+from omomo_core.contact.contact_config import ANCHOR
+from omomo_core.contact.segment import ContactSegment, ContactSpan, anchor_spans
 from omomo_core.geometry.surface import Surface
 from tests.core.contact.box import FRAMES, SURFACE, carried, hands, switched
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.contact.config import DECODING, REGRASP
+from omomo_core.contact.contact_config import DECODING, REGRASP
 from omomo_core.contact.decode import ContactPrefix, decode
 from omomo_core.contact.segment import ContactSegment, follow_anchors
 from omomo_core.geometry.transforms import to_local

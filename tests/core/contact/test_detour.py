@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from omomo_core.contact.detour import along, length_of, path_between
+from omomo_core.contact.segment import along, length_of, path_between
 from tests.core.contact.box import LEFT, NOTHING, RIGHT, SURFACE
 
 TOP, SAME_FACE = np.array([0.02, 0.05, 0.23]), np.array([-0.23, -0.12, 0.1])

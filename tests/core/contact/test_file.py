@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.contact.file import read_contacts, write_contacts
+from omomo_core.contact.contact_file import read_contacts, write_contacts
 from omomo_core.contact.segment import ContactSegment, ContactSpan
 from omomo_core.errors import InputError
 from tests.core.contact.box import FRAMES, LEFT, SURFACE

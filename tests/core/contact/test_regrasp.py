@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from omomo_core.contact.regrasp import split_at_regrasps
+from omomo_core.contact.decode import split_at_regrasps
 from omomo_core.contact.segment import ContactSpan
 from tests.core.contact.box import NOTHING
 

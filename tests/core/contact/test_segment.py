@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.contact.config import ANCHOR
+from omomo_core.contact.contact_config import ANCHOR
 from omomo_core.contact.segment import ContactSegment, follow_anchors
 from omomo_core.geometry.transforms import to_local
 from omomo_core.motion import HandMotion

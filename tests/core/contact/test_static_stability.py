@@ -6,8 +6,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omomo_core.contact.static_stability import TippingLever, tipping_lever
-from omomo_core.contact.support import must_be_held
+from omomo_core.contact.static_stability import TippingLever, must_be_held, tipping_lever
 from omomo_core.geometry.object_features import object_features
 from omomo_core.motion import ObjectMesh, ObjectMotion
 

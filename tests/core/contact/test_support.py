@@ -7,9 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from omomo_core.contact.config import SUPPORT
-from omomo_core.contact.static_stability import overhang
-from omomo_core.contact.support import must_be_held, touchable_range
+from omomo_core.contact.contact_config import SUPPORT
+from omomo_core.contact.static_stability import must_be_held, overhang, touchable_range
 from omomo_core.geometry.object_features import ObjectFeatures, object_features
 from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
 

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omomo_core.errors import InputError
-from omomo_core.geometry.config import DISTANCE_FIELD
 from omomo_core.geometry.distance_field import DistanceField, distance_field
+from omomo_core.geometry.geometry_config import DISTANCE_FIELD
 from omomo_core.motion import ObjectMesh
 
 SIZE = np.array([0.4, 0.3, 0.6])

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from omomo_core.geometry.procrustes import nearest_rotation
+from omomo_core.geometry.transforms import nearest_rotation
 
 
 def test_a_rotation_with_noise_gets_the_rotation_that_scipy_finds():

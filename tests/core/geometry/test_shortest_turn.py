@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from omomo_core.geometry.shortest_turn import shortest_turn
+from omomo_core.geometry.transforms import shortest_turn
 
 _SIZE = st.floats(0.01, 100.0)
 

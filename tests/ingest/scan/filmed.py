@@ -10,7 +10,7 @@ from capture_app.simulator.noise import PhoneNoise
 from ingest.calibration.board.pattern import board_image
 from ingest.calibration.board.spec import Board
 from ingest.scan.types import Registered
-from omomo_core.geometry.procrustes import procrustes
+from omomo_core.geometry.transforms import procrustes
 from render.scene import Drawable
 from tests.simulator.scan_camera import FilmErrors
 from tests.simulator.scan_film import ScanFilm, film_session

@@ -3,20 +3,20 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
-from omomo_core.learning.synthesis.directions import about_z
-from omomo_core.learning.synthesis.props.bars import bar_grasps, hooked
-from omomo_core.learning.synthesis.props.blueprint import Blueprint
-from omomo_core.learning.synthesis.props.prop import Grasp, Kind, Prop, Use
-from omomo_core.learning.synthesis.props.rays import RayMesh
-from omomo_core.learning.synthesis.props.surfaces import (
+from omomo_core.learning.synthesis.base_motion import about_z
+from omomo_core.learning.synthesis.props.grasp_surfaces import (
     Palms,
+    RayMesh,
+    bar_grasps,
     edges,
     faces,
+    hooked,
     opposed,
     overhangs,
     sides,
     unders,
 )
+from omomo_core.learning.synthesis.props.prop import Blueprint, Grasp, Kind, Prop, Use
 from omomo_core.learning.synthesis.shapes import joined
 
 WIDEST_HOLD = 0.85

@@ -5,47 +5,38 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from omomo_core.learning.synthesis.props import (
-    containers,
-    household,
-    poles,
-    rolling,
-    seating,
-    tables,
-    tools,
-)
+from omomo_core.learning.synthesis.props import carried_makers, furniture_makers
 from omomo_core.learning.synthesis.props.affordances import find_grasps
-from omomo_core.learning.synthesis.props.blueprint import Blueprint, turned
-from omomo_core.learning.synthesis.props.prop import Prop, Use
+from omomo_core.learning.synthesis.props.prop import Blueprint, Prop, Use, turned
 
 MAKERS: dict[str, Callable[[np.random.Generator], Blueprint]] = {
-    "largetable": tables.large_table,
-    "smalltable": tables.small_table,
-    "woodchair": seating.wood_chair,
-    "whitechair": seating.white_chair,
-    "officechair": seating.office_chair,
-    "stool": seating.stool,
-    "armchair": seating.armchair,
-    "smallbox": containers.small_box,
-    "largebox": containers.large_box,
-    "plasticbox": containers.plastic_box,
-    "trashcan": containers.trash_can,
-    "bucket": containers.bucket,
-    "basket": containers.basket,
-    "toolbox": containers.toolbox,
-    "suitcase": rolling.suitcase,
-    "pushcart": rolling.pushcart,
-    "handtruck": rolling.hand_truck,
-    "floorlamp": poles.floor_lamp,
-    "clothesstand": poles.clothes_stand,
-    "tripod": poles.tripod,
-    "mop": tools.mop,
-    "broom": tools.broom,
-    "vacuum": tools.vacuum,
-    "monitor": household.monitor,
-    "shelf": household.shelf,
-    "cabinet": household.cabinet,
-    "ladder": household.ladder,
+    "largetable": furniture_makers.large_table,
+    "smalltable": furniture_makers.small_table,
+    "woodchair": furniture_makers.wood_chair,
+    "whitechair": furniture_makers.white_chair,
+    "officechair": furniture_makers.office_chair,
+    "stool": furniture_makers.stool,
+    "armchair": furniture_makers.armchair,
+    "smallbox": carried_makers.small_box,
+    "largebox": carried_makers.large_box,
+    "plasticbox": carried_makers.plastic_box,
+    "trashcan": carried_makers.trash_can,
+    "bucket": carried_makers.bucket,
+    "basket": carried_makers.basket,
+    "toolbox": carried_makers.toolbox,
+    "suitcase": carried_makers.suitcase,
+    "pushcart": carried_makers.pushcart,
+    "handtruck": carried_makers.hand_truck,
+    "floorlamp": carried_makers.floor_lamp,
+    "clothesstand": carried_makers.clothes_stand,
+    "tripod": carried_makers.tripod,
+    "mop": carried_makers.mop,
+    "broom": carried_makers.broom,
+    "vacuum": carried_makers.vacuum,
+    "monitor": furniture_makers.monitor,
+    "shelf": furniture_makers.shelf,
+    "cabinet": furniture_makers.cabinet,
+    "ladder": furniture_makers.ladder,
 }
 WEIGHTS: dict[Use, dict[str, float]] = {
     "lift": {
