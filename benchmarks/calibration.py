@@ -29,12 +29,12 @@ from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.phone import BOOT_SECONDS, arkit_from_world, simulate
 from capture_app.simulator.recording import write_recording
 from capture_app.simulator.wiggle import Wiggle, wiggle_motion
-from ingest.calibration.board.poses import board_poses
-from ingest.calibration.board.sheet import preset_for
-from ingest.calibration.hand_eye.pose_log import read_pose_log
-from ingest.calibration.hand_eye.solve import solve
-from ingest.calibration.hand_eye.streams import PoseStream
-from ingest.formats.detect import read_session
+from ingest.calibration.board.board_poses import board_poses
+from ingest.calibration.board.board_sheet import preset_for
+from ingest.calibration.hand_eye.hand_eye import solve
+from ingest.calibration.hand_eye.hand_eye_model import PoseStream
+from ingest.calibration.hand_eye.to_mount import read_pose_log
+from ingest.formats.registry import read_session
 from ingest.mount import Mount
 from ingest.mount_file import load_mount
 from ingest.trajectory.object_motion import to_object_motion

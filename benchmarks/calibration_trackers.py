@@ -18,7 +18,7 @@ import numpy as np
 from rich.progress import track
 from scipy.stats import chi2
 
-from ingest.calibration.hand_eye.solve import solve
+from ingest.calibration.hand_eye.hand_eye import solve
 from ingest.uncertainty import between, bounds_95
 from omomo_core.errors import InputError
 from tests.ingest.calibration.hand_eye.two_trackers import Coloured, TwoTrackers, two_trackers

@@ -59,7 +59,7 @@ def measure(folder: Path) -> dict[str, float]:
     """Processor seconds of each part (others may use the cores too), megabytes of all."""
     import trimesh
 
-    from ingest.formats.detect import read_session
+    from ingest.formats.registry import read_session
     from ingest.mount import identity_mount
     from ingest.report.inspect import inspect_session
     from ingest.trajectory.object_motion import to_object_motion

@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.carried_box import LIFT, REST, carried_box, clamped_phone
 from capture_app.simulator.phone import simulate
-from ingest.report.look import Look
 from ingest.report.stance import object_checks
+from ingest.report.take_checks import Look
 from ingest.trajectory.object_motion import to_object_motion
 from tests.simulator.gravity_error import unlevel
 from tests.simulator.slipping import slipping

@@ -32,21 +32,17 @@ from benchmarks.scan_errors import HEAD, compared
 from capture_app.simulator.phone import arkit_from_world
 from ingest.axes import T_ZUP_ARKIT
 from ingest.colmap import pycolmap
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from ingest.scan.cameras.register import register
-from ingest.scan.choices import WHOLE
-from ingest.scan.clean.clean import CleanMesh, clean
-from ingest.scan.clean.save import save_mesh
-from ingest.scan.dense.cloud import cloud
+from ingest.scan.clean_mesh import CleanMesh, clean, save_mesh
 from ingest.scan.dense.dense import dense_surface
-from ingest.scan.dense.depth_map import pixel_rays
-from ingest.scan.dense.depths import measure_depths
-from ingest.scan.dense.picture import SmallPictures, matrix_for
+from ingest.scan.dense.depth_maps import cloud, measure_depths
+from ingest.scan.dense.stereo import SmallPictures, matrix_for, pixel_rays
 from ingest.scan.frames import pick_frames
-from ingest.scan.region.region import aim_at, find_region
-from ingest.scan.silhouettes.silhouettes import find_silhouettes
-from ingest.scan.sources.read import read_source
-from ingest.scan.types import Region, Registered
+from ingest.scan.region import aim_at, find_region
+from ingest.scan.scan_sources import read_source
+from ingest.scan.scan_types import WHOLE, Region, Registered
+from ingest.scan.silhouettes import find_silhouettes
 from omomo_core.geometry.transforms import inverse, procrustes
 from tests.simulator.scan_film import ScanFilm, around, film_session
 from tests.simulator.scan_objects import OBJECTS

@@ -5,7 +5,7 @@ import numpy as np
 import trimesh
 from jaxtyping import Float64
 
-from ingest.scan.clean.clean import CleanMesh
+from ingest.scan.clean_mesh import CleanMesh
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.motion import ObjectMesh
 from tests.simulator.scan_film import ScanFilm

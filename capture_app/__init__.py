@@ -22,14 +22,13 @@ if TYPE_CHECKING:
     from capture_app.resolve import resolve_result
     from capture_app.result import Result, load_result
     from capture_app.training import train
-    from ingest.formats.detect import read_session
-    from ingest.formats.registry import register_format
+    from ingest.formats.registry import read_session, register_format
     from ingest.mesh import load_mesh
     from ingest.mount import Mount
     from ingest.mount_file import load_mount, save_mount
     from ingest.session import CaptureSession
     from ingest.trajectory.object_motion import to_object_motion
-    from ingest.trajectory.reading import Reading
+    from ingest.trajectory.trajectory_config import Reading
     from omomo_core.body.model import load_body
     from omomo_core.errors import InputError
     from omomo_core.generation.generator import generate
@@ -96,14 +95,13 @@ _MODULES = {
     "capture_app.resolve": ("resolve_result",),
     "capture_app.result": ("Result", "load_result"),
     "capture_app.training": ("train",),
-    "ingest.formats.detect": ("read_session",),
-    "ingest.formats.registry": ("register_format",),
+    "ingest.formats.registry": ("read_session", "register_format"),
     "ingest.mesh": ("load_mesh",),
     "ingest.mount_file": ("load_mount", "save_mount"),
     "ingest.mount": ("Mount",),
     "ingest.session": ("CaptureSession",),
     "ingest.trajectory.object_motion": ("to_object_motion",),
-    "ingest.trajectory.reading": ("Reading",),
+    "ingest.trajectory.trajectory_config": ("Reading",),
     "omomo_core.body.model": ("load_body",),
     "omomo_core.errors": ("InputError",),
     "omomo_core.generation.generator": ("generate",),

@@ -7,15 +7,15 @@ from typing import Literal
 import numpy as np
 import trimesh
 
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from ingest.mesh import load_mesh
 from ingest.mount import Mount, identity_mount
 from ingest.mount_file import load_mount
-from ingest.report.check import Check, TakeReport
 from ingest.report.inspect import inspect_clock, inspect_session
+from ingest.report.take_checks import Check, TakeReport
 from ingest.session import CaptureSession
 from ingest.trajectory.object_motion import ObjectTake, to_object_motion
-from ingest.trajectory.reading import AS_LOGGED, Reading
+from ingest.trajectory.trajectory_config import AS_LOGGED, Reading
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
 

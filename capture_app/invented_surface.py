@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from ingest.axes import T_ZUP_ARKIT
 from ingest.mesh import decoding
-from ingest.scan.clean.save import INVENTED
+from ingest.scan.clean_mesh import INVENTED
 from omomo_core.contact.segment import ContactSegment
 
 _HANDS = ("left", "right")

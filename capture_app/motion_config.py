@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ingest.trajectory.config import TRAJECTORY, TrajectoryConfig
+from ingest.trajectory.trajectory_config import TRAJECTORY, TrajectoryConfig
 from omomo_core.body.body_config import BODY, BodyConfig
 from omomo_core.config import Number, settings_of
 from omomo_core.contact.contact_config import CONTACT, ContactConfig

@@ -10,15 +10,15 @@ from capture_app.commands.text_values import Place
 from capture_app.inspection import Verdict, look_over, usable_take
 from capture_app.manifest import Segment
 from capture_app.start_position import start_position
+from ingest.animated.animated_take import AnimatedTake, to_animated_take
 from ingest.animated.detect import read_animation
-from ingest.animated.take import AnimatedTake, to_animated_take
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from ingest.mesh import load_mesh
 from ingest.mount import Mount, identity_mount
 from ingest.mount_file import load_mount
 from ingest.trajectory.object_motion import ObjectTake
-from ingest.trajectory.reading import Reading
 from ingest.trajectory.segments import choose, cut
+from ingest.trajectory.trajectory_config import Reading
 from omomo_core.body.model import BodyModel, load_body, with_height
 from omomo_core.contact.contact_file import read_contacts
 from omomo_core.contact.segment import ContactSpan

@@ -7,7 +7,7 @@ import numpy as np
 
 from ingest.mesh import load_mesh
 from ingest.mount_file import load_mount
-from ingest.report.solid import mesh_checks
+from ingest.report.inspect import mesh_checks
 from ingest.uncertainty import bounds_95
 
 

@@ -1,13 +1,19 @@
 """pycolmap, imported through here alone: it takes SIGTERM away from the process, which gets it back.
 
 Whoever is told to stop then stops as it means to, and prints no stack trace of COLMAP's.
+
+read_model: a COLMAP model from its folder, once its files are seen to be whole.
 """
 
 import ctypes
 import signal
+import struct
 import sys
 from collections.abc import Generator
 from contextlib import contextmanager
+from pathlib import Path
+
+from omomo_core.errors import InputError
 
 _ROOM = 256
 """Bytes, more than any system's struct sigaction has."""
@@ -30,3 +36,59 @@ with _sigterm_kept():
     import pycolmap
 
 __all__ = ["pycolmap"]
+
+
+_NAMES = ("cameras", "images", "points3D")
+_COUNT = struct.Struct("<Q")
+_POINT = 43
+"""Bytes of a point before the length of its track: id, place, colour, error."""
+_IMAGE = 64
+"""Bytes of an image before its name: id, rotation, translation, camera."""
+
+
+def read_model(folder: Path) -> pycolmap.Reconstruction:
+    """Read cameras, images and points3D, as .bin or .txt.
+
+    Raises:
+        InputError: "model-unreadable".
+    """
+    try:
+        if all((folder / f"{name}.bin").is_file() for name in _NAMES):
+            # pycolmap would take what it reads behind a file's end for a length.
+            _walk_images((folder / "images.bin").read_bytes())
+            _walk_points((folder / "points3D.bin").read_bytes())
+        elif not all((folder / f"{name}.txt").is_file() for name in _NAMES):
+            raise FileNotFoundError("cameras, images and points3D are not all there")
+        return pycolmap.Reconstruction(folder)
+    except Exception as problem:  # pycolmap raises anything on a damaged file
+        raise InputError(
+            "model-unreadable",
+            f"This is no COLMAP model: {str(problem)[:200]}.",
+            where=str(folder),
+            fix="Give the folder with cameras.bin, images.bin and points3D.bin (or .txt), which is "
+            "called sparse/0 as a rule; copy it again if it is that folder.",
+        ) from problem
+
+
+def _walk_images(data: bytes) -> None:
+    at = _COUNT.size
+    for _ in range(_count(data, 0)):
+        name_end = data.index(b"\0", at + _IMAGE)
+        at = name_end + 1 + _COUNT.size + 24 * _count(data, name_end + 1)
+    _check_end(data, at, "images.bin")
+
+
+def _walk_points(data: bytes) -> None:
+    at = _COUNT.size
+    for _ in range(_count(data, 0)):
+        at += _POINT + _COUNT.size + 8 * _count(data, at + _POINT)
+    _check_end(data, at, "points3D.bin")
+
+
+def _count(data: bytes, at: int) -> int:
+    return int(_COUNT.unpack_from(data, at)[0])
+
+
+def _check_end(data: bytes, at: int, name: str) -> None:
+    if at != len(data):
+        raise ValueError(f"{name} has {len(data)} bytes where its records end at {at}")

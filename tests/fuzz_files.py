@@ -29,19 +29,19 @@ from capture_app.inspection import inspect_take
 from capture_app.overlay.film import open_video
 from capture_app.simulator.carried_box import box_mesh, carried_box, clamped_phone
 from capture_app.simulator.phone import simulate
+from ingest.animated.animated_take import to_animated_take
 from ingest.animated.detect import is_animation, read_animation
-from ingest.animated.take import to_animated_take
-from ingest.calibration.board.camera import load_camera
-from ingest.calibration.board.spec import parse_board
-from ingest.calibration.board.track import track_video
+from ingest.calibration.board.board_spec import parse_board
+from ingest.calibration.board.board_track import track_video
+from ingest.calibration.board.camera_file import load_camera
 from ingest.formats import nerfcapture, stray_scanner
-from ingest.formats.depth_png import load_millimetres, save_millimetres
 from ingest.formats.registry import FORMATS
+from ingest.formats.still_images import load_millimetres, save_millimetres
 from ingest.mesh import load_mesh
 from ingest.mount_file import load_mount, save_mount
-from ingest.scan.sources.mesh import read_scan_mesh
-from ingest.scan.sources.read import read_source
-from ingest.scan.sources.stills import load_picture
+from ingest.scan.frames import load_picture
+from ingest.scan.mesh_sources import read_scan_mesh
+from ingest.scan.scan_sources import read_source
 from omomo_core.contact.contact_file import read_contacts
 from omomo_core.errors import OmocapError
 from omomo_core.geometry.surface import sample_surface

@@ -9,8 +9,8 @@ import pytest
 
 from benchmarks import hand_cost, hands
 from benchmarks.scan_errors import HEAD, compared
-from ingest.scan.clean.clean import clean
-from ingest.scan.types import Region
+from ingest.scan.clean_mesh import clean
+from ingest.scan.scan_types import Region
 from tests.simulator.scan_film import ScanFilm, around
 from tests.simulator.scan_scene import scan_scene
 

@@ -1,7 +1,7 @@
 """Which phone is meant: by its model, or by four measurements of it."""
 
 from capture_app.commands.calibrate.by_camera import Ruler
-from ingest.calibration.phone.body import Phone, phone_named
+from ingest.calibration.phone_body import Phone, phone_named
 from omomo_core.errors import InputError
 
 

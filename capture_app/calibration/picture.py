@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import UInt8
 
-from ingest.calibration.phone.body import Phone, phone_body, phone_named
+from ingest.calibration.phone_body import Phone, phone_body, phone_named
 from ingest.mount import Mount
 from ingest.uncertainty import bounds_95
 from omomo_core.errors import InputError

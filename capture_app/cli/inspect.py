@@ -14,7 +14,7 @@ from capture_app.cli.derived import derived
 from capture_app.commands.reading import ReadingOptions
 from capture_app.commands.request import validated
 from capture_app.commands.run import RunRequest
-from ingest.report.check import folded
+from ingest.report.take_checks import folded
 from omomo_core.errors import InputError
 
 if TYPE_CHECKING:

@@ -27,7 +27,7 @@ def run(
     """See HELP."""
     from capture_app.pipeline import motion_of_take
     from ingest.animated.detect import is_animation
-    from ingest.formats.detect import check_there
+    from ingest.formats.registry import check_there
 
     check_there(session)
     animated = is_animation(session, mounted=said["mount"] is not None)

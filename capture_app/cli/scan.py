@@ -53,7 +53,7 @@ def scan(source: Source, mesh: Output, **said: Any) -> None:
 def _estimate(request: ScanRequest) -> None:
     """About how long it will take; a mesh of another app takes no time, and what is missing none."""
     from capture_app.scanning.estimate import estimate_seconds, in_words
-    from ingest.scan.sources.read import is_mesh
+    from ingest.scan.scan_sources import is_mesh
 
     if request.method == "mesh" or request.at is not None:
         return
@@ -65,7 +65,7 @@ def _estimate(request: ScanRequest) -> None:
 
 def _show(made: "ObjectScan") -> None:
     """Where everything is, and what the user should know about it."""
-    from ingest.report.scanned import REPORT_PAGE
+    from ingest.report.inspect import REPORT_PAGE
 
     request, report, mesh = made.request, made.report, made.cleaned.mesh
     sides = " x ".join(

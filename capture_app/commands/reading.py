@@ -8,7 +8,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat
 from capture_app.commands.inputs import LogFormat, OptionGroup
 from capture_app.commands.request import place_of
 from capture_app.commands.text_values import read_up
-from ingest.trajectory.reading import Reading, Top
+from ingest.trajectory.trajectory_config import Reading, Top
 
 
 def _up(value: object, info: Any) -> object:

@@ -8,11 +8,11 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat,
 from capture_app.commands.inputs import FromLibrary, LogFormat, OptionName, ShortText
 from capture_app.commands.request import ItemRequest, place_of
 from capture_app.commands.text_values import read_box, read_point
-from ingest.scan.choices import PICTURES, VERTICES, Method, Symmetry, Unit, Up
+from ingest.scan.scan_types import PICTURES, VERTICES, Method, Symmetry, Unit, Up
 
 if TYPE_CHECKING:
-    from ingest.scan.cameras.options import CameraOptions
-    from ingest.scan.region.region import GivenBox
+    from ingest.scan.cameras.features import CameraOptions
+    from ingest.scan.region import GivenBox
 
 
 def _box(value: object, info: Any) -> object:
@@ -151,8 +151,8 @@ class ScanOptions(BaseModel):
         Raises:
             InputError: "scan-length", or those of `parse_reference`.
         """
-        from ingest.calibration.board.reference import parse_reference
-        from ingest.scan.cameras.options import CameraOptions, picked_length
+        from ingest.calibration.board.board_place import parse_reference
+        from ingest.scan.cameras.features import CameraOptions, picked_length
 
         return CameraOptions(
             poses=self.poses,
@@ -169,7 +169,7 @@ class ScanOptions(BaseModel):
         """Where the object is, if it is not to be found."""
         import numpy as np
 
-        from ingest.scan.region.region import GivenBox
+        from ingest.scan.region import GivenBox
 
         if self.box is None:
             return None
@@ -212,6 +212,6 @@ class ScanRequest(ScanOptions, ItemRequest):
     @property
     def work(self) -> Path:
         """The folder beside the mesh: report, pictures, COLMAP model, and kept stages."""
-        from ingest.report.scanned import work_folder
+        from ingest.report.inspect import work_folder
 
         return work_folder(self.output)

@@ -4,7 +4,7 @@ import math
 import re
 from typing import Literal, get_args
 
-from ingest.trajectory.reading import Top
+from ingest.trajectory.trajectory_config import Top
 from omomo_core.errors import InputError
 
 _THREE, _SIX = 3, 6
@@ -148,7 +148,7 @@ def read_ruler(text: str, where: str) -> tuple[float, float, float, float]:
     Raises:
         InputError: "drawing-numbers".
     """
-    from ingest.calibration.drawing.directions import numbers
+    from ingest.calibration.drawing import numbers
 
     width, height, top, side = numbers(text, 4, where).tolist()
     return width, height, top, side

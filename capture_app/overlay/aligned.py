@@ -11,8 +11,8 @@ from capture_app.overlay.film import RGB, TimedPictures, open_film
 from capture_app.overlay.placing import FilmPlacement, riding
 from capture_app.overlay.watcher import Watcher, intrinsics_of
 from capture_app.result import Result, body_of
-from ingest.calibration.board.lens import distorted
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
+from ingest.calibration.board.board_lens import distorted
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
 from render.actors import retimed

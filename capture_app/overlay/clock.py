@@ -5,8 +5,8 @@ import numpy as np
 from jaxtyping import Float64, Int64
 
 from capture_app.overlay.film import TimedPictures
-from ingest.calibration.board.lens import distorted
-from ingest.calibration.hand_eye.timing import peak
+from ingest.calibration.board.board_lens import distorted
+from ingest.calibration.hand_eye.hand_eye_guess import peak
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS, ObjectMotion

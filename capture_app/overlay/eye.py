@@ -4,7 +4,7 @@ import numpy as np
 
 from capture_app.rerun import unchanged
 from capture_app.result import Result
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from ingest.mount import Mount, identity_mount
 from ingest.mount_file import load_mount
 from ingest.session import CaptureSession

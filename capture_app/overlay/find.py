@@ -21,15 +21,13 @@ from capture_app.overlay.watcher import Watcher, by_phone, on_tripod, pose_in
 from capture_app.progress import Progress
 from capture_app.result import Result
 from ingest.archive import is_archive
-from ingest.calibration.board.camera import load_camera
-from ingest.calibration.board.place import load_place
-from ingest.calibration.board.reference import parse_grid
-from ingest.calibration.board.spec import Board, Checkerboard
-from ingest.calibration.board.track import BoardTrack, track_session, track_video
-from ingest.calibration.hand_eye.board import stream_of
+from ingest.calibration.board.board_place import load_place, parse_grid
+from ingest.calibration.board.board_spec import Board, Checkerboard
+from ingest.calibration.board.board_track import BoardTrack, track_session, track_video
+from ingest.calibration.board.camera_file import load_camera
+from ingest.calibration.hand_eye.to_mount import stream_of
 from ingest.calibration.pose_file import load_pose
-from ingest.formats.detect import read_session
-from ingest.formats.registry import FORMATS
+from ingest.formats.registry import FORMATS, read_session
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 

@@ -9,9 +9,9 @@ from capture_app.overlay.placing import agreed
 from capture_app.overlay.watcher import Watcher
 from capture_app.progress import Progress
 from ingest.calibration.pose_file import load_similarity
-from ingest.calibration.scan.landmarks import read_landmarks
-from ingest.calibration.scan.localise import PhonePicture, localise
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
+from ingest.calibration.scan_landmarks import read_landmarks
+from ingest.calibration.scan_mount import PhonePicture, localise
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS, ObjectMotion

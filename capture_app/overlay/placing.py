@@ -6,14 +6,13 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.optimize import minimize_scalar
 
-from ingest.calibration.average import average
-from ingest.calibration.board.track import BoardTrack
-from ingest.calibration.hand_eye.board import stream_of
-from ingest.calibration.hand_eye.samples import PHONE_SD
-from ingest.calibration.hand_eye.solve import solve
-from ingest.calibration.hand_eye.streams import PoseStream
-from ingest.calibration.hand_eye.timing import find_offsets
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
+from ingest.calibration.board.board_track import BoardTrack
+from ingest.calibration.hand_eye.hand_eye import solve
+from ingest.calibration.hand_eye.hand_eye_guess import find_offsets
+from ingest.calibration.hand_eye.hand_eye_model import PHONE_SD, PoseStream
+from ingest.calibration.hand_eye.to_mount import stream_of
+from ingest.calibration.posterior import average
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from ingest.mount import Mount
 from ingest.session import CaptureSession
 from ingest.uncertainty import between
@@ -61,7 +60,7 @@ def by_board_on_object(
         offset: of the clocks; without it the motion has to show it too.
 
     Raises:
-        InputError: those of `ingest.calibration.hand_eye.solve.solve`, or "overlay-no-overlap".
+        InputError: those of `ingest.calibration.hand_eye.hand_eye.solve`, or "overlay-no-overlap".
     """
     motion, board = motion_stream(moved), stream_of(track)
     if T_object_board is None:

@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float64
 
 from capture_app.overlay.film import TimedPictures, open_film, open_video
-from ingest.calibration.board.camera import WitnessCamera
-from ingest.calibration.hand_eye.streams import PoseStream
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
+from ingest.calibration.board.camera_file import WitnessCamera
+from ingest.calibration.hand_eye.hand_eye_model import PoseStream
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from ingest.session import CaptureSession
 from omomo_core import strict_json
 from omomo_core.errors import InputError

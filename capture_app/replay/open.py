@@ -6,7 +6,7 @@ from capture_app.inspection import inspect_take
 from capture_app.manifest import MOTION
 from capture_app.replay.pack import pack_result, pack_session
 from capture_app.result import load_result
-from ingest.trajectory.reading import AS_LOGGED, Reading
+from ingest.trajectory.trajectory_config import AS_LOGGED, Reading
 from omomo_core.errors import InputError
 
 

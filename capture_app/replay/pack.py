@@ -18,9 +18,9 @@ from capture_app.replay.recording import filmed, recording
 from capture_app.replay.surfaces import Arrays, body_arrays, object_arrays
 from capture_app.result import Result, body_of, sample_index
 from ingest.mount import Mount
-from ingest.report.look import Look
+from ingest.report.take_checks import Look
 from ingest.session import CaptureSession
-from ingest.trajectory.reading import Reading
+from ingest.trajectory.trajectory_config import Reading
 from omomo_core.body.kinematics import full_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.contact_file import HANDS

@@ -8,10 +8,9 @@ from jaxtyping import Bool, Float64
 
 from capture_app.inspection import Inspection
 from capture_app.replay.film_strip import FilmStrip, film_strip
-from ingest.report.check import Check
-from ingest.report.look import Look
+from ingest.report.take_checks import Check, Look
 from ingest.session import CaptureSession
-from ingest.trajectory.resample import resample
+from ingest.trajectory.smooth import resample
 from omomo_core.geometry.transforms import velocity
 from omomo_core.motion import FPS
 from render.cameras import quarter_turns

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from html import escape
 
-from ingest.report.check import Check, Severity
+from ingest.report.take_checks import Check, Severity
 
 WORDS: dict[Severity, str] = {"ok": "✓ good", "warn": "! look", "bad": "✕ bad"}
 

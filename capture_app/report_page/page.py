@@ -8,9 +8,8 @@ from capture_app.inspection import Inspection, Verdict
 from capture_app.report_page.checks import listed
 from capture_app.report_page.style import STYLE
 from capture_app.report_page.svg import Band, Plot, PlotLine, draw
-from ingest.report.check import Severity
-from ingest.report.look import Look
-from ingest.report.series import Curve, TakeSeries, take_series
+from ingest.report.inspect import Curve, TakeSeries, take_series
+from ingest.report.take_checks import Look, Severity
 from omomo_core.motion import FPS
 
 _REST = '<span><i class="rest"></i>at rest</span>'

@@ -7,16 +7,13 @@ import numpy as np
 
 from capture_app.commands.scan import ScanRequest
 from ingest.axes import T_ZUP_ARKIT
-from ingest.formats.detect import read_session
-from ingest.scan.clean.clean import CleanMesh
-from ingest.scan.cutting.cut import cut_out
-from ingest.scan.cutting.floor import has_floor
-from ingest.scan.cutting.looked_at import place_looked_at
-from ingest.scan.cutting.room import read_room, read_room_of_session
-from ingest.scan.ready import ready_mesh
-from ingest.scan.sources.mesh import read_scan_mesh
-from ingest.scan.sources.read import mesh_in
-from ingest.scan.sources.room_mesh import APP, room_file
+from ingest.formats.registry import read_session
+from ingest.scan.clean_mesh import CleanMesh
+from ingest.scan.cut_surface import cut_out, place_looked_at
+from ingest.scan.mesh_sources import APP, read_scan_mesh, room_file
+from ingest.scan.room_parts import has_floor, read_room, read_room_of_session
+from ingest.scan.scan_sources import mesh_in
+from ingest.scan.work import ready_mesh
 from omomo_core.errors import InputError
 
 

@@ -6,16 +6,16 @@ from typing import Any
 import numpy as np
 
 from capture_app.commands.scan import ScanRequest
-from ingest.scan.clean.clean import CleanMesh
-from ingest.scan.found import Found
-from ingest.scan.quality.report import ScanReport
+from ingest.scan.clean_mesh import CleanMesh
+from ingest.scan.scan_quality import ScanReport
+from ingest.scan.scanned_object import ScannedObject
 
 
 def report_data(
     request: ScanRequest,
     cleaned: CleanMesh,
     report: ScanReport,
-    found: Found | None,
+    found: ScannedObject | None,
     seconds: dict[str, float],
 ) -> dict[str, Any]:
     """Checks, sizes and numbers, of JSON's types alone; metres, seconds, degrees."""
@@ -38,7 +38,7 @@ def report_data(
     }
 
 
-def _of_film(found: Found, report: ScanReport) -> dict[str, Any]:
+def _of_film(found: ScannedObject, report: ScanReport) -> dict[str, Any]:
     registered, coverage = found.registered, report.coverage
     low, high = _box(found)
     return {
@@ -68,7 +68,7 @@ def _of_film(found: Found, report: ScanReport) -> dict[str, Any]:
     }
 
 
-def _box(found: Found) -> tuple[np.ndarray, np.ndarray]:
+def _box(found: ScannedObject) -> tuple[np.ndarray, np.ndarray]:
     """What the option for a box takes: corners in the world that the stages work in."""
     region = found.region
     pick = np.indices((2, 2, 2)).reshape(3, -1).T

@@ -2,7 +2,7 @@
 
 import os
 
-from ingest.scan.choices import DRAFT_PICTURES
+from ingest.scan.scan_types import DRAFT_PICTURES
 
 _START, _PICTURE = 50.0, 3.0
 """Seconds of a scan in which only one core works, and of all cores together for each of its pictures

@@ -3,8 +3,8 @@
 import shutil
 
 from capture_app.commands.scan import ScanRequest
-from ingest.report.scanned import REPORT_DATA, REPORT_PAGE
-from ingest.scan.clean.save import FORMATS
+from ingest.report.inspect import REPORT_DATA, REPORT_PAGE
+from ingest.scan.clean_mesh import FORMATS
 from omomo_core.errors import InputError
 from omomo_core.whole_file import check_target, write_whole
 

@@ -11,11 +11,10 @@ from jaxtyping import UInt8
 from capture_app.commands.scan import ScanRequest
 from capture_app.report_page.checks import listed
 from capture_app.report_page.style import STYLE
-from ingest.report.check import Severity
-from ingest.scan.clean.clean import CleanMesh
-from ingest.scan.found import Found
-from ingest.scan.quality.coverage import Coverage
-from ingest.scan.quality.report import ScanReport
+from ingest.report.take_checks import Severity
+from ingest.scan.clean_mesh import CleanMesh
+from ingest.scan.scan_quality import Coverage, ScanReport
+from ingest.scan.scanned_object import ScannedObject
 
 _SIDE, _RADIUS = 320.0, 130.0
 _RINGS = ((0.0, "level"), (30.0, "30°"), (60.0, "60°"))
@@ -83,7 +82,7 @@ def scan_page(
     request: ScanRequest,
     cleaned: CleanMesh,
     report: ScanReport,
-    found: Found | None,
+    found: ScannedObject | None,
     pictures: Mapping[str, UInt8[np.ndarray, "h w 3"]],
 ) -> str:
     """The whole page; it loads nothing from anywhere.
@@ -117,7 +116,7 @@ def _verdict(report: ScanReport) -> str:
     )
 
 
-def _facts(cleaned: CleanMesh, found: Found | None, report: ScanReport) -> str:
+def _facts(cleaned: CleanMesh, found: ScannedObject | None, report: ScanReport) -> str:
     sides = np.ptp(cleaned.mesh.vertices, axis=0)
     facts = [
         ("Size, metres", " × ".join(f"{side:.2f}" for side in sides)),

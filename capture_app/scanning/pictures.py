@@ -4,10 +4,10 @@ import cv2
 import numpy as np
 from jaxtyping import Float64, Int64, UInt8
 
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
-from ingest.scan.clean.clean import CleanMesh
-from ingest.scan.found import Found
-from ingest.scan.types import View
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
+from ingest.scan.clean_mesh import CleanMesh
+from ingest.scan.scan_types import View
+from ingest.scan.scanned_object import ScannedObject
 from render.backends import open_renderer
 from render.cameras import Camera, orbit, pinhole
 from render.captions import caption
@@ -80,7 +80,7 @@ def _painted(cleaned: CleanMesh) -> Drawable:
     return Drawable("object", corners, faces, uv=uv.reshape(-1, 2), texture=texture)
 
 
-def outline_picture(found: Found, *, width: int = 720) -> RGB | None:
+def outline_picture(found: ScannedObject, *, width: int = 720) -> RGB | None:
     """Two registered pictures with the mesh's outline and the box that it was looked for in.
 
     Args:
@@ -95,7 +95,7 @@ def outline_picture(found: Found, *, width: int = 720) -> RGB | None:
     return contact_sheet(_of_one_size(drawn), 2) if drawn else None
 
 
-def _two_sides(found: Found) -> list[View]:
+def _two_sides(found: ScannedObject) -> list[View]:
     """The picture that shows the object best in its middle, and one from the side of that."""
     T, views = found.cleaned.T_world_object, found.registered.views
     middle = T[:3, :3] @ [0, 0, float(found.cleaned.mesh.vertices[:, 2].max()) / 2] + T[:3, 3]
@@ -108,7 +108,7 @@ def _two_sides(found: Found) -> list[View]:
     return [views[first], views[second]]
 
 
-def _outlined(found: Found, view: View, width: int) -> RGB | None:
+def _outlined(found: ScannedObject, view: View, width: int) -> RGB | None:
     bgr = cv2.imread(str(view.file), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
     if bgr is None:
         return None
@@ -125,7 +125,7 @@ def _outlined(found: Found, view: View, width: int) -> RGB | None:
 
 
 def _box_edges(
-    found: Found,
+    found: ScannedObject,
 ) -> tuple[Float64[np.ndarray, "corners 3"], Int64[np.ndarray, "faces 3"]]:
     """The region's edges as triangles without width, whose outline is a line."""
     region = found.region

@@ -13,29 +13,30 @@ from capture_app.scanning.data import report_data
 from capture_app.scanning.folder import MODEL, OUTLINE, VIEWS, forget_empty, open_folder, tidy
 from capture_app.scanning.page import scan_page
 from capture_app.scanning.pictures import outline_picture, views_picture
-from ingest.report.scanned import REPORT_DATA, REPORT_PAGE
+from ingest.report.inspect import REPORT_DATA, REPORT_PAGE
 from ingest.scan.cameras.register import register
-from ingest.scan.choices import DRAFT, DRAFT_PICTURES, WHOLE
-from ingest.scan.clean.clean import CleanMesh, clean
-from ingest.scan.clean.pieces import main_piece
-from ingest.scan.clean.save import save_mesh
-from ingest.scan.cutting.room import read_room_of_session
-from ingest.scan.dense.cloud import cloud
+from ingest.scan.clean_mesh import CleanMesh, clean, main_piece, save_mesh
 from ingest.scan.dense.dense import DenseSurface, dense_surface
-from ingest.scan.dense.depth_map import DepthMaps
-from ingest.scan.dense.depths import measure_depths
-from ingest.scan.dense.picture import SmallPictures
-from ingest.scan.found import Found, to_height, write_object_model
+from ingest.scan.dense.depth_maps import cloud, measure_depths
+from ingest.scan.dense.stereo import DepthMaps, SmallPictures
 from ingest.scan.frames import pick_frames
-from ingest.scan.quality.coverage import one_sided
-from ingest.scan.quality.report import ScanReport, inspect_ready, inspect_scan
-from ingest.scan.region.logged_aim import check_logged_aim
-from ingest.scan.region.region import aim_at, find_region
-from ingest.scan.silhouettes.silhouettes import Mask, find_silhouettes
-from ingest.scan.sources.read import read_source
-from ingest.scan.sources.room_mesh import room_depth, room_file
-from ingest.scan.texture.atlas import add_texture
-from ingest.scan.types import Frames, Region, Registered, ScanSource
+from ingest.scan.mesh_sources import room_depth, room_file
+from ingest.scan.region import aim_at, check_logged_aim, find_region
+from ingest.scan.room_parts import read_room_of_session
+from ingest.scan.scan_quality import ScanReport, inspect_ready, inspect_scan, one_sided
+from ingest.scan.scan_sources import read_source
+from ingest.scan.scan_types import (
+    DRAFT,
+    DRAFT_PICTURES,
+    WHOLE,
+    Frames,
+    Region,
+    Registered,
+    ScanSource,
+)
+from ingest.scan.scanned_object import ScannedObject, to_height, write_object_model
+from ingest.scan.silhouettes import Mask, find_silhouettes
+from ingest.scan.texture_atlas import add_texture
 from omomo_core.errors import InputError
 from omomo_core.whole_file import write_whole
 from render.stills import write_png
@@ -48,7 +49,7 @@ def write_report(
     request: ScanRequest,
     cleaned: CleanMesh,
     report: ScanReport,
-    found: Found | None,
+    found: ScannedObject | None,
     seconds: dict[str, float],
 ) -> None:
     """Write everything that says how good a scan is.
@@ -68,19 +69,19 @@ def write_report(
 
 
 @dataclass(frozen=True)
-class ObjectScan:
+class ScannedObject:
     """A mesh that was written, and how good it is."""
 
     request: ScanRequest
     cleaned: CleanMesh
     report: ScanReport
-    found: Found | None
+    found: ScannedObject | None
     """None for a ready mesh."""
     seconds: dict[str, float]
     """By stage."""
 
 
-def scan_object(request: ScanRequest, progress: Progress) -> ObjectScan:
+def scan_object(request: ScanRequest, progress: Progress) -> ScannedObject:
     """Turn a film of an object into its mesh; an interrupted one goes on where it was.
 
     Args:
@@ -100,7 +101,7 @@ def scan_object(request: ScanRequest, progress: Progress) -> ObjectScan:
         raise
 
 
-def _scanned(request: ScanRequest, clock: StageClock) -> ObjectScan:
+def _scanned(request: ScanRequest, clock: StageClock) -> ScannedObject:
     ready = made_by_app(request)
     found = find_object(request, clock) if ready is None else None
     cleaned = found.cleaned if found is not None else ready
@@ -112,7 +113,7 @@ def _scanned(request: ScanRequest, clock: StageClock) -> ObjectScan:
         write_object_model(
             found.registered.model, found.cleaned.T_world_object, found.stretched, model
         )
-    scan = ObjectScan(request, cleaned, report, found, clock.seconds)
+    scan = ScannedObject(request, cleaned, report, found, clock.seconds)
     write_report(scan.request, cleaned, report, found, scan.seconds)
     clock("report", 1.0)
     save_mesh(cleaned, request.output)
@@ -121,7 +122,7 @@ def _scanned(request: ScanRequest, clock: StageClock) -> ObjectScan:
     return scan
 
 
-def find_object(request: ScanRequest, clock: Progress) -> Found:
+def find_object(request: ScanRequest, clock: Progress) -> ScannedObject:
     """The stages from pictures to the mesh, in metres; each keeps what it made in the folder."""
     work = request.work
     source = read_source(
@@ -149,7 +150,7 @@ def find_object(request: ScanRequest, clock: Progress) -> Found:
         clock("texture", 0.0)
         cleaned = add_texture(cleaned, registered.views, masks)
         clock("texture", 1.0)
-    found = Found(
+    found = ScannedObject(
         picked,
         registered,
         region,

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ingest.archive_members import MAX_BYTES, MAX_ENTRIES
+from ingest.archive import MAX_BYTES, MAX_ENTRIES
 from ingest.mesh import MAX_BYTES as MESH_BYTES
 
 MIB = 2**20

@@ -15,8 +15,8 @@ from capture_app.web.library.ids import Id
 from capture_app.web.library.library import Library
 from capture_app.web.problems import Refused
 from capture_app.web.sandbox.work import SessionInputs
-from ingest.report.scanned import work_folder
-from ingest.trajectory.reading import Reading
+from ingest.report.inspect import work_folder
+from ingest.trajectory.trajectory_config import Reading
 
 IDENTITY = "identity"
 """In place of a mount's id: the mesh is in the phone's own frame."""

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Protocol, TypeVar, runtime_checkable
 
-from ingest.animated import csv_keys, gltf, npz_poses, tum, usd
+from ingest.animated import animated_gltf, animated_usd, keyframes, npz_poses, tum_poses
 from ingest.animated.animation import Animation
 from ingest.formats import pose_table
 from omomo_core.errors import InputError
@@ -37,8 +37,8 @@ class TrackFormat(AnimationFormat, Protocol):
 
 _K = TypeVar("_K", bound=AnimationFormat)
 
-SCENES: tuple[SceneFormat, ...] = (gltf, usd)
-TRACKS: tuple[TrackFormat, ...] = (npz_poses, csv_keys, tum)
+SCENES: tuple[SceneFormat, ...] = (animated_gltf, animated_usd)
+TRACKS: tuple[TrackFormat, ...] = (npz_poses, keyframes, tum_poses)
 
 
 def is_animation(path: Path, *, mounted: bool) -> bool:
@@ -55,7 +55,7 @@ def is_animation(path: Path, *, mounted: bool) -> bool:
     """
     kind = _first(SCENES, path) or _first(TRACKS, path)
     if kind is None or (
-        mounted and (kind is tum or (kind is csv_keys and pose_table.detect(path)))
+        mounted and (kind is tum_poses or (kind is keyframes and pose_table.detect(path)))
     ):
         return False
     if mounted:

@@ -10,12 +10,17 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.animated.animation import MAX_FPS, Animation, Up
-from ingest.animated.poses import check_times, rigid
-from ingest.animated.quaternions import checked
-from ingest.animated.recorded import sampled
-from ingest.animated.rows import not_finite
-from ingest.animated.stretch import split_stretch
+from ingest.animated.animated_take import split_stretch
+from ingest.animated.animation import (
+    MAX_FPS,
+    Animation,
+    Up,
+    check_times,
+    checked,
+    not_finite,
+    rigid,
+    sampled,
+)
 from omomo_core.errors import InputError
 
 NAME = "npz"

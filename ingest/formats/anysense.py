@@ -7,9 +7,8 @@ taken when the line was written, not when the frame was: it jitters and may repe
 from dataclasses import replace
 from pathlib import Path
 
-from ingest.formats.pick import first_row, floats, logs, only_log
-from ingest.formats.poses import check_poses, poses_from_quaternions
-from ingest.formats.table import numbers, read_rows
+from ingest.formats.camera_poses import check_poses, poses_from_quaternions
+from ingest.formats.text_table import first_row, floats, logs, numbers, only_log, read_rows
 from ingest.session import CaptureSession
 
 NAME = "AnySense"

@@ -6,9 +6,8 @@ nanoseconds since boot.
 
 from pathlib import Path
 
-from ingest.formats.pick import first_row
-from ingest.formats.poses import check_poses, poses_from_matrices
-from ingest.formats.table import numbers, read_rows
+from ingest.formats.camera_poses import check_poses, poses_from_matrices
+from ingest.formats.text_table import first_row, numbers, read_rows
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 

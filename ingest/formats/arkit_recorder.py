@@ -10,13 +10,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.formats.cameras import from_matrices, one_size
-from ingest.formats.json_file import mentions
-from ingest.formats.json_rows import named_records, nested
-from ingest.formats.pick import logs, only_log
-from ingest.formats.pictures import file_inside, stills
-from ingest.formats.poses import check_poses, poses_from_matrices
-from ingest.formats.records import Records
+from ingest.formats.camera_poses import check_poses, from_matrices, one_size, poses_from_matrices
+from ingest.formats.json_log import Records, mentions, named_records, nested
+from ingest.formats.still_images import file_inside, stills
+from ingest.formats.text_table import logs, only_log
 from ingest.session import CaptureSession
 
 NAME = "ARKitRecorder"

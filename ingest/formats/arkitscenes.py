@@ -12,12 +12,9 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
-from ingest.formats.axes import arkit_poses
-from ingest.formats.cameras import at_times, one_size
-from ingest.formats.pick import first_row, floats, logs, only_log
-from ingest.formats.pictures import depth_log_mm, stills
-from ingest.formats.poses import check_poses
-from ingest.formats.table import numbers, read_rows
+from ingest.formats.camera_poses import arkit_poses, at_times, check_poses, one_size
+from ingest.formats.still_images import depth_log_mm, stills
+from ingest.formats.text_table import first_row, floats, logs, numbers, only_log, read_rows
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse

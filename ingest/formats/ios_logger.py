@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.formats.pick import first_row, floats
-from ingest.formats.poses import check_clock, check_poses, poses_from_quaternions
-from ingest.formats.table import NumberTable, numbers, read_rows
+from ingest.formats.camera_poses import check_clock, check_poses, poses_from_quaternions
+from ingest.formats.text_table import NumberTable, first_row, floats, numbers, read_rows
 from ingest.session import GRAVITY, CaptureSession, ImuLog
 from omomo_core.errors import InputError
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.formats.cameras import from_matrices
-from ingest.formats.json_file import (
+from ingest.formats.camera_poses import check_poses, from_matrices, poses_from_matrices
+from ingest.formats.json_log import (
     JsonObject,
     list_at,
     load_object,
@@ -22,8 +22,7 @@ from ingest.formats.json_file import (
     place,
     text_at,
 )
-from ingest.formats.pick import logs, only_log
-from ingest.formats.poses import check_poses, poses_from_matrices
+from ingest.formats.text_table import logs, only_log
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 

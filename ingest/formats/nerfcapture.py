@@ -3,21 +3,66 @@
 ARKit's own axes and y-up world, though the file looks like nerfstudio's z-up one; the file names
 have no ending, the frames are in the order in which they were written out. The depth images have
 lost their range, so they are not read.
+
+transforms.json, the layout that NeRFCapture and nerfstudio share: a list of posed images.
 """
 
 from pathlib import Path
 
-from ingest.formats.json_file import mentions
-from ingest.formats.pictures import stills
-from ingest.formats.poses import check_poses, poses_from_matrices
-from ingest.formats.records import pinhole
-from ingest.formats.transforms_json import (
-    CAMERA,
-    log_of,
-    named_files,
-    read_frames,
+from ingest.formats.camera_poses import check_poses, poses_from_matrices
+from ingest.formats.json_log import (
+    CameraKeys,
+    JsonObject,
+    Record,
+    Records,
+    inside,
+    list_at,
+    load_object,
+    member,
+    mentions,
+    object_at,
+    pinhole,
+    text_at,
 )
+from ingest.formats.still_images import file_inside, stills
 from ingest.session import CaptureSession
+
+FILE = "transforms.json"
+CAMERA: CameraKeys = ("fl_x", "fl_y", "cx", "cy", "w", "h")
+
+
+def log_of(path: Path) -> Path:
+    """The file itself, or the one in the folder."""
+    return path / FILE if path.is_dir() else path
+
+
+def read_frames(log: Path) -> tuple[JsonObject, Records]:
+    """The whole object and its frames, each with the camera that stands at the top of the file.
+
+    A frame's own camera goes before the common one.
+    """
+    top = load_object(log)
+    common = {key: top[key] for key in CAMERA if key in top}
+    frames = list_at(member(top, "frames", log), log, "frames")
+    rows = [
+        Record(common | object_at(frame, log, f"frame {i}"), log, f"frame {i}")
+        for i, frame in enumerate(frames)
+    ]
+    return top, Records(tuple(rows))
+
+
+def named_files(records: Records, key: str, *endings: str) -> list[Path | None]:
+    """The file that each frame names, with the first ending that is there."""
+    files: list[Path | None] = []
+    for row in records.rows:
+        value = row.values.get(key)
+        if value is None:
+            files.append(None)
+            continue
+        name = text_at(value, row.path, inside(row.where, key))
+        files.append(file_inside(row.path.parent, *(name + ending for ending in endings)))
+    return files
+
 
 NAME = "NeRFCapture"
 FILES = "a folder with the app's transforms.json"

@@ -11,23 +11,19 @@ import numpy as np
 from jaxtyping import Float64
 
 from ingest.formats import nerfcapture
-from ingest.formats.json_file import (
+from ingest.formats.camera_poses import check_poses, poses_from_matrices
+from ingest.formats.json_log import (
     JsonObject,
+    Records,
     list_at,
     mentions,
     number_at,
     numbers_at,
+    pinhole,
     place,
 )
-from ingest.formats.pictures import depth_log_mm, stills
-from ingest.formats.poses import check_poses, poses_from_matrices
-from ingest.formats.records import Records, pinhole
-from ingest.formats.transforms_json import (
-    CAMERA,
-    log_of,
-    named_files,
-    read_frames,
-)
+from ingest.formats.nerfcapture import CAMERA, log_of, named_files, read_frames
+from ingest.formats.still_images import depth_log_mm, stills
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse, shortest_turn

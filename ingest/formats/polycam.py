@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ingest.formats.json_file import mentions
-from ingest.formats.pictures import depth_log_mm, file_inside, stills
-from ingest.formats.poses import check_poses, poses_from_matrices
-from ingest.formats.records import CameraKeys, one_file_each, pinhole
+from ingest.formats.camera_poses import check_poses, poses_from_matrices
+from ingest.formats.json_log import CameraKeys, mentions, one_file_each, pinhole
+from ingest.formats.still_images import depth_log_mm, file_inside, stills
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 

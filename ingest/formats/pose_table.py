@@ -7,10 +7,17 @@ A table of eight columns without a header is ambiguous: ios_logger writes the qu
 
 from pathlib import Path
 
-from ingest.formats.axes import session_of_poses
-from ingest.formats.columns import Columns, named_columns
-from ingest.formats.pick import first_row, floats, logs, only_log
-from ingest.formats.table import numbers, read_rows
+from ingest.formats.camera_poses import session_of_poses
+from ingest.formats.text_table import (
+    Columns,
+    first_row,
+    floats,
+    logs,
+    named_columns,
+    numbers,
+    only_log,
+    read_rows,
+)
 from ingest.session import CaptureSession
 
 NAME = "CSV poses"

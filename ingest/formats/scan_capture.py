@@ -10,10 +10,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float32
 
-from ingest.formats.cameras import one_size
-from ingest.formats.pick import first_row, floats
-from ingest.formats.poses import check_poses, poses_from_quaternions
-from ingest.formats.table import NumberTable, TextRows, numbers, read_rows
+from ingest.formats.camera_poses import check_poses, one_size, poses_from_quaternions
+from ingest.formats.text_table import NumberTable, TextRows, first_row, floats, numbers, read_rows
 from ingest.session import CaptureSession, DepthLog
 from omomo_core.errors import InputError
 

@@ -7,16 +7,9 @@ number of their pose; the size of the images is theirs alone.
 import re
 from pathlib import Path
 
-from ingest.formats.cameras import from_matrices
-from ingest.formats.json_file import mentions
-from ingest.formats.pictures import (
-    depth_log_mm,
-    file_inside,
-    picture_size,
-    stills,
-)
-from ingest.formats.poses import check_poses, poses_from_matrices
-from ingest.formats.records import one_file_each
+from ingest.formats.camera_poses import check_poses, from_matrices, poses_from_matrices
+from ingest.formats.json_log import mentions, one_file_each
+from ingest.formats.still_images import depth_log_mm, file_inside, picture_size, stills
 from ingest.session import CaptureSession
 
 NAME = "3D Scanner App"

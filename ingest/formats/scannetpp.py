@@ -7,11 +7,8 @@ camera matrices row by row. `pose` is ARKit's own, in a world that is y up, and 
 
 from pathlib import Path
 
-from ingest.formats.cameras import from_matrices
-from ingest.formats.json_file import mentions
-from ingest.formats.json_rows import named_records
-from ingest.formats.poses import check_poses, poses_from_matrices
-from ingest.formats.records import Records
+from ingest.formats.camera_poses import check_poses, from_matrices, poses_from_matrices
+from ingest.formats.json_log import Records, mentions, named_records
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 

@@ -12,19 +12,27 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.formats.axes import arkit_poses
-from ingest.formats.cameras import at_times
-from ingest.formats.json_file import (
+from ingest.formats.camera_poses import (
+    arkit_poses,
+    at_times,
+    check_poses,
+    poses_from_matrices,
+    poses_from_quaternions,
+)
+from ingest.formats.json_log import (
+    CameraKeys,
+    Record,
+    Records,
+    line_records,
     list_at,
     load_object,
     member,
+    nested,
     object_at,
+    pinhole,
 )
-from ingest.formats.json_rows import line_records, nested
-from ingest.formats.pick import first_row
-from ingest.formats.pictures import file_inside
-from ingest.formats.poses import check_poses, poses_from_matrices, poses_from_quaternions
-from ingest.formats.records import CameraKeys, Record, Records, pinhole
+from ingest.formats.still_images import file_inside
+from ingest.formats.text_table import first_row
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse

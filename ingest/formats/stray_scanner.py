@@ -13,10 +13,9 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
-from ingest.formats.pick import first_row
-from ingest.formats.pictures import depth_log_mm, file_inside, write_depth_mm
-from ingest.formats.poses import check_poses, poses_from_quaternions
-from ingest.formats.table import NumberTable, TextRows, numbers, read_rows
+from ingest.formats.camera_poses import check_poses, poses_from_quaternions
+from ingest.formats.still_images import depth_log_mm, file_inside, write_depth_mm
+from ingest.formats.text_table import NumberTable, TextRows, first_row, numbers, read_rows
 from ingest.session import GRAVITY, CaptureSession, ImuLog
 from omomo_core.errors import InputError
 

@@ -10,10 +10,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ingest.formats.axes import session_of_poses
-from ingest.formats.columns import named_columns
-from ingest.formats.pick import first_row, floats, logs, only_log
-from ingest.formats.table import numbers, read_rows
+from ingest.formats.camera_poses import session_of_poses
+from ingest.formats.text_table import (
+    first_row,
+    floats,
+    logs,
+    named_columns,
+    numbers,
+    only_log,
+    read_rows,
+)
 from ingest.session import CaptureSession
 
 NAME = "TUM"

@@ -1,22 +1,96 @@
-"""inspect_session: all checks of a take."""
+"""inspect_session: all checks of a take.
+
+Whether the mesh can be the thing that was moved.
+
+Where the report of a scan lies, and what it says against using the mesh.
+
+TakeSeries: what there is to plot of a take.
+"""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import av
 import av.error
 import numpy as np
+from jaxtyping import Float64
+from pydantic import BaseModel, ValidationError
 
 from ingest.mount import Mount
-from ingest.report import clamp, pace, sight, solid, stance, timing, tracking
-from ingest.report.agreement import agreement_checks
-from ingest.report.check import Check, TakeReport
-from ingest.report.gravity import gravity
-from ingest.report.look import Look
-from ingest.report.scanned import scan_checks
+from ingest.report import clamp_checks, sight, stance, track_checks
+from ingest.report.clamp_checks import gravity, gravity_angles
+from ingest.report.sight import agreement_checks
+from ingest.report.stance import bottom
+from ingest.report.take_checks import Check, Look, TakeReport, graded
 from ingest.session import CaptureSession
 from ingest.trajectory.object_motion import ObjectTake
-from omomo_core.motion import ObjectMesh
+from omomo_core.geometry.runs import runs
+from omomo_core.geometry.transforms import velocity
+from omomo_core.motion import FPS, ObjectMesh
+
+_TINY, _SMALL, _LARGE, _HUGE = 0.06, 0.1, 2.5, 3.5
+"""Metres, of the largest side: a phone is 0.15 long; a ladder 3; more is not carried about."""
+_MANY_TRIANGLES = 200_000
+
+
+def mesh_checks(mesh: ObjectMesh) -> list[Check]:
+    """The mesh's size and its number of triangles."""
+    sides = np.ptp(mesh.vertices, axis=0)
+    largest = float(sides.max())
+    message = " x ".join(f"{side:.2f}" for side in sides) + f" m, {len(mesh.faces):,} triangles"
+    severity = (
+        "bad" if not _TINY <= largest <= _HUGE else "ok" if _SMALL < largest < _LARGE else "warn"
+    )
+    fix = "Give the mesh in metres, or the factor to metres with --mesh-scale."
+    if severity == "ok" and len(mesh.faces) > _MANY_TRIANGLES:
+        severity, fix = "warn", "Simplify the mesh: 20,000 triangles are plenty for a motion."
+    return [graded("mesh", severity, message, fix)]
+
+
+REPORT_PAGE, REPORT_DATA = "report.html", "report.json"
+_MOST_BYTES = 1_000_000
+
+
+class _ScanCheck(BaseModel):
+    name: str
+    severity: str
+
+
+class _ScanVerdict(BaseModel):
+    mesh: str
+    usable: bool
+    checks: tuple[_ScanCheck, ...]
+
+
+def work_folder(mesh: Path) -> Path:
+    """Return the folder beside a mesh that `omocap scan` keeps: report, pictures, model, stages."""
+    return mesh.with_suffix(".scan")
+
+
+def scan_checks(mesh: Path) -> tuple[Check, ...]:
+    """Return one red check where `omocap scan` called this mesh not usable, else none.
+
+    A mesh without a report of its own beside it, as those of other apps, is not judged.
+    """
+    report = work_folder(mesh) / REPORT_DATA
+    try:
+        if report.stat().st_size > _MOST_BYTES:
+            return ()
+        verdict = _ScanVerdict.model_validate_json(report.read_bytes())
+    except (OSError, ValidationError):
+        return ()
+    if verdict.usable or verdict.mesh != mesh.name:
+        return ()
+    reasons = ", ".join(check.name for check in verdict.checks if check.severity == "bad")
+    return (
+        Check(
+            "scan",
+            "bad",
+            f"omocap scan found its mesh {mesh.name} not usable: {reasons}",
+            fix=f"Film the object again as {report.with_name(REPORT_PAGE)} says, or give another mesh.",
+        ),
+    )
 
 
 def inspect_session(
@@ -52,8 +126,12 @@ def inspect_clock(session: CaptureSession) -> TakeReport:
 
     It is not complete when units are wrong: nothing else is worth telling then.
     """
-    first = timing.units(session)
-    others = timing.duration(session), timing.rate(session), timing.steadiness(session)
+    first = track_checks.units(session)
+    others = (
+        track_checks.duration(session),
+        track_checks.rate(session),
+        track_checks.steadiness(session),
+    )
     return TakeReport((first, *others), first.severity != "bad")
 
 
@@ -67,11 +145,11 @@ def _assumptions(look: Look) -> Iterator[Check]:
 def _checks(look: Look) -> Iterator[Check]:
     session = look.session
     yield from _assumptions(look)
-    yield tracking.share(look)
-    yield from tracking.faults(look)
-    yield tracking.repeats(session)
-    yield pace.path_length(look)
-    yield from pace.paces(look)
+    yield track_checks.share(look)
+    yield from track_checks.faults(look)
+    yield track_checks.repeats(session)
+    yield track_checks.path_length(look)
+    yield from track_checks.paces(look)
     yield gravity(look)
     yield from agreement_checks(look)
     yield stance.rests(look)
@@ -79,9 +157,9 @@ def _checks(look: Look) -> Iterator[Check]:
     yield from stance.lifted(look)
     yield stance.closure(look)
     if look.mesh is not None:
-        yield from solid.mesh_checks(look.mesh)
+        yield from mesh_checks(look.mesh)
     if look.mesh is not None and look.mount is not None:
-        yield from clamp.mount_checks(look.mesh, look.mount)
+        yield from clamp_checks.mount_checks(look.mesh, look.mount)
     yield from stance.object_checks(look)
     yield _intrinsics(session)
     yield _video(session)
@@ -128,4 +206,62 @@ def _video(session: CaptureSession) -> Check:
         "warn",
         f"{session.video.name} has {frames} frames, the log {wanted} images",
         fix="An overlay would run out of step; copy the session from the phone again.",
+    )
+
+
+Spans = list[tuple[float, float]]
+"""Stretches in seconds from the start of the take."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A value over time; NaN breaks the line."""
+
+    seconds: Float64[np.ndarray, " samples"]
+    """From the start of the take."""
+    values: Float64[np.ndarray, " samples"]
+
+
+@dataclass(frozen=True)
+class TakeSeries:
+    """Curves over time, a path from above, and the stretches to shade under them."""
+
+    seconds: float
+    speed: Curve
+    """Of the phone, m/s."""
+    phone_height: Curve
+    """Metres above the floor, or above the place where the session started."""
+    object_height: Curve | None
+    """Of the object's lowest point above the floor, metres."""
+    path: Float64[np.ndarray, "frames 2"]
+    """Of the object (or the phone) from above, metres; NaN breaks the line."""
+    gravity: Curve | None
+    """Degrees between the accelerometer's mean and the poses' down."""
+    steps: Curve
+    """Milliseconds from each pose to the next."""
+    rests: Spans
+    faults: Spans
+
+
+def take_series(look: Look) -> TakeSeries:
+    """What to plot of a take that is looked over."""
+    session = look.session
+    clock = session.times - session.times[0]
+    T, valid = look.poses
+    phone = np.where(valid[:, None], T[:, :3, 3], np.nan)
+    grid = np.arange(len(T)) / FPS
+    take = look.object_take
+    place = T if take is None else take.motion.T_world_object
+    bottoms = None if take is None else np.where(valid, bottom(take), np.nan)
+    speed = np.where(valid, np.linalg.norm(velocity(phone, FPS), axis=1), np.nan)
+    return TakeSeries(
+        seconds=float(clock[-1]),
+        speed=Curve(grid, speed),
+        phone_height=Curve(grid, phone[:, 2]),
+        object_height=None if bottoms is None else Curve(grid, bottoms),
+        path=np.where(valid[:, None], place[:, :2, 3], np.nan),
+        gravity=None if session.imu is None else Curve(*gravity_angles(session, look.up)),
+        steps=Curve(clock[1:], 1000 * np.diff(clock)),
+        rests=[(a / FPS, b / FPS) for a, b in look.rests],
+        faults=[(float(clock[a]), float(clock[b])) for a, b in runs(look.breaks.any)],
     )

@@ -4,13 +4,17 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
-from ingest.report.check import Check, Severity, grade, graded, worst
-from ingest.report.look import Look
-from ingest.report.slip import GroundRest, slip
-from ingest.trajectory.config import STANDING
+from ingest.report.clamp_checks import GroundRest, slip
+from ingest.report.take_checks import Check, Look, Severity, grade, graded, worst
 from ingest.trajectory.object_motion import ObjectTake
-from ingest.trajectory.rests import find_rests, frame_noise, is_steady
-from ingest.trajectory.stable import standing_sides, tilt_from_standing
+from ingest.trajectory.rests import (
+    find_rests,
+    frame_noise,
+    is_steady,
+    standing_sides,
+    tilt_from_standing,
+)
+from ingest.trajectory.trajectory_config import STANDING
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.motion import FPS
 

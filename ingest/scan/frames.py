@@ -1,23 +1,204 @@
-"""pick_frames: which pictures the scan is made of: sharp, and from all around."""
+"""pick_frames: which pictures the scan is made of: sharp, and from all around.
 
-from collections.abc import Iterator
-from dataclasses import asdict
+How sharp pictures are: among their neighbours, and at all.
+
+Stills: single pictures in files, decoded when they are asked for.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Bool, Float64, Int64
+from scipy.ndimage import median_filter
 
-from ingest.formats.depth_png import save_millimetres
-from ingest.formats.pictures import picture_size
-from ingest.report.check import Check
-from ingest.scan.choices import PICTURES
-from ingest.scan.sharpness import Looks, look
-from ingest.scan.sources.stills import Stills, narrowed
-from ingest.scan.types import Frame, Frames, Progress, ScanSource, no_progress
+from ingest.formats.still_images import picture_size, save_millimetres
+from ingest.report.take_checks import Check
+from ingest.scan.scan_types import (
+    PICTURES,
+    Colours,
+    Frame,
+    Frames,
+    Grey,
+    Pictures,
+    Progress,
+    ScanSource,
+    no_progress,
+)
 from ingest.scan.work import StageCache, key_of, state_of
 from omomo_core.errors import InputError
+
+WIDTH = 640
+"""Pixels of the longer side at which pictures are judged."""
+_NEIGHBOURS = 15
+"""Pictures among which one is sharp or not."""
+_BLURRED = 0.45
+"""Part of its neighbours' usual sharpness below which a picture is blurred."""
+_SOFT = 0.62
+"""`blur` above which a picture is not sharp by any measure."""
+_FAINT = 0.1
+"""Part of the edges across one direction that there are along the other, at least, to judge it by."""
+_FLOW = 160
+"""Pixels of the longer side at which motion is measured."""
+
+
+@dataclass(frozen=True)
+class Looks:
+    """Sharpness and content of the candidate pictures, from reduced copies."""
+
+    candidates: tuple[int, ...]
+    """Places of the pictures that could be decoded."""
+    sharpness: Float64[np.ndarray, " candidates"]
+    """Variance of the Laplacian, as a part of what is usual for their neighbours."""
+    blur: Float64[np.ndarray, " candidates"]
+    """0 is sharp, 1 is nothing but blur, whatever the neighbours are."""
+    path: Float64[np.ndarray, " candidates"]
+    """How far the picture has moved since the first one, in sizes of it."""
+
+    @property
+    def blurred(self) -> Bool[np.ndarray, " candidates"]:
+        """Whether a picture is too blurred to be used."""
+        return (self.sharpness < _BLURRED) | (self.blur > _SOFT)
+
+
+def look(
+    pictures: Pictures, candidates: Sequence[int], on_progress: Callable[[float], None]
+) -> Looks:
+    """See each candidate once, at a reduced size.
+
+    Args:
+        pictures: where they are.
+        candidates: places in it, rising.
+        on_progress: how much is done, 0 to 1.
+    """
+    seen, laplacian, blurs, moves = list[int](), list[float](), list[float](), list[float]()
+    before: Grey | None = None
+    for index, grey in pictures.greys(candidates, WIDTH):
+        seen.append(index)
+        calm = np.asarray(cv2.GaussianBlur(grey, (0, 0), 0.8), np.uint8)
+        laplacian.append(float(cv2.Laplacian(calm, cv2.CV_32F).var()))
+        blurs.append(blur(calm))
+        size = round(grey.shape[1] * _FLOW / WIDTH), round(grey.shape[0] * _FLOW / WIDTH)
+        small = np.asarray(cv2.resize(calm, size, interpolation=cv2.INTER_AREA), np.uint8)
+        moves.append(0.0 if before is None else _motion(before, small))
+        before = small
+        on_progress(len(seen) / len(candidates))
+    sharp = np.array(laplacian)
+    usual = median_filter(sharp, min(_NEIGHBOURS, max(1, len(sharp)))) if len(sharp) else sharp
+    return Looks(tuple(seen), sharp / np.maximum(usual, 1e-9), np.array(blurs), np.cumsum(moves))
+
+
+def blur(grey: Grey) -> float:
+    """How little a picture loses when it is blurred more, 0 to 1 (Crete et al. 2007)."""
+    picture = grey.astype(np.float32)
+    found: list[tuple[float, float]] = []
+    for axis, size in ((0, (1, 9)), (1, (9, 1))):
+        edges = np.abs(np.diff(picture, axis=axis))
+        smoothed = np.abs(np.diff(cv2.blur(picture, size), axis=axis))
+        found.append((float(edges.sum()), float(np.maximum(edges - smoothed, 0).sum())))
+    # A direction in which there is next to nothing to blur tells nothing.
+    least = max(1e-9, _FAINT * max(edges for edges, _ in found))
+    return max((1 - lost / edges for edges, lost in found if edges >= least), default=1.0)
+
+
+def _motion(before: Grey, now: Grey) -> float:
+    """Median distance that corners moved, in lengths of the longer side; 1 when none is found."""
+    if before.shape != now.shape:
+        return 1.0
+    corners: Any = cv2.goodFeaturesToTrack(before, 80, 0.01, 4)  # None where there are none
+    if corners is None or len(corners) < 8:
+        return 1.0
+    moved, status, _ = cv2.calcOpticalFlowPyrLK(before, now, corners, np.empty_like(corners))
+    found = np.asarray(status).ravel() == 1
+    if found.sum() < 8:
+        return 1.0
+    steps = np.linalg.norm((moved - corners).reshape(-1, 2)[found], axis=1)
+    return float(np.median(steps)) / max(now.shape)
+
+
+MAX_PIXELS = 110_000_000
+"""Of one picture; phones make up to 108 million."""
+HEIC = (".heic", ".heif")
+
+
+@dataclass(frozen=True)
+class Stills:
+    """Pictures in files."""
+
+    files: tuple[Path, ...]
+    names: tuple[str, ...]
+    turns: int | None = None
+    """Quarter turns counter-clockwise that bring the stored pixels upright; None: as the file says."""
+
+    def greys(self, wanted: Sequence[int], width: int) -> Iterator[tuple[int, Grey]]:
+        """Some of them, small; see `Pictures`."""
+        for index, picture in self.colours(wanted):
+            grey = np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), np.uint8)
+            yield index, narrowed(grey, width)
+
+    def colours(self, wanted: Sequence[int]) -> Iterator[tuple[int, Colours]]:
+        """Some of them as they are; see `Pictures`."""
+        for index in wanted:
+            picture = load_picture(self.files[index], keep=self.turns is not None)
+            if picture is not None:
+                yield index, np.ascontiguousarray(np.rot90(picture, self.turns or 0))
+
+
+def load_picture(file: Path, *, keep: bool) -> Colours | None:
+    """The pixels of a file, None where it is damaged or no picture.
+
+    Args:
+        file: JPEG, PNG, or HEIC where pillow-heif is installed.
+        keep: as the pixels are stored, whatever the file says of its orientation.
+
+    Raises:
+        InputError: "picture-heic" or "picture-large".
+    """
+    if file.suffix.lower() in HEIC:
+        return _load_heic(file)
+    size = picture_size(file)
+    if size is not None and size[0] * size[1] > MAX_PIXELS:
+        raise InputError(
+            "picture-large",
+            f"{file.name} has {size[0]} x {size[1]} pixels.",
+            where=str(file),
+            fix=f"Make it smaller than {MAX_PIXELS // 10**6} megapixels; 12 are plenty.",
+        )
+    flags = cv2.IMREAD_COLOR | (cv2.IMREAD_IGNORE_ORIENTATION if keep else 0)
+    picture = cv2.imread(str(file), flags)
+    return None if picture is None else np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB))
+
+
+def _load_heic(file: Path) -> Colours | None:
+    # Pillow reads HEIC by a plug-in that not everybody may install.
+    try:
+        from pillow_heif import read_heif  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise InputError(
+            "picture-heic",
+            f"{file.name} is in HEIC, which is not read here.",
+            where=str(file),
+            fix="Run pip install pillow-heif; or export the photos as JPEG (on the phone: Settings, "
+            "Camera, Formats, Most Compatible).",
+        ) from None
+    try:
+        return np.asarray(read_heif(file).to_pillow().convert("RGB"), np.uint8)
+    except (ValueError, OSError):
+        return None
+
+
+def narrowed(picture: np.ndarray, width: int) -> np.ndarray:
+    """The picture made smaller if its longer side is longer than `width` pixels."""
+    height, wide = picture.shape[:2]
+    longest = max(height, wide)
+    if longest <= width:
+        return np.ascontiguousarray(picture)
+    size = max(1, round(wide * width / longest)), max(1, round(height * width / longest))
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+
 
 STAGE = "frames"
 FEWEST = 12

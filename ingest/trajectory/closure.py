@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Bool, Float64
 from scipy.spatial.transform import Rotation
 
-from ingest.trajectory.config import CLOSURE
 from ingest.trajectory.rests import find_rests
+from ingest.trajectory.trajectory_config import CLOSURE
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
 

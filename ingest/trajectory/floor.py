@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Float64
 from scipy.spatial import ConvexHull, QhullError
 
-from ingest.trajectory.config import FLOOR
 from ingest.trajectory.plane import fit_plane
 from ingest.trajectory.rests import find_rests
+from ingest.trajectory.trajectory_config import FLOOR
 from omomo_core.motion import FPS, ObjectMesh
 
 _CHUNK = 2**20

@@ -1,23 +1,51 @@
-"""Which way is up in a session's world."""
+"""Which way is up in a session's world.
 
-from dataclasses import dataclass
+What the accelerometer says about up, in the world of the poses.
+
+Decide between ARKit's and OpenCV's camera axes for a log that does not state them.
+"""
+
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float64
+from scipy.spatial.transform import Rotation, Slerp
 
-from ingest.axes import T_ZUP_ARKIT
-from ingest.session import CaptureSession
-from ingest.trajectory.accelerometer import measured_up
-from ingest.trajectory.config import VERTICAL
-from ingest.trajectory.depth_points import depth_points
-from ingest.trajectory.plane import fit_plane
-from ingest.trajectory.reading import Top
-from ingest.trajectory.resting_up import axis_of, find_resting_up
-from ingest.trajectory.rests import find_rests
+from ingest.axes import T_OPENCV_ARKIT_CAMERA, T_ZUP_ARKIT
+from ingest.mount import Mount
+from ingest.session import R_CAMERA_DEVICE, CaptureSession
+from ingest.trajectory.plane import depth_points, fit_plane
+from ingest.trajectory.rests import axis_of, find_resting_up, find_rests, standing_ups
+from ingest.trajectory.segments import find_breaks
+from ingest.trajectory.smooth import resample
+from ingest.trajectory.trajectory_config import STANDING, VERTICAL, Top
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import shortest_turn
 from omomo_core.motion import FPS, ObjectMesh
+
+
+def measured_up(session: CaptureSession) -> Float64[np.ndarray, "windows 3"]:
+    """Unit vector against the mean acceleration of each whole two seconds, in the session's world.
+
+    Averaging in the world removes the phone's own acceleration: its velocity stays bounded. None
+    (zero rows) without an accelerometer, or when it ran for less than two seconds of the take.
+    """
+    imu = session.imu
+    if imu is None:
+        return np.empty((0, 3))
+    inside = (imu.times >= session.times[0]) & (imu.times <= session.times[-1])
+    times = imu.times[inside]
+    if len(times) == 0:
+        return np.empty((0, 3))
+    R_world_phone = Slerp(session.times, Rotation.from_matrix(session.T_world_phone[:, :3, :3]))
+    world = R_world_phone(times).apply(imu.accel[inside] @ R_CAMERA_DEVICE.T)
+    window = ((times - times[0]) // VERTICAL.window).astype(int)
+    # The last window is not whole; a sum points where the mean does.
+    sums = np.stack([np.bincount(window, axis)[:-1] for axis in world.T], axis=1)
+    size = np.linalg.norm(sums, axis=1, keepdims=True)
+    return -sums[size[:, 0] > 0] / size[size[:, 0] > 0]
+
 
 _Y = np.array([0.0, 1.0, 0.0])
 
@@ -198,3 +226,70 @@ def _angles(
 ) -> Float64[np.ndarray, " windows"]:
     cosine = vectors @ direction / np.linalg.norm(vectors, axis=1)
     return np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+
+
+_AGREES = np.cos(np.radians(STANDING.lean))
+"""Cosine between up and the direction in which the object stands."""
+
+UpHint = tuple[float, float, float] | Top
+
+
+def settle_camera(
+    session: CaptureSession, mesh: ObjectMesh, mount: Mount, up: UpHint | None
+) -> CaptureSession:
+    """Return the session with those camera axes with which the object stands on a stable side at rest.
+
+    Args:
+        session: returned unchanged if its camera axes are known.
+        mesh: the object.
+        mount: where it is in the phone's frame.
+        up: in the session's world, or the axis of the mesh that is up at rest, if it is given.
+
+    Raises:
+        InputError: "axes-unknown" when it stands with both, or with none.
+    """
+    if not session.camera_open:
+        return session
+    turned = replace(session, T_world_phone=session.T_world_phone @ T_OPENCV_ARKIT_CAMERA)
+    standing = [each for each in (session, turned) if _stands(each, mesh, mount, up)]
+    if len(standing) != 1:
+        how = "with both" if standing else "with neither (or never stands still)"
+        raise InputError(
+            "axes-unknown",
+            f"The log does not say whether its camera has ARKit's axes (x right, y up, z towards the viewer) "
+            f"or OpenCV's (y down, z forward), and the object stands where it rests {how}.",
+            where=str(session.source),
+            fix="Write the line `# axes: arkit` or `# axes: opencv` at the top of the log.",
+        )
+    usual = "those usual" if standing[0] is session else "other than usual"
+    note = (
+        f"The log does not say which axes its camera has. They are taken to be {usual} in {session.app}, for "
+        "so the object stands where it rests."
+    )
+    return replace(standing[0], camera_open=False, notes=(*session.notes, note))
+
+
+def _stands(session: CaptureSession, mesh: ObjectMesh, mount: Mount, up: UpHint | None) -> bool:
+    """Whether the object rests on one of its sides, if the camera has the axes that it is read with."""
+    T, valid = resample(session.times, session.T_world_phone, find_breaks(session).any)
+    T_session_object = T @ mount.T_phone_object
+    rests = find_rests(T_session_object, valid)
+    if not rests:
+        return False
+    found = standing_ups(T_session_object, rests, mesh)
+    if isinstance(up, str):
+        start, stop = rests[0]
+        top = T_session_object[start:stop, :3, :3].mean(axis=0) @ axis_of(up)
+        found = [one for one in found if one @ top > _AGREES * np.linalg.norm(top)]
+        up = None
+    return any(_agree(one, session, up) for one in found)
+
+
+def _agree(
+    one: Float64[np.ndarray, "3"], session: CaptureSession, up: tuple[float, float, float] | None
+) -> bool:
+    """Whether a direction is up as it is given or logged, or along an axis that may be."""
+    if up is not None:
+        return bool(one @ np.asarray(up) > _AGREES * np.linalg.norm(up))
+    axes = np.eye(3)[[1]] if session.gravity_aligned else np.eye(3)[[1, 2]]
+    return bool((axes @ one).max() > _AGREES)

@@ -7,17 +7,23 @@ from jaxtyping import Bool, Float64
 
 from ingest.mount import Mount
 from ingest.session import CaptureSession
-from ingest.trajectory.breaks import Breaks, check_rate, find_breaks, same_world
-from ingest.trajectory.camera_axes import settle_camera
 from ingest.trajectory.closure import Closure, find_closure, spread
-from ingest.trajectory.depth_points import depth_points
 from ingest.trajectory.floor import Floor, find_floor
-from ingest.trajectory.gravity import Up, find_up, upright
-from ingest.trajectory.reading import AS_LOGGED, Reading
-from ingest.trajectory.resample import resample
-from ingest.trajectory.segments import choose, segments, within
-from ingest.trajectory.smooth import smooth
-from ingest.trajectory.stitch import Stitch, stitch_jumps
+from ingest.trajectory.gravity import Up, find_up, settle_camera, upright
+from ingest.trajectory.plane import depth_points
+from ingest.trajectory.segments import (
+    Breaks,
+    Stitch,
+    check_rate,
+    choose,
+    find_breaks,
+    same_world,
+    segments,
+    stitch_jumps,
+    within,
+)
+from ingest.trajectory.smooth import resample, smooth
+from ingest.trajectory.trajectory_config import AS_LOGGED, Reading
 from omomo_core.errors import InputError
 from omomo_core.geometry.runs import runs
 from omomo_core.geometry.transforms import apply
@@ -78,7 +84,7 @@ def to_object_motion(
 
     Raises:
         InputError: "rate-too-low", "tracking-broken" when no stretch of a second is usable,
-            "segment-missing", those of `ingest.trajectory.camera_axes.settle_camera`, of
+            "segment-missing", those of `ingest.trajectory.gravity.settle_camera`, of
             `ingest.trajectory.gravity.find_up`, and of `ingest.trajectory.closure.spread`.
     """
     session = settle_camera(session, mesh, mount, reading.up)

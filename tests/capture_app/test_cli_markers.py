@@ -8,9 +8,9 @@ import pytest
 import trimesh
 
 from capture_app.cli.app import invoke
+from ingest.animated.animated_take import to_animated_take
 from ingest.animated.detect import is_animation
 from ingest.animated.npz_poses import read
-from ingest.animated.take import to_animated_take
 from tests.core.marker_files import Capture, capture, moving, write_npz, write_places, write_vicon
 
 SCALE = 0.0123

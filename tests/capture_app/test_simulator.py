@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from capture_app.simulator.noise import NO_NOISE, PhoneNoise
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.recording import write_recording
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from ingest.mount import Mount
 from ingest.report.inspect import inspect_session
 from ingest.session import R_CAMERA_DEVICE

@@ -29,8 +29,7 @@ NO_SETTINGS = {
     # Axes, weights of a difference, a factor of statistics, and what stamps are rounded to.
     "ingest/trajectory/gravity.py": {"_Y"},
     "ingest/trajectory/rests.py": {"_SIXTH"},
-    "ingest/trajectory/smooth.py": {"_MAD"},
-    "ingest/trajectory/resample.py": {"_SAME_TIME"},
+    "ingest/trajectory/smooth.py": {"_MAD", "_SAME_TIME"},
     # What a network was trained with; another value needs another network.
     "omomo_core/geometry/object_features.py": {"BASIS_RADIUS"},
     "omomo_core/stages/stage_config.py": {"LEVEL_SHIFT"},

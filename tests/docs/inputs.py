@@ -17,7 +17,7 @@ from capture_app.simulator.phone import simulate
 from capture_app.simulator.record import DEMO
 from capture_app.simulator.recording import write_recording
 from capture_app.simulator.wiggle import wiggle_motion
-from ingest.calibration.board.spec import PRESETS
+from ingest.calibration.board.board_spec import PRESETS
 from ingest.formats import scanner_3d
 from omomo_core.learning.recordings.clips import save_clips
 from omomo_core.motion import ObjectMotion

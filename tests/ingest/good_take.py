@@ -13,7 +13,7 @@ from capture_app.simulator.phone import simulate
 from ingest.formats import stray_scanner
 from ingest.mount_file import save_mount
 from ingest.session import CaptureSession
-from ingest.trajectory.reading import Reading
+from ingest.trajectory.trajectory_config import Reading
 from tests.log_writers import write_session
 
 AT = 350

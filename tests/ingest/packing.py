@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from omomo_core.errors import InputError
 
 Pack = Callable[[Path, dict[str, bytes]], Path]

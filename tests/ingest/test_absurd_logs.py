@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from ingest.formats import arkit_data_logger, ios_logger, stray_scanner
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from omomo_core.errors import InputError
 from tests.log_writers import write_session
 

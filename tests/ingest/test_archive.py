@@ -11,7 +11,7 @@ import pytest
 
 from ingest.archive import is_archive, unpack
 from ingest.formats import stray_scanner
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 from tests.ingest.packing import (

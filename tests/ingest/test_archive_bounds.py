@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from ingest import archive, archive_members
+from ingest import archive
 from ingest.archive import unpack
 from omomo_core.errors import InputError
 from tests.ingest.packing import (
@@ -48,7 +48,7 @@ def _zip_end(table: bytes, entries: int, start: int) -> bytes:
 @pytest.mark.parametrize(("claimed", "written"), [(1_000_000, 3), (3, 20_000), (20_000, 20_000)])
 def test_a_zip_of_many_entries(tmp_path: Path, scratch: Path, monkeypatch, claimed, written):
     """Whether the end record says so or lies, nothing is made of any entry."""
-    monkeypatch.setattr(archive_members, "MAX_ENTRIES", 2000)
+    monkeypatch.setattr(archive, "MAX_ENTRIES", 2000)
     table, start = _zip_table(written), b"PK\3\4" + bytes(26)
     (tmp_path / "take.zip").write_bytes(start + table + _zip_end(table, claimed, len(start)))
     tracemalloc.start()
@@ -72,7 +72,7 @@ def test_a_zip_whose_table_alone_is_huge(tmp_path: Path, scratch: Path):
 @every_pack
 def test_too_many_entries(tmp_path: Path, scratch: Path, pack: Pack, monkeypatch):
     """Folders count, those that only a name tells too, and so does what is not unpacked."""
-    monkeypatch.setattr(archive_members, "MAX_ENTRIES", 100)
+    monkeypatch.setattr(archive, "MAX_ENTRIES", 100)
     assert unpack(pack(tmp_path / "good", {f"{k}.txt": b"" for k in range(100)}))
     for folder in scratch.iterdir():
         folder.rename(tmp_path / "unpacked")
@@ -84,7 +84,7 @@ def test_too_many_entries(tmp_path: Path, scratch: Path, pack: Pack, monkeypatch
 
 
 def test_a_tar_of_endless_entries_is_left_at_the_bound(tmp_path: Path, scratch: Path, monkeypatch):
-    monkeypatch.setattr(archive_members, "MAX_ENTRIES", 2000)
+    monkeypatch.setattr(archive, "MAX_ENTRIES", 2000)
     many = b"".join(tarfile.TarInfo(f"__MACOSX/{k}").tobuf() for k in range(5000))
     (tmp_path / "take.tgz").write_bytes(gzip.compress(many, 1) + b"damage that is never reached")
     assert refused(tmp_path / "take.tgz", scratch).code == "archive-too-many-entries"
@@ -92,17 +92,17 @@ def test_a_tar_of_endless_entries_is_left_at_the_bound(tmp_path: Path, scratch: 
 
 def test_declared_sizes_are_bounded_before_anything_is_read(tmp_path: Path, scratch: Path):
     header = tarfile.TarInfo("rgb.mp4")
-    header.size = archive_members.MAX_BYTES + 1
+    header.size = archive.MAX_BYTES + 1
     (tmp_path / "take.tar").write_bytes(header.tobuf(tarfile.GNU_FORMAT))
     assert refused(tmp_path / "take.tar", scratch).code == "archive-too-large"
-    header.size = archive_members.RATIO_FLOOR + 1
+    header.size = archive.RATIO_FLOOR + 1
     (tmp_path / "take.tar").write_bytes(header.tobuf())
     assert refused(tmp_path / "take.tar", scratch).code == "archive-ratio"
 
 
 @pytest.mark.parametrize("pack", [pack_zip, pack_tar_gz])
 def test_a_bomb(tmp_path: Path, scratch: Path, pack: Pack, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(archive_members, "RATIO_FLOOR", 2**20)
+    monkeypatch.setattr(archive, "RATIO_FLOOR", 2**20)
     zeros = bytes(2**21)
     packed = pack(tmp_path / "take", {f"depth/{k}.png": zeros for k in range(4)})
     assert refused(packed, scratch).code == "archive-ratio"
@@ -110,7 +110,7 @@ def test_a_bomb(tmp_path: Path, scratch: Path, pack: Pack, monkeypatch: pytest.M
 
 def test_entries_that_share_their_bytes(tmp_path: Path, scratch: Path, monkeypatch):
     """The better bomb: a thousand entries of the table are one piece of the file."""
-    monkeypatch.setattr(archive_members, "RATIO_FLOOR", 2**20)
+    monkeypatch.setattr(archive, "RATIO_FLOOR", 2**20)
     data = pack_zip(tmp_path / "take.zip", {"a" * 4: bytes(2**19)}).read_bytes()
     start = data.index(b"PK\1\2")
     end = data.index(b"PK\5\6")
@@ -146,7 +146,7 @@ def test_what_is_written_is_counted(tmp_path: Path, scratch: Path, monkeypatch):
             written.extend(p.stat().st_size for p in scratch.rglob("a.txt"))
             yield b"x" * 10
 
-    monkeypatch.setattr("ingest.archive_zip._content", endless)
+    monkeypatch.setattr("ingest.archive._content", endless)
     assert refused(packed, scratch).code == "archive-size"
     assert len(written) == 2
 

@@ -12,7 +12,7 @@ from capture_app.simulator.carried_box import clamped_phone
 from ingest.formats import pose_table, tum
 from ingest.mount_file import save_mount
 from ingest.session import CaptureSession
-from ingest.trajectory.reading import Reading
+from ingest.trajectory.trajectory_config import Reading
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from tests.ingest import good_take as go

@@ -13,7 +13,7 @@ from ingest.mount import identity_mount
 from ingest.session import CaptureSession
 from ingest.trajectory.closure import find_closure, spread
 from ingest.trajectory.object_motion import to_object_motion
-from ingest.trajectory.reading import Reading
+from ingest.trajectory.trajectory_config import Reading
 from omomo_core.errors import InputError
 from omomo_core.geometry.runs import min_jerk
 from omomo_core.motion import FPS

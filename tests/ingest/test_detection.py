@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from ingest.formats import ios_logger, pose_table
-from ingest.formats.detect import read_session
-from ingest.formats.registry import FORMATS, Format
+from ingest.formats.registry import FORMATS, Format, read_session
 from omomo_core.errors import InputError
 from tests.log_writers import write_session
 

@@ -13,8 +13,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from ingest.formats.detect import read_session
-from ingest.formats.registry import FORMATS, Format
+from ingest.formats.registry import FORMATS, Format, read_session
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 from tests.log_writers import write_session

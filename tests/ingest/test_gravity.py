@@ -12,11 +12,11 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from ingest.mount import Mount
 from ingest.session import GRAVITY, R_CAMERA_DEVICE, CaptureSession, DepthLog, ImuLog
-from ingest.trajectory.depth_points import back_projected
 from ingest.trajectory.gravity import find_up, upright
 from ingest.trajectory.object_motion import to_object_motion
-from ingest.trajectory.reading import Reading
-from ingest.trajectory.resting_up import axis_of
+from ingest.trajectory.plane import back_projected
+from ingest.trajectory.rests import axis_of
+from ingest.trajectory.trajectory_config import Reading
 from omomo_core.errors import InputError
 from omomo_core.geometry.runs import min_jerk
 

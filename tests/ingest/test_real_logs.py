@@ -9,10 +9,9 @@ from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation, Slerp
 
 from ingest.formats import ios_logger
-from ingest.formats.detect import read_session
-from ingest.formats.registry import FORMATS
+from ingest.formats.registry import FORMATS, read_session
 from ingest.mount import identity_mount
-from ingest.report.gravity import gravity_angles
+from ingest.report.clamp_checks import gravity_angles
 from ingest.report.inspect import inspect_session
 from ingest.session import GRAVITY, R_CAMERA_DEVICE, CaptureSession
 from ingest.trajectory.object_motion import to_object_motion

@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from ingest.formats import registry, tum
-from ingest.formats.detect import read_session
-from ingest.formats.registry import FORMATS, known_formats, register_format
+from ingest.formats.registry import FORMATS, known_formats, read_session, register_format
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 from tests.log_writers import write_session

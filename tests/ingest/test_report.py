@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from ingest.mount import Mount, object_id
-from ingest.report.check import Check
-from ingest.report.clamp import mount_checks
+from ingest.report.clamp_checks import mount_checks
 from ingest.report.inspect import inspect_session
+from ingest.report.take_checks import Check
 from ingest.session import GRAVITY, R_CAMERA_DEVICE, CaptureSession, ImuLog
-from ingest.trajectory.stable import standing_sides, tilt_from_standing
+from ingest.trajectory.rests import standing_sides, tilt_from_standing
 from omomo_core.motion import ObjectMesh
 
 

@@ -20,13 +20,10 @@ from ingest.formats import (
     spectacular,
     stray_scanner,
 )
-from ingest.formats.detect import read_session
-from ingest.formats.registry import Format
-from ingest.report.check import Check
+from ingest.formats.registry import Format, read_session
 from ingest.report.inspect import inspect_session
-from ingest.report.look import Look
-from ingest.report.matches import explained
-from ingest.report.sight import sight
+from ingest.report.sight import explained, sight
+from ingest.report.take_checks import Check, Look
 from ingest.session import CaptureSession
 from ingest.session_images import pictures
 from omomo_core.geometry.transforms import inverse

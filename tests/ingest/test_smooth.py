@@ -9,12 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from ingest.session import GRAVITY, R_CAMERA_DEVICE, CaptureSession
-from ingest.trajectory.breaks import find_breaks
-from ingest.trajectory.config import SMOOTHING
-from ingest.trajectory.resample import resample
-from ingest.trajectory.smooth import measure_noise, smooth
+from ingest.trajectory.segments import find_breaks
+from ingest.trajectory.smooth import measure_noise, resample, smooth
+from ingest.trajectory.trajectory_config import SMOOTHING
 from omomo_core.motion import FPS
 
 

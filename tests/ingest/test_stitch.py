@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from ingest.mount import identity_mount
-from ingest.trajectory.breaks import find_breaks
 from ingest.trajectory.object_motion import to_object_motion
-from ingest.trajectory.reading import Reading
-from ingest.trajectory.stitch import stitch_jumps
+from ingest.trajectory.segments import find_breaks, stitch_jumps
+from ingest.trajectory.trajectory_config import Reading
 
 NOISES = (0.0, 1e-4, 4e-4)
 

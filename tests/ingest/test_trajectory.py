@@ -11,11 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from ingest.mount import Mount, identity_mount
 from ingest.session import CaptureSession
-from ingest.trajectory.breaks import find_breaks, same_world
 from ingest.trajectory.object_motion import to_object_motion
-from ingest.trajectory.reading import Reading
-from ingest.trajectory.resample import resample
-from ingest.trajectory.segments import cut, segments
+from ingest.trajectory.segments import cut, find_breaks, same_world, segments
+from ingest.trajectory.smooth import resample
+from ingest.trajectory.trajectory_config import Reading
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
 

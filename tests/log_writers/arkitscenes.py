@@ -7,8 +7,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ingest.formats.arkitscenes import DEPTH, IMAGES, INTRINSICS
-from ingest.formats.axes import opencv_poses
-from ingest.formats.pictures import write_depth_mm
+from ingest.formats.camera_poses import opencv_poses
+from ingest.formats.still_images import write_depth_mm
 from ingest.session import CaptureSession
 from omomo_core.geometry.transforms import inverse
 from tests.log_writers.images import write_images

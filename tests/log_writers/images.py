@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from ingest.formats.pictures import _made, _of_poses
+from ingest.formats.still_images import _made, _of_poses
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 

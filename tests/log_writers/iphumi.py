@@ -4,10 +4,8 @@ import shutil
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-from ingest.formats.cameras import to_matrix
-from ingest.formats.json_file import (
-    JsonObject,
-)
+from ingest.formats.camera_poses import to_matrix
+from ingest.formats.json_log import JsonObject
 from ingest.session import CaptureSession
 from tests.log_writers.json_files import write_object
 

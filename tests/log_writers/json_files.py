@@ -4,8 +4,8 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-from ingest.formats.json_file import JsonObject
-from ingest.formats.transforms_json import CAMERA
+from ingest.formats.json_log import JsonObject
+from ingest.formats.nerfcapture import CAMERA
 from ingest.session import CaptureSession
 
 

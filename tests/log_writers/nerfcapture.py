@@ -2,11 +2,7 @@
 
 from pathlib import Path
 
-from ingest.formats.nerfcapture import MARK
-from ingest.formats.transforms_json import (
-    CAMERA,
-    FILE,
-)
+from ingest.formats.nerfcapture import CAMERA, FILE, MARK
 from ingest.session import CaptureSession
 from tests.log_writers.images import write_images
 from tests.log_writers.json_files import write_object, written_frames

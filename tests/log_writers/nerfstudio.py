@@ -2,11 +2,9 @@
 
 from pathlib import Path
 
+from ingest.formats.nerfcapture import FILE
 from ingest.formats.nerfstudio import _T_world_saved
-from ingest.formats.pictures import write_depth_mm
-from ingest.formats.transforms_json import (
-    FILE,
-)
+from ingest.formats.still_images import write_depth_mm
 from ingest.session import CaptureSession
 from omomo_core.geometry.transforms import inverse
 from tests.log_writers.images import write_images

@@ -5,9 +5,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ingest.formats.json_file import (
-    JsonObject,
-)
+from ingest.formats.json_log import JsonObject
 from ingest.formats.record3d import _TURNS, T_PORTRAIT_PHONE
 from ingest.session import CaptureSession
 from omomo_core.geometry.transforms import inverse

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from ingest.formats.cameras import to_matrix
-from ingest.formats.pictures import write_depth_mm
+from ingest.formats.camera_poses import to_matrix
+from ingest.formats.still_images import write_depth_mm
 from ingest.session import CaptureSession
 from tests.log_writers.images import write_images
 from tests.log_writers.json_files import write_object

@@ -3,9 +3,8 @@
 import shutil
 from pathlib import Path
 
-from ingest.formats.axes import opencv_poses
-from ingest.formats.cameras import to_matrix
-from ingest.formats.json_file import JsonObject
+from ingest.formats.camera_poses import opencv_poses, to_matrix
+from ingest.formats.json_log import JsonObject
 from ingest.formats.scannetpp import _LOG, _name
 from ingest.session import CaptureSession
 from tests.log_writers.json_files import write_object

@@ -8,11 +8,8 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA, opencv_poses
-from ingest.formats.cameras import at_times
-from ingest.formats.json_file import (
-    JsonObject,
-)
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA, at_times, opencv_poses
+from ingest.formats.json_log import JsonObject
 from ingest.formats.spectacular import CAMERA
 from ingest.session import R_CAMERA_DEVICE, CaptureSession
 from tests.log_writers.json_files import write_object

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA, opencv_poses
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA, opencv_poses
 from ingest.session import CaptureSession
 
 

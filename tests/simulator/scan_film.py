@@ -15,8 +15,8 @@ from capture_app.simulator.noise import disturb
 from capture_app.simulator.phone import BOOT_SECONDS, arkit_from_world
 from ingest.axes import T_ZUP_ARKIT
 from ingest.formats import scanner_3d
-from ingest.formats.depth_png import load_millimetres, save_millimetres
 from ingest.formats.registry import Format
+from ingest.formats.still_images import load_millimetres, save_millimetres
 from ingest.session import CaptureSession, DepthLog
 from tests.log_writers import write_session
 from tests.simulator.scan_camera import FilmErrors, lidar, photographed

@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Float32, Float64, UInt8
 from scipy.spatial.transform import Rotation
 
-from ingest.calibration.scan.features import find_features
+from ingest.calibration.scan_landmarks import find_features
 from ingest.colmap import pycolmap
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from omomo_core.geometry.transforms import inverse
 from tests.simulator.scan_scene import ScanScene, film, intrinsics
 

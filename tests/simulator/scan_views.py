@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float32, Float64, Int64, UInt8
 from scipy.spatial.transform import Rotation
 
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
-from ingest.formats.depth_png import save_millimetres
-from ingest.scan.types import Registered, Scale, View
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
+from ingest.formats.still_images import save_millimetres
+from ingest.scan.scan_types import Registered, Scale, View
 from omomo_core.geometry.transforms import inverse
 from tests.simulator.scan_camera import FilmErrors, lidar, photographed
 from tests.simulator.scan_scene import ScanScene, film, intrinsics

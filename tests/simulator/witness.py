@@ -11,11 +11,10 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline
 
 from capture_app.simulator.carried_box import WIDTH
-from ingest.calibration.board.camera import WitnessCamera
-from ingest.calibration.board.lens import distorted
-from ingest.calibration.board.pattern import board_image
-from ingest.calibration.board.spec import Board
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
+from ingest.calibration.board.board_lens import distorted
+from ingest.calibration.board.board_spec import Board, board_image
+from ingest.calibration.board.camera_file import WitnessCamera
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS, ObjectMotion
 from render.actors import Actor

@@ -7,12 +7,10 @@ from capture_app.calibration.guide.finding import Finding
 from capture_app.calibration.guide.prompt import Prompt
 from capture_app.calibration.guide.steps import GuideState
 from capture_app.calibration.guide.wizard import command_line
-from ingest.calibration.drawing.directions import numbers
-from ingest.calibration.floor.contacts import find_contacts, track
-from ingest.calibration.floor.sides import flat_sides
-from ingest.calibration.floor.standing import standings
-from ingest.calibration.observable import TILT_IT
-from ingest.formats.detect import read_session
+from ingest.calibration.drawing import numbers
+from ingest.calibration.floor_contacts import find_contacts, flat_sides, standings, track
+from ingest.calibration.posterior import TILT_IT
+from ingest.formats.registry import read_session
 from ingest.mesh import load_mesh
 from ingest.mount import Mount
 from ingest.mount_file import load_mount
@@ -78,8 +76,8 @@ def standing(session: CaptureSession, mesh: ObjectMesh, mount: Mount) -> Finding
     """How often the object stands on the floor in a recording.
 
     Raises:
-        InputError: of `ingest.calibration.floor.contacts.track` and
-            `ingest.calibration.floor.standing.standings`.
+        InputError: of `ingest.calibration.floor_contacts.track` and
+            `ingest.calibration.floor_contacts.standings`.
     """
     found = standings(find_contacts(track(session)), flat_sides(mesh), mount, str(session.source))
     rests = sum(one.contact.kind == "rest" for one in found)

@@ -12,10 +12,10 @@ from capture_app.calibration.guide.phone_steps import AXES, ENOUGH
 from capture_app.calibration.guide.placement import astray
 from capture_app.calibration.guide.prompt import Prompt, as_path
 from capture_app.calibration.guide.steps import AgainError, GuideState, GuideStep, Words
-from ingest.calibration.board.place import BoardPlace, load_place, place_from_points
-from ingest.calibration.board.sheet import PAPERS, preset_for
-from ingest.calibration.board.spec import Board, parse_board
-from ingest.calibration.drawing.directions import numbers
+from ingest.calibration.board.board_place import BoardPlace, load_place, place_from_points
+from ingest.calibration.board.board_sheet import PAPERS, preset_for
+from ingest.calibration.board.board_spec import Board, parse_board
+from ingest.calibration.drawing import numbers
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
 

@@ -5,8 +5,8 @@ import numpy as np
 from capture_app.calibration.guide.prompt import Prompt
 from capture_app.calibration.guide.steps import GuideState, GuideStep, Words
 from ingest.calibration.pose_file import load_similarity
-from ingest.calibration.session.scan_mesh import load_scan
-from ingest.colmap_files import read_model
+from ingest.calibration.session_mount import load_scan
+from ingest.colmap import read_model
 from ingest.mesh import load_mesh
 from omomo_core.errors import InputError
 

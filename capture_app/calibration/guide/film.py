@@ -6,13 +6,12 @@ from pathlib import Path
 
 from capture_app.calibration.guide.finding import Finding
 from capture_app.calibration.guide.recording import pictured_recording
-from ingest.calibration.board.detect import Corners, Detector, Grey
-from ingest.calibration.board.diagnose import fits, not_found
-from ingest.calibration.board.pictures import TIMES, Picture, of_folder, of_session, of_video
-from ingest.calibration.board.spec import MIN_CORNERS, Board
+from ingest.calibration.board.board_detect import Corners, Detector, Grey, fits, not_found
+from ingest.calibration.board.board_spec import MIN_CORNERS, Board
+from ingest.calibration.board.board_track import TIMES, Picture, of_folder, of_session, of_video
 from ingest.calibration.screen.views import photos
 from ingest.calibration.still import CARRIED, clamped_stills
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 
@@ -33,7 +32,7 @@ def filmed_board(path: Path, board: Board) -> Finding:
         board: as printed.
 
     Raises:
-        InputError: of what is read, or of `ingest.calibration.board.diagnose.not_found`.
+        InputError: of what is read, or of `ingest.calibration.board.board_detect.not_found`.
     """
     return _seen(_pictures(path), board, str(path))
 

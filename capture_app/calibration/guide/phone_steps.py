@@ -9,11 +9,10 @@ from capture_app.calibration.guide.finding import Finding
 from capture_app.calibration.guide.placement import astray
 from capture_app.calibration.guide.prompt import Prompt, as_path
 from capture_app.calibration.guide.steps import AgainError, GuideState, GuideStep, Words
-from ingest.calibration.drawing.directions import numbers, rotation_in_words
-from ingest.calibration.drawing.drawing import MEASURED, PRINTED
-from ingest.calibration.phone.body import body_point, phone_named
-from ingest.calibration.points.correspondences import PointPair, load_pairs, save_pairs
-from ingest.calibration.points.picked import MAX_OFFSET, mount_from_pairs
+from ingest.calibration.drawing import MEASURED, PRINTED, numbers, rotation_in_words
+from ingest.calibration.phone_body import body_point, phone_named
+from ingest.calibration.picked_points import MAX_OFFSET, mount_from_pairs
+from ingest.calibration.points import PointPair, load_pairs, save_pairs
 from omomo_core.errors import InputError
 
 AXES = (

@@ -6,7 +6,7 @@ import igl
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.calibration.drawing.drawing import body_of_camera
+from ingest.calibration.drawing import body_of_camera
 from ingest.mount import Mount
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMesh

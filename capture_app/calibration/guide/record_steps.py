@@ -10,10 +10,10 @@ from capture_app.calibration.guide.finding import Finding
 from capture_app.calibration.guide.prompt import Prompt
 from capture_app.calibration.guide.recording import filmed_rest, rested_recording, turned_recording
 from capture_app.calibration.guide.steps import AgainError, GuideState, GuideStep, Words
-from ingest.calibration.board.camera import load_camera
-from ingest.calibration.hand_eye.pose_log import read_pose_log
+from ingest.calibration.board.camera_file import load_camera
+from ingest.calibration.hand_eye.to_mount import read_pose_log
 from ingest.calibration.pose_file import load_pose
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from ingest.session import CaptureSession
 
 

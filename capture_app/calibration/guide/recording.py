@@ -4,13 +4,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from capture_app.calibration.guide.finding import Finding, both
-from ingest.calibration.hand_eye.doubt import check_turns
-from ingest.calibration.hand_eye.phone import phone_stream
-from ingest.calibration.hand_eye.streams import PoseStream
-from ingest.calibration.scan.views import views_of
+from ingest.calibration.hand_eye.hand_eye import check_turns
+from ingest.calibration.hand_eye.hand_eye_model import PoseStream
+from ingest.calibration.hand_eye.to_mount import phone_stream
+from ingest.calibration.scan_mount import views_of
 from ingest.calibration.still import CARRIED, clamped_stills
 from ingest.session import CaptureSession
-from ingest.trajectory.breaks import check_rate, find_breaks
+from ingest.trajectory.segments import check_rate, find_breaks
 from omomo_core.errors import InputError
 
 _SECOND_TURN = np.radians(10.0)

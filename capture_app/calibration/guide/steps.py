@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from capture_app.calibration.guide.prompt import Prompt
-from ingest.calibration.board.spec import Board
-from ingest.calibration.phone.body import Phone
+from ingest.calibration.board.board_spec import Board
+from ingest.calibration.phone_body import Phone
 from ingest.session import CaptureSession
 from omomo_core.motion import ObjectMesh
 

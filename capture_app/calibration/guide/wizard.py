@@ -10,7 +10,7 @@ from capture_app.calibration.guide.steps import AgainError, GuideState, GuideSte
 from ingest.mesh import load_mesh
 from ingest.mount import Mount
 from ingest.mount_file import load_mount
-from ingest.report.clamp import mount_checks
+from ingest.report.clamp_checks import mount_checks
 from omomo_core.errors import InputError
 
 _TOOL = ("omocap", "calibrate")

@@ -10,16 +10,16 @@ from capture_app.commands.calibrate.by_camera import BoardWay, ScreenWay, Tracke
 from capture_app.commands.calibrate.way import Way
 from capture_app.progress import Progress
 from ingest.archive import is_archive, unpack
-from ingest.calibration.board.camera import load_camera
-from ingest.calibration.board.pictures import TIMES
-from ingest.calibration.board.place import load_place
-from ingest.calibration.board.reference import parse_grid
-from ingest.calibration.board.spec import Board, Checkerboard
-from ingest.calibration.board.track import BoardTrack, track_session, track_video
-from ingest.calibration.hand_eye.board import calibrate_by_board
-from ingest.calibration.hand_eye.phone import phone_stream
-from ingest.calibration.hand_eye.pose_log import read_pose_log
-from ingest.calibration.hand_eye.to_mount import calibrate_by_motion
+from ingest.calibration.board.board_place import load_place, parse_grid
+from ingest.calibration.board.board_spec import Board, Checkerboard
+from ingest.calibration.board.board_track import TIMES, BoardTrack, track_session, track_video
+from ingest.calibration.board.camera_file import load_camera
+from ingest.calibration.hand_eye.to_mount import (
+    calibrate_by_board,
+    calibrate_by_motion,
+    phone_stream,
+    read_pose_log,
+)
 from ingest.calibration.pose_file import load_pose, load_similarity
 from ingest.calibration.screen.screen import (
     ScreenViews,
@@ -29,7 +29,7 @@ from ingest.calibration.screen.screen import (
 )
 from ingest.calibration.screen.shown import ScreenPose, load_screen_pose, screen_pose, shown_board
 from ingest.calibration.screen.views import Photo, photos, views_in_model, views_with_board
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from ingest.mount import Mount
 from ingest.mount_file import load_mount
 from omomo_core.geometry.transforms import inverse

@@ -10,28 +10,26 @@ from capture_app.commands.calibrate.by_phone import FloorWay, ScanWay, SessionWa
 from capture_app.mesh_file import MeshFile
 from capture_app.progress import Progress
 from capture_app.scanning.folder import IMAGES, MODEL
-from ingest.calibration.board.place import load_place
-from ingest.calibration.board.reference import parse_grid
-from ingest.calibration.board.track import track_session
-from ingest.calibration.floor.refine import refine
+from ingest.calibration.board.board_place import load_place, parse_grid
+from ingest.calibration.board.board_track import track_session
+from ingest.calibration.floor_fit import refine
 from ingest.calibration.pose_file import load_pose, load_similarity
-from ingest.calibration.scan.landmarks import read_landmarks
-from ingest.calibration.scan.scan import scan_mount
-from ingest.calibration.scan.views import Views, views_in, views_of
-from ingest.calibration.session.by_board import placed_by_board
-from ingest.calibration.session.scan_mesh import load_scan
-from ingest.calibration.session.session import (
+from ingest.calibration.scan_landmarks import read_landmarks
+from ingest.calibration.scan_mount import Views, scan_mount, views_in, views_of
+from ingest.calibration.session_mount import (
     ObjectPlacement,
+    load_scan,
+    placed_by_board,
     placed_by_hand,
     placed_by_scan,
     session_mount,
 )
 from ingest.calibration.still import CARRIED, Still, clamped_stills, named_stills
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from ingest.mount import Mount
 from ingest.mount_file import load_mount
-from ingest.report.scanned import work_folder
-from ingest.scan.sources.model import model_in
+from ingest.report.inspect import work_folder
+from ingest.scan.mesh_sources import model_in
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh

@@ -40,8 +40,8 @@ def board_pdf(
 
     Print it at 100 % ("actual size"), measure both rulers, and glue it on something flat and stiff.
     """
-    from ingest.calibration.board.sheet import preset_for, write_sheet
-    from ingest.calibration.board.spec import parse_board
+    from ingest.calibration.board.board_sheet import preset_for, write_sheet
+    from ingest.calibration.board.board_spec import parse_board
     from omomo_core.errors import InputError
 
     suffix = ".png" if screen else ".pdf"
@@ -61,7 +61,7 @@ def board_pdf(
         )
     chosen = parse_board(board) if board else preset_for(paper)
     if screen:
-        from ingest.calibration.board.pattern import write_screen
+        from ingest.calibration.board.board_spec import write_screen
 
         write_screen(chosen, screen, ppi, path)
         output.print("Show it full screen at 100 %, without scaling, bright, with no bars over it.")

@@ -35,7 +35,7 @@ def combine(
     from capture_app.cli.calibrate.finish import check_output, finish, mesh_file_of
     from ingest.calibration.combine import NamedMount
     from ingest.calibration.combine import combine as combined
-    from ingest.calibration.slip import refuse_slip
+    from ingest.calibration.still import refuse_slip
     from ingest.mount_file import load_mount
     from omomo_core.errors import InputError
 

@@ -2,7 +2,7 @@
 
 from capture_app.calibration.phones import need, phone_of
 from capture_app.commands.text_values import read_ruler
-from ingest.calibration.phone.body import Phone
+from ingest.calibration.phone_body import Phone
 
 
 def maybe_phone(name: str | None, ruler: str | None) -> Phone | None:

@@ -12,7 +12,7 @@ from capture_app.commands.request import validated
 from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
-    from ingest.calibration.phone.body import Phone
+    from ingest.calibration.phone_body import Phone
 
 Pictures = Annotated[
     Path | None,

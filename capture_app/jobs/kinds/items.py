@@ -76,7 +76,7 @@ def _start_scan(order: ScanRequest, attempt: Attempt) -> ItemJob:
     from capture_app.scanning.scan import scan_object
     from capture_app.summaries import mesh_summary
     from ingest.mesh import load_mesh
-    from ingest.report.scanned import REPORT_DATA
+    from ingest.report.inspect import REPORT_DATA
 
     def make(folder: Path, progress: Progress) -> dict[str, Any]:
         # What an earlier attempt wrote is not in the way of this one.

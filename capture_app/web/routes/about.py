@@ -16,7 +16,7 @@ from capture_app.web.limits import Limits
 from capture_app.web.problems import Refused
 from capture_app.web.routes.orders import RunOptions
 from capture_app.web.site import Here
-from ingest.calibration.phone.models import MODELS, Model
+from ingest.calibration.phone_body import MODELS, Model
 from ingest.formats.registry import FORMATS as LOGS
 
 _FPS = (24, 25, 30, 60)

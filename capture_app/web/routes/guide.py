@@ -13,8 +13,8 @@ from capture_app.web.library.ids import Id
 from capture_app.web.page_words import all_in_page_words
 from capture_app.web.sandbox import drawing, looks
 from capture_app.web.site import Here
-from ingest.calibration.board.sheet import PAPERS
-from ingest.calibration.board.spec import PRESETS
+from ingest.calibration.board.board_sheet import PAPERS
+from ingest.calibration.board.board_spec import PRESETS
 
 router = APIRouter(prefix="/api/calibration", tags=["calibration"])
 _PDF: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}

@@ -17,9 +17,8 @@ from capture_app.web.routes.items import LibraryItem, item
 from capture_app.web.sandbox import mounts
 from capture_app.web.site import Here, Site
 from capture_app.web.sources import mesh_file_of
-from ingest.calibration.drawing.drawing import Precision
-from ingest.calibration.drawing.drawn import Drawn
-from ingest.calibration.points.correspondences import PointPair
+from ingest.calibration.drawing import Drawn, Precision
+from ingest.calibration.points import PointPair
 
 router = APIRouter(prefix="/api/mounts", tags=["mounts"])
 

@@ -17,7 +17,7 @@ from capture_app.web.sandbox import work
 from capture_app.web.sandbox.report import unreadable
 from capture_app.web.site import Here, Site
 from capture_app.web.sources import ReadAs, mesh_file_of, seen_with
-from ingest.trajectory.reading import AS_LOGGED
+from ingest.trajectory.trajectory_config import AS_LOGGED
 from omomo_core.errors import InputError
 
 router = APIRouter(prefix="/api", tags=["reports"])

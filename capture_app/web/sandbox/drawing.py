@@ -56,7 +56,7 @@ def board_sheet(paper: str, target: Path) -> dict[str, Any]:
     Raises:
         InputError: "paper-unknown".
     """
-    from ingest.calibration.board.sheet import preset_for, write_sheet
+    from ingest.calibration.board.board_sheet import preset_for, write_sheet
 
     with whole_file(target) as partial:
         write_sheet(preset_for(paper), paper, partial)
@@ -71,7 +71,7 @@ def screen_sheet(phone: str, target: Path) -> dict[str, Any]:
     """
     import numpy as np
 
-    from ingest.calibration.phone.body import phone_named
+    from ingest.calibration.phone_body import phone_named
     from ingest.calibration.screen.shown import screen_picture
     from render.stills import write_png
 

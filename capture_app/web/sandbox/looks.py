@@ -14,11 +14,11 @@ from capture_app.calibration.guide.film import (
 from capture_app.calibration.guide.finding import Finding
 from capture_app.calibration.guide.recording import filmed_rest, rested_recording, turned_recording
 from ingest.archive import is_archive, unpack
-from ingest.calibration.board.spec import Board, parse_board
-from ingest.calibration.hand_eye.pose_log import read_pose_log
-from ingest.calibration.phone.body import phone_named
+from ingest.calibration.board.board_spec import Board, parse_board
+from ingest.calibration.hand_eye.to_mount import read_pose_log
+from ingest.calibration.phone_body import phone_named
 from ingest.calibration.screen.shown import screen_board
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from omomo_core.errors import InputError
 
 Look = Literal["turned", "rested", "filmed", "still", "film", "photos", "poses"]

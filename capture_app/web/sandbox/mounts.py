@@ -7,11 +7,10 @@ from typing import Any
 from capture_app.calibration.phones import need
 from capture_app.calibration.write_mount import write_mount
 from capture_app.mesh_file import MeshFile
-from ingest.calibration.drawing.drawing import Precision, body_mount, camera_mount
-from ingest.calibration.drawing.drawn import Drawn
-from ingest.calibration.phone.body import Phone
-from ingest.calibration.points.correspondences import PointPair
-from ingest.calibration.points.picked import mount_from_pairs
+from ingest.calibration.drawing import Drawn, Precision, body_mount, camera_mount
+from ingest.calibration.phone_body import Phone
+from ingest.calibration.picked_points import mount_from_pairs
+from ingest.calibration.points import PointPair
 from ingest.mount import Mount, identity_mount
 from ingest.mount_file import save_mount
 

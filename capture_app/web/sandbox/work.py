@@ -14,11 +14,11 @@ from capture_app.report_page.page import report_page
 from capture_app.web.page_words import all_in_page_words, in_page_words
 from capture_app.web.sandbox.report import own_motion, report_data
 from ingest.animated.detect import is_animation
-from ingest.formats.detect import check_is_session
+from ingest.formats.registry import check_is_session
 from ingest.mesh import load_mesh
 from ingest.mount_file import load_mount
-from ingest.report.check import Check
-from ingest.trajectory.reading import Reading
+from ingest.report.take_checks import Check
+from ingest.trajectory.trajectory_config import Reading
 from omomo_core.errors import InputError
 from omomo_core.whole_file import whole_file, write_whole
 
@@ -126,7 +126,7 @@ def pack_room_scene(source: Path, scene: Path) -> dict[str, Any]:
         InputError: as `room_view`.
     """
     from capture_app.replay.pack import pack_object
-    from ingest.scan.cutting.view import room_view
+    from ingest.scan.cut_surface import room_view
 
     return _written(scene, pack_object(room_view(source)))
 

@@ -1,14 +1,33 @@
-"""From where the target is in the phone's frame to the mount of the object that carries it."""
+"""From where the target is in the phone's frame to the mount of the object that carries it.
+
+The phone's poses of a session as a stream for the solver.
+
+The mount from a witness camera that watched a board on the object while the phone logged.
+
+Poses of another tracker from a text file: t, x, y, z, qx, qy, qz, qw by commas or blanks.
+"""
+
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.calibration.hand_eye.solve import HandEye, free_in_words, solve
-from ingest.calibration.hand_eye.streams import PoseStream
-from ingest.calibration.slip import refuse_slip
+from ingest.calibration.board.board_place import BoardPlace
+from ingest.calibration.board.board_track import BoardTrack, with_camera
+from ingest.calibration.board.camera_file import WitnessCamera
+from ingest.calibration.hand_eye.hand_eye import HandEye, free_in_words, solve
+from ingest.calibration.hand_eye.hand_eye_model import PHONE_SD, PoseStream
+from ingest.calibration.still import refuse_slip
+from ingest.formats.camera_poses import poses_from_quaternions
+from ingest.formats.text_table import numbers, read_rows
 from ingest.mount import Mount
-from ingest.uncertainty import of_product
+from ingest.session import CaptureSession
+from ingest.trajectory.segments import find_breaks
+from ingest.uncertainty import between, of_inverse, of_product
 from omomo_core.errors import InputError
+from omomo_core.geometry.runs import runs
+from omomo_core.geometry.transforms import inverse
 
 _HALF_SECONDS = 8.0
 """A recording is halved to look for a slip if each half lasts this long."""
@@ -79,3 +98,131 @@ def _half(phone: PoseStream, target: PoseStream, which: np.ndarray) -> Mount | N
     except InputError:
         return None  # it shows too little by itself, and the whole has been solved
     return Mount(found.T_phone_target, "half", covariance=found.covariance)
+
+
+_LEAST_SECONDS = 5.0
+
+
+def phone_stream(session: CaptureSession) -> PoseStream:
+    """The longest stretch of a session in which tracking never broke.
+
+    Raises:
+        InputError: "calibration-tracking" when it is shorter than five seconds.
+    """
+    whole = np.concatenate([~find_breaks(session).any, [False]])
+    stretches = [(a, b + 1) for a, b in runs(whole)]
+    longest = max(
+        stretches, key=lambda s: session.times[s[1] - 1] - session.times[s[0]], default=(0, 1)
+    )
+    a, b = longest
+    seconds = float(session.times[b - 1] - session.times[a])
+    if seconds < _LEAST_SECONDS:
+        raise InputError(
+            "calibration-tracking",
+            f"ARKit tracked without a break for {seconds:.1f} s at most; the calibration needs "
+            f"{_LEAST_SECONDS:g} s.",
+            where=str(session.source),
+            fix="Record again where there is light and much to see, and move more slowly.",
+        )
+    return PoseStream(session.times[a:b], session.T_world_phone[a:b])
+
+
+def calibrate_by_board(phone: PoseStream, track: BoardTrack, place: BoardPlace) -> Mount:
+    """The mount; errors of the camera's intrinsics, which all poses share, are in its covariance.
+
+    Args:
+        phone: T_world_phone of the clamped phone.
+        track: of the board on the object.
+        place: where the board is on the object.
+
+    Raises:
+        InputError: those of `calibrate_by_motion`.
+    """
+    T_board_object = inverse(place.T_object_board)
+    mount = calibrate_by_motion(
+        phone,
+        stream_of(track),
+        T_board_object,
+        of_inverse(place.T_object_board, place.covariance),
+        "board",
+    )
+    assert mount.covariance is not None
+    shared = _of_intrinsics(phone, track, T_board_object)
+    residuals = mount.residuals | {
+        "corners_px": round(float(np.sqrt((track.rms**2).mean())), 3),
+        "board place_mm": round(1e3 * place.rms, 3),
+    }
+    return replace(mount, covariance=mount.covariance + shared, residuals=residuals)
+
+
+def stream_of(track: BoardTrack) -> PoseStream:
+    """The board's poses in what rests: the camera, or the world of a phone that filmed it."""
+    if track.T_world_camera is None:
+        return PoseStream(track.times, track.T_camera_board, track.covariance)
+    own = np.diag(PHONE_SD**2)
+    pairs = zip(track.T_world_camera, track.T_camera_board, track.covariance, strict=True)
+    covariance = np.stack([of_product(W, own, T, C) for W, T, C in pairs])
+    return PoseStream(track.times, track.T_world_camera @ track.T_camera_board, covariance)
+
+
+def _of_intrinsics(
+    phone: PoseStream, track: BoardTrack, T_board_object: Float64[np.ndarray, "4 4"]
+) -> Float64[np.ndarray, "6 6"]:
+    """Covariance of the mount from the uncertainty of focal length and principal point."""
+    total = np.zeros((6, 6))
+    if track.camera.sigmas is None:
+        return total
+    found = solve(phone, stream_of(track)).T_phone_target @ T_board_object
+    for camera in _one_sigma_off(track.camera):
+        other = solve(phone, stream_of(with_camera(track, camera)))
+        step = between(found, other.T_phone_target @ T_board_object)
+        total += np.outer(step, step)
+    return total
+
+
+def _one_sigma_off(camera: WitnessCamera) -> list[WitnessCamera]:
+    """The focal lengths together, for they err together, and each number of the principal point."""
+    assert camera.sigmas is not None
+    fx, _, cx, cy = camera.sigmas
+    zoom = 1 + fx / camera.fx
+    return [
+        replace(camera, fx=camera.fx * zoom, fy=camera.fy * zoom),
+        replace(camera, cx=camera.cx + cx),
+        replace(camera, cy=camera.cy + cy),
+    ]
+
+
+_COLUMNS = 8
+
+
+def read_pose_log(path: Path) -> PoseStream:
+    """Read a tracker's log (TUM text, or the same by commas); seconds, metres, quaternions xyzw.
+
+    Lines of # are comments; of two poses with one stamp the first counts.
+
+    Raises:
+        InputError: "poses-missing", "poses-few", "poses-order", and those of
+            `ingest.formats.text_table.numbers` and `ingest.formats.camera_poses.poses_from_quaternions`.
+    """
+    if not path.is_file():
+        raise InputError(
+            "poses-missing", "There is no such file.", where=str(path), fix="Check the path."
+        )
+    rows = read_rows(path, None)
+    if rows.rows and "," in "".join(rows.rows[0]):
+        rows = read_rows(path, ",")
+    table = numbers(rows, _COLUMNS, range(_COLUMNS))
+    times = table.values[:, 0]
+    if len(times) < 2:
+        raise InputError("poses-few", "The file has no two poses.", where=str(path))
+    back = np.flatnonzero(np.diff(times) < 0)
+    if len(back):
+        raise InputError(
+            "poses-order",
+            "The time runs backwards.",
+            where=table.place(int(back[0]) + 1),
+            fix="Sort the lines by their first number, in seconds.",
+        )
+    T = poses_from_quaternions(table.values[:, 1:4], table.values[:, 4:], table.place)
+    new = np.concatenate([[True], np.diff(times) > 0])
+    return PoseStream(times[new], T[new])

@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.stats import norm, t
 
-from ingest.calibration.average import Average, average
-from ingest.calibration.board.spec import Board
-from ingest.calibration.phone.body import Phone
+from ingest.calibration.board.board_spec import Board
+from ingest.calibration.phone_body import Phone
+from ingest.calibration.posterior import Average, average
 from ingest.calibration.screen.shown import ScreenPose, screen_of_board
 from ingest.mount import Mount
 from ingest.uncertainty import of_inverse, of_product

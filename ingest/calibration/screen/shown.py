@@ -9,9 +9,8 @@ import cv2
 import numpy as np
 from jaxtyping import Float64, UInt8
 
-from ingest.calibration.board.pattern import board_image
-from ingest.calibration.board.spec import Board
-from ingest.calibration.phone.body import Phone, phone_body
+from ingest.calibration.board.board_spec import Board, board_image
+from ingest.calibration.phone_body import Phone, phone_body
 from ingest.uncertainty import of_product, rotation
 from omomo_core import strict_json
 from omomo_core.errors import InputError, reader_complaint

@@ -8,16 +8,16 @@ import cv2
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.calibration.board.camera import WitnessCamera
-from ingest.calibration.board.detect import Corners, Detector, Grey
-from ingest.calibration.board.pictures import MAX_PICTURES, MAX_PIXELS
-from ingest.calibration.board.place import BoardPlace
-from ingest.calibration.board.poses import BoardPoses, board_poses
-from ingest.calibration.board.self_calibration import calibrate_camera
-from ingest.calibration.board.spec import Board, Checkerboard
+from ingest.calibration.board.board_detect import Corners, Detector, Grey
+from ingest.calibration.board.board_lens import calibrate_camera
+from ingest.calibration.board.board_place import BoardPlace
+from ingest.calibration.board.board_poses import BoardPoses, board_poses
+from ingest.calibration.board.board_spec import Board, Checkerboard
+from ingest.calibration.board.board_track import MAX_PICTURES, MAX_PIXELS
+from ingest.calibration.board.camera_file import WitnessCamera
 from ingest.calibration.screen.screen import ScreenViews
 from ingest.colmap import pycolmap
-from ingest.formats.pictures import picture_size
+from ingest.formats.still_images import picture_size
 from ingest.uncertainty import of_inverse
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse

@@ -3,15 +3,36 @@
 Distances along the view are averaged near surfaces (Curless and Levoy 1996). What no picture shows to
 be empty stays solid, as their hole filling has it, so the surface is closed: an underside or the depth
 of a narrow gap is filled, never invented.
+
+solid_surface: the closed surface between what is solid and what is empty in a volume.
+
+coloured: what colour the views show at each place of a surface.
+
+open_places: which places that no picture shows are air that something hides, and not solid.
+
+Under a seat or behind a back, air is out of sight just as the inside of a box is. From inside a box
+every way sideways meets a surface that was seen; from under a seat most ways lead into the open.
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import cv2
+import igl
 import numpy as np
-from jaxtyping import Bool, Float32, Float64
+from jaxtyping import Bool, Float32, Float64, Int64, UInt8
+from scipy.ndimage import gaussian_filter1d, map_coordinates
+from scipy.spatial import KDTree
 
-from ingest.scan.dense.depth_map import DepthMap, pixel_rays
+from ingest.scan.dense.stereo import (
+    DepthMap,
+    DepthMaps,
+    SmallPictures,
+    at_pixels,
+    matrix_for,
+    pixel_rays,
+    projected,
+)
 
 _BEHIND = 0.3
 """Part of the band behind a surface in which its word begins to count less: walls are thin."""
@@ -155,3 +176,196 @@ def _sunk(
     floor = (depth > 0) & (height + rise * depth < _FLOOR) & (rise < 0)
     sunk = (-_SUNK - height) / np.minimum(rise, np.float32(-1e-3))
     return np.where(floor, sunk, depth).astype(np.float32)
+
+
+_BLUR = 0.7
+"""Voxels; noise of single voxels is no shape."""
+_THIN = 1e-6
+"""Metres: the floor lies so far below the first slice."""
+_CORNERS = np.array(
+    [[0, 0, 0], [0, 0, 1], [0, 1, 1], [0, 1, 0], [1, 0, 0], [1, 0, 1], [1, 1, 1], [1, 1, 0]]
+)
+"""Of a cell, z y x, in the order of marching cubes."""
+
+
+def solid_surface(
+    field: Float32[np.ndarray, "z y x"], box: Box
+) -> tuple[Float64[np.ndarray, "verts 3"], Int64[np.ndarray, "faces 3"]]:
+    """Vertices in the floor's frame (metres) and faces, cut and closed at the floor; maybe none."""
+    field = _blurred(field)
+    field[:, [0, -1]] = field[:, :, [0, -1]] = 1.0
+    field[-1] = 1.0
+    # One slice more, of air, right below the floor.
+    field = np.concatenate([np.ones_like(field[:1]), field])
+    cells = _crossed(field < 0)
+    if not len(cells):
+        return np.empty((0, 3)), np.empty((0, 3), np.int64)
+    corners = np.ravel_multi_index(tuple((cells[:, None] + _CORNERS).reshape(-1, 3).T), field.shape)
+    used, cubes = np.unique(corners, return_inverse=True)
+    places = _places(np.stack(np.unravel_index(used, field.shape), axis=1), box)
+    values = field.reshape(-1)[used].astype(np.float64)
+    vertices, faces, _ = igl.marching_cubes(values, places, cubes.reshape(-1, 8).astype(np.int64))
+    return np.asarray(vertices, np.float64), np.asarray(faces, np.int64)
+
+
+def _blurred(field: Float32[np.ndarray, "z y x"]) -> Float32[np.ndarray, "z y x"]:
+    for index, level in enumerate(field):
+        field[index] = cv2.GaussianBlur(level, (0, 0), _BLUR)
+    return np.asarray(gaussian_filter1d(field, _BLUR, axis=0, mode="nearest"), np.float32)
+
+
+def _crossed(solid: Bool[np.ndarray, "z y x"]) -> Int64[np.ndarray, "cells 3"]:
+    """Cells whose corners are not all alike."""
+    z, y, x = (side - 1 for side in solid.shape)
+    count = np.zeros((z, y, x), np.int8)
+    for dz, dy, dx in _CORNERS:
+        count += solid[dz : dz + z, dy : dy + y, dx : dx + x]
+    return np.argwhere((count > 0) & (count < len(_CORNERS)))
+
+
+def _places(grid: Int64[np.ndarray, "points 3"], box: Box) -> Float64[np.ndarray, "points 3"]:
+    """Where grid points (z y x, the first slice being the one below the floor) are."""
+    z = box.low[2] + (grid[:, 0] - 1) * box.voxel
+    z[grid[:, 0] == 0] = box.low[2] - _THIN
+    x, y = (box.low[k] + grid[:, 2 - k] * box.voxel for k in range(2))
+    return np.stack([x, y, z], axis=1)
+
+
+def seen_at(
+    vertices: Float64[np.ndarray, "verts 3"],
+    seen: Float32[np.ndarray, "z y x"],
+    box: Box,
+    fewest: float,
+) -> Bool[np.ndarray, " verts"]:
+    """Which vertices lie where at least `fewest` views saw a surface."""
+    grid = (vertices - box.low) / box.voxel
+    found = map_coordinates(seen, grid[:, ::-1].T, order=1, mode="nearest")
+    return np.asarray(found) >= fewest
+
+
+_CLOSE, _CLOSE_SHARE = 0.01, 0.01
+"""Metres, and parts of the depth, that a place may lie beside what a view sees there."""
+_FRONTAL = 4
+"""Power of the cosine to the normal: who looks straight at a place knows its colour best."""
+_PLAIN = 160
+
+
+def coloured(
+    vertices: Float64[np.ndarray, "verts 3"],
+    faces: Int64[np.ndarray, "faces 3"],
+    pictures: SmallPictures,
+    depths: DepthMaps,
+) -> UInt8[np.ndarray, "verts 3"]:
+    """Mean colour that the views show of each vertex; of the nearest that is shown for the others.
+
+    Args:
+        vertices, faces: world, metres; faces are wound to look outwards.
+        pictures: of the views.
+        depths: of the views, 0 where unknown; of any size.
+    """
+    normals = np.asarray(igl.per_vertex_normals(vertices, faces), np.float64)
+    total = np.zeros((len(vertices), 3), np.float32)
+    weights = np.zeros(len(vertices), np.float32)
+    for index, depth in enumerate(depths):
+        weight = _sight(vertices, normals, pictures, index, depth)
+        shown = _sampled(vertices, pictures, index)
+        total += weight[:, None] * shown
+        weights += weight
+    known = weights > 0
+    if not known.any():
+        return np.full((len(vertices), 3), _PLAIN, np.uint8)
+    colours = total / np.maximum(weights, 1e-9)[:, None]
+    if not known.all():
+        colours[~known] = colours[known][KDTree(vertices[known]).query(vertices[~known])[1]]
+    return np.rint(colours).clip(0, 255).astype(np.uint8)
+
+
+def _sight(
+    vertices: Float64[np.ndarray, "verts 3"],
+    normals: Float64[np.ndarray, "verts 3"],
+    pictures: SmallPictures,
+    index: int,
+    depth: DepthMap,
+) -> Float32[np.ndarray, " verts"]:
+    """How well a view sees each vertex; 0 for what is hidden."""
+    view = pictures.views[index]
+    u, v, z = projected(vertices, view.T_world_camera, matrix_for(view, depth.shape[::-1]))
+    shown = at_pixels(depth, u, v, cv2.INTER_NEAREST)
+    close = (shown > 0) & (np.abs(shown - z) < _CLOSE + _CLOSE_SHARE * z)
+    to_eye = view.T_world_camera[:3, 3] - vertices
+    cosine = np.einsum("ij,ij->i", normals, to_eye) / np.linalg.norm(to_eye, axis=1)
+    return (close * np.nan_to_num(cosine).clip(0, 1) ** _FRONTAL).astype(np.float32)
+
+
+def _sampled(
+    vertices: Float64[np.ndarray, "verts 3"], pictures: SmallPictures, index: int
+) -> Float32[np.ndarray, "verts 3"]:
+    """The picture's colour at each vertex, whether it is hidden or not."""
+    T = pictures.views[index].T_world_camera
+    u, v, _ = projected(vertices, T, pictures.matrix(index))
+    return at_pixels(pictures.picture(index).colours, u, v, cv2.INTER_LINEAR).astype(np.float32)
+
+
+_CELL = 0.012
+"""Metres, about: sides of the cells that ways are followed through."""
+_SIDEWAYS, _ANYWHERE = 0.6, 0.5
+"""Parts of the level directions, or of all, whose ways lead into the open."""
+
+Cells = Bool[np.ndarray, "z y x"]
+
+
+def open_places(unseen: Cells, blocked: Cells, voxel: float) -> Cells:
+    """Unseen places from which most ways lead to places that are seen to be empty.
+
+    Args:
+        unseen: no picture says what is there.
+        blocked: a surface or something solid is there; what is neither is empty.
+        voxel: metres between places.
+    """
+    factor = max(1, round(_CELL / voxel))
+    closed = _shrunk(blocked, factor)
+    hidden = _shrunk(unseen, factor) & ~closed
+    level, every = np.zeros(hidden.shape, np.float32), np.zeros(hidden.shape, np.float32)
+    ways = [(z, y, x) for z, y, x in product((-1, 0, 1), repeat=3) if z or y or x]
+    flat = [way for way in ways if way[0] == 0]
+    for way in ways:
+        free = _escapes(hidden, closed, way)
+        every += free
+        if way in flat:
+            level += free
+    found = hidden & ((level >= _SIDEWAYS * len(flat)) | (every >= _ANYWHERE * len(ways)))
+    return _grown(found, unseen.shape, factor) & unseen
+
+
+def _escapes(
+    hidden: Cells, closed: Cells, way: tuple[int, int, int]
+) -> Float32[np.ndarray, "z y x"]:
+    """Whether a straight way leads out of what is hidden without meeting what is closed; not downwards
+    through the floor."""
+    free = np.pad(~hidden & ~closed, 1, constant_values=True)
+    free[0] = False  # The floor.
+    passable = np.pad(hidden, 1)
+    axis = next(k for k in range(3) if way[k])
+    order = range(1, free.shape[axis] - 1)
+    swept, through = np.moveaxis(free, axis, 0), np.moveaxis(passable, axis, 0)
+    others = [way[k] for k in range(3) if k != axis]
+    for index in order if way[axis] < 0 else reversed(order):
+        ahead = np.roll(swept[index + way[axis]], [-step for step in others], (0, 1))
+        swept[index] |= through[index] & ahead
+    return free[1:-1, 1:-1, 1:-1].astype(np.float32)
+
+
+def _shrunk(places: Cells, factor: int) -> Bool[np.ndarray, "cz cy cx"]:
+    """Cells of which any place is marked."""
+    if factor == 1:
+        return places.copy()
+    padded = np.pad(places, [(0, -side % factor) for side in places.shape])
+    z, y, x = (side // factor for side in padded.shape)
+    return np.asarray(padded.reshape(z, factor, y, factor, x, factor).any(axis=(1, 3, 5)))
+
+
+def _grown(cells: Bool[np.ndarray, "cz cy cx"], shape: tuple[int, ...], factor: int) -> Cells:
+    grown = cells
+    for axis in range(3):
+        grown = np.repeat(grown, factor, axis=axis)
+    return grown[: shape[0], : shape[1], : shape[2]]

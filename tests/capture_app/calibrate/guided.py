@@ -10,9 +10,9 @@ import trimesh
 
 from capture_app.calibration.guide.recipes import RECIPES
 from capture_app.simulator.carried_box import box_mesh, clamped_phone
-from ingest.calibration.board.spec import PRESETS
-from ingest.calibration.drawing.drawing import body_of_camera
-from ingest.calibration.phone.body import phone_body, phone_named
+from ingest.calibration.board.board_spec import PRESETS
+from ingest.calibration.drawing import body_of_camera
+from ingest.calibration.phone_body import phone_body, phone_named
 from ingest.mount import Mount
 from ingest.uncertainty import between
 from omomo_core.geometry.transforms import inverse

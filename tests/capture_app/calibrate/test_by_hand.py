@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from capture_app.cli.calibrate.drawing import drawing
 from capture_app.cli.calibrate.points import points
 from capture_app.cli.calibrate.screen import screen
-from ingest.calibration.phone.body import body_point, phone_body, phone_named
+from ingest.calibration.phone_body import body_point, phone_body, phone_named
 from ingest.mount import Mount
 from ingest.mount_file import load_mount
 from omomo_core.errors import InputError

@@ -14,7 +14,7 @@ from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.phone import BOOT_SECONDS, arkit_from_world, simulate
 from capture_app.simulator.recording import write_recording
 from capture_app.simulator.wiggle import Wiggle, wiggle_motion
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from ingest.mount_file import load_mount
 from ingest.trajectory.object_motion import to_object_motion
 from omomo_core.geometry.transforms import inverse
@@ -99,7 +99,7 @@ def test_a_mount_is_never_overwritten(tmp_path: Path, capsys: pytest.CaptureFixt
 
 @pytest.mark.slow
 def test_calibrated_by_a_film_of_a_board_another_take_is_right(tmp_path: Path):
-    from ingest.calibration.board.sheet import preset_for
+    from ingest.calibration.board.board_sheet import preset_for
     from tests.simulator.witness import board_on_box, record_witness, tripod
 
     board, mount = preset_for("A4"), tmp_path / "mount.json"

@@ -19,7 +19,7 @@ from capture_app.cli.calibrate.app import app as calibrate
 from capture_app.cli.console import output
 from capture_app.simulator.carried_box import clamped_phone
 from capture_app.simulator.record import record_demo
-from ingest.calibration.phone.body import body_point, phone_body
+from ingest.calibration.phone_body import body_point, phone_body
 from ingest.mount_file import load_mount, save_mount
 from omomo_core.geometry.transforms import inverse
 from tests.capture_app.calibrate.guided import (

@@ -21,7 +21,7 @@ from capture_app.calibration.guide.recording import (
 from capture_app.simulator.carried_box import box_mesh, clamped_phone
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.wiggle import Wiggle, wiggle_motion
-from ingest.calibration.board.spec import PRESETS, Board
+from ingest.calibration.board.board_spec import PRESETS, Board
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 from tests.ingest.calibration.board.filmed import picture, sway, write_film

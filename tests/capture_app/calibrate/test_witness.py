@@ -7,11 +7,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.wiggle import wiggle_motion
-from ingest.calibration.board.camera import load_camera
-from ingest.calibration.board.detect import Detector
-from ingest.calibration.board.poses import board_poses
-from ingest.calibration.board.spec import PRESETS
-from ingest.calibration.board.track import track_video
+from ingest.calibration.board.board_detect import Detector
+from ingest.calibration.board.board_poses import board_poses
+from ingest.calibration.board.board_spec import PRESETS
+from ingest.calibration.board.board_track import track_video
+from ingest.calibration.board.camera_file import load_camera
 from ingest.uncertainty import between
 from omomo_core.motion import FPS
 from tests.simulator.witness import (

@@ -21,9 +21,9 @@ from capture_app.result import Result, load_result, save_motion
 from capture_app.simulator.noise import PhoneNoise
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.recording import write_recording
-from ingest.calibration.board.poses import board_poses
-from ingest.calibration.board.spec import PRESETS
-from ingest.calibration.board.track import BoardTrack
+from ingest.calibration.board.board_poses import board_poses
+from ingest.calibration.board.board_spec import PRESETS
+from ingest.calibration.board.board_track import BoardTrack
 from ingest.mount import Mount
 from ingest.mount_file import save_mount
 from omomo_core.body.kinematics import forward_kinematics

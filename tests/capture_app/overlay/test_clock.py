@@ -10,7 +10,7 @@ import pytest
 from capture_app.overlay.clock import clock_offset
 from capture_app.overlay.film import TimedPictures, open_video
 from capture_app.simulator.carried_box import carried_box
-from ingest.calibration.board.spec import PRESETS
+from ingest.calibration.board.board_spec import PRESETS
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMotion
 from render.video import write_video

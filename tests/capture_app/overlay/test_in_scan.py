@@ -10,7 +10,7 @@ from capture_app.commands.overlay import OverlayRequest
 from capture_app.overlay.film import TimedPictures
 from capture_app.overlay.in_scan import by_scan
 from capture_app.overlay.watcher import Watcher
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from ingest.uncertainty import between
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse

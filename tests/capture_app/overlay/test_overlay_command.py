@@ -19,8 +19,8 @@ from capture_app.overlay.aligned import watched as seen_by
 from capture_app.overlay.placing import FilmPlacement
 from capture_app.overlay.watcher import on_tripod
 from capture_app.result import load_result
-from ingest.calibration.board.lens import distorted
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
+from ingest.calibration.board.board_lens import distorted
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
 from render.actors import play, retimed

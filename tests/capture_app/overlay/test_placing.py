@@ -19,10 +19,10 @@ from capture_app.overlay.placing import (
     by_board_in_room,
     by_board_on_object,
 )
-from ingest.calibration.board.lens import distorted
-from ingest.calibration.board.poses import board_poses
-from ingest.calibration.board.spec import PRESETS
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
+from ingest.calibration.board.board_lens import distorted
+from ingest.calibration.board.board_poses import board_poses
+from ingest.calibration.board.board_spec import PRESETS
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS

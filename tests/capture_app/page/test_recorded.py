@@ -13,7 +13,7 @@ from capture_app.simulator.carried_box import box_mesh, clamped_phone
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.recording import write_recording
 from capture_app.simulator.wiggle import wiggle_motion
-from ingest.calibration.board.spec import PRESETS
+from ingest.calibration.board.board_spec import PRESETS
 from omomo_core.motion import FPS
 from tests.capture_app.page.choosing import choose
 from tests.ingest.calibration.board.filmed import picture, write_film

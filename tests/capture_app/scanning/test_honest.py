@@ -14,11 +14,10 @@ from capture_app.inspection import Inspection, inspect_take, usable_take
 from capture_app.scanning.data import report_data
 from capture_app.scanning.page import scan_page
 from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
-from ingest.report.check import Check
-from ingest.scan.found import to_height
-from ingest.scan.quality.coverage import coverage_of
-from ingest.scan.quality.report import ScanReport, cut_off, inspect_scan
-from ingest.scan.types import Scale
+from ingest.report.take_checks import Check
+from ingest.scan.scan_quality import ScanReport, coverage_of, cut_off, inspect_scan
+from ingest.scan.scan_types import Scale
+from ingest.scan.scanned_object import to_height
 from omomo_core.errors import InputError
 from tests.capture_app.scanning.filmed import film_small
 

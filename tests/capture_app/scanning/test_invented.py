@@ -6,9 +6,8 @@ import trimesh
 
 from capture_app.invented_surface import invented_notes
 from ingest.mesh import load_mesh
-from ingest.scan.clean.clean import CleanMesh
-from ingest.scan.clean.save import INVENTED, save_mesh
-from ingest.scan.types import ScanMesh
+from ingest.scan.clean_mesh import INVENTED, CleanMesh, save_mesh
+from ingest.scan.scan_types import ScanMesh
 from omomo_core.contact.segment import ContactSegment
 
 

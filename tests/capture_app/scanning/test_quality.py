@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from capture_app.scanning.page import circle
-from ingest.scan.found import to_height
-from ingest.scan.quality.coverage import coverage_of
-from ingest.scan.quality.report import inspect_scan
-from ingest.scan.types import LeftOut, Scale
+from ingest.scan.scan_quality import coverage_of, inspect_scan
+from ingest.scan.scan_types import LeftOut, Scale
+from ingest.scan.scanned_object import to_height
 
 
 def _check(found, name):

@@ -13,11 +13,10 @@ from benchmarks.scan_chair import agreement
 from capture_app.commands.scan import ScanRequest
 from capture_app.scanning.folder import MODEL, tidy
 from capture_app.scanning.scan import scan_object
-from ingest.calibration.scan.landmarks import read_landmarks
-from ingest.colmap import pycolmap
-from ingest.colmap_files import read_model
+from ingest.calibration.scan_landmarks import read_landmarks
+from ingest.colmap import pycolmap, read_model
 from ingest.mesh import load_mesh
-from ingest.scan.types import no_progress
+from ingest.scan.scan_types import no_progress
 from omomo_core.errors import InputError
 from omomo_core.geometry.distance_field import distance_field
 

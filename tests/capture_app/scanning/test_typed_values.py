@@ -7,7 +7,7 @@ import pytest
 
 from capture_app.commands.request import validated
 from capture_app.commands.scan import ScanRequest
-from ingest.scan.cameras.options import Length, Sight, picked_length
+from ingest.scan.cameras.features import Length, Sight, picked_length
 from omomo_core.errors import InputError
 
 ASKED = {"source": Path("film"), "output": Path("chair.glb")}

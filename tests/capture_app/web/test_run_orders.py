@@ -8,7 +8,7 @@ import pytest
 
 from capture_app.commands.run import RunRequest
 from capture_app.web.site import Site
-from ingest.trajectory.reading import AS_LOGGED, Reading
+from ingest.trajectory.trajectory_config import AS_LOGGED, Reading
 from omomo_core.errors import InputError
 from tests.capture_app.web.talk import problem, upload
 

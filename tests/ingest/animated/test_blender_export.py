@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from ingest.animated.animated_take import to_animated_take
 from ingest.animated.detect import read_animation
-from ingest.animated.take import to_animated_take
 
 SCRIPT = Path(__file__).parents[3] / "tools" / "blender_export.py"
 

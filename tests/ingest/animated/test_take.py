@@ -8,8 +8,8 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
+from ingest.animated.animated_take import AnimatedTake, to_animated_take
 from ingest.animated.animation import Animation
-from ingest.animated.take import AnimatedTake, to_animated_take
 from omomo_core.motion import ObjectMesh
 
 FRAMES = 61

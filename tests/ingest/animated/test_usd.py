@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from ingest.animated.animated_take import to_animated_take
 from ingest.animated.detect import read_animation
-from ingest.animated.take import to_animated_take
 
 STAGE = """#usda 1.0
 (

@@ -8,20 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from ingest.calibration.drawing.directions import (
-    rotation_in_words,
-    rotation_of_euler,
-    rotation_of_quaternion,
-)
-from ingest.calibration.drawing.drawing import (
+from ingest.calibration.drawing import (
     MEASURED,
     PRINTED,
     body_mount,
     body_of_camera,
     camera_mount,
     camera_of_body,
+    rotation_in_words,
+    rotation_of_euler,
+    rotation_of_quaternion,
 )
-from ingest.calibration.phone.body import body_point, phone_body, phone_named
+from ingest.calibration.phone_body import body_point, phone_body, phone_named
 from ingest.calibration.pose_file import load_pose, load_similarity
 from ingest.uncertainty import between, bounds_95, moved
 from omomo_core.errors import InputError

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from ingest.calibration.floor.refine import refine
+from ingest.calibration.floor_fit import refine
 from ingest.mount import Mount
 from ingest.uncertainty import between, bounds_95
 from omomo_core.errors import InputError

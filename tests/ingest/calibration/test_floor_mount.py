@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 from capture_app.simulator.carried_box import CARRY, LIFT, REST, carried_box, clamped_phone
 from capture_app.simulator.noise import NO_NOISE
 from capture_app.simulator.phone import simulate
-from ingest.calibration.floor.contacts import find_contacts, track
-from ingest.calibration.floor.refine import refine
+from ingest.calibration.floor_contacts import find_contacts, track
+from ingest.calibration.floor_fit import refine
 from ingest.mount import Mount
 from ingest.session import CaptureSession, DepthLog
 from ingest.uncertainty import between, bounds_95, moved

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from ingest.calibration.floor.sides import flat_sides
+from ingest.calibration.floor_contacts import flat_sides
 from omomo_core.motion import ObjectMesh
 from tests.ingest.calibration.floor_takes import crate
 

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ingest.calibration.phone.body import body_point, phone_body, phone_named
-from ingest.calibration.phone.models import MODELS
+from ingest.calibration.phone_body import MODELS, body_point, phone_body, phone_named
 from ingest.uncertainty import bounds_95
 from omomo_core.errors import InputError
 

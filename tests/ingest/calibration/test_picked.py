@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from ingest.calibration.phone.body import body_point, phone_body, phone_named
-from ingest.calibration.points.correspondences import PointPair, load_pairs, save_pairs, typed_pair
-from ingest.calibration.points.picked import mount_from_pairs
+from ingest.calibration.phone_body import body_point, phone_body, phone_named
+from ingest.calibration.picked_points import mount_from_pairs
+from ingest.calibration.points import PointPair, load_pairs, save_pairs, typed_pair
 from ingest.uncertainty import between, bounds_95, moved
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse

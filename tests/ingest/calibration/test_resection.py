@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from ingest.calibration.scan.resection import resect
+from ingest.calibration.scan_mount import resect
 from ingest.uncertainty import between
 
 INTRINSICS = np.array([487.0, 487.0, 319.5, 239.5])

@@ -10,10 +10,15 @@ import pycolmap
 import pytest
 from scipy.spatial.transform import Rotation
 
-from ingest.calibration.scan.landmarks import Landmarks, read_landmarks
-from ingest.calibration.scan.localise import PhonePicture, localise
-from ingest.calibration.scan.scan import scan_mount
-from ingest.calibration.scan.views import Views, views_in, views_of
+from ingest.calibration.scan_landmarks import Landmarks, read_landmarks
+from ingest.calibration.scan_mount import (
+    PhonePicture,
+    Views,
+    localise,
+    scan_mount,
+    views_in,
+    views_of,
+)
 from ingest.calibration.still import clamped_stills
 from ingest.mount import Mount
 from ingest.session import CaptureSession

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from ingest.calibration.board.poses import BoardPoses, board_poses
-from ingest.calibration.board.spec import Board
-from ingest.calibration.phone.body import phone_named
+from ingest.calibration.board.board_poses import BoardPoses, board_poses
+from ingest.calibration.board.board_spec import Board
+from ingest.calibration.phone_body import phone_named
 from ingest.calibration.screen.screen import (
     ScreenViews,
     board_size,

@@ -8,11 +8,10 @@ import numpy as np
 import pycolmap
 import pytest
 
-from ingest.calibration.board.camera import WitnessCamera
-from ingest.calibration.board.pattern import board_image
-from ingest.calibration.board.place import BoardPlace
-from ingest.calibration.board.spec import Board
-from ingest.calibration.phone.body import phone_named
+from ingest.calibration.board.board_place import BoardPlace
+from ingest.calibration.board.board_spec import Board, board_image
+from ingest.calibration.board.camera_file import WitnessCamera
+from ingest.calibration.phone_body import phone_named
 from ingest.calibration.screen.screen import mount_from_screen
 from ingest.calibration.screen.shown import screen_board, screen_of_board, screen_pose
 from ingest.calibration.screen.views import Photo, photos, views_in_model, views_with_board

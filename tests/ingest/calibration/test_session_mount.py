@@ -12,14 +12,18 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.noise import NO_NOISE
-from ingest.calibration.board.camera import WitnessCamera
-from ingest.calibration.board.place import BoardPlace
-from ingest.calibration.board.spec import Board
-from ingest.calibration.board.track import BoardTrack
-from ingest.calibration.session.by_board import placed_by_board
-from ingest.calibration.session.register import register
-from ingest.calibration.session.scan_mesh import load_scan
-from ingest.calibration.session.session import placed_by_hand, placed_by_scan, session_mount
+from ingest.calibration.board.board_place import BoardPlace
+from ingest.calibration.board.board_spec import Board
+from ingest.calibration.board.board_track import BoardTrack
+from ingest.calibration.board.camera_file import WitnessCamera
+from ingest.calibration.session_align import register
+from ingest.calibration.session_mount import (
+    load_scan,
+    placed_by_board,
+    placed_by_hand,
+    placed_by_scan,
+    session_mount,
+)
 from ingest.calibration.still import DRIFT, MAP_ERROR, clamped_stills, named_stills, walked
 from ingest.mesh import load_mesh
 from ingest.mount import Mount

@@ -8,11 +8,10 @@ from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.carried_box import carried_box, clamped_phone
 from capture_app.simulator.phone import simulate
-from ingest.calibration.slip import refuse_slip, slip_between
+from ingest.calibration.still import refuse_slip, slip_between
 from ingest.mount import Mount
-from ingest.report.check import Check
-from ingest.report.look import Look
 from ingest.report.stance import object_checks
+from ingest.report.take_checks import Check, Look
 from ingest.trajectory.object_motion import to_object_motion
 from ingest.uncertainty import moved
 from omomo_core.errors import InputError

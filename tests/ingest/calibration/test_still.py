@@ -19,7 +19,7 @@ from ingest.calibration.still import (
     named_stills,
     walked,
 )
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from ingest.session import CaptureSession
 from ingest.uncertainty import between, bounds_95, moved
 from omomo_core.errors import InputError

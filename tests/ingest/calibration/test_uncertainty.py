@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from ingest.calibration.average import average
+from ingest.calibration.posterior import average
 from ingest.uncertainty import between, bounds_95, moved, of_inverse, of_product
 from omomo_core.geometry.transforms import inverse
 

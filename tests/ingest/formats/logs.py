@@ -30,9 +30,8 @@ from ingest.formats import (
     stray_scanner,
     tum,
 )
-from ingest.formats.depth_png import load_millimetres, save_millimetres
-from ingest.formats.detect import read_session
-from ingest.formats.registry import FORMATS, Format
+from ingest.formats.registry import FORMATS, Format, read_session
+from ingest.formats.still_images import load_millimetres, save_millimetres
 from ingest.session import CaptureSession, DepthLog
 from omomo_core.errors import InputError
 from tests.log_writers import write_session

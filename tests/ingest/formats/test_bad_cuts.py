@@ -9,8 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from ingest.formats import spectacular
-from ingest.formats.detect import read_session
-from ingest.formats.registry import Format
+from ingest.formats.registry import Format, read_session
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 from tests.ingest.formats.logs import (

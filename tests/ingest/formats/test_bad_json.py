@@ -8,8 +8,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from ingest.formats import json_file, nerfcapture
-from ingest.formats.json_file import load_object, numbers_at
+from ingest.formats import json_log, nerfcapture
+from ingest.formats.json_log import load_object, numbers_at
 from ingest.formats.registry import Format
 from omomo_core.errors import InputError
 from tests.ingest.formats.logs import OBJECTS, PICTURES, MakeTake, each, error_of, write_log
@@ -49,7 +49,7 @@ def test_an_object_of_something_else(take: MakeTake, tmp_path: Path, format_: Fo
 
 def test_a_file_too_large(take: MakeTake, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     folder = write_session(nerfcapture, take(0), tmp_path)
-    monkeypatch.setattr(json_file, "MAX_BYTES", 1000)
+    monkeypatch.setattr(json_log, "MAX_BYTES", 1000)
     assert error_of(folder, nerfcapture.read).code == "log-too-large"
 
 

@@ -22,8 +22,7 @@ from ingest.formats import (
     scannetpp,
     tum,
 )
-from ingest.formats.detect import read_session
-from ingest.formats.registry import FORMATS, Format
+from ingest.formats.registry import FORMATS, Format, read_session
 from ingest.session import CaptureSession
 from tests.ingest.formats.logs import (
     LAYOUT,

@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ingest.formats import anysense, arkitscenes, ios_logger, polycam, scanner_3d, tum
-from ingest.formats.detect import read_session
-from ingest.formats.registry import FORMATS, Format
+from ingest.formats.registry import FORMATS, Format, read_session
 from omomo_core.errors import InputError
 from tests.ingest.formats.logs import MakeTake, each, error_of, every_format, pose_file, write_log
 from tests.log_writers import write_session

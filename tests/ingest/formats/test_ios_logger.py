@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ingest.formats import ios_logger
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from tests.ingest.formats.logs import MakeTake
 from tests.log_writers import write_session
 

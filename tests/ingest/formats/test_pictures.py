@@ -19,8 +19,7 @@ from ingest.formats import (
     spectacular,
     stray_scanner,
 )
-from ingest.formats.detect import read_session
-from ingest.formats.registry import Format
+from ingest.formats.registry import Format, read_session
 from ingest.session import CaptureSession, DepthLog
 from tests.ingest.formats.logs import (
     LANDSCAPE,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from tests.ingest.formats.logs import error_of
 
 R = Rotation.from_euler("xyz", [0.3, -0.5, 1.1])

@@ -29,8 +29,7 @@ from ingest.formats import (
     stray_scanner,
     tum,
 )
-from ingest.formats.detect import read_session
-from ingest.formats.registry import Format
+from ingest.formats.registry import Format, read_session
 from ingest.session import CaptureSession
 from omomo_core.geometry.transforms import inverse
 from tests.ingest.formats.logs import MakeTake, every_format, seeds

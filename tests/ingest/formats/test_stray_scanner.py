@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from ingest.formats import stray_scanner
-from ingest.formats.depth_png import save_millimetres
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
+from ingest.formats.still_images import save_millimetres
 from tests.ingest.formats.logs import MakeTake, edit_line, error_of, write_log
 
 REAL_ROWS = """timestamp, frame, x, y, z, qx, qy, qz, qw, fx, fy, cx, cy, distortion_center_x, distortion_center_y

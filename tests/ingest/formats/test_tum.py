@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ingest.formats import tum
-from ingest.formats.detect import read_session
+from ingest.formats.registry import read_session
 from ingest.session import CaptureSession
 from tests.ingest.formats.logs import MakeTake, error_of
 from tests.log_writers import write_session

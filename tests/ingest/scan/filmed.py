@@ -7,9 +7,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from capture_app.simulator.noise import PhoneNoise
-from ingest.calibration.board.pattern import board_image
-from ingest.calibration.board.spec import Board
-from ingest.scan.types import Registered
+from ingest.calibration.board.board_spec import Board, board_image
+from ingest.scan.scan_types import Registered
 from omomo_core.geometry.transforms import procrustes
 from render.scene import Drawable
 from tests.simulator.scan_camera import FilmErrors

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
-from ingest.scan.types import Registered, Scale, View
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
+from ingest.scan.scan_types import Registered, Scale, View
 from render.cameras import orbit
 
 SIZE = (640, 480)

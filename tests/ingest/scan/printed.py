@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Float64, UInt8
 
 from ingest.axes import T_ZUP_ARKIT
-from ingest.calibration.board.reference import Reference, Tags
-from ingest.calibration.board.spec import Board, Checkerboard
-from ingest.scan.cameras.metric import Similarity
-from ingest.scan.types import View
+from ingest.calibration.board.board_place import Reference, Tags
+from ingest.calibration.board.board_spec import Board, Checkerboard
+from ingest.scan.cameras.metric_scale import Similarity
+from ingest.scan.scan_types import View
 from tests.ingest.calibration.board.filmed import sheet_of
 from tests.ingest.scan.orbiting import ring
 

@@ -9,9 +9,8 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from ingest.mesh import load_mesh
-from ingest.scan.clean.clean import clean
-from ingest.scan.clean.save import save_mesh
-from ingest.scan.types import Region
+from ingest.scan.clean_mesh import clean, save_mesh
+from ingest.scan.scan_types import Region
 from omomo_core.errors import InputError
 from omomo_core.geometry.distance_field import distance_field
 from omomo_core.motion import ObjectMesh

@@ -7,12 +7,10 @@ import pytest
 import trimesh
 
 from ingest.mesh import load_mesh
-from ingest.scan.clean.clean import CleanMesh
-from ingest.scan.clean.save import save_mesh
-from ingest.scan.cutting.cut import cut_out
-from ingest.scan.cutting.floor import has_floor
-from ingest.scan.cutting.room import read_room
-from ingest.scan.region.region import GivenBox
+from ingest.scan.clean_mesh import CleanMesh, save_mesh
+from ingest.scan.cut_surface import cut_out
+from ingest.scan.region import GivenBox
+from ingest.scan.room_parts import has_floor, read_room
 from omomo_core.errors import InputError
 from tests.textured_room import (
     AT,

@@ -9,20 +9,26 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
-from ingest.formats.depth_png import load_millimetres
-from ingest.scan.clean.pieces import main_piece
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
+from ingest.formats.still_images import load_millimetres
+from ingest.scan.clean_mesh import main_piece
 from ingest.scan.dense import stereo
-from ingest.scan.dense.cloud import cloud
 from ingest.scan.dense.dense import dense_surface
-from ingest.scan.dense.depth_map import agreed, pixel_rays, smoothed, stereo_depth
-from ingest.scan.dense.depths import measure_depths
-from ingest.scan.dense.picture import SmallPictures, at_pixels, matrix_for
-from ingest.scan.dense.stereo import depth_range, neighbours
-from ingest.scan.dense.surface import seen_at, solid_surface
-from ingest.scan.dense.volume import Box, Volume, grounded
-from ingest.scan.region.aim import Aim
-from ingest.scan.types import Region
+from ingest.scan.dense.depth_maps import cloud, measure_depths
+from ingest.scan.dense.stereo import (
+    SmallPictures,
+    agreed,
+    at_pixels,
+    depth_range,
+    matrix_for,
+    neighbours,
+    pixel_rays,
+    smoothed,
+    stereo_depth,
+)
+from ingest.scan.dense.volume import Box, Volume, grounded, seen_at, solid_surface
+from ingest.scan.region import Aim
+from ingest.scan.scan_types import Region
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from render.scene import Drawable

@@ -4,10 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from ingest.scan.dense.openness import open_places
-from ingest.scan.dense.thin import thin_parts
-from ingest.scan.dense.visual_hull import VisualHull, outline_distance
-from ingest.scan.dense.volume import Box
+from ingest.scan.dense.visual_hull import VisualHull, outline_distance, thin_parts
+from ingest.scan.dense.volume import Box, open_places
 from omomo_core.geometry.transforms import inverse
 from tests.ingest.scan.orbiting import SIZE, K, ring
 

@@ -8,7 +8,7 @@ import pytest
 
 from ingest.colmap import pycolmap
 from ingest.scan.cameras.features import find_features
-from ingest.scan.types import Frame, no_progress
+from ingest.scan.scan_types import Frame, no_progress
 
 
 def _filmed(folder: Path, width: int) -> Frame:

@@ -6,11 +6,17 @@ import numpy as np
 import pytest
 
 from ingest.colmap import pycolmap
-from ingest.scan.cameras.merging import joined
-from ingest.scan.cameras.metric import Similarity
-from ingest.scan.cameras.reconstruction import laid, names_of, poses_of, refine, triangulated
-from ingest.scan.cameras.result import missing
-from ingest.scan.types import Frame
+from ingest.scan.cameras.metric_scale import Similarity
+from ingest.scan.cameras.reconstruction import (
+    joined,
+    laid,
+    names_of,
+    poses_of,
+    refine,
+    triangulated,
+)
+from ingest.scan.cameras.register import missing
+from ingest.scan.scan_types import Frame
 from ingest.uncertainty import rotation
 
 ELSEWHERE = Similarity(2.3, rotation(np.array([0.3, -0.8, 0.5])), np.array([4.0, -1.0, 2.0]))

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ingest.scan.region.logged_aim import check_logged_aim
-from ingest.scan.types import Frame
+from ingest.scan.region import check_logged_aim
+from ingest.scan.scan_types import Frame
 from omomo_core.errors import InputError
 from tests.ingest.scan.orbiting import SIZE, ring
 

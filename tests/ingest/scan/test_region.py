@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from ingest.scan.region.aim import find_aim
-from ingest.scan.region.region import GivenBox, aim_at, find_region
+from ingest.scan.region import GivenBox, aim_at, find_aim, find_region
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from tests.ingest.scan.orbiting import box_points, floor_points, registered, ring, wall_points

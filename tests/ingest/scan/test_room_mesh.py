@@ -7,9 +7,9 @@ import pytest
 import trimesh
 
 from ingest.axes import T_ZUP_ARKIT
-from ingest.scan.cutting.room import read_room_of_session
-from ingest.scan.sources.room_mesh import room_depth, room_file
-from ingest.scan.types import Frame
+from ingest.scan.mesh_sources import room_depth, room_file
+from ingest.scan.room_parts import read_room_of_session
+from ingest.scan.scan_types import Frame
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from tests.ingest.scan.orbiting import SIZE, box_points, registered, ring

@@ -9,16 +9,15 @@ import pycolmap
 import pytest
 from scipy.spatial.transform import Rotation
 
-from ingest.calibration.scan.landmarks import read_landmarks
-from ingest.formats.depth_png import load_millimetres
-from ingest.scan.cameras.agreement import as_read, readings
-from ingest.scan.cameras.gravity import looked_at, upright
-from ingest.scan.cameras.metric import to_phone
-from ingest.scan.cameras.options import CameraOptions
+from ingest.calibration.scan_landmarks import read_landmarks
+from ingest.formats.still_images import load_millimetres
+from ingest.scan.cameras.features import CameraOptions
+from ingest.scan.cameras.metric_scale import looked_at, to_phone, upright
+from ingest.scan.cameras.pose_agreement import as_read, readings
 from ingest.scan.cameras.register import register
 from ingest.scan.frames import pick_frames
-from ingest.scan.sources.read import read_source
-from ingest.scan.types import Frames, Registered, ScanSource
+from ingest.scan.scan_sources import read_source
+from ingest.scan.scan_types import Frames, Registered, ScanSource
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from tests.ingest.scan.filmed import film_box, off, truth

@@ -9,11 +9,9 @@ import cv2
 import numpy as np
 import pytest
 
-from ingest.formats.depth_png import load_millimetres
-from ingest.scan.frames import farthest, pick_frames
-from ingest.scan.sharpness import blur, look
-from ingest.scan.sources.stills import narrowed
-from ingest.scan.types import ScanSource
+from ingest.formats.still_images import load_millimetres
+from ingest.scan.frames import blur, farthest, look, narrowed, pick_frames
+from ingest.scan.scan_types import ScanSource
 from omomo_core.errors import InputError
 
 SIZE = (320, 240)

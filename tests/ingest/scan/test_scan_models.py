@@ -7,8 +7,8 @@ import numpy as np
 import pycolmap
 import pytest
 
-from ingest.scan.sources.model import model_in, model_source
-from ingest.scan.sources.read import read_source
+from ingest.scan.mesh_sources import model_in, model_source
+from ingest.scan.scan_sources import read_source
 from omomo_core.errors import InputError
 
 

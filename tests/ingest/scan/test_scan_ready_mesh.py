@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from ingest.scan.sources.mesh import read_scan_mesh
-from ingest.scan.sources.read import is_mesh
+from ingest.scan.mesh_sources import read_scan_mesh
+from ingest.scan.scan_sources import is_mesh
 from omomo_core.errors import InputError
 
 

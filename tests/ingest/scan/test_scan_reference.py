@@ -7,10 +7,10 @@ import cv2
 import numpy as np
 import pytest
 
-from ingest.calibration.board.reference import Tags, parse_reference
-from ingest.scan.cameras.metric import Similarity
-from ingest.scan.cameras.reference import by_reference
-from ingest.scan.types import View
+from ingest.calibration.board.board_place import Tags, parse_reference
+from ingest.scan.cameras.metric_scale import Similarity
+from ingest.scan.cameras.reference_poses import by_reference
+from ingest.scan.scan_types import View
 from ingest.uncertainty import rotation
 from omomo_core.errors import InputError
 from tests.ingest.scan.printed import (

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from ingest.formats.depth_png import save_millimetres
-from ingest.scan.sources.read import focal_of, read_source
-from ingest.scan.sources.session import confidence_of, sure
+from ingest.formats.still_images import save_millimetres
+from ingest.scan.scan_sources import confidence_of, focal_of, read_source, sure
 from omomo_core.errors import InputError
 
 

@@ -8,14 +8,14 @@ import cv2
 import numpy as np
 import pytest
 
-from ingest.calibration.board.spec import PRESETS
-from ingest.scan.cameras.measured import by_length, crossing
-from ingest.scan.cameras.options import CameraOptions, Length, Sight
+from ingest.calibration.board.board_spec import PRESETS
+from ingest.scan.cameras.features import CameraOptions, Length, Sight
+from ingest.scan.cameras.metric_scale import by_length, crossing
+from ingest.scan.cameras.pose_agreement import in_one_motion
 from ingest.scan.cameras.register import register
-from ingest.scan.cameras.second_motion import in_one_motion
 from ingest.scan.frames import pick_frames
-from ingest.scan.sources.read import read_source
-from ingest.scan.types import Registered, View
+from ingest.scan.scan_sources import read_source
+from ingest.scan.scan_types import Registered, View
 from ingest.uncertainty import rotation
 from omomo_core.errors import InputError
 from render.cameras import look_at

@@ -7,8 +7,7 @@ import av
 import numpy as np
 import pytest
 
-from ingest.scan.sources.read import read_source
-from ingest.scan.sources.video import VideoFrames
+from ingest.scan.scan_sources import VideoFrames, read_source
 from omomo_core.errors import InputError
 
 

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from ingest.scan.dense.depths import Depths
-from ingest.scan.dense.picture import SmallPictures
-from ingest.scan.silhouettes.silhouettes import BACKGROUND, OBJECT, find_silhouettes
-from ingest.scan.types import Region, View
+from ingest.scan.dense.depth_maps import Depths
+from ingest.scan.dense.stereo import SmallPictures
+from ingest.scan.scan_types import Region, View
+from ingest.scan.silhouettes import BACKGROUND, OBJECT, find_silhouettes
 from omomo_core.geometry.transforms import inverse
 from tests.ingest.scan.orbiting import K, ring
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from ingest.scan.dense.evidence import Evidence
-from ingest.scan.dense.symmetry import find_mirror, mirrored
+from ingest.scan.dense.dense import find_mirror, mirrored
+from ingest.scan.dense.visual_hull import Evidence
 from ingest.scan.dense.volume import Box
-from ingest.scan.quality.coverage import one_sided
-from ingest.scan.types import Region
+from ingest.scan.scan_quality import one_sided
+from ingest.scan.scan_types import Region
 from tests.ingest.scan.orbiting import registered, ring
 
 TURN, OFFSET = 0.7, 0.04

@@ -5,14 +5,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from ingest.mesh import load_mesh
-from ingest.scan.clean.clean import CleanMesh
-from ingest.scan.clean.save import save_mesh
-from ingest.scan.dense.picture import SmallPictures
-from ingest.scan.texture.atlas import add_texture, paint_texture, unwrap
-from ingest.scan.texture.best_views import NONE, best_views
-from ingest.scan.types import ScanMesh, View
+from ingest.scan.clean_mesh import CleanMesh, save_mesh
+from ingest.scan.dense.stereo import SmallPictures
+from ingest.scan.scan_types import ScanMesh, View
+from ingest.scan.texture_atlas import NONE, add_texture, best_views, paint_texture, unwrap
 from render.backends import open_renderer
 from render.cameras import Camera
 from render.scene import Drawable, Scene

@@ -9,9 +9,8 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ingest.calibration.board.camera import WitnessCamera
-from ingest.calibration.board.pattern import board_image
-from ingest.calibration.board.spec import Board, Checkerboard
+from ingest.calibration.board.board_spec import Board, Checkerboard, board_image
+from ingest.calibration.board.camera_file import WitnessCamera
 
 SIZE = (800, 600)
 CAMERA = WitnessCamera(820.0, 820.0, 395.0, 305.0, size=SIZE)

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from ingest.calibration.board.camera import WitnessCamera, load_camera
-from ingest.calibration.board.self_calibration import calibrate_camera
-from ingest.calibration.board.spec import PRESETS
+from ingest.calibration.board.board_lens import calibrate_camera
+from ingest.calibration.board.board_spec import PRESETS
+from ingest.calibration.board.camera_file import WitnessCamera, load_camera
 from omomo_core.errors import InputError
 from tests.ingest.calibration.board.filmed import poses
 from tests.simulator.witness import corner_observations, save_camera

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ingest.calibration.board.poses import board_poses
-from ingest.calibration.board.spec import Board
+from ingest.calibration.board.board_poses import board_poses
+from ingest.calibration.board.board_spec import Board
 
 BOARD = Board(5, 7, 0.035, 0.026)
 K = np.array([[1000.0, 0, 640], [0, 1000, 360], [0, 0, 1]])

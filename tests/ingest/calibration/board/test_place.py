@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from ingest.calibration.board.place import load_place, place_from_points
-from ingest.calibration.board.spec import PRESETS
+from ingest.calibration.board.board_place import load_place, place_from_points
+from ingest.calibration.board.board_spec import PRESETS
 from ingest.uncertainty import between
 from omomo_core.errors import InputError
 

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from ingest.calibration.board.camera import WitnessCamera
-from ingest.calibration.board.lens import distorted, undistorted
-from ingest.calibration.board.poses import board_poses
-from ingest.calibration.board.spec import PRESETS
+from ingest.calibration.board.board_lens import distorted, undistorted
+from ingest.calibration.board.board_poses import board_poses
+from ingest.calibration.board.board_spec import PRESETS
+from ingest.calibration.board.camera_file import WitnessCamera
 from ingest.uncertainty import between
 from tests.ingest.calibration.board.filmed import poses
 from tests.simulator.witness import corner_observations

@@ -6,9 +6,9 @@ import numpy as np
 import pypdfium2
 import pytest
 
-from ingest.calibration.board.detect import Detector
-from ingest.calibration.board.sheet import PAPERS, preset_for, write_sheet
-from ingest.calibration.board.spec import PRESETS, Board
+from ingest.calibration.board.board_detect import Detector
+from ingest.calibration.board.board_sheet import PAPERS, preset_for, write_sheet
+from ingest.calibration.board.board_spec import PRESETS, Board
 from omomo_core.errors import InputError
 
 DPI = 200

@@ -5,11 +5,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ingest.calibration.board.detect import Detector
-from ingest.calibration.board.pattern import board_image
-from ingest.calibration.board.poses import board_poses
-from ingest.calibration.board.reference import parse_grid
-from ingest.calibration.board.spec import PRESETS, Board, Checkerboard, parse_board
+from ingest.calibration.board.board_detect import Detector
+from ingest.calibration.board.board_place import parse_grid
+from ingest.calibration.board.board_poses import board_poses
+from ingest.calibration.board.board_spec import (
+    PRESETS,
+    Board,
+    Checkerboard,
+    board_image,
+    parse_board,
+)
 from omomo_core.errors import InputError
 
 SMALL = Board(5, 4, 0.03, 0.022)

@@ -7,11 +7,11 @@ import cv2
 import numpy as np
 import pytest
 
-from ingest.calibration.board.detect import Detector
-from ingest.calibration.board.poses import board_poses
-from ingest.calibration.board.spec import PRESETS, Board, Checkerboard
-from ingest.calibration.board.track import track_session, track_video, with_camera
-from ingest.formats.axes import T_OPENCV_ARKIT_CAMERA
+from ingest.calibration.board.board_detect import Detector
+from ingest.calibration.board.board_poses import board_poses
+from ingest.calibration.board.board_spec import PRESETS, Board, Checkerboard
+from ingest.calibration.board.board_track import track_session, track_video, with_camera
+from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from ingest.session import CaptureSession
 from ingest.uncertainty import between
 from omomo_core.errors import InputError
@@ -153,7 +153,7 @@ def test_a_phones_video_has_the_times_of_its_log(film: Path):
 
 
 def test_a_video_is_bounded(film: Path, monkeypatch):
-    monkeypatch.setattr("ingest.calibration.board.pictures.MAX_PICTURES", 5)
+    monkeypatch.setattr("ingest.calibration.board.board_track.MAX_PICTURES", 5)
     with pytest.raises(InputError) as error:
         track_video(film, BOARD, CAMERA)
     assert error.value.code == "video-bounds"

@@ -7,12 +7,21 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2, f
 
-from ingest.calibration.hand_eye.drift import _path
-from ingest.calibration.hand_eye.refine import _noise_and_walk, _shown_by_jitter, refine
-from ingest.calibration.hand_eye.samples import PHONE_SD, TARGET_SD, matched, paired
-from ingest.calibration.hand_eye.scatter import _beyond
-from ingest.calibration.hand_eye.solve import solve
-from ingest.calibration.hand_eye.streams import PoseStream
+from ingest.calibration.hand_eye.hand_eye import solve
+from ingest.calibration.hand_eye.hand_eye_model import (
+    PHONE_SD,
+    TARGET_SD,
+    PoseStream,
+    matched,
+    paired,
+)
+from ingest.calibration.hand_eye.hand_eye_refine import (
+    _beyond,
+    _noise_and_walk,
+    _path,
+    _shown_by_jitter,
+    refine,
+)
 from ingest.calibration.hand_eye.to_mount import calibrate_by_motion
 from ingest.uncertainty import moved
 from omomo_core.geometry.transforms import inverse

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ingest.calibration.hand_eye.pose_log import read_pose_log
+from ingest.calibration.hand_eye.to_mount import read_pose_log
 from omomo_core.errors import InputError
 
 GOOD = ["0.0 1 2 3 0 0 0 1", "0.1 1 2 3.5 0 0 1 0", "0.1 9 9 9 0 0 0 1", "0.2 1 2 4 1 0 0 0"]

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from ingest.calibration.hand_eye.pose_log import read_pose_log
-from ingest.calibration.hand_eye.solve import HandEye, solve
-from ingest.calibration.hand_eye.streams import PoseStream
+from ingest.calibration.hand_eye.hand_eye import HandEye, solve
+from ingest.calibration.hand_eye.hand_eye_model import PoseStream
+from ingest.calibration.hand_eye.to_mount import read_pose_log
 from ingest.uncertainty import between, bounds_95, of_inverse
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse

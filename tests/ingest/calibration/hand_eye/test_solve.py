@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from ingest.calibration.hand_eye.solve import HandEye, free_in_words, solve
-from ingest.calibration.hand_eye.streams import PoseStream
+from ingest.calibration.hand_eye.hand_eye import HandEye, free_in_words, solve
+from ingest.calibration.hand_eye.hand_eye_model import PoseStream
 from ingest.uncertainty import between, bounds_95
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse

@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from ingest.calibration.hand_eye.solve import solve
-from ingest.calibration.hand_eye.streams import PoseStream
+from ingest.calibration.hand_eye.hand_eye import solve
+from ingest.calibration.hand_eye.hand_eye_model import PoseStream
 from ingest.calibration.hand_eye.to_mount import calibrate_by_motion
 from ingest.uncertainty import between
 from omomo_core.errors import InputError

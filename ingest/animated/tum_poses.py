@@ -1,0 +1,48 @@
+"""TUM text as the object's own pose: `t x y z qx qy qz qw` in seconds and metres.
+
+The axes are the object's and the world's; a comment line `# up: y` says that the world is not z up.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from ingest.animated.animation import (
+    Animation,
+    check_times,
+    checked,
+    numbers,
+    rigid,
+    sampled,
+    stated_up,
+)
+from ingest.formats import tum
+from ingest.formats.text_table import read_rows
+
+NAME = "TUM"
+FILES = "TUM text with lines of t x y z qx qy qz qw"
+
+_WIDTH = 8
+_MAX_GAP = 0.1
+"""Seconds; a log of fewer than ten poses a second may have three times its usual step."""
+
+
+def detect(path: Path) -> bool:
+    """Whether lines are eight numbers between blanks, the last four a rotation."""
+    return tum.detect(path)
+
+
+def read(path: Path) -> Animation:
+    """Read a recorded motion; its gaps are not bridged.
+
+    Raises:
+        InputError: "row-damaged", "pose-not-finite", "comment-unknown", "animation-one-key",
+            "time-backwards", "quaternion-not-unit" or "animation-long".
+    """
+    table = numbers(read_rows(path, None), _WIDTH, range(_WIDTH))
+    times = table.values[:, 0]
+    check_times(times, table.place, path)
+    steps = np.diff(times)
+    gaps = steps > max(_MAX_GAP, 3 * float(np.median(steps)))
+    xyzw = checked(table.values[:, 4:], table.place)
+    return sampled(path, times, rigid(table.values[:, 1:4], xyzw), stated_up(path), gaps)

@@ -1,1 +1,0 @@
-"""Method drawing: a holder whose drawing says where the phone is on the object."""

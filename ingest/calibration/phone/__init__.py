@@ -1,1 +1,0 @@
-"""iPhones: their sizes, and where the camera is in the body."""

@@ -1,1 +1,0 @@
-"""Method session: the object is scanned and the phone clamped within one ARKit session."""

@@ -1,0 +1,119 @@
+"""Depth maps as phones store them: grey PNG files of 16 bits, in millimetres.
+
+Single images and 16-bit depth maps beside a log: found, measured, read and written.
+"""
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+from jaxtyping import Float32, Float64
+
+from ingest.session import CaptureSession, DepthLog
+from omomo_core.errors import InputError
+
+_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+_MAX_SIDE = 4096
+
+
+def load_millimetres(file: Path) -> Float32[np.ndarray, "height width"]:
+    """Read a depth map in metres; 0 stays 0 (unknown).
+
+    Raises:
+        InputError: "depth-damaged" for anything else than such a PNG of a phone's size.
+    """
+    data = file.read_bytes()
+    sides = [int.from_bytes(data[at : at + 4], "big") for at in (16, 20)]
+    # Measured before it is decoded: a small file may hold an image that fills the memory.
+    if data.startswith(_SIGNATURE) and 0 < min(sides) <= max(sides) <= _MAX_SIDE:
+        depth = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+        if depth is not None and depth.ndim == 2 and depth.dtype == np.uint16:
+            return depth.astype(np.float32) / np.float32(1000)
+    raise InputError(
+        "depth-damaged",
+        f"{file.name} is no grey PNG with 16 bits a pixel, at most {_MAX_SIDE} a side.",
+        where=str(file),
+        fix="Copy the session from the phone again.",
+    )
+
+
+def save_millimetres(metres: Float32[np.ndarray, "height width"], file: Path) -> None:
+    """Write what `load_millimetres` reads, up to 65.535 m."""
+    millimetres = np.rint(metres * 1000).clip(0, 65535).astype(np.uint16)
+    file.write_bytes(cv2.imencode(".png", millimetres)[1].tobytes())
+
+
+_JPEG_SIZES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+"""Markers of the segments that hold height and width."""
+
+
+def file_inside(folder: Path, *names: str) -> Path | None:
+    """The first of these files that is there; a name that leads out of the folder is not."""
+    for name in names:
+        path = folder / name
+        if os.path.isfile(path) and path.resolve().is_relative_to(folder.resolve()):
+            return path
+    return None
+
+
+def stills(
+    times: Float64[np.ndarray, " frames"], files: Sequence[Path | None]
+) -> tuple[tuple[Path, ...] | None, Float64[np.ndarray, " images"] | None]:
+    """`images` and `video_times` of a session, from the image of each frame where there is one."""
+    there = [i for i, file in enumerate(files) if file is not None]
+    images = tuple(file for file in files if file is not None)
+    return (images, times[there]) if images else (None, None)
+
+
+def depth_log_mm(
+    times: Float64[np.ndarray, " frames"], files: Sequence[Path | None]
+) -> DepthLog | None:
+    """Depth maps in millimetres, from the file of each frame where there is one."""
+    maps, map_times = stills(times, files)
+    return (
+        None if maps is None or map_times is None else DepthLog(map_times, maps, load_millimetres)
+    )
+
+
+def picture_size(path: Path) -> tuple[int, int] | None:
+    """Width and height that a PNG or JPEG states, without decoding it; None for other files."""
+    with path.open("rb") as file:
+        data = file.read(2**20)
+    if data.startswith(b"\x89PNG\r\n\x1a\n") and len(data) >= 24:
+        return int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")
+    at = 2 if data.startswith(b"\xff\xd8") else len(data)
+    while at + 9 <= len(data) and data[at] == 0xFF:
+        if data[at + 1] in _JPEG_SIZES:
+            height, width = (int.from_bytes(data[at + k : at + k + 2], "big") for k in (5, 7))
+            return width, height
+        at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
+    return None
+
+
+def write_depth_mm(session: CaptureSession, target: Callable[[int], Path]) -> list[int]:
+    """Write the depth maps in landscape as 16-bit PNG of millimetres; returns their poses."""
+    if session.depth is None:
+        return []
+    depth = session.depth
+    maps = _of_poses(session.times, depth.times, depth.files)
+    for i, source in maps:
+        landscape = np.rot90(depth.load(source), session.image_turns)
+        save_millimetres(np.ascontiguousarray(landscape), _made(target(i)))
+    return [i for i, _ in maps]
+
+
+def _of_poses(
+    times: Float64[np.ndarray, " frames"],
+    file_times: Float64[np.ndarray, " files"],
+    files: Sequence[Path],
+) -> list[tuple[int, Path]]:
+    """Each pose that has a file at its very time, and that file."""
+    by_time = dict(zip(file_times.tolist(), files, strict=True))
+    return [(i, by_time[t]) for i, t in enumerate(times.tolist()) if t in by_time]
+
+
+def _made(path: Path) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return path

@@ -1,0 +1,281 @@
+"""Cheap tests of a file's content that never raise, and the one log of a folder.
+
+Text tables of numbers, read strictly: every defect is an InputError naming file and line.
+
+Find the columns of a pose table by the names in its header, or in the comment above its first row.
+
+Known are the spellings of pandas (`timestamp,x,y,z,qx,qy,qz,qw`), evo (`tx`, `ty`), EuRoC and ETHZ
+(`#timestamp [ns], p_RS_R_x [m], q_RS_w []`) and of ROS tables (`pose.position.x`).
+"""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float64
+
+from omomo_core.errors import InputError
+
+MAX_BYTES = 256 * 2**20
+"""A log of an hour is about 70 MB."""
+
+_CUT_FIX = (
+    "The app was stopped or the copy was interrupted while it wrote this line: copy the session "
+    "from the phone again, or delete line {line} if the recording before it is enough."
+)
+
+
+@dataclass(frozen=True)
+class TextRows:
+    """The fields of each line that is neither blank nor a # comment."""
+
+    path: Path
+    rows: tuple[tuple[str, ...], ...]
+    lines: tuple[int, ...]
+    """Line number of each row, from 1."""
+    ends_with_newline: bool
+
+    def without_header(self) -> "TextRows":
+        """The same rows but the first."""
+        return TextRows(self.path, self.rows[1:], self.lines[1:], self.ends_with_newline)
+
+
+@dataclass(frozen=True)
+class NumberTable:
+    """Finite numbers of a text file, and the line of each row."""
+
+    path: Path
+    values: Float64[np.ndarray, "rows columns"]
+    lines: tuple[int, ...]
+
+    def place(self, row: int) -> str:
+        """File and line of a row, for messages."""
+        return f"{self.path}:{self.lines[row]}"
+
+
+def read_rows(path: Path, separator: str | None) -> TextRows:
+    """Split a text file into fields; `separator` None means any white space."""
+    if path.stat().st_size > MAX_BYTES:
+        raise InputError(
+            "log-too-large",
+            f"{path.name} has {path.stat().st_size / 2**20:.0f} MB; a phone log has at most "
+            f"{MAX_BYTES / 2**20:.0f}.",
+            where=str(path),
+            fix="Give the folder that the capture app wrote.",
+        )
+    text = path.read_bytes().decode("utf-8", errors="replace").removeprefix("\ufeff")
+    rows: list[tuple[str, ...]] = []
+    lines: list[int] = []
+    for number, line in enumerate(text.split("\n"), start=1):
+        if line.strip() and not line.lstrip().startswith("#"):
+            fields = line.strip("\r\n").split(separator)
+            rows.append(tuple(field.strip() for field in fields))
+            lines.append(number)
+    return TextRows(path, tuple(rows), tuple(lines), text.endswith("\n"))
+
+
+def numbers(text: TextRows, width: int, columns: Sequence[int]) -> NumberTable:
+    """The named columns as numbers; every row must have `width` fields.
+
+    Raises:
+        InputError: "log-truncated" when the last line is cut, "log-damaged" for any other line
+            with missing, extra or unreadable fields, "log-not-finite" for NaN or infinity.
+    """
+    values = np.empty((len(text.rows), len(columns)))
+    for i in range(len(text.rows)):
+        values[i] = _row_numbers(text, i, width, columns)
+    table = NumberTable(text.path, values, text.lines)
+    if not text.ends_with_newline and text.rows:
+        _refuse_cut_number(text, columns)
+    finite = np.isfinite(values).all(axis=1)
+    if not finite.all():
+        raise InputError(
+            "log-not-finite",
+            f"{text.path.name} has NaN or infinity where a number belongs.",
+            where=table.place(int(np.argmin(finite))),
+            fix="Record the take again; the tracker or the app failed at this line.",
+        )
+    return table
+
+
+def _row_numbers(text: TextRows, i: int, width: int, columns: Sequence[int]) -> list[float]:
+    fields = text.rows[i]
+    if len(fields) != width:
+        raise _damaged(text, i, f"{len(fields)} fields instead of {width}")
+    try:
+        return [float(fields[c]) for c in columns]
+    except ValueError:
+        bad = next(fields[c] for c in columns if not _is_number(fields[c]))
+        raise _damaged(text, i, f"{bad[:30]!r} where a number belongs") from None
+
+
+def _is_number(field: str) -> bool:
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return True
+
+
+def _damaged(text: TextRows, i: int, what: str) -> InputError:
+    line, last = text.lines[i], i == len(text.rows) - 1
+    fix = _CUT_FIX if last else "Copy the session from the phone again; do not edit the log."
+    return InputError(
+        "log-truncated" if last else "log-damaged",
+        f"Line {line} of {text.path.name} is {'cut short' if last else 'damaged'}: it has {what}.",
+        where=f"{text.path}:{line}",
+        fix=fix.format(line=line),
+    )
+
+
+def _refuse_cut_number(text: TextRows, columns: Sequence[int]) -> None:
+    """A file cut inside its very last number still parses; the missing decimals give it away.
+
+    A number cut after its sixth decimal is within a micrometre of the whole one: harmless.
+    """
+    width = len(text.rows[-1])
+    if max(columns) != width - 1 or len(text.rows) < 2:
+        return
+    usual = min(_decimals(row[-1]) for row in text.rows[:-1])
+    if _decimals(text.rows[-1][-1]) < min(usual, 6):
+        number = text.rows[-1][-1]
+        raise _damaged(text, len(text.rows) - 1, f"no line end and {number!r} as its last number")
+
+
+def _decimals(number: str) -> int:
+    mantissa, _, exponent = number.lower().partition("e")
+    return len(mantissa.partition(".")[2]) - int(exponent or 0)
+
+
+_HEAD_BYTES = 65536
+_MAX_TAKES = 64
+"""A folder with more files of a kind holds a file for each frame, not takes."""
+
+
+def head_lines(path: Path) -> list[str]:
+    """The lines within the first 64 KB; [] where there is no file to read."""
+    if not path.is_file():  # a pipe would be waited for
+        return []
+    try:
+        with path.open("rb") as file:
+            text = file.read(_HEAD_BYTES).decode("utf-8", errors="replace")
+    except OSError:
+        return []
+    return text.removeprefix("\ufeff").split("\n")
+
+
+def first_row(path: Path) -> str:
+    """The first line of a text log that is neither blank nor a # comment; "" where there is none."""
+    rows = (line.strip() for line in head_lines(path))
+    return next((row for row in rows if row and not row.startswith("#")), "")
+
+
+def floats(fields: Sequence[str]) -> list[float]:
+    """The fields as numbers; [] as soon as one is none."""
+    try:
+        return [float(field) for field in fields]
+    except ValueError:
+        return []
+
+
+def logs(path: Path, names: Sequence[str], is_log: Callable[[Path], bool]) -> list[Path]:
+    """The file itself, or the files of the folder matching a name pattern, where `is_log` holds."""
+    files = {file for name in names for file in path.glob(name)} if path.is_dir() else {path}
+    if len(files) > _MAX_TAKES:
+        return []
+    return sorted(file for file in files if file.is_file() and is_log(file))
+
+
+def only_log(path: Path, found: Sequence[Path]) -> Path:
+    """The file itself, or the one log found in the folder.
+
+    Raises:
+        InputError: "session-ambiguous" for a folder with none or several.
+    """
+    if not path.is_dir():
+        return path
+    if len(found) == 1:
+        return found[0]
+    names = ", ".join(file.name for file in found[:8])
+    raise InputError(
+        "session-ambiguous",
+        f"The folder holds {len(found)} trajectories{': ' if names else ''}{names}.",
+        where=str(path),
+        fix="Pass one of these files instead of the folder.",
+    )
+
+
+POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+_SEPARATORS = (",", ";", "\t", None)
+_UNITS = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+_CLOCK = re.compile(
+    r"(?:.*_)?(?:timestamp|time|stamp|secs|seconds|t)(?:_(s|sec|seconds|ms|us|ns))?"
+)
+_TURN = re.compile(r"(?:.*_)?(?:q|quat|quaternion|orientation|rotation|rot)(?:_[a-z]+)*?_?([wxyz])")
+_PLACE = re.compile(
+    r"(?:(?:.*_)?(?:t|p|pos|position|translation|trans|loc|location)(?:_[a-z]+)*?_?)?([xyz])(?:_m)?"
+)
+_OTHER = re.compile(
+    r"(?:^|_)(?:v|vel|velocity|acc?|accel|acceleration|gyro?|omega|twist|bias|b|cov|covariance|sigma|std)"
+    r"(?:_|$)"
+)
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Which column of a pose table holds what."""
+
+    places: tuple[int, ...]
+    """Columns of the time, x, y, z, qx, qy, qz and qw."""
+    width: int
+    """Columns in all."""
+    second: float
+    """Seconds in one unit of the time's column; 1 where its name does not say."""
+    separator: str | None
+    """Between fields; None is white space."""
+    commented: bool
+    """The header is a comment, and no row of the table."""
+    names: frozenset[str] = frozenset()
+    """All that the header names, in small letters."""
+
+
+def named_columns(file: Path) -> Columns | None:
+    """Return the columns that the header or a comment above the first row names, or None."""
+    lines = [line.strip() for line in head_lines(file) if line.strip()]
+    first = next((k for k, line in enumerate(lines) if not line.startswith("#")), len(lines))
+    candidates = [(line.lstrip("#"), True) for line in reversed(lines[:first])]
+    candidates += [(line, False) for line in lines[first : first + 1]]
+    for line, commented in candidates:
+        for separator in _SEPARATORS:
+            if (found := _columns(line, separator, commented)) is not None:
+                return found
+    return None
+
+
+def _columns(line: str, separator: str | None, commented: bool) -> Columns | None:
+    fields = line.split(separator)
+    if len(fields) < len(POSE) + 1 or floats(fields):
+        return None
+    roles = [_role(field) for field in fields]
+    wanted = ("time", *POSE)
+    if any(sum(role == name for role, _ in roles) != 1 for name in wanted):
+        return None
+    places = tuple(next(k for k, (role, _) in enumerate(roles) if role == name) for name in wanted)
+    names = frozenset(field.strip().lower() for field in fields)
+    return Columns(places, len(fields), roles[places[0]][1], separator, commented, names)
+
+
+def _role(field: str) -> tuple[str, float]:
+    """What a column holds, "" for anything else, and its unit if it is the time."""
+    name = re.sub(r"[^a-z0-9]+", "_", field.lower()).strip("_")
+    if _OTHER.search(name):
+        return "", 1.0
+    if match := _CLOCK.fullmatch(name):
+        return "time", _UNITS[match[1] or "s"]
+    if match := _TURN.fullmatch(name):
+        return f"q{match[1]}", 1.0
+    if match := _PLACE.fullmatch(name):
+        return match[1], 1.0
+    return "", 1.0

@@ -1,1 +1,0 @@
-"""What is given for a scan, read: pictures with what is known of their cameras, or a mesh."""

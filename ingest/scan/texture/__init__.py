@@ -1,1 +1,0 @@
-"""The picture on a scan's mesh: unwrapped, painted from the best pictures, seams levelled."""
