@@ -69,7 +69,7 @@ def write_report(
 
 
 @dataclass(frozen=True)
-class ScannedObject:
+class ObjectScan:
     """A mesh that was written, and how good it is."""
 
     request: ScanRequest
@@ -81,7 +81,7 @@ class ScannedObject:
     """By stage."""
 
 
-def scan_object(request: ScanRequest, progress: Progress) -> ScannedObject:
+def scan_object(request: ScanRequest, progress: Progress) -> ObjectScan:
     """Turn a film of an object into its mesh; an interrupted one goes on where it was.
 
     Args:
@@ -101,7 +101,7 @@ def scan_object(request: ScanRequest, progress: Progress) -> ScannedObject:
         raise
 
 
-def _scanned(request: ScanRequest, clock: StageClock) -> ScannedObject:
+def _scanned(request: ScanRequest, clock: StageClock) -> ObjectScan:
     ready = made_by_app(request)
     found = find_object(request, clock) if ready is None else None
     cleaned = found.cleaned if found is not None else ready
@@ -113,7 +113,7 @@ def _scanned(request: ScanRequest, clock: StageClock) -> ScannedObject:
         write_object_model(
             found.registered.model, found.cleaned.T_world_object, found.stretched, model
         )
-    scan = ScannedObject(request, cleaned, report, found, clock.seconds)
+    scan = ObjectScan(request, cleaned, report, found, clock.seconds)
     write_report(scan.request, cleaned, report, found, scan.seconds)
     clock("report", 1.0)
     save_mesh(cleaned, request.output)
