@@ -24,10 +24,8 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from capture_app.cli.app import invoke
-from capture_app.simulator.carried_box import box_mesh, carried_box, clamped_phone
-from capture_app.simulator.noise import PhoneNoise
-from capture_app.simulator.phone import BOOT_SECONDS, arkit_from_world, simulate
-from capture_app.simulator.recording import write_recording
+from capture_app.simulator.demo_take import box_mesh, carried_box, clamped_phone, write_recording
+from capture_app.simulator.phone import BOOT_SECONDS, PhoneNoise, arkit_from_world, simulate
 from capture_app.simulator.wiggle import Wiggle, wiggle_motion
 from ingest.calibration.board.board_poses import board_poses
 from ingest.calibration.board.board_sheet import preset_for

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from capture_app.calibration.calibrate import calibrate
-    from capture_app.commands.calibrate.by_camera import TrackerWay
+    from capture_app.commands.calibrate import TrackerWay
     from capture_app.commands.export import ExportRequest
     from capture_app.commands.render import CompareRequest, RenderRequest
     from capture_app.commands.run import ResolveRequest, RunRequest
     from capture_app.commands.train import TrainRequest
-    from capture_app.comparison.film import compare_motions
-    from capture_app.exports.of_result import export_result
+    from capture_app.comparison.comparison_film import compare_motions
+    from capture_app.exports.export_sample import export_result
     from capture_app.inspection import inspect_take
     from capture_app.pipeline import run_take
     from capture_app.rendering import render_result
@@ -82,12 +82,12 @@ __all__ = [
 
 _MODULES = {
     "capture_app.calibration.calibrate": ("calibrate",),
-    "capture_app.commands.calibrate.by_camera": ("TrackerWay",),
+    "capture_app.commands.calibrate": ("TrackerWay",),
     "capture_app.commands.train": ("TrainRequest",),
     "capture_app.commands.render": ("CompareRequest", "RenderRequest"),
-    "capture_app.comparison.film": ("compare_motions",),
+    "capture_app.comparison.comparison_film": ("compare_motions",),
     "capture_app.commands.export": ("ExportRequest",),
-    "capture_app.exports.of_result": ("export_result",),
+    "capture_app.exports.export_sample": ("export_result",),
     "capture_app.inspection": ("inspect_take",),
     "capture_app.pipeline": ("run_take",),
     "capture_app.rendering": ("render_result",),

@@ -12,7 +12,7 @@ from ingest.mesh import load_mesh
 from ingest.mount import Mount, identity_mount
 from ingest.mount_file import load_mount
 from ingest.report.inspect import inspect_clock, inspect_session
-from ingest.report.take_checks import Check, TakeReport
+from ingest.report.take_report import Check, TakeReport
 from ingest.session import CaptureSession
 from ingest.trajectory.object_motion import ObjectTake, to_object_motion
 from ingest.trajectory.trajectory_config import AS_LOGGED, Reading

@@ -10,7 +10,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from capture_app.validation import first_problem
+from capture_app.commands.request import first_problem
 from omomo_core.config import Number
 from omomo_core.errors import InputError
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from capture_app.commands.request import validated
 from capture_app.commands.run import RunRequest
 from capture_app.manifest import Input, Manifest, sha256
-from capture_app.motion_config import changed_settings
+from capture_app.manifest_builder import changed_settings
 from omomo_core.errors import InputError
 from omomo_core.weights.load import SHIPPED
 

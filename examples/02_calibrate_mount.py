@@ -14,9 +14,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from capture_app import TrackerWay, calibrate, load_mount
-from capture_app.simulator.carried_box import clamped_phone
+from capture_app.simulator.demo_take import clamped_phone, write_recording
 from capture_app.simulator.phone import simulate
-from capture_app.simulator.recording import write_recording
 from capture_app.simulator.wiggle import wiggle_motion
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "example_output")

@@ -9,9 +9,8 @@ from embreex.rtcore_scene import EmbreeScene
 from jaxtyping import Bool, Float, Float32, Int, UInt8
 
 from render.cameras import Camera
-from render.normals import VertexNormals
 from render.renderer import FAR, NEAR, Layer, Picture, Renderer
-from render.scene import Drawable, Light, Scene
+from render.scene import Drawable, Light, Scene, VertexNormals
 
 _LIFT = 1e-3
 """Shadow rays start this far above the surface, metres."""

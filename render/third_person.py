@@ -14,12 +14,20 @@ from omomo_core.errors import InputError
 from omomo_core.geometry.surface import Surface, sample_surface
 from omomo_core.motion import FPS, HumanMotion, ObjectMotion
 from omomo_core.skeleton import joint
-from render.actors import Actor, play
 from render.backends import Backend, open_renderer
-from render.cameras import Camera
-from render.captions import caption
-from render.follow import FollowStyle, follow
-from render.props import BODY_COLOR, CONTACT_COLOR, ball, contact_marker, floor, rigid_object, trail
+from render.cameras import Camera, FollowStyle, follow
+from render.lettering import caption
+from render.props import (
+    BODY_COLOR,
+    CONTACT_COLOR,
+    Actor,
+    ball,
+    contact_marker,
+    floor,
+    play,
+    rigid_object,
+    trail,
+)
 from render.scene import Color, Drawable, Light, Scene
 
 _CHUNK = 32

@@ -26,8 +26,8 @@ import numpy as np
 import trimesh
 
 from capture_app.inspection import inspect_take
-from capture_app.overlay.film import open_video
-from capture_app.simulator.carried_box import box_mesh, carried_box, clamped_phone
+from capture_app.overlay.overlay_film import open_video
+from capture_app.simulator.demo_take import box_mesh, carried_box, clamped_phone
 from capture_app.simulator.phone import simulate
 from ingest.animated.animated_take import to_animated_take
 from ingest.animated.detect import is_animation, read_animation

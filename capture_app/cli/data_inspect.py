@@ -9,8 +9,7 @@ import typer
 from rich.table import Table
 
 from capture_app.cli import options as given
-from capture_app.cli.bars import counting
-from capture_app.cli.console import output, say
+from capture_app.cli.console import counting, output, say
 from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -107,7 +106,7 @@ def _draw_sheets(
     backend: given.DrawingBackend,
 ) -> None:
     from render.clip_view import clip_row
-    from render.stills import contact_sheet, write_png
+    from render.video import contact_sheet, write_png
 
     pairs = list(zip(clips, judged, strict=True))
     with counting("draw") as progress:

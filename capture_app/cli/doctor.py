@@ -53,7 +53,7 @@ def _print_checks(checks: list["HealthCheck"]) -> None:
 
 
 def _print_config(*, as_json: bool) -> None:
-    from capture_app.motion_config import MOTION_CONFIG
+    from capture_app.manifest_builder import MOTION_CONFIG
     from omomo_core.config import settings_of
 
     settings = list(settings_of(MOTION_CONFIG))

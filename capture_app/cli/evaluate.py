@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from capture_app.cli import options
-from capture_app.cli.figures import FigureRow, FigureTable
+from capture_app.cli.figure_table import FigureRow, FigureTable
 from omomo_core.whole_file import check_target, write_whole
 
 if TYPE_CHECKING:
@@ -119,8 +119,7 @@ def _evaluated(
     body: SkeletonChoice,
 ) -> "Evaluation":
     """Generate and measure with a bar of progress; clips that are skipped are named."""
-    from capture_app.cli.bars import following
-    from capture_app.cli.console import say
+    from capture_app.cli.console import following, say
     from omomo_core.body.model import load_body
     from omomo_core.generation.options import GenerationOptions
     from omomo_core.learning.evaluation.clips import clip_paths

@@ -19,7 +19,7 @@ def export(result: given.Result, file: given.ExportFile = None, **said: Any) -> 
 
     Example: `omocap export chair_motion --to glb --bones unreal --fps 60 -o chair.glb`
     """
-    from capture_app.exports.of_result import export_result
+    from capture_app.exports.export_sample import export_result
 
     asked = {**said, "result": result, "output": file or result}
     written = export_result(validated(ExportRequest, asked, "option-invalid", prefix="--"))

@@ -14,7 +14,7 @@ from capture_app.cli.derived import derived
 from capture_app.commands.reading import ReadingOptions
 from capture_app.commands.request import validated
 from capture_app.commands.run import RunRequest
-from ingest.report.take_checks import folded
+from ingest.report.take_report import folded
 from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def inspect(
 
 
 def _write_page(seen: "Inspection", path: Path) -> None:
-    from capture_app.report_page.page import report_page
+    from capture_app.report_page import report_page
     from omomo_core.whole_file import write_whole
 
     write_whole(path, report_page(seen))

@@ -22,7 +22,7 @@ def overlay(result: given.Result, file: given.OutputFile = None, **said: Any) ->
     """
     target = file or result / "overlay.mp4"
     check_target(target, _ENDINGS)
-    from capture_app.overlay.write import overlay_result
+    from capture_app.overlay.find_camera import overlay_result
 
     asked = {**said, "result": result, "output": target}
     request = validated(OverlayRequest, asked, "option-invalid", prefix="--")

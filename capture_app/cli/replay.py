@@ -63,8 +63,7 @@ def replay(
 
     Example: `omocap replay chair_motion mop_motion -o both.html`
     """
-    from capture_app.replay.open import is_result, open_scene
-    from capture_app.replay.share import share_page
+    from capture_app.replay.share import is_result, open_scene, share_page
 
     name = path.resolve().name
     own = path / "replay.html" if is_result(path) else Path(f"{name}_replay.html")

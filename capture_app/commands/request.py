@@ -1,14 +1,27 @@
-"""Request: what all commands have in common, and how what a user typed becomes one."""
+"""Request: what all commands have in common, and how what a user typed becomes one.
 
-from collections.abc import Mapping
+What pydantic found wrong, in the words of our errors.
+"""
+
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from capture_app.commands.text_values import read_size
-from capture_app.validation import first_problem
 from omomo_core.errors import InputError
+
+
+def first_problem(errors: Sequence[Any]) -> tuple[str, str]:
+    """The first wrong field by its dotted path, and what is wrong with it.
+
+    Args:
+        errors: as a ValidationError of pydantic lists them.
+    """
+    first = errors[0]
+    # Before what our own validators say, pydantic puts the kind of the exception.
+    return ".".join(map(str, first["loc"])), first["msg"].removeprefix("Value error, ")
 
 
 class Request(BaseModel):

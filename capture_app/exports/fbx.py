@@ -1,12 +1,15 @@
-"""FBX, written by a Blender that the user has: the format is closed, its only free writers are there."""
+"""FBX, written by a Blender that the user has: the format is closed, its only free writers are there.
+
+The Blender that a user has.
+"""
 
 import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from capture_app.commands.export import Units, UpAxis
+from capture_app.exports.exported_take import Take
 from capture_app.exports.glb import write_glb_take
-from capture_app.exports.take import Take
 from omomo_core.errors import InputError
 
 _SCRIPT = Path(__file__).with_name("in_blender.py")

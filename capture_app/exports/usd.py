@@ -10,12 +10,12 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_app.commands.export import Units, UpAxis
+from capture_app.exports.bones import creased
+from capture_app.exports.exported_take import Skeleton, Take, pose_locals, rest_locals
 from capture_app.exports.glb import BLUE, ORANGE
-from capture_app.exports.shading import creased
-from capture_app.exports.take import Skeleton, Take, pose_locals, rest_locals
 from capture_app.picture_bytes import encoded
-from capture_app.quaternions import xyzw_from_matrix
 from omomo_core.errors import InputError
+from omomo_core.geometry.rotations import xyzw_from_matrix
 from omomo_core.motion import Texture
 
 _METRES: dict[Units, float] = {"m": 1.0, "cm": 0.01}

@@ -4,6 +4,8 @@ It is made to be killed: whatever kills it, what it was at is found by another o
 to be started, which goes on after the last finished stage. So it also ends itself, at once and
 without ceremony, when it finds that others have taken it for dead, or that it cannot trust its own
 state; SIGTERM is the same with notice, so that nobody has to wait until it is missed.
+
+What a worker does before its first job, so that nobody waits for it later.
 """
 
 import logging
@@ -13,6 +15,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NoReturn
 from uuid import uuid4
 
@@ -20,9 +23,8 @@ from capture_app.jobs import engine
 from capture_app.jobs.claimed_job import ClaimedJob
 from capture_app.jobs.database import Database
 from capture_app.jobs.fleet import LOST, NO_ROOM
-from capture_app.jobs.job_errors import no_room
-from capture_app.jobs.kinds import KINDS
-from capture_app.jobs.protocol import JobKind
+from capture_app.jobs.job_kinds import KINDS, JobKind
+from capture_app.jobs.job_record import no_room
 from capture_app.jobs.worker_store import WorkerStore, worker_name
 
 _log = logging.getLogger(__name__)
@@ -170,3 +172,28 @@ class Worker:
     def _exit(code: int) -> NoReturn:
         logging.shutdown()
         os._exit(code)  # threads in the middle of a job are not waited for: their work is kept
+
+
+def warm_up() -> None:
+    """Load what makes a motion, and make the example's in one step; nothing is written.
+
+    Libraries and networks take longer to load than a short take to generate, and all of them are slower
+    the first time.
+    """
+    from capture_app.commands.run import RunRequest
+    from capture_app.pipeline import prepare_take
+    from capture_app.posters import person_picture
+    from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
+    from omomo_core.generation.generator import generate
+
+    example = RunRequest(
+        session=DEMO / SESSION,
+        object=DEMO / MESH,
+        mount=DEMO / MOUNT,
+        samples=1,
+        steps=1,
+        output=Path("nowhere"),
+    )
+    take = prepare_take(example)
+    made = generate(take.motion, take.body, take.stages, example.generation)
+    person_picture(made.people[made.chosen], take.motion, take.body)

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.carried_box import HEIGHT, box_mesh
+from capture_app.simulator.demo_take import HEIGHT, box_mesh
 from omomo_core.motion import FPS, ObjectMotion
 
 Wiggle = Literal["all axes", "yaw", "translation", "tiny"]

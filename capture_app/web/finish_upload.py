@@ -4,8 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from capture_app.commands.inputs import ItemKind
-from capture_app.library_item import FILES, Info
-from capture_app.summaries import mesh_summary, mount_summary
+from capture_app.library_item import FILES, Info, mesh_summary, mount_summary
 from capture_app.web.library.shelf import content_of
 from capture_app.web.library.uploads import Upload
 from capture_app.web.problems import Refused

@@ -3,15 +3,14 @@
 import json
 from typing import cast
 
-from capture_app.commands.calibrate.by_phone import ScanWay
-from capture_app.commands.calibrate.request import AnyWay, CalibrateRequest
+from capture_app.commands.calibrate import AnyWay, CalibrateRequest, ScanWay
 from capture_app.commands.export import ExportRequest
 from capture_app.commands.overlay import OverlayRequest
 from capture_app.commands.render import CompareRequest, RenderRequest
 from capture_app.commands.request import Request
 from capture_app.commands.run import ResolveRequest, RunRequest
 from capture_app.commands.scan import ScanRequest
-from capture_app.exports.formats import layout_of
+from capture_app.exports.export_formats import layout_of
 from capture_app.library_item import Info
 from capture_app.web.by_id import with_paths
 from capture_app.web.library.library import Library

@@ -11,8 +11,14 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from capture_app.commands.calibrate.by_camera import BoardWay, ScreenWay, TrackerWay
-from capture_app.commands.calibrate.by_phone import FloorWay, ScanWay, SessionWay
+from capture_app.commands.calibrate import (
+    BoardWay,
+    FloorWay,
+    ScanWay,
+    ScreenWay,
+    SessionWay,
+    TrackerWay,
+)
 from capture_app.commands.export import ExportRequest
 from capture_app.commands.inputs import option_of
 from capture_app.commands.overlay import OverlayRequest

@@ -12,7 +12,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
-from capture_app.validation import first_problem
+from capture_app.commands.request import first_problem
 from capture_app.web.page_words import in_page_words
 from omomo_core.errors import InputError, OmocapError
 

@@ -6,11 +6,10 @@ from typing import Any, Literal
 from pydantic import BaseModel, Field, create_model
 from pydantic.fields import FieldInfo
 
+from capture_app.commands.inputs import MeshFile, typed_as
 from capture_app.commands.reading import ReadingOptions
-from capture_app.commands.typed import typed_as
 from capture_app.library_item import FILES
-from capture_app.mesh_file import MeshFile
-from capture_app.scanning.folder import MODEL
+from capture_app.scanning.scan_folder import MODEL
 from capture_app.web.library.ids import Id
 from capture_app.web.library.library import Library
 from capture_app.web.problems import Refused

@@ -15,7 +15,8 @@ from jaxtyping import Float64
 from scipy.stats import chi2, norm
 
 from ingest.mount import Mount, object_id
-from ingest.report.take_checks import Check, Look, grade, graded, worst
+from ingest.report.checked_session import CheckedSession
+from ingest.report.take_report import Check, grade, graded, worst
 from ingest.session import GRAVITY, CaptureSession
 from ingest.trajectory.gravity import measured_up
 from ingest.trajectory.trajectory_config import VERTICAL
@@ -123,7 +124,7 @@ _FIX_AXES = (
 )
 
 
-def gravity(look: Look) -> Check:
+def gravity(look: CheckedSession) -> Check:
     """Whether up is up, as far as the log tells."""
     session = look.session
     if session.imu is None:
@@ -138,7 +139,7 @@ def gravity(look: Look) -> Check:
     )
 
 
-def _unchecked(look: Look) -> Check:
+def _unchecked(look: CheckedSession) -> Check:
     """Most apps log no accelerometer: that is said, and is no fault of a take."""
     session, take = look.session, look.take
     if session.gravity_aligned:
@@ -156,7 +157,7 @@ def _unchecked(look: Look) -> Check:
 
 
 def _direction(
-    look: Look,
+    look: CheckedSession,
     times: Float64[np.ndarray, " windows"],
     angles: Float64[np.ndarray, " windows"],
     size: float,
@@ -253,7 +254,7 @@ class _Pair(NamedTuple):
         return max(self.tilt / self.tilt_limit, self.rise / self.rise_limit)
 
 
-def slip(look: Look, rests: Sequence[GroundRest]) -> Check:
+def slip(look: CheckedSession, rests: Sequence[GroundRest]) -> Check:
     """Compare each rest with the last one before it on the same side of the object.
 
     A slip about the vertical or along the floor changes neither tilt nor height: it does not show.
@@ -284,7 +285,7 @@ def slip(look: Look, rests: Sequence[GroundRest]) -> Check:
     return Check("mount slip", "warn", message, look.logged(start, stop), _LOOK_AT_CLAMP)
 
 
-def _risen(look: Look, pair: _Pair) -> Check:
+def _risen(look: CheckedSession, pair: _Pair) -> Check:
     message = (
         f"its lowest point is {100 * pair.rise:.1f} cm higher or lower in one rest than in the "
         f"last, by drift at most {100 * pair.rise_limit:.1f}"
@@ -325,7 +326,7 @@ def _pair(first: GroundRest, second: GroundRest) -> _Pair:
     )
 
 
-def _when(look: Look, pair: _Pair) -> tuple[int, int]:
+def _when(look: CheckedSession, pair: _Pair) -> tuple[int, int]:
     """(start, stop) of the frames at which the tilt may have gone from that of the one rest to the other's.
 
     The moment that leaves the least difference from the first rest before it and from the second

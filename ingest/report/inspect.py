@@ -19,10 +19,11 @@ from pydantic import BaseModel, ValidationError
 
 from ingest.mount import Mount
 from ingest.report import clamp_checks, sight, stance, track_checks
+from ingest.report.checked_session import CheckedSession
 from ingest.report.clamp_checks import gravity, gravity_angles
 from ingest.report.sight import agreement_checks
 from ingest.report.stance import bottom
-from ingest.report.take_checks import Check, Look, TakeReport, graded
+from ingest.report.take_report import Check, TakeReport, graded
 from ingest.session import CaptureSession
 from ingest.trajectory.object_motion import ObjectTake
 from omomo_core.geometry.runs import runs
@@ -102,7 +103,7 @@ def inspect_session(
     take: ObjectTake | None = None,
     images: bool = False,
 ) -> TakeReport:
-    """Look a take over, once `inspect_clock` finds that its stamps and units make sense.
+    """CheckedSession a take over, once `inspect_clock` finds that its stamps and units make sense.
 
     Args:
         session: what the phone logged.
@@ -115,7 +116,7 @@ def inspect_session(
     first = inspect_clock(session)
     if not first.complete:
         return first
-    look = Look(session, mesh, mount, take)
+    look = CheckedSession(session, mesh, mount, take)
     scanned = () if mesh_file is None else scan_checks(mesh_file)
     seen = [sight.sight(look)] if images else []
     return TakeReport((*first.checks, *_checks(look), *scanned, *seen))
@@ -135,14 +136,14 @@ def inspect_clock(session: CaptureSession) -> TakeReport:
     return TakeReport((first, *others), first.severity != "bad")
 
 
-def _assumptions(look: Look) -> Iterator[Check]:
+def _assumptions(look: CheckedSession) -> Iterator[Check]:
     """What was left out or assumed when the log was read; no check if there is nothing to say."""
     log_notes = look.session.notes if look.take is None else look.take.assumptions
     if log_notes:
         yield Check("log", "ok", " ".join(log_notes))
 
 
-def _checks(look: Look) -> Iterator[Check]:
+def _checks(look: CheckedSession) -> Iterator[Check]:
     session = look.session
     yield from _assumptions(look)
     yield track_checks.share(look)
@@ -243,7 +244,7 @@ class TakeSeries:
     faults: Spans
 
 
-def take_series(look: Look) -> TakeSeries:
+def take_series(look: CheckedSession) -> TakeSeries:
     """What to plot of a take that is looked over."""
     session = look.session
     clock = session.times - session.times[0]

@@ -19,7 +19,7 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from ingest.axes import T_ZUP_ARKIT
-from ingest.report.take_checks import Check, graded
+from ingest.report.take_report import Check, graded
 from ingest.scan.scan_types import VERTICES, Region, ScanMesh
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse

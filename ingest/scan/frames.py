@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float64, Int64
 from scipy.ndimage import median_filter
 
 from ingest.formats.still_images import picture_size, save_millimetres
-from ingest.report.take_checks import Check
+from ingest.report.take_report import Check
 from ingest.scan.scan_types import (
     PICTURES,
     Colours,

@@ -36,7 +36,7 @@ from ingest.mesh_texture import (
     places_of,
     texture_colours,
 )
-from ingest.report.take_checks import Check
+from ingest.report.take_report import Check
 from ingest.scan.dense.depth_maps import sparse_ratios
 from ingest.scan.dense.stereo import DepthMap, DepthMaps, matrix_for, pixel_rays
 from ingest.scan.frames import Stills

@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
-from ingest.report.take_checks import Check, graded
+from ingest.report.take_report import Check, graded
 from ingest.scan.cameras.pose_agreement import AS_LOGGED, readings
 from ingest.scan.scan_types import Frame, Region, Registered, View
 from ingest.trajectory.plane import Plane, fit_plane

@@ -18,7 +18,7 @@ from scipy.spatial import KDTree
 
 from ingest.axes import T_ZUP_ARKIT
 from ingest.mesh_texture import BaseColour
-from ingest.report.take_checks import Check
+from ingest.report.take_report import Check
 from ingest.scan.mesh_sources import METRES, STATES_UP, FilePart, read_parts
 from ingest.scan.region import floor_frame
 from ingest.scan.scan_types import Unit, Up

@@ -11,7 +11,7 @@ from jaxtyping import Float64
 from scipy.spatial import KDTree
 
 from ingest.mesh import MAX_EXTENT, MIN_EXTENT
-from ingest.report.take_checks import Check, Severity, grade, graded, worst
+from ingest.report.take_report import Check, Severity, grade, graded, worst
 from ingest.scan.clean_mesh import UNSEEN, CleanMesh
 from ingest.scan.scan_types import Region, View
 from ingest.scan.scanned_object import ScannedObject

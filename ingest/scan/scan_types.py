@@ -13,7 +13,7 @@ from typing import Literal, Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float32, Float64, Int64, UInt8
 
-from ingest.report.take_checks import Check
+from ingest.report.take_report import Check
 from omomo_core.motion import Texture
 
 Colours = UInt8[np.ndarray, "height width 3"]

@@ -16,7 +16,7 @@ import igl
 import numpy as np
 import trimesh
 
-from ingest.report.take_checks import Check
+from ingest.report.take_report import Check
 from ingest.scan.clean_mesh import CleanMesh
 from ingest.scan.scan_types import ScanMesh
 

@@ -13,9 +13,9 @@ from capture_app.commands.run import RunRequest
 from capture_app.commands.text_values import read_place
 from capture_app.manifest import Segment
 from capture_app.pipeline import run_take
+from capture_app.prepare import start_position
 from capture_app.rerun import request_of
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
-from capture_app.start_position import start_position
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from ingest.mount import Mount
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh, ObjectMotion

@@ -11,11 +11,8 @@ import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.carried_box import carried_box, clamped_phone
-from capture_app.simulator.noise import PhoneNoise
-from capture_app.simulator.phone import simulate
-from capture_app.simulator.record import DEMO
-from capture_app.simulator.recording import write_recording
+from capture_app.simulator.demo_take import DEMO, carried_box, clamped_phone, write_recording
+from capture_app.simulator.phone import PhoneNoise, simulate
 from capture_app.simulator.wiggle import wiggle_motion
 from ingest.calibration.board.board_spec import PRESETS
 from ingest.formats import scanner_3d

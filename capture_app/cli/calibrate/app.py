@@ -28,8 +28,8 @@ app = typer.Typer(
 @app.command()
 def guide() -> None:
     """Ask what there is, guide through each recording, check it at once, and find the mount."""
-    from capture_app.calibration.guide.flow import Guide
-    from capture_app.calibration.guide.prompt import Prompt
+    from capture_app.calibration.guide_flow import Guide
+    from capture_app.calibration.guide_steps import Prompt
     from capture_app.cli.calibrate.finish import check_output
     from capture_app.cli.console import output
 

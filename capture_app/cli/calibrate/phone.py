@@ -1,6 +1,6 @@
 """Which phone is meant, by the words of --phone and --ruler."""
 
-from capture_app.calibration.phones import need, phone_of
+from capture_app.calibration.calibrate import need, phone_of
 from capture_app.commands.text_values import read_ruler
 from ingest.calibration.phone_body import Phone
 

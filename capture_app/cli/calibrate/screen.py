@@ -7,7 +7,7 @@ import typer
 
 from capture_app.cli.console import output
 from capture_app.cli.derived import derived
-from capture_app.commands.calibrate.by_camera import ScreenWay
+from capture_app.commands.calibrate import ScreenWay
 from capture_app.commands.request import validated
 from omomo_core.errors import InputError
 
@@ -124,8 +124,7 @@ def learn_screen(way: ScreenWay, known: Path, file: Path) -> None:
     Raises:
         InputError: as `learned_pose`, or the file cannot be written.
     """
-    from capture_app.calibration.phones import need, phone_of
-    from capture_app.calibration.ways.by_camera import learned_pose
+    from capture_app.calibration.calibrate import learned_pose, need, phone_of
     from ingest.calibration.screen.shown import save_screen_pose
 
     pose = learned_pose(way, known)

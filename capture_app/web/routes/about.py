@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from capture_app.commands.export import Bones, ExportFormat
 from capture_app.exports.blender import has_blender
-from capture_app.exports.formats import FORMATS
+from capture_app.exports.export_formats import FORMATS
 from capture_app.web.limits import Limits
 from capture_app.web.problems import Refused
 from capture_app.web.routes.orders import RunOptions

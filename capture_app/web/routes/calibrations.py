@@ -4,9 +4,15 @@ from typing import Literal
 
 from pydantic import BaseModel
 
-from capture_app.commands.calibrate.by_camera import BoardWay, ScreenWay, TrackerWay
-from capture_app.commands.calibrate.by_phone import FloorWay, ScanWay, SessionWay
-from capture_app.commands.calibrate.way import Way
+from capture_app.commands.calibrate import (
+    BoardWay,
+    FloorWay,
+    ScanWay,
+    ScreenWay,
+    SessionWay,
+    TrackerWay,
+    Way,
+)
 from capture_app.commands.inputs import PLACE_EXAMPLE, with_example
 from capture_app.library_item import Name
 from capture_app.web.by_id import by_id

@@ -7,9 +7,8 @@ from typing import Any
 from fastapi import APIRouter
 
 from capture_app.commands.inputs import ItemKind
-from capture_app.library_item import FILES, Info
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
-from capture_app.summaries import mesh_summary, mount_summary
+from capture_app.library_item import FILES, Info, mesh_summary, mount_summary
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from capture_app.web.library.folders import keep_tree
 from capture_app.web.site import Here, Site
 

@@ -32,7 +32,7 @@ class Looked(BaseModel):
 @router.get("")
 def ways() -> dict[str, Any]:
     """What each way needs and what to do for it, step by step; and the boards there are to print."""
-    from capture_app.calibration.guide.recipes import RECIPES
+    from capture_app.calibration.guide_flow import RECIPES
 
     return {
         "ways": {

@@ -7,8 +7,7 @@ from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
 
 from capture_app.commands.inputs import ItemKind
-from capture_app.library_item import Info, Name
-from capture_app.summaries import mesh_summary
+from capture_app.library_item import Info, Name, mesh_summary
 from capture_app.web.in_use import refuse_in_use
 from capture_app.web.library.ids import Id
 from capture_app.web.library.library import SHELVES

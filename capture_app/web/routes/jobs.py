@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Body, Header, Query
 from pydantic import ConfigDict
 
-from capture_app.jobs.record import JobRecord, State
+from capture_app.jobs.job_record import JobRecord, State
 from capture_app.web.file_response import ResultFile, listed
 from capture_app.web.job_requests import to_order
 from capture_app.web.library.ids import Id, new_id

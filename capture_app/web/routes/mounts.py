@@ -9,9 +9,8 @@ import numpy as np
 from fastapi import APIRouter, Body
 from pydantic import BaseModel, ConfigDict, Field
 
-from capture_app.calibration.phones import phone_of
-from capture_app.library_item import FILES, Info, Name
-from capture_app.summaries import mount_summary
+from capture_app.calibration.calibrate import phone_of
+from capture_app.library_item import FILES, Info, Name, mount_summary
 from capture_app.web.library.ids import Id, new_id
 from capture_app.web.routes.items import LibraryItem, item
 from capture_app.web.sandbox import mounts

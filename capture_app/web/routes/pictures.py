@@ -8,8 +8,8 @@ from typing import Any
 from fastapi import APIRouter
 from fastapi.responses import FileResponse
 
+from capture_app.commands.inputs import MeshFile
 from capture_app.library_item import PICTURE
-from capture_app.mesh_file import MeshFile
 from capture_app.web.cache import key
 from capture_app.web.file_response import file_response
 from capture_app.web.library.ids import Id

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict
 
 from capture_app.commands.inputs import Sample
 from capture_app.commands.run import VIDEO
-from capture_app.jobs.record import OVER
+from capture_app.jobs.job_record import OVER
 from capture_app.library_item import Info
 from capture_app.manifest import CONTACTS, MANIFEST, Manifest, read_manifest
 from capture_app.web.cache import key

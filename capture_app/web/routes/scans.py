@@ -3,7 +3,7 @@
 from fastapi import APIRouter
 from fastapi.responses import FileResponse, HTMLResponse, Response
 
-from capture_app.scanning.folder import OUTLINE, VIEWS
+from capture_app.scanning.scan_folder import OUTLINE, VIEWS
 from capture_app.web.cache import key
 from capture_app.web.file_response import file_response, one_of
 from capture_app.web.guards.headers import REPORT

@@ -12,7 +12,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from capture_app.jobs.job_errors import FULL
+from capture_app.jobs.job_record import FULL
 from capture_app.web.sandbox.bounds import ProcessLimits, set_bounds
 from omomo_core.errors import InputError, OmocapError
 
@@ -20,7 +20,7 @@ log = logging.getLogger(__name__)
 
 _MOST_ANSWER = 64 * 2**20
 _READING = "capture_app.web.sandbox.work"
-_DRAWING = ("capture_app.replay.pack", "capture_app.posters")
+_DRAWING = ("capture_app.replay.scene_pack", "capture_app.posters")
 if sys.platform == "win32":
     _context = multiprocessing.get_context("spawn")
 else:

@@ -73,7 +73,7 @@ def screen_sheet(phone: str, target: Path) -> dict[str, Any]:
 
     from ingest.calibration.phone_body import phone_named
     from ingest.calibration.screen.shown import screen_picture
-    from render.stills import write_png
+    from render.video import write_png
 
     grey = screen_picture(phone_named(phone))
     write_png(target, np.repeat(grey[..., None], 3, axis=2))

@@ -6,13 +6,15 @@ from typing import Any, Literal
 
 import numpy as np
 
-from capture_app.calibration.guide.film import (
+from capture_app.calibration.guide_recordings import (
     filmed_board,
+    filmed_rest,
     filmed_then_clamped,
     photographed_boards,
+    rested_recording,
+    turned_recording,
 )
-from capture_app.calibration.guide.finding import Finding
-from capture_app.calibration.guide.recording import filmed_rest, rested_recording, turned_recording
+from capture_app.calibration.guide_steps import Finding
 from ingest.archive import is_archive, unpack
 from ingest.calibration.board.board_spec import Board, parse_board
 from ingest.calibration.hand_eye.to_mount import read_pose_log

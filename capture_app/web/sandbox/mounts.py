@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from capture_app.calibration.phones import need
-from capture_app.calibration.write_mount import write_mount
-from capture_app.mesh_file import MeshFile
+from capture_app.calibration.calibrate import need, write_mount
+from capture_app.commands.inputs import MeshFile
 from ingest.calibration.drawing import Drawn, Precision, body_mount, camera_mount
 from ingest.calibration.phone_body import Phone
 from ingest.calibration.picked_points import mount_from_pairs

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from capture_app.inspection import Inspection
-from ingest.report.take_checks import Check
+from ingest.report.take_report import Check
 from omomo_core.errors import OmocapError
 from omomo_core.motion import FPS
 

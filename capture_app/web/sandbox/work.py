@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from capture_app.inspection import Inspection, inspect_take
-from capture_app.report_page.page import report_page
+from capture_app.report_page import report_page
 from capture_app.web.page_words import all_in_page_words, in_page_words
 from capture_app.web.sandbox.report import own_motion, report_data
 from ingest.animated.detect import is_animation
 from ingest.formats.registry import check_is_session
 from ingest.mesh import load_mesh
 from ingest.mount_file import load_mount
-from ingest.report.take_checks import Check
+from ingest.report.take_report import Check
 from ingest.trajectory.trajectory_config import Reading
 from omomo_core.errors import InputError
 from omomo_core.whole_file import whole_file, write_whole
@@ -103,7 +103,7 @@ def pack_session_scene(seen: SessionInputs, scene: Path) -> dict[str, Any]:
     Raises:
         InputError: an input cannot be read at all.
     """
-    from capture_app.replay.pack import pack_session
+    from capture_app.replay.scene_pack import pack_session
 
     return _written(scene, pack_session(seen.inspect()))
 
@@ -114,7 +114,7 @@ def pack_object_scene(mesh: Path, scale: float, scene: Path) -> dict[str, Any]:
     Raises:
         InputError: as `load_mesh`.
     """
-    from capture_app.replay.pack import pack_object
+    from capture_app.replay.scene_pack import pack_object
 
     return _written(scene, pack_object(load_mesh(mesh, scale=scale)))
 
@@ -125,7 +125,7 @@ def pack_room_scene(source: Path, scene: Path) -> dict[str, Any]:
     Raises:
         InputError: as `room_view`.
     """
-    from capture_app.replay.pack import pack_object
+    from capture_app.replay.scene_pack import pack_object
     from ingest.scan.cut_surface import room_view
 
     return _written(scene, pack_object(room_view(source)))
@@ -137,7 +137,7 @@ def pack_mount_scene(mount: Path, mesh: Path, scale: float, scene: Path) -> dict
     Raises:
         InputError: as `load_mount` and `load_mesh`.
     """
-    from capture_app.replay.pack import pack_object
+    from capture_app.replay.scene_pack import pack_object
 
     known = load_mount(mount)
     metric = load_mesh(mesh, scale=scale * known.object_scale)
@@ -150,7 +150,7 @@ def pack_result_scene(result: Path, scene: Path) -> dict[str, Any]:
     Raises:
         InputError: as `load_result`.
     """
-    from capture_app.replay.pack import pack_result
+    from capture_app.replay.scene_pack import pack_result
     from capture_app.result import load_result
 
     pack = pack_result(load_result(result), words=all_in_page_words, film=False)
@@ -163,7 +163,7 @@ def pack_result_film(result: Path, film: Path) -> dict[str, Any]:
     Raises:
         InputError: as `load_result`.
     """
-    from capture_app.replay.pack import pack_film
+    from capture_app.replay.scene_pack import pack_film
     from capture_app.result import load_result
 
     return _written(film, pack_film(load_result(result)))
@@ -175,7 +175,7 @@ def share_result(result: Path, title: str, sample: int | None, page: Path) -> di
     Raises:
         InputError: as `load_result`, or "sample-missing".
     """
-    from capture_app.replay.pack import pack_result
+    from capture_app.replay.scene_pack import pack_result
     from capture_app.replay.share import share_page
     from capture_app.result import load_result
 

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from ingest.colmap import pycolmap
-from ingest.report.take_checks import Check
+from ingest.report.take_report import Check
 from ingest.scan.scan_types import Frame, View
 from ingest.uncertainty import skew
 from omomo_core.errors import InputError

@@ -20,7 +20,7 @@ from ingest.calibration.board.board_place import Reference, TagDetector, Tags
 from ingest.calibration.board.board_spec import MIN_CORNERS, Checkerboard
 from ingest.colmap import pycolmap
 from ingest.formats.still_images import load_millimetres
-from ingest.report.take_checks import Check
+from ingest.report.take_report import Check
 from ingest.scan.cameras.features import CameraOptions
 from ingest.scan.cameras.metric_scale import (
     Similarity,

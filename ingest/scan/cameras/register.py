@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ingest.colmap import pycolmap, read_model
-from ingest.report.take_checks import Check
+from ingest.report.take_report import Check
 from ingest.scan.cameras.features import (
     THREADS,
     CameraOptions,

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from capture_app.calibration.guide.recipes import RECIPES
-from capture_app.simulator.carried_box import box_mesh, clamped_phone
+from capture_app.calibration.guide_flow import RECIPES
+from capture_app.simulator.demo_take import box_mesh, clamped_phone
 from ingest.calibration.board.board_spec import PRESETS
 from ingest.calibration.drawing import body_of_camera
 from ingest.calibration.phone_body import phone_body, phone_named

@@ -135,7 +135,7 @@ def test_a_phone_is_learned_and_used(tmp_path: Path, monkeypatch: pytest.MonkeyP
         np.tile(T_camera_board, (2, 1, 1)), small, np.tile(T_camera_screen, (2, 1, 1)), small,
         np.eye(4), small[0],
     )  # fmt: skip
-    monkeypatch.setattr("capture_app.calibration.ways.by_camera.see", lambda *_: views)
+    monkeypatch.setattr("capture_app.calibration.calibrate.see", lambda *_: views)
     truth = np.eye(4)
     truth[:3, 3] = [0.04, -0.01, 0.006]
     from ingest.mount_file import save_mount

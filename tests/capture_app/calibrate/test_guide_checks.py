@@ -9,16 +9,17 @@ import cv2
 import numpy as np
 import pytest
 
-from capture_app.calibration.guide.film import filmed_board, filmed_by_phone, photographed_boards
-from capture_app.calibration.guide.placement import off_surface, where_it_sits
-from capture_app.calibration.guide.prompt import as_path
-from capture_app.calibration.guide.recording import (
+from capture_app.calibration.guide_recordings import (
+    filmed_board,
+    filmed_by_phone,
     filmed_rest,
+    photographed_boards,
     pictured_recording,
     rested_recording,
     turned_recording,
 )
-from capture_app.simulator.carried_box import box_mesh, clamped_phone
+from capture_app.calibration.guide_steps import as_path, off_surface, where_it_sits
+from capture_app.simulator.demo_take import box_mesh, clamped_phone
 from capture_app.simulator.phone import simulate
 from capture_app.simulator.wiggle import Wiggle, wiggle_motion
 from ingest.calibration.board.board_spec import PRESETS, Board

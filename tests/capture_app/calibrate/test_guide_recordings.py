@@ -8,9 +8,8 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.carried_box import clamped_phone
+from capture_app.simulator.demo_take import clamped_phone, write_recording
 from capture_app.simulator.phone import simulate
-from capture_app.simulator.recording import write_recording
 from capture_app.simulator.wiggle import Wiggle, wiggle_motion
 from ingest.mount_file import load_mount
 from ingest.uncertainty import between, bounds_95

@@ -13,11 +13,8 @@ from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
 from capture_app.cli.compare import compare
-from capture_app.comparison.align import place, same_object
-from capture_app.comparison.arrange import compared
-from capture_app.comparison.choice import choice
-from capture_app.comparison.load import load_motions
-from capture_app.comparison.motion import Motion, moved, stretch
+from capture_app.comparison.arrange import compared, place, same_object
+from capture_app.comparison.compared_motions import Motion, choice, load_motions, moved, stretch
 from omomo_core.errors import InputError
 from omomo_core.learning.recordings.clips import Clip, save_clips
 from tests.video_frames import read_frames

@@ -9,7 +9,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from stand_in import KIND
 
 from capture_app.jobs import __main__ as process
-from capture_app.jobs.kinds import KINDS
+from capture_app.jobs.job_kinds import KINDS
 from capture_app.jobs.worker import Tempo, work
 
 TEMPO = Tempo(

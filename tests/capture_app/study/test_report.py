@@ -8,9 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from capture_app.study.analysis import analyse
-from capture_app.study.design import Plan
-from capture_app.study.report import write_report
+from capture_app.study.study_design import Plan
+from capture_app.study.study_report import analyse, write_report
 from omomo_core.errors import InputError
 
 from .conftest import Crowd, make_key

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from safetensors.numpy import save_file
 
-from capture_app.tables.methods import METHODS
+from capture_app.tables.table_methods import METHODS
 from omomo_core.errors import InputError
 from omomo_core.learning.evaluation.clips import RealClip
 from omomo_core.learning.evaluation.methods import EvaluatedMethod, RecordedPeople

@@ -12,9 +12,8 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from capture_app.jobs.fleet import Fleet
-from capture_app.simulator.carried_box import box_mesh, clamped_phone
+from capture_app.simulator.demo_take import box_mesh, clamped_phone, write_recording
 from capture_app.simulator.phone import simulate
-from capture_app.simulator.recording import write_recording
 from capture_app.simulator.wiggle import Wiggle, wiggle_motion
 from capture_app.web.site import Site
 from ingest.formats import scanner_3d
