@@ -8,7 +8,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat,
 from capture_app.commands.inputs import FromLibrary, LogFormat, OptionName, ShortText
 from capture_app.commands.request import ItemRequest, place_of
 from capture_app.commands.text_values import read_box, read_point
-from ingest.scan.scan_types import PICTURES, VERTICES, Method, Symmetry, Unit, Up
+from ingest.scan.scan_choices import PICTURES, VERTICES, Method, Symmetry, Unit, Up
 
 if TYPE_CHECKING:
     from ingest.scan.cameras.features import CameraOptions

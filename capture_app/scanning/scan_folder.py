@@ -9,7 +9,7 @@ import shutil
 from capture_app.commands.scan import ScanRequest
 from ingest.report.inspect import REPORT_DATA, REPORT_PAGE
 from ingest.scan.clean_mesh import FORMATS
-from ingest.scan.scan_types import DRAFT_PICTURES
+from ingest.scan.scan_choices import DRAFT_PICTURES
 from omomo_core.errors import InputError
 from omomo_core.whole_file import check_target, write_whole
 

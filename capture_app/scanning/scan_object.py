@@ -27,17 +27,10 @@ from ingest.scan.frames import pick_frames
 from ingest.scan.mesh_sources import APP, read_scan_mesh, room_depth, room_file
 from ingest.scan.region import aim_at, check_logged_aim, find_region
 from ingest.scan.room_parts import has_floor, read_room, read_room_of_session
+from ingest.scan.scan_choices import DRAFT, DRAFT_PICTURES, WHOLE
 from ingest.scan.scan_quality import ScanReport, inspect_ready, inspect_scan, one_sided
 from ingest.scan.scan_sources import mesh_in, read_source
-from ingest.scan.scan_types import (
-    DRAFT,
-    DRAFT_PICTURES,
-    WHOLE,
-    Frames,
-    Region,
-    Registered,
-    ScanSource,
-)
+from ingest.scan.scan_types import Frames, Region, Registered, ScanSource
 from ingest.scan.scanned_object import ScannedObject, to_height, write_object_model
 from ingest.scan.silhouettes import Mask, find_silhouettes
 from ingest.scan.texture_atlas import add_texture

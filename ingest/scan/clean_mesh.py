@@ -20,7 +20,8 @@ from trimesh.visual.material import PBRMaterial
 
 from ingest.axes import T_ZUP_ARKIT
 from ingest.report.take_report import Check, graded
-from ingest.scan.scan_types import VERTICES, Region, ScanMesh
+from ingest.scan.scan_choices import VERTICES
+from ingest.scan.scan_types import Region, ScanMesh
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import Texture

@@ -17,8 +17,8 @@ from scipy.ndimage import median_filter
 
 from ingest.formats.still_images import picture_size, save_millimetres
 from ingest.report.take_report import Check
+from ingest.scan.scan_choices import PICTURES
 from ingest.scan.scan_types import (
-    PICTURES,
     Colours,
     Frame,
     Frames,

@@ -40,7 +40,8 @@ from ingest.report.take_report import Check
 from ingest.scan.dense.depth_maps import sparse_ratios
 from ingest.scan.dense.stereo import DepthMap, DepthMaps, matrix_for, pixel_rays
 from ingest.scan.frames import Stills
-from ingest.scan.scan_types import Frame, Registered, ScanMesh, ScanSource, Unit, Up
+from ingest.scan.scan_choices import Unit, Up
+from ingest.scan.scan_types import Frame, Registered, ScanMesh, ScanSource
 from ingest.usd import open_stage, pxr, reading_usd, triangles_of
 from omomo_core.errors import InputError
 from omomo_core.motion import Texture

@@ -21,7 +21,7 @@ from ingest.mesh_texture import BaseColour
 from ingest.report.take_report import Check
 from ingest.scan.mesh_sources import METRES, STATES_UP, FilePart, read_parts
 from ingest.scan.region import floor_frame
-from ingest.scan.scan_types import Unit, Up
+from ingest.scan.scan_choices import Unit, Up
 from omomo_core.errors import InputError
 
 LEVEL = np.radians(15)

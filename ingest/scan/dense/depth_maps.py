@@ -24,7 +24,8 @@ from ingest.scan.dense.stereo import (
     stereo_maps,
 )
 from ingest.scan.region import Aim
-from ingest.scan.scan_types import WHOLE, Measured, Progress, Registered, View, no_progress
+from ingest.scan.scan_choices import WHOLE, Measured
+from ingest.scan.scan_types import Progress, Registered, View, no_progress
 from omomo_core.errors import InputError
 
 _MIXED = 0.06
