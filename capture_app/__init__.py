@@ -112,7 +112,7 @@ _MODULES = {
     "omomo_core.motion": ("HumanMotion", "ObjectMesh", "ObjectMotion"),
     "omomo_core.weights.load": ("load_stages",),
 }
-"""Where each name stands; the imports above say the same to who checks types."""
+"""Module of each name; the imports above say the same to type checkers."""
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
 if not TYPE_CHECKING:  # A type checker would take any name for one of ours.

@@ -64,7 +64,7 @@ def info_of(name: str, folder: Path, facts: dict[str, Any]) -> Info:
 
 
 def mesh_summary(path: Path, scale: float) -> dict[str, Any]:
-    """Of an object, as JSON; `scale` brings its mesh to metres.
+    """Return the summary of an object as JSON; `scale` brings its mesh to metres.
 
     Raises:
         InputError: as `load_mesh`.
@@ -81,7 +81,7 @@ def mesh_summary(path: Path, scale: float) -> dict[str, Any]:
 
 
 def mount_summary(path: Path) -> dict[str, Any]:
-    """Of a mount, as JSON.
+    """Return the summary of a mount as JSON.
 
     Raises:
         InputError: as `load_mount`.

@@ -35,7 +35,7 @@ class Input(_Record):
 
     role: Literal["session", "object", "mount", "body", "contacts"]
     path: str
-    """As the user gave it."""
+    """Path as the user gave it."""
     sha256: str
 
 
@@ -51,7 +51,7 @@ class Segment(_Record):
 
 
 class FloorRecord(_Record):
-    """Where the floor is in the recording."""
+    """The floor of the recording."""
 
     height: float
     """Metres along the up axis of the session's own world."""
@@ -59,12 +59,12 @@ class FloorRecord(_Record):
 
 
 class Correction(_Record):
-    """Where a result comes from whose contacts were corrected."""
+    """The origin of a result whose contacts were corrected."""
 
     result: str
     """The folder, as the user gave it."""
     manifest_sha256: str
-    """Of its manifest.json."""
+    """SHA-256 of its manifest.json."""
     sample: int
     """Index of the sample that was corrected."""
     contacts: str

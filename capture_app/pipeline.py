@@ -45,7 +45,7 @@ class _Marked(NamedTuple):
     vertices: Float64[np.ndarray, "verts 3"]
     normals: Float64[np.ndarray, "verts 3"]
     invented: Bool[np.ndarray, " verts"]
-    """Where no picture shows the surface."""
+    """True where no picture shows the surface."""
 
 
 def invented_notes(
@@ -196,9 +196,9 @@ class StagedRun(StagedResult[RunRequest]):
 
     @property
     def has_contacts(self) -> bool:
-        """Not by the published rule."""
+        """Whether contacts are segments, not those of the published rule."""
         return self.request.has_segments
 
     def manifest(self, files: tuple[str, ...]) -> Manifest:
-        """Of this run."""
+        """Return the manifest of this run."""
         return run_manifest(self.request, self.prepared, self.sample, self.clock.seconds, files)

@@ -56,7 +56,7 @@ UPRIGHT = 0.3
 def start_position(
     request: RunRequest, motion: ObjectMotion, mount: Mount, segment: Segment
 ) -> Place | None:
-    """Where somebody stood; None where it is not said.
+    """Return the place where somebody stood; None where it is not said.
 
     Args:
         request: `stood` says it, as a place or as "phone", before the phone's screen.
@@ -113,7 +113,7 @@ def _check_phone(request: RunRequest, segment: Segment) -> None:
 def _before_screen(
     mount: Mount, motion: ObjectMotion, points: Float[np.ndarray, "points 3"]
 ) -> Place:
-    """As near before the phone's screen as the object lets somebody stand."""
+    """Return the place before the phone's screen that is as near as the object lets somebody stand."""
     T_world_phone = motion.T_world_object[0] @ np.linalg.inv(mount.T_phone_object)
     toward = T_world_phone[:2, 2]
     if np.linalg.norm(toward) < UPRIGHT:
@@ -142,7 +142,7 @@ def _before_screen(
 def _clear(
     places: Float[np.ndarray, "places 2"], motion: ObjectMotion
 ) -> Bool[np.ndarray, " places"]:
-    """Where a post as high as HEAD is outside the object as the take begins."""
+    """Return the mask of places at which a post as high as HEAD is outside the object as the take begins."""
     height = np.arange(0, HEAD, NEAREST)
     posts = np.concatenate(
         [np.repeat(places, len(height), axis=0), np.tile(height, len(places))[:, None]], axis=1
@@ -170,11 +170,11 @@ class PreparedTake:
     take: ObjectTake | AnimatedTake
     segment: Segment
     mount: Mount
-    """Of the phone; where there is none, the identity."""
+    """Mount of the phone; where there is none, the identity."""
     contacts: tuple[ContactSpan, ...] | None
     """What each hand holds, where that is given."""
     stood: Place | None
-    """Where the person stood, where that is given."""
+    """Place where the person stood, if it is given."""
     body: BodyModel
     stages: Stages
     verdict: Verdict | None

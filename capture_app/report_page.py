@@ -129,7 +129,7 @@ footer { margin-top:2.5rem; color:var(--quiet); font-size:.85rem; }
 
 _WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 720.0, 48.0, 14.0, 26.0, 28.0
 _MAX_POINTS = 1500
-"""Of a curve: more than the pixels of a screen are not seen."""
+"""Most points of a curve: more than the pixels of a screen are not seen."""
 _TICKS = 6
 
 
@@ -217,7 +217,7 @@ def _frame(plot: Plot) -> _Frame:
 
 
 def _range(values: Float64[np.ndarray, " points"], least: float) -> tuple[float, float]:
-    """Of the finite values, with a little room; down to zero where that is near."""
+    """Return the range of the finite values with a little room; it reaches zero where that is near."""
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     low = 0.0 if 0 <= low < 0.5 * high else low

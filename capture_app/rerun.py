@@ -50,7 +50,7 @@ def _check_config(manifest: Manifest) -> None:
 
 
 def unchanged(item: Input) -> Path:
-    """Where an input is.
+    """Return the path of an input.
 
     Raises:
         InputError: it is not there any more, or not what it was.

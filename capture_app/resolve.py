@@ -113,7 +113,7 @@ class StagedCorrection(StagedResult[ResolveRequest]):
         return True
 
     def manifest(self, files: tuple[str, ...]) -> Manifest:
-        """Of the new result."""
+        """Return the manifest of the new result."""
         timings = self.clock.seconds
         return correction_manifest(
             self.request, self._before, self._index, self.sample, timings, files

@@ -204,7 +204,7 @@ class StagedResult(ABC, Generic[Request]):
 
     @abstractmethod
     def manifest(self, files: tuple[str, ...]) -> Manifest:
-        """Of the result."""
+        """Return the manifest of the result."""
 
     @cached_property
     def sample(self) -> GeneratedSample:

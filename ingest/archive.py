@@ -112,7 +112,7 @@ class Inventory:
         self._is_file: dict[str, bool] = {}
 
     def admit(self, member: Member) -> Path | None:
-        """Where the member goes, relative to the folder; None for what is not unpacked.
+        """Return the member's path relative to the folder; None for what is not unpacked.
 
         Raises:
             InputError: "archive-too-many-entries", "archive-path", "archive-link",
@@ -329,7 +329,7 @@ def _padded(size: int) -> int:
 
 
 _DIRECTORY_BYTES = 320 * MAX_ENTRIES
-"""Of the whole table: 46 bytes, a name and some extras for each entry."""
+"""Directory bytes of the whole table: 46 bytes, a name and some extras for each entry."""
 _END = struct.Struct("<4s4H2LH")
 _END64 = struct.Struct("<4sQ2H2L4Q")
 _LOCATOR = struct.Struct("<4sLQL")
@@ -401,7 +401,7 @@ def _bound_directory(file: IO[bytes], path: Path) -> None:
 
 
 def _find_directory(file: IO[bytes], path: Path) -> tuple[int, int, int]:
-    """Where the table of contents starts, its size in bytes, and how many entries it claims."""
+    """Return the offset of the table of contents, its size in bytes, and how many entries it claims."""
     length = file.seek(0, 2)
     file.seek(max(0, length - _END.size - 0xFFFF - _LOCATOR.size - _END64.size))
     tail_start, tail = file.tell(), file.read()
@@ -422,7 +422,7 @@ def _find_directory(file: IO[bytes], path: Path) -> tuple[int, int, int]:
 
 
 def _end_record(tail: bytes) -> int:
-    """Where the end record stands: at the very end, or before a comment."""
+    """Return the offset of the end record, which stands at the very end or before a comment."""
     last = len(tail) - _END.size
     if tail.startswith(b"PK\x05\x06", max(last, 0)) and tail.endswith(b"\0\0"):
         return last

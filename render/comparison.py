@@ -193,7 +193,7 @@ def views(
     backend: Backend = "auto",
     samples: int = 0,
 ) -> Iterator[list[Picture]]:
-    """For each tick, a picture of every contender alone, all from the same camera.
+    """Yield a picture of every contender alone for each tick, all from the same camera.
 
     Args:
         contenders: in one world, on one clock.

@@ -32,7 +32,7 @@ class PlateStyle:
     """How a comparison is drawn."""
 
     width: int = 480
-    """Of one contender's picture, pixels."""
+    """Width of one contender's picture, pixels."""
     height: int = 360
     columns: int | None = None
     """Contenders side by side; 1 stacks them. None: up to four in a row, then a square."""

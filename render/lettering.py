@@ -169,7 +169,7 @@ class Strip:
     foot: int
     """Pixel row below the lanes."""
     frames: int
-    """Of the clock."""
+    """Frames of the clock."""
 
     def column(self, frame: float | int) -> int:
         """Pixel column at which a frame begins."""

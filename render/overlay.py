@@ -22,7 +22,7 @@ from render.scene import Color, Drawable, Light, Scene
 from render.video import ahead
 
 _ROUNDS, _DONE = 30, 1e-5
-"""Of going back; a hundredth of a pixel is nothing."""
+"""Most rounds of going back, and its tolerance; a hundredth of a pixel is nothing."""
 
 Distort = Callable[[Float[np.ndarray, "n 2"]], Float[np.ndarray, "n 2"]]
 """Maps directions x/z, y/z (x right, y down) to where the lens shows them."""
@@ -152,7 +152,7 @@ class OverlayStyle:
     """The object: drawn over the real one, as its outline, or not at all. In any case it hides what
     is behind it."""
     opacity: float = 1.0
-    """Of what is drawn, 0 to 1."""
+    """Opacity of what is drawn, 0 to 1."""
     wipe: bool = False
     """A line that goes to and fro: on its left the film as it is."""
     turns: int = 0

@@ -45,7 +45,7 @@ class Light:
     """One sun and the glow of the sky; level ground in the sun shows its own colour unchanged."""
 
     azimuth: float = -1.0
-    """Where the sun stands, counter-clockwise from +x, radians."""
+    """Azimuth of the sun, counter-clockwise from +x, radians."""
     elevation: float = 0.9
     sky: float = 0.68
     """Light on a surface facing up in the shadow, 0 to 1."""

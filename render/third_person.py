@@ -35,7 +35,7 @@ _CROWN = 0.22
 """Metres from the head joint to the top of the hair."""
 
 _PATCH_RADIUS, _PATCH_THICKNESS = 0.042, 0.004
-"""Of a contact patch, metres."""
+"""Radius and thickness of a contact patch, metres."""
 
 
 def frames(
@@ -145,7 +145,7 @@ def subject(
 
 
 def facing(human: HumanMotion) -> Float[np.ndarray, "frames 2"]:
-    """Where the person faces, world x y, of any length."""
+    """Return the direction in which the person faces, world x y, of any length."""
     return human.rotations[:, joint("pelvis"), :2, 2]  # the body faces +z at rest
 
 

@@ -102,7 +102,7 @@ def need(phone: Phone | None) -> Phone:
 
 
 def by_board(way: BoardWay, progress: Progress) -> Mount:
-    """By the film of a board on the object; progress is called with the stage "board".
+    """Return the mount by a film of a board on the object; progress is called with the stage "board".
 
     Raises:
         InputError: of what is read, of the track, and of `calibrate_by_board`.
@@ -115,7 +115,7 @@ def by_board(way: BoardWay, progress: Progress) -> Mount:
 
 
 def _track(way: BoardWay, board: Board | Checkerboard, progress: Progress) -> BoardTrack:
-    """By what the film is: a second phone's session brings its own intrinsics and poses."""
+    """Return the board's track in the film; a second phone's session brings its own intrinsics and poses."""
     known = load_camera(way.camera) if way.camera else None
     film = way.film
     video = film.is_file() and not is_archive(film)
@@ -125,7 +125,7 @@ def _track(way: BoardWay, board: Board | Checkerboard, progress: Progress) -> Bo
 
 
 def by_tracker(way: TrackerWay) -> Mount:
-    """By the log of a tracker that followed the same motion.
+    """Return the mount by the log of a tracker that followed the same motion.
 
     Raises:
         InputError: of what is read, and of `calibrate_by_motion`.
@@ -191,12 +191,12 @@ def see(way: ScreenWay, shown: Board) -> ScreenViews:
 
 
 def _photos(path: Path) -> Iterator[Photo]:
-    """Of a folder, or of an archive of one."""
+    """Return the photos of a folder, or of an archive of one."""
     return photos(unpack(path) if path.is_file() and is_archive(path) else path)
 
 
 def by_session(way: SessionWay, progress: Progress) -> Mount:
-    """By one recording in which the object is seen first and the phone clamped afterwards.
+    """Return the mount by one recording in which the object is filmed first and the phone clamped afterwards.
 
     Raises:
         InputError: those of what is read, and of `session_mount`.
@@ -210,7 +210,7 @@ def by_session(way: SessionWay, progress: Progress) -> Mount:
 def _placed(
     way: SessionWay, log: CaptureSession, mesh: ObjectMesh, before: float, progress: Progress
 ) -> ObjectPlacement:
-    """Where the object stood until the clamped phone stood still, seconds on the log's clock."""
+    """Return the end of the object's rest under the clamped phone, seconds on the log's clock."""
     if way.object_pose is not None:
         pose = load_pose(way.object_pose)
         return placed_by_hand(log, mesh, pose, before, str(way.object_pose))
@@ -224,7 +224,7 @@ def _placed(
 
 
 def by_scan(way: ScanWay, progress: Progress) -> Mount:
-    """By the clamped phone's pictures found in a scan; progress is called with the stage "localise".
+    """Return the mount by the phone's pictures in a scan; progress is called with the stage "localise".
 
     Raises:
         InputError: "scan-missing", those of what is read, and of `scan_mount`.

@@ -114,7 +114,7 @@ def _kept(prompt: Prompt, state: GuideState, pairs: Sequence[PointPair]) -> Path
 
 
 def _typed_points(prompt: Prompt) -> Path | list[PointPair]:
-    """As many as the person knows, of the points that have names; or a file."""
+    """Return the named points whose places the person knows, or those of a file."""
     prompt.tell(
         f"{AXES} To click the points on the mesh, open the page instead (omocap serve). Enter skips a "
         "point that you cannot reach; the word done ends the list. You may also give a file of pairs (CSV "
@@ -367,7 +367,7 @@ def _faces_inwards(mesh: ObjectMesh, board: Board, fit: BoardPlace) -> bool:
 
 
 def place(option: str) -> GuideStep:
-    """Where the board is, by an option of that name."""
+    """The board's place, given by the option of that name."""
     return GuideStep(
         "Where the board is on the object",
         (

@@ -48,7 +48,7 @@ _MOST_POSES = 600
 
 
 def turned_recording(session: CaptureSession) -> Finding:
-    """For a motion that another camera or tracker followed too.
+    """Judge the recording of a motion that another camera or tracker followed, too.
 
     Raises:
         InputError: "rate-too-low", "calibration-tracking" or "calibration-turns".
@@ -72,7 +72,7 @@ def turned_recording(session: CaptureSession) -> Finding:
 
 
 def turns_of(stream: PoseStream) -> Finding:
-    """By how much the phone turned, and about how many directions."""
+    """Return by how much the phone turned, and about how many directions."""
     R = Rotation.from_matrix(stream.T[:: max(1, len(stream.T) // _MOST_POSES), :3, :3])
     vectors = (R.mean().inv() * R).as_rotvec()
     axes = np.linalg.svd(vectors - vectors.mean(axis=0), full_matrices=False)[2]
@@ -93,7 +93,7 @@ def turns_of(stream: PoseStream) -> Finding:
 
 
 def rested_recording(session: CaptureSession) -> Finding:
-    """For a phone that was clamped while the log ran, with the object standing still.
+    """Judge the recording of a phone that was clamped while the log ran and the object stood still.
 
     Raises:
         InputError: "rate-too-low" or "no-still".
@@ -102,7 +102,7 @@ def rested_recording(session: CaptureSession) -> Finding:
 
 
 def filmed_rest(session: CaptureSession) -> Finding:
-    """For a clamped phone whose pictures at rest are looked for in a scan.
+    """Judge the recording of a clamped phone whose pictures at rest are looked for in a scan.
 
     Raises:
         InputError: "rate-too-low", "no-still", "scan-no-pictures" or "scan-no-camera".
@@ -115,7 +115,7 @@ def filmed_rest(session: CaptureSession) -> Finding:
 
 
 def pictured_recording(session: CaptureSession) -> Finding:
-    """For a phone that filmed a board before it was clamped.
+    """Judge the recording of a phone that filmed a board before it was clamped.
 
     Raises:
         InputError: of `rested_recording`, "no-intrinsics" or "no-video".
@@ -258,7 +258,7 @@ def _seen(
 
 
 def _told(corners: list[int], board: Board, picture: Grey, often: float) -> Finding:
-    """Of the corners found in each picture; none where there were too few of them."""
+    """Return the positions of the corners in each picture; none where there were too few of them."""
     shown = sum(count > 0 for count in corners)
     part = sum(corners) / shown / len(board.corners)
     counts = (

@@ -1,4 +1,4 @@
-"""Where a mount puts the phone on the object, in words that a look at the clamp can check.
+"""The steps of a guided calibration, the prompt that asks for them, and what a mount says in words.
 
 Step and Recipe: what a person does for one way of calibrating, and what is known so far.
 
@@ -149,7 +149,7 @@ class Prompt:
         return as_path(self.ask(question, str(default) if default else None))
 
     def maybe_path(self, question: str) -> Path | None:
-        """As `path`; nothing where the answer is empty."""
+        """Ask for a path as `path` does; nothing where the answer is empty."""
         answer = self.ask(question, "")
         return as_path(answer) if answer else None
 
@@ -194,7 +194,7 @@ def _complete_paths() -> None:
 
 
 Words = list[str]
-"""Of a command line."""
+"""Words of a command line."""
 
 
 @dataclass
@@ -202,7 +202,7 @@ class GuideState:
     """What the steps so far have found; later steps, and later ways, build on it."""
 
     folder: Path
-    """For what the guide writes."""
+    """Folder for what the guide writes."""
     run: Callable[[Sequence[str]], None]
     """Runs a command of `omocap calibrate`."""
     mesh_file: Path | None = None

@@ -1,4 +1,4 @@
-"""Where the command line writes: results to stdout, progress and problems to stderr.
+"""The consoles of the command line: results go to stdout, progress and problems to stderr.
 
 Progress of long work on stderr: bars on a terminal, one line a minute in a log.
 """

@@ -64,7 +64,7 @@ def _estimate(request: ScanRequest) -> None:
 
 
 def _show(made: "ObjectScan") -> None:
-    """Where everything is, and what the user should know about it."""
+    """Print the paths of what was made, and what the user should know about it."""
     from ingest.report.inspect import REPORT_PAGE
 
     request, report, mesh = made.request, made.report, made.cleaned.mesh

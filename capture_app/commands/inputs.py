@@ -52,7 +52,7 @@ class PlacePoint(BaseModel):
 
 
 class BoardPlacement(BaseModel):
-    """Where a board is on the object."""
+    """The place of a board on the object."""
 
     model_config = with_example(**PLACE_EXAMPLE)
 

@@ -30,7 +30,7 @@ class Request(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     KIND: ClassVar[str]
-    """Of the job that does it, see `capture_app.jobs.kinds`."""
+    """Kind of the job that does it; see `capture_app.jobs.job_kinds`."""
     READS: ClassVar[tuple[str, ...]] = ()
     """Fields that are paths of inputs."""
 

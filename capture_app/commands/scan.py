@@ -166,7 +166,7 @@ class ScanOptions(BaseModel):
 
     @property
     def given_box(self) -> "GivenBox | None":
-        """Where the object is, if it is not to be found."""
+        """The box of the object, if it is not to be found."""
         import numpy as np
 
         from ingest.scan.region import GivenBox

@@ -34,7 +34,7 @@ _COMMON = 0.8
 
 @dataclass(frozen=True)
 class Placement:
-    """Where another motion belongs."""
+    """The place and time at which another motion belongs."""
 
     begin: int
     """Frame of the first motion at which it begins; may be negative."""
@@ -53,7 +53,7 @@ def same_object(a: ObjectMesh, b: ObjectMesh) -> bool:
 
 
 def place(first: ObjectMotion, other: ObjectMotion) -> Placement:
-    """Where `other` fits `first` best.
+    """Return the placement at which `other` fits `first` best.
 
     The clock is shifted to where the heights of the object's corners and its speed along the floor
     agree best: neither depends on where the axes of a world point. Then the world is turned about
@@ -232,7 +232,7 @@ class Comparison:
 
     contenders: tuple[Contender, ...]
     figures: tuple[Figures, ...]
-    """Of each contender: see `capture_app.comparison.arrange.MEASURES`."""
+    """Figures of each contender: see `capture_app.comparison.arrange.MEASURES`."""
     notes: tuple[str, ...]
     """How lengths, clocks and places were made to fit, in sentences."""
 
@@ -355,7 +355,7 @@ def _notes(first: PlacedMotion, other: PlacedMotion) -> list[str]:
 
 
 def _ends(first: PlacedMotion, other: PlacedMotion) -> list[str]:
-    """Where the two do not begin or end together."""
+    """Return notes on motions that do not begin or end together."""
     a, b = first.motion.label, other.motion.label
     begin = other.placement.begin
     notes: list[str] = []

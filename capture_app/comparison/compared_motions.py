@@ -275,7 +275,7 @@ def _which(choice: Choice, clips: Sequence[Clip]) -> int:
 
 
 def _distinct(motions: Sequence[Motion], given: Sequence[str]) -> list[Motion]:
-    """Where labels are the same, the paths as given; where even they are, a number is added."""
+    """Return labels that differ: paths where names are the same, and numbers where even paths are."""
     labels = [m.label for m in motions]
     if len(given) == len(motions):
         labels = [

@@ -145,7 +145,7 @@ def _beside(path: Path, to: ExportFormat, take: Take) -> tuple[Path, ...]:
 
 
 def object_file(path: Path) -> Path:
-    """Where the object's BVH goes: beside the person's."""
+    """Return the path of the object's BVH, which lies beside the person's."""
     return path.with_name(f"{path.stem}_object{path.suffix}")
 
 

@@ -137,7 +137,7 @@ def pose(
     hips: Float[np.ndarray, "frames 3"],
     rotations: Float[np.ndarray, "frames joints 3 3"],
 ) -> Float[np.ndarray, "frames joints 3"]:
-    """Where the joints are, from the hips and every joint's rotation, metres.
+    """Return the joints' positions, from the hips and every joint's rotation, metres.
 
     Joints that the hips hang on go along over the floor, so that a program that takes a character's
     way from its first joint finds it there.

@@ -111,7 +111,7 @@ class GlbBuffer:
 
 BLUE = (0.16, 0.33, 0.55)
 ORANGE = (0.85, 0.36, 0.10)
-"""Of the person and of the object, linear."""
+"""Colours of the person and of the object, linear RGB."""
 _BODY_MATERIAL, _OBJECT_MATERIAL = 0, 1
 
 

@@ -51,7 +51,7 @@ _LIMBS = {
 """Joints that drive one straight bone, and the end of that bone."""
 _FEET = {f"{side}_ankle": f"{side}_foot" for side in ("left", "right")}
 _TRUNK = ("collar", "hip", "ankle")
-"""Where turns of the joint above end: these keep their own attitude at rest."""
+"""Joints at which turns of the joint above end: these keep their own attitude at rest."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ def _placed(
     driven: Int[np.ndarray, "52"],
     leg: float,
 ) -> Float[np.ndarray, "3"]:
-    """Where a joint is in the T-pose."""
+    """Return the position of a joint in the T-pose."""
     parent, name = ALL_PARENTS[j], ALL_JOINTS[j]
     above = int(driven[parent])
     if name in theirs:
@@ -290,7 +290,7 @@ def _target_rotations(
 def _ankles(
     human: HumanMotion, body: BodyModel, fitted: BodyModel, R: _Turns, toe_height: float
 ) -> Float[np.ndarray, "frames 2 3"]:
-    """Where ankles must be for the toes to be where ours are: flat and rolling feet stand still."""
+    """Return the ankles that put the toes where ours are: flat and rolling feet stand still."""
     level = float(body.rest_joints[TOES[0], 1] - body.vertices[:, 1].min())
     rest = fitted.rest_joints.double().numpy()
     out = np.zeros((len(R), 2, 3))

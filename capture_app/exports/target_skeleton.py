@@ -28,7 +28,7 @@ NEEDED = ("pelvis", "head", *(f"{side}_{part}" for side in ("left", "right") for
 _SOLE = 0.034
 """Height of the lowest joint of a foot over the sole, as a part of the leg's length."""
 _ON_FLOOR = 0.25
-"""Of the leg's length: a lowest joint that near above the file's origin stands on its floor."""
+"""Part of the leg's length: a lowest joint that near above the file's origin stands on its floor."""
 
 
 @dataclass(frozen=True)

@@ -132,7 +132,7 @@ def _body(stage: Any, path: str, skeleton: Any, take: Take) -> None:
 
 
 def _extent(person: Any, take: Take) -> None:
-    """Where the person is over the whole take, generously, for programs that cull."""
+    """Return a generous box around the person over the whole take, for programs that cull."""
     reach = np.ptp(take.skin.vertices, axis=0).max() / 2
     low, high = take.positions.min(axis=(0, 1)) - reach, take.positions.max(axis=(0, 1)) + reach
     person.CreateExtentAttr(_vectors(np.stack([low, high])))

@@ -67,7 +67,7 @@ _DRIVERS = {
     "postgres": "postgresql+psycopg",
 }
 _LOCK = 0x6F6D6F63
-"""Of the advisory lock under which PostgreSQL's tables are made."""
+"""Number of the advisory lock under which PostgreSQL's tables are made."""
 
 
 class Database:

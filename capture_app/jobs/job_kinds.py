@@ -42,7 +42,7 @@ class Attempt:
     """One go at a job, by one worker; it may be the continuation of an earlier one's."""
 
     id: str
-    """Of the job."""
+    """Id of the job."""
     progress: Progress
     """To be told often; raises when the job is cancelled."""
     say: Callable[[str], None]
@@ -110,7 +110,7 @@ class FileJob:
 
     @property
     def timings(self) -> Mapping[str, float]:
-        """Of this attempt, which does everything again."""
+        """Seconds of each stage of this attempt, which does everything again."""
         return {self._stage: round(time.perf_counter() - self._begin, 3)}
 
     def settle(self) -> None:
@@ -199,7 +199,7 @@ class ItemJob:
 
     @property
     def timings(self) -> Mapping[str, float]:
-        """By stage of the progress."""
+        """Seconds of each stage of the progress."""
         return self._clock.seconds
 
     def settle(self) -> None:
@@ -300,7 +300,7 @@ class FolderJob:
 
     @property
     def timings(self) -> Mapping[str, float]:
-        """As the manifest has them."""
+        """Seconds of each stage, as the manifest has them."""
         return self.staged.clock.seconds
 
     def settle(self) -> None:
@@ -381,4 +381,4 @@ KINDS: dict[str, JobKind] = {
     kind.order.KIND: kind
     for kind in (RUN, RESOLVE, RENDER, EXPORT, OVERLAY, COMPARE, CALIBRATE, SCAN)
 }
-"""By the kind of their requests."""
+"""Kinds of jobs by the kind of their requests."""

@@ -53,12 +53,12 @@ class JobRecord(_Frozen):
     """16 lower-case hex digits."""
     kind: str
     name: str
-    """As its owner calls it."""
+    """Name that its owner gave it."""
     state: State
     stage: str
     """What it is at, e.g. "solve"; the last thing it was at when it is over."""
     fraction: float
-    """Of the whole job, 0 to 1."""
+    """Fraction of the whole job, 0 to 1."""
     log: tuple[str, ...]
     """What happened, in sentences; the latest 200."""
     timings: dict[str, float]
@@ -81,7 +81,7 @@ class JobRecord(_Frozen):
 FULL = (errno.ENOSPC, errno.EDQUOT)
 """Numbers of an OSError where the disk has no room."""
 _MEMORY = ("MemoryError", "OutOfMemoryError", "ArrayMemoryError")
-"""Of Python, of torch on a GPU, of numpy."""
+"""Names of the memory errors of Python, of torch on a GPU, of numpy."""
 
 
 def no_room(error: BaseException) -> bool:

@@ -54,7 +54,7 @@ class JobQueue:
 
     @property
     def database_url(self) -> str:
-        """For workers; it has the password in it."""
+        """The address of the database for workers; it has the password in it."""
         return self._database.url
 
     @property

@@ -47,7 +47,7 @@ def eye_of(result: Result) -> Eye | None:
 
 
 def mount_of(result: Result) -> Mount:
-    """Where the object is in the phone's frame; the identity where no file says it.
+    """Return T_phone_object; the identity where no file says it.
 
     Raises:
         InputError: the mount is not where it was, or not what it was.
@@ -87,7 +87,7 @@ class Aligned:
     first: int
     """Place of the first of them in the film."""
     seconds: Float64[np.ndarray, " pictures"]
-    """Of the motion, for each of them; 0 is its frame 0."""
+    """Seconds of the motion, for each of them; 0 is its frame 0."""
     cameras: list[Camera]
     """What took each of them, in the result's world."""
     lens: Float64[np.ndarray, " coefficients"]

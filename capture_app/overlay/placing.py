@@ -1,4 +1,4 @@
-"""Where a camera that watched stood in a result's world, and how far its clock is off.
+"""The pose of a camera that watched, in a result's world, and the offset of its clock.
 
 by_scan: where a camera that watched stood, by what it sees of a scan of the object and its room.
 

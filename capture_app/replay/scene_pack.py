@@ -90,9 +90,9 @@ def _padded(raw: bytes) -> bytes:
 
 
 MOST_FACES = 50_000
-"""Of an object that is looked at."""
+"""Most faces of an object that is looked at."""
 MOST_TEXTURED = 4 * MOST_FACES
-"""Of one with a texture, which it loses when it gets fewer faces."""
+"""Most faces of an object with a texture, which it loses when it gets fewer faces."""
 
 Arrays = dict[str, np.ndarray]
 
@@ -369,7 +369,7 @@ def _phone_arrays(T_world_phone: Float[np.ndarray, "frames 4 4"]) -> Arrays:
 
 
 def _contacts(people: Sequence[Person], mesh: ObjectMesh) -> list[list[dict[str, Any]]]:
-    """Of each sample what its hands hold, with the place on the surface that is nearest."""
+    """Return what the hands of each sample hold, with the nearest place on the surface."""
     surface = sample_surface(mesh) if len(mesh.faces) else None
     return [[_contact(s, surface) for s in person.segments] for person in people]
 

@@ -192,7 +192,7 @@ def _broken(session: CaptureSession, steps: Bool[np.ndarray, " steps"]) -> Bool[
 
 
 def _lens(session: CaptureSession, turns: int) -> dict[str, float] | None:
-    """Of the landscape picture: angle from top to bottom in radians, width / height, and the `turns`
+    """Return the lens of the landscape picture: vertical angle in radians, width / height, and the `turns`
     that bring up to its top; None where the log does not say it."""
     if session.intrinsics is None or session.image_size is None:
         return None

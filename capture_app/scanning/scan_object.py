@@ -164,7 +164,7 @@ class ObjectScan:
     found: ScannedObject | None
     """None for a ready mesh."""
     seconds: dict[str, float]
-    """By stage."""
+    """Seconds by stage."""
 
 
 def scan_object(request: ScanRequest, progress: Progress) -> ObjectScan:
@@ -256,7 +256,7 @@ def _measured(
     registered: Registered,
     clock: Progress,
 ) -> tuple[Region, list[Mask | None], DenseSurface]:
-    """Where the object is, its outlines in all views, and its surface."""
+    """Return the object's region, its outlines in all views, and its surface."""
     assert request.method != "mesh"  # made_by_app has cut the object out
     detail = DRAFT if request.draft else WHOLE
     aim = aim_at(registered.views, request.given_box)

@@ -259,7 +259,7 @@ _EDGES = (
     (5, 7),
     (6, 7),
 )
-"""Of a box, between corners numbered by their low (0) or high (1) x, y, z."""
+"""Edges of a box, between corners numbered by their low (0) or high (1) x, y, z."""
 
 
 def views_picture(cleaned: CleanMesh, *, side: int = 360) -> RGB:

@@ -29,7 +29,7 @@ from render import phone_view
 WIDTH, DEPTH, HEIGHT = 0.34, 0.44, 0.30
 """Extents of the box along its x (the way it is carried), y (from hand to hand) and z, metres."""
 CARRYING_HEIGHT = 1.02
-"""Of the box's centre, metres."""
+"""Carrying height of the box's centre, metres."""
 PACE = 0.85
 """Walking speed in the middle of the carry, m/s."""
 GAIT_HZ, BOB, SWAY = 1.7, 0.012, 0.010

@@ -62,7 +62,7 @@ def preference(chosen: Sequence[bool], raters: Sequence[int], questions: Sequenc
 
 
 def _variance(votes: Bool[np.ndarray, " votes"], cluster: Int[np.ndarray, " votes"]) -> float:
-    """Of the mean, when votes of one cluster go together."""
+    """Return the variance of the mean when votes of one cluster go together."""
     sums = np.bincount(cluster, votes - votes.mean())
     g = len(sums)
     if g < 2:
@@ -84,7 +84,7 @@ class Preference:
     first: str
     second: str
     rate: Rate
-    """Of votes for the first."""
+    """Rate of votes for the first."""
 
     @property
     def decided(self) -> bool:

@@ -130,7 +130,7 @@ class Rater:
     """All votes of one page."""
 
     name: str
-    """Of their file of votes."""
+    """Name of their file of votes."""
     page: KeyPage
     votes: tuple[Vote, ...]
 

@@ -48,7 +48,7 @@ class WindowResult:
     best: dict[str, float] = field(default_factory=dict)
     """That with the least MPJPE."""
     mean: dict[str, float] = field(default_factory=dict)
-    """Of all samples, without what needs their surface."""
+    """Mean of all samples, without what needs their surface."""
     problem: str = ""
 
 

@@ -35,7 +35,7 @@ F1, MPJPE = "contact_f1", "mpjpe_cm"
 ORDER = ("omomo", "no-constraints", "single-stage", "goal")
 """From the best contact F1 to the worst, says the paper (section 5.2)."""
 Of = Literal["best", "mean"]
-"""Of the sample with the least MPJPE, as published; or of all samples, which chance touches less."""
+"""Figure of the sample with the least MPJPE, as published; or of all samples, which chance touches less."""
 
 
 def with_verdicts(table: PaperTable, answers: Sequence[WindowResult]) -> PaperTable:
@@ -99,7 +99,7 @@ def _ablation(group: Group, unseen: bool) -> list[str]:
 
 
 def _compared(group: Group, first: str, second: str, key: str, of: Of) -> PairedDifference:
-    """By how much a figure of the best of K, or of all samples, is greater in one method than in another."""
+    """Return the difference of a figure of the best of K, or of all samples, between two methods."""
     windows = list(group[first])
 
     def values(method: str) -> list[float]:

@@ -97,7 +97,7 @@ class TableOrigin:
     sampler: str
     steps: int
     networks: Mapping[str, Sequence[Network]]
-    """Of each method."""
+    """Networks of each method."""
     skipped: Mapping[str, str]
     """Clips that could not be used, and why."""
     failed: Mapping[str, str]

@@ -19,7 +19,7 @@ class Entry:
 
     title: str
     folder: str = ""
-    """Of its networks, in the folder of weights; "" when it has none."""
+    """Folder of its networks, in the folder of weights; "" when it has none."""
     networks: tuple[str, ...] = ()
 
 
@@ -33,7 +33,7 @@ METHODS = {
     "capture": Entry("omocap (capture)", "capture", _OMOMO),
     "recorded": Entry("recorded people"),
 }
-"""By the names of the command line, in the order of the tables."""
+"""Methods by the names of the command line, in the order of the tables."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def digest_of(networks: Sequence[Network]) -> str:
 
 
 def folder_of(name: str, weights: Path | None) -> Path | None:
-    """Where a method's networks are; `capture` ships with the program."""
+    """Return the folder of a method's networks; those of `capture` ship with the program."""
     from omomo_core.weights.load import SHIPPED
 
     entry = METHODS[name]

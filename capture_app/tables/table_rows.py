@@ -18,7 +18,7 @@ class Column:
     """A figure in a table."""
 
     key: str
-    """Of a row of figures (`omomo_core.learning.evaluation`)."""
+    """Key of a row of figures (`omomo_core.learning.evaluation`)."""
     title: str
     latex: str
 
@@ -35,7 +35,7 @@ PUBLISHED = (
     Column("contact_recall", "C_rec", r"$C_{rec}$"),
     Column("contact_f1", "F1", "F1"),
 )
-"""By the formulas of the published evaluation. Its scans have thousands of vertices; lest meshes of few
+"""Columns by the published evaluation's formulas. Its scans have thousands of vertices; lest meshes of few
 large faces have no surface, points between the vertices count as vertices."""
 CORRECTED = (
     Column("left_hand_jpe_cm", "Left hand", "Left hand"),
@@ -99,7 +99,7 @@ class TableRow:
 
     label: str
     values: Mapping[str, float]
-    """By the keys of the columns; some may be missing."""
+    """Values by the keys of the columns; some may be missing."""
     published: bool = False
     """Whether these are the paper's own numbers."""
 
@@ -125,7 +125,7 @@ class PaperTable:
     title: str
     columns: Sequence[Column]
     corrected: Sequence[Column]
-    """Of the same rows again, without what is odd in the published measures."""
+    """Columns of the same rows again, without what is odd in the published measures."""
     sections: list[Section]
     verdicts: list[str] = field(default_factory=list)
     """Whether what the paper claims holds here, in words."""

@@ -30,7 +30,7 @@ Up = Literal["y", "z"]
 
 MAX_SECONDS, MAX_FPS = 3600.0, 10_000.0
 _SAME_TIME = 1e-3
-"""Of a frame; files keep times in single precision."""
+"""Part of a frame; files keep times in single precision."""
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ class Keyframes:
     """How the motion goes on from each key."""
     up: Up
     places: tuple[str, ...]
-    """Where each key is in the file, for messages."""
+    """Place of each key in the file, for messages."""
 
 
 def animate(keys: Keyframes) -> Animation:

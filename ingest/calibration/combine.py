@@ -33,7 +33,7 @@ class Difference:
     p: float
     """Chance that errors of their covariances put them at least so far apart."""
     covariance: Float64[np.ndarray, "6 6"]
-    """Of honest differences."""
+    """Covariance of honest differences."""
 
     @property
     def disagrees(self) -> bool:

@@ -52,7 +52,7 @@ class Contact:
     sway: Float64[np.ndarray, "3 2"]
     """How `down` changes with gravity's x and y in the world; a phone that turns sways less."""
     place: Float64[np.ndarray, "3"]
-    """Of the camera, in the session's world turned z up, metres."""
+    """Place of the camera, in the session's world turned z up, metres."""
     path: float
     """Metres the phone had gone by then."""
 
@@ -173,7 +173,7 @@ _NARROW = 0.02
 
 @dataclass(frozen=True)
 class Side:
-    """Where the object touches the floor when it stands on this side."""
+    """The points by which the object touches the floor when it stands on this side."""
 
     down: Float64[np.ndarray, "3"]
     """Unit vector in the object's frame that points down then."""

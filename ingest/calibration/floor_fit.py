@@ -40,7 +40,7 @@ from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
 
 _GRAVITY = np.radians(0.4)
-"""Of ARKit's gravity over a whole session, on each axis; phones differ by 0.3 to 1 deg."""
+"""Error of ARKit's gravity over a whole session, on each axis; phones differ by 0.3 to 1 deg."""
 _CONTACT_TILT = np.radians(0.3)
 """From one contact to the next: gravity wanders, floors are not flat."""
 _CONTACT_HEIGHT = 0.002
@@ -101,7 +101,7 @@ def _gravity(
 def placed(
     T_phone_object: Float64[np.ndarray, "4 4"], standing: StandingContact
 ) -> Float64[np.ndarray, "3"]:
-    """Where the side on the floor is in the phone's frame."""
+    """Return the plane of the side on the floor, in the phone's frame."""
     return T_phone_object[:3, :3] @ standing.side.centre + T_phone_object[:3, 3]
 
 
@@ -239,7 +239,7 @@ class FloorProblem:
     standings: Sequence[StandingContact]
     level: FloorLevel
     covariance: Float64[np.ndarray, "n n"]
-    """Of `errors`."""
+    """Covariance of `errors`."""
 
     def errors(self, T: Float64[np.ndarray, "4 4"]) -> Float64[np.ndarray, " n"]:
         """Tilt (rad, two each) of every contact, and height (m) of those on the floor, that are left.

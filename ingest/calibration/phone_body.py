@@ -31,9 +31,9 @@ class LensCentre(NamedTuple):
     from_side: float
     """From the body's right edge as you look at the screen (the left one from behind)."""
     depth: float
-    """Of the optical centre behind the front glass; drawings state where its cone of view begins."""
+    """Depth of the optical centre behind the front glass; drawings state where its cone of view begins."""
     sigma: float
-    """Of the first two; 0.3 where sources agree."""
+    """Sigma of the first two; 0.3 where sources agree."""
 
 
 class Model(NamedTuple):
@@ -151,9 +151,9 @@ MODELS: dict[str, Model] = {
 
 LENS = "lens"
 _DEPTH_SIGMA = 1.5e-3
-"""Of the optical centre behind the glass: drawings give where the cone of view begins instead."""
+"""Sigma of the optical centre's depth: drawings give where the cone of view begins instead."""
 _TILT_SIGMA = np.radians(0.5)
-"""Of the camera in the body, about each axis; nobody publishes it, autofocus and assembly allow it."""
+"""Sigma of the camera's tilt about each axis; nobody publishes it, autofocus and assembly allow it."""
 _RULER_SIGMA = 1.0
 """Millimetres, of a lens found with a ruler."""
 _USUAL_DEPTH, _USUAL_THICKNESS = 7.0, 8.0
@@ -174,7 +174,7 @@ class Phone:
     lens: tuple[float, float, float]
     """Optical centre of the main camera in the body's frame."""
     lens_sigma: float
-    """Of its x and y; z is less certain."""
+    """Sigma of its x and y, metres; z is less certain."""
     screen: tuple[float, float] | None
     """Width and height of what lights up; None if unknown."""
     pixels: tuple[int, int] | None

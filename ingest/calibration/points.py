@@ -53,7 +53,7 @@ class PointPairs:
     b: Float64[np.ndarray, "n 3"]
     """Metres; in any unit if `scaled`."""
     sigma: Float64[np.ndarray, " n"]
-    """By how much each pair is off along each axis, metres in a."""
+    """Sigma of each pair along each axis, metres in a."""
     names: tuple[str, ...]
     scaled: bool
     """Whether the scale of b is to be found."""
@@ -239,11 +239,11 @@ class PointFit:
     T_a_b: Float64[np.ndarray, "4 4"]
     """Maps b's points, times `scale`, into a."""
     covariance: Float64[np.ndarray, "6 6"]
-    """Of `ingest.uncertainty`: rotation (rad), then translation (m), in a's axes."""
+    """Covariance as in `ingest.uncertainty`: rotation (rad), then translation (m), in a's axes."""
     residuals: Float64[np.ndarray, " n"]
     """How far apart the points of each pair stay, metres."""
     rms: float
-    """Of the residuals of the pairs kept, metres."""
+    """Root mean square of the residuals of the pairs kept, metres."""
     kept: Bool[np.ndarray, " n"]
     """False for a pair that contradicts all the others."""
     scale: float
@@ -350,7 +350,7 @@ class PointPair:
     object: Point
     """Metres (or the mesh's unit, when the scale is asked for)."""
     sigma: float = PICKING
-    """By how much it is off along each axis, metres."""
+    """Sigma along each axis, metres."""
 
     @property
     def name(self) -> str:

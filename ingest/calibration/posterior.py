@@ -27,7 +27,7 @@ class Misfit(NamedTuple):
     residuals: Float64[np.ndarray, " n"]
     """Each with a standard deviation of 1 and independent of the others."""
     jacobian: Float64[np.ndarray, "n 6"]
-    """By a step of `ingest.uncertainty.moved`."""
+    """Derivative by a step of `ingest.uncertainty.moved`."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Posterior:
 
     T: Float64[np.ndarray, "4 4"]
     covariance: Float64[np.ndarray, "6 6"]
-    """As in `ingest.uncertainty`."""
+    """Covariance as in `ingest.uncertainty`."""
     cost: float
     """Sum of the squared residuals."""
 
@@ -108,7 +108,7 @@ class Average:
 
     T: Float64[np.ndarray, "4 4"]
     covariance: Float64[np.ndarray, "6 6"]
-    """Of `ingest.uncertainty`: rotation (rad), then translation (m), in T's outer axes."""
+    """Covariance as in `ingest.uncertainty`: rotation (rad), then translation (m), in T's outer axes."""
     kept: Bool[np.ndarray, " poses"]
     """False where a pose was too far off to be an estimate of the same transform."""
 

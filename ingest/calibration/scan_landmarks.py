@@ -90,7 +90,7 @@ class Sighting:
 
 @dataclass(frozen=True)
 class Landmarks:
-    """Where the points are, and how each picture saw them."""
+    """The points of a scan, and their descriptors in each picture."""
 
     points: Float64[np.ndarray, "points 3"]
     """In the object's frame, metres."""

@@ -176,12 +176,12 @@ def planes(
 _SAME = 1e-4
 """Metres between vertices of one mesh in two frames."""
 _POINTS, _FEW = 3000, 800
-"""Of the object that are compared, and those with which alignments begin."""
+"""Points of the object that are compared, and those with which alignments begin."""
 _SPACING, _MOST, _THIN = 0.008, 60_000, 8_000
 """Metres between the scan's points, how many there are at most, and at first."""
 _MIN_OVERLAP, _MAX_RMS = 0.6, 0.012
 _RIVAL = 0.03
-"""By how much the cost (0 to 1) of another alignment must be higher."""
+"""Least excess of the cost (0 to 1) of any other alignment."""
 _PATCH = 0.18
 """Side of the patches of a scan's surface that err by themselves, metres."""
 _SURFACE, _SURFACE_TURN = 0.002, np.radians(0.1)
@@ -192,11 +192,11 @@ _LOOSE_TURN, _LOOSE_SHIFT = np.radians(1.5), 0.015
 
 @dataclass(frozen=True)
 class Registration:
-    """Where the object is in the scan's frame."""
+    """The object's pose in the scan's frame."""
 
     T_scan_object: Float64[np.ndarray, "4 4"]
     covariance: Float64[np.ndarray, "6 6"]
-    """Of `ingest.uncertainty`, in the scan's axes."""
+    """Covariance as in `ingest.uncertainty`, in the scan's axes."""
     rms: float
     """Metres between the object's surface and the scan's, where both are."""
     overlap: float

@@ -46,7 +46,7 @@ class ObjectPlacement:
 
     T_world_object: Float64[np.ndarray, "4 4"]
     covariance: Float64[np.ndarray, "6 6"]
-    """Of `ingest.uncertainty`, in the world's axes."""
+    """Covariance as in `ingest.uncertainty`, in the world's axes."""
     seen: float
     """Seconds from the start of the log when the phone last looked at it."""
     residuals: dict[str, float] = field(default_factory=dict[str, float])
@@ -92,7 +92,7 @@ def placed_by_hand(
 def session_mount(
     session: CaptureSession, mesh: ObjectMesh, placed: ObjectPlacement, stills: Sequence[Still]
 ) -> Mount:
-    """Where the object is to the phone: T_phone_object = inverse(T_world_phone) T_world_object.
+    """Return the mount: T_phone_object = inverse(T_world_phone) T_world_object.
 
     Args:
         session: the log.
@@ -232,7 +232,7 @@ _MIN_SEEN = 10
 _POSE = np.diag([np.radians(0.1) ** 2] * 3 + [0.001**2] * 3)
 """Covariance of each of the phone's poses (rad, m)."""
 _LENS = np.diag([np.radians(0.1) ** 2] * 3 + [0.0015**2] * 3)
-"""Of what all pictures of one camera share (rad, m)."""
+"""Covariance of what all pictures of one camera share (rad, m)."""
 
 
 def placed_by_board(

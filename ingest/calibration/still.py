@@ -228,7 +228,7 @@ class Slip:
     """How far the object moved in the phone's frame."""
 
     mm: float
-    """Of the object's origin."""
+    """Shift of the object's origin, millimetres."""
     deg: float
     p: float
     """Chance that errors of the two calibrations alone look like that."""

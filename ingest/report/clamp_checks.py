@@ -39,7 +39,7 @@ _CALIBRATE_AGAIN = (
 
 
 def mount_checks(mesh: ObjectMesh, mount: Mount) -> list[Check]:
-    """Where the mount puts the phone, what its calibration left over, and how sure it is.
+    """Return checks of the mount: the phone's place on the object, residuals and covariance.
 
     Args:
         mesh: the object, in metres: the mount's `object_scale` is in it already.
@@ -202,7 +202,7 @@ def gravity_angles(
 
 
 _SURE = 0.999
-"""Of takes whose clamp held, this share passes."""
+"""Share of the takes with a clamp that held which passes."""
 _LEAN, _WANDER, _UNEVEN = 0.4, 0.3, 0.3
 """Degrees (standard deviation, each axis): of ARKit's world, of its gravity from rest to rest, of floors."""
 _HEIGHT = 0.004
@@ -230,7 +230,7 @@ class GroundRest:
     T_world_object: Float64[np.ndarray, "4 4"]
     """Its mean pose."""
     height: float
-    """Of the object's lowest point over the floor, metres."""
+    """Height of the object's lowest point over the floor, metres."""
     on_floor: bool
     """Whether that is next to nothing."""
     steady: bool

@@ -229,13 +229,13 @@ class TakeSeries:
 
     seconds: float
     speed: Curve
-    """Of the phone, m/s."""
+    """Speed of the phone, m/s."""
     phone_height: Curve
     """Metres above the floor, or above the place where the session started."""
     object_height: Curve | None
-    """Of the object's lowest point above the floor, metres."""
+    """Height of the object's lowest point above the floor, metres."""
     path: Float64[np.ndarray, "frames 2"]
-    """Of the object (or the phone) from above, metres; NaN breaks the line."""
+    """Path of the object (or the phone) from above, metres; NaN breaks the line."""
     gravity: Curve | None
     """Degrees between the accelerometer's mean and the poses' down."""
     steps: Curve

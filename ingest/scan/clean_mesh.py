@@ -28,7 +28,7 @@ from omomo_core.motion import Texture
 from omomo_core.whole_file import whole_file
 
 _SHARE = 0.01
-"""Of the area of the largest piece: smaller ones are crumbs."""
+"""Share of the area of the largest piece: smaller ones are crumbs."""
 _GAP = 0.03
 """Metres: a thin part may be broken that far from the rest."""
 

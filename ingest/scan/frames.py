@@ -120,7 +120,7 @@ def _motion(before: Grey, now: Grey) -> float:
 
 
 MAX_PIXELS = 110_000_000
-"""Of one picture; phones make up to 108 million."""
+"""Most pixels of one picture; phones make up to 108 million."""
 HEIC = (".heic", ".heif")
 
 

@@ -62,7 +62,7 @@ class FilePart:
     colours: UInt8[np.ndarray, "verts 3"] | None
     """Without the picture; None where the file states none."""
     uv: Float64[np.ndarray, "faces 3 2"]
-    """Where the corners lie on the picture: (0, 0) is its top left corner."""
+    """Places of the corners on the picture: (0, 0) is its top left corner."""
     picture: BaseColour | None
 
 
@@ -71,7 +71,7 @@ class MeshContents:
     """What a mesh file holds, z up if it says which way is up."""
 
     parts: Mapping[str, FilePart]
-    """By the names of their nodes."""
+    """Parts by the names of their nodes."""
     metres: float | None
     """A unit of the file, where it states that."""
     up: Up | None
@@ -474,7 +474,7 @@ def _seen(
 _FILES = (".bin", ".txt")
 _INSIDE = ("", "sparse", "colmap/sparse")
 _IMAGES = ("images", "../images", "../../images", "../../../images", "..", "../..")
-"""Where the pictures of a model are as a rule, seen from it."""
+"""Usual folders of a model's pictures, seen from the model."""
 MIN_POINTS = 100
 
 

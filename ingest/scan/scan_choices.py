@@ -13,7 +13,7 @@ Method = Literal["auto", "stereo", "depth", "both", "mesh"]
 Symmetry = Literal["auto", "on", "off"]
 """Whether one half of a symmetric object may show what the other hides; auto: where no picture does."""
 Unit = Literal["m", "cm", "mm", "in", "ft"]
-"""Of a mesh that another app made."""
+"""Unit of a mesh that another app made."""
 Up = Literal["y", "z"]
 """The axis of a mesh file that is up."""
 PICTURES = 80
@@ -21,7 +21,7 @@ PICTURES = 80
 DRAFT_PICTURES = 24
 """Most pictures of a film that a draft uses."""
 VERTICES = 10_000
-"""Of the mesh, about."""
+"""Number of vertices of the mesh, about."""
 
 
 @dataclass(frozen=True)

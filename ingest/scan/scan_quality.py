@@ -48,7 +48,7 @@ class Coverage:
 
 
 def coverage_of(found: ScannedObject) -> Coverage:
-    """Where the pictures are taken from, seen from the middle of the object.
+    """Return the directions from which the pictures are taken, seen from the middle of the object.
 
     Pictures of a symmetric object show it from the other side too.
     """

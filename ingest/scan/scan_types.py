@@ -47,7 +47,7 @@ class ScanSource:
 
     kind: Kind
     where: Path
-    """As it was given, for messages."""
+    """Path as it was given, for messages."""
     pictures: Pictures
     image_size: tuple[int, int] | None = None
     """Width and height that `intrinsics` refer to; the pictures may be smaller."""
@@ -72,7 +72,7 @@ class Frame:
     """One of the pictures that the scan is made of, in the work folder."""
 
     name: str
-    """Of its file; COLMAP knows it by this."""
+    """Name of its file; COLMAP knows it by this."""
     file: Path
     size: tuple[int, int]
     """Width and height, pixels."""
@@ -82,7 +82,7 @@ class Frame:
     depth: Path | None = None
     """16-bit PNG in millimetres, of `ingest.formats.still_images`; the picture, smaller."""
     focal_guess: float | None = None
-    """Of `ScanSource`."""
+    """Guess of the focal length, as in `ScanSource`."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class View:
     """fx, fy, cx, cy (pixel centres at whole numbers)."""
     T_world_camera: Float64[np.ndarray, "4 4"]
     depth: Path | None = None
-    """As in `Frame`; scale its intrinsics by its width over the picture's."""
+    """Depth map as in `Frame`; scale its intrinsics by its width over the picture's."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class Scale:
     by: Literal["arkit", "depth", "board", "length", "given", "height"]
     """"height": not known before the object is cut out; it is to be scaled to its height then."""
     description: str
-    """For people, e.g. "the phone's poses (78 pictures)"."""
+    """Description for people, e.g. "the phone's poses (78 pictures)"."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ class LeftOut:
 
 @dataclass(frozen=True)
 class Registered:
-    """Where the cameras were, in the world: z up, metres."""
+    """The poses of the cameras in the world: z up, metres."""
 
     views: tuple[View, ...]
     points: Float64[np.ndarray, "points 3"]
@@ -156,7 +156,7 @@ class Registered:
 
 @dataclass(frozen=True)
 class Region:
-    """Where the object is: above its floor, within a box that stands on it."""
+    """The object's region: above its floor, within a box that stands on it."""
 
     T_world_floor: Float64[np.ndarray, "4 4"]
     """Floor frame: z is the floor's normal, z = 0 the floor."""

@@ -326,7 +326,7 @@ def _labels(
 def _by_depth(
     depths: Depths, region: Region, index: int, shape: tuple[int, int]
 ) -> tuple[Bool[np.ndarray, "h w"], Bool[np.ndarray, "h w"]]:
-    """Where depth lies in the box and above the floor, and where it lies clearly outside of that."""
+    """Return masks of depth inside the box and above the floor, and of depth clearly outside of that."""
     view = depths.pictures.views[index]
     T = inverse(region.T_world_floor) @ view.T_world_camera
     within, outside = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)

@@ -24,7 +24,7 @@ from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import Texture
 
 NONE = -1
-"""Of a triangle that no picture shows well."""
+"""Number for a triangle that no picture shows well."""
 _SLANT = 0.2
 """Cosine between a triangle's normal and the way to the camera, at least."""
 _OFF = 2e-3
@@ -182,7 +182,7 @@ def paint_texture(
 def unwrap(
     vertices: Float64[np.ndarray, "verts 3"], faces: Int64[np.ndarray, "faces 3"], side: int
 ) -> Uv:
-    """Where each corner of each triangle lies on the atlas; (0, 0) is its top left corner."""
+    """Return each triangle's corners on the atlas; (0, 0) is its top left corner."""
     atlas = xatlas.Atlas()
     atlas.add_mesh(vertices.astype(np.float32), faces.astype(np.uint32))
     packing = xatlas.PackOptions()

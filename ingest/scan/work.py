@@ -21,7 +21,7 @@ from ingest.scan.clean_mesh import CleanMesh
 from ingest.scan.scan_types import ScanMesh
 
 VERSION = "2"
-"""Of what the stages write; raised when they write something else."""
+"""Version of what the stages write; raised when they write something else."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Where the floor is: under the object where it rests, or where depth maps show it."""
+"""The floor's height: under the object where it rests, or where depth maps show it."""
 
 from dataclasses import dataclass
 from typing import Literal

@@ -171,7 +171,7 @@ def _by_top(
     usable: Bool[np.ndarray, " frames"],
     top: Top,
 ) -> Up:
-    """Where an axis of the mesh points while the object rests; without a rest, the floor near it."""
+    """Return the direction of a mesh axis at rest; without a rest, that of the floor near it."""
     axis = axis_of(top)
     rests = find_rests(T, usable)
     if not rests:

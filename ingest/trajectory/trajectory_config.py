@@ -226,7 +226,7 @@ class DepthConfig:
 
 @dataclass(frozen=True)
 class FloorConfig:
-    """Where the floor is."""
+    """Numbers of finding the floor."""
 
     assumed_height: float = setting(
         1.0, "m", "Height of the object's centre above the floor when nothing tells."

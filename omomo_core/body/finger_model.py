@@ -20,7 +20,7 @@ from omomo_core.body.kinematics import WRISTS, vertex_normals
 from omomo_core.body.model import BodyModel
 
 PALM, THUMB = -1, 4
-"""Of `HandSkin.finger`; index, middle, pinky, ring and thumb are 0 to 4, in the skeleton's order."""
+"""Values of `HandSkin.finger`; index, middle, pinky, ring and thumb are 0 to 4, as in the skeleton."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def _nail(body: BodyModel, side: int, along: Float[Tensor, "3"]) -> Float[Tensor
 
 
 ANGLES = 5
-"""Of each finger: flexion, abduction and twist at its base, flexion of the middle and of the last joint."""
+"""Angles of a finger: flexion, abduction and twist at its base, flexion of its middle and last joint."""
 PER_PHALANX = 20
 """Points on the skin of each phalanx, as far from each other as they can be."""
 _PALM_POINTS = 60

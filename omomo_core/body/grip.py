@@ -233,7 +233,7 @@ GRIPS = (
     "pinched board",
     "power grip",
 )
-"""By number: a free hand; a palm on a face, from the side or from above; fingers over an edge, or over two;
+"""Grips by number: a free hand; a palm on a face, from the side or above; fingers over an edge, or over two;
 thumb and fingers on the faces of a thin board; fingers around a bar."""
 
 

@@ -36,7 +36,7 @@ from omomo_core.skeleton import (
 
 WRISTS = (joint("left_wrist"), joint("right_wrist"))
 MODEL_REST = (*range(22), *PALM_JOINTS)
-"""Where the 24 joints of the model stand among a body's 52."""
+"""Indices of the model's 24 joints among a body's 52."""
 
 
 def _ancestors(parents: Sequence[int]) -> Float[Tensor, "joints joints"]:

@@ -119,7 +119,7 @@ class ContactSegment(ContactSpan):
     """A span in which the hand keeps to one place of the object."""
 
     anchor: Float[np.ndarray, "3"]
-    """Where the palm joint is kept, in the object's frame, metres."""
+    """Place of the palm joint in the object's frame, metres."""
 
 
 def follow_anchors(

@@ -18,7 +18,7 @@ from omomo_core.geometry.object_features import ObjectFeatures
 
 @dataclass(frozen=True)
 class Overhang:
-    """Where an object would fall, in its own frame; it depends only on which side of it is down."""
+    """The direction in which an object would fall, in its own frame, by which side of it is down."""
 
     metres: Float[np.ndarray, " frames"]
     """Distance of the centre of mass outside the support; negative where it is above the support."""

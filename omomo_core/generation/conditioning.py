@@ -44,7 +44,7 @@ class Conditioning:
     start_pose: Pose | None = None
     """The pose of the first frame."""
     start_position: Float[np.ndarray, "2"] | None = None
-    """Where the person stands at first, about, on the floor of the world, metres."""
+    """Place where the person stands at first, about, on the floor of the world, metres."""
     contacts: Sequence[ContactSpan] | None = None
     """When each hand holds the object and where, in every sample."""
 

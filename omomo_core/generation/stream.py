@@ -138,7 +138,7 @@ class GeneratedChunk:
     first: int
     people: tuple[Person, ...]
     must_hold: Bool[np.ndarray, " frames"]
-    """Where somebody must hold the object."""
+    """True where somebody must hold the object."""
 
 
 def stream(
@@ -220,7 +220,7 @@ class _SampledChunk:
     chunk: Chunk
     clip: ObjectClip
     features: Float[Tensor, "samples frames 8"] | None
-    """Of stage 1; None where the palms are given."""
+    """Features of stage 1; None where the palms are given."""
     body_features: Float[Tensor, "samples frames channels"]
     hands: list[HandMotion]
     segments: list[tuple[ContactSegment, ...]]

@@ -103,10 +103,10 @@ class SplitSurface:
 
     vertices: Float[np.ndarray, "split 3"]
     normals: Float[np.ndarray, "split 3"]
-    """Not of unit length where a vertex has no face with an area."""
+    """Normals; not of unit length where a vertex has no face with an area."""
     faces: Int[np.ndarray, "faces 3"]
     uv: Float[np.ndarray, "split 2"] | None = None
-    """Of the vertices, as `omomo_core.motion.Texture` has them of corners."""
+    """Texture coordinates of the vertices, as `omomo_core.motion.Texture` has them of corners."""
 
 
 def split_creases(

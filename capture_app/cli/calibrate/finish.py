@@ -120,7 +120,7 @@ def show(mount: Mount) -> None:
 
 
 def _place(mount: Mount) -> str:
-    """By method, and where the object's origin is as the phone sees it."""
+    """Return the method in words, and the place of the object's origin as the phone sees it."""
     x, y, z = 1e3 * mount.T_phone_object[:3, 3]
     angle = np.degrees(Rotation.from_matrix(mount.T_phone_object[:3, :3]).magnitude())
     return (

@@ -15,7 +15,7 @@ def maybe_phone(name: str | None, ruler: str | None) -> Phone | None:
 
 
 def needed_phone(name: str | None, ruler: str | None) -> Phone:
-    """As `maybe_phone`, but there must be one.
+    """Return the phone as `maybe_phone` does, but there must be one.
 
     Raises:
         InputError: "phone-needed", or as `maybe_phone`.

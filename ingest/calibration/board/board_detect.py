@@ -33,7 +33,7 @@ class Corners(NamedTuple):
     pixels: Float64[np.ndarray, "corners 2"]
     """(0, 0) is the centre of the first pixel."""
     numbers: Int[np.ndarray, " corners"]
-    """As in `Grid.corners`."""
+    """Numbers as in `Grid.corners`."""
     markers: int
     """How many markers of the board's dictionary are there."""
 

@@ -62,7 +62,7 @@ class BoardPlace:
 
     T_object_board: Float64[np.ndarray, "4 4"]
     covariance: Float64[np.ndarray, "6 6"]
-    """Of `ingest.uncertainty`: rotation (rad), then translation (m), in the object's axes."""
+    """Covariance as in `ingest.uncertainty`: rotation (rad), then translation (m), in the object's axes."""
     rms: float
     """Distance left between the points, metres; 0 for a matrix."""
 
@@ -182,11 +182,11 @@ class Tags:
     """
 
     dictionary: str
-    """By OpenCV's name, e.g. DICT_APRILTAG_36H11."""
+    """OpenCV's name of the dictionary, e.g. DICT_APRILTAG_36H11."""
     side: float
-    """Of the black square, without the white around it, metres."""
+    """Side of the black square, without the white around it, metres."""
     number: int | None = None
-    """Of the one marker that counts; None takes all."""
+    """Number of the one marker that counts; None takes all."""
 
     def __post_init__(self) -> None:
         check_dictionary(self.dictionary, str(self))

@@ -89,7 +89,7 @@ class Board(Grid):
     marker: float
     """Side of a marker, metres."""
     dictionary: str = "DICT_5X5_100"
-    """Of the markers, by OpenCV's name."""
+    """Dictionary of the markers, by OpenCV's name."""
     legacy: bool = False
     """Laid out as OpenCV did before 4.6, which differs where the number of rows is even."""
 

@@ -299,7 +299,7 @@ class CameraOptions:
     """A board or markers beside the object; they go before all other scales."""
     length: Length | None = None
     height: float | None = None
-    """Of the object, metres."""
+    """Height of the object, metres."""
     metric: bool = False
     """A COLMAP model that is in metres already, and z up."""
     draft: bool = False

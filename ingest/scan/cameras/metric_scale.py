@@ -38,7 +38,7 @@ class Similarity:
     R: Float64[np.ndarray, "3 3"]
     t: Float64[np.ndarray, "3"]
     sigma: float = 0.0
-    """Of the scale, as a part of it."""
+    """Sigma of the scale, as a part of it."""
 
     def points(self, b: Float64[np.ndarray, "points 3"]) -> Float64[np.ndarray, "points 3"]:
         """Points of b in a."""
@@ -188,7 +188,7 @@ def _sight(sight: Sight, by_name: Mapping[str, View]) -> tuple[View, np.ndarray]
 def crossing(
     sights: Sequence[tuple[View, Float64[np.ndarray, "2"]]],
 ) -> Float64[np.ndarray, "3"] | None:
-    """Where the rays of a point meet; None when they are nearly parallel, or do not meet ahead."""
+    """Return the place where the rays of a point meet; None if they are nearly parallel or meet behind."""
     if len(sights) < 2:
         return None
     eyes = np.array([view.T_world_camera[:3, 3] for view, _ in sights])

@@ -130,7 +130,7 @@ class _Sighting:
 
 
 _Sightings = Mapping[int, Sequence[_Sighting]]
-"""By the number of the marker; 0 for a board."""
+"""Sightings by the number of the marker; 0 for a board."""
 
 
 @dataclass(frozen=True)
@@ -211,7 +211,7 @@ def _side(sighting: _Sighting) -> float:
 def _sightings(
     views: Sequence[View], reference: Reference, on_progress: Callable[[float], None]
 ) -> _Sightings:
-    """Where the pictures show the reference."""
+    """Return the sightings of the reference in the pictures."""
     find = _finder(reference)
     seen = defaultdict[int, list[_Sighting]](list)
     for k, view in enumerate(views):

@@ -43,7 +43,7 @@ class Mirror:
     """A plane of symmetry."""
 
     reflection: Float64[np.ndarray, "4 4"]
-    """Of points in the floor's frame; it is its own inverse."""
+    """Reflection of points in the floor's frame; it is its own inverse."""
     agrees: float
     """Part of the seen surface whose mirror image is seen surface, where it could be seen to be not."""
     support: float

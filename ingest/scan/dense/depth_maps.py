@@ -39,9 +39,9 @@ class Depths:
     """Depth maps of all views, and by what they were measured."""
 
     pictures: SmallPictures
-    """Of the views, as they were matched."""
+    """Pictures of the views, as they were matched."""
     kinds: tuple[DepthMaps, ...]
-    """For each way of measuring one map for each view (0 where unknown), at least one way."""
+    """Maps of each way of measuring, one for each view (0 where unknown), at least one way."""
     method: Literal["stereo", "depth", "both"]
 
 

@@ -44,7 +44,7 @@ class Neighbour:
     """Another view, as one view sees it."""
 
     codes: Codes
-    """Of its enlarged picture."""
+    """Codes of its enlarged picture."""
     matrix: Float64[np.ndarray, "3 3"]
     """Its intrinsics."""
     T_neighbour_view: Float64[np.ndarray, "4 4"]

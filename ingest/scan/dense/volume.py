@@ -185,7 +185,7 @@ _THIN = 1e-6
 _CORNERS = np.array(
     [[0, 0, 0], [0, 0, 1], [0, 1, 1], [0, 1, 0], [1, 0, 0], [1, 0, 1], [1, 1, 1], [1, 1, 0]]
 )
-"""Of a cell, z y x, in the order of marching cubes."""
+"""Corners of a cell, z y x, in the order of marching cubes."""
 
 
 def solid_surface(
@@ -224,7 +224,7 @@ def _crossed(solid: Bool[np.ndarray, "z y x"]) -> Int64[np.ndarray, "cells 3"]:
 
 
 def _places(grid: Int64[np.ndarray, "points 3"], box: Box) -> Float64[np.ndarray, "points 3"]:
-    """Where grid points (z y x, the first slice being the one below the floor) are."""
+    """Return the places of grid points (z y x; the first slice is the one below the floor)."""
     z = box.low[2] + (grid[:, 0] - 1) * box.voxel
     z[grid[:, 0] == 0] = box.low[2] - _THIN
     x, y = (box.low[k] + grid[:, 2 - k] * box.voxel for k in range(2))

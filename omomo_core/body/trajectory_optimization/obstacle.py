@@ -73,7 +73,7 @@ Obstacle = BoxObstacle | MeshObstacle
 
 
 STATURE = 1.72
-"""Of the body whose spheres these are, metres."""
+"""Stature of the body whose spheres these are, metres."""
 
 
 class BodySphere(NamedTuple):

@@ -189,7 +189,7 @@ def _tree() -> Float[Tensor, "24 24"]:
 
 @dataclass(frozen=True)
 class InteractionTargets:
-    """Where the hands of K samples hold a mesh, and the mesh as an obstacle; single precision."""
+    """Targets of the hands of K samples on a mesh, and the mesh as an obstacle; single precision."""
 
     palms: Float[Tensor, "samples frames 2 3"]
     """Left and right palm, world, metres."""
@@ -214,7 +214,7 @@ class SolverTargets:
     hold: Float[np.ndarray, "*b frames 2"]
     """0 where a hand is free, 1 where it holds, smooth between."""
     ankles: Float[np.ndarray, "*b frames 2 3"]
-    """Of the initial motion, world, metres."""
+    """Ankles of the initial motion, world, metres."""
     soles: Float[np.ndarray, "*b frames 4 3"]
     """Left heel, right heel, left ball, right ball, world, metres."""
     planted: Bool[np.ndarray, "*b frames 4"]

@@ -35,7 +35,7 @@ Hypotheses = Float[Tensor, "hypotheses frames 8"]
 
 @dataclass(frozen=True)
 class PalmHolds:
-    """Where and when the palms of samples hold the object."""
+    """Places and times at which the palms of samples hold the object."""
 
     palms: Float[np.ndarray, "samples frames 2 3"]
     """In the object's frame, trained size."""

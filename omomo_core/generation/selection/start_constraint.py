@@ -37,7 +37,7 @@ class StartPose:
     first: Float[Tensor, "8"]
     """Features of one frame: palms from the object's centre, metres, and contacts."""
     position: Float[Tensor, "2"]
-    """Where the pelvis is above the floor, from the object's centre, metres."""
+    """Place of the pelvis above the floor, from the object's centre, metres."""
 
     @property
     def holds(self) -> bool:

@@ -39,7 +39,7 @@ from omomo_core.geometry.runs import min_jerk
 from omomo_core.skeleton import PALM_JOINTS
 
 _RANGES = torch.tensor([JOINT_RANGES.left_wrist, JOINT_RANGES.right_wrist])
-"""Of the left and the right wrist: least and greatest component about each axis, radians."""
+"""Ranges of the left and the right wrist: least and greatest component about each axis, radians."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class HeldPalm:
     stop: int
     keys: Int[np.ndarray, " keys"]
     anchor: Float[Tensor, "3"]
-    """Of the palm, object's frame, metres."""
+    """Anchor of the palm, object's frame, metres."""
     out: Float[Tensor, "3"]
     """The surface's normal there, object's frame."""
     shoulder: Float[Tensor, "keys 3"]

@@ -304,7 +304,7 @@ def _coming(
 
 
 MOMENTS = 8
-"""Of each window: its frame 0, from where people set out, and random ones."""
+"""Moments of each window: its frame 0, from where people set out, and random ones."""
 FEET = [7, 8, 10, 11]
 BODY_WEIGHT, PALM_WEIGHT, FEET_WEIGHT, POSE_WEIGHT, WAY_WEIGHT = 10.0, 7.0, 3.0, 10.0, 10.0
 

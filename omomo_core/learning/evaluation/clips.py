@@ -40,7 +40,7 @@ THINNEST_SOLE, THICKEST_SOLE = -0.02, 0.06
 def bone_offsets(
     joints: Float[np.ndarray, "frames 24 3"], rotations: Float[np.ndarray, "frames 22 3 3"]
 ) -> tuple[Offsets, float]:
-    """Where each joint sits in its parent's frame (median over the frames), and the farthest that
+    """Return each joint's offset in its parent's frame (median over the frames), and the farthest that
     any frame strays from it, metres, in the clip's axes: bones do not change their length.
     """
     parents = np.array(MODEL_PARENTS[1:])
@@ -221,7 +221,7 @@ def _why_bones_stray(
     rotations: Float[np.ndarray, "frames 22 3 3"],
     offsets: Float[np.ndarray, "24 3"],
 ) -> str:
-    """Where joints and rotations disagree most, and whether a length or a rotation is to blame."""
+    """Return where joints and rotations disagree most, and whether a length or a rotation is to blame."""
     parents = np.array(MODEL_PARENTS[1:])
     bones = joints[:, 1:] - joints[:, parents]
     turned = np.einsum("fjxy,jy->fjx", rotations[:, parents], offsets[1:])

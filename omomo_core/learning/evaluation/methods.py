@@ -37,7 +37,7 @@ from omomo_core.stages.stage import Stage, Stages, load_stage
 from omomo_core.weights.load import load_stages
 
 Palms = Literal["constrained", "free", "true"]
-"""By the contact rule; as the first network says; of the recorded person."""
+"""Palms by the contact rule; as the first network says; of the recorded person."""
 DEFAULT = GenerationOptions()
 NAMES: dict[Palms, str] = {
     "constrained": "OMOMO",
@@ -47,7 +47,7 @@ NAMES: dict[Palms, str] = {
 
 
 def view_of(clip: RealClip, samples: int, *, first_frame: bool) -> PersonView:
-    """Where each sample's person stands: as the recorded one, or around the object."""
+    """Return the angle at which each sample's person stands: as the recorded one, or around the object."""
     take = object_features(clip.motion)
     if first_frame:
         return views_from_pose(take, Pose(clip.root[0], clip.rotations[0]), samples)
@@ -66,7 +66,7 @@ class Omomo:
 
     @property
     def name(self) -> str:
-        """As the tables call it."""
+        """The method's name in the tables."""
         return NAMES[self.palms]
 
     def sample(
@@ -123,7 +123,7 @@ class EvaluatedMethod(Protocol):
 
     @property
     def name(self) -> str:
-        """As the tables call it."""
+        """The method's name in the tables."""
         ...
 
     def sample(

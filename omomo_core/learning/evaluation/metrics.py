@@ -239,7 +239,7 @@ class PairedDifference:
     mean: float
     low: float
     high: float
-    """Of the interval that holds the middle 95 % of the draws."""
+    """Upper end of the interval that holds the middle 95 % of the draws."""
 
 
 def paired_bootstrap(

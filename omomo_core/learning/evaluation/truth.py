@@ -106,7 +106,7 @@ class Touching:
         }
 
     def _depth(self, vertices: Float[np.ndarray, "frames verts 3"]) -> Float[np.ndarray, " frames"]:
-        """Of the deepest vertex in each frame, metres; 0 outside."""
+        """Return the depth of the deepest vertex in each frame, metres; 0 outside."""
         T, mesh = self.motion.T_world_object, self.motion.mesh
         low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
         depth = np.zeros(len(T))

@@ -31,12 +31,12 @@ class DatasetRecipe:
 
     seed: int
     version: int
-    """Of the program that makes clips."""
+    """Version of the program that makes clips."""
     mocap: str
     """Digest of the recorded motion."""
     people: str = "1-17"
     objects: str = "all"
-    """As the roster says them."""
+    """Objects as the roster says them."""
     shard: int = SHARD
 
 
@@ -46,11 +46,11 @@ class Summary:
 
     clips: int = 0
     seconds: float = 0.0
-    """Of computing, over all runs."""
+    """Seconds of computing, over all runs."""
     rejected: Counter[str] = field(default_factory=Counter)
     """Attempts that were thrown away, by reason."""
     minutes: dict[tuple[str, str], float] = field(default_factory=dict)
-    """Of motion, by action and object."""
+    """Minutes of motion, by action and object."""
     licences: Counter[str] = field(default_factory=Counter)
     """Clips under each licence."""
 

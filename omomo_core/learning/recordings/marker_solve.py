@@ -50,7 +50,7 @@ class Posed:
 
     @property
     def valid(self) -> Bool[np.ndarray, " frames"]:
-        """Where there is a pose."""
+        """The mask of frames that have a pose."""
         return np.isfinite(self.T_world_shape[:, 0, 0])
 
     @property
@@ -150,7 +150,7 @@ def _fitted(points: Points, shape: Shape, kept: Kept) -> Posed:
 
 
 def _fixed_frames(shape: Shape, kept: Kept) -> Bool[np.ndarray, " frames"]:
-    """Where the markers that are kept fix a pose."""
+    """Return the mask of frames in which the markers that are kept fix a pose."""
     patterns, which = np.unique(kept, axis=0, return_inverse=True)
     return np.array([fixes_pose(shape[pattern]) for pattern in patterns])[which.reshape(-1)]
 
@@ -197,7 +197,7 @@ class MarkedMotion:
     """The motion of a scan, and how well the markers fix it."""
 
     T_world_object: Float[np.ndarray, "frames 4 4"]
-    """Of the mesh in the axes of its file, scaled by `scale`; 30 fps, metres."""
+    """Poses of the mesh in the axes of its file, scaled by `scale`; 30 fps, metres."""
     scale: float
     """Metres per unit of the mesh's file."""
     start: float

@@ -73,7 +73,7 @@ class Tracks:
 
 @dataclass(frozen=True)
 class Places:
-    """Where markers sit on a mesh."""
+    """The places of markers on a mesh."""
 
     source: Path
     names: tuple[str, ...]
@@ -162,7 +162,7 @@ def read_tracks(path: Path, unit: str | None = None) -> Tracks:
 
 
 def read_places(path: Path) -> Places:
-    """Where markers sit on a mesh.
+    """The places of markers on a mesh.
 
     Raises:
         InputError: ``markers-file``, ``marker-twice``, ``markers-few``.

@@ -56,7 +56,7 @@ class SourceMotion:
     """Global, from the joint's local frame (see SourceSkeleton.rest_forward) to the world."""
 
     def position(self, joint_name: str) -> Float[np.ndarray, "frames 3"]:
-        """Where a source joint is."""
+        """Return the position of a source joint."""
         return self.positions[:, self.joint_names.index(joint_name)]
 
     def rotation(self, joint_name: str) -> Float[np.ndarray, "frames 3 3"]:
@@ -64,7 +64,7 @@ class SourceMotion:
         return self.rotations[:, self.joint_names.index(joint_name)]
 
     def point(self, ours: str) -> Float[np.ndarray, "frames 3"] | None:
-        """Where the source joint standing for our joint is, or None when there is none."""
+        """Return the position of the source joint that stands for ours; None when there is none."""
         theirs = self.skeleton.points.get(ours)
         return None if theirs is None else self.position(theirs)
 

@@ -54,7 +54,7 @@ class RecordedObject:
     mesh: ObjectMesh
     T_world_object: Float[np.ndarray, "frames 4 4"]
     palms: Float[np.ndarray, "frames 2 3"]
-    """Where the bases of the middle fingers must be, left and right, metres."""
+    """Goals of the bases of the middle fingers, left and right, metres."""
     contact: Bool[np.ndarray, "frames 2"]
     """Whether the left, right hand touches the object."""
     usable: Bool[np.ndarray, " frames"]

@@ -162,7 +162,7 @@ _SHAPES: dict[str, tuple[int, ...]] = {
     "obj_rot": (3, 3),
     "obj_scale": (),
 }
-"""Of the channels of a sequence, after the frames."""
+"""Shapes of the channels of a sequence, after the frames."""
 _SHORTEST = 24
 _SKEWED = 1e-3
 """What a rotation times its transpose may differ from the identity."""

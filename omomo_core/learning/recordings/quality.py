@@ -191,7 +191,7 @@ class Quality:
     toppling_frames: int
     """Frames at rest, unheld, with its middle not above what it stands on."""
     rest_height_cm: float
-    """Of the object's lowest point while it rests unheld, at most: what it stands on is not drawn."""
+    """Height (cm) of the object's lowest point at rest, at most: what it stands on is not drawn."""
     skating_cm_s: float
     sole_depth_cm: float
     """Deepest the soles are under the floor."""

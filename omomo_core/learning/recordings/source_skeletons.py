@@ -271,7 +271,7 @@ _NEEDED = ("knee", "hip", "ankle", "elbow", "shoulder", "wrist")
 _HIPS = ("hips", "pelvis", "hip", "root", "reference")
 _NECK = ("neck", "neck1", "neck01", "lowerneck")
 _LONG_ENOUGH = 0.03
-"""Of the leg's length: a shorter end site shows no direction."""
+"""Part of the leg's length: a shorter end site shows no direction."""
 _STANDING = 0.8
 """Cosine between thighs and straight down beneath which a rest pose is nobody standing."""
 

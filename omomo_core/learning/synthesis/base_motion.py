@@ -318,7 +318,7 @@ class ActorPath:
     """A smooth pelvis path and heading, world, metres and radians."""
 
     joints: Float[np.ndarray, "frames 24 3"]
-    """As they are, steps and all; joint 0 is the pelvis."""
+    """Joints as they are, steps and all; joint 0 is the pelvis."""
     xy: Float[np.ndarray, "frames 2"]
     yaw: Float[np.ndarray, " frames"]
 
@@ -333,7 +333,7 @@ class ActorPath:
         return left_of(self.yaw)
 
     def straight(self, span: tuple[int, int]) -> float:
-        """Where it moves: mean cosine between way and heading; 0 where it hardly moves at all."""
+        """Return the mean cosine between way and heading where it moves; 0 where it hardly moves at all."""
         rows = slice(*span)
         velocity = np.gradient(self.xy[rows], 1 / FPS, axis=0)
         speed = np.linalg.norm(velocity, axis=-1)

@@ -31,7 +31,7 @@ CELLS = 24
 
 
 class ShapeGrids:
-    """For each object, the surface point nearest to the middle of every cell of a cube around it, and
+    """Nearest surface points of each object to the middle of every cell of a cube around it, and
     some points of its surface.
     """
 

@@ -132,7 +132,7 @@ class TrainState:
     step: int = 0
     loss: float = math.nan
     seconds: float = 0.0
-    """Of CPU that this process has spent on the steps."""
+    """Seconds of CPU that this process has spent on the steps."""
 
 
 def start(

@@ -48,7 +48,7 @@ class TrainingTask(Protocol):
 
     @property
     def name(self) -> str:
-        """Of its file."""
+        """The name of the network's file."""
         ...
 
     @property

@@ -170,7 +170,7 @@ something thin between thumb and fingers."""
 
 @dataclass(frozen=True)
 class Grasp:
-    """Where the palms lie; index 0 is left, 1 right."""
+    """The places of the palms on a prop; index 0 is left, 1 right."""
 
     use: Use
     points: Float[np.ndarray, "2 3"]
@@ -178,7 +178,7 @@ class Grasp:
     inward: Float[np.ndarray, "2 3"]
     """From the palm into the surface, unit length."""
     fingers: Float[np.ndarray, " 3"] | None = None
-    """Where the fingers point; None lets them follow the forearm."""
+    """Direction of the fingers; None lets them follow the forearm."""
     kind: Kind = "side"
     one_handed: bool = False
     """Either hand alone: index 0 is how the left would do it, index 1 how the right would."""

@@ -154,7 +154,7 @@ class MotionLibrary:
     """Bones and floor only: its surface is one triangle of no use."""
     standing: StandingPoses
     licence: str
-    """Of all mocap in it."""
+    """Licence of all mocap in it."""
 
 
 def index(footage: Footage, body: BodyModel) -> MotionLibrary:
