@@ -2,7 +2,7 @@
 
 What a study found, as files: JSON for programs, a Markdown table and a figure for a paper.
 
-The figure of a study: a bar for each two methods, divided as the votes were. SVG and PNG.
+The figure of a study: a bar for each two methods, divided as the votes were. SVG.
 """
 
 import json
@@ -15,13 +15,11 @@ from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Int
-from PIL import Image, ImageDraw, ImageFont
 from scipy.stats import t as student
 
 from capture_app.staged_result import staged_folder
 from capture_app.study.votes import Key, Rater
 from omomo_core.errors import InputError
-from render.video import write_png
 
 
 @dataclass(frozen=True)
@@ -148,8 +146,6 @@ _WIDTH, _ROW, _BAR, _TOP, _FOOT = 760.0, 62.0, 30.0, 44.0, 40.0
 _LEFT, _RIGHT = 30.0, 730.0
 _FIRST, _SECOND = "#3f6fae", "#d9a35c"
 _INK, _FAINT = "#33363a", "#85888c"
-_SHARP = 2
-"""Pixels of the PNG for one unit of the drawing."""
 
 Anchor = Literal["start", "middle", "end"]
 
@@ -177,14 +173,13 @@ _Shape = _Box | _Words
 
 
 def write_figure(folder: Path, preferences: Sequence[Preference]) -> None:
-    """Write figure.svg and figure.png, which show the same.
+    """Write figure.svg.
 
     Each bar is the share of votes for two methods; the bracket below it is the 95 % interval of the
     border, the line in the middle is where nobody prefers either.
     """
     shapes, height = _shapes(preferences)
     (folder / "figure.svg").write_text(_svg(shapes, height), encoding="utf-8")
-    write_png(folder / "figure.png", _png(shapes, height))
 
 
 def _shapes(preferences: Sequence[Preference]) -> tuple[list[_Shape], float]:
@@ -241,24 +236,8 @@ def _svg(shapes: Sequence[_Shape], height: float) -> str:
     return "\n".join([*parts, "</svg>", ""])
 
 
-def _png(shapes: Sequence[_Shape], height: float) -> np.ndarray:
-    image = Image.new("RGB", (round(_WIDTH * _SHARP), round(height * _SHARP)))
-    draw = ImageDraw.Draw(image)
-    anchors = {"start": "lm", "middle": "mm", "end": "rm"}
-    for s in shapes:
-        if isinstance(s, _Box):
-            corners = [round(_SHARP * v) for v in (s.x, s.y, s.x + s.width, s.y + s.height)]
-            if corners[2] > corners[0]:
-                draw.rectangle((*corners[:2], corners[2] - 1, corners[3] - 1), fill=s.fill)
-        else:
-            font = ImageFont.load_default(_SHARP * s.size)
-            at = (_SHARP * s.x, _SHARP * s.y)
-            draw.text(at, s.text, fill=s.fill, font=font, anchor=anchors[s.anchor])
-    return np.array(image)
-
-
 def write_report(output: Path, key: Key, found: Analysis) -> None:
-    """Write analysis.json, table.md, figure.svg and figure.png into a new folder.
+    """Write analysis.json, table.md and figure.svg into a new folder.
 
     Raises:
         InputError: the folder exists, or cannot be written.

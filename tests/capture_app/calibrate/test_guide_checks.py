@@ -21,13 +21,13 @@ from capture_app.calibration.guide_recordings import (
 from capture_app.calibration.guide_steps import as_path, off_surface, where_it_sits
 from capture_app.simulator.demo_take import box_mesh, clamped_phone
 from capture_app.simulator.phone import simulate
-from capture_app.simulator.wiggle import Wiggle, wiggle_motion
 from ingest.calibration.board.board_spec import PRESETS, Board
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 from tests.ingest.calibration.board.filmed import picture, sway, write_film
 from tests.simulator.scan_log import scan_log
 from tests.simulator.scan_scene import scan_scene
+from tests.simulator.wiggle import Wiggle, wiggle_motion
 
 BOARD = PRESETS["A4"]
 

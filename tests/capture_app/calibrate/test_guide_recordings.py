@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.demo_take import clamped_phone, write_recording
 from capture_app.simulator.phone import simulate
-from capture_app.simulator.wiggle import Wiggle, wiggle_motion
 from ingest.mount_file import load_mount
 from ingest.uncertainty import between, bounds_95
 from tests.capture_app.calibrate.guided import (
@@ -27,6 +26,7 @@ from tests.capture_app.calibrate.guided import (
 from tests.ingest.calibration.board.filmed import picture, write_film
 from tests.simulator.scan_log import scan_log
 from tests.simulator.scan_scene import ScanScene, scan_scene
+from tests.simulator.wiggle import Wiggle, wiggle_motion
 from tests.simulator.witness import board_on_box, save_camera, tripod
 
 

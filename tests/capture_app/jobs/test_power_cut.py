@@ -15,8 +15,8 @@ from capture_app.commands.run import RunRequest
 from capture_app.jobs.job_kinds import KINDS, Attempt
 from capture_app.simulator.demo_take import clamped_phone, write_recording
 from capture_app.simulator.phone import simulate
-from capture_app.simulator.wiggle import wiggle_motion
 from omomo_core.motion import FPS
+from tests.simulator.wiggle import wiggle_motion
 
 assert disk
 

@@ -14,7 +14,6 @@ from scipy.spatial.transform import Rotation
 from capture_app.jobs.fleet import Fleet
 from capture_app.simulator.demo_take import box_mesh, clamped_phone, write_recording
 from capture_app.simulator.phone import simulate
-from capture_app.simulator.wiggle import Wiggle, wiggle_motion
 from capture_app.web.site import Site
 from ingest.formats import scanner_3d
 from ingest.mount_file import load_mount
@@ -27,6 +26,7 @@ from tests.log_writers import write_session
 from tests.simulator.scan_log import scan_log, with_pictures
 from tests.simulator.scan_model import drawn_model
 from tests.simulator.scan_scene import orbit_poses, scan_scene
+from tests.simulator.wiggle import Wiggle, wiggle_motion
 from tests.simulator.witness import tripod
 
 TAKE = "00000000000000aa"
