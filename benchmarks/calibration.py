@@ -25,7 +25,12 @@ from scipy.stats import chi2
 
 from capture_app.cli.app import invoke
 from capture_app.simulator.demo_take import box_mesh, carried_box, clamped_phone, write_recording
-from capture_app.simulator.phone import BOOT_SECONDS, PhoneNoise, arkit_from_world, simulate
+from capture_app.simulator.simulated_phone import (
+    BOOT_SECONDS,
+    PhoneNoise,
+    arkit_from_world,
+    simulate,
+)
 from ingest.calibration.board.board_poses import board_poses
 from ingest.calibration.board.board_sheet import preset_for
 from ingest.calibration.hand_eye.hand_eye import solve

@@ -36,8 +36,8 @@ from ingest.mesh import load_mesh
 from omomo_core.body.finger_model import PALM, THUMB, HandSkin, hand_skins
 from omomo_core.body.kinematics import full_kinematics, skin
 from omomo_core.body.model import BodyModel, load_body
+from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.generation.generator import generate
-from omomo_core.generation.options import GenerationOptions
 from omomo_core.generation.person import Person
 from omomo_core.generation.selection.ranking import wrist_excess
 from omomo_core.generation.selection.selection_config import SCORE

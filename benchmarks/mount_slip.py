@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.demo_take import LIFT, REST, carried_box, clamped_phone
-from capture_app.simulator.phone import simulate
+from capture_app.simulator.simulated_phone import simulate
 from ingest.report.checked_session import CheckedSession
 from ingest.report.stance import object_checks
 from ingest.trajectory.object_motion import to_object_motion

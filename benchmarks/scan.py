@@ -29,7 +29,7 @@ import trimesh
 from jaxtyping import Float64
 
 from benchmarks.scan_errors import HEAD, compared
-from capture_app.simulator.phone import arkit_from_world
+from capture_app.simulator.simulated_phone import arkit_from_world
 from ingest.axes import T_ZUP_ARKIT
 from ingest.colmap import pycolmap
 from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA

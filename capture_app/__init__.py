@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     from ingest.trajectory.trajectory_config import Reading
     from omomo_core.body.model import load_body
     from omomo_core.errors import InputError
+    from omomo_core.generation.generation_options import GenerationOptions
     from omomo_core.generation.generator import generate
-    from omomo_core.generation.options import GenerationOptions
     from omomo_core.generation.stream import stream
-    from omomo_core.learning.evaluation.report import evaluate
+    from omomo_core.learning.evaluation.evaluation import evaluate
     from omomo_core.learning.recordings.clips import Clip, save_clips
     from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
     from omomo_core.weights.load import load_stages
@@ -105,9 +105,9 @@ _MODULES = {
     "omomo_core.body.model": ("load_body",),
     "omomo_core.errors": ("InputError",),
     "omomo_core.generation.generator": ("generate",),
-    "omomo_core.generation.options": ("GenerationOptions",),
+    "omomo_core.generation.generation_options": ("GenerationOptions",),
     "omomo_core.generation.stream": ("stream",),
-    "omomo_core.learning.evaluation.report": ("evaluate",),
+    "omomo_core.learning.evaluation.evaluation": ("evaluate",),
     "omomo_core.learning.recordings.clips": ("Clip", "save_clips"),
     "omomo_core.motion": ("HumanMotion", "ObjectMesh", "ObjectMotion"),
     "omomo_core.weights.load": ("load_stages",),

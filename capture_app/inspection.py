@@ -11,7 +11,7 @@ from ingest.formats.registry import read_session
 from ingest.mesh import load_mesh
 from ingest.mount import Mount, identity_mount
 from ingest.mount_file import load_mount
-from ingest.report.inspect import inspect_clock, inspect_session
+from ingest.report.take_inspection import inspect_clock, inspect_session
 from ingest.report.take_report import Check, TakeReport
 from ingest.session import CaptureSession
 from ingest.trajectory.object_motion import ObjectTake, to_object_motion

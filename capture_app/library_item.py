@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field, StringConstraints, ValidationError
 
 from ingest.mesh import load_mesh
 from ingest.mount_file import load_mount
-from ingest.report.inspect import mesh_checks
+from ingest.report.take_inspection import mesh_checks
 from ingest.uncertainty import bounds_95
 from omomo_core.whole_file import write_whole
 

@@ -18,7 +18,7 @@ from jaxtyping import Float64
 
 from capture_app.inspection import Inspection, Verdict
 from ingest.report.checked_session import CheckedSession
-from ingest.report.inspect import Curve, TakeSeries, take_series
+from ingest.report.take_inspection import Curve, TakeSeries, take_series
 from ingest.report.take_report import Check, Severity
 from omomo_core.motion import FPS
 

@@ -17,10 +17,10 @@ from omomo_core.body.model import BodyModel
 from omomo_core.contact.contact_file import read_contacts
 from omomo_core.contact.segment import ContactSpan
 from omomo_core.errors import InputError
+from omomo_core.generation.generation_options import notes_of
 from omomo_core.generation.object_clip import ObjectModel
-from omomo_core.generation.options import notes_of
 from omomo_core.generation.person import Person
-from omomo_core.generation.resolve import changed, resolve
+from omomo_core.generation.resolve_contacts import changed, resolve
 from omomo_core.generation.selection.ranking import score
 from omomo_core.motion import ObjectMotion
 

@@ -23,14 +23,14 @@ import torch
 from capture_app.commands.train import SynthesisRequest, TrainRequest
 from omomo_core.body.model import BodyModel, load_body
 from omomo_core.errors import InputError
-from omomo_core.learning.methods import NetworkPlan, networks
 from omomo_core.learning.recordings import dataset
 from omomo_core.learning.recordings.clips import Clip, load_clips, read_index, save_clips
 from omomo_core.learning.recordings.dataset import CARD, Summary, shards
 from omomo_core.learning.recordings.recordings import build_mocap, motion_files
 from omomo_core.learning.recordings.splits import by_side
-from omomo_core.learning.synthesis import engine
-from omomo_core.learning.synthesis.engine import Roster, classes_of, people_of
+from omomo_core.learning.synthesis import synthesis_engine
+from omomo_core.learning.synthesis.synthesis_engine import Roster, classes_of, people_of
+from omomo_core.learning.trainable_methods import NetworkPlan, networks
 from omomo_core.learning.training import training_loop
 from omomo_core.learning.training.corpus import Corpus
 from omomo_core.learning.training.training_loop import (
@@ -210,7 +210,7 @@ def synthesise_data(request: SynthesisRequest, report: TrainingReport) -> None:
     body = load_body()
     recorded = _recorded(request.mocap, body, report, share_alike=request.share_alike)
     recipe = dataset.DatasetRecipe(
-        request.seed, engine.RECIPE, dataset.digest(recorded),
+        request.seed, synthesis_engine.RECIPE, dataset.digest(recorded),
         people=roster.people_text, objects=roster.objects_text,
     )  # fmt: skip
     dataset.open_dataset(out, recipe, recorded)
@@ -255,7 +255,7 @@ def _write_missing(
     indices = dataset.missing_indices(request.output, request.count)
     there, rejected = request.count - len(indices), Counter[str]()
     with report.counting("synthesise") as progress:
-        clips = engine.synthesise(
+        clips = synthesis_engine.synthesise(
             recorded, body, request.count, request.seed,
             lambda done, _: progress(there + done, request.count),
             workers=request.workers, rejected=rejected, indices=indices,

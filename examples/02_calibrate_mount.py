@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from capture_app import TrackerWay, calibrate, load_mount
 from capture_app.simulator.demo_take import box_mesh, clamped_phone, write_recording
-from capture_app.simulator.phone import simulate
+from capture_app.simulator.simulated_phone import simulate
 from omomo_core.motion import ObjectMotion
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "example_output")

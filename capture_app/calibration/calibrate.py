@@ -66,7 +66,7 @@ from ingest.calibration.still import CARRIED, Still, clamped_stills, named_still
 from ingest.formats.registry import read_session
 from ingest.mount import Mount, object_id
 from ingest.mount_file import load_mount, save_mount
-from ingest.report.inspect import work_folder
+from ingest.report.take_inspection import work_folder
 from ingest.scan.mesh_sources import model_in
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError

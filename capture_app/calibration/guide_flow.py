@@ -31,7 +31,7 @@ from capture_app.calibration.guide_steps import (
     Recipe,
     where_it_sits,
 )
-from ingest.calibration.drawing import numbers
+from ingest.calibration.drawn_mount import numbers
 from ingest.calibration.floor_contacts import find_contacts, flat_sides, standings, track
 from ingest.calibration.posterior import TILT_IT
 from ingest.formats.registry import read_session

@@ -26,10 +26,10 @@ from capture_app.calibration.guide_steps import (
 from ingest.calibration.board.board_place import BoardPlace, load_place, place_from_points
 from ingest.calibration.board.board_sheet import PAPERS, preset_for
 from ingest.calibration.board.board_spec import Board, parse_board
-from ingest.calibration.drawing import MEASURED, PRINTED, numbers, rotation_in_words
+from ingest.calibration.drawn_mount import MEASURED, PRINTED, numbers, rotation_in_words
 from ingest.calibration.phone_body import body_point, phone_named
 from ingest.calibration.picked_points import MAX_OFFSET, mount_from_pairs
-from ingest.calibration.points import PointPair, load_pairs, save_pairs
+from ingest.calibration.point_pairs import PointPair, load_pairs, save_pairs
 from ingest.calibration.pose_file import load_similarity
 from ingest.calibration.session_mount import load_scan
 from ingest.colmap import read_model

@@ -23,7 +23,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ingest.calibration.board.board_spec import Board
-from ingest.calibration.drawing import body_of_camera
+from ingest.calibration.drawn_mount import body_of_camera
 from ingest.calibration.phone_body import Phone
 from ingest.mount import Mount
 from ingest.session import CaptureSession

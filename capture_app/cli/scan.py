@@ -65,7 +65,7 @@ def _estimate(request: ScanRequest) -> None:
 
 def _show(made: "ObjectScan") -> None:
     """Print the paths of what was made, and what the user should know about it."""
-    from ingest.report.inspect import REPORT_PAGE
+    from ingest.report.take_inspection import REPORT_PAGE
 
     request, report, mesh = made.request, made.report, made.cleaned.mesh
     sides = " x ".join(

@@ -212,6 +212,6 @@ class ScanRequest(ScanOptions, ItemRequest):
     @property
     def work(self) -> Path:
         """The folder beside the mesh: report, pictures, COLMAP model, and kept stages."""
-        from ingest.report.inspect import work_folder
+        from ingest.report.take_inspection import work_folder
 
         return work_folder(self.output)

@@ -148,7 +148,7 @@ def read_ruler(text: str, where: str) -> tuple[float, float, float, float]:
     Raises:
         InputError: "drawing-numbers".
     """
-    from ingest.calibration.drawing import numbers
+    from ingest.calibration.drawn_mount import numbers
 
     width, height, top, side = numbers(text, 4, where).tolist()
     return width, height, top, side

@@ -22,11 +22,11 @@ from omomo_core.contact.segment import ContactSegment
 from omomo_core.errors import InputError
 from omomo_core.generation.object_clip import ObjectModel
 from omomo_core.generation.person import Person
-from omomo_core.generation.resolve import changed, resolve
+from omomo_core.generation.resolve_contacts import changed, resolve
 from omomo_core.geometry.runs import runs
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.geometry.transforms import to_local
-from omomo_core.learning.evaluation.clips import read_clip
+from omomo_core.learning.evaluation.real_clips import read_clip
 from omomo_core.learning.evaluation.truth import POINTS, Touching, recorded_person
 from omomo_core.learning.recordings.clips import Clip, load_clips
 from omomo_core.motion import HumanMotion, ObjectMotion

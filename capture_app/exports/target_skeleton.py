@@ -19,7 +19,7 @@ from capture_app.exports.bones import BONE_NAMES, standing_shift
 from capture_app.exports.exported_take import Y_UP, Skeleton
 from omomo_core.body.model import BodyModel, load_body
 from omomo_core.errors import InputError
-from omomo_core.learning.recordings.bvh import read_bvh
+from omomo_core.learning.recordings.bvh_file import read_bvh
 from omomo_core.skeleton import ALL_JOINTS, ALL_PARENTS
 
 NEEDED = ("pelvis", "head", *(f"{side}_{part}" for side in ("left", "right") for part in (

@@ -242,7 +242,7 @@ def _start_scan(order: ScanRequest, attempt: Attempt) -> ItemJob:
     from capture_app.posters import object_poster
     from capture_app.scanning.scan_object import scan_object
     from ingest.mesh import load_mesh
-    from ingest.report.inspect import REPORT_DATA
+    from ingest.report.take_inspection import REPORT_DATA
 
     def make(folder: Path, progress: Progress) -> dict[str, Any]:
         # What an earlier attempt wrote is not in the way of this one.

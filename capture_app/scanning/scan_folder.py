@@ -7,7 +7,7 @@ import os
 import shutil
 
 from capture_app.commands.scan import ScanRequest
-from ingest.report.inspect import REPORT_DATA, REPORT_PAGE
+from ingest.report.take_inspection import REPORT_DATA, REPORT_PAGE
 from ingest.scan.clean_mesh import FORMATS
 from ingest.scan.scan_choices import DRAFT_PICTURES
 from omomo_core.errors import InputError

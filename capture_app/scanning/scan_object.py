@@ -16,7 +16,7 @@ from capture_app.scanning.scan_folder import MODEL, OUTLINE, VIEWS, forget_empty
 from capture_app.scanning.scan_report import outline_picture, report_data, scan_page, views_picture
 from ingest.axes import T_ZUP_ARKIT
 from ingest.formats.registry import read_session
-from ingest.report.inspect import REPORT_DATA, REPORT_PAGE
+from ingest.report.take_inspection import REPORT_DATA, REPORT_PAGE
 from ingest.scan.cameras.register import register
 from ingest.scan.clean_mesh import CleanMesh, clean, main_piece, save_mesh
 from ingest.scan.cut_surface import cut_out, place_looked_at
@@ -31,10 +31,10 @@ from ingest.scan.scan_choices import DRAFT, DRAFT_PICTURES, WHOLE
 from ingest.scan.scan_quality import ScanReport, inspect_ready, inspect_scan, one_sided
 from ingest.scan.scan_sources import mesh_in, read_source
 from ingest.scan.scan_types import Frames, Region, Registered, ScanSource
+from ingest.scan.scan_work import ready_mesh
 from ingest.scan.scanned_object import ScannedObject, to_height, write_object_model
 from ingest.scan.silhouettes import Mask, find_silhouettes
 from ingest.scan.texture_atlas import add_texture
-from ingest.scan.work import ready_mesh
 from omomo_core.errors import InputError
 from omomo_core.whole_file import write_whole
 from render.video import write_png

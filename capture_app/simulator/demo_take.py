@@ -18,7 +18,7 @@ import trimesh
 from jaxtyping import Float, UInt8
 from scipy.spatial.transform import Rotation, Slerp
 
-from capture_app.simulator.phone import PhoneNoise, simulate
+from capture_app.simulator.simulated_phone import PhoneNoise, simulate
 from ingest.formats import stray_scanner
 from ingest.mount import Mount
 from ingest.mount_file import save_mount

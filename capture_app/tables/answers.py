@@ -18,8 +18,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from omomo_core.compute import worker_pool
 from omomo_core.errors import InputError, OmocapError
-from omomo_core.learning.evaluation.clips import RealClip
-from omomo_core.learning.evaluation.methods import EvaluatedMethod
+from omomo_core.learning.evaluation.evaluated_methods import EvaluatedMethod
+from omomo_core.learning.evaluation.real_clips import RealClip
 from omomo_core.learning.evaluation.truth import MeasuredSamples, Truth
 
 FILE = "answers.jsonl"

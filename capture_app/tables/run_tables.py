@@ -26,9 +26,14 @@ from capture_app.tables.table_methods import (
 from capture_app.tables.table_rows import Group, PaperTable, grouped, is_unseen, tables_of
 from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
-from omomo_core.learning.evaluation.clips import RealClip
+from omomo_core.learning.evaluation.clip_sources import (
+    check_sources,
+    clip_of,
+    read_recorded,
+    windows_of,
+)
 from omomo_core.learning.evaluation.metrics import PairedDifference, paired_bootstrap
-from omomo_core.learning.evaluation.sources import check_sources, clip_of, read_recorded, windows_of
+from omomo_core.learning.evaluation.real_clips import RealClip
 from omomo_core.learning.recordings.splits import side_of
 
 F1, MPJPE = "contact_f1", "mpjpe_cm"

@@ -13,7 +13,7 @@ from typing import Any
 
 from capture_app.tables.table_methods import Network
 from capture_app.tables.table_rows import Column, PaperTable
-from omomo_core.learning.evaluation.sources import clip_of
+from omomo_core.learning.evaluation.clip_sources import clip_of
 from omomo_core.learning.recordings.splits import cast_of
 from omomo_core.whole_file import write_whole
 

@@ -8,8 +8,12 @@ from pathlib import Path
 from capture_app.manifest import sha256
 from omomo_core.diffusion.samplers import Sampler
 from omomo_core.errors import AssetError, InputError
-from omomo_core.generation.options import GenerationOptions
-from omomo_core.learning.evaluation.methods import EvaluatedMethod, RecordedPeople, load_method
+from omomo_core.generation.generation_options import GenerationOptions
+from omomo_core.learning.evaluation.evaluated_methods import (
+    EvaluatedMethod,
+    RecordedPeople,
+    load_method,
+)
 from omomo_core.stages.network_file import read_header
 
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 from capture_app.tables.answers import WindowResult
 from capture_app.tables.table_methods import METHODS
+from omomo_core.learning.evaluation.clip_sources import clip_of
 from omomo_core.learning.evaluation.metrics import average
-from omomo_core.learning.evaluation.sources import clip_of
 from omomo_core.learning.recordings.splits import UNSEEN, cast_of
 
 

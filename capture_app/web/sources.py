@@ -14,7 +14,7 @@ from capture_app.web.library.ids import Id
 from capture_app.web.library.library import Library
 from capture_app.web.problems import Refused
 from capture_app.web.sandbox.work import SessionInputs
-from ingest.report.inspect import work_folder
+from ingest.report.take_inspection import work_folder
 from ingest.trajectory.trajectory_config import Reading
 
 IDENTITY = "identity"

@@ -27,7 +27,7 @@ from ingest.animated.animation import (
     sampled,
 )
 from ingest.mesh_texture import Paint, pixels_of
-from ingest.usd import open_stage, pxr, reading_usd, triangles_of
+from ingest.usd_stage import open_stage, pxr, reading_usd, triangles_of
 from omomo_core.errors import InputError
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from ingest.calibration.phone_body import LENS, Phone, body_point, phone_body
-from ingest.calibration.points import PointFit, PointPair, rigid_from_points
+from ingest.calibration.point_pairs import PointFit, PointPair, rigid_from_points
 from ingest.mount import Mount
 from ingest.uncertainty import of_product
 from omomo_core.errors import InputError

@@ -28,7 +28,7 @@ from ingest.scan.scan_types import (
     ScanSource,
     no_progress,
 )
-from ingest.scan.work import StageCache, key_of, state_of
+from ingest.scan.scan_work import StageCache, key_of, state_of
 from omomo_core.errors import InputError
 
 WIDTH = 640

@@ -42,7 +42,7 @@ from ingest.scan.dense.stereo import DepthMap, DepthMaps, matrix_for, pixel_rays
 from ingest.scan.frames import Stills
 from ingest.scan.scan_choices import Unit, Up
 from ingest.scan.scan_types import Frame, Registered, ScanMesh, ScanSource
-from ingest.usd import open_stage, pxr, reading_usd, triangles_of
+from ingest.usd_stage import open_stage, pxr, reading_usd, triangles_of
 from omomo_core.errors import InputError
 from omomo_core.motion import Texture
 

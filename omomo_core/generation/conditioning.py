@@ -11,8 +11,8 @@ from torch import Tensor
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.contact.segment import ContactSpan
 from omomo_core.generation.generation_config import PREFIX
+from omomo_core.generation.generation_options import FeaturePrefix, Prefix, SolvedPrefix
 from omomo_core.generation.object_clip import ObjectClip
-from omomo_core.generation.options import FeaturePrefix, Prefix, SolvedPrefix
 from omomo_core.generation.person import Retargeting
 from omomo_core.generation.selection.start_constraint import (
     StartConstraint,

@@ -28,8 +28,8 @@ from omomo_core.body.trajectory_optimization.residuals import InteractionTargets
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.collision.avoidance import ELBOWS
 from omomo_core.generation.generation_config import BODY_DECODING, DESPIKING
+from omomo_core.generation.generation_options import SolvedPrefix, fade, free_after
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
-from omomo_core.generation.options import SolvedPrefix, fade, free_after
 from omomo_core.generation.person import FingerFit, Person, Retargeting
 from omomo_core.generation.solving.bodies import SolvedBodies, solve_bodies
 from omomo_core.generation.solving.palm_plan import (

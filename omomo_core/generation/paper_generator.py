@@ -24,8 +24,8 @@ from omomo_core.diffusion.samplers import cosine_schedule, sample
 from omomo_core.errors import InputError
 from omomo_core.generation.conditioning import Pose
 from omomo_core.generation.generation_config import PUBLISHED
+from omomo_core.generation.generation_options import Generation, GenerationOptions, Progress
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
-from omomo_core.generation.options import Generation, GenerationOptions, Progress
 from omomo_core.generation.person import Person
 from omomo_core.generation.selection.ranking import rank
 from omomo_core.generation.solving.solving_config import BODY_SOLVING

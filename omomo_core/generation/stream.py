@@ -34,8 +34,7 @@ from omomo_core.generation.conditioning import (
 )
 from omomo_core.generation.decoding import SampledBodies, interaction_targets, solve_people
 from omomo_core.generation.generation_config import LIVE, ChunkSizes
-from omomo_core.generation.object_clip import ObjectClip, ObjectModel
-from omomo_core.generation.options import (
+from omomo_core.generation.generation_options import (
     FeaturePrefix,
     GenerationOptions,
     Prefix,
@@ -43,6 +42,7 @@ from omomo_core.generation.options import (
     SolvedPrefix,
     no_progress,
 )
+from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.person import Person, Retargeting, shift_spans, stretch
 from omomo_core.generation.sampling.sample_body import sample_body
 from omomo_core.generation.sampling.sample_hands import (

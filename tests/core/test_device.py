@@ -6,8 +6,8 @@ import torch
 
 from omomo_core.compute import find_device
 from omomo_core.errors import InputError
+from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.generation.generator import generate
-from omomo_core.generation.options import GenerationOptions
 from omomo_core.stages.stage import Stage
 from omomo_core.weights.load import load_stages
 from tests.core.test_generation import BODY, carried

@@ -12,7 +12,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.demo_take import DEMO, carried_box, clamped_phone, write_recording
-from capture_app.simulator.phone import PhoneNoise, simulate
+from capture_app.simulator.simulated_phone import PhoneNoise, simulate
 from ingest.calibration.board.board_spec import PRESETS
 from ingest.formats import scanner_3d
 from omomo_core.learning.recordings.clips import save_clips

@@ -22,8 +22,8 @@ from ingest.formats import (
 )
 from ingest.formats.registry import Format, read_session
 from ingest.report.checked_session import CheckedSession
-from ingest.report.inspect import inspect_session
 from ingest.report.sight import explained, sight
+from ingest.report.take_inspection import inspect_session
 from ingest.report.take_report import Check
 from ingest.session import CaptureSession
 from ingest.session_images import pictures

@@ -87,7 +87,7 @@ def drawing(
 
     from capture_app.cli.calibrate.finish import check_output, finish, mesh_file_of
     from capture_app.cli.calibrate.phone import maybe_phone, needed_phone
-    from ingest.calibration.drawing import Drawn, Precision, body_mount, camera_mount
+    from ingest.calibration.drawn_mount import Drawn, Precision, body_mount, camera_mount
 
     check_output(mount_file)
     drawn = Drawn(xyz=xyz, axes=axes, euler=euler, quaternion=quaternion, matrix=matrix)

@@ -52,7 +52,7 @@ def points(
     from capture_app.cli.calibrate.finish import check_output, finish, mesh_file_of
     from capture_app.cli.calibrate.phone import maybe_phone
     from ingest.calibration.picked_points import mount_from_pairs
-    from ingest.calibration.points import PointPair, load_pairs, save_pairs, typed_pair
+    from ingest.calibration.point_pairs import PointPair, load_pairs, save_pairs, typed_pair
 
     check_output(mount_file)
     model = maybe_phone(phone, ruler)

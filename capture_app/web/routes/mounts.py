@@ -16,8 +16,8 @@ from capture_app.web.routes.items import LibraryItem, item
 from capture_app.web.sandbox import mounts
 from capture_app.web.site import Here, Site
 from capture_app.web.sources import mesh_file_of
-from ingest.calibration.drawing import Drawn, Precision
-from ingest.calibration.points import PointPair
+from ingest.calibration.drawn_mount import Drawn, Precision
+from ingest.calibration.point_pairs import PointPair
 
 router = APIRouter(prefix="/api/mounts", tags=["mounts"])
 

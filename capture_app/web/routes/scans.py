@@ -13,7 +13,7 @@ from capture_app.web.routes.results import FILE
 from capture_app.web.sandbox import work
 from capture_app.web.site import Here
 from capture_app.web.sources import scan_of
-from ingest.report.inspect import REPORT_PAGE
+from ingest.report.take_inspection import REPORT_PAGE
 
 router = APIRouter(prefix="/api", tags=["objects"])
 

@@ -6,10 +6,10 @@ from typing import Any
 
 from capture_app.calibration.calibrate import need, write_mount
 from capture_app.commands.inputs import MeshFile
-from ingest.calibration.drawing import Drawn, Precision, body_mount, camera_mount
+from ingest.calibration.drawn_mount import Drawn, Precision, body_mount, camera_mount
 from ingest.calibration.phone_body import Phone
 from ingest.calibration.picked_points import mount_from_pairs
-from ingest.calibration.points import PointPair
+from ingest.calibration.point_pairs import PointPair
 from ingest.mount import Mount, identity_mount
 from ingest.mount_file import save_mount
 

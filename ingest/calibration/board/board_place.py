@@ -31,7 +31,7 @@ from ingest.calibration.board.board_spec import (
     metres_of,
     parse_board,
 )
-from ingest.calibration.points import PICKING, rigid_from_points
+from ingest.calibration.point_pairs import PICKING, rigid_from_points
 from ingest.calibration.pose_file import load_pose
 from omomo_core import strict_json
 from omomo_core.errors import InputError

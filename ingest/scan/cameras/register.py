@@ -46,7 +46,7 @@ from ingest.scan.scan_types import (
     ScanSource,
     no_progress,
 )
-from ingest.scan.work import StageCache, key_of
+from ingest.scan.scan_work import StageCache, key_of
 from omomo_core.errors import InputError
 
 _FEWEST, _SHARE = 8, 0.4

@@ -17,8 +17,13 @@ from torch import Tensor
 
 from omomo_core.compute import batch_parts
 from omomo_core.diffusion.samplers import cosine_schedule, golden_sequence, sample
+from omomo_core.generation.generation_options import (
+    FeaturePrefix,
+    GenerationOptions,
+    Prefix,
+    Progress,
+)
 from omomo_core.generation.object_clip import ObjectClip
-from omomo_core.generation.options import FeaturePrefix, GenerationOptions, Prefix, Progress
 from omomo_core.geometry.rotations import Layout, rotate, yaw_matrix
 from omomo_core.motion import HandMotion
 from omomo_core.stages import body_capture as body_stage

@@ -13,7 +13,7 @@ from scipy.stats import rankdata
 
 from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.trajectory_optimization.solver_config import JOINT_RANGES
-from omomo_core.generation.options import Generation, notes_of
+from omomo_core.generation.generation_options import Generation, notes_of
 from omomo_core.generation.person import Person
 from omomo_core.generation.selection.selection_config import SCORE, SCORE_WEIGHTS
 from omomo_core.generation.selection.speed_limits import speed_excess

@@ -11,8 +11,8 @@ import torch
 from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
+from omomo_core.generation.generation_options import fade
 from omomo_core.generation.object_clip import ObjectClip
-from omomo_core.generation.options import fade
 from omomo_core.generation.selection.plausibility import (
     Hypotheses,
     PalmHolds,

@@ -20,7 +20,6 @@ from omomo_core.geometry.distance_field import DistanceField, distance_field
 from omomo_core.geometry.object_features import object_features
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.geometry.transforms import to_local
-from omomo_core.learning.evaluation.clips import RealClip
 from omomo_core.learning.evaluation.metrics import (
     Row,
     contact_scores,
@@ -32,6 +31,7 @@ from omomo_core.learning.evaluation.metrics import (
     swing_measures,
     vertex_error,
 )
+from omomo_core.learning.evaluation.real_clips import RealClip
 from omomo_core.motion import HumanMotion, ObjectMotion
 
 TOUCH = 0.05

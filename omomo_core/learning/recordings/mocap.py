@@ -10,7 +10,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation, Slerp
 
 from omomo_core.errors import InputError
-from omomo_core.learning.recordings.bvh import Bvh, read_bvh
+from omomo_core.learning.recordings.bvh_file import Bvh, read_bvh
 from omomo_core.learning.recordings.source_skeletons import (
     CMU_BVH,
     SOURCE_SKELETONS,

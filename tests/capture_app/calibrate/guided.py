@@ -11,7 +11,7 @@ import trimesh
 from capture_app.calibration.guide_flow import RECIPES
 from capture_app.simulator.demo_take import box_mesh, clamped_phone
 from ingest.calibration.board.board_spec import PRESETS
-from ingest.calibration.drawing import body_of_camera
+from ingest.calibration.drawn_mount import body_of_camera
 from ingest.calibration.phone_body import phone_body, phone_named
 from ingest.mount import Mount
 from ingest.uncertainty import between

@@ -10,7 +10,12 @@ from scipy.spatial.transform import Rotation
 
 from capture_app.cli.app import invoke
 from capture_app.simulator.demo_take import box_mesh, carried_box, clamped_phone, write_recording
-from capture_app.simulator.phone import BOOT_SECONDS, PhoneNoise, arkit_from_world, simulate
+from capture_app.simulator.simulated_phone import (
+    BOOT_SECONDS,
+    PhoneNoise,
+    arkit_from_world,
+    simulate,
+)
 from ingest.formats.registry import read_session
 from ingest.mount_file import load_mount
 from ingest.trajectory.object_motion import to_object_motion

@@ -20,7 +20,7 @@ from capture_app.calibration.guide_recordings import (
 )
 from capture_app.calibration.guide_steps import as_path, off_surface, where_it_sits
 from capture_app.simulator.demo_take import box_mesh, clamped_phone
-from capture_app.simulator.phone import simulate
+from capture_app.simulator.simulated_phone import simulate
 from ingest.calibration.board.board_spec import PRESETS, Board
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError

@@ -9,7 +9,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.demo_take import clamped_phone, write_recording
-from capture_app.simulator.phone import simulate
+from capture_app.simulator.simulated_phone import simulate
 from ingest.mount_file import load_mount
 from ingest.uncertainty import between, bounds_95
 from tests.capture_app.calibrate.guided import (

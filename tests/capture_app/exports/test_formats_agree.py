@@ -16,7 +16,7 @@ from capture_app.exports.bones import BONE_NAMES
 from capture_app.exports.export_sample import export
 from capture_app.exports.resample import Sampled, at_rate
 from omomo_core.body.model import BodyModel
-from omomo_core.learning.recordings.bvh import read_bvh
+from omomo_core.learning.recordings.bvh_file import read_bvh
 from omomo_core.skeleton import ALL_JOINTS
 
 with warnings.catch_warnings():

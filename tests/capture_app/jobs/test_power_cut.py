@@ -14,7 +14,7 @@ from capture_app.commands.request import Request
 from capture_app.commands.run import RunRequest
 from capture_app.jobs.job_kinds import KINDS, Attempt
 from capture_app.simulator.demo_take import clamped_phone, write_recording
-from capture_app.simulator.phone import simulate
+from capture_app.simulator.simulated_phone import simulate
 from omomo_core.motion import FPS
 from tests.simulator.wiggle import wiggle_motion
 

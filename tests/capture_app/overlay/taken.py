@@ -19,7 +19,7 @@ from capture_app.manifest import (
 )
 from capture_app.result import Result, load_result, save_motion
 from capture_app.simulator.demo_take import write_recording
-from capture_app.simulator.phone import PhoneNoise, simulate
+from capture_app.simulator.simulated_phone import PhoneNoise, simulate
 from ingest.calibration.board.board_poses import board_poses
 from ingest.calibration.board.board_spec import PRESETS
 from ingest.calibration.board.board_track import BoardTrack

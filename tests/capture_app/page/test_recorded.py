@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.demo_take import box_mesh, clamped_phone, write_recording
-from capture_app.simulator.phone import simulate
+from capture_app.simulator.simulated_phone import simulate
 from ingest.calibration.board.board_spec import PRESETS
 from omomo_core.motion import FPS
 from tests.capture_app.page.choosing import choose

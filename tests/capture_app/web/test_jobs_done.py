@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from capture_app.jobs.fleet import Fleet
 from capture_app.simulator.demo_take import box_mesh, clamped_phone, write_recording
-from capture_app.simulator.phone import simulate
+from capture_app.simulator.simulated_phone import simulate
 from capture_app.web.site import Site
 from ingest.formats import scanner_3d
 from ingest.mount_file import load_mount

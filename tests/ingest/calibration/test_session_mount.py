@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.phone import NO_NOISE
+from capture_app.simulator.simulated_phone import NO_NOISE
 from ingest.calibration.board.board_place import BoardPlace
 from ingest.calibration.board.board_spec import Board
 from ingest.calibration.board.board_track import BoardTrack

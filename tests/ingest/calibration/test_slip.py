@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from capture_app.simulator.demo_take import carried_box, clamped_phone
-from capture_app.simulator.phone import simulate
+from capture_app.simulator.simulated_phone import simulate
 from ingest.calibration.still import refuse_slip, slip_between
 from ingest.mount import Mount
 from ingest.report.checked_session import CheckedSession

@@ -15,8 +15,8 @@ import numpy as np
 import torch
 
 from omomo_core.generation.conditioning import UNCONDITIONED, Conditioning, Pose
+from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.generation.generator import generate
-from omomo_core.generation.options import GenerationOptions
 from omomo_core.generation.paper_generator import (
     PersonView,
     bodies_from_object,
@@ -28,7 +28,7 @@ from omomo_core.generation.paper_generator import (
 )
 from omomo_core.geometry.object_features import object_features
 from omomo_core.learning.baselines.goal import Goal, Poses, build, roll_out, standing
-from omomo_core.learning.evaluation.clips import RealClip
+from omomo_core.learning.evaluation.real_clips import RealClip
 from omomo_core.learning.evaluation.truth import recorded_person
 from omomo_core.motion import HandMotion, HumanMotion
 from omomo_core.stages.hands_paper import constrain

@@ -7,8 +7,7 @@ from typing import Any
 
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
-from omomo_core.generation.options import GenerationOptions, Progress, no_progress
-from omomo_core.learning.evaluation.clips import RealClip, read_clip
+from omomo_core.generation.generation_options import GenerationOptions, Progress, no_progress
 from omomo_core.learning.evaluation.metrics import Row, average, spread
 from omomo_core.learning.evaluation.protocols import (
     BASELINE,
@@ -17,6 +16,7 @@ from omomo_core.learning.evaluation.protocols import (
     own_values,
     unlearned,
 )
+from omomo_core.learning.evaluation.real_clips import RealClip, read_clip
 from omomo_core.learning.evaluation.truth import MeasuredSamples, Truth
 from omomo_core.stages.stage import Stages
 

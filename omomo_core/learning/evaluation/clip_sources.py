@@ -12,7 +12,7 @@ import numpy as np
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
-from omomo_core.learning.evaluation.clips import (
+from omomo_core.learning.evaluation.real_clips import (
     AXES,
     RealClip,
     body_of,
