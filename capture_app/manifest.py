@@ -101,7 +101,7 @@ class Manifest(_Record):
     options: dict[str, Option]
     """Every option of the run, the seed among them, as given or by default."""
     config: dict[str, Number] = Field(default_factory=dict[str, Number])
-    """Every number that shapes a motion, by its name (`motion_config.py`); empty in older results."""
+    """Every number that shapes a motion, by its name (`manifest_builder.py`); empty in older results."""
     segment: Segment
     floor: FloorRecord
     mount_method: str

@@ -129,7 +129,7 @@ def distance_to_others(
 ) -> Float[np.ndarray, " samples"]:
     """Return each sample's mean distance from the others, the farthest ones left out; metres.
 
-    The few samples that stand on the opposite side by design (`opposite_side.py`) do not count.
+    The few samples that stand on the opposite side by design (`plausibility.py`) do not count.
     """
     far = np.stack([np.linalg.norm(points - one, axis=-1).mean(axis=(1, 2)) for one in points])
     near = np.sort(far, axis=1)[:, : len(points) - len(points) // SCORE.outliers_one_in]
