@@ -1,21 +1,15 @@
-"""Sessions that come as one file: zip (also .r3d), tar and tar.gz, told by their content.
+"""Archives of sessions: listed and bounded before anything is unpacked (zip, tar, gzip).
 
-An archive is listed to its end and judged before anything is unpacked (`archive_members`), then
+An archive is listed to its end and judged before anything is unpacked, then
 judged again member by member while it is unpacked, and its bytes are counted.
-
-What an archive may hold: the bounds, and the checks that every member passes.
 
 An archive comes from anywhere, so nothing it says is believed: names may point outside the
 folder, members may be links, sizes may be lies. All of it is judged from the listing, before
 anything is written.
 
-The members of a tar file (plain or gzip), read as a stream in bounded memory.
-
 POSIX ustar and pax, and GNU long names. `tarfile` parses the header blocks. Its `TarFile` is not
 used because it keeps every member, reads extended headers of any length at once, and takes a damaged
 header for the end; its `data_filter` lets links and absolute names through and bounds nothing.
-
-The members of a zip file, with its table of contents bounded before it is parsed.
 """
 
 import atexit

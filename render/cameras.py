@@ -1,7 +1,4 @@
-"""Pinhole cameras and where to put them.
-
-A third-person camera that follows: sees the person's front and the object, and never jerks.
-"""
+"""Pinhole cameras, where to put them, and one that follows a person."""
 
 from dataclasses import dataclass
 

@@ -1,7 +1,4 @@
-"""Several motions seen by one camera on one clock: what all comparisons are drawn from.
-
-Difference heat: a body in the colours of its distance from another one.
-"""
+"""Several motions seen by one camera on one clock, and the heat of their differences."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -1,9 +1,4 @@
-"""Words on pictures, in the font that Pillow brings along.
-
-Small text on pictures: a label above, the time below.
-
-Contact strips: when each hand holds, as coloured intervals over the time, with a cursor.
-"""
+"""Words on pictures: captions, and contact strips below them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

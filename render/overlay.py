@@ -1,9 +1,4 @@
-"""A motion drawn into a real film: hidden by the real object, its shadow on the real floor.
-
-Lens distortion: pictures are drawn larger and straight, and bent afterwards.
-
-The outline of a surface in a picture of a real camera, without drawing the surface.
-"""
+"""A motion drawn into a real film: lens, outline, and what hides it."""
 
 from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass, replace

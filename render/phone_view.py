@@ -1,7 +1,4 @@
-"""What the phone's camera sees on its way through a room: the video of a simulated recording.
-
-A closed room full of detail, such as a phone's tracker likes, for simulated recordings.
-"""
+"""What the phone's camera sees on its way through a room full of detail."""
 
 from collections.abc import Iterator, Sequence
 

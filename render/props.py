@@ -1,6 +1,6 @@
-"""The things on the stage: floor, object, markers, trail. Their look is decided here.
+"""The things on the stage (floor, object, markers, trail), and actors that move.
 
-Actors: drawables with their motion, the loop that plays them, and actors between their frames.
+The things on the stage: floor, object, markers, trail. Their look is decided here.
 """
 
 from collections.abc import Callable, Iterator, Sequence

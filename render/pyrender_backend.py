@@ -1,7 +1,4 @@
-"""Draws with OpenGL: pyrender's context and buffers, our own passes, updates in place.
-
-The passes that draw a picture with OpenGL: the sun's shadow map, then the surfaces in its light.
-"""
+"""The OpenGL backend: pyrender's context and buffers, and passes of our own."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path

@@ -1,6 +1,6 @@
-"""What is drawn: surfaces and the light on them. Both backends draw from this and nothing else.
+"""What is drawn: surfaces with their normals, and the light on them.
 
-Vertex normals fast enough for every frame, and meshes split along their sharp edges.
+What is drawn: surfaces and the light on them. Both backends draw from this and nothing else.
 """
 
 from collections.abc import Sequence

@@ -1,9 +1,4 @@
-"""Pictures into H.264 files and small animations.
-
-Work ahead: an iterator that runs in a thread of its own, a few items before who uses it.
-
-Single pictures: PNG files and contact sheets.
-"""
+"""Pictures into video files, small animations and PNG, encoded while the next are drawn."""
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager

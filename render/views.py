@@ -1,7 +1,4 @@
-"""The views of a motion: from which cameras it is seen, and what is drawn for them.
-
-The view of the hands: a camera that keeps close to what holds.
-"""
+"""The views of a motion, and cameras that keep close to the hands."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,13 +1,4 @@
-"""The surface of an object that stands in the same file as its motion.
-
-An animation and a mesh become the object's motion over our floor.
-
-Checks of an animation: speeds that nobody reaches, and sizes that look like a wrong unit.
-
-Transforms with a scale become rigid poses and one stretch of the mesh.
-
-Which of the animated things in a scene is the object?
-"""
+"""An animation as an ObjectMotion: which thing is meant, its mesh, its checks."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

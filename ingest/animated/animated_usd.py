@@ -1,4 +1,4 @@
-"""painted: the picture on a USD mesh that has a UsdPreviewSurface with a UsdUVTexture.
+"""Animated prims of USD files, with mesh and picture.
 
 An animated prim of a USD stage in one file: its motion, and its mesh. Needs usd-core.
 

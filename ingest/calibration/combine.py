@@ -1,7 +1,4 @@
-"""combine: fuse several results of one mount, weighted by their covariances.
-
-Difference of two results of one mount, tested against their covariances.
-"""
+"""Several mounts of the same clamping become one, and differences between mounts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,9 +1,4 @@
-"""The mount from a drawing: the phone's pose in the object's frame, given in numbers.
-
-The phone's rotation from named directions or from numbers, with checks for contradictions.
-
-A pose as a drawing states it: a place and one of several ways to say how it is turned.
-"""
+"""Method drawing: a holder whose drawing says where the phone is on the object."""
 
 import re
 from collections.abc import Sequence

@@ -1,11 +1,4 @@
-"""The flat sides that an object stands on, as planes in its own frame.
-
-Find the intervals in which the object stands on the floor, from the phone's poses alone.
-
-Assign to each contact with the floor the side on which the object stands, given a rough mount.
-
-Height of the floor in a session's world, and the evidence for it.
-"""
+"""Rests on the floor: flat sides of the object, which one it stands on, and the level of the floor."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,9 +1,4 @@
-"""Sentences that say which directions of a mount the floor determines, and which it leaves open.
-
-Noise of gravity, floor and tracking, propagated to the residuals of contacts.
-
-refine: a mount is corrected by the object's own contact with the floor.
-"""
+"""Method floor: the mount's tilt and height refined by rests on the floor."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

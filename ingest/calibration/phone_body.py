@@ -1,4 +1,4 @@
-"""Sizes of iPhones in millimetres: body, screen, and where the main camera's lens is.
+"""iPhones: their sizes, and where the camera is in the body.
 
 Bodies, screens and lenses to a hundredth of a millimetre are from Apple's dimensional drawings
 ("Accessory Design Guidelines for Apple Devices"), as three open projects wrote them down:
@@ -6,8 +6,6 @@ ARHeadsetKit (SE to 13), HoloKit (XS to 15) and idcrook's OpenSCAD models (11 Pr
 A lens that two of them agree on, or that follows from a neighbour's the same way, has the smaller
 sigma. The others are Apple's published sizes, and pixels over pixels per inch. Where nobody wrote
 the lens down, there is none: it is to be measured.
-
-Where the camera is in a phone's body: the frame of the body, and points on it that have names.
 """
 
 import re

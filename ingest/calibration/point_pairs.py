@@ -1,22 +1,12 @@
-"""Corresponding points in two frames, and the checks of such a list.
-
-Pairs of a point on the phone and the same point in the object's frame: typed, or from a file.
+"""Method points: the same points measured on the phone and on the object.
 
 A point on the phone is a name (`ingest.calibration.phone_body.body_point`) or three numbers in metres in the
 axes of the phone's camera (as ARKit's: phone held sideways with the charging port to the right, x
 right, y up, z to you). A point on the object is three numbers in metres in the frame of its mesh.
 
-Typed: `lens = 0.10 0.22 0.05`, `0.01 -0.02 0 = 0.1 0.2 0.05`.
-
-CSV, with or without the heading: `phone,x,y,z` and, if wanted, `sigma_mm`:
-
     phone,x,y,z,sigma_mm
     top left back corner,0.102,0.220,0.051,2
     0.01 -0.02 0.0,0.100,0.200,0.050,2
-
-JSON: `{"pairs": [{"phone": "lens", "object": [0.1, 0.22, 0.05], "sigma_mm": 2}, ...]}`
-
-A rigid transform from the same points in two frames.
 """
 
 import csv

@@ -1,9 +1,4 @@
-"""The most likely rigid transform under residuals, and its covariance.
-
-Observable directions of a mount, and sentences for those that a recording leaves open.
-
-Robust mean of several estimates of one rigid transform.
-"""
+"""Least squares on a pose with outliers, its covariance, and what stays unobservable."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,4 @@
-"""Landmarks: the points of a COLMAP model with what they look like, in the object's frame.
-
-SIFT features as COLMAP finds them, and which of two pictures' features are the same.
-"""
+"""Landmarks of a scan: points with descriptors, matched with a picture's features."""
 
 import shutil
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence

@@ -1,11 +1,4 @@
-"""resect: the pose of a camera from points that it sees, some of them mistaken for others.
-
-Method scan: still pictures of the clamped phone, found again in the object's scan.
-
-Views: pictures that the clamped phone took while it stood still, from a session or a folder.
-
-localise: where the object is to the camera of one picture, by the landmarks that it shows.
-"""
+"""Method scan: the clamped phone's pictures, found again in the object's scan."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,4 @@
-"""register: where an object's mesh is in a scan that shows it, by the shape alone.
-
-Alignment of points with a scanned surface: from many starts, by point-to-plane steps.
-"""
+"""A mesh laid on a scan: alignments tried, compared and refined."""
 
 from dataclasses import dataclass
 

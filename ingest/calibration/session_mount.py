@@ -1,9 +1,4 @@
-"""load_scan: the mesh that an app made of what a session saw, in that session's world.
-
-Method session: the object is scanned and the phone clamped to it within one ARKit session.
-
-Where the object stood, by a board on it that the phone saw before it was clamped.
-"""
+"""Method session: the object is scanned and the phone clamped within one ARKit session."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,4 @@
-"""Intervals of a log in which the clamped phone stands still, with pose and covariance.
-
-slip_between: whether a mount moved between two calibrations of it.
-"""
+"""Stretches of a session in which the phone stands still, and whether the clamp slipped between."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

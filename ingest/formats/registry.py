@@ -1,7 +1,4 @@
-"""The formats that are known: one module each, all with the same attributes and functions.
-
-read_session: find a session, recognise its format by the content, and read it.
-"""
+"""The formats that are known, and the choice of the one that a recording is in."""
 
 import re
 from collections.abc import Sequence

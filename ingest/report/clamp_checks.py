@@ -1,9 +1,4 @@
-"""Test whether the clamp slipped during a take: rests on one side of the object must agree.
-
-Whether the mount can be that of a phone clamped to this object.
-
-Whether the accelerometer, turned by the poses, points down.
-"""
+"""Checks of the clamp: the mount's place, gravity, and whether the clamp slipped."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,13 +1,7 @@
-"""Test of the poses' axes by the epipolar geometry of pairs of images.
-
-Whether the poses and the IMU saw the same motion: clocks, rotation, translation, scale.
+"""Checks by the pictures: what the camera sees agrees with the poses that the phone logged.
 
 Gravity alone cannot tell a mirrored world or a wrong scale; angular velocity and acceleration can.
 On a real log the correlations are 0.98 and more, the scale 0.92 (both are smoothed).
-
-Which images of a take to compare: taken apart, yet of the same things.
-
-What two images have in common, and whether a relative pose explains it.
 """
 
 from collections.abc import Callable

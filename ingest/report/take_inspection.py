@@ -1,11 +1,4 @@
-"""inspect_session: all checks of a take.
-
-Whether the mesh can be the thing that was moved.
-
-Where the report of a scan lies, and what it says against using the mesh.
-
-TakeSeries: what there is to plot of a take.
-"""
+"""The inspection of a take: all checks of a session, a mount and a mesh, and the curves beside them."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

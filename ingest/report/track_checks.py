@@ -1,11 +1,4 @@
-"""Checks of the phone's speed and acceleration against what a person with an object can do.
-
-Hand-held phones were measured at 1.1 m/s (99th percentile) and 90 degrees a second, and 4 m/s^2.
-
-Checks of units, duration and rate of the poses.
-
-Faults of the tracker.
-"""
+"""Checks of the track: timing, tracking, pace."""
 
 import numpy as np
 from jaxtyping import Bool, Float64

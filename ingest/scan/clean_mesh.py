@@ -1,9 +1,4 @@
-"""save_mesh: an object's mesh with its colours, as GLB, PLY or OBJ.
-
-clean: the mesh of the object alone, of a stated size, in its own frame.
-
-main_piece: the object's faces, without crumbs and cavities.
-"""
+"""A measured surface made into the mesh of an object: whole, small, in a frame of its own."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,13 +1,7 @@
-"""look_of: the colours of an object that was cut out of a room, and an atlas of its own.
+"""An object's surface cut out of an app's mesh of a room, with its texture.
 
 A room's atlas is mostly of other things. The object is unwrapped anew, and each pixel of its own atlas is
 taken from where its place lies on the room's pictures.
-
-cut_out: one thing that stands in a room's mesh becomes an object's mesh, as the app measured it.
-
-room_view: a room as somebody is to see it who points at the object in it.
-
-place_looked_at: where the object of a session stands, as the phone was held towards it.
 """
 
 from dataclasses import dataclass, replace

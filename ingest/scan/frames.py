@@ -1,9 +1,4 @@
-"""pick_frames: which pictures the scan is made of: sharp, and from all around.
-
-How sharp pictures are: among their neighbours, and at all.
-
-Stills: single pictures in files, decoded when they are asked for.
-"""
+"""Pictures for a scan: the sharpest of a film, spread over its way, and stills."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass

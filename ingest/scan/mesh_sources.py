@@ -1,10 +1,4 @@
-"""model_source: a finished COLMAP model, with the pictures that it was made of.
-
-read_scan_mesh: a mesh that another app made of the object, in metres, z up, with its colours.
-
-read_parts: all meshes of a file that another app made, with their colours and pictures.
-
-room_depth: depth maps of a scan's views out of the room's mesh that the phone's app made itself.
+"""Meshes that apps made: their parts and textures, rooms, and COLMAP models.
 
 3D Scanner App, Polycam and Scaniverse export what ARKit meshed in the world of the poses. Seen from the
 logged poses it is depth that every picture can have, also where the app saved none.

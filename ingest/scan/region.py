@@ -1,13 +1,4 @@
-"""find_region: the floor and the box of a scan's object, found or given.
-
-find_aim: the place that the cameras look at.
-
-find_floor: the plane that the object stands on.
-
-check_logged_aim: says before minutes of matching that logged poses do not look at one place.
-
-standing_at: the box of what stands where the cameras look, told from what stands beside it.
-"""
+"""The object's region: the floor it stands on, and the box around it, from where the cameras look."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,9 +1,4 @@
-"""read_room: the mesh of a room as an app exported it, z up, with its pictures still packed.
-
-find_room_floor: the floor of a room's mesh.
-
-Pieces of a room's mesh that stand apart above its floor, and which of them is meant.
-"""
+"""Parts of a room's mesh: the floor, what stands on it, and which one is meant."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path

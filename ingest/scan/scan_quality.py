@@ -1,7 +1,4 @@
-"""ScanReport: the checks of a scan's pictures, cameras and mesh.
-
-coverage: from which directions the pictures show the object, and from which none does.
-"""
+"""How good a scan is: verdicts on pictures, cameras and surface, and what to film again."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,9 +1,4 @@
-"""VideoFrames: the frames of a video as pictures, never more than one of them in memory.
-
-read_source: tells what was given for a scan, by its content, and reads it.
-
-session_source: what an app logged while it filmed the object, with its pictures and depth.
-"""
+"""What is given for a scan: a session, a film, photos or a model, read as pictures with cameras."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,4 @@
-"""StageCache: the folder that keeps finished stages, so that an interrupted scan resumes.
-
-ready_mesh: a mesh that another app made, put on its base in the middle of its own frame.
-"""
+"""The folder of a scan's work: what each stage leaves, and what is ready."""
 
 import hashlib
 import json

@@ -1,6 +1,4 @@
-"""best_views: which picture each triangle of a scan's mesh is painted from.
-
-paint_texture: a mesh's texture atlas out of the pictures of its scan.
+"""The picture on a scan's mesh: unwrapped, painted from the best pictures, seams levelled.
 
 The surface is unwrapped by xatlas. Each triangle is painted from the picture that shows it best; what
 that differs at its corners from the mean colour of all pictures is taken away, spread over the triangle,

@@ -1,9 +1,4 @@
-"""Which way is up in a session's world.
-
-What the accelerometer says about up, in the world of the poses.
-
-Decide between ARKit's and OpenCV's camera axes for a log that does not state them.
-"""
+"""The vertical of a session: by accelerometer, depth, rests, or the camera's axes."""
 
 from dataclasses import dataclass, replace
 from typing import Literal

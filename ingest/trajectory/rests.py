@@ -1,11 +1,7 @@
-"""When something stands still: half a second within 5 mm and one degree, in the mean.
+"""Rests of the object, the poses in which it can stand, and which axis they show to be up.
 
 A tracker's noise moves every single pose, so what is judged is a moving average: over one frame in a
 quiet log, and over as many as a noisy one needs.
-
-Find up in a world without measured gravity from the stable poses in which the object can rest.
-
-On which sides an object can stand by itself, and how far a pose is from standing.
 """
 
 from collections.abc import Sequence

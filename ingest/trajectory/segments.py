@@ -1,13 +1,4 @@
-"""The usable stretches of a motion.
-
-Where a log must not be bridged: gaps, jumps, frozen and untracked stretches.
-
-Jumps: steps between two poses that no hand makes, because the tracker corrected itself.
-
-Runs of bit-identical poses: a live tracker never repeats itself, so it had lost the room.
-
-Stitching: the part of a log after a tracking jump is moved back to where it belongs.
-"""
+"""Breaks of the tracking: jumps, gaps and frozen poses split a take; what fits again is stitched."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,9 +1,7 @@
-"""Fingers as chains of joints with the skin that they move: positions and their derivatives.
+"""The fingers as a kinematic model, and their skin.
 
 A finger has five angles: flexion, abduction and twist at its base, and the flexion of its two outer
 joints. The thumb's base is its saddle joint in the palm; the other fingers do not twist.
-
-The skin of the hands by part: palm, phalanges and finger pads; what grips are solved and judged on.
 """
 
 from dataclasses import dataclass, replace

@@ -1,9 +1,4 @@
-"""Contact segments per hand, and palms that follow their anchors.
-
-Anchors: the place on the object where a hand stays while it holds.
-
-Detours: the path of a palm from one place of an object to another, not through it.
-"""
+"""Contact segments: when a hand holds, where its anchor is, and how palms get around corners to it."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

@@ -1,9 +1,7 @@
-"""Static stability: the overhang of a tilted object beside its support, and the force that holds it up.
+"""Whether an object stands by itself: what supports it, and which lever tips it.
 
 A hand keeps an object that stands on one edge from falling by lifting it beyond that edge, the farther the
 lighter, or, where it is tall, by pushing its top across; the floor's friction bounds that push.
-
-When an object must be held: it moves, is off the floor, or would tip over.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Conditioning of the generator: palms, contacts, first pose or start position that are given."""
+"""What is known of the person before sampling: contacts, place, first pose."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

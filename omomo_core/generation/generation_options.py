@@ -1,7 +1,4 @@
-"""Prefix: the fixed first frames of a chunk, by the chunk before it or by a start pose.
-
-Options and result of the generator.
-"""
+"""Options and results of a generation, and the prefix by which chunks share their state."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,6 +1,4 @@
-"""Sampling of the paper's networks: one window of four seconds, in the frame of the person.
-
-The published generator: one window of four seconds, no release, nothing solved afterwards.
+"""The paper's pipeline: both published networks, sampled and constrained as published.
 
 Its networks see the object in the frame of the person in the first frame, which no phone knows. So each
 sample stands at another place around the object, and the ranking chooses.

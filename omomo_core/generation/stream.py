@@ -1,12 +1,8 @@
-"""The generator as a stream: poses of the object in, finished chunks of K people out.
+"""Generation chunk by chunk: any length of take, sampled ahead of what is solved.
 
 A take of any length is generated in chunks that begin with a prefix from the chunk before, so memory does
 not grow with the take, and poses may still be arriving. A chunk is sampled, then solved. The next one needs
 only the sample to be sampled, so both can be done at the same time.
-
-one_ahead: the next item is made in a second thread while the last one is used.
-
-Chunks: the stretches of a take that are generated at once.
 """
 
 from collections.abc import Callable, Generator, Iterable, Iterator

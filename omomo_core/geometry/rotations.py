@@ -1,14 +1,10 @@
-"""6D rotations and yaw, for torch tensors of any batch shape. Quaternions are xyzw (see roma).
+"""Rotations in torch: 6D and yaw, heading of a person, the canonical frame, and xyzw quaternions.
 
-The paper's canonical frame: where the person stands and faces in a window's first frame.
-
-Frames that need no human: a heading per window, and what a change of heading does to features.
+6D rotations and yaw, for torch tensors of any batch shape. Quaternions are xyzw (see roma).
 
 Features are vectors first, scalars after. The origin is a moving reference that every window of a
 take shares, so between windows only the heading differs, and that is a linear map: x0 estimates of
 overlapping windows can be averaged exactly.
-
-Rotation matrices to and from xyzw quaternions, for numpy arrays of any batch shape.
 """
 
 from dataclasses import dataclass

@@ -1,9 +1,4 @@
-"""The surface of an object as points: what the encodings and the contact rules measure against.
-
-Triangles in a tree of boxes, which answers quickly what is near and what is in between.
-
-split_creases: a surface with its vertices doubled where shading must not run on.
-"""
+"""Surfaces of meshes: even samples, exact distances to triangles, and vertices split at creases."""
 
 from dataclasses import dataclass
 from functools import cached_property

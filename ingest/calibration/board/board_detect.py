@@ -1,7 +1,4 @@
-"""Why a board was not found: another dictionary, another layout, a mirrored print, or no board.
-
-The corners of a board in one picture.
-"""
+"""Corners of a board in a picture, and why none were found."""
 
 from collections import Counter
 from collections.abc import Sequence

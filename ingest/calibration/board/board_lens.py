@@ -1,9 +1,4 @@
-"""The witness camera calibrated from the very video of the board.
-
-Pixels into directions, and how an error of a direction shows in pixels.
-
-First poses of a flat board from its homographies, many frames at once.
-"""
+"""The lens of a camera that filmed a board: distortion, homographies and self-calibration."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,9 +1,4 @@
-"""The corners of single markers in one picture.
-
-Where a board sits on the object: from points of the board found on the mesh, or from a matrix.
-
-Tags, and Reference: whatever printed thing tells size and pose, in one line of text.
-"""
+"""Places of boards and tags on the object, and references that tell size and pose."""
 
 import csv
 import re

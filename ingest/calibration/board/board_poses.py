@@ -1,7 +1,4 @@
-"""Poses that reproject best, and their covariance: Levenberg-Marquardt on many frames at once.
-
-Poses of a board from its corners in pixels, with covariances that hold.
-"""
+"""Poses of a board from its corners in pixels, with covariances that hold."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,4 @@
-"""The black and white of a board as rectangles, and pictures of it, also at true size for a screen.
-
-Board and Checkerboard: which board of squares it is, in one line of text.
-"""
+"""Boards in one line of text: ChArUco, chessboard, grid of tags, with sizes and corners."""
 
 import re
 from dataclasses import dataclass

@@ -1,7 +1,4 @@
-"""Grey pictures with their times from a video, a folder or a session, no more than are needed.
-
-BoardTrack: where a board was over time as a second camera saw it.
-"""
+"""The track of a board over a film, a folder of pictures or a session."""
 
 import csv
 from collections.abc import Callable, Iterator, Sequence

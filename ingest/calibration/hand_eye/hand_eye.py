@@ -1,7 +1,4 @@
-"""Checks of two trackers' motions: too little turning, different motions, another convention of poses.
-
-The mount from two trackers of one motion: closed form, refinement, checks.
-"""
+"""The mount from two trackers of one motion: closed form, refinement, checks."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace

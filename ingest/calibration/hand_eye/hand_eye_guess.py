@@ -1,6 +1,4 @@
-"""The offset between two clocks, from how fast the same thing turns on each.
-
-A first mount in closed form from relative motions, robust against wrong poses.
+"""The clocks' offset by correlation, and a first mount by closed form.
 
 A X = X B for relative motions A of the phone and B of the target. Rotations by matching rotation
 vectors (Park and Martin 1994), found by consensus; then translations, linear.

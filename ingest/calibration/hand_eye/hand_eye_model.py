@@ -1,16 +1,10 @@
-"""PoseStream: poses over time, and their interpolation.
-
-The unknowns of the hand-eye calibration, and their residuals.
+"""The model of hand-eye calibration: streams, samples, residuals and normal equations.
 
 P_i X = Z_i O_i, with P the phone in its world, O the target in its camera, X the mount and Z the
 place of that camera in the phone's world. ARKit drifts: Z is another one at each sample.
 
-One step of Gauss-Newton in which every sample has a drift of its own.
-
 The drift is tied from each sample to the next, so that its part of the normal matrix is a band; it is
 eliminated, and what is left are the eight numbers of mount, clock offset and scale.
-
-The moments at which both trackers saw the object, and what their noise is taken to be.
 """
 
 from dataclasses import dataclass, replace

@@ -1,11 +1,4 @@
-"""find_features: SIFT features of the picked pictures, in COLMAP's database, some at a time.
-
-Which pictures are worth matching with each other: by where they were taken, or by what they show.
-
-COLMAP without its log output.
-
-CameraOptions: what somebody says about a scan's cameras, and how long something in it is.
-"""
+"""Features of pictures, pairs to compare, and COLMAP's options."""
 
 from collections import defaultdict
 from collections.abc import Sequence

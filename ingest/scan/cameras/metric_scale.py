@@ -1,9 +1,4 @@
-"""upright: where up is, by how the cameras were held and by the floor below what they saw.
-
-to_phone: how a model of any size lies in the world in which a phone logged its poses.
-
-How long a metre is in a model by a length between two picked points, and where rays meet.
-"""
+"""The metre of a scan, by poses, depth or a known height, and its vertical."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

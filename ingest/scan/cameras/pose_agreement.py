@@ -1,7 +1,4 @@
-"""Whether something moved while it was filmed: matches that share another motion than the cameras'.
-
-How many matches agree with poses that a log states, and with the same poses understood otherwise.
-"""
+"""Whether poses agree with the pictures, and whether something moved while it was filmed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,9 +1,4 @@
-"""A COLMAP reconstruction as arrays, and from known poses; how it is refined.
-
-joined: pictures that COLMAP placed in models of their own, brought into the largest model.
-
-Views of a reconstruction: its pictures as pinholes, the lens undone where there is one.
-"""
+"""COLMAP's reconstruction: its models merged, cameras as pinholes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,9 +1,4 @@
-"""place: a reconstruction in metres, z up, by whatever says how long a metre is and where up is.
-
-by_reference: how long a metre is in a model, by a printed board or markers that its pictures show.
-
-Why a board or a marker gives a scan no size: another family, another number, or nothing there.
-"""
+"""Metre and vertical of photos by a printed reference in them."""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

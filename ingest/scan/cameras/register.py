@@ -1,9 +1,4 @@
-"""register: where the cameras were when they took the picked pictures, in metres and z up.
-
-from_pictures: where the cameras were, and what their lens is, by the pictures alone.
-
-Registered from what a finished stage has left in the work folder.
-"""
+"""Poses of a scan's pictures, whatever is known of them."""
 
 import shutil
 from collections.abc import Collection, Mapping, Sequence

@@ -1,6 +1,4 @@
-"""dense_surface: the closed surface of what is in a region, with its colours.
-
-find_mirror: the upright plane about which an object that was filmed from one side is symmetric.
+"""The dense stage: a surface from registered pictures, mirrored where the object is symmetric.
 
 The plane is found on what was seen: mirrored, seen surface must fall on seen surface or on what no
 picture shows, and not into air that pictures show.

@@ -1,7 +1,4 @@
-"""cloud: places where depth maps show a surface, thin parts that have no corners among them.
-
-measure_depths: how far what each view shows is, by matching pictures, by LiDAR, or by both.
-"""
+"""Depth maps of all views, by stereo and LiDAR, and the points that they agree on."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,14 +1,8 @@
-"""Volume: what depth maps say about every place around an object: surface, empty, or never seen.
+"""Depth maps fused in a volume: surface, colours, openness.
 
 Distances along the view are averaged near surfaces (Curless and Levoy 1996). What no picture shows to
 be empty stays solid, as their hole filling has it, so the surface is closed: an underside or the depth
 of a narrow gap is filled, never invented.
-
-solid_surface: the closed surface between what is solid and what is empty in a volume.
-
-coloured: what colour the views show at each place of a surface.
-
-open_places: which places that no picture shows are air that something hides, and not solid.
 
 Under a seat or behind a back, air is out of sight just as the inside of a box is. From inside a box
 every way sideways meets a surface that was seen; from under a seat most ways lead into the open.

@@ -1,15 +1,7 @@
-"""Residuals of a pose, weighted, with their derivatives in the bones' turns.
-
-Anatomy for the solver: turning bones, collision spheres, masses and joint ranges.
-
-Targets of the solver: of the hands and the object, of a whole clip, and of the frames that are evaluated.
+"""Residuals of the trajectory optimization: anatomy, targets, speeds and penetration.
 
 The three share their names: `palms` and `R_world_wrist` say where hands go, `hold` how firmly, `obstacle`
 what the body stays out of, `balance` where the weight must be over the feet.
-
-Limit on the angular speed of arms, applied before the trajectory is optimised.
-
-Penetration depth of a body in an object, by the solver's collision spheres.
 """
 
 from dataclasses import asdict, dataclass, fields, replace

@@ -1,9 +1,7 @@
-"""Long takes: windows denoised together, their estimates averaged where they overlap.
+"""Stage 2 sampled over windows that overlap.
 
 Every denoising step of every window sees the others' estimates (the idea of MultiDiffusion,
 Bar-Tal et al. 2023), so the windows end as one motion without a seam.
-
-Sampling of stage 2: a whole body for the palms of each sample.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,7 +1,4 @@
-"""Ranking of K samples without ground truth: the one to show is central and has few faults.
-
-Scores of a sample without ground truth: faults that no person who moves an object has.
-"""
+"""Scores of samples without the truth, and their ranking."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict

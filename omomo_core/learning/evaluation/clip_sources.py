@@ -1,7 +1,4 @@
-"""Reads the clips to evaluate on: recorded clips, training clips, files of the OMOMO release.
-
-Recorded clips cut into the windows that the paper evaluates (its published evaluation).
-"""
+"""Clips to evaluate on, from any source, and the windows that the paper evaluates."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace

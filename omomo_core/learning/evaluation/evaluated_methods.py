@@ -1,9 +1,4 @@
-"""What every method of the tables offers: people for the object of a window.
-
-The methods of the tables: the recorded people, our generator, GOAL, and those from trained networks.
-
-OMOMO and its variants as published (sections 3 and 5.1), trained by `omocap train`.
-"""
+"""The methods of the tables behind one interface: the recorded people, ours, GOAL, and those of the paper."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -1,9 +1,4 @@
-"""The paper's measures (OMOMO section 5.1, and its published evaluation), in the units of their names.
-
-Beside a measure as published stands one without its oddities, under another name.
-
-Statistics over windows: averages, and the paired bootstrap between two methods.
-"""
+"""The paper's measures in its units, their averages, and the paired bootstrap."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,11 +1,7 @@
-"""The questions a generator is asked about a clip, and its answers measured.
+"""The questions a generator is asked about a clip, and an answer without learning beside it.
 
 Palms given or guessed, each with and without the person's pose in the first frame; guessed, also with the
 place on which the person stood at first.
-
-Without learning: both palms on opposite sides of the object, let go where it rests.
-
-Which way across the object is drawn at random: nothing tells on which side the person stands.
 """
 
 from typing import Literal

@@ -1,11 +1,9 @@
-"""Reading clips of people who move objects: npz files, one a clip, and the meshes beside them.
+"""Recorded clips: files, the object's mesh, and the person as a body of our kind.
 
 A clip holds joint_names (22), joints (T,22,3), joint_rot_global_xyzw (T,22,4), palms (T,2,3; middle
 knuckles, left then right), obj_pos (T,3), obj_rot_xyzw (T,4): 30 fps, z up, floor at 0, metres.
 `meshes/<object>.npz` holds vertices and faces; a clip names its object, or its file name does
 (subject_object_number).
-
-The person of a recorded clip on our terms: their skeleton as a body, their pose in our rotations.
 
 A clip's rest pose has other axes (x forward, y left, z up) than ours, arms and legs that point elsewhere and
 raised shoulders (`body.rest_turns`). With both taken out a rotation means to this skeleton what it means to

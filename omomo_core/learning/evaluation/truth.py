@@ -1,7 +1,4 @@
-"""A recorded person, and every figure of a generated one beside them.
-
-Contact and penetration: which palms touch a clip's object, and how deep a body is inside it.
-"""
+"""A recorded person and what they touch, and every figure of a generated one beside them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

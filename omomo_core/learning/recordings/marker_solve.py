@@ -1,7 +1,5 @@
 """Marker tracks and places on a scan become the motion of the scanned object at 30 fps.
 
-Markers on one rigid thing: how they stand to each other, and its pose in every frame.
-
 A pose is the orthogonal Procrustes solution over the markers that are seen (OMOMO, section 4). Places
 that are picked on a scan are off by a centimetre, and a pose would leap by as much whenever a marker is
 lost. So the recording itself says how the markers stand to each other, and the picked places are only

@@ -1,11 +1,9 @@
-"""Files of marker tracks, and of the markers' places on a scan.
+"""Marker tracks and the markers' places on a scan, and the reading of their files.
 
 Tracks are npz (``points`` (T, M, 3), ``names`` (M,), and ``times`` (T,) or ``fps``), CSV with the columns
 ``time`` and ``<name>_x``, ``<name>_y``, ``<name>_z``, or the CSV that Vicon Nexus exports (a line
 ``Trajectories``, the rate, the names, ``Frame,Sub Frame,X,Y,Z,...``, the units). Where a marker is not
 seen, the fields are empty or NaN. Places are CSV with the columns name, x, y, z.
-
-Where markers were at each time, and where they sit on a scan.
 """
 
 import csv

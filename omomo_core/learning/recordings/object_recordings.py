@@ -1,4 +1,4 @@
-"""Recordings of people together with the object they hold, and the clips they become on our skeleton.
+"""Recordings of people together with the object they hold, SkillMimic's ball among them.
 
 The whole scene (way, object, palms) is scaled to our legs. Then our arms are solved to the recorded palms,
 so that hands stay where they were on the object.

@@ -1,13 +1,4 @@
-"""What is wrong with a clip of somebody who moves an object: numbers, and the flags they raise.
-
-Everything is measured on the finished clip, so recorded, synthetic and generated motion compare.
-
-Angles of elbows, knees, wrists and shoulders, in anatomical terms, for judging poses.
-
-How deep an object's surface is inside somebody's flesh.
-
-Asked this way round the object may be an open scan: only the body's skin must be closed.
-"""
+"""What is wrong with a clip of somebody who moves an object: angles, penetration and flags."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,6 +1,4 @@
-"""The skeletons motion comes in, as data: which of their joints stand for which of ours.
-
-Skeletons of common animation rigs, recognised by the names of their joints.
+"""The skeletons motion comes in, and how rigs are recognised by the names of their joints.
 
 Mixamo, MotionBuilder and CMU conversions, Rokoko, Xsens, Perception Neuron, Unreal's mannequin, 3ds Max
 Biped, VRM and their like name the same bones with few words. A name is cut into a side and a word

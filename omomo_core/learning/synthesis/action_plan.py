@@ -1,7 +1,4 @@
-"""What happens in one clip: an action as episodes of taking a prop, moving it and leaving it.
-
-Style of an action: tempo, posture, and where the actor stands to the prop.
-"""
+"""The plan of one clip: an action as episodes, with its style and stances."""
 
 from dataclasses import dataclass
 from typing import Literal, TypedDict

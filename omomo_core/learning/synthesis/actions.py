@@ -1,11 +1,4 @@
-"""The grammar of actions: how often each action is done, with which props, and in which manner.
-
-What the episodes of all actions have in common: how a prop is held, from where to where, how high.
-
-Actions in which a prop is lifted: carried, relocated, handled in place, flipped, reached over.
-
-Actions in which a prop stays on the floor: slid by walking, moved by the arms alone, turned.
-"""
+"""The grammar of actions, and a writer of episodes for each."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,9 +1,4 @@
-"""The body re-solved to hold the prop: bend, twist, shoulders, arms, and the feet kept in place.
-
-Arms that hold: shoulder girdle raised, elbows where they belong, hands on their way and in place.
-
-How a trunk bends, leans and twists: bent poses of a base motion, for any amount per frame.
-"""
+"""The body re-solved to hold the prop: bent trunk, shoulders, arms, feet."""
 
 from dataclasses import dataclass, replace
 

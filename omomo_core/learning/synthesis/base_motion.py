@@ -1,11 +1,4 @@
-"""The actor's base motion for one clip: mocap that stops where things are taken or put down.
-
-The actor's base motion, as smooth as what is carried or led along follows it.
-
-Which stretches of mocap somebody could move an object in, and where they could stop for it.
-
-Level directions from a yaw angle about world z.
-"""
+"""The actor's base motion: stretches of mocap that stop where things are taken or left."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,4 @@
-"""A trolley case pulled behind: tipped onto two wheels by one hand, which it follows as a trailer does.
-
-A cart pushed by its handle: it rolls ahead on the path that the actor will walk.
-"""
+"""Carts pushed by their handle, and trolley cases pulled behind."""
 
 from dataclasses import dataclass
 

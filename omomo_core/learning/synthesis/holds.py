@@ -1,7 +1,4 @@
-"""Which hand holds a prop where and when; the prop's motion goes with it.
-
-How one person holds the body while the hands work.
-"""
+"""Which hand holds a prop where and when, and the posture meanwhile."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,9 +1,4 @@
-"""The synthesis engine: mocap in, clips of people carrying and pushing things out.
-
-Who acts in a data set and what they handle, so that some people and objects can be held out.
-
-The people of the synthesis: as many as the release has, each of a stature of their own.
-"""
+"""The synthesis engine: mocap in, clips of people who move things out, by a roster of people and objects."""
 
 import re
 from collections import Counter

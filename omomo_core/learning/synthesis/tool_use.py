@@ -1,9 +1,4 @@
-"""Parameters of the use of a tool in one clip, drawn before any motion.
-
-Sweeping, mopping, vacuuming: the head of a tool strokes the floor, its pole slants to the hands.
-
-How a hand closes around a pole or a bar: the palm beside it, the thumb along it.
-"""
+"""Tools at work: sweeping, mopping, vacuuming, and the grip of pole and bar."""
 
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,9 +1,4 @@
-"""ProcessGroup: the processes that train one network together, one or those that torchrun starts.
-
-The training loop of one network: resumable, shared by processes, with an average of the weights.
-
-Checkpoints of a training run, from which it is resumed exactly; without pickle.
-"""
+"""The training loop: resumable by checkpoints, shared by processes, with averaged weights."""
 
 import copy
 import json

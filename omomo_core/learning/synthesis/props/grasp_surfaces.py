@@ -1,9 +1,4 @@
-"""How hands close around poles, rails and carrying handles.
-
-Pairs of palms on the outer surface of a thing, found with rays from where the person stands.
-
-Rays against the surface of a prop.
-"""
+"""Places for palms found by rays: opposed surfaces, bars and poles."""
 
 from dataclasses import dataclass
 

@@ -1,11 +1,7 @@
-"""What a prop is: parts, ways to hold it, weight.
+"""What a prop is: its blueprint, ways to hold it, and how a phone scan shows it.
 
 A prop stands on z = 0 at the origin of its own frame; a person who handles it stands at -x and looks
 along +x, with +y to the left. Metres.
-
-A clean solid as a phone scan shows it: uneven, noisy, with holes, crumbs and no underside.
-
-A thing as it is built, before anybody decides from which side to take it.
 """
 
 from collections.abc import Sequence

@@ -1,7 +1,4 @@
-"""Footsteps that bring the body along a root path.
-
-Root paths as people take who move things: short moves in any direction, and stops.
-"""
+"""Root paths of people who move things, and the footsteps that follow them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

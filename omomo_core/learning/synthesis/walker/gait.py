@@ -1,7 +1,4 @@
-"""A body on a root path by small steps: feet first, the pelvis over them, the rest on the pelvis.
-
-The way of the feet between the places where they are put down: heel off, swing, heel down.
-"""
+"""A body on a root path by small steps: feet first, the pelvis over them, then the rest."""
 
 from dataclasses import dataclass
 

@@ -1,9 +1,4 @@
-"""Improvised base motion with stops of given lengths: walks, steps and turns around the stops.
-
-Steps and standing poses of the mocap, from which base motions are generated.
-
-Standing poses of the mocap, which a generated walk takes between its steps.
-"""
+"""Base motion made of recorded steps and standing poses: walks, steps and turns around stops."""
 
 from dataclasses import dataclass, replace
 
