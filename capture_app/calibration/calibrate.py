@@ -193,7 +193,7 @@ def _model(way: ScanWay) -> tuple[Path, Path | None]:
                 "The scan that made this mesh is not beside it: there are no pictures to find the phone "
                 "in.",
                 where=str(work),
-                fix="Name the COLMAP model of the object's scan, or make the mesh with `omocap scan`.",
+                fix="Name the COLMAP model of the object's scan, or make the mesh with ‹omocap scan›.",
             )
         return work / MODEL, way.images or work / IMAGES
     model = model_in(way.model) if way.model.is_dir() else None

@@ -14,6 +14,7 @@ from shlex import join
 from capture_app.calibration import guide_phone_steps as files
 from capture_app.calibration import guide_recordings as record
 from capture_app.calibration.guide_phone_steps import (
+    BOARD_PLACE,
     DRAWN_PLACE,
     DRAWN_TURN,
     MODEL,

@@ -124,7 +124,7 @@ class TrackerWay(Way):
 
 
 def _span(value: object) -> object:
-    return read_span(value, "--still") if isinstance(value, str) else value
+    return read_span(value, "‹stills›") if isinstance(value, str) else value
 
 
 def _intrinsics(value: object, info: Any) -> object:
@@ -208,7 +208,7 @@ class SessionWay(Way):
             raise InputError(
                 "session-ways",
                 "Where the object stood must be said in exactly one way.",
-                where="--scan, --object-pose, --board",
+                where="‹scan›, ‹object_pose›, ‹board›",
                 fix="Give the scan's mesh, or the object's pose in the session's world, or the board "
                 "that the phone filmed on it.",
             )
@@ -216,7 +216,7 @@ class SessionWay(Way):
             raise InputError(
                 "session-ways",
                 "A board and its place on the object belong together.",
-                where="--board, --board-place",
+                where="‹board›, ‹place›",
                 fix="Give both.",
             )
         return self
@@ -288,14 +288,14 @@ class ScanWay(Way):
             raise InputError(
                 "scan-ways",
                 "What the clamped phone saw must be given in exactly one way.",
-                where="--session, --photos",
-                fix="Give its session with the film, or a folder of photos with --intrinsics.",
+                where="‹session›, ‹photos›",
+                fix="Give its session with the film, or a folder of photos with ‹intrinsics›.",
             )
         if self.photos is not None and not (self.intrinsics and min(self.intrinsics[:2]) > 0):
             raise InputError(
                 "intrinsics-unreadable",
                 "Photos need the camera's focal length and centre.",
-                where="--intrinsics",
+                field="intrinsics",
                 fix=INTRINSICS,
             )
         return self
