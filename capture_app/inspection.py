@@ -137,7 +137,7 @@ def refuse_bad(seen: Inspection) -> None:
         problems = " ".join([seen.problem.what, *map(_problem_text, bad)])
         raise InputError(seen.problem.code, problems, where=_where(seen, bad), fix=seen.advice)
     if bad:
-        forced = ["To use the take all the same, add --force."] if seen.take else []
+        forced = ["To use the take all the same, add ‹force›."] if seen.take else []
         raise InputError(
             "take-bad",
             " ".join(["The motion of this take would be wrong.", *map(_problem_text, bad)]),

@@ -142,7 +142,7 @@ def read_manifest(path: Path) -> Manifest:
             "result-missing",
             "This is no result folder: it has no manifest.",
             where=str(path),
-            fix="Give the folder that `omocap run` wrote.",
+            fix="Give the folder that ‹omocap run› wrote.",
         ) from error
     except ValidationError as error:
         field, problem = first_problem(error.errors())

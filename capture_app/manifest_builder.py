@@ -215,7 +215,7 @@ def _segment_note(segment: Segment) -> Iterator[str]:
         yield (
             f"The take was split into {segment.count} segments where tracking failed; this is "
             f"number {segment.index}, {segment.start / FPS:.1f} to {segment.stop / FPS:.1f} s. "
-            "Choose another with --segment."
+            "Choose another with ‹segment›."
         )
 
 

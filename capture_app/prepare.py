@@ -72,13 +72,13 @@ def start_position(
     if request.stood is None:
         return None
     if request.configuration == "paper":
-        raise _wrong("unused", "The published model finds its own place for the person.", "--stood")
+        raise _wrong("unused", "The published model finds its own place for the person.", "‹stood›")
     points = apply(motion.T_world_object[:1], sample_surface(motion.mesh).points)[0]
     if request.stood == "phone":
         _check_phone(request, segment)
         return _before_screen(mount, motion, points)
     x, y = request.stood
-    where = f"--stood {x:g},{y:g}"
+    where = f"‹stood› {x:g},{y:g}"
     if not (math.isfinite(x) and math.isfinite(y)):
         raise _wrong("invalid", "The place where the person stood is no number.", where)
     off = float(np.linalg.norm(points[:, :2] - (x, y), axis=1).min())
@@ -94,19 +94,19 @@ def start_position_note(place: Place | None, human: HumanMotion) -> Iterator[str
     off = 0.0 if place is None else float(np.linalg.norm(human.root[0, :2] - place))
     if off > ASTRAY:
         yield (
-            f"The person begins {off:.1f} m from where --stood says: too far to come from in the time "
+            f"The person begins {off:.1f} m from where ‹stood› says: too far to come from in the time "
             "before they take the object."
         )
 
 
 def _check_phone(request: RunRequest, segment: Segment) -> None:
     if request.animated:
-        raise _wrong("no-phone", "An object's own motion has no phone.", "--stood phone")
+        raise _wrong("no-phone", "An object's own motion has no phone.", "‹stood› phone")
     if segment.start > LATE * FPS:
         raise _wrong(
             "later",
             "The stretch that is used does not begin with the recording: nobody taps the screen then.",
-            "--stood phone",
+            "‹stood› phone",
         )
 
 
@@ -118,7 +118,7 @@ def _before_screen(
     toward = T_world_phone[:2, 2]
     if np.linalg.norm(toward) < UPRIGHT:
         raise _wrong(
-            "level", "The phone's screen faces up or down: it has no side.", "--stood phone"
+            "level", "The phone's screen faces up or down: it has no side.", "‹stood› phone"
         )
     seen = apply(np.linalg.inv(T_world_phone)[None], points)[0]
     before = (seen[:, 2] > 0) & (seen[:, 2] < FREE)
@@ -126,14 +126,14 @@ def _before_screen(
         raise _wrong(
             "hidden",
             "The object is right before the phone's screen: nobody taps it there.",
-            "--stood phone",
+            "‹stood› phone",
         )
     ways = np.outer(BEFORE_SCREEN, toward / np.linalg.norm(toward))
     places = T_world_phone[:2, 3] + ways
     clear = places[_clear(places, motion)]
     if not len(clear):
         raise _wrong(
-            "hidden", "The object fills the place before the phone's screen.", "--stood phone"
+            "hidden", "The object fills the place before the phone's screen.", "‹stood› phone"
         )
     x, y = clear[0].tolist()
     return x, y
@@ -154,8 +154,8 @@ def _clear(
 
 def _wrong(code: str, what: str, where: str) -> InputError:
     fix = "Give x,y in metres on the floor of the result's world, at most 3 m from the object."
-    if where == "--stood phone":
-        fix = "Leave it out, and if the result has the person on the wrong side, give --stood x,y."
+    if where == "‹stood› phone":
+        fix = "Leave it out, and if the result has the person on the wrong side, give ‹stood› x,y."
     return InputError(
         f"stood-{code}", what, where=where, fix="Leave it out." if code == "unused" else fix
     )
@@ -212,16 +212,16 @@ def _recorded(request: RunRequest, mount: Mount) -> tuple[ObjectTake, Verdict]:
         raise InputError(
             "object-needed",
             "The object's mesh is not given; a phone's log has none.",
-            where="--object",
-            fix="Give the mesh of what the phone is clamped to: --object FILE (OBJ, PLY, STL or GLB, "
+            field="object",
+            fix="Give the mesh of what the phone is clamped to: ‹object› FILE (OBJ, PLY, STL or GLB, "
             "in metres).",
         )
     if request.node is not None:
         raise InputError(
             "node-unused",
             "A phone's log has no nodes.",
-            where="--node",
-            fix="Leave out --node.",
+            field="node",
+            fix="Leave out ‹node›.",
         )
     mesh = load_mesh(request.object, scale=request.mesh_scale * mount.object_scale)
     session = read_session(request.session, request.reading.format)
@@ -236,7 +236,7 @@ def _animated(request: RunRequest) -> AnimatedTake:
         raise InputError(
             "tracking-unused",
             "An object's own motion was tracked by no phone.",
-            where="--up, --stitch, --closure, --format",
+            where="‹up›, ‹stitch›, ‹closure›, ‹format›",
             fix="Leave them out; the file says which way is up.",
         )
     animation = read_animation(request.session, request.node)
@@ -254,7 +254,7 @@ def _check_contact_rule(request: RunRequest) -> None:
             "The published contact rule and model find the contacts themselves; they take none that "
             "are given.",
             where=str(request.contacts),
-            fix="Leave out --contact paper and --config paper, or leave out --contacts.",
+            fix="Leave out ‹contact› paper and ‹configuration› paper, or leave out ‹contacts›.",
         )
 
 
@@ -279,6 +279,6 @@ def _stages(request: RunRequest) -> Stages:
             "weights-configuration",
             f"The weights are of the configuration {trained}, not {request.configuration}.",
             where=str(request.weights),
-            fix=f"Add --config {trained}.",
+            fix=f"Add ‹configuration› {trained}.",
         )
     return stages

@@ -40,7 +40,7 @@ def frame_at(seconds: float, count: int) -> int:
         raise InputError(
             "time-outside",
             f"There is no picture at {seconds:g} s: the motion lasts {count / FPS:.2f} s.",
-            where="--still",
+            field="still",
             fix="Give a time within the motion.",
         )
     return frame
@@ -127,7 +127,7 @@ def _order(request: RenderRequest, count: int) -> Sequence[int]:
         raise InputError(
             "sheet-and-still",
             "One picture and a sheet of them cannot be one file.",
-            where="--still, --sheet",
+            where="‹still›, ‹sheet›",
             fix="Give one of the two.",
         )
     if request.still is not None:

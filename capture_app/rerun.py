@@ -34,7 +34,7 @@ def _check_not_corrected(manifest: Manifest) -> None:
             "result-corrected",
             "The contacts of this result were corrected; its manifest alone does not make it again.",
             where=origin.result,
-            fix=f"Run `omocap rerun` on that result and `omocap resolve` with {origin.contacts}.",
+            fix=f"Run ‹omocap rerun› on that result and ‹omocap resolve› with {origin.contacts}.",
         )
 
 
@@ -45,7 +45,7 @@ def _check_config(manifest: Manifest) -> None:
             "config-changed",
             f"Numbers that shape a motion have changed since: {', '.join(changed)}.",
             where="config",
-            fix=f"Install omocap {manifest.versions.omocap}, or make a new result with `omocap run`.",
+            fix=f"Install omocap {manifest.versions.omocap}, or make a new result with ‹omocap run›.",
         )
 
 
@@ -68,7 +68,7 @@ def unchanged(item: Input) -> Path:
             "input-changed",
             f"The {item.role} of this result has changed since it was made.",
             where=item.path,
-            fix="Restore it, or make a new result with `omocap run`.",
+            fix="Restore it, or make a new result with ‹omocap run›.",
         )
     return path
 
@@ -82,5 +82,5 @@ def _check_weights(manifest: Manifest, folder: Path) -> None:
                 "The weights are not those that this result was made with.",
                 where=str(file),
                 fix=f"Install omocap {manifest.versions.omocap}, or make a new result with "
-                "`omocap run`.",
+                "‹omocap run›.",
             )

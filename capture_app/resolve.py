@@ -150,14 +150,14 @@ def _check(before: Result, output: Path) -> None:
             "result-without-contacts",
             "The hands of this result follow the published rule; it has no contacts to correct.",
             where=str(before.folder),
-            fix="Run the take again without --contact paper and --config paper.",
+            fix="Run the take again without ‹contact› paper and ‹configuration› paper.",
         )
     if output.resolve() == before.folder.resolve():
         raise InputError(
             "output-is-input",
             "The corrected result would take the place of the one it is made from.",
             where=str(output),
-            fix="Give another folder with -o.",
+            fix="Give another folder with ‹output›.",
         )
 
 

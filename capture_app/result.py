@@ -70,7 +70,7 @@ def sample_index(result: Result, wanted: int | None) -> int:
             "sample-missing",
             f"There is no sample {wanted}: the result has {count}.",
             where=str(result.folder),
-            fix=f"Give --sample a number from 1 to {count}.",
+            fix=f"Give ‹sample› a number from 1 to {count}.",
         )
     return wanted - 1
 

@@ -66,7 +66,7 @@ class Staging:
                 "output-not-writable",
                 f"The output folder cannot be made: {error.strerror or error}.",
                 where=str(self.target),
-                fix="Give a folder you may write to with -o.",
+                fix="Give a folder you may write to with ‹output›.",
             ) from error
         return self.folder
 
@@ -102,14 +102,14 @@ class Staging:
                 "output-exists",
                 "The output folder exists already.",
                 where=str(target),
-                fix="Give another one with -o, or replace it with --replace.",
+                fix="Give another one with ‹output›, or replace it with ‹replace›.",
             )
         if not (target / MARK).is_file() or target.is_symlink():
             raise InputError(
                 "output-not-a-result",
                 "The output folder holds no earlier result, so it will not be replaced.",
                 where=str(target),
-                fix="Give another folder with -o.",
+                fix="Give another folder with ‹output›.",
             )
 
     def _put(self) -> None:
@@ -124,7 +124,7 @@ class Staging:
                 "output-exists",
                 f"The output folder could not be put in place: {error.strerror or error}.",
                 where=str(self.target),
-                fix="Something else was written there meanwhile: give another folder with -o.",
+                fix="Something else was written there meanwhile: give another folder with ‹output›.",
             ) from error
         flush(self.target.parent)
 

@@ -133,7 +133,7 @@ def gather(
                 "run-differs",
                 "This run was begun with other recordings, or they have changed.",
                 where=str(run),
-                fix="Give another folder with -o.",
+                fix="Give another folder with ‹output›.",
             )
         dropped = Counter[str](before["left_out"])
     else:
@@ -314,7 +314,7 @@ def _plans(request: TrainRequest) -> dict[str, NetworkPlan]:
         raise InputError(
             "unknown-stage",
             f"There is no stage {stage!r} of this method.",
-            where="--stage",
+            field="stage",
             fix=f"Use {', '.join(plans)}.",
         )
     return plans if stage == "both" else {stage: plans[stage]}
@@ -378,7 +378,7 @@ def _check_objects(clips: Sequence[Clip], plans: dict[str, NetworkPlan]) -> None
         raise InputError(
             "no-objects",
             f"None of the clips has an object, and {' and '.join(needing)} cannot learn without.",
-            fix="Leave out --synthetic 0, or make clips with `omocap data synthesise`.",
+            fix="Leave out ‹synthetic› 0, or make clips with ‹omocap data synthesise›.",
         )
 
 

@@ -86,8 +86,8 @@ def find_device(name: Device) -> torch.device:
         raise InputError(
             "device-missing",
             f"PyTorch {torch.__version__} finds no device {name} on this machine.",
-            where=f"--device {name}",
-            fix="Run on the processor (--device cpu), or install the driver of the graphics card and "
+            where=f"‹device› {name}",
+            fix="Run on the processor (‹device› cpu), or install the driver of the graphics card and "
             "the build of PyTorch for it (docs/platforms.md).",
         )
     return torch.device(name)

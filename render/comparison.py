@@ -236,7 +236,7 @@ def difference_scale(contenders: Sequence[Contender]) -> float:
                 "heat-bodies-differ",
                 "Heat needs the same body mesh in all motions.",
                 where=other.label,
-                fix="Compare results on the same body, or leave --heat out.",
+                fix="Compare results on the same body, or leave ‹heat› out.",
             )
     ticks = range(clock(contenders))
     return heat_scale(

@@ -162,7 +162,7 @@ def rigid_object(motion: ObjectMotion, color: Color = OBJECT_COLOR) -> Actor:
         raise InputError(
             "object-no-faces",
             f"The object {motion.mesh.name!r} has no faces: there is no surface to draw.",
-            fix="Run the take again with a mesh of triangles as --object.",
+            fix="Run the take again with a mesh of triangles as ‹object›.",
         )
     drawable = solid(motion.mesh, color)
     return Actor(

@@ -1,15 +1,9 @@
-"""calibrate: from what was recorded, by any of the ways, to the mount file and its picture.
+"""Mounts by each of the ways to calibrate, and the mount file with its picture.
 
-Mounts by what else watched: a camera that filmed a board, a tracker, or pictures of the screen.
-
-Mounts by what the clamped phone itself recorded: with the object's scan, a board, or the floor.
-
-Which phone is meant: by its model, or by four measurements of it.
-
-write_mount: what every calibration ends with, the mount file and its picture.
+What a way needs is in `capture_app.commands.calibrate`.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
@@ -19,10 +13,12 @@ import numpy as np
 from capture_app.commands.calibrate import (
     AnyWay,
     BoardWay,
+    DrawingWay,
     FloorWay,
+    HandWay,
+    PointsWay,
     Ruler,
     ScanWay,
-    ScreenWay,
     SessionWay,
     TrackerWay,
     Way,
@@ -30,11 +26,12 @@ from capture_app.commands.calibrate import (
 from capture_app.commands.inputs import MeshFile
 from capture_app.progress import Progress, silent
 from capture_app.scanning.scan_folder import IMAGES, MODEL
-from ingest.archive import is_archive, unpack
+from ingest.archive import is_archive
 from ingest.calibration.board.board_place import load_place, parse_grid
 from ingest.calibration.board.board_spec import Board, Checkerboard
 from ingest.calibration.board.board_track import TIMES, BoardTrack, track_session, track_video
 from ingest.calibration.board.camera_file import load_camera
+from ingest.calibration.drawn_mount import Drawn, Precision, body_mount, camera_mount
 from ingest.calibration.floor_fit import refine
 from ingest.calibration.hand_eye.to_mount import (
     calibrate_by_board,
@@ -43,17 +40,11 @@ from ingest.calibration.hand_eye.to_mount import (
     read_pose_log,
 )
 from ingest.calibration.phone_body import Phone, phone_named
+from ingest.calibration.picked_points import Picked, mount_from_pairs
+from ingest.calibration.point_pairs import PointPair, load_pairs
 from ingest.calibration.pose_file import load_pose, load_similarity
 from ingest.calibration.scan_landmarks import read_landmarks
 from ingest.calibration.scan_mount import Views, scan_mount, views_in, views_of
-from ingest.calibration.screen.screen import (
-    ScreenViews,
-    learned_screen,
-    mount_from_screen,
-    screen_object,
-)
-from ingest.calibration.screen.shown import ScreenPose, load_screen_pose, screen_pose, shown_board
-from ingest.calibration.screen.views import Photo, photos, views_in_model, views_with_board
 from ingest.calibration.session_mount import (
     ObjectPlacement,
     load_scan,
@@ -74,8 +65,8 @@ from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMesh
 
 
-def phone_of(name: str | None, ruler: Ruler | None) -> Phone | None:
-    """The phone; None when neither is given.
+def phone_of(name: str, ruler: Ruler | None) -> Phone | None:
+    """Return the phone of this model, or of these measurements; None when neither is given.
 
     Raises:
         InputError: as `phone_named`.
@@ -85,18 +76,19 @@ def phone_of(name: str | None, ruler: Ruler | None) -> Phone | None:
     return phone_named(name) if name else None
 
 
-def need(phone: Phone | None) -> Phone:
-    """The phone, where there must be one.
+def needed_phone(name: str, ruler: Ruler | None) -> Phone:
+    """Return the phone, where there must be one.
 
     Raises:
         InputError: "phone-needed".
     """
+    phone = phone_of(name, ruler)
     if phone is None:
         raise InputError(
             "phone-needed",
             "The model of the phone is not given.",
-            where="--phone",
-            fix='Name it, such as --phone "iPhone 15", or measure it with a ruler (--ruler).',
+            field="phone",
+            fix='Name it, such as ‹phone› "iPhone 15", or measure it with a ruler (‹ruler›).',
         )
     return phone
 
@@ -145,54 +137,6 @@ def _check_object(way: Way) -> None:
     """Refuse a mesh that cannot be read before the slow part."""
     if way.mesh_file is not None:
         way.mesh_file.load()
-
-
-def by_screen(way: ScreenWay) -> Mount:
-    """By the board on the screen, seen together with the object.
-
-    Raises:
-        InputError: "phone-needed", those of what is read, and of `mount_from_screen`.
-    """
-    phone = need(phone_of(way.phone, way.ruler))
-    shown = shown_board(phone, way.turned)
-    pose = load_screen_pose(way.phone_file) if way.phone_file else screen_pose(phone)
-    views = see(way, shown)
-    return mount_from_screen(views, shown, pose, turned=way.turned, scaled=way.scale, phone=phone)
-
-
-def learned_pose(way: ScreenWay, known: Path) -> ScreenPose:
-    """Where the screen is in this phone, by a mount of the same clamping that is known.
-
-    Raises:
-        InputError: as `by_screen`.
-    """
-    phone = need(phone_of(way.phone, way.ruler))
-    shown = shown_board(phone, way.turned)
-    views = see(way, shown)
-    placed = screen_object(views, shown, turned=way.turned, scaled=way.scale, phone=phone)
-    return learned_screen(placed, load_mount(known))
-
-
-def see(way: ScreenWay, shown: Board) -> ScreenViews:
-    """Read the pictures into poses, by the board on the object or by the scan's model.
-
-    Raises:
-        InputError: of what is read.
-    """
-    if way.model is not None:
-        T, scale = load_similarity(way.to_object) if way.to_object else (None, 1.0)
-        return views_in_model(_photos(way.photos), shown, way.model, T, scale)
-    assert way.board is not None
-    assert way.place is not None
-    fixed = parse_grid(way.board)
-    camera = load_camera(way.camera) if way.camera else None
-    place = load_place(way.place, fixed)
-    return views_with_board(_photos(way.photos), shown, fixed, place, camera)
-
-
-def _photos(path: Path) -> Iterator[Photo]:
-    """Return the photos of a folder, or of an archive of one."""
-    return photos(unpack(path) if path.is_file() and is_archive(path) else path)
 
 
 def by_session(way: SessionWay, progress: Progress) -> Mount:
@@ -249,7 +193,7 @@ def _model(way: ScanWay) -> tuple[Path, Path | None]:
                 "The scan that made this mesh is not beside it: there are no pictures to find the phone "
                 "in.",
                 where=str(work),
-                fix="Name the COLMAP model of the object's scan, or make the mesh with `omocap scan`.",
+                fix="Name the COLMAP model of the object's scan, or make the mesh with ‹omocap scan›.",
             )
         return work / MODEL, way.images or work / IMAGES
     model = model_in(way.model) if way.model.is_dir() else None
@@ -276,6 +220,53 @@ def by_floor(way: FloorWay) -> Mount:
     metric = MeshFile(way.object, way.mesh_scale).load(first.object_scale)
     session = read_session(way.session, way.format)
     return refine(first, session, metric, phone_height=way.phone_height, floor=way.floor)
+
+
+def by_drawing(way: DrawingWay) -> Mount:
+    """Return the mount of a holder whose drawing says where the phone is.
+
+    Raises:
+        InputError: the numbers do not make a pose, or the phone is needed and not given.
+    """
+    drawn = Drawn(
+        xyz=_spaced(way.xyz),
+        axes=way.axes,
+        euler=way.euler,
+        quaternion=_spaced(way.quaternion),
+        matrix=way.matrix,
+    )
+    precision = Precision(way.sigma_mm / 1e3, float(np.radians(way.sigma_deg)))
+    if way.of == "camera":
+        mount, phone = camera_mount(drawn.of_camera(), precision), phone_of(way.phone, way.ruler)
+        return replace(mount, phone=phone.name if phone else mount.phone)
+    phone = needed_phone(way.phone, way.ruler)
+    T = drawn.of_body()
+    return replace(body_mount(phone, T[:3, :3], T[:3, 3], way.point, precision), phone=phone.name)
+
+
+def pairs_of(way: PointsWay) -> list[PointPair]:
+    """Return the pairs of the file, and those that were typed or clicked.
+
+    Raises:
+        InputError: of `load_pairs`.
+    """
+    metres = way.sigma_mm / 1e3
+    pairs = load_pairs(way.pair_file, metres) if way.pair_file else []
+    return [*pairs, *(PointPair(pair.phone, pair.point, metres) for pair in way.pairs)]
+
+
+def by_points(way: PointsWay) -> Picked:
+    """Return the mount that pairs of points give, with how well they fit.
+
+    Raises:
+        InputError: the points do not determine it, or do not fit.
+    """
+    return mount_from_pairs(pairs_of(way), phone_of(way.phone, way.ruler), scaled=way.scale)
+
+
+def _spaced(numbers: Sequence[float] | None) -> str | None:
+    """Return numbers as they are written in a drawing."""
+    return None if numbers is None else " ".join(map(repr, numbers))
 
 
 def chosen_stills(
@@ -357,7 +348,8 @@ def calibrate(
         InputError: see `find_mount` and `write_mount`; nothing is written then.
     """
     mount = find_mount(way, progress)
-    return write_mount(mount, path, way.mesh_file, way.phone, picture=picture)
+    phone = mount.phone if isinstance(way, HandWay) else way.phone
+    return write_mount(mount, path, way.mesh_file, phone, picture=picture)
 
 
 def find_mount(way: AnyWay, progress: Progress) -> Mount:
@@ -373,8 +365,10 @@ def find_mount(way: AnyWay, progress: Progress) -> Mount:
             return by_session(way, progress)
         case ScanWay():
             return by_scan(way, progress)
-        case ScreenWay():
-            return by_screen(way)
+        case DrawingWay():
+            return by_drawing(way)
+        case PointsWay():
+            return by_points(way).mount
         case FloorWay():
             return by_floor(way)
         case _:

@@ -13,14 +13,13 @@ from shlex import join
 
 from capture_app.calibration import guide_phone_steps as files
 from capture_app.calibration import guide_recordings as record
-from capture_app.calibration import screen_steps as screen
 from capture_app.calibration.guide_phone_steps import (
+    BOARD_PLACE,
     DRAWN_PLACE,
     DRAWN_TURN,
     MODEL,
     PICKED,
     PRINT,
-    place,
 )
 from capture_app.calibration.guide_steps import (
     AgainError,
@@ -252,13 +251,13 @@ RECIPES: Sequence[Recipe] = (
         "board",
         "board",
         "a printer, and a second camera or phone on a tripod (surest)",
-        (files.MESH, PRINT, place("--board-place"), record.WITNESSED, record.FILM),
+        (files.MESH, PRINT, BOARD_PLACE, record.WITNESSED, record.FILM),
     ),
     Recipe(
         "filmed",
         "session",
         "a printer, and only the phone",
-        (files.MESH, PRINT, place("--board-place"), record.FILMED),
+        (files.MESH, PRINT, BOARD_PLACE, record.FILMED),
     ),
     Recipe(
         "meshed",
@@ -272,31 +271,10 @@ RECIPES: Sequence[Recipe] = (
         "a scan of the object with its surroundings (a COLMAP model)",
         (
             files.MESH,
-            files.colmap(),
+            files.COLMAP,
             files.MODEL_PICTURES,
-            files.to_object("--model-to-object"),
+            files.MODEL_TO_OBJECT,
             record.STOOD,
-        ),
-    ),
-    Recipe(
-        "screen",
-        "screen",
-        "a printer and a second camera, but the object cannot be moved about; its phone's screen is "
-        "outside",
-        (files.MESH, MODEL, screen.SHOWN, PRINT, place("--place"), screen.PHOTOS),
-    ),
-    Recipe(
-        "screen-scan",
-        "screen",
-        "a second camera and COLMAP, no printer; the phone's screen is outside",
-        (
-            files.MESH,
-            MODEL,
-            screen.SHOWN,
-            screen.SCAN_PHOTOS,
-            files.colmap("--model"),
-            files.to_object("--to-object"),
-            screen.METRES,
         ),
     ),
     Recipe(
@@ -373,7 +351,7 @@ class Guide:
         chosen = [
             RECIPES[k]
             for k in prompt.choose_some(
-                "Number (several, such as 1 9, are done one after the other and combined)",
+                "Number (several, such as 1 7, are done one after the other and combined)",
                 [recipe.have for recipe in RECIPES],
             )
         ]

@@ -366,20 +366,18 @@ def _faces_inwards(mesh: ObjectMesh, board: Board, fit: BoardPlace) -> bool:
     return bool(before and not behind)
 
 
-def place(option: str) -> GuideStep:
-    """The board's place, given by the option of that name."""
-    return GuideStep(
-        "Where the board is on the object",
-        (
-            "Look at the print so that the arrows start at its top left.",
-            "Find the four outer corners of its chequered area on the mesh, or measure them from "
-            "edges that the mesh has; x y z each. Three will do: Enter skips one. A file that says "
-            "it all will do as well.",
-            AXES,
-        ),
-        lambda prompt, state: [option, str(_ask_place(prompt, state))],
-        (option, "PLACE.json"),
-    )
+BOARD_PLACE = GuideStep(
+    "Where the board is on the object",
+    (
+        "Look at the print so that the arrows start at its top left.",
+        "Find the four outer corners of its chequered area on the mesh, or measure them from "
+        "edges that the mesh has; x y z each. Three will do: Enter skips one. A file that says "
+        "it all will do as well.",
+        AXES,
+    ),
+    lambda prompt, state: ["--board-place", str(_ask_place(prompt, state))],
+    ("--board-place", "PLACE.json"),
+)
 
 
 def _ask_mesh(prompt: Prompt, state: GuideState) -> Words:
@@ -432,16 +430,14 @@ SCAN = GuideStep(
 )
 
 
-def colmap(*words: str) -> GuideStep:
-    """The model of a scan, after these words."""
+def _ask_colmap(prompt: Prompt, state: GuideState) -> Words:
+    path = prompt.path("COLMAP model: folder of cameras, images and points3D")
+    model = read_model(path)
+    prompt.good(f"{len(model.images):,} pictures, {len(model.points3D):,} points")
+    return [str(path)]
 
-    def ask(prompt: Prompt, state: GuideState) -> Words:
-        path = prompt.path("COLMAP model: folder of cameras, images and points3D")
-        model = read_model(path)
-        prompt.good(f"{len(model.images):,} pictures, {len(model.points3D):,} points")
-        return [*words, str(path)]
 
-    return GuideStep("The scan's model", (), ask, (*words, "MODEL"))
+COLMAP = GuideStep("The scan's model", (), _ask_colmap, ("MODEL",))
 
 
 def _ask_model_pictures(prompt: Prompt, state: GuideState) -> Words:
@@ -458,17 +454,15 @@ def _ask_model_pictures(prompt: Prompt, state: GuideState) -> Words:
 MODEL_PICTURES = GuideStep("Its pictures", (), _ask_model_pictures, ("--images", "PICTURES"))
 
 
-def to_object(option: str) -> GuideStep:
-    """How the model lies to the mesh, by an option of that name."""
+def _ask_model_to_object(prompt: Prompt, state: GuideState) -> Words:
+    if prompt.yes("Was the mesh made from that model, so that it has its frame?", default=True):
+        return []
+    path = prompt.path("File with the four rows of four that take the model into the mesh's frame")
+    _, scale = load_similarity(path)
+    prompt.good(f"it scales the model by {scale:.4g}")
+    return ["--model-to-object", str(path)]
 
-    def ask(prompt: Prompt, state: GuideState) -> Words:
-        if prompt.yes("Was the mesh made from that model, so that it has its frame?", default=True):
-            return []
-        path = prompt.path(
-            "File with the four rows of four that take the model into the mesh's frame"
-        )
-        _, scale = load_similarity(path)
-        prompt.good(f"it scales the model by {scale:.4g}")
-        return [option, str(path)]
 
-    return GuideStep("The model and the mesh", (), ask, (option, "MATRIX"))
+MODEL_TO_OBJECT = GuideStep(
+    "The model and the mesh", (), _ask_model_to_object, ("--model-to-object", "MATRIX")
+)

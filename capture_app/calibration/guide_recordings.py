@@ -30,7 +30,6 @@ from ingest.calibration.hand_eye.hand_eye_model import PoseStream
 from ingest.calibration.hand_eye.to_mount import phone_stream, read_pose_log
 from ingest.calibration.pose_file import load_pose
 from ingest.calibration.scan_mount import views_of
-from ingest.calibration.screen.views import photos
 from ingest.calibration.still import CARRIED, clamped_stills
 from ingest.formats.registry import read_session
 from ingest.session import CaptureSession
@@ -203,29 +202,6 @@ def filmed_then_clamped(session: CaptureSession, board: Board) -> Finding:
     clamped = clamped_stills(session, path=CARRIED)[0][0].start
     film = filmed_by_phone(session, board, clamped)
     return Finding(f"{rests.good}; {film.good}", rests.doubts + film.doubts)
-
-
-def photographed_boards(folder: Path, boards: dict[str, Board]) -> Finding:
-    """Boards in a folder of photos, each by what it is on; eight of the photos are looked at.
-
-    Raises:
-        InputError: of `photos`, or of `not_found` for a board that is in none of them.
-    """
-    every = max(1, sum(1 for _ in folder.glob("*")) // 8)
-    looked = [photo.grey for photo in islice(photos(folder), 0, None, every)]
-    counts: list[str] = []
-    doubts: list[str] = []
-    for name, board in boards.items():
-        shown = sum(_enough(Detector(board).find(grey)) for grey in looked)
-        if not shown:
-            raise not_found(looked[:_SAMPLES], board, str(folder))
-        counts.append(f"{name} in {shown}")
-        if shown < _OFTEN * len(looked):
-            doubts.append(
-                f"{name[0].upper()}{name[1:]} is missed in most of them. Come nearer, look at it at "
-                "a slant, with its brightness up and no reflections in it."
-            )
-    return Finding(f"of {len(looked)} photos looked at, {' and '.join(counts)}", tuple(doubts))
 
 
 def _pictures(path: Path) -> Iterator[Picture]:

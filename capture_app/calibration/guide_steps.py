@@ -22,6 +22,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from capture_app.commands.spelling import in_options
 from ingest.calibration.board.board_spec import Board
 from ingest.calibration.drawn_mount import body_of_camera
 from ingest.calibration.phone_body import Phone
@@ -72,7 +73,7 @@ class Prompt:
 
     def tell(self, text: str) -> None:
         """A paragraph."""
-        self._console.print(text, markup=False)
+        self._console.print(in_options(text), markup=False)
 
     def numbered(self, rows: Sequence[str]) -> None:
         """Things to do or to choose from, numbered from 1."""
@@ -95,7 +96,7 @@ class Prompt:
 
     def problem(self, error: InputError) -> None:
         """What is wrong, where, and what to do about it."""
-        where = f" ({error.where})" if error.where and not error.where.startswith("--") else ""
+        where = f" ({error.where})" if error.where and not error.where.startswith("‹") else ""
         self._label("No: ", "bold red", f"{error.what.rstrip('.')}{where}. {error.fix}")
 
     def accept(self, finding: Finding) -> bool:
@@ -162,7 +163,7 @@ class Prompt:
                 self.problem(error)
 
     def _label(self, label: str, style: str, text: str) -> None:
-        self._console.print(Text.assemble((label, style), text))
+        self._console.print(Text.assemble((label, style), in_options(text)))
 
 
 def as_path(text: str) -> Path:

@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
 from capture_app.cli import options as given
-from capture_app.cli.console import ProgressBars, errors, say
+from capture_app.cli.console import ProgressBars, errors, in_options, say
 from capture_app.cli.console import output as console
 from capture_app.cli.derived import derived
 from capture_app.commands.inputs import OptionGroup
@@ -210,7 +210,9 @@ def _tell(result: Path, jobs: Sequence[JobRecord]) -> None:
     if failed:
         table = Table("session", "what is wrong", box=None, header_style="dim")
         for job in failed:
-            table.add_row(Text(job.name), Text(job.error.what if job.error else job.state))
+            table.add_row(
+                Text(job.name), Text(in_options(job.error.what) if job.error else job.state)
+            )
         console.print(table)
         say("Note", "what to do about these stands in the table of results.", "yellow")
     say("Done", f"{len(jobs) - len(failed)} of {len(jobs)}: {result / 'results.csv'}", "green")

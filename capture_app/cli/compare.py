@@ -46,7 +46,7 @@ def compare(
     from capture_app.comparison.comparison_film import compare_motions
 
     said |= {"motions": motions, "output": output, "labels": label or ()}
-    request = validated(CompareRequest, said, "option-invalid", prefix="--")
+    request = validated(CompareRequest, said, "option-invalid")
     with progress_bars() as progress:
         made = compare_motions(request, progress)
     _tell(made)

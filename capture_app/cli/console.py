@@ -52,18 +52,27 @@ _STAGES = {
 }
 
 
+def in_options(text: str) -> str:
+    """Return a text with the command line's options in place of references such as ‹mesh_scale›."""
+    if "‹" not in text:
+        return text
+    from capture_app.commands import spelling
+
+    return spelling.in_options(text)
+
+
 def say(label: str, text: str, style: str) -> None:
     """Print a result line that begins with a coloured word; the text is shown as it is."""
-    output.print(Text.assemble((f"{label}: ", style), text), soft_wrap=True)
+    output.print(Text.assemble((f"{label}: ", style), in_options(text)), soft_wrap=True)
 
 
 def report(error: OmocapError) -> None:
     """Print what is wrong, where, how to fix it, and the code, as one paragraph."""
-    text = Text.assemble(("Error: ", "bold red"), error.what)
+    text = Text.assemble(("Error: ", "bold red"), in_options(error.what))
     for label, value in (("where", error.where), ("fix", error.fix), ("code", error.code)):
         if value:
             text.append(f"\n  {label}: ", style="bold")
-            text.append(value)
+            text.append(in_options(value))
     errors.print(text, soft_wrap=True)
 
 

@@ -85,7 +85,7 @@ def synthesise(mocap: Mocap, out: DataSet, **said: Any) -> None:
     from capture_app.training import synthesise_data
 
     asked = {**said, "mocap": mocap, "output": out}
-    request = validated(SynthesisRequest, asked, "option-invalid", prefix="--")
+    request = validated(SynthesisRequest, asked, "option-invalid")
     synthesise_data(request, TrainingConsole())
 
 

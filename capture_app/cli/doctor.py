@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from capture_app.cli import options as given
-from capture_app.cli.console import output
+from capture_app.cli.console import in_options, output
 
 if TYPE_CHECKING:
     from capture_app.doctor import HealthCheck
@@ -31,11 +31,12 @@ def doctor(config: Config = False, as_json: given.AsJson = False) -> None:
     if config:
         _print_config(as_json=as_json)
         return
+    from capture_app.commands.spelling import all_in_options
     from capture_app.doctor import examine
 
     checks = list(examine())
     if as_json:
-        output.print_json(data=[asdict(check) for check in checks])
+        output.print_json(data=all_in_options([asdict(check) for check in checks]))
     else:
         _print_checks(checks)
     if any(check.level == "bad" for check in checks):
@@ -47,7 +48,7 @@ def _print_checks(checks: list["HealthCheck"]) -> None:
     for check in checks:
         found = Text(check.found)
         if check.fix:
-            found.append(f"\nfix: {check.fix}", style="dim")
+            found.append(f"\nfix: {in_options(check.fix)}", style="dim")
         table.add_row(Text(check.level, style=_COLOUR[check.level]), check.name, found)
     output.print(table)
 

@@ -22,7 +22,7 @@ def export(result: given.Result, file: given.ExportFile = None, **said: Any) -> 
     from capture_app.exports.export_sample import export_result
 
     asked = {**said, "result": result, "output": file or result}
-    written = export_result(validated(ExportRequest, asked, "option-invalid", prefix="--"))
+    written = export_result(validated(ExportRequest, asked, "option-invalid"))
     for note in written.notes:
         say("Note", note, "yellow")
     for path in written.files:

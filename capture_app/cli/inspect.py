@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from capture_app.cli import options as given
-from capture_app.cli.console import output, report, say
+from capture_app.cli.console import in_options, output, report, say
 from capture_app.cli.derived import derived
 from capture_app.commands.reading import ReadingOptions
 from capture_app.commands.request import validated
@@ -65,7 +65,7 @@ def inspect(
         session,
         mesh,
         place,
-        reading=validated(ReadingOptions, said, "option-invalid", prefix="--").reading,
+        reading=validated(ReadingOptions, said, "option-invalid").reading,
         mesh_scale=mesh_scale,
         images=images,
     )
@@ -77,7 +77,9 @@ def inspect(
     if html is not None:
         _write_page(seen, html)
     if as_json:
-        output.print_json(data=_as_data(seen, refusal))
+        from capture_app.commands.spelling import all_in_options
+
+        output.print_json(data=all_in_options(_as_data(seen, refusal)))
     else:
         _show(seen)
         if html is not None:
@@ -92,7 +94,7 @@ def _write_page(seen: "Inspection", path: Path) -> None:
     from capture_app.report_page import report_page
     from omomo_core.whole_file import write_whole
 
-    write_whole(path, report_page(seen))
+    write_whole(path, in_options(report_page(seen)))
 
 
 def _as_data(seen: "Inspection", refusal: InputError | None) -> dict[str, Any]:
@@ -118,9 +120,9 @@ def _show(seen: "Inspection") -> None:
     table = Table("", "check", "found", "poses", box=None, pad_edge=False, header_style="dim")
     for checks in folded(seen.report.checks):
         first = checks[0]
-        found = Text("; ".join(dict.fromkeys(check.message for check in checks)))
+        found = Text(in_options("; ".join(dict.fromkeys(check.message for check in checks))))
         if first.fix:
-            found.append(f"\nfix: {first.fix}", style="dim")
+            found.append(f"\nfix: {in_options(first.fix)}", style="dim")
         names = ", ".join(dict.fromkeys(check.name for check in checks))
         places = [f"{c.frames[0]}-{c.frames[1] - 1}" for c in checks if c.frames]
         severity = Text(first.severity, style=_COLOUR[first.severity])

@@ -25,7 +25,7 @@ def overlay(result: given.Result, file: given.OutputFile = None, **said: Any) ->
     from capture_app.overlay.find_camera import overlay_result
 
     asked = {**said, "result": result, "output": target}
-    request = validated(OverlayRequest, asked, "option-invalid", prefix="--")
+    request = validated(OverlayRequest, asked, "option-invalid")
     with progress_bars() as progress:
         made = overlay_result(request, progress)
     say("Done", str(target), "green")

@@ -24,7 +24,7 @@ def render(result: given.Result, output: given.OutputFile = None, **said: Any) -
     # A view or a size that is mistyped is told before the result is read.
     target = output or result
     request = validated(
-        RenderRequest, {**said, "result": result, "output": target}, "option-invalid", prefix="--"
+        RenderRequest, {**said, "result": result, "output": target}, "option-invalid"
     )
     index = sample_index(load_result(result), request.sample)
     if output is None:

@@ -71,7 +71,7 @@ def replay(
     check_target(target, (".html",))
     place = given.mount_file(mount) if mesh else None
     paths = [path] if second is None else [path, second]
-    reading = validated(ReadingOptions, said, "option-invalid", prefix="--").reading
+    reading = validated(ReadingOptions, said, "option-invalid").reading
     packs = [open_scene(p, mesh, place, mesh_scale, film=film, reading=reading) for p in paths]
     page = share_page(packs, title=name)
     write_whole(target, page)

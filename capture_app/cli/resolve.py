@@ -25,5 +25,5 @@ def resolve(
     if not video:
         said["video_size"] = None
     said |= {"result": result, "output": output}
-    request = validated(ResolveRequest, said, "option-invalid", prefix="--")
+    request = validated(ResolveRequest, said, "option-invalid")
     show_result(request, corrected_motion)

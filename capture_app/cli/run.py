@@ -36,5 +36,5 @@ def run(
     if not video:
         said["video_size"] = None
     said |= {"session": session, "output": output, "animated": animated}
-    request = validated(RunRequest, said, "option-invalid", prefix="--")
+    request = validated(RunRequest, said, "option-invalid")
     show_result(request, motion_of_take)

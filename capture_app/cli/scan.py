@@ -41,7 +41,7 @@ def scan(source: Source, mesh: Output, **said: Any) -> None:
     from capture_app.scanning.scan_object import scan_object
 
     asked = {**said, "source": source, "output": mesh}
-    request = validated(ScanRequest, asked, "option-invalid", prefix="--")
+    request = validated(ScanRequest, asked, "option-invalid")
     _estimate(request)
     with progress_bars() as progress:
         made = scan_object(request, progress)

@@ -39,7 +39,7 @@ def tables(clips: Clips, out: Out = Path("tables"), **said: Any) -> None:
     from capture_app.tables.run_tables import make_tables
 
     asked = {**said, "clips": clips, "output": out}
-    request = validated(TablesRequest, asked, "option-invalid", prefix="--")
+    request = validated(TablesRequest, asked, "option-invalid")
     try:
         with counting("Asking") as progress:
             made = make_tables(request, progress)

@@ -1,11 +1,4 @@
-"""Way: what all ways to calibrate a mount have, and the fields that several of them share.
-
-The ways by what else watched: a camera that filmed a board, a tracker, or photos of the screen.
-
-The ways by what the clamped phone itself recorded: with the object's scan, a board, or the floor.
-
-CalibrateRequest: recordings become a mount, by any of the ways.
-"""
+"""The ways to calibrate a mount: what each needs, for the command line, jobs and HTTP alike."""
 
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
@@ -20,11 +13,14 @@ from capture_app.commands.inputs import (
     LogFormat,
     Matrix,
     MeshFile,
+    Number,
     OptionName,
+    Point,
     ShortText,
+    with_example,
 )
 from capture_app.commands.request import ItemRequest, place_of
-from capture_app.commands.text_values import INTRINSICS, read_intrinsics, read_ruler, read_span
+from capture_app.commands.text_values import INTRINSICS, read_intrinsics, read_numbers, read_span
 from omomo_core.errors import InputError
 
 _MESH = "Mesh of the object: OBJ, PLY, STL or GLB, in metres; its frame is the one calibrated."
@@ -66,17 +62,6 @@ class Way(BaseModel):
     def options(self) -> dict[str, Any]:
         """What else is said, as JSON has it."""
         return self.model_dump(mode="json", exclude={"object", *self.READS})
-
-
-def _ruler(value: object, info: Any) -> object:
-    return read_ruler(value, place_of(info)) if isinstance(value, str) else value
-
-
-Ruler = Annotated[
-    tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat], BeforeValidator(_ruler)
-]
-"""Width and height of a phone's body, its lens from the top and, seen from behind, from the left edge,
-millimetres."""
 
 
 class BoardWay(Way):
@@ -138,101 +123,8 @@ class TrackerWay(Way):
     ] = None
 
 
-class ScreenWay(Way):
-    """The phone shows a board, and another camera sees it together with the object.
-
-    How the object is known in the pictures is said in exactly one way: `board` with `place`, or `model`.
-    """
-
-    READS: ClassVar[tuple[str, ...]] = (
-        "photos", "place", "camera", "model", "to_object", "phone_file"
-    )  # fmt: skip
-
-    method: Literal["screen"] = "screen"
-    object: MaybeObject = None
-    photos: Annotated[Path, FromLibrary(("material",))]
-    """Folder of PNG or JPEG pictures that show the phone's screen and the object."""
-    ruler: Annotated[
-        Ruler | None,
-        Field(
-            title="measure its lens",
-            description='For a phone whose lens is not known: "WIDTH HEIGHT TOP SIDE" of its body and of '
-            "the main lens from the top and, from behind, from the left edge, mm.",
-        ),
-    ] = None
-    board: Annotated[
-        ShortText | None,
-        Field(title="The board", description="The board on the object, as printed on its sheet."),
-    ] = None
-    place: Annotated[
-        Path | None,
-        Inline(BoardPlacement, "place.json"),
-        Field(
-            title="Where the board is on the object",
-            description="Where that board is on the object: JSON or CSV.",
-        ),
-    ] = None
-    camera: Annotated[
-        Path | None,
-        Inline(CameraIntrinsics, "camera.json"),
-        Field(
-            description="Intrinsics of the camera that took the pictures; calibrated from the board if "
-            "not given."
-        ),
-    ] = None
-    model: Annotated[
-        Path | None,
-        FromLibrary(("material",)),
-        Field(
-            description="Instead of a board: the COLMAP model of the scan, which has these pictures in "
-            "it."
-        ),
-    ] = None
-    to_object: Annotated[
-        Path | None,
-        Inline(Matrix, "to_object.txt"),
-        Field(
-            description="4x4 matrix that maps the model into the mesh's frame; none if the mesh was made "
-            "in the model's own."
-        ),
-    ] = None
-    phone_file: Annotated[
-        Path | None, Field(description="Where this very phone's screen is, from --learn.")
-    ] = None
-    turned: Annotated[
-        int,
-        Field(
-            title="The picture stands on the screen",
-            ge=-270,
-            le=270,
-            description="By how many degrees clockwise the picture stood on the screen: 0, 90...",
-        ),
-    ] = 0
-    scale: Annotated[
-        bool,
-        Field(description="The model has no scale of its own: take it from the screen."),
-    ] = False
-
-    @model_validator(mode="after")
-    def _one_reference(self) -> "ScreenWay":
-        if (self.model is None) == (self.board is None):
-            raise InputError(
-                "screen-reference",
-                "What tells where the object is in the pictures is not given, or given twice.",
-                fix="Name either --board with --place or --model.",
-            )
-        if self.board is not None and self.place is None:
-            raise InputError(
-                "screen-reference",
-                "Where the board is on the object is not given.",
-                where="--place",
-                fix="Measure three of its corners on the mesh; see `omocap calibrate board --help`.",
-            )
-        return self
-
-
 def _span(value: object) -> object:
-    return read_span(value, "--still") if isinstance(value, str) else value
+    return read_span(value, "‹stills›") if isinstance(value, str) else value
 
 
 def _intrinsics(value: object, info: Any) -> object:
@@ -316,7 +208,7 @@ class SessionWay(Way):
             raise InputError(
                 "session-ways",
                 "Where the object stood must be said in exactly one way.",
-                where="--scan, --object-pose, --board",
+                where="‹scan›, ‹object_pose›, ‹board›",
                 fix="Give the scan's mesh, or the object's pose in the session's world, or the board "
                 "that the phone filmed on it.",
             )
@@ -324,7 +216,7 @@ class SessionWay(Way):
             raise InputError(
                 "session-ways",
                 "A board and its place on the object belong together.",
-                where="--board, --board-place",
+                where="‹board›, ‹place›",
                 fix="Give both.",
             )
         return self
@@ -396,14 +288,14 @@ class ScanWay(Way):
             raise InputError(
                 "scan-ways",
                 "What the clamped phone saw must be given in exactly one way.",
-                where="--session, --photos",
-                fix="Give its session with the film, or a folder of photos with --intrinsics.",
+                where="‹session›, ‹photos›",
+                fix="Give its session with the film, or a folder of photos with ‹intrinsics›.",
             )
         if self.photos is not None and not (self.intrinsics and min(self.intrinsics[:2]) > 0):
             raise InputError(
                 "intrinsics-unreadable",
                 "Photos need the camera's focal length and centre.",
-                where="--intrinsics",
+                field="intrinsics",
                 fix=INTRINSICS,
             )
         return self
@@ -437,8 +329,152 @@ class FloorWay(Way):
     ] = None
 
 
+def _three(value: object, info: Any) -> object:
+    return read_numbers(value, 3, place_of(info)) if isinstance(value, str) else value
+
+
+def _four(value: object, info: Any) -> object:
+    return read_numbers(value, 4, place_of(info)) if isinstance(value, str) else value
+
+
+def _pair(value: object) -> object:
+    from ingest.calibration.points import typed_pair
+
+    if not isinstance(value, str):
+        return value
+    pair = typed_pair(value)
+    return {"phone": pair.phone, "point": pair.object}
+
+
+Ruler = Annotated[tuple[Number, Number, Number, Number], BeforeValidator(_four)]
+"""Width and height of a phone's body, its lens from the top and, seen from behind, from the left edge,
+millimetres."""
+
+
+class HandWay(Way):
+    """What both have: the phone may be one whose lens was measured."""
+
+    object: MaybeObject = None
+    ruler: Annotated[
+        Ruler | None,
+        Field(
+            title="measure its lens",
+            description='For a phone whose lens is not known: "WIDTH HEIGHT TOP SIDE" of its body and of '
+            "the main lens from the top and, from behind, from the left edge, mm.",
+        ),
+    ] = None
+
+
+class DrawingWay(HandWay):
+    """A holder's drawing says where the phone is: a matrix, or a place and one of three rotations."""
+
+    READS: ClassVar[tuple[str, ...]] = ("matrix",)
+
+    method: Literal["drawing"] = "drawing"
+    of: Annotated[
+        Literal["body", "camera"],
+        Field(
+            description="Whose pose it is: the body's (x right, y to the top, z out of the screen) or the "
+            "camera's, in ARKit's axes."
+        ),
+    ] = "body"
+    xyz: Annotated[
+        Annotated[Point, BeforeValidator(_three)] | None,
+        Field(
+            title="Where it is, in the object's own axes",
+            description='Where it is in the object\'s frame, metres: "0.10 0.22 0.05".',
+        ),
+    ] = None
+    point: Annotated[
+        ShortText,
+        Field(description='Point of the body that --xyz is for, such as "top left back corner".'),
+    ] = "centre front"
+    axes: Annotated[
+        ShortText | None,
+        Field(
+            title="How it is turned",
+            description='How the phone is turned, in words: "screen faces +x, top edge points +z".',
+        ),
+    ] = None
+    euler: Annotated[
+        ShortText | None,
+        Field(
+            description='Order and degrees: "xyz 0 90 0" about fixed axes, "XYZ 0 90 0" about turned ones.'
+        ),
+    ] = None
+    quaternion: Annotated[
+        Annotated[tuple[Number, Number, Number, Number], BeforeValidator(_four)] | None,
+        Field(description='x y z w: "0 0 0 1".'),
+    ] = None
+    matrix: Annotated[
+        Path | None,
+        Field(description="File with the whole 4x4 pose in the object's frame."),
+    ] = None
+    sigma_mm: Annotated[
+        float,
+        Field(
+            allow_inf_nan=False,
+            ge=0,
+            le=1000,
+            description="One sigma of the place; take 3 for a ruler.",
+        ),
+    ] = 1.0
+    sigma_deg: Annotated[
+        float,
+        Field(
+            allow_inf_nan=False,
+            ge=0,
+            le=180,
+            description="One sigma of the direction; take 3 by eye.",
+        ),
+    ] = 1.0
+
+
+class ClickedPair(BaseModel):
+    """A point on the phone, and the same point on the object."""
+
+    model_config = with_example(phone="top left back corner", point=[0.1, 0.22, 0.05])
+
+    phone: ShortText | Point
+    """Its name, or metres in the axes of the phone's camera."""
+    point: Point
+    """Metres in the object's frame."""
+
+
+class PointsWay(HandWay):
+    """Points that are known on the phone and on the object."""
+
+    READS: ClassVar[tuple[str, ...]] = ("pair_file",)
+
+    method: Literal["points"] = "points"
+    pair_file: Path | None = None
+    """CSV or JSON file of pairs, which come before the others."""
+    pairs: Annotated[
+        tuple[Annotated[ClickedPair, BeforeValidator(_pair)], ...],
+        OptionName("--pair"),
+        Field(
+            max_length=200,
+            description='A pair, such as "top left back corner = 0.10 0.22 0.05": a point of the phone by '
+            "name or as x y z from its camera, and where it is on the object, metres. Repeat it.",
+        ),
+    ] = ()
+    scale: Annotated[
+        bool, Field(description="Solve for the scale of the mesh too, as in the paper.")
+    ] = False
+    sigma_mm: Annotated[
+        float,
+        OptionName("--sigma"),
+        Field(
+            allow_inf_nan=False,
+            ge=0.01,
+            le=100,
+            description="By how many mm a point is off along each axis.",
+        ),
+    ] = 2.0
+
+
 AnyWay = Annotated[
-    BoardWay | SessionWay | ScanWay | ScreenWay | TrackerWay | FloorWay,
+    BoardWay | SessionWay | ScanWay | TrackerWay | DrawingWay | PointsWay | FloorWay,
     Field(discriminator="method"),
 ]
 

@@ -68,7 +68,7 @@ def validated(model: type[Asked], said: Mapping[str, Any], code: str, **context:
         model: of the request or the part.
         said: values by the names of its fields; text is parsed.
         code: of the error where a value is out of bounds.
-        context: `where` is the place in errors; else `prefix` and the name of the field are.
+        context: `where` is the place in errors; else they name the field.
 
     Raises:
         InputError: with that code, or that of the parser of a field.
@@ -80,7 +80,8 @@ def validated(model: type[Asked], said: Mapping[str, Any], code: str, **context:
         raise InputError(
             code,
             f"{field}: {problem}.",
-            where=context.get("where") or f"{context.get('prefix', '')}{field}",
+            where=context.get("where", ""),
+            field=field.split(".")[0],
             fix="Correct it in the table or on the command line.",
         ) from error
 
@@ -92,8 +93,7 @@ def place_of(info: Any) -> str:
         info: the ValidationInfo that pydantic gives to a validator.
     """
     context: dict[str, str] = info.context or {}
-    name = (info.field_name or "").replace("_", "-")
-    return context.get("where") or f"{context.get('prefix', '')}{name}"
+    return context.get("where") or f"‹{info.field_name}›"
 
 
 def _size(value: object, info: Any) -> object:

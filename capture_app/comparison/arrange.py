@@ -252,7 +252,7 @@ def placed_motions(motions: Sequence[Motion], *, any_object: bool = False) -> li
             "one-motion",
             "There is nothing to compare this motion with.",
             where=motions[0].label if motions else "",
-            fix="Name a second one, or add --samples or --rule paper.",
+            fix="Name a second one, or add ‹samples› or ‹rule› paper.",
         )
     first = motions[0]
     for other in motions[1:]:
@@ -263,7 +263,7 @@ def placed_motions(motions: Sequence[Motion], *, any_object: bool = False) -> li
                 f"{other.label} moves another object ({theirs.name}) than {first.label} "
                 f"({ours.name}).",
                 where=other.label,
-                fix="Compare motions of one object, or add --any.",
+                fix="Compare motions of one object, or add ‹any_object›.",
             )
     alone = PlacedMotion(first, Placement(0, np.eye(4), 0.0, same_take=True))
     return [alone, *(_placed(first, other) for other in motions[1:])]

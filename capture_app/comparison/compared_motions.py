@@ -185,7 +185,7 @@ def _load(choice: Choice, all_samples: bool, paper_rule: bool) -> list[Motion]:
             "motion-missing",
             "This folder is neither a result nor a folder of clips.",
             where=str(choice.path),
-            fix="Give the folder that `omocap run` wrote, or a clip's npz file.",
+            fix="Give the folder that ‹omocap run› wrote, or a clip's npz file.",
         )
     return [_from_training(choice)]
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from capture_app.commands.render import CompareRequest
+from capture_app.commands.spelling import all_in_options
 from capture_app.comparison.arrange import Comparison, compared
 from capture_app.comparison.compared_motions import choice, load_motions
 from capture_app.progress import Progress, silent
@@ -32,7 +33,7 @@ def save_figures(path: Path, made: Comparison) -> None:
         }
         for c, figures in zip(made.contenders, made.figures, strict=True)
     ]
-    text = json.dumps({"motions": rows, "notes": made.notes}, indent=1) + "\n"
+    text = json.dumps({"motions": rows, "notes": all_in_options(made.notes)}, indent=1) + "\n"
     write_whole(path, text)
 
 
@@ -74,8 +75,8 @@ def _read(request: CompareRequest, progress: Progress) -> Comparison:
         raise InputError(
             "labels-differ",
             f"There are {len(request.labels)} labels for {len(found)} motions.",
-            where="--label",
-            fix="Give --label once for each motion, or not at all.",
+            field="label",
+            fix="Give ‹label› once for each motion, or not at all.",
         )
     labels = request.labels or [motion.label for motion in found]
     named = [replace(m, label=label) for m, label in zip(found, labels, strict=True)]

@@ -94,5 +94,5 @@ def _note(smplx: BodyModel | None) -> str:
     return (
         "Without the SMPL-X model: rotations are from a T-pose with arms and legs along the axes, and "
         "trans is the pelvis joint in the world. Posed on SMPL-X, arms and legs end some degrees off; "
-        "export with --skeleton SMPLX_NEUTRAL.npz for poses and translation of that body."
+        "export with ‹skeleton› SMPLX_NEUTRAL.npz for poses and translation of that body."
     )

@@ -47,8 +47,8 @@ def layout_of(kind: ExportFormat) -> FileLayout:
             "format-not-written",
             "COLLADA is not written: no maintained library writes its skins and animations, and "
             "Blender no longer reads it.",
-            where="--to dae",
-            fix="Export --to glb, which the same programs read.",
+            where="‹to› dae",
+            fix="Export ‹to› glb, which the same programs read.",
         )
     return FORMATS[kind]
 
@@ -81,8 +81,8 @@ def frame_of(
     """
     form = layout_of(kind)
     home_up, home_units = _HOME[bones] if form.says and bones in _HOME else (None, None)
-    _allowed(kind, "--up", up, form.ups)
-    _allowed(kind, "--units", units, form.units)
+    _allowed(kind, "‹up›", up, form.ups)
+    _allowed(kind, "‹units›", units, form.units)
     return up or home_up or form.ups[0], units or home_units or form.units[0]
 
 
@@ -116,6 +116,6 @@ def target_of(output: Path, name: str, to: ExportFormat) -> Path:
             "output-ending",
             f"This output file must end in {' or '.join(endings)}.",
             where=str(output),
-            fix="Give another name with -o.",
+            fix="Give another name with ‹output›.",
         )
     return output

@@ -154,16 +154,16 @@ def _check(to: ExportFormat, bones: Bones, target: Target | None) -> None:
         raise InputError(
             "bones-and-skeleton",
             "A skeleton brings its own names of bones.",
-            where=f"--bones {bones}",
-            fix="Leave --bones out.",
+            where=f"‹bones› {bones}",
+            fix="Leave ‹bones› out.",
         )
     foreign = target is not None and target.smplx is None
     if to is ExportFormat.amass and (foreign or bones is not Bones.smplx):
         raise InputError(
             "amass-bones",
             "AMASS files hold SMPL-X poses and no other skeleton's.",
-            where="--skeleton" if foreign else f"--bones {bones}",
-            fix="Leave it out, or give a SMPL-X model file with --skeleton.",
+            where="‹skeleton›" if foreign else f"‹bones› {bones}",
+            fix="Leave it out, or give a SMPL-X model file with ‹skeleton›.",
         )
 
 
@@ -236,8 +236,8 @@ def _format_of(output: Path) -> ExportFormat:
         raise InputError(
             "format-needed",
             "Nothing says which format to write.",
-            where="--to",
-            fix="Give --to with a format, such as --to glb, or the name of a file with -o.",
+            field="to",
+            fix="Give ‹to› with a format, such as ‹to› glb, or the name of a file with ‹output›.",
         )
     return format_of_ending(output)
 

@@ -54,5 +54,5 @@ def _failed(blender: str, why: str) -> InputError:
         "blender-failed",
         f"Blender wrote no FBX: {why}",
         where=blender,
-        fix="Use Blender 4.2 or later, or export --to glb.",
+        fix="Use Blender 4.2 or later, or export ‹to› glb.",
     )

@@ -227,6 +227,6 @@ def _pxr(module: str) -> Any:
         raise InputError(
             "usd-missing",
             "Writing USD needs a package that is not installed: usd-core.",
-            where="--to usd",
-            fix="Run pip install usd-core, or export --to glb.",
+            where="‹to› usd",
+            fix="Run pip install usd-core, or export ‹to› glb.",
         ) from None

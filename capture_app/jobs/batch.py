@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from capture_app.commands.request import validated
 from capture_app.commands.run import RunRequest, TakeOptions
+from capture_app.commands.spelling import in_options
 from capture_app.jobs.batch_watch import videos_of
 from capture_app.jobs.job_kinds import summary_of
 from capture_app.jobs.job_record import JobRecord
@@ -164,7 +165,7 @@ def order_of(said: dict[str, Any], output: Path) -> RunRequest:
             "mount-missing",
             "The place of the phone on the object is not given.",
             where=str(session),
-            fix="Find it with `omocap calibrate` and give --mount FILE, or --mount identity if the "
+            fix="Find it with ‹omocap calibrate› and give ‹mount› FILE, or ‹mount› identity if the "
             "mesh is made in the phone's own axes. In a table it may stand in a column.",
         )
     mount = None if animated or mount == "identity" else mount
@@ -259,9 +260,9 @@ def _result_row(job: JobRecord) -> dict[str, Any]:
         "sample": job.summary.get("sample"),
         "scores": {k: round(v, 4) for k, v in job.summary.get("scores", {}).items()},
         "code": error and error.code,
-        "error": error and error.what,
-        "where": error and error.where,
-        "fix": error and error.fix,
+        "error": error and in_options(error.what),
+        "where": error and in_options(error.where),
+        "fix": error and in_options(error.fix),
         "session": sessions[0] if sessions else None,
         "output": job.output,
         "id": job.id,

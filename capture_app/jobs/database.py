@@ -193,7 +193,7 @@ class Database:
             f"The database of the jobs is damaged: {why}.",
             where=str(self.file),
             fix="Move the file away and start again: an empty one is made. Finished results are "
-            "whole; only the list of jobs is lost, and `omocap batch` finds again what it has done.",
+            "whole; only the list of jobs is lost, and ‹omocap batch› finds again what it has done.",
         )
 
 
@@ -205,7 +205,7 @@ def _parsed(url: str) -> sa.URL:
         raise InputError(
             "jobs-database-url",
             "This is no database that jobs can be kept in.",
-            where="--database",
+            field="database",
             fix="Give postgresql://user@host/name, or the path of a SQLite file.",
         ) from None
     return parsed.set(drivername=driver)

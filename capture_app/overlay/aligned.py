@@ -68,7 +68,7 @@ def session_of(result: Result) -> CaptureSession:
             "overlay-no-phone",
             "No phone was clamped to this object; it moved by itself.",
             where=str(result.folder),
-            fix="Give the video of a camera that watched, with --camera or --board.",
+            fix="Give the video of a camera that watched, with ‹camera› or ‹board›.",
         )
     log = unchanged(next(item for item in result.manifest.inputs if item.role == "session"))
     format_ = result.manifest.options.get("format")
@@ -144,7 +144,7 @@ def watched(result: Result, watcher: Watcher, place: FilmPlacement) -> Aligned:
             f"The film lasts from {seconds[0]:.2f} to {seconds[-1]:.2f} s on the clock of the motion, "
             f"which lasts from 0 to {length:.2f} s.",
             where=str(watcher.film.source),
-            fix="Give the right --offset: seconds to add to the film's time to get the motion's.",
+            fix="Give the right ‹offset›: seconds to add to the film's time to get the motion's.",
         )
     return Aligned(
         film=watcher.film,

@@ -85,7 +85,7 @@ def _tripod(result: Result, request: OverlayRequest, video: Path, progress: Prog
             "camera-needed",
             "Nothing says what the camera of this video is, nor where it stood.",
             where=str(video),
-            fix="Give --camera FILE.json with fx, fy, cx, cy and T_world_camera; or --board with the "
+            fix="Give ‹camera› FILE.json with fx, fy, cx, cy and T_world_camera; or ‹board› with the "
             "board that it filmed.",
         )
     watcher = on_tripod(video, camera)
@@ -99,7 +99,7 @@ def _tripod(result: Result, request: OverlayRequest, video: Path, progress: Prog
             "The camera file does not say where the camera stood.",
             where=str(request.camera),
             fix='Add "T_world_camera", four rows of four numbers in the result\'s world; or give '
-            "--board with the board that it filmed, or --scan with a scan of the place.",
+            "‹board› with the board that it filmed, or ‹scan› with a scan of the place.",
         )
     return _rested(result, request, watcher, T_world_camera)
 
@@ -139,8 +139,8 @@ def _second_phone(
             "camera-place-needed",
             "Nothing says where the second phone was.",
             where=str(session.source),
-            fix="Add --shared-world if both phones logged in one ARKit world; or give --board with "
-            "the board that it filmed, or --scan with a scan of the place.",
+            fix="Add ‹shared_world› if both phones logged in one ARKit world; or give ‹board› with "
+            "the board that it filmed, or ‹scan› with a scan of the place.",
         )
     return watched(result, watcher, FilmPlacement(T_world_rest, _offset(request)))
 
@@ -173,8 +173,8 @@ def _offset(request: OverlayRequest) -> float:
         raise InputError(
             "offset-needed",
             "Nothing shows how the film's clock and that of the motion hang together.",
-            where="--offset",
-            fix="Give --offset SECONDS: what to add to the film's time to get the motion's, such as "
+            field="offset",
+            fix="Give ‹offset› SECONDS: what to add to the film's time to get the motion's, such as "
             "the time in the motion minus that in the film at which the object leaves the floor.",
         )
     return request.offset
@@ -223,7 +223,7 @@ def overlay_result(request: OverlayRequest, progress: Progress) -> Overlaid:
 
 def _told(request: OverlayRequest, aligned: Aligned, *, seen: bool) -> Overlaid:
     found = request.video is not None and request.offset is None
-    notes = [f"The film begins at --offset {aligned.offset:.2f} of the motion."] if found else []
+    notes = [f"The film begins at ‹offset› {aligned.offset:.2f} of the motion."] if found else []
     if not seen:
         notes.append("The film never shows the place where the person was.")
     return Overlaid(aligned.offset if found else None, tuple(notes))

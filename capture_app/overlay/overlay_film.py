@@ -73,7 +73,7 @@ def open_film(session: CaptureSession) -> TimedPictures:
             "The session holds no video and no images.",
             where=str(session.source),
             fix="Record with an app that films while it logs, or give the film of another camera "
-            "with --video.",
+            "with ‹video›.",
         )
     video = session.video
     stamps, size = _stamps(video)
@@ -199,7 +199,7 @@ def intrinsics_of(
             f"{session.app} does not log the camera's focal length.",
             where=str(session.source),
             fix="Record with an app that does, such as Stray Scanner; or give the video file with "
-            "--camera.",
+            "‹camera›.",
         )
     scale = film.size[0] / session.image_size[0]
     at = np.stack(

@@ -133,7 +133,7 @@ def _stations(
             "overlay-no-overlap",
             f"The board is seen in {int(both.sum())} pictures of the time in which the object's motion "
             "is known.",
-            fix="Give another --offset, or leave it out to have it found; the board must be seen while "
+            fix="Give another ‹offset›, or leave it out to have it found; the board must be seen while "
             "the object moves.",
         )
     T_world_object = motion.at(board.times[both] + offset)
@@ -215,7 +215,7 @@ def _frame(seconds: float, moved: ObjectMotion) -> int:
         raise InputError(
             "scan-time",
             f"The motion has no second {seconds:g}: it lasts {len(moved.valid) / FPS:.2f} s.",
-            where="--scanned-at",
+            field="scanned_at",
             fix="Give a second of the motion at which the object stood where it was scanned.",
         )
     return frame
@@ -285,7 +285,7 @@ def clock_offset(
                 else f"{offsets[best]:.1f} s and {offsets[far][score[far].argmax()]:.1f} s fit alike."
             ),
             where=str(film.source),
-            fix="Give --offset SECONDS: what to add to the film's time to get the motion's, such as "
+            fix="Give ‹offset› SECONDS: what to add to the film's time to get the motion's, such as "
             "the time in the motion minus that in the film at which the object leaves the floor.",
         )
     return float(offsets[best] + _STEP * peak(score, best))

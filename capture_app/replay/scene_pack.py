@@ -17,6 +17,7 @@ import numpy as np
 import torch
 from jaxtyping import Float, Int
 
+from capture_app.commands.spelling import all_in_options
 from capture_app.exports.bones import creased, strongest_influences
 from capture_app.inspection import Inspection, look_over, refuse_bad
 from capture_app.overlay.aligned import mount_of, session_of
@@ -157,7 +158,7 @@ def pack_result(
     result: Result,
     *,
     name: str | None = None,
-    words: Callable[[Any], Any] = lambda told: told,
+    words: Callable[[Any], Any] = all_in_options,
     film: bool = True,
     sample: int | None = None,
 ) -> bytes:
@@ -224,11 +225,14 @@ def pack_film(result: Result) -> bytes:
     return pack_bytes({**header, **log.header}, log.arrays)
 
 
-def pack_session(seen: Inspection, *, film: bool = True) -> bytes:
+def pack_session(
+    seen: Inspection, *, words: Callable[[Any], Any] = all_in_options, film: bool = True
+) -> bytes:
     """A session as it was recorded: the phone's way, and the object where its mesh was given.
 
     Args:
         seen: the session, looked over; of one that is not usable all that there is.
+        words: as for `pack_result`.
         film: show what the phone filmed, too; decoding it takes some of its length.
 
     Raises:
@@ -257,8 +261,9 @@ def pack_session(seen: Inspection, *, film: bool = True) -> bytes:
         "floor": {"height": take.floor.height, "source": take.floor.source} if take else None,
         "notes": take.notes if take else [str(seen.problem)],
     }
+    header = {**header, **thing[0], **log.header}
     return pack_bytes(
-        {**header, **thing[0], **log.header},
+        header | {key: words(header[key]) for key in _TOLD if key in header},
         {**thing[1], **poses, **_phone_arrays(T_world_phone), **log.arrays},
     )
 

@@ -124,6 +124,6 @@ def open_scene(
             "object-unused",
             "A result has its object in it.",
             where=str(path),
-            fix="Leave out --object and --mount.",
+            fix="Leave out ‹object› and ‹mount›.",
         )
     return pack_result(load_result(path), film=film)

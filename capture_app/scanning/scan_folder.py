@@ -38,7 +38,7 @@ def open_folder(request: ScanRequest) -> None:
             "output-exists",
             "There is a mesh of that name already.",
             where=str(request.output),
-            fix="Give another name with -o, or replace it with --replace.",
+            fix="Give another name with ‹output›, or replace it with ‹replace›.",
         )
     work = request.work
     if work.exists() and not (work / MARK).is_file() and (work.is_file() or any(work.iterdir())):
@@ -46,7 +46,7 @@ def open_folder(request: ScanRequest) -> None:
             "scan-folder",
             "The folder that a scan keeps beside its mesh holds something else.",
             where=str(work),
-            fix="Give the mesh another name with -o.",
+            fix="Give the mesh another name with ‹output›.",
         )
     work.mkdir(exist_ok=True)
     write_whole(work / MARK, _ABOUT.format(name=request.output.name))

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import UInt8
 
 from capture_app.commands.scan import ScanRequest
+from capture_app.commands.spelling import all_in_options, in_options
 from capture_app.progress import Progress, StageClock
 from capture_app.scanning.scan_folder import MODEL, OUTLINE, VIEWS, forget_empty, open_folder, tidy
 from capture_app.scanning.scan_report import outline_picture, report_data, scan_page, views_picture
@@ -79,8 +80,8 @@ def _check_no_room(ready: CleanMesh, path: Path) -> None:
             "scan-room",
             f"{path.name} shows a floor with things on it, not an object alone.",
             where=str(path),
-            fix="Cut the object out of it (--method mesh, or --at with a point on it); if all of it is "
-            "the object, say its unit (--units) or its height (--height).",
+            fix="Cut the object out of it (‹method› mesh, or ‹at› with a point on it); if all of it is "
+            "the object, say its unit (‹unit›) or its height (‹height›).",
         )
 
 
@@ -91,7 +92,7 @@ def _check_at(request: ScanRequest, mesh: Path | None) -> None:
             "scan-at",
             "A point on the object is of use only where the object is cut out of an app's mesh.",
             where=str(request.source),
-            fix="Add --method mesh, or leave out --at.",
+            fix="Add ‹method› mesh, or leave out ‹at›.",
         )
 
 
@@ -150,8 +151,9 @@ def write_report(
         pictures[_RIMS] = outlined
         write_png(work / OUTLINE, outlined)
     data = report_data(request, cleaned, report, found, seconds)
-    write_whole(work / REPORT_DATA, json.dumps(data, indent=1) + "\n")
-    write_whole(work / REPORT_PAGE, scan_page(request, cleaned, report, found, pictures))
+    write_whole(work / REPORT_DATA, json.dumps(all_in_options(data), indent=1) + "\n")
+    page = scan_page(request, cleaned, report, found, pictures)
+    write_whole(work / REPORT_PAGE, in_options(page))
 
 
 @dataclass(frozen=True)
@@ -298,7 +300,7 @@ def _room(
             "scan-mesh-elsewhere",
             "A mesh of the room needs the poses of the phone that made it.",
             where=str(request.source),
-            fix="Give the session of the app, or leave out --mesh.",
+            fix="Give the session of the app, or leave out ‹room›.",
         )
     file = room_file(request.room, source.where)
     return room_depth(read_room_of_session(file).surface, registered, picked.frames, str(file))

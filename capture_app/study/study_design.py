@@ -81,7 +81,7 @@ def design(takes: Sequence[str], methods: Sequence[str], plan: Plan) -> list[Pag
         raise InputError(
             "study-few-takes",
             f"{plan.pairs} pairs are wanted, but the methods have {len(takes)} takes in common.",
-            where="--pairs",
+            field="pairs",
             fix=f"Ask for at most {len(takes)} pairs, or make results of more takes.",
         )
     rng = np.random.default_rng(plan.seed)

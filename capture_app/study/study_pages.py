@@ -463,5 +463,5 @@ def _write(folder: Path, key: Key, films: Mapping[Film, bytes], question: str) -
             "output-not-writable",
             f"The pages cannot be written: {error.strerror or error} ({free / 1e6:.0f} MB free).",
             where=str(folder),
-            fix="Make room, or ask for smaller or shorter films (--size, --seconds).",
+            fix="Make room, or ask for smaller or shorter films (‹size›, ‹seconds›).",
         ) from error

@@ -253,7 +253,7 @@ def write_report(output: Path, key: Key, found: Analysis) -> None:
                 "output-not-writable",
                 f"The analysis cannot be written: {error.strerror or error}.",
                 where=str(output),
-                fix="Give a folder with room in it with -o.",
+                fix="Give a folder with room in it with ‹output›.",
             ) from error
 
 

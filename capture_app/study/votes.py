@@ -74,7 +74,7 @@ def read_key(folder: Path) -> Key:
             "study-missing",
             "This is no study: it has no answer key.",
             where=str(path),
-            fix="Give the folder that `omocap study make` wrote, with its key.json.",
+            fix="Give the folder that ‹omocap study make› wrote, with its key.json.",
         ) from error
     except ValidationError as error:
         field, problem = first_problem(error.errors())

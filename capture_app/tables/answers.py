@@ -128,7 +128,7 @@ class ResultLog:
             "tables-differ",
             f"These tables were begun otherwise: {what}.",
             where=str(self.path),
-            fix="Give another folder with --out, or delete that file to begin anew.",
+            fix="Give another folder with ‹output›, or delete that file to begin anew.",
         )
 
     def _damaged(self) -> InputError:
@@ -136,7 +136,7 @@ class ResultLog:
             "tables-damaged",
             "The answers of an earlier run cannot be read.",
             where=str(self.path),
-            fix="Delete the file, or give another folder with --out.",
+            fix="Delete the file, or give another folder with ‹output›.",
         )
 
 

@@ -63,7 +63,7 @@ def chosen_methods(names: Sequence[str], weights: Path | None) -> list[str]:
         raise InputError(
             "unknown-method",
             f"There is no method {unknown[0]!r}.",
-            where="--methods",
+            field="methods",
             fix=f"Use {', '.join(METHODS)}.",
         )
     chosen = [name for name in METHODS if not names or name in names]
@@ -75,7 +75,7 @@ def chosen_methods(names: Sequence[str], weights: Path | None) -> list[str]:
                     f"There are no weights for {name}.",
                     where=str(path),
                     fix=f"Train them with `omocap train {METHODS[name].folder}`, or leave the method "
-                    "out with --methods.",
+                    "out with ‹methods›.",
                 )
     return chosen
 

@@ -29,6 +29,8 @@ class ErrorDetail(BaseModel):
     code: str
     what: str
     where: str = ""
+    field: str = ""
+    """The field of the request that it concerns, where it is one."""
     fix: str = ""
 
 
@@ -106,7 +108,11 @@ def add_error_replies(app: FastAPI) -> None:
             return in_page_words(library.shown(text))
 
         problem = ErrorDetail(
-            code=error.code, what=shown(error.what), where=shown(error.where), fix=shown(error.fix)
+            code=error.code,
+            what=shown(error.what),
+            where=shown(error.where),
+            field=error.field,
+            fix=shown(error.fix),
         )
         more = error.more if isinstance(error, Refused) else {}
         return _reply(status_of(error), problem, **more)

@@ -135,7 +135,7 @@ def _library(root: Path) -> Library:
             "library-unusable",
             f"The library cannot be kept there: {error.strerror or error}.",
             where=str(root),
-            fix="Give a folder you may write to with --library.",
+            fix="Give a folder you may write to with ‹library›.",
         ) from error
 
 
@@ -170,7 +170,7 @@ def _cannot_listen(host: str, port: int, why: str) -> InputError:
         "port-unusable",
         f"The server cannot listen there: {why}.",
         where=f"{host}:{port}",
-        fix="Give another --port, or an address of this machine with --host.",
+        fix="Give another ‹port›, or an address of this machine with ‹host›.",
     )
 
 

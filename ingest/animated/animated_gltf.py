@@ -351,7 +351,7 @@ class _Scene:
                 "animation-missing",
                 f"Nothing moves {name!r} in {source.name}.",
                 where=str(source),
-                fix="Name an animated node with --node, or export with animation.",
+                fix="Name an animated node with ‹node›, or export with animation.",
             )
         return moving
 

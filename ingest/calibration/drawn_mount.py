@@ -72,7 +72,7 @@ def _statements(text: str) -> list[tuple[str, str, str, str]]:
         raise InputError(
             "drawing-words",
             f"'{rest or text}' is not understood.",
-            where="--axes",
+            field="axes",
             fix=f"Say where two sides of the phone point, as in {_EXAMPLE}.",
         )
     return [(words.strip(), sign, axis, vector) for words, sign, axis, vector in found]
@@ -84,7 +84,7 @@ def _side(words: str) -> tuple[int, int]:
         raise InputError(
             "drawing-words",
             f"'{words}' does not name one side of the phone.",
-            where="--axes",
+            field="axes",
             fix=f"Sides are {', '.join(_SIDES)}; write as in {_EXAMPLE}.",
         )
     return sides.pop()
@@ -93,7 +93,7 @@ def _side(words: str) -> tuple[int, int]:
 def _direction(sign: str, axis: str, vector: str) -> Float64[np.ndarray, "3"]:
     if axis:
         return np.eye(3)["xyz".index(axis)] * (-1 if sign == "-" else 1)
-    direction = numbers(vector, 3, "--axes")
+    direction = numbers(vector, 3, "‹axes›")
     length = float(np.linalg.norm(direction))
     if length < 1e-6:
         raise _contradiction("A direction of length 0 points nowhere.")
@@ -123,7 +123,7 @@ def _complete(axes_given: dict[int, np.ndarray]) -> Rotation3:
         raise InputError(
             "drawing-mirrored",
             "The three directions are those of a mirrored phone (a left-handed frame).",
-            where="--axes",
+            field="axes",
             fix="Turn one of them round: as you look at the screen with the top up, right is to "
             "your right.",
         )
@@ -134,7 +134,7 @@ def _contradiction(what: str) -> InputError:
     return InputError(
         "drawing-axes",
         what,
-        where="--axes",
+        field="axes",
         fix=f"Say where two sides at right angles point, as in {_EXAMPLE}.",
     )
 
@@ -153,11 +153,11 @@ def rotation_of_euler(text: str) -> Rotation3:
         raise InputError(
             "drawing-euler",
             f"'{order}' is no order of axes.",
-            where="--euler",
+            field="euler",
             fix='Write the order, then degrees: "xyz 0 90 0" about fixed axes, "XYZ 0 90 0" about '
             "axes as turned.",
         )
-    angles = numbers(rest, len(order), "--euler")
+    angles = numbers(rest, len(order), "‹euler›")
     return Rotation.from_euler(order, angles.tolist(), degrees=True).as_matrix()
 
 
@@ -167,13 +167,13 @@ def rotation_of_quaternion(text: str) -> Rotation3:
     Raises:
         InputError: "drawing-quaternion" when its length is not 1.
     """
-    q = numbers(text, 4, "--quaternion")
+    q = numbers(text, 4, "‹quaternion›")
     length = float(np.linalg.norm(q))
     if abs(length - 1) > _UNIT:
         raise InputError(
             "drawing-quaternion",
             f"The quaternion has length {length:.4g} instead of 1.",
-            where="--quaternion",
+            field="quaternion",
             fix="Write x y z w, all four, as unit quaternion; w comes last.",
         )
     return Rotation.from_quat(q).as_matrix()
@@ -308,7 +308,7 @@ class Drawn:
         if self.matrix:
             return load_pose(self.matrix)
         T = np.eye(4)
-        T[:3, 3] = numbers(self.xyz or "", 3, "--xyz")
+        T[:3, 3] = numbers(self.xyz or "", 3, "‹xyz›")
         if self.axes is not None:
             T[:3, :3] = rotation_in_words(self.axes)
         elif self.euler is not None:
@@ -335,20 +335,20 @@ class Drawn:
             raise InputError(
                 "drawing-twice",
                 "The matrix gives the whole pose, and there is another beside it.",
-                where="--matrix",
-                fix="Give --matrix alone, or --xyz with one rotation.",
+                field="matrix",
+                fix="Give ‹matrix› alone, or ‹xyz› with one rotation.",
             )
         if count > 1:
             raise InputError(
                 "drawing-twice",
                 "The rotation is given more than once.",
-                fix="Give one of --axes, --euler and --quaternion.",
+                fix="Give one of ‹axes›, ‹euler› and ‹quaternion›.",
             )
         if self.matrix is None and (count == 0 or self.xyz is None):
-            missing = "place (--xyz)" if self.xyz is None else "rotation (--axes, --euler, ...)"
+            missing = "place (‹xyz›)" if self.xyz is None else "rotation (‹axes›, ‹euler›, ...)"
             raise InputError(
                 "drawing-incomplete",
                 f"The {missing} is missing.",
-                fix='Write --xyz "0 0.12 0.31" --axes "screen faces +y, top edge points +z", or '
-                "give a --matrix file.",
+                fix='Write ‹xyz› "0 0.12 0.31" ‹axes› "screen faces +y, top edge points +z", or '
+                "give a ‹matrix› file.",
             )

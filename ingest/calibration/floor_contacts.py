@@ -383,7 +383,7 @@ def floor_level(
         raise InputError(
             "floor-twice",
             "The floor is given twice: by the phone's height over it, and in the session's world.",
-            where="--phone-height, --floor",
+            where="‹phone_height›, ‹floor›",
             fix="Give the one you measured.",
         )
     if floor is not None:
@@ -394,7 +394,7 @@ def floor_level(
             raise InputError(
                 "floor-height",
                 f"The phone cannot be {phone_height:g} m over the floor.",
-                where="--phone-height",
+                field="phone_height",
                 fix="Measure from the floor up to the lens of the wide camera, in metres.",
             )
         height = first.height - phone_height

@@ -181,7 +181,7 @@ def what_was_fixed(
     if any("height" in part for part in parts):
         words.append(f"The height comes from {_SOURCES[level.source]}.")
     elif _height_sd(best, standings[0]) > OPEN_M:
-        words.append(f"{TILT_IT} Here a tape does it: --phone-height.")
+        words.append(f"{TILT_IT} Here a tape does it: ‹phone_height›.")
     if mount.covariance is None:
         words.append(
             "The mount did not say how sure it was: 5 deg and 50 mm on each axis were assumed."

@@ -199,7 +199,7 @@ def phone_named(name: str, ruler: tuple[float, float, float, float] | None = Non
         raise InputError(
             "phone-unknown",
             f"The sizes of '{name}' are not known. Known are {', '.join(MODELS)}.",
-            where="--phone",
+            field="phone",
             fix=_MEASURE,
         )
     model = MODELS[key]
@@ -207,14 +207,14 @@ def phone_named(name: str, ruler: tuple[float, float, float, float] | None = Non
         raise InputError(
             "phone-lens",
             f"Where the lens of an {key} is, is not known.",
-            where="--phone",
+            field="phone",
             fix=_MEASURE,
         )
     return _phone(key, model.body, model.lens, model.screen, model.pixels)
 
 
 _MEASURE = (
-    "Measure four numbers with a ruler, in millimetres, and pass them as --ruler "
+    "Measure four numbers with a ruler, in millimetres, and pass them as ‹ruler› "
     '"WIDTH HEIGHT TOP SIDE": the body\'s width and height, and from the back the middle of the main '
     "(1x) lens from the top edge and from the left edge. The main lens is the one that darkens the "
     "1x picture when you cover it."
@@ -234,7 +234,7 @@ def _measured(name: str, key: str | None, ruler: tuple[float, float, float, floa
             "phone-ruler",
             f"A phone of {width:g} x {height:g} mm with its lens {top:g} mm from the top and "
             f"{side:g} mm from the side cannot be.",
-            where="--ruler",
+            field="ruler",
             fix=_MEASURE,
         )
     lens = LensCentre(top, side, _USUAL_DEPTH, _RULER_SIGMA)
@@ -246,7 +246,7 @@ def _measured(name: str, key: str | None, ruler: tuple[float, float, float, floa
             "phone-ruler",
             f"An {key} measures {model.body[0]:g} x {model.body[1]:g} mm, not {width:g} x "
             f"{height:g} mm.",
-            where="--ruler",
+            field="ruler",
             fix="Take it out of its case to measure; or it is another model.",
         )
     return _phone(key, model.body, lens, model.screen, model.pixels)

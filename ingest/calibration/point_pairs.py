@@ -177,7 +177,7 @@ def explain(pairs: PointPairs) -> None:
         raise InputError(
             "points-scale",
             f"The points fit only if the second ones are scaled by {scaled.scale:.4g}.",
-            fix="Scale the mesh to metres, or ask for the scale too (--scale).",
+            fix="Scale the mesh to metres, or ask for the scale too (‹scale›).",
         )
 
 

@@ -194,7 +194,7 @@ def _found_again(
             f"{len(missing)} of the {len(pictures)} pictures looked for are not there, such as "
             f"{missing[0]}.",
             where=str(images or model),
-            fix="Give the folder that COLMAP was given (--images), or its database.db.",
+            fix="Give the folder that COLMAP was given (‹images›), or its database.db.",
         )
     for picture in pictures:
         if picture.name in missing:

@@ -420,5 +420,5 @@ def _check_agreement(places: Sequence[Views], means: Sequence[Localised]) -> Non
         "deg in the phone's frame: the phone slipped on it, or it was not where it was scanned.",
         where=f"{places[pair[0]].views[0].name}; {places[pair[1]].views[0].name}",
         fix="Tighten the clamp and record again; or, if the object was only put down elsewhere, name "
-        "the seconds in which it stood where it was scanned (--still).",
+        "the seconds in which it stood where it was scanned (‹stills›).",
     )

@@ -284,8 +284,8 @@ def _check_firm(covariance: Float64[np.ndarray, "6 6"], where: str) -> None:
         "The object's shape does not say how it stands in the scan: it could turn or slide by "
         f"{np.degrees(turn):.1f} deg or {1e3 * shift:.0f} mm and fit as well.",
         where=where,
-        fix="For a round or flat object, use the scan itself as the object's mesh (--object), or "
-        "give its pose in the session's world (--object-pose).",
+        fix="For a round or flat object, use the scan itself as the object's mesh (‹object›), or "
+        "give its pose in the session's world (‹object_pose›).",
     )
 
 
@@ -311,5 +311,5 @@ def _check_only(
         f"{', '.join(sorted(turns))} (and its origin moved by up to {shift:.2f} m).",
         where=where,
         fix="Its shape does not tell which way round it stands. Use the scan itself as the object's "
-        "mesh (--object), or give its pose in the session's world (--object-pose).",
+        "mesh (‹object›), or give its pose in the session's world (‹object_pose›).",
     )

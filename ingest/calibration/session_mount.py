@@ -162,7 +162,7 @@ def _check_agreement(
         f"{stills[pair[0]]}: the object was moved, or the phone slipped on it.",
         where=str(session.source),
         fix="Put the object back on its mark before each rest, tighten the clamp and record again; "
-        "or name only the seconds in which it stood where it was scanned (--still).",
+        "or name only the seconds in which it stood where it was scanned (‹stills›).",
     )
 
 
@@ -219,7 +219,7 @@ def _check_place(session: CaptureSession, mesh: ObjectMesh, mount: Mount) -> Non
         f"{'inside' if inside else 'from'} the object.",
         where=str(session.source),
         fix="The object must stay where it was scanned until the phone is clamped and has stood "
-        "still; name those seconds (--still) if others were taken.",
+        "still; name those seconds (‹stills›) if others were taken.",
     )
 
 

@@ -128,7 +128,7 @@ def clamped_stills(
             + (" after it was carried about." if path else "."),
             where=str(session.source),
             fix="After clamping, leave object and phone alone for two seconds before you move them; "
-            "or name the seconds in which they stood still (--still 12.5:14).",
+            "or name the seconds in which they stood still (‹stills› 12.5:14).",
         )
     first, last = stills[0], stills[-1]
     if last is first:

@@ -124,7 +124,7 @@ def format_named(name: str) -> Format:
     raise InputError(
         "format-unknown",
         f"No format is called {name!r}.",
-        where="--format",
+        field="format",
         fix=f"Give one of {', '.join(f.NAME for f in known_formats())}.",
     )
 
@@ -314,7 +314,7 @@ def _format_of(path: Path, formats: Formats) -> Format | None:
             what,
             where=str(path),
             fix=f"{fix}, pass the pose file itself, or say which it is: "
-            + " or ".join(f'--format "{m.NAME}"' for m in matches)
+            + " or ".join(f'‹format› "{m.NAME}"' for m in matches)
             + ".",
         )
     return matches[0] if matches else None
@@ -334,7 +334,7 @@ def _not_a_session(path: Path, formats: Formats) -> InputError:
         "session-unknown",
         f"This is {named}: {found}.",
         where=str(path),
-        fix=f"{fix}Give the folder that the app wrote, or a .zip, .tar or .tar.gz of it; `omocap formats` "
+        fix=f"{fix}Give the folder that the app wrote, or a .zip, .tar or .tar.gz of it; ‹omocap formats› "
         "lists all that are read.",
     )
 

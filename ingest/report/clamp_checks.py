@@ -145,7 +145,7 @@ def _unchecked(look: CheckedSession) -> Check:
         return Check("gravity", "ok", message)
     message = f"{session.app} does not log which way is up, and there is no accelerometer"
     if take is None:
-        fix = "Give the object and its mount, so that up can be found where it rests, or give up (--up)."
+        fix = "Give the object and its mount, so that up can be found where it rests, or give up (‹up›)."
         return Check("gravity", "warn", message, fix=fix)
     known = "up is as given" if take.up.source == "given" else take.up.note.rstrip(".")
     return Check("gravity", "ok", f"{message}; {known[0].lower()}{known[1:]}")

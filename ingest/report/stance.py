@@ -36,16 +36,16 @@ _ON_MARK, _MARK_TURN = 0.3, 20.0
 _DRIFT = 0.05
 _FIX_REST = (
     "Start and end the take with the object on the floor for a second, or give the floor's height "
-    "(--floor)."
+    "(‹floor›)."
 )
 _FIX_MOUNT = (
     "Look at the clamp, then calibrate the mount again; if the object did lean against something, "
     "all is well."
 )
 _FIX_AXES = (
-    "Check that mount and mesh belong together (--mount maps points of the mesh into the phone's axes, "
-    "not the other way round), that the mesh lacks no leg, and which way is up in the log (--up). If the "
-    "object did lean against something, add --force."
+    "Check that mount and mesh belong together (‹mount› maps points of the mesh into the phone's axes, "
+    "not the other way round), that the mesh lacks no leg, and which way is up in the log (‹up›). If the "
+    "object did lean against something, add ‹force›."
 )
 
 
@@ -69,7 +69,7 @@ def floor(look: CheckedSession) -> Check:
     if lowest < _BELOW_FLOOR:
         message = f"the object goes {-lowest:.2f} m below the floor"
         severity = "bad" if lowest < _FAR_BELOW else "warn"
-        return Check("floor", severity, message, fix="Correct --floor, or the mount.")
+        return Check("floor", severity, message, fix="Correct ‹floor›, or the mount.")
     severity = "ok" if take.floor.certain else "bad"
     return graded("floor", severity, take.floor.message, _FIX_REST)
 
@@ -91,8 +91,8 @@ def lifted(look: CheckedSession) -> list[Check]:
             message = f"it stands still {level:.2f} m above the floor, with nobody holding it"
             severity, at = "bad", start + a
     fix = (
-        "Check which way is up in the log (--up), that positions and mesh are in metres, and the floor "
-        "(--floor)."
+        "Check which way is up in the log (‹up›), that positions and mesh are in metres, and the floor "
+        "(‹floor›)."
     )
     return [graded("height", severity, message, fix, look.logged(at, at + 1))]
 

@@ -36,7 +36,7 @@ def mesh_checks(mesh: ObjectMesh) -> list[Check]:
     severity = (
         "bad" if not _TINY <= largest <= _HUGE else "ok" if _SMALL < largest < _LARGE else "warn"
     )
-    fix = "Give the mesh in metres, or the factor to metres with --mesh-scale."
+    fix = "Give the mesh in metres, or the factor to metres with ‹mesh_scale›."
     if severity == "ok" and len(mesh.faces) > _MANY_TRIANGLES:
         severity, fix = "warn", "Simplify the mesh: 20,000 triangles are plenty for a motion."
     return [graded("mesh", severity, message, fix)]

@@ -125,7 +125,7 @@ _FLOATS_WARN, _FLOATS_BAD = 0.01, 0.1
 """Metres between the floor and the lowest part that is there."""
 _PIECES = 3
 """More than so many say that something between them is missing."""
-_FIX = "Make the mesh from the pictures (another --method)."
+_FIX = "Make the mesh from the pictures (another ‹method›)."
 
 
 @dataclass(frozen=True)

@@ -261,7 +261,7 @@ def _chosen(parts: Mapping[str, FilePart], name: str | None, path: Path) -> list
             "mesh-objects",
             f"{path.name} holds {len(objects)} objects that stand apart: {', '.join(largest[:8])}.",
             where=str(path),
-            fix="Say which one is meant (--object-name), or export it alone.",
+            fix="Say which one is meant (‹object_name›), or export it alone.",
         )
     return [parts[key] for key, one in zip(names, label, strict=True) if one == objects[0]]
 
@@ -363,7 +363,7 @@ def _guess_unit(extents: Float64[np.ndarray, "3"], where: str) -> tuple[float, t
             "mesh-units",
             f"The mesh measures {sides}; in no unit is that a thing that a person moves.",
             where=where,
-            fix="Say its unit (--units), or the true height of the object (--height).",
+            fix="Say its unit (‹unit›), or the true height of the object (‹height›).",
         )
     best, others = likely[0], likely[1:]
     alternatives = "; ".join(
@@ -374,7 +374,7 @@ def _guess_unit(extents: Float64[np.ndarray, "3"], where: str) -> tuple[float, t
         f"largest side is {largest * METRES[best]:.2f} m"
     )
     message += f" ({alternatives})." if alternatives else "."
-    fix = "Measure the object; if that is wrong, say its unit (--units) or its height (--height)."
+    fix = "Measure the object; if that is wrong, say its unit (‹unit›) or its height (‹height›)."
     return METRES[best], (Check("units", "warn", message, None, fix),)
 
 
@@ -522,7 +522,7 @@ def model_source(model: Path, images: Path | None = None) -> ScanSource:
             f"{len(missing)} of the model's {len(names)} pictures are not there, such as "
             f"{missing[0]}.",
             where=str(folder),
-            fix="Give the folder of the pictures that the model was made of (--images).",
+            fix="Give the folder of the pictures that the model was made of (‹images›).",
         )
     # COLMAP reads the pixels as they are stored.
     stills = Stills(tuple(files.values()), tuple(files), 0)

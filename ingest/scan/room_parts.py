@@ -95,7 +95,7 @@ def find_room_floor(
             "scan-no-floor",
             "Nothing in the mesh is level, as a floor is.",
             where=where,
-            fix="Say which axis of the file is up (--up), or export the room with its floor.",
+            fix="Say which axis of the file is up (‹up›), or export the room with its floor.",
         )
     normal, offset = np.array([0.0, 0.0, 1.0]), at
     for _ in range(_ROUNDS):
@@ -230,7 +230,7 @@ def object_at(
         "scan-joined",
         f"What stands at that point is joined to other things or to the floor: {size} m in all.",
         where=where,
-        fix="Give a box around the object that is free of all else (--box).",
+        fix="Give a box around the object that is free of all else (‹box›).",
     )
 
 
@@ -252,7 +252,7 @@ def _nearest(
             "scan-nothing-there",
             f"Nothing stands within {100 * REACH:.0f} cm of that point.",
             where=where,
-            fix="Give a point on the object's surface (--at), x,y,z in metres, z up.",
+            fix="Give a point on the object's surface (‹at›), x,y,z in metres, z up.",
         )
     return int(number[found])
 
@@ -305,7 +305,7 @@ def only_thing(
             "scan-no-object",
             "Nothing that a person could move stands on the floor of this mesh.",
             where=where,
-            fix="Say where it is (--at or --box), or which axis of the file is up (--up).",
+            fix="Say where it is (‹at› or ‹box›), or which axis of the file is up (‹up›).",
         )
     if len(things) > 1:
         raise _several([_described(corners, T_world_floor) for corners in things], where)
@@ -330,7 +330,7 @@ def _several(things: list[str], where: str) -> InputError:
         "scan-several",
         f"{len(things)} things stand on the floor: {'; '.join(things[:_LISTED])}{more}.",
         where=where,
-        fix="Say which one is meant by a point on it (--at), x,y,z in metres, z up.",
+        fix="Say which one is meant by a point on it (‹at›), x,y,z in metres, z up.",
     )
 
 
@@ -419,5 +419,5 @@ def _upright(
     least, most = sorted(by_axis.values())
     message = f"{up} is taken for the file's axis that is up: {most:.1f} square metres are level along it."
     severity = "warn" if most < _SURE * max(least, 1e-9) else "ok"
-    fix = "If the mesh lies on its side, say which axis is up (--up)."
+    fix = "If the mesh lies on its side, say which axis is up (‹up›)."
     return (turned if up == "y" else corners), Check("up", severity, message, None, fix)

@@ -311,8 +311,8 @@ def _with_a_way_out(error: InputError) -> InputError:
     """The error with one more fix: to scan from the pictures alone."""
     if error.code not in _PHOTOS_ALONE:
         return error
-    fix = f"{error.fix} Or use the pictures alone (--no-poses) and give the object's height (--height "
-    fix += "0.95), a length (--length) or a board (--board A4)."
+    fix = f"{error.fix} Or use the pictures alone (‹no poses›) and give the object's height (‹height› "
+    fix += "0.95), a length (‹length›) or a board (‹board› A4)."
     return InputError(error.code, error.what, where=error.where, fix=fix)
 
 

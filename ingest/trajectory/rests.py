@@ -307,8 +307,8 @@ def _question(
 ) -> InputError:
     """The error that lists the candidate directions and says how to choose one."""
     fix = (
-        "Say which axis of the mesh is up where the object rests, e.g. --up object:z (or x, y, -x, -y, "
-        "-z), or give up in the session's world, e.g. --up 0,1,0."
+        "Say which axis of the mesh is up where the object rests, e.g. ‹up› object:z (or x, y, -x, -y, "
+        "-z), or give up in the session's world, e.g. ‹up› 0,1,0."
     )
     where = f"{session.source}, at rest {when}"
     if not found:
@@ -337,4 +337,4 @@ def _in_words(up: Direction, T_session_object: Pose) -> str:
     k = int(np.argmax(np.abs(local)))
     axis = f"{'-' if local[k] < 0 else ''}{'xyz'[k]}"
     numbers = ",".join(f"{x + 0.0:.2f}" for x in up.round(2))
-    return f"{axis} of the mesh up (--up {numbers})"
+    return f"{axis} of the mesh up (‹up› {numbers})"

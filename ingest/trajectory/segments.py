@@ -46,7 +46,7 @@ def choose(stretches: Sequence[tuple[int, int]], wanted: int | None, where: str)
             "segment-missing",
             f"There is no segment {wanted}: the take has {len(stretches)}.",
             where=where,
-            fix=f"Give --segment a number from 1 to {len(stretches)}, or leave it out for the longest.",
+            fix=f"Give ‹segment› a number from 1 to {len(stretches)}, or leave it out for the longest.",
         )
     return wanted - 1
 

@@ -206,7 +206,7 @@ def generate_as_published(
             "paper-too-long",
             f"The paper's model makes {WINDOW / 30:.0f} s of motion; "
             f"this one lasts {len(motion.T_world_object) / 30:.1f} s.",
-            fix="Use the default configuration (--config capture), which has no limit.",
+            fix="Use the default configuration (‹configuration› capture), which has no limit.",
         )
     object_model = ObjectModel(motion.mesh, 1.0)
     clip = object_model.clip(motion.T_world_object)

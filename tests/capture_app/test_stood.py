@@ -51,7 +51,7 @@ def test_a_person_begins_where_they_stood(tmp_path: Path, degrees: float):
     assert np.degrees(between) < 30
     again = request_of(made.manifest, tmp_path / "again")
     assert again.stood == stood
-    assert not any("--stood" in note for note in made.manifest.notes)
+    assert not any("‹stood›" in note for note in made.manifest.notes)
 
 
 def test_who_could_not_have_come_in_time_is_told_so(inputs: Any, weights: Path) -> None:
@@ -59,9 +59,9 @@ def test_who_could_not_have_come_in_time_is_told_so(inputs: Any, weights: Path) 
     request = inputs.request(weights).model_copy(update={"stood": (2.5, 1.5), "video_size": None})
     made = run_take(request, lambda stage, done: None)
     root = made.motions[made.manifest.chosen].root[0, :2]
-    told = [note for note in made.manifest.notes if "--stood" in note]
+    told = [note for note in made.manifest.notes if "‹stood›" in note]
     off = float(np.linalg.norm(root - request.stood))
-    assert [f"{off:.1f} m from where --stood" in note for note in told] == [True] * (off > 0.5)
+    assert [f"{off:.1f} m from where ‹stood›" in note for note in told] == [True] * (off > 0.5)
     assert off > 0.5
 
 

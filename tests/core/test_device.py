@@ -33,8 +33,8 @@ def test_a_device_that_is_not_there_is_refused(name: str):
     with pytest.raises(InputError) as refused:
         load_stages("capture", device=name)  # type: ignore[arg-type]
     assert refused.value.code == "device-missing"
-    assert refused.value.where == f"--device {name}"
-    assert "--device cpu" in refused.value.fix
+    assert refused.value.where == f"‹device› {name}"
+    assert "‹device› cpu" in refused.value.fix
 
 
 @pytest.mark.parametrize("name", ["hands", "body"])

@@ -63,7 +63,7 @@ def carry_out(model: type[Way], said: Mapping[str, Any], path: Path) -> None:
     from capture_app.calibration.calibrate import calibrate
     from capture_app.cli.console import progress_bars
 
-    way: Any = validated(model, said, "option-invalid", prefix="--")
+    way: Any = validated(model, said, "option-invalid")
     check_output(path)
     with progress_bars() as progress:
         mount = calibrate(way, path, progress, picture=_picture(path))

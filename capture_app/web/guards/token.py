@@ -32,7 +32,7 @@ class Token:
             raise InputError(
                 "token-weak",
                 f"A token needs {SHORTEST} characters or more, all of them ASCII.",
-                where="--token",
+                field="token",
                 fix="Leave it out: the server makes a good one and prints it.",
             )
 

@@ -23,9 +23,9 @@ def only_server(root: Path) -> Generator[Path]:
                 "library-served",
                 "Another server has this library open.",
                 where=str(root),
-                fix=f"Open {address} in a browser, or give another folder with --library."
+                fix=f"Open {address} in a browser, or give another folder with ‹library›."
                 if address
-                else "Stop it, or give another folder with --library.",
+                else "Stop it, or give another folder with ‹library›.",
             )
         file.truncate(0)
         yield path

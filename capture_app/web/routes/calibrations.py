@@ -8,7 +8,6 @@ from capture_app.commands.calibrate import (
     BoardWay,
     FloorWay,
     ScanWay,
-    ScreenWay,
     SessionWay,
     TrackerWay,
     Way,
@@ -73,18 +72,6 @@ class ByScan(Calibration):
     method: Literal["scan"]
 
 
-@by_id(ScreenWay, leave_out=(*_SCALE, "format"))
-class ByScreen(Calibration):
-    """Photos that show a board on the phone's screen, and the object with a printed one or its scan."""
-
-    model_config = with_example(
-        kind="calibrate", method="screen", name="clamp", object=_ID, phone="iPhone 15", photos=_ID,
-        board="A4", place=PLACE_EXAMPLE,
-    )  # fmt: skip
-
-    method: Literal["screen"]
-
-
 @by_id(TrackerWay, leave_out=_SCALE)
 class ByTracker(Calibration):
     """Motion capture or a tracker followed the object while the clamped phone logged."""
@@ -111,7 +98,6 @@ WAYS: dict[type[Calibration], type[Way]] = {
     ByBoard: BoardWay,
     BySession: SessionWay,
     ByScan: ScanWay,
-    ByScreen: ScreenWay,
     ByTracker: TrackerWay,
     ByFloor: FloorWay,
 }

@@ -18,7 +18,6 @@ from ingest.calibration.board.board_spec import PRESETS
 
 router = APIRouter(prefix="/api/calibration", tags=["calibration"])
 _PDF: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}
-_PNG: dict[int | str, dict[str, Any]] = {200: {"content": {"image/png": {}}}}
 
 
 class Looked(BaseModel):
@@ -55,12 +54,10 @@ def ways() -> dict[str, Any]:
 
 
 @router.get("/look")
-async def look(
-    site: Here, of: looks.Look, id: Id, board: ShortText = "", phone: ShortText = ""
-) -> Looked:
-    """A quick look at a recording, a film, photos or a log, by what it is to be used for."""
+async def look(site: Here, of: looks.Look, id: Id, board: ShortText = "") -> Looked:
+    """A quick look at a recording, a film or a log, by what it is to be used for."""
     path = site.library.content(id, "session", "video", "material")
-    looked = await site.sandbox.run(looks.look, path, of, board, phone)
+    looked = await site.sandbox.run(looks.look, path, of, board)
     return Looked.model_validate(all_in_page_words(looked, "calibrate"))
 
 
@@ -73,12 +70,3 @@ async def board_sheet(
     if not path.is_file():
         await site.sandbox.run(drawing.board_sheet, paper, path)
     return file_response(path, "board.pdf")
-
-
-@router.get("/screen.png", response_class=FileResponse, responses=_PNG)
-async def screen_sheet(site: Here, phone: Annotated[str, Query(max_length=80)]) -> FileResponse:
-    """The picture that the phone is to show full screen."""
-    path = site.library.cache / f"screen-{key('screen', phone)}.png"
-    if not path.is_file():
-        await site.sandbox.run(drawing.screen_sheet, phone, path)
-    return file_response(path, "screen.png")

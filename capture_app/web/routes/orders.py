@@ -17,7 +17,6 @@ from capture_app.web.routes.calibrations import (
     ByBoard,
     ByFloor,
     ByScan,
-    ByScreen,
     BySession,
     ByTracker,
 )
@@ -154,7 +153,6 @@ Ordered = Annotated[
     | Annotated[ByBoard, Tag("calibrate by board")]
     | Annotated[BySession, Tag("calibrate by session")]
     | Annotated[ByScan, Tag("calibrate by scan")]
-    | Annotated[ByScreen, Tag("calibrate by screen")]
     | Annotated[ByTracker, Tag("calibrate by tracker")]
     | Annotated[ByFloor, Tag("calibrate by floor")],
     Discriminator(

@@ -103,7 +103,13 @@ def _found(work: Work, given: Any) -> dict[str, Any]:
 
 
 def _told(error: OmocapError) -> dict[str, str]:
-    return {"code": error.code, "what": error.what, "where": error.where, "fix": error.fix}
+    return {
+        "code": error.code,
+        "what": error.what,
+        "where": error.where,
+        "field": error.field,
+        "fix": error.fix,
+    }
 
 
 def _too_slow(bounds: ProcessLimits) -> InputError:

@@ -1,4 +1,4 @@
-"""Pictures that are drawn in the sandbox: posters, boards to print, and the board for a phone's screen.
+"""Pictures that are drawn in the sandbox: posters, and boards to print.
 
 The server names these functions and never calls them, so what draws is loaded in the children alone.
 """
@@ -60,21 +60,4 @@ def board_sheet(paper: str, target: Path) -> dict[str, Any]:
 
     with whole_file(target) as partial:
         write_sheet(preset_for(paper), paper, partial)
-    return {}
-
-
-def screen_sheet(phone: str, target: Path) -> dict[str, Any]:
-    """Write the PNG that a phone is to show full screen.
-
-    Raises:
-        InputError: "phone-unknown" or "screen-unknown".
-    """
-    import numpy as np
-
-    from ingest.calibration.phone_body import phone_named
-    from ingest.calibration.screen.shown import screen_picture
-    from render.video import write_png
-
-    grey = screen_picture(phone_named(phone))
-    write_png(target, np.repeat(grey[..., None], 3, axis=2))
     return {}

@@ -10,32 +10,27 @@ from capture_app.calibration.guide_recordings import (
     filmed_board,
     filmed_rest,
     filmed_then_clamped,
-    photographed_boards,
     rested_recording,
     turned_recording,
 )
 from capture_app.calibration.guide_steps import Finding
-from ingest.archive import is_archive, unpack
 from ingest.calibration.board.board_spec import Board, parse_board
 from ingest.calibration.hand_eye.to_mount import read_pose_log
-from ingest.calibration.phone_body import phone_named
-from ingest.calibration.screen.shown import screen_board
 from ingest.formats.registry import read_session
 from omomo_core.errors import InputError
 
-Look = Literal["turned", "rested", "filmed", "still", "film", "photos", "poses"]
+Look = Literal["turned", "rested", "filmed", "still", "film", "poses"]
 """A recording that was turned about, or rests after the clamping, or shows the board before it, or
-has pictures at rest; the film of a second camera; photos of the screen; a tracker's log."""
+has pictures at rest; the film of a second camera; a tracker's log."""
 
 
-def look(path: Path, what: Look, board: str, phone: str) -> dict[str, Any]:
+def look(path: Path, what: Look, board: str) -> dict[str, Any]:
     """What it can be used for, and what may spoil the result.
 
     Args:
         path: what was recorded.
         what: the kind of look.
         board: for a look that needs the printed board.
-        phone: its model, for one that needs its screen.
 
     Raises:
         InputError: it cannot be used, with what to do better.
@@ -46,7 +41,6 @@ def look(path: Path, what: Look, board: str, phone: str) -> dict[str, Any]:
         "still": lambda: filmed_rest(read_session(path)),
         "filmed": lambda: filmed_then_clamped(read_session(path), _board(board)),
         "film": lambda: filmed_board(path, _board(board)),
-        "photos": lambda: _photos(path, _board(board), phone),
         "poses": lambda: _poses(path),
     }
     return looks[what]()._asdict()
@@ -58,12 +52,6 @@ def _board(text: str) -> Board:
             "board-needed", "Which board it is must be known first.", fix="Choose the board."
         )
     return parse_board(text)
-
-
-def _photos(path: Path, board: Board, phone: str) -> Finding:
-    folder = unpack(path) if path.is_file() and is_archive(path) else path
-    shown = screen_board(phone_named(phone))
-    return photographed_boards(folder, {"the phone's screen": shown, "the printed board": board})
 
 
 def _poses(path: Path) -> Finding:

@@ -5,7 +5,8 @@ what is small as JSON.
 """
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,6 @@ from ingest.animated.detect import is_animation
 from ingest.formats.registry import check_is_session
 from ingest.mesh import load_mesh
 from ingest.mount_file import load_mount
-from ingest.report.take_report import Check
 from ingest.trajectory.trajectory_config import Reading
 from omomo_core.errors import InputError
 from omomo_core.whole_file import whole_file, write_whole
@@ -41,17 +41,9 @@ class SessionInputs:
         Raises:
             InputError: an input cannot be read at all.
         """
-        scale = self.scale
-        seen = inspect_take(
-            self.session, self.mesh, self.mount, reading=self.reading, mesh_scale=scale
+        return inspect_take(
+            self.session, self.mesh, self.mount, reading=self.reading, mesh_scale=self.scale
         )
-        checks = tuple(map(_in_page_words, seen.report.checks))
-        return replace(seen, report=replace(seen.report, checks=checks))
-
-
-def _in_page_words(check: Check) -> Check:
-    message, fix = (in_page_words(text, "run") for text in (check.message, check.fix))
-    return replace(check, message=message, fix=fix)
 
 
 def inspect(seen: SessionInputs, data: Path, page: Path) -> dict[str, Any]:
@@ -72,7 +64,7 @@ def inspect(seen: SessionInputs, data: Path, page: Path) -> dict[str, Any]:
         found = own_motion()
     else:
         found = {**report_data(looked), "animated": animated}
-        write_whole(page, report_page(looked))
+        write_whole(page, in_page_words(report_page(looked), "run"))
     write_whole(data, json.dumps(found, allow_nan=False))
     return {key: found[key] for key in ("app", "seconds", "verdict")}
 
@@ -105,7 +97,7 @@ def pack_session_scene(seen: SessionInputs, scene: Path) -> dict[str, Any]:
     """
     from capture_app.replay.scene_pack import pack_session
 
-    return _written(scene, pack_session(seen.inspect()))
+    return _written(scene, pack_session(seen.inspect(), words=_of_a_run))
 
 
 def pack_object_scene(mesh: Path, scale: float, scene: Path) -> dict[str, Any]:
@@ -153,7 +145,7 @@ def pack_result_scene(result: Path, scene: Path) -> dict[str, Any]:
     from capture_app.replay.scene_pack import pack_result
     from capture_app.result import load_result
 
-    pack = pack_result(load_result(result), words=all_in_page_words, film=False)
+    pack = pack_result(load_result(result), words=_of_a_run, film=False)
     return _written(scene, pack)
 
 
@@ -179,9 +171,12 @@ def share_result(result: Path, title: str, sample: int | None, page: Path) -> di
     from capture_app.replay.share import share_page
     from capture_app.result import load_result
 
-    pack = pack_result(load_result(result), name=title, words=all_in_page_words, sample=sample)
+    pack = pack_result(load_result(result), name=title, words=_of_a_run, sample=sample)
     write_whole(page, share_page([pack], title=title))
     return {}
+
+
+_of_a_run = partial(all_in_page_words, kind="run")
 
 
 def _written(path: Path, content: bytes) -> dict[str, Any]:

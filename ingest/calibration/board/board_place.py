@@ -258,7 +258,7 @@ def parse_grid(text: str) -> Board | Checkerboard:
             "board-single",
             "The four corners of a single marker do not tell its pose well enough here.",
             where=str(reference),
-            fix="Use a board: `omocap calibrate board-pdf` makes one. A scan takes markers for the size.",
+            fix="Use a board: ‹omocap calibrate board-pdf› makes one. A scan takes markers for the size.",
         )
     if isinstance(reference, Checkerboard) and reference.turns > 1:
         raise InputError(

@@ -158,7 +158,7 @@ def check_side(metres: float, what: str) -> None:
         raise InputError(
             "board-size",
             f"A {what} of {1e3 * metres:g} mm cannot be right.",
-            where="--board",
+            field="board",
             fix="Check the unit: 30mm, 3cm or 0.03m.",
         )
 
@@ -334,7 +334,7 @@ def write_screen(board: Board, pixels: str, ppi: float, path: Path) -> None:
         raise InputError(
             "screen-ppi",
             "The pixels per inch of the screen are needed.",
-            fix="Add --ppi, such as 460 for an iPhone 15: it stands in the maker's data sheet.",
+            fix="Add ‹ppi›, such as 460 for an iPhone 15: it stands in the maker's data sheet.",
         )
     width, height = int(found[1]), int(found[2])
     per_mm = ppi / _MM_PER_INCH

@@ -325,8 +325,8 @@ def check_scale(options: CameraOptions, logged: bool, where: str) -> None:
         "scan-scale",
         "Nothing says how large the object is: pictures alone do not.",
         where=where,
-        fix="Give the object's height in metres (--height 0.84), or lay a printed board or marker "
-        "beside it and film again (--board A4), or film with an app that logs ARKit's poses.",
+        fix="Give the object's height in metres (‹height› 0.84), or lay a printed board or marker "
+        "beside it and film again (‹board› A4), or film with an app that logs ARKit's poses.",
     )
 
 
@@ -347,7 +347,7 @@ def picked_length(text: str | None) -> Length | None:
         raise InputError(
             "scan-length",
             f"{text!r} is no length between two points.",
-            where="--length",
+            field="length",
             fix="Write metres, then two points as picture,x,y in two pictures or more, such as "
             "0.84:00012,310,420;00031,205,411:00012,330,80;00031,214,66. The pictures are in the "
             "folder images beside the mesh.",

@@ -157,7 +157,7 @@ def by_length(views: Sequence[View], length: Length) -> tuple[float, Scale]:
                 "scan-length",
                 f"The {name} point of the length cannot be placed: its pictures were taken from "
                 "nearly one place, or there is only one.",
-                where="--length",
+                field="length",
                 fix="Pick each point in two or three pictures taken from different sides.",
             )
         ends.append(end)
@@ -174,7 +174,7 @@ def _sight(sight: Sight, by_name: Mapping[str, View]) -> tuple[View, np.ndarray]
         raise InputError(
             "scan-length-picture",
             f"No registered picture is called {sight.picture!r}.",
-            where="--length",
+            field="length",
             fix="Pick the points in pictures of the work folder that are registered.",
         )
     return by_name[sight.picture], np.array([sight.x, sight.y])

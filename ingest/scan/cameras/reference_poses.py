@@ -53,7 +53,7 @@ def not_seen(
         what = (
             f"No marker of {reference} is seen from two sides: {most} of {views} pictures show one."
         )
-        fix = "Leave it in view for half of the walk, and walk around it; or give a length (--height)."
+        fix = "Leave it in view for half of the walk, and walk around it; or give a length (‹height›)."
     else:
         what = (
             f"The board {reference} gives no scale: {most} of {views} pictures show some of it, and "
@@ -61,7 +61,7 @@ def not_seen(
         )
         fix = (
             "Lay the printed board flat beside the object, in view for half of the walk; check "
-            "that it is this board (--board), or give a length instead (--height)."
+            "that it is this board (‹board›), or give a length instead (‹height›)."
         )
     return InputError("scan-board-missing", what, where=where, fix=fix)
 
@@ -85,18 +85,18 @@ def _instead(times: Mapping[str, Mapping[int, int]], tags: Tags) -> tuple[str, s
         return (
             f"No picture shows marker {tags.number} of {tags.dictionary}, but there {_are(own)}.",
             "Give the number of the marker whose side was measured, or none if all are as large "
-            f"(--board {tags.dictionary}:{1e3 * tags.side:g}mm:{own[0]}).",
+            f"(‹board› {tags.dictionary}:{1e3 * tags.side:g}mm:{own[0]}).",
         )
     name, others = max(times.items(), key=lambda one: max(one[1].values(), default=0))
     if max(others.values(), default=0) >= _OTHERS:
         return (
             f"No picture shows a marker of {tags.dictionary}, but there {_are(sorted(others))} of {name}.",
-            f"Name that family: --board {name}:{1e3 * tags.side:g}mm.",
+            f"Name that family: ‹board› {name}:{1e3 * tags.side:g}mm.",
         )
     return (
         f"No picture shows a marker of {tags}.",
         "Lay it flat beside the object with white paper around it, in view for half of the walk, so "
-        "large that each of its cells measures three pixels or more; or give a length (--height).",
+        "large that each of its cells measures three pixels or more; or give a length (‹height›).",
     )
 
 
@@ -169,7 +169,7 @@ def by_reference(
             "places on it.",
             where=where,
             fix="It must lie still and flat while you film, and be there only once; check its sides "
-            "with a ruler (--board).",
+            "with a ruler (‹board›).",
         )
     return _joined(reference, good, seen)
 
@@ -455,9 +455,9 @@ def _check_factor(factor: float, before: Scale | None, scale: Scale) -> None:
         "scan-board-size",
         f"By {scale.description} the object would be {factor:.2f} times as large as by "
         f"{before.description}; a phone's poses are never so far off.",
-        where="--board" if scale.by == "board" else "--length",
+        field="board" if scale.by == "board" else "length",
         fix="Measure once more, of a marker the side of its black square; or leave the phone's poses "
-        "out (--no-poses).",
+        "out (‹no poses›).",
     )
 
 

@@ -91,7 +91,7 @@ def clip_files(path: Path) -> list[Path]:
             "clips-missing",
             "There are no training clips.",
             where=str(path),
-            fix="Make some with `omocap data build` and `omocap data synthesise`.",
+            fix="Make some with ‹omocap data build› and ‹omocap data synthesise›.",
         )
     return files
 

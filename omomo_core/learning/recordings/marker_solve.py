@@ -326,8 +326,8 @@ def _gaps(valid: Bool[np.ndarray, " frames"], tracks: Tracks, bridge: float) -> 
             "markers-gap",
             f"For longer than {bridge:g} s the markers do not fix the object's pose.",
             where=f"{tracks.source}, {'; '.join(map(str, long[:4]))}{more}",
-            fix="Label or fill those markers, take a part with --start and --end, or have a longer "
-            "gap filled with --bridge SECONDS.",
+            fix="Label or fill those markers, take a part with ‹start› and ‹end›, or have a longer "
+            "gap filled with ‹bridge› SECONDS.",
         )
     return tuple(spans)
 

@@ -199,7 +199,7 @@ def check_legs(length: float, where: str) -> None:
             "mocap-units",
             f"The legs are those of a person {height:.3g} m tall, so the units must be wrong.",
             where=where,
-            fix="Convert the file to metres (BVH: centimetres, or say the unit with --bvh-unit).",
+            fix="Convert the file to metres (BVH: centimetres, or say the unit with ‹bvh_unit›).",
         )
 
 

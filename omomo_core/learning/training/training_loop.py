@@ -63,7 +63,7 @@ class ProcessGroup:
             raise InputError(
                 "batch-not-shared",
                 f"A batch of {batch} windows cannot be shared equally by {self.count} processes.",
-                where="--batch",
+                field="batch",
                 fix=f"Use a multiple of {self.count}.",
             )
         return range(self.rank, shards, self.count), batch // shards
@@ -260,7 +260,7 @@ def resume_run(
             "run-differs",
             f"This folder holds a run of another method, size or version: {path.name} has other sizes.",
             where=str(folder),
-            fix="Give the --size it was begun with, or another folder with -o.",
+            fix="Give the ‹size› it was begun with, or another folder with ‹output›.",
         )
     task.network.load_state_dict(_part(tensors, "weights."))
     task.network.to(group.device)

@@ -20,7 +20,7 @@ from omomo_core.geometry.transforms import inverse
 PHONE = phone_named("iPhone 15")
 BOARD = PRESETS["A4"]
 NUMBER = {recipe.have: str(k + 1) for k, recipe in enumerate(RECIPES)}
-BY_BOARD, _, BY_SESSION, _, BY_SCREEN, _, BY_TRACKER, BY_DRAWING, BY_POINTS = NUMBER.values()
+BY_BOARD, _, BY_SESSION, _, BY_TRACKER, BY_DRAWING, BY_POINTS = NUMBER.values()
 
 
 @dataclass(frozen=True)

@@ -95,7 +95,7 @@ def test_wrong_answers_are_asked_again(converse, tmp_path: Path):
     assert told.code == 0, told.err
     assert off(load_mount(tmp_path / "mount.json"), clamped_phone()) < (0.1, 0.01)
     for hint in (
-        "Answer with a number from 1 to 9",
+        "Answer with a number from 1 to 7",
         "There is already a file of that name",
         "The folder for the file is not there",
         "There is no such mesh file",

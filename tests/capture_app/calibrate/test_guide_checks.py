@@ -13,7 +13,6 @@ from capture_app.calibration.guide_recordings import (
     filmed_board,
     filmed_by_phone,
     filmed_rest,
-    photographed_boards,
     pictured_recording,
     rested_recording,
     turned_recording,
@@ -133,20 +132,6 @@ def test_a_board_that_the_phone_filmed_before_it_was_clamped(log: CaptureSession
         with pytest.raises(InputError) as caught:
             pictured_recording(wrong)
         assert caught.value.code == code
-
-
-def test_photos_of_a_screen_and_a_board(tmp_path: Path):
-    poses = sway(4)
-    for k, T in enumerate(poses):
-        cv2.imwrite(str(tmp_path / f"{k}.png"), picture(T, BOARD))
-    found = photographed_boards(tmp_path, {"the printed board": BOARD})
-    assert found.good == "of 4 photos looked at, the printed board in 4"
-    for k in range(3):
-        cv2.imwrite(str(tmp_path / f"{k}.png"), np.full((600, 800), 120, np.uint8))
-    assert "is missed in most" in photographed_boards(tmp_path, {"the board": BOARD}).doubts[0]
-    with pytest.raises(InputError) as caught:
-        photographed_boards(tmp_path, {"the screen": Board(7, 5, 0.035, 0.026)})
-    assert caught.value.code == "board-layout"
 
 
 def test_where_a_phone_sits_in_words():

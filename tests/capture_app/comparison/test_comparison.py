@@ -112,7 +112,7 @@ def test_other_objects_need_to_be_allowed() -> None:
     assert not same_object(WHOLE.object_motion.mesh, other.object_motion.mesh)
     with pytest.raises(InputError, match="another object") as caught:
         compared([WHOLE, other])
-    assert (caught.value.code, "--any" in caught.value.fix) == ("objects-differ", True)
+    assert (caught.value.code, "‹any_object›" in caught.value.fix) == ("objects-differ", True)
     made = compared([replace(WHOLE, truth=True), other], any_object=True)
     assert "goes another way" in made.notes[0]
     assert "mpjpe_cm" not in made.figures[1]

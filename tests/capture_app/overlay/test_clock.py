@@ -74,4 +74,4 @@ def test_another_motion_is_not_found_in_it(
         with pytest.raises(InputError) as refused:
             offset_of(taken, other, witness)
         assert refused.value.code == "offset-needed"
-        assert "--offset" in refused.value.fix
+        assert "‹offset›" in refused.value.fix

@@ -144,7 +144,7 @@ def test_a_shape_that_does_not_tell_how_it_stands(shape: trimesh.Trimesh, code: 
     with pytest.raises(InputError) as caught:
         register(mesh, scanned(mesh, upright(1), 1), "scan.ply")
     assert caught.value.code == code
-    assert "--object-pose" in caught.value.fix
+    assert "‹object_pose›" in caught.value.fix
 
 
 def test_the_same_vertices_are_aligned_even_if_symmetric():
