@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from capture_app.cli import options as given
+from capture_app.cli import options
 from capture_app.cli.console import counting, output, say
 from omomo_core.errors import InputError
 
@@ -36,7 +36,7 @@ def inspect(
         bool, typer.Option("--measure-only", help="Draw nothing, only measure.")
     ] = False,
     seed: Annotated[int, typer.Option(help="The same seed picks the same clips.", min=0)] = 0,
-    backend: given.Backend = given.DrawingBackend.auto,
+    backend: options.Backend = options.DrawingBackend.auto,
 ) -> None:
     """Draw contact sheets and a video of random clips with objects, and measure them.
 
@@ -103,7 +103,7 @@ def _draw_sheets(
     clips: "list[Clip]",
     judged: "list[Quality]",
     body: "BodyModel",
-    backend: given.DrawingBackend,
+    backend: options.DrawingBackend,
 ) -> None:
     from render.clip_view import clip_row
     from render.video import contact_sheet, write_png
@@ -125,7 +125,7 @@ def _draw_video(
     clips: "list[Clip]",
     judged: "list[Quality]",
     body: "BodyModel",
-    backend: given.DrawingBackend,
+    backend: options.DrawingBackend,
     count: int,
 ) -> None:
     from omomo_core.motion import FPS

@@ -1,4 +1,4 @@
-"""The ways to calibrate a mount: what each needs, for the command line, jobs and HTTP alike."""
+"""The ways to calibrate a mount: what each needs, for command line, jobs, HTTP and page alike."""
 
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal

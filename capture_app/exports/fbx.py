@@ -1,7 +1,4 @@
-"""FBX, written by a Blender that the user has: the format is closed, its only free writers are there.
-
-The Blender that a user has.
-"""
+"""FBX, written by a Blender that the user has: the format is closed."""
 
 import subprocess
 from pathlib import Path
