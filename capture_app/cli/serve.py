@@ -54,7 +54,7 @@ def serve(
 
     Nothing leaves this machine. Ctrl-C stops it; a job in the middle goes on at the next start.
     """
-    from capture_app.web.guards.hosts import is_loopback
+    from capture_app.web.guards import is_loopback
     from capture_app.web.server import ServerConfig, open_browser
     from capture_app.web.server import serve as run
 

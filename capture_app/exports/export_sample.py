@@ -16,12 +16,11 @@ from capture_app.commands.export import (
     UpAxis,
 )
 from capture_app.exports.amass import write_amass
-from capture_app.exports.blender import find_blender
 from capture_app.exports.bones import BONE_NAMES, take_on_own_bones
 from capture_app.exports.bvh import write_bvh
 from capture_app.exports.export_formats import format_of_ending, frame_of, target_of
 from capture_app.exports.exported_take import Take, placed
-from capture_app.exports.fbx import write_fbx
+from capture_app.exports.fbx import find_blender, write_fbx
 from capture_app.exports.glb import write_glb_take
 from capture_app.exports.refit import take_on_target
 from capture_app.exports.resample import at_rate

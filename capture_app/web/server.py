@@ -21,14 +21,10 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from capture_app.jobs.fleet import Fleet
 from capture_app.jobs.queue import JobQueue, open_queue
 from capture_app.web.app import ListenAddress, create_app
-from capture_app.web.guards.hosts import is_loopback
-from capture_app.web.guards.token import Token, new_token
-from capture_app.web.library.library import Library
-from capture_app.web.library.lock import only_server
-from capture_app.web.limits import Limits
-from capture_app.web.sandbox.child_process import warm_up
-from capture_app.web.sandbox.pool import SandboxPool
-from capture_app.web.site import Site
+from capture_app.web.guards import Token, is_loopback, new_token
+from capture_app.web.library import Library, only_server
+from capture_app.web.sandbox_process import SandboxPool, warm_up
+from capture_app.web.site import Limits, Site
 from omomo_core.errors import InputError
 
 _PORTS = 50

@@ -1,19 +1,83 @@
-"""POST /api/mounts: a mount that needs no recording, from a form."""
+"""Mounts that need no recording, and what guides a person through a calibration that needs one.
+
+POST /api/mounts makes a mount from a form: the phone is the object, a drawing, or clicked points. The
+guide says what to do, gives boards to print, and looks at what was recorded.
+"""
 
 import shutil
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Body
+from fastapi import APIRouter, Body, Query
+from fastapi.responses import FileResponse
+from pydantic import BaseModel, Field
 
 from capture_app.commands.calibrate import DrawingWay, HandWay, PointsWay
-from capture_app.library_item import FILES, Info, mount_summary
-from capture_app.web.by_id import with_paths
-from capture_app.web.library.ids import new_id
+from capture_app.commands.inputs import ShortText, with_example
+from capture_app.library_item import FILES, Info, Name, mount_summary
+from capture_app.web import sandboxed_work
+from capture_app.web.file_response import cache_key, file_response
+from capture_app.web.page_words import all_in_page_words
 from capture_app.web.routes.items import LibraryItem, item
-from capture_app.web.routes.mount_forms import IdentityForm, MountForm, PointsForm
-from capture_app.web.sandbox import mounts
+from capture_app.web.routes.orders import by_id, with_paths
+from capture_app.web.shelves import Id, new_id
 from capture_app.web.site import Here, Site
 from capture_app.web.sources import mesh_file_of
+from ingest.calibration.board.board_sheet import PAPERS
+from ingest.calibration.board.board_spec import PRESETS
+
+_LEFT_OUT = ("mesh_scale", "format")
+"""The library knows the unit of a mesh, and there is no log."""
+
+
+class IdentityForm(BaseModel):
+    """The phone's frame is the object's."""
+
+    model_config = with_example(method="identity", name="the phone itself")
+
+    method: Literal["identity"]
+    name: Name
+
+
+@by_id(DrawingWay, leave_out=_LEFT_OUT)
+class DrawingForm(BaseModel):
+    """A holder's drawing says where the phone is; one of axes, euler and quaternion."""
+
+    model_config = with_example(
+        method="drawing",
+        name="printed holder",
+        phone="iPhone 15",
+        xyz=[0, 0.12, 0.31],
+        axes="screen faces +y, top edge points +z",
+    )
+
+    method: Literal["drawing"]
+    name: Name
+    object: Id | None = None
+
+
+@by_id(PointsWay, leave_out=_LEFT_OUT)
+class PointsForm(BaseModel):
+    """Points measured on the phone and clicked on the object."""
+
+    model_config = with_example(
+        method="points",
+        name="clamped to the back rest",
+        object="0123456789abcdef",
+        phone="iPhone 15",
+        pairs=[
+            {"phone": "top left back corner", "point": [0.1, 0.22, 0.05]},
+            {"phone": "top right back corner", "point": [0.17, 0.22, 0.05]},
+            {"phone": "bottom left back corner", "point": [0.1, 0.07, 0.05]},
+        ],
+    )
+
+    method: Literal["points"]
+    name: Name
+    object: Id
+
+
+MountForm = Annotated[IdentityForm | DrawingForm | PointsForm, Field(discriminator="method")]
+
 
 router = APIRouter(prefix="/api/mounts", tags=["mounts"])
 
@@ -27,9 +91,9 @@ async def calibrate(site: Here, given: Annotated[MountForm, Body()]) -> LibraryI
     target.parent.mkdir(parents=True)
     try:
         if isinstance(given, IdentityForm):
-            found = await site.sandbox.run(mounts.identity, target)
+            found = await site.sandbox.run(sandboxed_work.identity, target)
         else:
-            found = await site.sandbox.run(mounts.by_hand, target, _way(site, id_, given))
+            found = await site.sandbox.run(sandboxed_work.by_hand, target, _way(site, id_, given))
         facts: dict[str, Any] = {**await site.sandbox.run(mount_summary, target), **found}
         facts["object"] = getattr(given, "object", None)
         info = Info(name=given.name, size=target.stat().st_size, files=1, facts=facts)
@@ -47,3 +111,59 @@ def _way(site: Site, id_: str, given: MountForm) -> HandWay:
         mesh_file = mesh_file_of(site.library, object_)
         said |= {"object": mesh_file.path, "mesh_scale": mesh_file.scale}
     return way.model_validate(said)
+
+
+guide_router = APIRouter(prefix="/api/calibration", tags=["calibration"])
+_PDF: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}
+
+
+class Looked(BaseModel):
+    """What a look at a recording showed."""
+
+    good: str
+    doubts: list[str]
+    notes: list[str]
+
+
+@guide_router.get("")
+def ways() -> dict[str, Any]:
+    """What each way needs and what to do for it, step by step; and the boards there are to print."""
+    from capture_app.calibration.guide_flow import RECIPES
+
+    return {
+        "ways": {
+            recipe.key: {
+                "have": recipe.have,
+                "steps": {step.title: step.do for step in recipe.steps if step.do},
+            }
+            for recipe in RECIPES
+        },
+        "papers": list(PAPERS),
+        "boards": {
+            name: {
+                "text": str(board),
+                "width_mm": round(1e3 * board.width, 3),
+                "height_mm": round(1e3 * board.height, 3),
+            }
+            for name, board in PRESETS.items()
+        },
+    }
+
+
+@guide_router.get("/look")
+async def look(site: Here, of: sandboxed_work.Look, id: Id, board: ShortText = "") -> Looked:
+    """A quick look at a recording, a film or a log, by what it is to be used for."""
+    path = site.library.content(id, "session", "video", "material")
+    looked = await site.sandbox.run(sandboxed_work.look, path, of, board)
+    return Looked.model_validate(all_in_page_words(looked, "calibrate"))
+
+
+@guide_router.get("/board.pdf", response_class=FileResponse, responses=_PDF)
+async def board_sheet(
+    site: Here, paper: Annotated[str, Query(max_length=40)] = "A4"
+) -> FileResponse:
+    """The board to print at 100 %."""
+    path = site.library.cache / f"board-{cache_key('board', paper)}.pdf"
+    if not path.is_file():
+        await site.sandbox.run(sandboxed_work.board_sheet, paper, path)
+    return file_response(path, "board.pdf")

@@ -1,14 +1,60 @@
-"""A shelf of the library: things that were brought, each a folder with its files and an info.json."""
+"""A shelf of the library: things that were brought, each a folder with its files and an info.json.
+
+A name of a thing is safe to build a path from. A folder goes away at once, and what is written stays.
+"""
 
 import os
+import secrets
+import shutil
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
+
+from pydantic import StringConstraints
 
 from capture_app.library_item import FILES, INFO, Info, load_info, save_info
-from capture_app.web.library.folders import remove_folder
 from capture_app.web.problems import Refused
 from omomo_core.system import flush
+
+PATTERN = r"^[0-9a-f]{16}$"
+
+Id = Annotated[str, StringConstraints(pattern=PATTERN)]
+"""Sixteen hex digits that the server made; the only thing a client says that enters a path."""
+
+
+def new_id() -> str:
+    """One that nobody can guess, nor meet again."""
+    return secrets.token_hex(8)
+
+
+TRASH = ".trash-"
+_AT_ONCE = 16
+
+
+def remove_folder(folder: Path) -> None:
+    """Take a folder away under its name in one step; its bytes follow."""
+    aside = folder.with_name(f"{TRASH}{new_id()}")
+    os.rename(folder, aside)
+    shutil.rmtree(aside, ignore_errors=True)
+
+
+def sweep_trash(folder: Path) -> None:
+    """Finish what a killed server had begun to remove."""
+    for left in folder.glob(f"{TRASH}*"):
+        shutil.rmtree(left, ignore_errors=True)
+
+
+def keep_tree(folder: Path) -> None:
+    """Flush a folder and all that is in it."""
+    places = [Path(place) for place, _, _ in os.walk(folder)]
+    files = [Path(place, name) for place, _, names in os.walk(folder) for name in names]
+    # A disk flushes many files at once about as fast as one.
+    with ThreadPoolExecutor(_AT_ONCE) as pool:
+        for batch in (files, places):
+            list(pool.map(flush, batch))
+
 
 CACHE = "cache"
 

@@ -1,25 +1,65 @@
-"""in_child: one function call in a process of its own, which may die of what it reads."""
+"""Slow work on what was uploaded, in child processes whose time and memory are bounded."""
 
+import asyncio
 import json
 import logging
+import mmap
 import multiprocessing
 import os
+import shutil
 import signal
 import sys
 import tempfile
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from capture_app.jobs.job_record import FULL
-from capture_app.web.sandbox.bounds import ProcessLimits, set_bounds
 from omomo_core.errors import InputError, OmocapError
+
+GIB = 2**30
+
+
+@dataclass(frozen=True)
+class ProcessLimits:
+    """For one piece of work."""
+
+    seconds: float = 120.0
+    """On the clock; of the processor twice that, over all cores."""
+    memory: int = 4 * GIB
+    """Bytes beside what an idle child has."""
+    written: int = 20 * GIB
+    """Bytes of one file."""
+
+
+def set_bounds(bounds: ProcessLimits) -> None:
+    """Bind the process that calls this; where the system has no such bounds, time alone is kept."""
+    if sys.platform == "win32":
+        return
+    import resource as r
+
+    limits = {
+        r.RLIMIT_CPU: int(2 * bounds.seconds) + 1,
+        r.RLIMIT_FSIZE: bounds.written,
+        r.RLIMIT_CORE: 0,
+    }
+    if sys.platform == "linux":
+        # Beside the address space that the libraries have taken already.
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+        limits[r.RLIMIT_AS] = pages * mmap.PAGESIZE + bounds.memory
+    for limit, value in limits.items():
+        hard = r.getrlimit(limit)[1]
+        most = value if hard == r.RLIM_INFINITY else min(value, hard)
+        r.setrlimit(limit, (most, most))
+
 
 log = logging.getLogger(__name__)
 
 _MOST_ANSWER = 64 * 2**20
-_READING = "capture_app.web.sandbox.work"
+_READING = "capture_app.web.sandboxed_work"
 _DRAWING = ("capture_app.replay.scene_pack", "capture_app.posters")
 if sys.platform == "win32":
     _context = multiprocessing.get_context("spawn")
@@ -138,3 +178,45 @@ def _defect() -> InputError:
         "Reading it failed in a way that the program does not know.",
         fix="Try another file; the server's log tells what to report.",
     )
+
+
+AT_ONCE = 2
+
+
+class SandboxPool:
+    """A queue of such work; waiting in it keeps nobody else from being served."""
+
+    def __init__(
+        self, scratch: Path, bounds: ProcessLimits | None = None, *, at_once: int = AT_ONCE
+    ) -> None:
+        self._scratch = scratch
+        self._bounds = bounds or ProcessLimits()
+        self._threads = ThreadPoolExecutor(at_once, thread_name_prefix="heavy")
+        self._running: dict[tuple[Any, ...], asyncio.Future[dict[str, Any]]] = {}
+
+    async def run(self, work: Work, *given: Any) -> dict[str, Any]:
+        """Call a function in a child; who asks for the same meanwhile gets the same answer.
+
+        Raises:
+            InputError: as `in_child`.
+        """
+        key = (work, *given)
+        running = self._running.get(key)
+        if running is None:
+            loop = asyncio.get_running_loop()
+            running = loop.run_in_executor(self._threads, self._call, work, given)
+            self._running[key] = running
+            running.add_done_callback(lambda _: self._running.pop(key, None))
+        # One who goes away does not take the answer from the others.
+        return await asyncio.shield(running)
+
+    def close(self) -> None:
+        """Begin nothing more."""
+        self._threads.shutdown(wait=False, cancel_futures=True)
+
+    def _call(self, work: Work, given: tuple[Any, ...]) -> dict[str, Any]:
+        scratch = Path(tempfile.mkdtemp(dir=self._scratch))
+        try:
+            return in_child(work, *given, scratch=scratch, bounds=self._bounds)
+        finally:
+            shutil.rmtree(scratch, ignore_errors=True)
