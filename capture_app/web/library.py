@@ -167,9 +167,9 @@ class Library:
         """Open the library in a folder, which is made when it is not there."""
         self.root = root.resolve()
         self.scratch = self.root / "scratch"
-        """For what lives as long as one piece of work."""
+        """Folder for what lives as long as one piece of work."""
         self.cache = self.root / "cache"
-        """For what can be made again from nothing that was brought."""
+        """Folder for what can be made again from nothing that was brought."""
         self.notes = Notes(self.root / "orders")
         self.shelves: dict[ItemKind, Shelf] = {
             kind: Shelf(self.root / name, kind) for kind, name in SHELVES.items()
