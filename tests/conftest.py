@@ -13,6 +13,8 @@ from hypothesis import settings
 from scipy.spatial.transform import Rotation
 from typer.core import TyperCommand
 
+pytest_plugins = ("quick",)
+
 REPO = Path(__file__).resolve().parent.parent
 
 # How long an example takes says nothing on a busy machine.

@@ -17,6 +17,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 
 _REPO = Path(__file__).resolve().parents[2]
@@ -52,9 +53,8 @@ def preloaded(folder: Path, environment: dict[str, str]) -> Iterator[Path]:
 
 def main() -> None:
     """Answer each connection with a child; a child returns from here to run its command."""
-    import capture_app.pipeline
-    import capture_app.posters
-    from capture_app.cli.app import run_command  # noqa: F401
+    for module in ("capture_app.cli.app", "capture_app.pipeline", "capture_app.posters"):
+        import_module(module)
 
     with socket.socket(socket.AF_UNIX) as listening:
         part = f"{sys.argv[1]}.part"
