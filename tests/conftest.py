@@ -73,7 +73,7 @@ def write_clip(tmp_path: Path) -> WriteClip:
     """
     from omomo_core.body.kinematics import forward_kinematics
     from omomo_core.body.model import load_body
-    from omomo_core.learning.evaluation.clips import AXES, NAMES
+    from omomo_core.learning.evaluation.real_clips import AXES, NAMES
 
     upright = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
 

@@ -1,6 +1,4 @@
-"""Keyframes of one object, and its poses between them.
-
-Keyframes in CSV: a header with `time` or `frame`, x, y, z, qx, qy, qz, qw, in any order.
+"""Keyframes of one object in CSV, and the motion between them.
 
 Optional: a column `interpolation` (how the motion goes on from that key), and comment lines
 `# fps: 24` (needed with `frame`), `# up: y` (else z) and `# interpolation: linear` (else smooth).
@@ -52,7 +50,7 @@ class Keyframes:
     """How the motion goes on from each key."""
     up: Up
     places: tuple[str, ...]
-    """Where each key is in the file, for messages."""
+    """Place of each key in the file, for messages."""
 
 
 def animate(keys: Keyframes) -> Animation:

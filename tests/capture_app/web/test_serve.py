@@ -11,8 +11,8 @@ import httpx
 import numpy as np
 import pytest
 
-from capture_app.cli.qr import print_qr
-from capture_app.web.library.lock import only_server
+from capture_app.cli.serve import print_qr
+from capture_app.web.library import only_server
 from capture_app.web.server import ServerConfig, _listen, _token
 from omomo_core.errors import InputError
 from tests.capture_app.web.serving import Server
