@@ -8,7 +8,7 @@ import multiprocessing.process
 import os
 import subprocess
 from collections import Counter
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +25,8 @@ _STARTS = (
 )
 """What starts a process."""
 _REASON = "it starts a process: a quick run leaves it out"
-_running: list[Path] = []
-"""The file of the test that runs, as the only item."""
-_asked: set[Path] = set()
-"""Files in which a test has asked for a process."""
+_ROOMS = ("jobs", "web", "page")
+"""Folders of tests/capture_app whose workers, servers and browsers start processes from other threads."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -42,10 +40,13 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     seconds: dict[str, float] = json.loads(SECONDS.read_text())
     items.sort(key=lambda item: -seconds.get(_file(item.nodeid), 0.0))
     if config.getoption("quick"):
-        long = [item for item in items if seconds.get(_test(item.nodeid), 0.0) >= _LONG]
-        config.hook.pytest_deselected(items=long)
-        left_out = set(long)
-        items[:] = [item for item in items if item not in left_out]
+        rooms = tuple(f"tests/capture_app/{room}/" for room in _ROOMS)
+        kept, left_out = list[pytest.Item](), list[pytest.Item]()
+        for item in items:
+            long = seconds.get(_test(item.nodeid), 0.0) >= _LONG
+            (left_out if long or item.nodeid.startswith(rooms) else kept).append(item)
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = kept
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -59,27 +60,7 @@ def no_process(pytestconfig: pytest.Config) -> Iterator[None]:
 
 
 def _skip(*_: Any, **__: Any) -> None:
-    _asked.update(_running)
     pytest.skip(_REASON)
-
-
-def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Note which file runs."""
-    _running[:] = [item.path]
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(
-    item: pytest.Item, call: pytest.CallInfo[None]
-) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """A failure in a file that has asked for a process is no failure of a quick run.
-
-    The thread of a server may have asked, and its answer is what fails.
-    """
-    report = yield
-    if item.path in _asked and report.failed:
-        report.outcome, report.longrepr = "skipped", (str(item.path), 0, _REASON)
-    return report
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
