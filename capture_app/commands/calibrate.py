@@ -338,7 +338,7 @@ def _four(value: object, info: Any) -> object:
 
 
 def _pair(value: object) -> object:
-    from ingest.calibration.points import typed_pair
+    from ingest.calibration.point_pairs import typed_pair
 
     if not isinstance(value, str):
         return value
