@@ -11,6 +11,7 @@ from rich.logging import RichHandler
 
 from capture_app.cli import (
     batch,
+    calibrate,
     compare,
     data,
     demo,
@@ -33,7 +34,6 @@ from capture_app.cli import (
     train,
     worker,
 )
-from capture_app.cli.calibrate import app as calibrate
 from capture_app.cli.console import errors, report
 from capture_app.cli.interrupts import INTERRUPTED, STOPPED, TERMINATED, was_interrupted
 from omomo_core.errors import OmocapError
