@@ -4,13 +4,14 @@ import logging
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.logging import RichHandler
 
 from capture_app.cli import (
     batch,
+    calibrate,
     compare,
     data,
     demo,
@@ -33,17 +34,18 @@ from capture_app.cli import (
     train,
     worker,
 )
-from capture_app.cli.calibrate import app as calibrate
 from capture_app.cli.console import errors, report
 from capture_app.cli.interrupts import INTERRUPTED, STOPPED, TERMINATED, was_interrupted
 from omomo_core.errors import OmocapError
+
+_HELP: dict[str, Any] = {"help_option_names": ["-h", "--help"]}
 
 app = typer.Typer(
     name="omocap",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings=_HELP,
 )
 app.command("run", help=run.HELP, no_args_is_help=True)(run.run)
 app.command("inspect", no_args_is_help=True)(inspect.inspect)
@@ -131,9 +133,21 @@ def invoke(arguments: Sequence[str]) -> int:
         return 1
 
 
+def _hide_types_of_flags(command: Any) -> None:
+    """Let the help show no type beside a flag, which takes no value; of subcommands, too."""
+    help_option = command.get_help_option(typer.Context(command, **_HELP))
+    for option in (*command.params, help_option):
+        if getattr(option, "is_flag", False):
+            option.metavar = ""
+    for subcommand in getattr(command, "commands", {}).values():
+        _hide_types_of_flags(subcommand)
+
+
 def _exit_code(arguments: list[str]) -> int:
     try:
-        app(arguments)
+        command = typer.main.get_command(app)
+        _hide_types_of_flags(command)
+        command(arguments)
     except SystemExit as done:
         code = done.code if isinstance(done.code, int) else 1
         if code in (INTERRUPTED, TERMINATED):

@@ -316,6 +316,15 @@ def test_an_interrupt_is_quiet(
     assert capsys.readouterr().err == f"{STOPPED}\n"
 
 
+def test_the_help_shows_no_type_beside_a_flag(capsys: pytest.CaptureFixture[str]):
+    for words in ((), ("run",), ("calibrate",), ("calibrate", "points"), ("inspect",)):
+        assert invoke([*words, "--help"]) == 0
+        told = capsys.readouterr().out
+        assert "--help" in told
+        assert "-h " in told
+        assert "bool" not in told
+
+
 def test_help_loads_nothing_heavy() -> None:
     look = (
         "import sys; from capture_app.cli.app import invoke; assert invoke(['run', '--help']) == 0;"

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 import * as words from "../../capture_app/web/page/core/words.js";
-import { boundWords, few, mountWords } from "../../capture_app/web/page/parts/cards.js";
+import { boundWords, few, mountWords } from "../../capture_app/web/page/parts/mount_words.js";
 
 test("sizes are told in steps of a thousand", () => {
   const told = { 0: "0 bytes", 999: "999 bytes", 1000: "1.0 kB", 1536: "1.5 kB", 150000: "150 kB" };

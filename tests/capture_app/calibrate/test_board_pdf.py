@@ -9,7 +9,7 @@ import pytest
 import typer
 from typer.testing import CliRunner, Result
 
-from capture_app.cli.calibrate.board_pdf import board_pdf
+from capture_app.cli.calibrate import board_pdf
 from ingest.calibration.board.board_detect import Detector
 from ingest.calibration.board.board_spec import PRESETS, parse_board
 from omomo_core.errors import InputError

@@ -7,8 +7,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from capture_app.cli.calibrate.drawing import drawing
-from capture_app.cli.calibrate.points import points
+from capture_app.cli.calibrate import drawing, points
 from ingest.calibration.phone_body import body_point, phone_body, phone_named
 from ingest.mount_file import load_mount
 from omomo_core.errors import InputError

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 import typer
 
-from capture_app.cli.calibrate.recorded import scan, session
+from capture_app.cli.calibrate import scan, session
 from ingest.formats import scanner_3d
 from ingest.mount_file import load_mount
 from ingest.uncertainty import between

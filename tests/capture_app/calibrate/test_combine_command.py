@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capture_app.cli.calibrate.mounts import combine
+from capture_app.cli.calibrate import combine
 from capture_app.simulator.demo_take import clamped_phone
 from ingest.mount import Mount
 from ingest.mount_file import load_mount, save_mount

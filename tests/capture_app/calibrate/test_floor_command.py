@@ -8,7 +8,7 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from capture_app.cli.calibrate.recorded import floor
+from capture_app.cli.calibrate import floor
 from capture_app.inspection import inspect_take
 from capture_app.simulator.demo_take import (
     HEIGHT,

@@ -13,7 +13,7 @@ from capture_app.calibration.guide_flow import RECIPES, Wizard
 from capture_app.calibration.guide_phone_steps import POINTS
 from capture_app.calibration.guide_steps import GuideState, Prompt, Recipe
 from capture_app.cli.app import invoke
-from capture_app.cli.calibrate.app import app as calibrate
+from capture_app.cli.calibrate import app as calibrate
 from capture_app.cli.console import output
 from capture_app.simulator.demo_take import clamped_phone, record_demo
 from ingest.calibration.phone_body import body_point, phone_body

@@ -1,9 +1,10 @@
 // Things in the library as cards and rows.
 import { h } from "../core/dom.js";
 import { KINDS, STATES, ago, ended, sides, span } from "../core/words.js";
+import { mountWords } from "./mount_words.js";
 import { stageWords } from "./stages.js";
 import { badge, verdictOf } from "./verdicts.js";
-/** @import {Bounds, Job, Motion, Mount, Session, Shelf, Thing} from "../core/answers.js" */
+/** @import {Job, Motion, Mount, Session, Shelf, Thing} from "../core/answers.js" */
 
 /** @typedef {Session | Thing | Mount} Stored */
 
@@ -80,38 +81,6 @@ export function details(item) {
   if ("method" in item) return mountWords(item);
   const seconds = item.seconds ? span(item.seconds) : "";
   return [item.app, seconds].filter(Boolean).join(" · ");
-}
-
-/** @type {Record<string, string>} */
-const METHODS = {
-  board: "a board and a second camera",
-  session: "scan and clamp in one recording",
-  scan: "a scan that shows the phone",
-  screen: "pictures of the phone's screen",
-  tracker: "motion capture",
-  drawing: "numbers of a drawing",
-  points: "points on phone and object",
-  floor: "standing on the floor",
-  combine: "several calibrations",
-  identity: "taken as the phone itself",
-};
-
-/** How a mount was found, and within what it is true 95 times of 100. @param {Mount} mount */
-export function mountWords(mount) {
-  const way = METHODS[mount.method] ?? mount.method;
-  if (mount.method === "identity") return way;
-  return `by ${way}, ${boundWords(mount.bounds)}`;
-}
-
-/** In words. @param {Bounds | null} bounds */
-export function boundWords(bounds) {
-  if (!bounds) return "error unknown";
-  return `within ${few(bounds.mm)} mm and ${few(bounds.deg)}°`;
-}
-
-/** A number with decimals where they say something. @param {number} value */
-export function few(value) {
-  return value.toFixed(value < 0.1 ? 2 : value < 10 ? 1 : 0);
 }
 
 /** A job in a list, with its progress. @param {Job} job */

@@ -5,9 +5,9 @@ import { address } from "../core/router.js";
 import { begin } from "../upload/begin.js";
 import { dropArea } from "../upload/drop.js";
 import { order } from "../upload/gather.js";
-import { boundWords, mountWords } from "./cards.js";
+import { boundWords, isFar, mountWords } from "./mount_words.js";
 import { pickList } from "./pick_list.js";
-/** @import {Bounds, Mount} from "../core/answers.js"
+/** @import {Mount} from "../core/answers.js"
  *  @import {Choosing} from "./pick_object.js" */
 
 // In place of a mount's id, as the API has it.
@@ -18,7 +18,6 @@ const OWN_FRAME = {
 };
 const CLAMPED =
   "It was made for this object. If you clamped the phone anew since then, find the mount again.";
-const FAR = { mm: 20, deg: 3 };
 
 /** The choice; those made for the object come first. `here`: where to come back to.
  *  @param {Mount[]} mounts @param {string | null} current
@@ -66,11 +65,6 @@ export function pickMount(mounts, current, { object, here, chosen }) {
     }),
     place,
   );
-}
-
-/** Whether hands may be clearly off the object. @param {Bounds | null} bounds */
-export function isFar(bounds) {
-  return bounds !== null && (bounds.mm > FAR.mm || bounds.deg > FAR.deg);
 }
 
 /** A word of warning where the mount may be far off. @param {Mount | undefined} mount */

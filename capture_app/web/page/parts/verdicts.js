@@ -1,7 +1,7 @@
 // Whether a thing of the library is good to use, as far as it is known: a word and a mark in every list.
 import { h } from "../core/dom.js";
 import { count } from "../core/words.js";
-import { isFar } from "./pick_mount.js";
+import { isFar } from "./mount_words.js";
 /** @import {Motion, Mount, Session, Severity, Shelf, Thing} from "../core/answers.js" */
 
 /** @typedef {Session | Thing | Mount | Motion} Any */

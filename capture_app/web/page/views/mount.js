@@ -3,7 +3,7 @@ import { api } from "../core/api.js";
 import { h } from "../core/dom.js";
 import { itemHead } from "../core/library.js";
 import { capital } from "../core/words.js";
-import { few, mountWords } from "../parts/cards.js";
+import { few, mountWords } from "../parts/mount_words.js";
 import { mountWarning } from "../parts/pick_mount.js";
 import { Stage } from "../parts/stage.js";
 import { useIt } from "../parts/use_it.js";

@@ -1,1 +1,0 @@
-"""`omocap calibrate`: every way to find where the object is in the phone's frame."""
