@@ -24,11 +24,13 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from capture_app.cli.app import invoke
-from capture_app.simulator.carried_box import box_mesh, carried_box, clamped_phone
-from capture_app.simulator.noise import PhoneNoise
-from capture_app.simulator.phone import BOOT_SECONDS, arkit_from_world, simulate
-from capture_app.simulator.recording import write_recording
-from capture_app.simulator.wiggle import Wiggle, wiggle_motion
+from capture_app.simulator.demo_take import box_mesh, carried_box, clamped_phone, write_recording
+from capture_app.simulator.simulated_phone import (
+    BOOT_SECONDS,
+    PhoneNoise,
+    arkit_from_world,
+    simulate,
+)
 from ingest.calibration.board.board_poses import board_poses
 from ingest.calibration.board.board_sheet import preset_for
 from ingest.calibration.hand_eye.hand_eye import solve
@@ -41,6 +43,7 @@ from ingest.trajectory.object_motion import to_object_motion
 from ingest.uncertainty import between, bounds_95, of_inverse
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
+from tests.simulator.wiggle import Wiggle, wiggle_motion
 from tests.simulator.witness import board_on_box, corner_observations, record_witness, tripod
 
 

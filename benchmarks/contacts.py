@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from omomo_core.body.model import load_body
+from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.generation.generator import generate
-from omomo_core.generation.options import GenerationOptions
 from omomo_core.learning.recordings.clips import load_clips
 from omomo_core.learning.recordings.dataset import shards
 from omomo_core.weights.load import load_stages

@@ -19,9 +19,9 @@ from uuid import uuid4
 from capture_app.commands.request import Request
 from capture_app.jobs import __main__ as process
 from capture_app.jobs.fleet import Fleet
-from capture_app.jobs.protocol import Attempt, JobKind
+from capture_app.jobs.job_kinds import Attempt, JobKind
+from capture_app.jobs.job_record import OVER
 from capture_app.jobs.queue import JobQueue, open_queue
-from capture_app.jobs.record import OVER
 from capture_app.jobs.worker import work
 
 _STAGES = ("first", "second", "third")

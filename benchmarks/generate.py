@@ -26,8 +26,8 @@ from omomo_core.body.model import load_body
 from omomo_core.compute import Device, find_device
 from omomo_core.generation.conditioning import UNCONDITIONED
 from omomo_core.generation.generation_config import RECORDED
+from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.generation.generator import generate
-from omomo_core.generation.options import GenerationOptions
 from omomo_core.generation.stream import stream
 from omomo_core.learning.synthesis.props import make_prop
 from omomo_core.motion import FPS, ObjectMotion

@@ -31,13 +31,13 @@ import torch
 
 from capture_app.commands.run import RunRequest
 from capture_app.prepare import prepare_take
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from ingest.mesh import load_mesh
 from omomo_core.body.finger_model import PALM, THUMB, HandSkin, hand_skins
 from omomo_core.body.kinematics import full_kinematics, skin
 from omomo_core.body.model import BodyModel, load_body
+from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.generation.generator import generate
-from omomo_core.generation.options import GenerationOptions
 from omomo_core.generation.person import Person
 from omomo_core.generation.selection.ranking import wrist_excess
 from omomo_core.generation.selection.selection_config import SCORE
@@ -46,9 +46,9 @@ from omomo_core.geometry.surface import Triangles
 from omomo_core.learning.synthesis.props.catalogue import MAKERS, placed
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.weights.load import load_stages
-from render.hand_view import hand_cameras
-from render.stills import write_png
 from render.third_person import frames
+from render.video import write_png
+from render.views import hand_cameras
 
 SHARED = Path(os.environ.get("OMOCAP_SHARED", Path(__file__).parents[1] / "shared")) / "data"
 FURNITURE = "objects/kaykit_furniture_cc0/addons/kaykit_furniture_bits/Assets/obj"

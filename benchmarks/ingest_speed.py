@@ -61,7 +61,7 @@ def measure(folder: Path) -> dict[str, float]:
 
     from ingest.formats.registry import read_session
     from ingest.mount import identity_mount
-    from ingest.report.inspect import inspect_session
+    from ingest.report.take_inspection import inspect_session
     from ingest.trajectory.object_motion import to_object_motion
     from omomo_core.motion import ObjectMesh
 

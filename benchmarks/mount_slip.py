@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.carried_box import LIFT, REST, carried_box, clamped_phone
-from capture_app.simulator.phone import simulate
+from capture_app.simulator.demo_take import LIFT, REST, carried_box, clamped_phone
+from capture_app.simulator.simulated_phone import simulate
+from ingest.report.checked_session import CheckedSession
 from ingest.report.stance import object_checks
-from ingest.report.take_checks import Look
 from ingest.trajectory.object_motion import to_object_motion
 from tests.simulator.gravity_error import unlevel
 from tests.simulator.slipping import slipping
@@ -43,7 +43,7 @@ def main() -> None:
             seen = slipping(motion, mount, replace(mount, T_phone_object=T), at)
             session = unlevel(simulate(seen, mount, seed=seed), seed=seed)
             take = to_object_motion(session, motion.mesh, mount)
-            check = object_checks(Look(session, motion.mesh, mount, take))[1]
+            check = object_checks(CheckedSession(session, motion.mesh, mount, take))[1]
             noticed.append(check.severity != "ok")
             up = T[:3, :3] @ np.array([0.0, 0, 1]) @ mount.T_phone_object[:3, 2]
             tilts.append(np.degrees(np.arccos(np.clip(up, -1, 1))))

@@ -25,9 +25,8 @@ from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel, load_body
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 from render import third_person
-from render.actors import Actor
 from render.cameras import Camera
-from render.props import floor
+from render.props import Actor, floor
 from render.pyrender_shim import pyrender
 from render.renderer import FAR, NEAR
 

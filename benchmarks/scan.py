@@ -29,7 +29,7 @@ import trimesh
 from jaxtyping import Float64
 
 from benchmarks.scan_errors import HEAD, compared
-from capture_app.simulator.phone import arkit_from_world
+from capture_app.simulator.simulated_phone import arkit_from_world
 from ingest.axes import T_ZUP_ARKIT
 from ingest.colmap import pycolmap
 from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
@@ -40,8 +40,9 @@ from ingest.scan.dense.depth_maps import cloud, measure_depths
 from ingest.scan.dense.stereo import SmallPictures, matrix_for, pixel_rays
 from ingest.scan.frames import pick_frames
 from ingest.scan.region import aim_at, find_region
+from ingest.scan.scan_choices import WHOLE
 from ingest.scan.scan_sources import read_source
-from ingest.scan.scan_types import WHOLE, Region, Registered
+from ingest.scan.scan_types import Region, Registered
 from ingest.scan.silhouettes import find_silhouettes
 from omomo_core.geometry.transforms import inverse, procrustes
 from tests.simulator.scan_film import ScanFilm, around, film_session

@@ -22,7 +22,7 @@ from jaxtyping import Float64, Int64, UInt8
 from ingest.axes import T_ZUP_ARKIT
 from ingest.colmap import read_model
 from ingest.mesh import load_mesh
-from ingest.report.inspect import work_folder
+from ingest.report.take_inspection import work_folder
 from ingest.scan.cameras.reconstruction import names_of, poses_of
 from omomo_core.geometry.transforms import procrustes
 

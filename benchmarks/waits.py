@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from capture_app.result import load_result
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from omomo_core.motion import FPS
 
 HERE = Path(__file__).parent.parent

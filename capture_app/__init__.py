@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from capture_app.calibration.calibrate import calibrate
-    from capture_app.commands.calibrate.by_camera import TrackerWay
+    from capture_app.commands.calibrate import TrackerWay
     from capture_app.commands.export import ExportRequest
     from capture_app.commands.render import CompareRequest, RenderRequest
     from capture_app.commands.run import ResolveRequest, RunRequest
     from capture_app.commands.train import TrainRequest
-    from capture_app.comparison.film import compare_motions
-    from capture_app.exports.of_result import export_result
+    from capture_app.comparison.comparison_film import compare_motions
+    from capture_app.exports.export_sample import export_result
     from capture_app.inspection import inspect_take
     from capture_app.pipeline import run_take
     from capture_app.rendering import render_result
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     from ingest.trajectory.trajectory_config import Reading
     from omomo_core.body.model import load_body
     from omomo_core.errors import InputError
+    from omomo_core.generation.generation_options import GenerationOptions
     from omomo_core.generation.generator import generate
-    from omomo_core.generation.options import GenerationOptions
     from omomo_core.generation.stream import stream
-    from omomo_core.learning.evaluation.report import evaluate
+    from omomo_core.learning.evaluation.evaluation import evaluate
     from omomo_core.learning.recordings.clips import Clip, save_clips
     from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
     from omomo_core.weights.load import load_stages
@@ -82,12 +82,12 @@ __all__ = [
 
 _MODULES = {
     "capture_app.calibration.calibrate": ("calibrate",),
-    "capture_app.commands.calibrate.by_camera": ("TrackerWay",),
+    "capture_app.commands.calibrate": ("TrackerWay",),
     "capture_app.commands.train": ("TrainRequest",),
     "capture_app.commands.render": ("CompareRequest", "RenderRequest"),
-    "capture_app.comparison.film": ("compare_motions",),
+    "capture_app.comparison.comparison_film": ("compare_motions",),
     "capture_app.commands.export": ("ExportRequest",),
-    "capture_app.exports.of_result": ("export_result",),
+    "capture_app.exports.export_sample": ("export_result",),
     "capture_app.inspection": ("inspect_take",),
     "capture_app.pipeline": ("run_take",),
     "capture_app.rendering": ("render_result",),
@@ -105,14 +105,14 @@ _MODULES = {
     "omomo_core.body.model": ("load_body",),
     "omomo_core.errors": ("InputError",),
     "omomo_core.generation.generator": ("generate",),
-    "omomo_core.generation.options": ("GenerationOptions",),
+    "omomo_core.generation.generation_options": ("GenerationOptions",),
     "omomo_core.generation.stream": ("stream",),
-    "omomo_core.learning.evaluation.report": ("evaluate",),
+    "omomo_core.learning.evaluation.evaluation": ("evaluate",),
     "omomo_core.learning.recordings.clips": ("Clip", "save_clips"),
     "omomo_core.motion": ("HumanMotion", "ObjectMesh", "ObjectMotion"),
     "omomo_core.weights.load": ("load_stages",),
 }
-"""Where each name stands; the imports above say the same to who checks types."""
+"""Module of each name; the imports above say the same to type checkers."""
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
 if not TYPE_CHECKING:  # A type checker would take any name for one of ours.

@@ -116,7 +116,7 @@ def _memory() -> HealthCheck:
     found = f"{free / 2**30:.1f} GiB free"
     if free < _ENOUGH_MEMORY:
         return HealthCheck(
-            "memory", "warn", found, "Close other programs, or run with --samples 1."
+            "memory", "warn", found, "Close other programs, or run with ‹samples› 1."
         )
     return HealthCheck("memory", "ok", found)
 

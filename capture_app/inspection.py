@@ -11,8 +11,8 @@ from ingest.formats.registry import read_session
 from ingest.mesh import load_mesh
 from ingest.mount import Mount, identity_mount
 from ingest.mount_file import load_mount
-from ingest.report.inspect import inspect_clock, inspect_session
-from ingest.report.take_checks import Check, TakeReport
+from ingest.report.take_inspection import inspect_clock, inspect_session
+from ingest.report.take_report import Check, TakeReport
 from ingest.session import CaptureSession
 from ingest.trajectory.object_motion import ObjectTake, to_object_motion
 from ingest.trajectory.trajectory_config import AS_LOGGED, Reading
@@ -137,7 +137,7 @@ def refuse_bad(seen: Inspection) -> None:
         problems = " ".join([seen.problem.what, *map(_problem_text, bad)])
         raise InputError(seen.problem.code, problems, where=_where(seen, bad), fix=seen.advice)
     if bad:
-        forced = ["To use the take all the same, add --force."] if seen.take else []
+        forced = ["To use the take all the same, add ‹force›."] if seen.take else []
         raise InputError(
             "take-bad",
             " ".join(["The motion of this take would be wrong.", *map(_problem_text, bad)]),

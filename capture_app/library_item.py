@@ -1,11 +1,16 @@
-"""Things of a library on the disk: each a folder with its files and, beside them, what is known of it."""
+"""Things of a library on the disk, each a folder, and what a list tells of them."""
 
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import BaseModel, Field, StringConstraints, ValidationError
 
+from ingest.mesh import load_mesh
+from ingest.mount_file import load_mount
+from ingest.report.take_inspection import mesh_checks
+from ingest.uncertainty import bounds_95
 from omomo_core.whole_file import write_whole
 
 INFO, FILES, PICTURE = "info.json", "files", "picture.webp"
@@ -53,3 +58,41 @@ def info_of(name: str, folder: Path, facts: dict[str, Any]) -> Info:
     files = [path for path in folder.rglob("*") if path.is_file()]
     size = sum(path.stat().st_size for path in files)
     return Info(name=name, size=size, files=len(files), facts=facts)
+
+
+def mesh_summary(path: Path, scale: float) -> dict[str, Any]:
+    """Return the summary of an object as JSON; `scale` brings its mesh to metres.
+
+    Raises:
+        InputError: as `load_mesh`.
+    """
+    mesh = load_mesh(path, scale=scale)
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    return {
+        "scale": scale,
+        "vertices": len(mesh.vertices),
+        "faces": len(mesh.faces),
+        "extents": np.round(high - low, 6).tolist(),
+        "warnings": [c.message for c in mesh_checks(mesh) if c.severity != "ok"],
+    }
+
+
+def mount_summary(path: Path) -> dict[str, Any]:
+    """Return the summary of a mount as JSON.
+
+    Raises:
+        InputError: as `load_mount`.
+    """
+    mount = load_mount(path)
+    bounds = None if mount.covariance is None else bounds_95(mount.covariance)._asdict()
+    return {
+        "method": mount.method,
+        "bounds": bounds,
+        "residuals": {k: v for k, v in mount.residuals.items() if np.isfinite(v)},
+        "free": list(mount.free),
+        "note": mount.note,
+        "warnings": [*mount.free, *filter(None, [mount.note])],
+        "phone": mount.phone,
+        "object_id": mount.object_id,
+        "date": mount.date,
+    }

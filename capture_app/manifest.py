@@ -10,7 +10,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from capture_app.validation import first_problem
+from capture_app.commands.request import first_problem
 from omomo_core.config import Number
 from omomo_core.errors import InputError
 
@@ -35,7 +35,7 @@ class Input(_Record):
 
     role: Literal["session", "object", "mount", "body", "contacts"]
     path: str
-    """As the user gave it."""
+    """Path as the user gave it."""
     sha256: str
 
 
@@ -51,7 +51,7 @@ class Segment(_Record):
 
 
 class FloorRecord(_Record):
-    """Where the floor is in the recording."""
+    """The floor of the recording."""
 
     height: float
     """Metres along the up axis of the session's own world."""
@@ -59,12 +59,12 @@ class FloorRecord(_Record):
 
 
 class Correction(_Record):
-    """Where a result comes from whose contacts were corrected."""
+    """The origin of a result whose contacts were corrected."""
 
     result: str
     """The folder, as the user gave it."""
     manifest_sha256: str
-    """Of its manifest.json."""
+    """SHA-256 of its manifest.json."""
     sample: int
     """Index of the sample that was corrected."""
     contacts: str
@@ -101,7 +101,7 @@ class Manifest(_Record):
     options: dict[str, Option]
     """Every option of the run, the seed among them, as given or by default."""
     config: dict[str, Number] = Field(default_factory=dict[str, Number])
-    """Every number that shapes a motion, by its name (`motion_config.py`); empty in older results."""
+    """Every number that shapes a motion, by its name (`manifest_builder.py`); empty in older results."""
     segment: Segment
     floor: FloorRecord
     mount_method: str
@@ -142,7 +142,7 @@ def read_manifest(path: Path) -> Manifest:
             "result-missing",
             "This is no result folder: it has no manifest.",
             where=str(path),
-            fix="Give the folder that `omocap run` wrote.",
+            fix="Give the folder that ‹omocap run› wrote.",
         ) from error
     except ValidationError as error:
         field, problem = first_problem(error.errors())

@@ -1,6 +1,7 @@
-"""The manifest of a finished run or correction."""
+"""The manifest of a finished run or correction, with every number that shaped the motion."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,16 +17,51 @@ from capture_app.manifest import (
     Segment,
     sha256,
 )
-from capture_app.motion_config import recorded_config
-from capture_app.prepare import PreparedTake
+from capture_app.prepare import PreparedTake, start_position_note
 from capture_app.result import Result
-from capture_app.start_position import start_position_note
+from ingest.trajectory.trajectory_config import TRAJECTORY, TrajectoryConfig
+from omomo_core.body.body_config import BODY, BodyConfig
 from omomo_core.body.grip import GRIPS
+from omomo_core.config import Number, settings_of
+from omomo_core.contact.contact_config import CONTACT, ContactConfig
+from omomo_core.generation.generation_config import GENERATION, GenerationConfig
 from omomo_core.generation.person import Person
 from omomo_core.generation.selection.speed_limits import Leap, find_leaps
+from omomo_core.geometry.geometry_config import GEOMETRY, GeometryConfig
 from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
+from omomo_core.stages.stage_config import STAGES, StagesConfig
 from omomo_core.weights.load import SHIPPED
+
+
+@dataclass(frozen=True)
+class MotionConfig:
+    """The numbers of every room."""
+
+    trajectory: TrajectoryConfig = TRAJECTORY
+    contact: ContactConfig = CONTACT
+    body: BodyConfig = BODY
+    generation: GenerationConfig = GENERATION
+    geometry: GeometryConfig = GEOMETRY
+    stages: StagesConfig = STAGES
+
+
+MOTION_CONFIG = MotionConfig()
+
+
+def recorded_config() -> dict[str, Number]:
+    """Return every number by its name, as a manifest stores it."""
+    return {one.name: one.value for one in settings_of(MOTION_CONFIG)}
+
+
+def changed_settings(recorded: Mapping[str, Number]) -> tuple[str, ...]:
+    """Return the names of the numbers that are not what a manifest recorded.
+
+    Numbers that only one of the two has do not count: another version may have named them otherwise.
+    """
+    now = recorded_config()
+    return tuple(name for name, value in recorded.items() if name in now and now[name] != value)
+
 
 FAR = 0.03
 """Metres off a palm's place, or inside the object, that are worth a word."""
@@ -176,7 +212,7 @@ def _segment_note(segment: Segment) -> Iterator[str]:
         yield (
             f"The take was split into {segment.count} segments where tracking failed; this is "
             f"number {segment.index}, {segment.start / FPS:.1f} to {segment.stop / FPS:.1f} s. "
-            "Choose another with --segment."
+            "Choose another with ‹segment›."
         )
 
 

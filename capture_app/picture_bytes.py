@@ -21,7 +21,7 @@ class PictureBytes(NamedTuple):
 
     @property
     def mime(self) -> str:
-        """As HTTP and glTF name the kind."""
+        """The kind's name in HTTP and glTF."""
         return {"png": "image/png", "jpg": "image/jpeg"}[self.ending]
 
 

@@ -1,4 +1,4 @@
-"""Posters: a small picture by which a result, an object or a mount is known in a list."""
+"""Small pictures by which a result, an object or a mount is known in a list."""
 
 from pathlib import Path
 
@@ -6,19 +6,61 @@ import numpy as np
 from jaxtyping import UInt8
 from PIL import Image
 
-from capture_app.calibration.picture import mount_views
 from capture_app.result import Result, body_of
+from ingest.calibration.phone_body import Phone, phone_body, phone_named
 from ingest.mount import Mount
+from ingest.uncertainty import bounds_95
 from omomo_core.body.model import BodyModel
+from omomo_core.errors import InputError
 from omomo_core.generation.person import Person
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.whole_file import whole_file
 from render.backends import open_renderer
 from render.cameras import orbit, pinhole
+from render.mount_view import mount_picture
 from render.props import solid
 from render.scene import Scene
 from render.third_person import frames
+from render.video import write_png
 from render.views import shot
+
+_ANY_PHONE = "iPhone 13"
+"""Drawn where the model is not known; phones differ by millimetres."""
+
+
+def draw_mount(mount: Mount, mesh: ObjectMesh, path: Path) -> None:
+    """Draw the object, in metres, with the phone on it into a PNG file."""
+    label = mount.method
+    if mount.covariance is not None:
+        bounds = bounds_95(mount.covariance)
+        label += f": {bounds.mm:.1f} mm, {bounds.deg:.1f} deg"
+    write_png(path, mount_views(mount, mesh, label=label))
+
+
+def mount_views(
+    mount: Mount, mesh: ObjectMesh, *, label: str = "", side: int = 420
+) -> UInt8[np.ndarray, "h w 3"]:
+    """Three views of the object, in metres, with the phone on it, beside each other.
+
+    Args:
+        mount: where the phone is.
+        mesh: of the object.
+        label: in the corner of the first view.
+        side: of each view, pixels.
+    """
+    phone = _drawn_phone(mount.phone)
+    T_phone_body = phone_body(phone)[0]
+    return mount_picture(
+        mesh, mount.T_phone_object, T_phone_body, phone.body, label=label, side=side
+    )
+
+
+def _drawn_phone(name: str) -> Phone:
+    try:
+        return phone_named(name)
+    except InputError:
+        return phone_named(_ANY_PHONE)
+
 
 _SIZE = (480, 270)
 _SIDE = 270

@@ -1,18 +1,65 @@
-"""A result drawn again: from elsewhere, another size, another sample, or as pictures."""
+"""A result drawn again as a video or picture: times, sizes and endings."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 from capture_app.commands.render import RenderRequest
 from capture_app.commands.run import ResultRequest
-from capture_app.overlay.eye import eye_of
-from capture_app.pictures import MOVING, frame_at, save_pictures, stride, with_progress
+from capture_app.overlay.aligned import eye_of
 from capture_app.progress import Progress, silent
 from capture_app.result import body_of, load_result, sample_index
 from omomo_core.errors import InputError
+from omomo_core.motion import FPS
 from omomo_core.whole_file import check_target
-from render.stills import contact_sheet
+from render.lettering import Picture
 from render.third_person import frames, held_places
+from render.video import contact_sheet, write_moving, write_png
 from render.views import shot
+
+SMALL = (".webp", ".gif")
+"""Loops for web pages: they have half as many pictures a second as a video."""
+MOVING = (".mp4", *SMALL)
+
+
+def stride(path: Path) -> int:
+    """Frames of the motion from one picture of a file to its next."""
+    return 2 if path.suffix in SMALL else 1
+
+
+def frame_at(seconds: float, count: int) -> int:
+    """The frame that is shown at a time.
+
+    Raises:
+        InputError: ``time-outside``.
+    """
+    frame = round(seconds * FPS)
+    if not 0 <= frame < count:
+        raise InputError(
+            "time-outside",
+            f"There is no picture at {seconds:g} s: the motion lasts {count / FPS:.2f} s.",
+            field="still",
+            fix="Give a time within the motion.",
+        )
+    return frame
+
+
+def with_progress(pictures: Iterator[Picture], count: int, progress: Progress) -> Iterator[Picture]:
+    """Yield the pictures, and report the fraction that has gone by as progress of the stage "video"."""
+    for k, picture in enumerate(pictures):
+        yield picture
+        progress("video", (k + 1) / count)
+
+
+def save_pictures(path: Path, pictures: Iterator[Picture]) -> None:
+    """Write pictures as the file's ending says: a .png the first, others all, at their stride.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    if path.suffix == ".png":
+        write_png(path, next(pictures))
+    else:
+        write_moving(path, pictures, FPS / stride(path))
 
 
 def render_result(request: RenderRequest, progress: Progress = silent) -> None:
@@ -77,7 +124,7 @@ def _order(request: RenderRequest, count: int) -> Sequence[int]:
         raise InputError(
             "sheet-and-still",
             "One picture and a sheet of them cannot be one file.",
-            where="--still, --sheet",
+            where="‹still›, ‹sheet›",
             fix="Give one of the two.",
         )
     if request.still is not None:

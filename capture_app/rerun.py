@@ -5,7 +5,7 @@ from pathlib import Path
 from capture_app.commands.request import validated
 from capture_app.commands.run import RunRequest
 from capture_app.manifest import Input, Manifest, sha256
-from capture_app.motion_config import changed_settings
+from capture_app.manifest_builder import changed_settings
 from omomo_core.errors import InputError
 from omomo_core.weights.load import SHIPPED
 
@@ -34,7 +34,7 @@ def _check_not_corrected(manifest: Manifest) -> None:
             "result-corrected",
             "The contacts of this result were corrected; its manifest alone does not make it again.",
             where=origin.result,
-            fix=f"Run `omocap rerun` on that result and `omocap resolve` with {origin.contacts}.",
+            fix=f"Run ‹omocap rerun› on that result and ‹omocap resolve› with {origin.contacts}.",
         )
 
 
@@ -45,12 +45,12 @@ def _check_config(manifest: Manifest) -> None:
             "config-changed",
             f"Numbers that shape a motion have changed since: {', '.join(changed)}.",
             where="config",
-            fix=f"Install omocap {manifest.versions.omocap}, or make a new result with `omocap run`.",
+            fix=f"Install omocap {manifest.versions.omocap}, or make a new result with ‹omocap run›.",
         )
 
 
 def unchanged(item: Input) -> Path:
-    """Where an input is.
+    """Return the path of an input.
 
     Raises:
         InputError: it is not there any more, or not what it was.
@@ -68,7 +68,7 @@ def unchanged(item: Input) -> Path:
             "input-changed",
             f"The {item.role} of this result has changed since it was made.",
             where=item.path,
-            fix="Restore it, or make a new result with `omocap run`.",
+            fix="Restore it, or make a new result with ‹omocap run›.",
         )
     return path
 
@@ -82,5 +82,5 @@ def _check_weights(manifest: Manifest, folder: Path) -> None:
                 "The weights are not those that this result was made with.",
                 where=str(file),
                 fix=f"Install omocap {manifest.versions.omocap}, or make a new result with "
-                "`omocap run`.",
+                "‹omocap run›.",
             )

@@ -17,10 +17,10 @@ from omomo_core.body.model import BodyModel
 from omomo_core.contact.contact_file import read_contacts
 from omomo_core.contact.segment import ContactSpan
 from omomo_core.errors import InputError
+from omomo_core.generation.generation_options import notes_of
 from omomo_core.generation.object_clip import ObjectModel
-from omomo_core.generation.options import notes_of
 from omomo_core.generation.person import Person
-from omomo_core.generation.resolve import changed, resolve
+from omomo_core.generation.resolve_contacts import changed, resolve
 from omomo_core.generation.selection.ranking import score
 from omomo_core.motion import ObjectMotion
 
@@ -113,7 +113,7 @@ class StagedCorrection(StagedResult[ResolveRequest]):
         return True
 
     def manifest(self, files: tuple[str, ...]) -> Manifest:
-        """Of the new result."""
+        """Return the manifest of the new result."""
         timings = self.clock.seconds
         return correction_manifest(
             self.request, self._before, self._index, self.sample, timings, files
@@ -150,14 +150,14 @@ def _check(before: Result, output: Path) -> None:
             "result-without-contacts",
             "The hands of this result follow the published rule; it has no contacts to correct.",
             where=str(before.folder),
-            fix="Run the take again without --contact paper and --config paper.",
+            fix="Run the take again without ‹contact› paper and ‹configuration› paper.",
         )
     if output.resolve() == before.folder.resolve():
         raise InputError(
             "output-is-input",
             "The corrected result would take the place of the one it is made from.",
             where=str(output),
-            fix="Give another folder with -o.",
+            fix="Give another folder with ‹output›.",
         )
 
 

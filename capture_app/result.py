@@ -8,12 +8,12 @@ import numpy as np
 
 from capture_app.manifest import MANIFEST, MOTION, Manifest, read_manifest
 from capture_app.picture_bytes import decoded, encoded
-from capture_app.quaternions import matrix_from_xyzw, same_numbers, xyzw_from_matrix
 from omomo_core.body.grip import GRIPS
 from omomo_core.body.model import BodyModel, load_body, with_height
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.errors import InputError
 from omomo_core.generation.person import FingerFit, Person
+from omomo_core.geometry.rotations import matrix_from_xyzw, same_numbers, xyzw_from_matrix
 from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion, Texture
 from omomo_core.skeleton import BODY_JOINTS, FINGER_JOINTS
 
@@ -70,7 +70,7 @@ def sample_index(result: Result, wanted: int | None) -> int:
             "sample-missing",
             f"There is no sample {wanted}: the result has {count}.",
             where=str(result.folder),
-            fix=f"Give --sample a number from 1 to {count}.",
+            fix=f"Give ‹sample› a number from 1 to {count}.",
         )
     return wanted - 1
 

@@ -1,20 +1,30 @@
-"""train: the networks of a method learn from clips; a run that was stopped is resumed."""
+"""Networks learn from clips; clips are synthesised from recorded motion.
 
-from collections.abc import Sequence
+Made clips are kept in the folder of the run, so that the same command goes on where it stopped:
+``recorded.npz`` (the recordings on our skeleton), ``data.json`` (what was read, and what was left out
+and why) and ``synthetic/`` (a data set of `omocap data synthesise`).
+"""
+
+import hashlib
+import json
+from collections import Counter
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import torch
 
 from capture_app.commands.train import SynthesisRequest, TrainRequest
-from capture_app.synthesis import synthesise_data
-from capture_app.training_data import RECORDED, SYNTHETIC, gather, split
-from capture_app.training_report import TrainingReport
-from omomo_core.body.model import load_body
+from omomo_core.body.model import BodyModel, load_body
 from omomo_core.errors import InputError
-from omomo_core.learning.methods import NetworkPlan, networks
-from omomo_core.learning.recordings.clips import Clip, load_clips
-from omomo_core.learning.recordings.dataset import shards
+from omomo_core.learning.recordings import dataset
+from omomo_core.learning.recordings.clips import Clip, load_clips, read_index, save_clips
+from omomo_core.learning.recordings.dataset import CARD, Summary, shards
+from omomo_core.learning.recordings.recordings import build_mocap, motion_files
 from omomo_core.learning.recordings.splits import by_side
+from omomo_core.learning.synthesis import synthesis_engine
+from omomo_core.learning.synthesis.synthesis_engine import Roster, classes_of, people_of
+from omomo_core.learning.trainable_methods import NetworkPlan, networks
 from omomo_core.learning.training import training_loop
 from omomo_core.learning.training.corpus import Corpus
 from omomo_core.learning.training.training_loop import (
@@ -27,6 +37,228 @@ from omomo_core.learning.training.training_task import TrainOptions
 from omomo_core.motion import FPS
 from omomo_core.stages.network_file import fill_network
 from omomo_core.weights.load import SHIPPED
+from omomo_core.whole_file import write_whole
+
+
+class TrainingReport:
+    """Is called while `train` and `synthesise_data` work; this one keeps silent, others override it."""
+
+    def mute(self) -> None:
+        """Another process reports the same run."""
+
+    @contextmanager
+    def counting(self, label: str) -> Generator[Callable[[int, int], None]]:
+        """Give what is called with (done, total) while files are read or clips are made."""
+        yield lambda done, total: None
+
+    @contextmanager
+    def steps(self, network: str, total: int) -> Generator[Callable[[int, float], None]]:
+        """Give what is called with (step, loss) after each step of a network's training."""
+        yield lambda step, loss: None
+
+    def left_out(self, reasons: Counter[str], details: Path | None = None) -> None:
+        """Recordings were left out: how many for each reason, and a file that says which."""
+
+    def gathered(self, clips: Sequence[Clip]) -> None:
+        """These are the clips that networks are trained on."""
+
+    def synthesised(self, data_set: Path, summary: Summary) -> None:
+        """A data set is whole."""
+
+    def interrupted(self, data_set: Path, kept: int, count: int) -> None:
+        """Synthesis was interrupted; the data set holds `kept` clips of `count`."""
+
+
+RECORDED, REPORT, SYNTHETIC = "recorded.npz", "data.json", "synthetic"
+
+
+def split(sources: Sequence[Path]) -> tuple[list[Path], list[Path]]:
+    """Which of the sources are clips already, and which are recordings.
+
+    Raises:
+        InputError: ``no-training-data`` when one is not there.
+    """
+    for source in sources:
+        if not source.exists():
+            raise InputError(
+                "no-training-data",
+                "The training data is not there.",
+                where=str(source),
+                fix="Give clips, a data set, or a folder of recordings.",
+            )
+    clips = [source for source in sources if holds_clips(source)]
+    return clips, [source for source in sources if source not in clips]
+
+
+def holds_clips(source: Path) -> bool:
+    """Whether `load_clips` reads it: a data set, a file of clips, or a folder of such files."""
+    if source.is_dir():
+        files = sorted(source.glob("*.npz"))[:1]
+        return (source / CARD).is_file() or any(holds_clips(file) for file in files)
+    if source.suffix.lower() != ".npz":
+        return False
+    try:
+        read_index(source)
+    except InputError:
+        return False
+    return True
+
+
+def gather(
+    sources: Sequence[Path], request: TrainRequest, body: BodyModel, report: TrainingReport
+) -> list[Clip]:
+    """Clips of recordings, from the run's folder when they were made before.
+
+    Args:
+        sources: files and folders of recordings.
+        request: the run, and how recordings are read.
+        body: whose proportions the clips get.
+        report: is called with how many files were read, and what was left out.
+
+    Raises:
+        InputError: ``run-differs`` when the run was begun with other data, and as `build_mocap`.
+    """
+    wanted, run = _fingerprint(sources, request), request.output
+    kept, card = run / RECORDED, run / REPORT
+    if kept.is_file() and card.is_file():
+        before = json.loads(card.read_text(encoding="utf-8"))
+        if before.get("fingerprint") != wanted:
+            raise InputError(
+                "run-differs",
+                "This run was begun with other recordings, or they have changed.",
+                where=str(run),
+                fix="Give another folder with ‹output›.",
+            )
+        dropped = Counter[str](before["left_out"])
+    else:
+        dropped = _record(sources, request, body, report, wanted)
+    report.left_out(dropped, card)
+    # As they will be read when the run goes on, to the last bit.
+    return load_clips(kept)
+
+
+def _record(
+    sources: Sequence[Path],
+    request: TrainRequest,
+    body: BodyModel,
+    report: TrainingReport,
+    fingerprint: str,
+) -> Counter[str]:
+    """Write the clips of recordings and what became of each file; returns what was left out."""
+    clips, dropped = list[Clip](), Counter[str]()
+    problems: list[InputError] = []
+    for source in sources:
+        with report.counting(f"read {source.name}") as progress:
+            clips += build_mocap(
+                source,
+                body,
+                share_alike=request.share_alike,
+                progress=progress,
+                dropped=dropped,
+                skipped=problems,
+                metres_per_unit=request.metres_per_unit,
+                object_split=request.object_split,
+            )
+    request.output.mkdir(parents=True, exist_ok=True)
+    save_clips(request.output / RECORDED, clips)
+    card = {
+        "fingerprint": fingerprint,
+        "sources": [str(s) for s in sources],
+        "clips": len(clips),
+        "with_objects": sum(c.object_motion is not None for c in clips),
+        "left_out": dict(dropped.most_common()),
+        "problems": [str(p) for p in problems],
+    }
+    write_whole(request.output / REPORT, json.dumps(card, indent=2) + "\n")
+    return dropped
+
+
+def _fingerprint(sources: Sequence[Path], request: TrainRequest) -> str:
+    """The same for the same files, read the same way."""
+    # The words are those that runs of earlier versions were begun with.
+    reading = (
+        f"RecordingOptions(share_alike={request.share_alike!r}, "
+        f"metres_per_unit={request.metres_per_unit!r}, object_split={request.object_split!r})"
+    )
+    seen = hashlib.sha256(reading.encode())
+    for source in sources:
+        for file in motion_files(source):
+            seen.update(f"{file.name} {file.stat().st_size} {file.stat().st_mtime_ns}".encode())
+    return seen.hexdigest()[:16]
+
+
+def synthesise_data(request: SynthesisRequest, report: TrainingReport) -> None:
+    """Write the data set of the request's folder, or the files of it that are missing.
+
+    Args:
+        request: from what, and how many clips.
+        report: is called when something is left out, and with how far it is.
+
+    Raises:
+        InputError: as `people_of`, `classes_of`, `build_mocap`, `load_clips`,
+            `open_dataset`, `missing_indices` and `engine.synthesise`.
+    """
+    # Before the recordings are read, which may take minutes.
+    roster = Roster(people_of(request.people), classes_of(request.objects))
+    out = request.output
+    body = load_body()
+    recorded = _recorded(request.mocap, body, report, share_alike=request.share_alike)
+    recipe = dataset.DatasetRecipe(
+        request.seed, synthesis_engine.RECIPE, dataset.digest(recorded),
+        people=roster.people_text, objects=roster.objects_text,
+    )  # fmt: skip
+    dataset.open_dataset(out, recipe, recorded)
+    try:
+        _write_missing(request, recorded, body, roster, report)
+    except KeyboardInterrupt:
+        report.interrupted(out, dataset.write_card(out, recipe).clips, request.count)
+        raise
+    report.synthesised(out, dataset.write_card(out, recipe))
+
+
+def _recorded(
+    sources: Sequence[Path], body: BodyModel, report: TrainingReport, *, share_alike: bool
+) -> list[Clip]:
+    """Clips without objects, of files of clips, data sets and recordings, in the order given."""
+    clips, dropped = list[Clip](), Counter[str]()
+    for source in sources:
+        if holds_clips(source):
+            kept = source / dataset.RECORDED
+            clips += [
+                clip
+                for clip in load_clips(kept if kept.is_file() else source)
+                if clip.object_motion is None and (share_alike or "BY-SA" not in clip.licence)
+            ]
+            continue
+        with report.counting(f"read {source.name}") as progress:
+            clips += build_mocap(
+                source, body, share_alike=share_alike, progress=progress, dropped=dropped
+            )
+    report.left_out(dropped)
+    return clips
+
+
+def _write_missing(
+    request: SynthesisRequest,
+    recorded: Sequence[Clip],
+    body: BodyModel,
+    roster: Roster,
+    report: TrainingReport,
+) -> None:
+    """Make the clips that the data set lacks, and write them file by file."""
+    indices = dataset.missing_indices(request.output, request.count)
+    there, rejected = request.count - len(indices), Counter[str]()
+    with report.counting("synthesise") as progress:
+        clips = synthesis_engine.synthesise(
+            recorded, body, request.count, request.seed,
+            lambda done, _: progress(there + done, request.count),
+            workers=request.workers, rejected=rejected, indices=indices,
+            roster=roster,
+        )  # fmt: skip
+        with closing(clips):
+            for _ in dataset.write_shards(request.output, indices, clips, rejected):
+                pass
+
 
 DEFAULT_SYNTHETIC = 4200
 """Clips that are synthesised from recordings where little of the data has an object."""
@@ -76,7 +308,7 @@ def _plans(request: TrainRequest) -> dict[str, NetworkPlan]:
         raise InputError(
             "unknown-stage",
             f"There is no stage {stage!r} of this method.",
-            where="--stage",
+            field="stage",
             fix=f"Use {', '.join(plans)}.",
         )
     return plans if stage == "both" else {stage: plans[stage]}
@@ -140,7 +372,7 @@ def _check_objects(clips: Sequence[Clip], plans: dict[str, NetworkPlan]) -> None
         raise InputError(
             "no-objects",
             f"None of the clips has an object, and {' and '.join(needing)} cannot learn without.",
-            fix="Leave out --synthetic 0, or make clips with `omocap data synthesise`.",
+            fix="Leave out ‹synthetic› 0, or make clips with ‹omocap data synthesise›.",
         )
 
 

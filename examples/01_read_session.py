@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from capture_app import inspect_take, read_session
-from capture_app.simulator.record import DEMO, SESSION
+from capture_app.simulator.demo_take import DEMO, SESSION
 
 path = Path(sys.argv[1]) if len(sys.argv) > 1 else DEMO / SESSION
 session = read_session(path)

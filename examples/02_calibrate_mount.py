@@ -14,18 +14,22 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from capture_app import TrackerWay, calibrate, load_mount
-from capture_app.simulator.carried_box import clamped_phone
-from capture_app.simulator.phone import simulate
-from capture_app.simulator.recording import write_recording
-from capture_app.simulator.wiggle import wiggle_motion
+from capture_app.simulator.demo_take import box_mesh, clamped_phone, write_recording
+from capture_app.simulator.simulated_phone import simulate
+from omomo_core.motion import ObjectMotion
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "example_output")
 out.mkdir(parents=True, exist_ok=True)
 
 # What the two devices record: the phone its poses, the tracker t x y z qx qy qz qw of the object.
-motion = wiggle_motion(seconds=12.0)
+seconds = np.arange(12 * 30) / 30
+ease = np.clip(np.minimum(seconds, seconds[-1] - seconds), 0, 1)[:, None] ** 2
+waves = ease * np.sin(2 * np.pi * np.outer(seconds, [0.31, 0.23, 0.41, 0.27, 0.37, 0.19]))
+T = np.tile(np.eye(4), (len(seconds), 1, 1))
+T[:, :3, :3] = Rotation.from_rotvec(waves[:, :3] * [0.6, 0.5, 0.9]).as_matrix()
+T[:, :3, 3] = waves[:, 3:] * 0.2 + [0, 0, 0.9]
+motion = ObjectMotion(box_mesh(), T, np.ones(len(T), bool))
 write_recording(simulate(motion, clamped_phone(), seed=1), out / "recording")
-T = motion.T_world_object
 quaternions = Rotation.from_matrix(T[:, :3, :3]).as_quat()
 np.savetxt(out / "tracker.txt", np.column_stack([np.arange(len(T)) / 30, T[:, :3, 3], quaternions]))
 

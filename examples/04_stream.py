@@ -23,7 +23,7 @@ from capture_app import (
     stream,
     to_object_motion,
 )
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "example_output")
 out.mkdir(parents=True, exist_ok=True)

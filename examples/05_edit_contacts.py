@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from capture_app import ResolveRequest, RunRequest, load_result, resolve_result, run_take
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "example_output")
 motion = out / "motion"

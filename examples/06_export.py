@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 from capture_app import ExportRequest, InputError, RunRequest, export_result, run_take
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "example_output")
 motion = out / "motion"

@@ -17,7 +17,7 @@ from capture_app import (
     render_result,
     run_take,
 )
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "example_output")
 width = int(sys.argv[2]) if len(sys.argv) > 2 else 640

@@ -21,8 +21,8 @@ from capture_app import (
     load_stages,
     run_take,
 )
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
-from omomo_core.learning.evaluation.clips import NAMES
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
+from omomo_core.learning.evaluation.real_clips import NAMES
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "example_output")
 clips = Path(sys.argv[2]) if len(sys.argv) > 2 else out / "clips"

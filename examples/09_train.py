@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 from capture_app import Clip, RunRequest, TrainRequest, load_result, run_take, save_clips, train
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "example_output")
 steps = int(sys.argv[2]) if len(sys.argv) > 2 else 20

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from capture_app import CaptureSession, RunRequest, read_session, register_format, run_take
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from ingest.formats.camera_poses import check_poses
 
 HEADER = "seconds,x,y,z,rx,ry,rz"

@@ -1,21 +1,15 @@
-"""Sessions that come as one file: zip (also .r3d), tar and tar.gz, told by their content.
+"""Archives of sessions: listed and bounded before anything is unpacked (zip, tar, gzip).
 
-An archive is listed to its end and judged before anything is unpacked (`archive_members`), then
+An archive is listed to its end and judged before anything is unpacked, then
 judged again member by member while it is unpacked, and its bytes are counted.
-
-What an archive may hold: the bounds, and the checks that every member passes.
 
 An archive comes from anywhere, so nothing it says is believed: names may point outside the
 folder, members may be links, sizes may be lies. All of it is judged from the listing, before
 anything is written.
 
-The members of a tar file (plain or gzip), read as a stream in bounded memory.
-
 POSIX ustar and pax, and GNU long names. `tarfile` parses the header blocks. Its `TarFile` is not
 used because it keeps every member, reads extended headers of any length at once, and takes a damaged
 header for the end; its `data_filter` lets links and absolute names through and bounds nothing.
-
-The members of a zip file, with its table of contents bounded before it is parsed.
 """
 
 import atexit
@@ -112,7 +106,7 @@ class Inventory:
         self._is_file: dict[str, bool] = {}
 
     def admit(self, member: Member) -> Path | None:
-        """Where the member goes, relative to the folder; None for what is not unpacked.
+        """Return the member's path relative to the folder; None for what is not unpacked.
 
         Raises:
             InputError: "archive-too-many-entries", "archive-path", "archive-link",
@@ -329,7 +323,7 @@ def _padded(size: int) -> int:
 
 
 _DIRECTORY_BYTES = 320 * MAX_ENTRIES
-"""Of the whole table: 46 bytes, a name and some extras for each entry."""
+"""Directory bytes of the whole table: 46 bytes, a name and some extras for each entry."""
 _END = struct.Struct("<4s4H2LH")
 _END64 = struct.Struct("<4sQ2H2L4Q")
 _LOCATOR = struct.Struct("<4sLQL")
@@ -401,7 +395,7 @@ def _bound_directory(file: IO[bytes], path: Path) -> None:
 
 
 def _find_directory(file: IO[bytes], path: Path) -> tuple[int, int, int]:
-    """Where the table of contents starts, its size in bytes, and how many entries it claims."""
+    """Return the offset of the table of contents, its size in bytes, and how many entries it claims."""
     length = file.seek(0, 2)
     file.seek(max(0, length - _END.size - 0xFFFF - _LOCATOR.size - _END64.size))
     tail_start, tail = file.tell(), file.read()
@@ -422,7 +416,7 @@ def _find_directory(file: IO[bytes], path: Path) -> tuple[int, int, int]:
 
 
 def _end_record(tail: bytes) -> int:
-    """Where the end record stands: at the very end, or before a comment."""
+    """Return the offset of the end record, which stands at the very end or before a comment."""
     last = len(tail) - _END.size
     if tail.startswith(b"PK\x05\x06", max(last, 0)) and tail.endswith(b"\0\0"):
         return last

@@ -1,9 +1,4 @@
-"""pycolmap, imported through here alone: it takes SIGTERM away from the process, which gets it back.
-
-Whoever is told to stop then stops as it means to, and prints no stack trace of COLMAP's.
-
-read_model: a COLMAP model from its folder, once its files are seen to be whole.
-"""
+"""COLMAP by pycolmap: its loading, and models in files."""
 
 import ctypes
 import signal

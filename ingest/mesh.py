@@ -154,9 +154,9 @@ def _check_size(extents: Float64[np.ndarray, "3"], path: Path, scale: float) -> 
     guess = next((s for s in (0.01, 0.001) if 0.1 <= largest * s <= 2.5), None)
     rescale = (
         f"If it is in {'centimetres' if guess == 0.01 else 'millimetres'}, "
-        f"scale it (--mesh-scale {guess * scale:g} where a command has that option)."
+        f"scale it (‹mesh_scale› {guess * scale:g} where a command has that option)."
         if guess
-        else "Scale it to metres (--mesh-scale where a command has that option)."
+        else "Scale it to metres (‹mesh_scale› where a command has that option)."
     )
     raise InputError(
         "mesh-units",

@@ -15,7 +15,7 @@ from omomo_core.motion import Texture
 
 _FORMATS = (".obj", ".glb", ".gltf")
 MOST_PIXELS = 8192 * 8192
-"""Of the pictures of a file together: phone apps paint no larger ones."""
+"""Most pixels of the pictures of a file together: phone apps paint no larger ones."""
 MOST_SIDE = 2048
 """Larger pictures are made smaller: an object fills a part of a screen."""
 _SAME = 1e-5
@@ -111,7 +111,7 @@ def picture_of(mesh: Any) -> BaseColour | None:
 
 
 def places_of(mesh: Any) -> Float[np.ndarray, "faces 3 2"]:
-    """Where the corners of the triangles of trimesh's mesh lie on its picture; the middle without one."""
+    """Return texture coordinates of the corners of trimesh's triangles; the middle without any."""
     faces = np.asarray(mesh.faces)
     if picture_of(mesh) is None:
         return np.full((*faces.shape, 2), 0.5)

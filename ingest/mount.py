@@ -17,7 +17,7 @@ class Mount:
     method: str
     """How it was found, e.g. "board"."""
     covariance: Float64[np.ndarray, "6 6"] | None = None
-    """Of the rotation vector (rad) by which the true rotation follows this one, then of the
+    """Covariance of the rotation vector (rad) by which the true rotation follows this one, then of the
     translation (m), both in the phone's axes: R_true = exp(r) R, t_true = t + d. None when nobody
     can tell."""
     residuals: dict[str, float] = field(default_factory=dict[str, float])
@@ -30,7 +30,7 @@ class Mount:
     phone: str = ""
     """Model of the phone, e.g. "iPhone 15 Pro"."""
     object_id: str = ""
-    """Of the mesh it was found for: `object_id`."""
+    """Id of the mesh it was found for: `object_id`."""
     object_scale: float = 1.0
     """The mesh's vertices times this are metres."""
     picture: str = ""

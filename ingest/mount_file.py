@@ -25,7 +25,7 @@ class _MountFile(BaseModel):
     T_phone_object: list[list[float]]
     method: str = "given"
     bounds_95: _Bounds | None = None
-    """For who reads the file; follows from the covariance."""
+    """Bounds for people who read the file; they follow from the covariance."""
     covariance: list[list[float]] | None = None
     residuals: dict[str, float] = {}
     free: list[str] = []

@@ -13,9 +13,9 @@ class ConfidenceRadii(NamedTuple):
     """Radii within which the truth lies with 95 %, each by itself."""
 
     mm: float
-    """Of the position of the object's origin."""
+    """Bound of the position of the object's origin, millimetres."""
     deg: float
-    """Of the rotation."""
+    """Bound of the rotation, degrees."""
 
 
 def bounds_95(covariance: Float64[np.ndarray, "6 6"]) -> ConfidenceRadii:

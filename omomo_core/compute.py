@@ -1,11 +1,4 @@
-"""Pools of worker processes that get shared data once, and end with the process that started them.
-
-Threads of the generator: which work is done side by side; what it gives changes by last bits at most.
-
-The devices on which networks can run, and whether this machine has them.
-
-Choice of bfloat16: on GPUs, and on processors that have units for it.
-"""
+"""Computing: the device, its precision, torch's threads, and pools of worker processes."""
 
 import multiprocessing
 import os
@@ -93,8 +86,8 @@ def find_device(name: Device) -> torch.device:
         raise InputError(
             "device-missing",
             f"PyTorch {torch.__version__} finds no device {name} on this machine.",
-            where=f"--device {name}",
-            fix="Run on the processor (--device cpu), or install the driver of the graphics card and "
+            where=f"‹device› {name}",
+            fix="Run on the processor (‹device› cpu), or install the driver of the graphics card and "
             "the build of PyTorch for it (docs/platforms.md).",
         )
     return torch.device(name)

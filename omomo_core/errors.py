@@ -1,6 +1,37 @@
-"""The one exception family: what is wrong, where, and how to fix it."""
+"""The one exception family: what is wrong, where, and how to fix it.
 
+Texts for a user do not know who shows them. They name a field of the request as ‹mesh_scale›, a field
+that is to be switched off as ‹no poses›, and a command as ‹omocap scan›. Each front end spells these
+references: the command line as options, the page as the labels of its form.
+"""
+
+import re
+from collections.abc import Callable, Mapping
 from functools import partial
+from typing import Any, Self
+
+_REFERENCE = re.compile("‹([^‹›]+)›")
+
+
+def spelled(text: str, spell: Callable[[str], str]) -> str:
+    """Return a text with its references, such as ‹mesh_scale›, in the words of a front end.
+
+    Args:
+        text: of an error, a check or a note.
+        spell: returns the words for what stands between the marks.
+    """
+    return _REFERENCE.sub(lambda reference: spell(reference[1]), text) if "‹" in text else text
+
+
+def all_spelled(value: Any, spell: Callable[[str], str]) -> Any:
+    """Return JSON with all its texts as `spelled` has them."""
+    if isinstance(value, str):
+        return spelled(value, spell)
+    if isinstance(value, Mapping):
+        return {key: all_spelled(part, spell) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [all_spelled(part, spell) for part in value]
+    return value
 
 
 class OmocapError(Exception):
@@ -9,20 +40,25 @@ class OmocapError(Exception):
     Args:
         code: stable short name, e.g. ``"mount-missing"``.
         what: one sentence saying what is wrong.
-        where: the file, frame range or option it concerns ("" when there is none).
+        where: the file or frame range it concerns ("" when there is none).
+        field: the field of the request it concerns, such as ``"mesh_scale"``; stands for `where`.
         fix: one sentence saying what to do about it.
     """
 
-    def __init__(self, code: str, what: str, *, where: str = "", fix: str = "") -> None:
+    def __init__(
+        self, code: str, what: str, *, where: str = "", field: str = "", fix: str = ""
+    ) -> None:
         super().__init__(what)
         self.code = code
         self.what = what
-        self.where = where
+        self.where = where or (f"‹{field}›" if field else "")
+        self.field = field
         self.fix = fix
 
-    def __reduce__(self) -> tuple[partial["OmocapError"], tuple[str, str]]:
+    def __reduce__(self) -> tuple[partial[Self], tuple[str, str]]:
         """Return what makes it anew in another process, as a worker's error is."""
-        return partial(type(self), where=self.where, fix=self.fix), (self.code, self.what)
+        named = partial(type(self), where=self.where, field=self.field, fix=self.fix)
+        return named, (self.code, self.what)
 
     def __str__(self) -> str:
         place = f" [{self.where}]" if self.where else ""

@@ -14,7 +14,7 @@ class Texture:
     """The picture on a surface."""
 
     uv: Float[np.ndarray, "faces 3 2"]
-    """Where each corner of each triangle lies on the picture: (0, 0) is its top left corner, (1, 1)
+    """Place of each corner of each triangle on the picture: (0, 0) is its top left corner, (1, 1)
     its bottom right one. Beyond them the picture repeats."""
     image: UInt8[np.ndarray, "h w 3"]
     """Red, green, blue; sRGB."""
@@ -28,7 +28,7 @@ class ObjectMesh:
     faces: Int[np.ndarray, "faces 3"]
     name: str
     texture: Texture | None = None
-    """For pictures alone; no motion depends on it."""
+    """Texture for pictures alone; no motion depends on it."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class ObjectMotion:
 
 @dataclass(frozen=True)
 class HandMotion:
-    """Where the palms are and whether they touch the object; index 0 is left, 1 right."""
+    """The palms' positions, and whether they touch the object; index 0 is left, 1 right."""
 
     palms: Float[np.ndarray, "frames 2 3"]
     """Base of the middle fingers, world, metres."""

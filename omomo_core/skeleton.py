@@ -54,7 +54,7 @@ PALM_JOINTS: tuple[int, int] = (
 """The palms are the bases of the middle fingers (left, right), as in the paper."""
 
 MODEL_PARENTS: tuple[int, ...] = (*BODY_PARENTS, 20, 21)
-"""Of the model's 24 joints: the 22 body joints, then left palm, right palm (parents: the wrists)."""
+"""Parents of the model's 24 joints: the 22 body joints, then left palm, right palm (on the wrists)."""
 MODEL_ABOVE: tuple[int, ...] = tuple(max(parent, 0) for parent in MODEL_PARENTS)
 """The same, as indices: the pelvis is above itself."""
 

@@ -1,7 +1,4 @@
-"""What Linux, macOS and Windows do in different ways: flushing to the disk, counting cores and memory.
-
-Linear algebra of small matrices by one thread: several wait for each other longer than they work.
-"""
+"""What the system needs to be told: threads of BLAS and limits of the machine."""
 
 import os
 import sys

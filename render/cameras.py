@@ -1,9 +1,12 @@
-"""Pinhole cameras and where to put them."""
+"""Pinhole cameras, where to put them, and one that follows a person."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+
+from omomo_core.motion import FPS
 
 
 @dataclass(frozen=True)
@@ -68,3 +71,150 @@ def orbit(
     level = np.cos(elevation)
     away = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
     return look_at(target + distance * away, target)
+
+
+_BINS = 48
+_STRIDE = 10
+"""The azimuth is chosen every so many frames, among so many directions."""
+_SHOULDER = 0.5
+"""How far beside straight behind, radians: the object is seen past the person."""
+_MAX_STEP = 2
+"""Most bins the azimuth turns per stride: 45 degrees a second."""
+
+
+@dataclass(frozen=True)
+class FollowStyle:
+    """How the camera follows."""
+
+    elevation: float = 0.26
+    """Above the subject, radians."""
+    fov_y: float = 0.55
+    """Vertical field of view, radians."""
+    fill: float = 0.86
+    """Share of the picture's width and height the subject may fill."""
+    three_quarter: float = 0.75
+    """Preferred angle between the person's facing and the camera, to either side, radians."""
+    turn_cost: float = 0.35
+    """Cost of turning one bin in a stride; more keeps the camera calmer."""
+
+
+def follow(
+    subject: Float[np.ndarray, "frames points 3"],
+    person: Float[np.ndarray, "frames 2"],
+    facing: Float[np.ndarray, "frames 2"],
+    held: Float[np.ndarray, "frames 2"],
+    width: int,
+    height: int,
+    style: FollowStyle = FollowStyle(),
+) -> list[Camera]:
+    """One camera per frame.
+
+    Args:
+        subject: points that have to stay in the picture, world, metres.
+        person: where the person stands, world x y.
+        facing: where they face, world x y, any length.
+        held: where the object is, world x y.
+        width, height: of the pictures, pixels.
+        style: how to follow.
+    """
+    return framed(subject, follow_azimuth(person, facing, held, style), width, height, style)
+
+
+def framed(
+    subject: Float[np.ndarray, "frames points 3"],
+    azimuth: Float[np.ndarray, " frames"],
+    width: int,
+    height: int,
+    style: FollowStyle = FollowStyle(),
+) -> list[Camera]:
+    """Cameras that see the whole subject from these sides (counter-clockwise from +x, radians)."""
+    target = _smooth(0.5 * (subject.min(axis=1) + subject.max(axis=1)), seconds=0.8)
+    frame = np.stack([orbit(np.zeros(3), 1.0, float(a), style.elevation) for a in azimuth])
+    distance = _distance(subject - target[:, None], frame[:, :3, :3], width, height, style)
+    poses = (
+        orbit(t, float(d), float(a), style.elevation)
+        for t, d, a in zip(target, distance, azimuth, strict=True)
+    )
+    return [pinhole(T, style.fov_y, width, height) for T in poses]
+
+
+def behind(facing: Float[np.ndarray, "frames 2"]) -> Float[np.ndarray, " frames"]:
+    """Azimuth of a camera that walks behind a person, a little to their right, radians, continuous."""
+    way = _smooth(facing / np.maximum(np.linalg.norm(facing, axis=1), 1e-6)[:, None], seconds=0.8)
+    ahead = np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
+    return ahead + np.pi + _SHOULDER
+
+
+def follow_azimuth(
+    person: Float[np.ndarray, "frames 2"],
+    facing: Float[np.ndarray, "frames 2"],
+    held: Float[np.ndarray, "frames 2"],
+    style: FollowStyle = FollowStyle(),
+) -> Float[np.ndarray, " frames"]:
+    """Azimuth of the camera per frame, radians, continuous: best views joined by least turning."""
+    facing = _smooth(
+        facing / np.maximum(np.linalg.norm(facing, axis=1), 1e-6)[:, None], seconds=0.5
+    )
+    frames = len(facing)
+    at = np.minimum(np.arange(0, frames + _STRIDE, _STRIDE), frames - 1)
+    cost = _view_cost(facing[at], (held - person)[at], style)
+    chosen = np.unwrap(_cheapest_path(cost, style.turn_cost) * 2.0 * np.pi / _BINS)
+    every = np.interp(np.arange(frames), np.arange(len(at)) * _STRIDE, chosen)
+    return _smooth(every[:, None], seconds=0.8)[:, 0]
+
+
+def _view_cost(
+    facing: Float[np.ndarray, "stops 2"],
+    toward: Float[np.ndarray, "stops 2"],
+    style: FollowStyle,
+) -> Float[np.ndarray, "stops bins"]:
+    """How bad each azimuth is: far from three-quarter front, or the object behind the person."""
+    bins = np.arange(_BINS) * 2.0 * np.pi / _BINS
+    view = np.stack([np.cos(bins), np.sin(bins)])
+    ahead = np.arctan2(facing[:, 1], facing[:, 0])[:, None]
+    off_front = np.abs((bins - ahead + np.pi) % (2.0 * np.pi) - np.pi)
+    cost = (off_front - style.three_quarter) ** 2
+    reach = np.linalg.norm(toward, axis=1, keepdims=True)
+    behind = np.maximum(-(toward / np.maximum(reach, 1e-6)) @ view, 0.0)
+    return cost + 1.5 * behind**2 * np.minimum(reach / 0.5, 1.0)
+
+
+def _cheapest_path(
+    cost: Float[np.ndarray, "stops bins"], turn_cost: float
+) -> Int[np.ndarray, " stops"]:
+    """Bins of least summed cost whose neighbours differ by at most _MAX_STEP (Viterbi, cyclic)."""
+    steps = np.arange(-_MAX_STEP, _MAX_STEP + 1)
+    total, came = cost[0], np.zeros(cost.shape, int)
+    for stop in range(1, len(cost)):
+        options = np.stack([np.roll(total, s) + turn_cost * s * s for s in steps])
+        best = options.argmin(axis=0)
+        came[stop] = (np.arange(_BINS) - steps[best]) % _BINS
+        total = options.min(axis=0) + cost[stop]
+    path = [int(total.argmin())]
+    for stop in range(len(cost) - 1, 0, -1):
+        path.append(int(came[stop, path[-1]]))
+    return np.array(path[::-1])
+
+
+def _distance(
+    offset: Float[np.ndarray, "frames points 3"],
+    R_world_camera: Float[np.ndarray, "frames 3 3"],
+    width: int,
+    height: int,
+    style: FollowStyle,
+) -> Float[np.ndarray, " frames"]:
+    """How far the camera stands from the target so that every point is in the picture."""
+    seen = offset @ R_world_camera
+    tall = np.tan(0.5 * style.fov_y) * style.fill
+    wide = tall * width / height
+    needed = np.maximum(np.abs(seen[..., 0]) / wide, np.abs(seen[..., 1]) / tall) + seen[..., 2]
+    # The mean over a window of maxima over that window never falls below what a frame needs.
+    window = int(1.5 * FPS)
+    widest = maximum_filter1d(needed.max(axis=1), 2 * window + 1, mode="nearest")
+    return gaussian_filter1d(widest, window / 3.0, radius=window, mode="nearest")
+
+
+def _smooth(
+    values: Float[np.ndarray, "frames axes"], seconds: float
+) -> Float[np.ndarray, "frames axes"]:
+    return gaussian_filter1d(values.astype(float), seconds * FPS, axis=0, mode="nearest")

@@ -12,8 +12,8 @@ from omomo_core.body.model import BodyModel
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.motion import HumanMotion, ObjectMotion
 from render.backends import Backend
-from render.stills import contact_sheet
 from render.third_person import frames
+from render.video import contact_sheet
 
 Picture = UInt8[np.ndarray, "h w 3"]
 

@@ -7,11 +7,22 @@ import numpy as np
 from jaxtyping import UInt8
 
 from render.backends import Backend
-from render.comparison import Contender, clock, difference_scale, views
-from render.heat import heat_legend
-from render.lettering import DARK, FAINT, Ink, fitted, text_width, write
-from render.stills import contact_sheet
-from render.strips import HOLDS, PAPER, TRUE, Picture, Strip, contact_strip
+from render.comparison import Contender, clock, difference_scale, heat_legend, views
+from render.lettering import (
+    DARK,
+    FAINT,
+    HOLDS,
+    PAPER,
+    TRUE,
+    Ink,
+    Picture,
+    Strip,
+    contact_strip,
+    fitted,
+    text_width,
+    write,
+)
+from render.video import contact_sheet
 
 _BEST: Ink = (22, 128, 74)
 
@@ -21,7 +32,7 @@ class PlateStyle:
     """How a comparison is drawn."""
 
     width: int = 480
-    """Of one contender's picture, pixels."""
+    """Width of one contender's picture, pixels."""
     height: int = 360
     columns: int | None = None
     """Contenders side by side; 1 stacks them. None: up to four in a row, then a square."""

@@ -8,11 +8,10 @@ from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMesh
 from render.backends import Backend, open_renderer
 from render.cameras import orbit, pinhole
-from render.captions import caption
-from render.normals import split_mesh
+from render.lettering import caption
 from render.props import solid
-from render.scene import Drawable, Scene
-from render.stills import contact_sheet
+from render.scene import Drawable, Scene, split_mesh
+from render.video import contact_sheet
 
 _PHONE, _LENS, _SIGHT = (0.16, 0.17, 0.20), (0.20, 0.55, 0.90), (0.25, 0.60, 0.92)
 _VIEWS = {"from its front": (0.5, 0.25), "from its side": (1.15, 0.2), "from above": (0.5, 1.2)}

@@ -1,23 +1,132 @@
-"""A motion drawn into a real film: hidden by the real object, its shadow on the real floor."""
+"""A motion drawn into a real film: lens, outline, and what hides it."""
 
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Literal
 
 import cv2
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Float, Int, UInt8
 
-from render.actors import Actor
 from render.backends import Backend, open_renderer
 from render.cameras import Camera
-from render.lens import Distort, LensDistortion
-from render.outline import draw_outline
-from render.pace import ahead
-from render.props import OBJECT_COLOR
-from render.renderer import Layer, Renderer
-from render.scene import Drawable, Light, Scene
+from render.props import OBJECT_COLOR, Actor
+from render.renderer import NEAR, Layer, Renderer
+from render.scene import Color, Drawable, Light, Scene
+from render.video import ahead
+
+_ROUNDS, _DONE = 30, 1e-5
+"""Most rounds of going back, and its tolerance; a hundredth of a pixel is nothing."""
+
+Distort = Callable[[Float[np.ndarray, "n 2"]], Float[np.ndarray, "n 2"]]
+"""Maps directions x/z, y/z (x right, y down) to where the lens shows them."""
+
+
+class LensDistortion:
+    """A larger picture without distortion, from which the bent one is sampled."""
+
+    def __init__(
+        self,
+        K: Float[np.ndarray, "3 3"],
+        width: int,
+        height: int,
+        distort: Distort | None,
+        *,
+        finer: float = 1.5,
+    ) -> None:
+        """A lens for pictures of one camera.
+
+        Args:
+            K: camera matrix, pixels; (0, 0) is the centre of the first.
+            width, height: of the bent pictures, pixels.
+            distort: the lens; None bends nothing.
+            finer: pixels drawn for one of a bent picture, along each axis.
+        """
+        self._map: tuple[np.ndarray, np.ndarray] | None = None
+        self.width, self.height = width, height
+        self._pinhole = (K[0, 0], K[1, 1], K[0, 2], K[1, 2])
+        if distort is None:
+            return
+        u, v = np.meshgrid(np.arange(width), np.arange(height))
+        bent = np.stack([(u - K[0, 2]) / K[0, 0], (v - K[1, 2]) / K[1, 1]], axis=-1).reshape(-1, 2)
+        rays = _straightened(bent, distort)
+        low, high = rays.min(axis=0) - 0.01, rays.max(axis=0) + 0.01
+        focal = finer * np.array([K[0, 0], K[1, 1]])
+        self.width, self.height = np.ceil((high - low) * focal).astype(int).tolist()
+        self._pinhole = (*focal, *(-low * focal))
+        where = ((rays - low) * focal).astype(np.float32).reshape(height, width, 2)
+        self._map = where[..., 0], where[..., 1]
+
+    def camera(self, T_world_camera: Float[np.ndarray, "4 4"]) -> Camera:
+        """What draws the straight picture, `self.width` x `self.height`; `Camera`'s axes."""
+        return Camera(T_world_camera, *self._pinhole)
+
+    def bend(self, picture: UInt8[np.ndarray, "h w c"]) -> UInt8[np.ndarray, "height width c"]:
+        """The straight picture as the lens shows it."""
+        if self._map is None:
+            return picture
+        return np.asarray(cv2.remap(picture, *self._map, cv2.INTER_LINEAR), np.uint8)
+
+
+def _straightened(bent: Float[np.ndarray, "n 2"], distort: Distort) -> Float[np.ndarray, "n 2"]:
+    """Directions that the lens bends to these, by going back what it moves them."""
+    rays = bent.copy()
+    for _ in range(_ROUNDS):
+        back = bent - distort(rays)
+        rays += back
+        if np.abs(back).max() < _DONE:
+            break
+    return rays
+
+
+_SHIFT = 4
+"""Bits of a pixel that OpenCV fills to."""
+
+
+def pixels_of(
+    points: Float[np.ndarray, "n 3"], camera: Camera, distort: Distort | None
+) -> Float[np.ndarray, "n 3"]:
+    """Pixel u, v and depth of world points through a lens; behind the camera u, v mean nothing."""
+    seen = camera.project(points)
+    if distort is None:
+        return seen
+    scale, middle = np.array([camera.fx, camera.fy]), np.array([camera.cx, camera.cy])
+    ahead = seen[:, 2] > NEAR
+    seen[ahead, :2] = distort((seen[ahead, :2] - middle) / scale) * scale + middle
+    return seen
+
+
+def draw_outline(
+    picture: UInt8[np.ndarray, "h w 3"],
+    vertices: Float[np.ndarray, "verts 3"],
+    faces: Int[np.ndarray, "faces 3"],
+    camera: Camera,
+    distort: Distort | None,
+    color: Color,
+) -> None:
+    """Draw the rim of a surface into a picture.
+
+    Args:
+        picture: changed in place.
+        vertices: world, metres.
+        faces: of the surface.
+        camera, distort: what took the picture.
+        color: of the line.
+    """
+    height, width = picture.shape[:2]
+    seen = pixels_of(vertices, camera, distort)
+    whole = (seen[faces, 2] > NEAR).all(axis=1)
+    # What is far outside would overflow the integers that OpenCV counts in.
+    flat = np.clip(seen[:, :2], -2 * max(height, width), 3 * max(height, width))
+    corners = np.rint(flat * 2**_SHIFT).astype(np.int32)[faces[whole]]
+    mask = np.zeros((height, width), np.uint8)
+    for corner in corners:
+        cv2.fillConvexPoly(mask, corner, 255, shift=_SHIFT)
+    rims: Sequence[np.ndarray] = cv2.findContours(mask, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)[0]
+    ink = tuple(255.0 * c for c in color)
+    cv2.drawContours(picture, rims, -1, ink, max(1, round(height / 360)), cv2.LINE_AA)
+
 
 RGB = UInt8[np.ndarray, "h w 3"]
 ObjectStyle = Literal["drawn", "outline", "hidden"]
@@ -38,7 +147,7 @@ class OverlayStyle:
     """The object: drawn over the real one, as its outline, or not at all. In any case it hides what
     is behind it."""
     opacity: float = 1.0
-    """Of what is drawn, 0 to 1."""
+    """Opacity of what is drawn, 0 to 1."""
     wipe: bool = False
     """A line that goes to and fro: on its left the film as it is."""
     turns: int = 0

@@ -9,9 +9,8 @@ from embreex.rtcore_scene import EmbreeScene
 from jaxtyping import Bool, Float, Float32, Int, UInt8
 
 from render.cameras import Camera
-from render.normals import VertexNormals
 from render.renderer import FAR, NEAR, Layer, Picture, Renderer
-from render.scene import Drawable, Light, Scene
+from render.scene import Drawable, Light, Scene, VertexNormals
 
 _LIFT = 1e-3
 """Shadow rays start this far above the surface, metres."""
@@ -92,7 +91,7 @@ class RaycastRenderer(Renderer):
 
 @dataclass(frozen=True)
 class _Hits:
-    """Where rays of pixels that see something end."""
+    """The ends of the rays of pixels that see something."""
 
     pixel: Int[np.ndarray, " hits"]
     depth: Float32[np.ndarray, " hits"]
@@ -157,7 +156,7 @@ class _World:
     def first_hits(
         self, eye: Float32[np.ndarray, " 3"], rays: Float32[np.ndarray, "pixels 3"]
     ) -> _Hits:
-        """Where each ray from the eye first meets a surface between NEAR and FAR."""
+        """Return where each ray from the eye first meets a surface between NEAR and FAR."""
         start = np.ascontiguousarray(eye + NEAR * rays)
         found = self._seen.run(start, rays, output=True)
         depth = found["tfar"] + np.float32(NEAR)

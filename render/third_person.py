@@ -14,12 +14,20 @@ from omomo_core.errors import InputError
 from omomo_core.geometry.surface import Surface, sample_surface
 from omomo_core.motion import FPS, HumanMotion, ObjectMotion
 from omomo_core.skeleton import joint
-from render.actors import Actor, play
 from render.backends import Backend, open_renderer
-from render.cameras import Camera
-from render.captions import caption
-from render.follow import FollowStyle, follow
-from render.props import BODY_COLOR, CONTACT_COLOR, ball, contact_marker, floor, rigid_object, trail
+from render.cameras import Camera, FollowStyle, follow
+from render.lettering import caption
+from render.props import (
+    BODY_COLOR,
+    CONTACT_COLOR,
+    Actor,
+    ball,
+    contact_marker,
+    floor,
+    play,
+    rigid_object,
+    trail,
+)
 from render.scene import Color, Drawable, Light, Scene
 
 _CHUNK = 32
@@ -27,7 +35,7 @@ _CROWN = 0.22
 """Metres from the head joint to the top of the hair."""
 
 _PATCH_RADIUS, _PATCH_THICKNESS = 0.042, 0.004
-"""Of a contact patch, metres."""
+"""Radius and thickness of a contact patch, metres."""
 
 
 def frames(
@@ -137,7 +145,7 @@ def subject(
 
 
 def facing(human: HumanMotion) -> Float[np.ndarray, "frames 2"]:
-    """Where the person faces, world x y, of any length."""
+    """Return the direction in which the person faces, world x y, of any length."""
     return human.rotations[:, joint("pelvis"), :2, 2]  # the body faces +z at rest
 
 

@@ -53,7 +53,9 @@ def commands_that_ended():
 def runs_its_commands(request: pytest.FixtureRequest, commands_that_ended: set[object]):
     """A test that is marked with a command fails when that command has not ended well."""
     yield
-    for mark in request.node.iter_markers("runs"):
+    # A quick run skips the tests of commands that start processes.
+    marks = () if request.config.getoption("quick") else request.node.iter_markers("runs")
+    for mark in marks:
         if not mark.kwargs.get("elsewhere"):
             from tests.commands import callback_of, commands
 
@@ -73,7 +75,7 @@ def write_clip(tmp_path: Path) -> WriteClip:
     """
     from omomo_core.body.kinematics import forward_kinematics
     from omomo_core.body.model import load_body
-    from omomo_core.learning.evaluation.clips import AXES, NAMES
+    from omomo_core.learning.evaluation.real_clips import AXES, NAMES
 
     upright = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
 

@@ -26,9 +26,9 @@ import numpy as np
 import trimesh
 
 from capture_app.inspection import inspect_take
-from capture_app.overlay.film import open_video
-from capture_app.simulator.carried_box import box_mesh, carried_box, clamped_phone
-from capture_app.simulator.phone import simulate
+from capture_app.overlay.overlay_film import open_video
+from capture_app.simulator.demo_take import box_mesh, carried_box, clamped_phone
+from capture_app.simulator.simulated_phone import simulate
 from ingest.animated.animated_take import to_animated_take
 from ingest.animated.detect import is_animation, read_animation
 from ingest.calibration.board.board_spec import parse_board

@@ -33,8 +33,8 @@ WORDS = ("/proc/", "/sys/", "/dev/", "/tmp", "egl", "forkserver", "fork")
 NEED_NO_QUESTION = {
     # What was appended is flushed through the file that is open for writing: every system can.
     ("capture_app/tables/answers.py", "os.fsync"),
-    ("capture_app/web/receive.py", "os.fsync"),
-    ("ingest/scan/work.py", "os.fsync"),
+    ("capture_app/web/site.py", "os.fsync"),
+    ("ingest/scan/scan_work.py", "os.fsync"),
     # It asks inside, once for both kinds of system.
     ("omomo_core/system.py", "os.open"),
     ("omomo_core/system.py", "os.fsync"),

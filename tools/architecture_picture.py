@@ -46,9 +46,9 @@ ROWS = (
         ("ObjectMotion", "ingest.trajectory"),
     )),
     PackageRow("omomo_core", (227, 244, 228), 396, 572, (
-        ("palms, stage 1", "stages.hands"),
+        ("palms, stage 1", "stages.hands_capture"),
         ("contact segments", "contact"),
-        ("body, stage 2", "stages.body"),
+        ("body, stage 2", "stages.body_capture"),
         ("solved bodies", "generation.solving"),
         ("K ranked samples", "generation.selection"),
     )),

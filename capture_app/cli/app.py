@@ -35,7 +35,7 @@ from capture_app.cli import (
 )
 from capture_app.cli.calibrate import app as calibrate
 from capture_app.cli.console import errors, report
-from capture_app.cli.start import INTERRUPTED, STOPPED, TERMINATED, was_interrupted
+from capture_app.cli.interrupts import INTERRUPTED, STOPPED, TERMINATED, was_interrupted
 from omomo_core.errors import OmocapError
 
 app = typer.Typer(

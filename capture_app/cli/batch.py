@@ -9,15 +9,14 @@ import typer
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
-from capture_app.cli import options as given
-from capture_app.cli.bars import ProgressBars
-from capture_app.cli.console import errors, say
+from capture_app.cli import options
+from capture_app.cli.console import ProgressBars, errors, in_options, say
 from capture_app.cli.console import output as console
 from capture_app.cli.derived import derived
 from capture_app.commands.inputs import OptionGroup
 from capture_app.commands.run import RunRequest
-from capture_app.jobs.batch.watch import Shown
-from capture_app.jobs.record import JobRecord
+from capture_app.jobs.batch_watch import Shown
+from capture_app.jobs.job_record import JobRecord
 from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -86,7 +85,7 @@ Database = Annotated[
         "--database",
         envvar="OMOCAP_DATABASE",
         help="Queue that other machines work for, postgresql://user@host/name; a file in the output "
-        "folder if not given.",
+        "folder if not options.",
         show_default=False,
         rich_help_panel=OptionGroup.MACHINES,
     ),
@@ -112,7 +111,7 @@ def batch(
     output: Results,
     database: Database = None,
     workers: Workers = None,
-    video: given.Video = True,
+    video: options.Video = True,
     **said: Any,
 ) -> None:
     """Make the motions of all sessions in a folder or table; a bad session does not stop the others.
@@ -133,7 +132,7 @@ def _run(
     sessions: Path, result: Path, said: dict[str, Any], database: str | None, workers: int | None
 ) -> None:
     """Order it all, have it done, and tell what came out."""
-    from capture_app.jobs.batch.order import order_of, submit_batch
+    from capture_app.jobs.batch import order_of, submit_batch
     from capture_app.jobs.fleet import Fleet
     from capture_app.jobs.queue import open_queue
 
@@ -161,8 +160,8 @@ def _run(
 
 def _end(queue: "JobQueue", ids: Sequence[str], fleet: "Fleet", result: Path) -> list[JobRecord]:
     """Stop the workers and write the tables; returns what became of the jobs."""
-    from capture_app.jobs.batch.results import write_results
-    from capture_app.jobs.batch.watch import videos_of
+    from capture_app.jobs.batch import write_results
+    from capture_app.jobs.batch_watch import videos_of
 
     fleet.stop()
     jobs = queue.get_all(ids)
@@ -176,8 +175,7 @@ def _end(queue: "JobQueue", ids: Sequence[str], fleet: "Fleet", result: Path) ->
 
 
 def _rows(sessions: Path) -> "list[dict[str, Any]]":
-    from capture_app.jobs.batch.sessions import find_sessions
-    from capture_app.jobs.batch.table import read_table
+    from capture_app.jobs.batch import find_sessions, read_table
 
     if sessions.suffix.lower() == ".csv" and sessions.is_file():
         return read_table(sessions)
@@ -198,7 +196,7 @@ def _make_folder(result: Path) -> None:
 
 
 def _watch(queue: "JobQueue", ids: Sequence[str], fleet: "Fleet") -> None:
-    from capture_app.jobs.batch.watch import watch
+    from capture_app.jobs.batch_watch import watch
 
     with batch_bars(len(ids)) as show:
         watch(queue, ids, show, full=lambda: fleet.full)
@@ -212,7 +210,9 @@ def _tell(result: Path, jobs: Sequence[JobRecord]) -> None:
     if failed:
         table = Table("session", "what is wrong", box=None, header_style="dim")
         for job in failed:
-            table.add_row(Text(job.name), Text(job.error.what if job.error else job.state))
+            table.add_row(
+                Text(job.name), Text(in_options(job.error.what) if job.error else job.state)
+            )
         console.print(table)
         say("Note", "what to do about these stands in the table of results.", "yellow")
     say("Done", f"{len(jobs) - len(failed)} of {len(jobs)}: {result / 'results.csv'}", "green")

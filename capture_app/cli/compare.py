@@ -43,10 +43,10 @@ def compare(
 
     Example: `omocap compare chair_motion other_motion -o compare.mp4`
     """
-    from capture_app.comparison.film import compare_motions
+    from capture_app.comparison.comparison_film import compare_motions
 
     said |= {"motions": motions, "output": output, "labels": label or ()}
-    request = validated(CompareRequest, said, "option-invalid", prefix="--")
+    request = validated(CompareRequest, said, "option-invalid")
     with progress_bars() as progress:
         made = compare_motions(request, progress)
     _tell(made)

@@ -1,9 +1,20 @@
-"""Where the command line writes: results to stdout, progress and problems to stderr."""
+"""The consoles of the command line and its bars of progress: results go to stdout, all else to stderr."""
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from typing import Any
 
 from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    ProgressColumn,
+    TaskID,
+    TaskProgressColumn,
+    TextColumn,
+    TimeRemainingColumn,
+)
+from rich.progress import Progress as RichProgress
 from rich.text import Text
 
 from capture_app.progress import Progress
@@ -38,18 +49,27 @@ _STAGES = {
 }
 
 
+def in_options(text: str) -> str:
+    """Return a text with the command line's options in place of references such as ‹mesh_scale›."""
+    if "‹" not in text:
+        return text
+    from capture_app.commands import spelling
+
+    return spelling.in_options(text)
+
+
 def say(label: str, text: str, style: str) -> None:
     """Print a result line that begins with a coloured word; the text is shown as it is."""
-    output.print(Text.assemble((f"{label}: ", style), text), soft_wrap=True)
+    output.print(Text.assemble((f"{label}: ", style), in_options(text)), soft_wrap=True)
 
 
 def report(error: OmocapError) -> None:
     """Print what is wrong, where, how to fix it, and the code, as one paragraph."""
-    text = Text.assemble(("Error: ", "bold red"), error.what)
+    text = Text.assemble(("Error: ", "bold red"), in_options(error.what))
     for label, value in (("where", error.where), ("fix", error.fix), ("code", error.code)):
         if value:
             text.append(f"\n  {label}: ", style="bold")
-            text.append(value)
+            text.append(in_options(value))
     errors.print(text, soft_wrap=True)
 
 
@@ -57,8 +77,6 @@ def report(error: OmocapError) -> None:
 def progress_bars() -> Generator[Progress]:
     """A bar for each stage that reports; a line a minute when stderr is not a terminal."""
     from rich.progress import BarColumn, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
-
-    from capture_app.cli.bars import ProgressBars
 
     columns = (
         TextColumn("{task.description:<18}"),
@@ -75,3 +93,63 @@ def progress_bars() -> Generator[Progress]:
             bars.update(tasks[stage], completed=fraction)
 
         yield advance
+
+
+SECONDS_PER_LINE = 60.0
+"""Time from one line of a log to the next."""
+
+
+class ProgressBars(RichProgress):
+    """A bar for each task; where the console is no terminal, a line a minute says the same."""
+
+    def __init__(self, *columns: ProgressColumn) -> None:
+        """Show tasks in these columns; on a console of a log, those that are text."""
+        super().__init__(*columns, console=errors, disable=not errors.is_terminal)
+        self._next_line = self.get_time() + SECONDS_PER_LINE
+
+    def update(self, task_id: TaskID, **changes: Any) -> None:
+        """Change a task, as `rich.progress.Progress.update` does, and print a line if one is due."""
+        super().update(task_id, **changes)
+        if self.disable and self.get_time() >= self._next_line:
+            self._next_line = self.get_time() + SECONDS_PER_LINE
+            self.console.print(self._line(task_id), soft_wrap=True)
+
+    def _line(self, task_id: TaskID) -> Text:
+        """What stands beside the bar of a task."""
+        task = next(task for task in self.tasks if task.id == task_id)
+        cells = (column(task) for column in self.columns if isinstance(column, ProgressColumn))
+        return Text(" ".join(cell.plain.strip() for cell in cells if isinstance(cell, Text)))
+
+
+@contextmanager
+def counting(label: str) -> Generator[Callable[[int, int], None]]:
+    """Show how much is done of a number of things; gives what is called with (done, total)."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    with ProgressBars(*columns) as bars:
+        task = bars.add_task(label, total=None)
+        yield lambda done, total: bars.update(task, completed=done, total=total)
+
+
+@contextmanager
+def following(label: str) -> Generator[Callable[[str, float], None]]:
+    """Show what is being worked on; gives what is called with (its name, fraction of all done)."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    with ProgressBars(*columns) as bars:
+        task = bars.add_task(label, total=1.0)
+
+        def show(name: str, fraction: float) -> None:
+            bars.update(task, description=f"{label} {name}", completed=fraction)
+
+        yield show

@@ -39,8 +39,7 @@ def build(
 
     Files that cannot be used are skipped and counted by reason, never trained on.
     """
-    from capture_app.cli.bars import counting
-    from capture_app.cli.console import output, say
+    from capture_app.cli.console import counting, output, say
     from omomo_core.body.model import load_body
     from omomo_core.learning.recordings.clips import save_clips
     from omomo_core.learning.recordings.recordings import build_mocap
@@ -83,10 +82,10 @@ def synthesise(mocap: Mocap, out: DataSet, **said: Any) -> None:
     --count adds clips. What could not be held, or went wrong otherwise, is counted by reason.
     """
     from capture_app.cli.training_console import TrainingConsole
-    from capture_app.synthesis import synthesise_data
+    from capture_app.training import synthesise_data
 
     asked = {**said, "mocap": mocap, "output": out}
-    request = validated(SynthesisRequest, asked, "option-invalid", prefix="--")
+    request = validated(SynthesisRequest, asked, "option-invalid")
     synthesise_data(request, TrainingConsole())
 
 

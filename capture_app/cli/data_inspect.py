@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from capture_app.cli import options as given
-from capture_app.cli.bars import counting
-from capture_app.cli.console import output, say
+from capture_app.cli import options
+from capture_app.cli.console import counting, output, say
 from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -37,7 +36,7 @@ def inspect(
         bool, typer.Option("--measure-only", help="Draw nothing, only measure.")
     ] = False,
     seed: Annotated[int, typer.Option(help="The same seed picks the same clips.", min=0)] = 0,
-    backend: given.Backend = given.DrawingBackend.auto,
+    backend: options.Backend = options.DrawingBackend.auto,
 ) -> None:
     """Draw contact sheets and a video of random clips with objects, and measure them.
 
@@ -104,10 +103,10 @@ def _draw_sheets(
     clips: "list[Clip]",
     judged: "list[Quality]",
     body: "BodyModel",
-    backend: given.DrawingBackend,
+    backend: options.DrawingBackend,
 ) -> None:
     from render.clip_view import clip_row
-    from render.stills import contact_sheet, write_png
+    from render.video import contact_sheet, write_png
 
     pairs = list(zip(clips, judged, strict=True))
     with counting("draw") as progress:
@@ -126,7 +125,7 @@ def _draw_video(
     clips: "list[Clip]",
     judged: "list[Quality]",
     body: "BodyModel",
-    backend: given.DrawingBackend,
+    backend: options.DrawingBackend,
     count: int,
 ) -> None:
     from omomo_core.motion import FPS

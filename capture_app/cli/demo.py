@@ -20,7 +20,7 @@ def demo(
     """
     from capture_app.commands.run import RunRequest
     from capture_app.pipeline import motion_of_take
-    from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+    from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 
     request = RunRequest(
         session=DEMO / SESSION,

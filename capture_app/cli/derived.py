@@ -9,8 +9,7 @@ import typer
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from capture_app.commands.inputs import group_of, option_of
-from capture_app.commands.typed import typed_as
+from capture_app.commands.inputs import group_of, option_of, typed_as
 
 
 def derived(

@@ -8,8 +8,8 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from capture_app.cli import options as given
-from capture_app.cli.console import output
+from capture_app.cli import options
+from capture_app.cli.console import in_options, output
 
 if TYPE_CHECKING:
     from capture_app.doctor import HealthCheck
@@ -23,7 +23,7 @@ Config = Annotated[
 ]
 
 
-def doctor(config: Config = False, as_json: given.AsJson = False) -> None:
+def doctor(config: Config = False, as_json: options.AsJson = False) -> None:
     """Look at this machine and this installation, and say how to mend what is missing.
 
     Exit code 0, or 2 when something that a run needs is missing.
@@ -31,11 +31,12 @@ def doctor(config: Config = False, as_json: given.AsJson = False) -> None:
     if config:
         _print_config(as_json=as_json)
         return
+    from capture_app.commands.spelling import all_in_options
     from capture_app.doctor import examine
 
     checks = list(examine())
     if as_json:
-        output.print_json(data=[asdict(check) for check in checks])
+        output.print_json(data=all_in_options([asdict(check) for check in checks]))
     else:
         _print_checks(checks)
     if any(check.level == "bad" for check in checks):
@@ -47,13 +48,13 @@ def _print_checks(checks: list["HealthCheck"]) -> None:
     for check in checks:
         found = Text(check.found)
         if check.fix:
-            found.append(f"\nfix: {check.fix}", style="dim")
+            found.append(f"\nfix: {in_options(check.fix)}", style="dim")
         table.add_row(Text(check.level, style=_COLOUR[check.level]), check.name, found)
     output.print(table)
 
 
 def _print_config(*, as_json: bool) -> None:
-    from capture_app.motion_config import MOTION_CONFIG
+    from capture_app.manifest_builder import MOTION_CONFIG
     from omomo_core.config import settings_of
 
     settings = list(settings_of(MOTION_CONFIG))

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from capture_app.cli import options
-from capture_app.cli.figures import FigureRow, FigureTable
+from capture_app.cli.figure_table import FigureRow, FigureTable
 from omomo_core.whole_file import check_target, write_whole
 
 if TYPE_CHECKING:
-    from omomo_core.learning.evaluation.report import Evaluation
+    from omomo_core.learning.evaluation.evaluation import Evaluation
 
 
 class SkeletonChoice(StrEnum):
@@ -119,13 +119,12 @@ def _evaluated(
     body: SkeletonChoice,
 ) -> "Evaluation":
     """Generate and measure with a bar of progress; clips that are skipped are named."""
-    from capture_app.cli.bars import following
-    from capture_app.cli.console import say
+    from capture_app.cli.console import following, say
     from omomo_core.body.model import load_body
-    from omomo_core.generation.options import GenerationOptions
-    from omomo_core.learning.evaluation.clips import clip_paths
+    from omomo_core.generation.generation_options import GenerationOptions
+    from omomo_core.learning.evaluation.evaluation import evaluate as run
     from omomo_core.learning.evaluation.protocols import PROTOCOLS
-    from omomo_core.learning.evaluation.report import evaluate as run
+    from omomo_core.learning.evaluation.real_clips import clip_paths
     from omomo_core.weights.load import load_stages
 
     chosen = [p for p in PROTOCOLS if protocols is None or p in protocols]

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from capture_app.cli import options as given
+from capture_app.cli import options
 from capture_app.cli.console import say
 from capture_app.cli.derived import derived
 from capture_app.commands.export import ExportRequest
@@ -10,7 +10,7 @@ from capture_app.commands.request import validated
 
 
 @derived(ExportRequest)
-def export(result: given.Result, file: given.ExportFile = None, **said: Any) -> None:
+def export(result: options.Result, file: options.ExportFile = None, **said: Any) -> None:
     """Write a result for another program: the person, their root motion and the object.
 
     glb: Blender, Unity, Unreal, web pages. bvh: every animation program (the object in a second file).
@@ -19,10 +19,10 @@ def export(result: given.Result, file: given.ExportFile = None, **said: Any) -> 
 
     Example: `omocap export chair_motion --to glb --bones unreal --fps 60 -o chair.glb`
     """
-    from capture_app.exports.of_result import export_result
+    from capture_app.exports.export_sample import export_result
 
     asked = {**said, "result": result, "output": file or result}
-    written = export_result(validated(ExportRequest, asked, "option-invalid", prefix="--"))
+    written = export_result(validated(ExportRequest, asked, "option-invalid"))
     for note in written.notes:
         say("Note", note, "yellow")
     for path in written.files:

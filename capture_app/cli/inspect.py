@@ -8,13 +8,13 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from capture_app.cli import options as given
-from capture_app.cli.console import output, report, say
+from capture_app.cli import options
+from capture_app.cli.console import in_options, output, report, say
 from capture_app.cli.derived import derived
 from capture_app.commands.reading import ReadingOptions
 from capture_app.commands.request import validated
 from capture_app.commands.run import RunRequest
-from ingest.report.take_checks import folded
+from ingest.report.take_report import folded
 from omomo_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -43,11 +43,11 @@ Images = Annotated[
 @derived(ReadingOptions)
 @derived(RunRequest, only=("mount", "mesh_scale"))
 def inspect(
-    session: given.Session,
-    mesh: given.OptionalMesh = None,
+    session: options.Session,
+    mesh: options.OptionalMesh = None,
     images: Images = False,
     html: HtmlFile = None,
-    as_json: given.AsJson = False,
+    as_json: options.AsJson = False,
     *,
     mount: Path | None = None,
     mesh_scale: float = 1.0,
@@ -60,12 +60,12 @@ def inspect(
     from capture_app.inspection import inspect_take, refuse_bad
 
     # Without the object the phone alone is inspected, and needs no mount.
-    place = given.mount_file(mount) if mesh else None
+    place = options.mount_file(mount) if mesh else None
     seen = inspect_take(
         session,
         mesh,
         place,
-        reading=validated(ReadingOptions, said, "option-invalid", prefix="--").reading,
+        reading=validated(ReadingOptions, said, "option-invalid").reading,
         mesh_scale=mesh_scale,
         images=images,
     )
@@ -77,7 +77,9 @@ def inspect(
     if html is not None:
         _write_page(seen, html)
     if as_json:
-        output.print_json(data=_as_data(seen, refusal))
+        from capture_app.commands.spelling import all_in_options
+
+        output.print_json(data=all_in_options(_as_data(seen, refusal)))
     else:
         _show(seen)
         if html is not None:
@@ -89,10 +91,10 @@ def inspect(
 
 
 def _write_page(seen: "Inspection", path: Path) -> None:
-    from capture_app.report_page.page import report_page
+    from capture_app.report_page import report_page
     from omomo_core.whole_file import write_whole
 
-    write_whole(path, report_page(seen))
+    write_whole(path, in_options(report_page(seen)))
 
 
 def _as_data(seen: "Inspection", refusal: InputError | None) -> dict[str, Any]:
@@ -118,9 +120,9 @@ def _show(seen: "Inspection") -> None:
     table = Table("", "check", "found", "poses", box=None, pad_edge=False, header_style="dim")
     for checks in folded(seen.report.checks):
         first = checks[0]
-        found = Text("; ".join(dict.fromkeys(check.message for check in checks)))
+        found = Text(in_options("; ".join(dict.fromkeys(check.message for check in checks))))
         if first.fix:
-            found.append(f"\nfix: {first.fix}", style="dim")
+            found.append(f"\nfix: {in_options(first.fix)}", style="dim")
         names = ", ".join(dict.fromkeys(check.name for check in checks))
         places = [f"{c.frames[0]}-{c.frames[1] - 1}" for c in checks if c.frames]
         severity = Text(first.severity, style=_COLOUR[first.severity])

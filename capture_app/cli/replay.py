@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from capture_app.cli import options as given
+from capture_app.cli import options
 from capture_app.cli.console import say
 from capture_app.cli.derived import derived
 from capture_app.commands.reading import ReadingOptions
@@ -63,16 +63,15 @@ def replay(
 
     Example: `omocap replay chair_motion mop_motion -o both.html`
     """
-    from capture_app.replay.open import is_result, open_scene
-    from capture_app.replay.share import share_page
+    from capture_app.replay.share import is_result, open_scene, share_page
 
     name = path.resolve().name
     own = path / "replay.html" if is_result(path) else Path(f"{name}_replay.html")
     target = file or own
     check_target(target, (".html",))
-    place = given.mount_file(mount) if mesh else None
+    place = options.mount_file(mount) if mesh else None
     paths = [path] if second is None else [path, second]
-    reading = validated(ReadingOptions, said, "option-invalid", prefix="--").reading
+    reading = validated(ReadingOptions, said, "option-invalid").reading
     packs = [open_scene(p, mesh, place, mesh_scale, film=film, reading=reading) for p in paths]
     page = share_page(packs, title=name)
     write_whole(target, page)

@@ -13,7 +13,7 @@ from capture_app.commands.request import validated
 from capture_app.commands.scan import ScanRequest
 
 if TYPE_CHECKING:
-    from capture_app.scanning.scan import ObjectScan
+    from capture_app.scanning.scan_object import ObjectScan
 
 Source = Annotated[
     Path,
@@ -38,10 +38,10 @@ def scan(source: Source, mesh: Output, **said: Any) -> None:
     `omocap calibrate scan`. An interrupted scan goes on when the same command is given again.
     """
     from capture_app.cli.console import progress_bars
-    from capture_app.scanning.scan import scan_object
+    from capture_app.scanning.scan_object import scan_object
 
     asked = {**said, "source": source, "output": mesh}
-    request = validated(ScanRequest, asked, "option-invalid", prefix="--")
+    request = validated(ScanRequest, asked, "option-invalid")
     _estimate(request)
     with progress_bars() as progress:
         made = scan_object(request, progress)
@@ -52,7 +52,7 @@ def scan(source: Source, mesh: Output, **said: Any) -> None:
 
 def _estimate(request: ScanRequest) -> None:
     """About how long it will take; a mesh of another app takes no time, and what is missing none."""
-    from capture_app.scanning.estimate import estimate_seconds, in_words
+    from capture_app.scanning.scan_folder import estimate_seconds, in_words
     from ingest.scan.scan_sources import is_mesh
 
     if request.method == "mesh" or request.at is not None:
@@ -64,8 +64,8 @@ def _estimate(request: ScanRequest) -> None:
 
 
 def _show(made: "ObjectScan") -> None:
-    """Where everything is, and what the user should know about it."""
-    from ingest.report.inspect import REPORT_PAGE
+    """Print the paths of what was made, and what the user should know about it."""
+    from ingest.report.take_inspection import REPORT_PAGE
 
     request, report, mesh = made.request, made.report, made.cleaned.mesh
     sides = " x ".join(
@@ -98,7 +98,7 @@ def _headline(made: "ObjectScan") -> None:
 
 def _next(request: ScanRequest, made: "ObjectScan") -> str:
     """How the phone is found in this scan once it is clamped."""
-    from capture_app.scanning.folder import MODEL
+    from capture_app.scanning.scan_folder import MODEL
 
     assert made.found is not None
     return (

@@ -1,8 +1,13 @@
-"""`omocap serve`: the page, on this machine."""
+"""`omocap serve`: the page, on this machine.
 
+print_qr: an address that a phone's camera reads off the terminal.
+"""
+
+import sys
 from pathlib import Path
 from typing import Annotated
 
+import segno
 import typer
 
 from capture_app.cli.console import say
@@ -49,8 +54,7 @@ def serve(
 
     Nothing leaves this machine. Ctrl-C stops it; a job in the middle goes on at the next start.
     """
-    from capture_app.cli.qr import print_qr
-    from capture_app.web.guards.hosts import is_loopback
+    from capture_app.web.guards import is_loopback
     from capture_app.web.server import ServerConfig, open_browser
     from capture_app.web.server import serve as run
 
@@ -69,3 +73,12 @@ def serve(
 
     config = ServerConfig(library.expanduser(), host, port, token, tuple(allow_host or ()), workers)
     run(config, started, lambda sentence: say("Note", sentence, "bold yellow"))
+
+
+def print_qr(address: str) -> None:
+    """Print a QR code of an address, where the output can show its blocks."""
+    try:
+        segno.make(address, error="l", micro=False).terminal(sys.stdout, compact=True, border=2)
+    except UnicodeEncodeError:
+        # The terminal knows no block characters; the address stands above.
+        return

@@ -18,8 +18,8 @@ def simulate(
 
     The motion is known exactly, so that whatever reads the session can be checked against it.
     """
-    from capture_app.simulator.noise import NO_NOISE
-    from capture_app.simulator.record import MESH, MOUNT, SESSION, record_demo
+    from capture_app.simulator.demo_take import MESH, MOUNT, SESSION, record_demo
+    from capture_app.simulator.simulated_phone import NO_NOISE
     from omomo_core.errors import InputError
 
     if folder.exists() and any(folder.iterdir()):

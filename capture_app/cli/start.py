@@ -1,27 +1,14 @@
 """Entry point of the `omocap` command: it handles Ctrl-C and SIGTERM before large modules are imported."""
 
-import _thread
-import signal
 import sys
-import threading
-from types import FrameType
 
-INTERRUPTED, TERMINATED = 130, 143
-"""Exit codes after SIGINT and SIGTERM, as shells have them."""
-_RAISED_BY: dict[type[BaseException], signal.Signals] = {
-    KeyboardInterrupt: signal.SIGINT,
-    SystemExit: signal.SIGTERM,
-}
-"""The signal that raises an exception."""
-STOPPED = "Interrupted; nothing unfinished was left under its name."
+from capture_app.cli.interrupts import INTERRUPTED, STOPPED, handle_signals
 
 
 def main() -> None:
     """Run the command line; whatever ends it, what was half written is removed first."""
     try:
-        signal.signal(signal.SIGTERM, _terminate)
-        signal.signal(signal.SIGINT, _interrupt)
-        sys.unraisablehook = _swallowed
+        handle_signals()
         from capture_app.cli.app import run_command
 
         code = run_command()
@@ -29,39 +16,3 @@ def main() -> None:
         sys.stderr.write(f"{STOPPED}\n")
         code = INTERRUPTED
     raise SystemExit(code)
-
-
-def was_interrupted() -> bool:
-    """Whether Ctrl-C was pressed; a library that is just being imported may turn it into another error."""
-    return bool(_interrupts)
-
-
-_interrupts: list[int] = []
-
-
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    _interrupts.append(number)
-    raise KeyboardInterrupt
-
-
-def _swallowed(problem: "sys.UnraisableHookArgs") -> None:
-    """Send the signal again whose exception Python ignored, as it does in callbacks of compiled code."""
-    again = _RAISED_BY.get(problem.exc_type)
-    if again is None:
-        sys.__unraisablehook__(problem)
-    else:
-        # From another thread, because in this one the callback has not ended yet.
-        threading.Timer(0.05, _signal_main_thread, [again]).start()
-
-
-def _signal_main_thread(number: signal.Signals) -> None:
-    """Send a signal to the main thread; where the system can, one that wakes it."""
-    if sys.platform == "win32":
-        _thread.interrupt_main(number)
-    elif (main_thread := threading.main_thread().ident) is not None:
-        signal.pthread_kill(main_thread, number)
-
-
-def _terminate(number: int, frame: FrameType | None) -> None:
-    """Unwind as an error does, so that every block that tidies up is run."""
-    raise SystemExit(TERMINATED)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from capture_app.cli import options as given
+from capture_app.cli import options
 from capture_app.cli.console import output as console
 from capture_app.cli.console import progress_bars, say
 from capture_app.commands.text_values import read_size
@@ -49,8 +49,8 @@ def make(
     seconds: Seconds = 6.0,
     size: Size = "360x300",
     question: Question = None,
-    seed: given.Seed = 0,
-    backend: given.Backend = given.DrawingBackend.auto,
+    seed: options.Seed = 0,
+    backend: options.Backend = options.DrawingBackend.auto,
 ) -> None:
     """Draw pairs of motions and make a web page for each rater, which works without a network.
 
@@ -60,11 +60,9 @@ def make(
     Example: `omocap study make ours baseline recorded -o study --raters 20 --pairs 30`
     """
     width, height = read_size(size, "--size")
-    from capture_app.study.design import Plan
-    from capture_app.study.films import FilmStyle
-    from capture_app.study.key import KEY, PAGES
-    from capture_app.study.make import make_study
-    from capture_app.study.page import QUESTION
+    from capture_app.study.study_design import Plan
+    from capture_app.study.study_pages import QUESTION, FilmStyle, make_study
+    from capture_app.study.votes import KEY, PAGES
 
     with progress_bars() as progress:
         key = make_study(
@@ -104,10 +102,9 @@ def analyse(
 
     Example: `omocap study analyse study votes/ -o findings`
     """
-    from capture_app.study.analysis import analyse as count
-    from capture_app.study.key import read_key
-    from capture_app.study.report import write_report
-    from capture_app.study.votes import read_votes, vote_files
+    from capture_app.study.study_report import analyse as count
+    from capture_app.study.study_report import write_report
+    from capture_app.study.votes import read_key, read_votes, vote_files
 
     key = read_key(study)
     found = count(key, read_votes(vote_files(votes), key), may_miss=may_miss)

@@ -41,7 +41,7 @@ def show_result(request: ResultRequest, make: "Callable[[Any, Progress], Result]
 
 
 def summarise(result: "Result") -> None:
-    """Where everything is, and what the user should know about it."""
+    """Print the paths of what was made, and what the user should know about it."""
     manifest = result.manifest
     table = Table(box=None, pad_edge=False, show_header=False)
     about = {

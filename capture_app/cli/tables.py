@@ -5,16 +5,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from capture_app.cli.bars import counting
-from capture_app.cli.console import errors, output, say
+from capture_app.cli.console import counting, errors, output, say
 from capture_app.cli.derived import derived
-from capture_app.cli.figures import FigureRow, FigureTable
+from capture_app.cli.figure_table import FigureRow, FigureTable
 from capture_app.commands.request import validated
 from capture_app.commands.tables import TablesRequest
 
 if TYPE_CHECKING:
-    from capture_app.tables.run import TablesRun
-    from capture_app.tables.sheet import Sheet
+    from capture_app.tables.run_tables import TablesRun
+    from capture_app.tables.table_files import Sheet
 
 
 Clips = Annotated[
@@ -37,10 +36,10 @@ def tables(clips: Clips, out: Out = Path("tables"), **said: Any) -> None:
 
     Example: `omocap tables test_clips --weights weights --out tables --workers 2`
     """
-    from capture_app.tables.run import make_tables
+    from capture_app.tables.run_tables import make_tables
 
     asked = {**said, "clips": clips, "output": out}
-    request = validated(TablesRequest, asked, "option-invalid", prefix="--")
+    request = validated(TablesRequest, asked, "option-invalid")
     try:
         with counting("Asking") as progress:
             made = make_tables(request, progress)
@@ -52,8 +51,7 @@ def tables(clips: Clips, out: Out = Path("tables"), **said: Any) -> None:
 
 
 def _show(made: "TablesRun") -> None:
-    from capture_app.tables.caption import caption
-    from capture_app.tables.sheet import sheets_of
+    from capture_app.tables.table_files import caption, sheets_of
 
     for table in made.tables:
         for sheet in sheets_of(table):

@@ -39,4 +39,4 @@ def train(method: Method, data: Data, out: Out, **said: Any) -> None:
     from capture_app.training import train as run
 
     asked = {**said, "method": method, "data": data, "output": out}
-    run(validated(TrainRequest, asked, "option-invalid", prefix="--"), TrainingConsole())
+    run(validated(TrainRequest, asked, "option-invalid"), TrainingConsole())

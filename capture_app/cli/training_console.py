@@ -8,10 +8,8 @@ from pathlib import Path
 from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from capture_app.cli.bars import ProgressBars, counting
-from capture_app.cli.console import errors, output, say
-from capture_app.training import held_out
-from capture_app.training_report import TrainingReport
+from capture_app.cli.console import ProgressBars, counting, errors, output, say
+from capture_app.training import TrainingReport, held_out
 from omomo_core.learning.recordings.clips import Clip
 from omomo_core.learning.recordings.dataset import Summary
 from omomo_core.motion import FPS

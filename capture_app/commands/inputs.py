@@ -1,11 +1,16 @@
-"""How the inputs of a request are named: a path here, an id of the library or a JSON value over HTTP."""
+"""Inputs of a request: how they are named (a path here, an id of the library on a server) and typed."""
 
+import types
 from dataclasses import dataclass
-from enum import StrEnum
-from typing import Annotated, Any, Literal
+from enum import Enum, StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.fields import FieldInfo
+
+if TYPE_CHECKING:
+    from omomo_core.motion import ObjectMesh
 
 Number = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
 ShortText = Annotated[str, Field(max_length=200)]
@@ -42,7 +47,7 @@ class PlacePoint(BaseModel):
 
 
 class BoardPlacement(BaseModel):
-    """Where a board is on the object."""
+    """The place of a board on the object."""
 
     model_config = with_example(**PLACE_EXAMPLE)
 
@@ -134,3 +139,51 @@ Sample = Annotated[
     int | None,
     Field(ge=1, le=64, description="Which sample, from 1; the chosen one if not given."),
 ]
+
+
+_PLAIN = (int, float, bool, str, Path)
+
+
+def typed_as(annotation: Any) -> Any:
+    """Return what a field is typed as: its own type if that is plain, texts for a list, else text."""
+    members = _members(annotation)
+    parts = [part for part in members if part is not types.NoneType]
+    kind: Any = parts[0] if len(parts) == 1 else str
+    if get_origin(kind) is tuple and get_args(kind)[-1] is Ellipsis:
+        return list[str]
+    if get_origin(kind) is Literal:
+        kind = Literal[tuple(map(str, get_args(kind)))]
+    elif kind not in _PLAIN and not (isinstance(kind, type) and issubclass(kind, Enum)):
+        kind = str
+    return kind | None if len(parts) < len(members) else kind
+
+
+def _members(annotation: Any) -> list[Any]:
+    """The members of a union, without what annotates them."""
+    if get_origin(annotation) is Annotated:
+        return _members(get_args(annotation)[0])
+    if get_origin(annotation) in (Union, types.UnionType):
+        return [part for member in get_args(annotation) for part in _members(member)]
+    return [annotation]
+
+
+@dataclass(frozen=True)
+class MeshFile:
+    """An object's mesh."""
+
+    path: Path
+    scale: float = 1.0
+    """Factor that brings it to metres."""
+
+    def load(self, factor: float = 1.0) -> "ObjectMesh":
+        """The mesh in metres.
+
+        Args:
+            factor: what a mount says that it must be multiplied by beside.
+
+        Raises:
+            InputError: as `load_mesh`.
+        """
+        from ingest.mesh import load_mesh
+
+        return load_mesh(self.path, scale=self.scale * factor)

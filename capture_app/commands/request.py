@@ -1,14 +1,24 @@
-"""Request: what all commands have in common, and how what a user typed becomes one."""
+"""Request: what all commands have in common, and what pydantic found wrong, in the words of our errors."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from capture_app.commands.text_values import read_size
-from capture_app.validation import first_problem
 from omomo_core.errors import InputError
+
+
+def first_problem(errors: Sequence[Any]) -> tuple[str, str]:
+    """The first wrong field by its dotted path, and what is wrong with it.
+
+    Args:
+        errors: as a ValidationError of pydantic lists them.
+    """
+    first = errors[0]
+    # Before what our own validators say, pydantic puts the kind of the exception.
+    return ".".join(map(str, first["loc"])), first["msg"].removeprefix("Value error, ")
 
 
 class Request(BaseModel):
@@ -17,7 +27,7 @@ class Request(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     KIND: ClassVar[str]
-    """Of the job that does it, see `capture_app.jobs.kinds`."""
+    """Kind of the job that does it; see `capture_app.jobs.job_kinds`."""
     READS: ClassVar[tuple[str, ...]] = ()
     """Fields that are paths of inputs."""
 
@@ -55,7 +65,7 @@ def validated(model: type[Asked], said: Mapping[str, Any], code: str, **context:
         model: of the request or the part.
         said: values by the names of its fields; text is parsed.
         code: of the error where a value is out of bounds.
-        context: `where` is the place in errors; else `prefix` and the name of the field are.
+        context: `where` is the place in errors; else they name the field.
 
     Raises:
         InputError: with that code, or that of the parser of a field.
@@ -67,7 +77,8 @@ def validated(model: type[Asked], said: Mapping[str, Any], code: str, **context:
         raise InputError(
             code,
             f"{field}: {problem}.",
-            where=context.get("where") or f"{context.get('prefix', '')}{field}",
+            where=context.get("where", ""),
+            field=field.split(".")[0],
             fix="Correct it in the table or on the command line.",
         ) from error
 
@@ -79,8 +90,7 @@ def place_of(info: Any) -> str:
         info: the ValidationInfo that pydantic gives to a validator.
     """
     context: dict[str, str] = info.context or {}
-    name = (info.field_name or "").replace("_", "-")
-    return context.get("where") or f"{context.get('prefix', '')}{name}"
+    return context.get("where") or f"‹{info.field_name}›"
 
 
 def _size(value: object, info: Any) -> object:

@@ -17,7 +17,7 @@ from capture_app.commands.request import Request, VideoSize, place_of
 from capture_app.commands.text_values import read_place
 
 if TYPE_CHECKING:
-    from omomo_core.generation.options import GenerationOptions
+    from omomo_core.generation.generation_options import GenerationOptions
 
 
 def _stood(value: object, info: Any) -> object:
@@ -213,7 +213,7 @@ class RunRequest(TakeOptions, ResultRequest):
     @property
     def generation(self) -> "GenerationOptions":
         """How the motion is generated."""
-        from omomo_core.generation.options import GenerationOptions
+        from omomo_core.generation.generation_options import GenerationOptions
 
         names = (field.name for field in fields(GenerationOptions))
         return GenerationOptions(**{name: getattr(self, name) for name in names})

@@ -8,7 +8,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat,
 from capture_app.commands.inputs import FromLibrary, LogFormat, OptionName, ShortText
 from capture_app.commands.request import ItemRequest, place_of
 from capture_app.commands.text_values import read_box, read_point
-from ingest.scan.scan_types import PICTURES, VERTICES, Method, Symmetry, Unit, Up
+from ingest.scan.scan_choices import PICTURES, VERTICES, Method, Symmetry, Unit, Up
 
 if TYPE_CHECKING:
     from ingest.scan.cameras.features import CameraOptions
@@ -166,7 +166,7 @@ class ScanOptions(BaseModel):
 
     @property
     def given_box(self) -> "GivenBox | None":
-        """Where the object is, if it is not to be found."""
+        """The box of the object, if it is not to be found."""
         import numpy as np
 
         from ingest.scan.region import GivenBox
@@ -212,6 +212,6 @@ class ScanRequest(ScanOptions, ItemRequest):
     @property
     def work(self) -> Path:
         """The folder beside the mesh: report, pictures, COLMAP model, and kept stages."""
-        from ingest.report.inspect import work_folder
+        from ingest.report.take_inspection import work_folder
 
         return work_folder(self.output)

@@ -142,16 +142,15 @@ def read_sheet(text: str, where: str) -> tuple[int, int]:
     return columns, rows
 
 
-def read_ruler(text: str, where: str) -> tuple[float, float, float, float]:
-    """The four measurements of a phone, mm: "WIDTH HEIGHT TOP SIDE".
+def read_numbers(text: str, count: int, where: str) -> list[float]:
+    """Return so many numbers with blanks or commas between them.
 
     Raises:
         InputError: "drawing-numbers".
     """
-    from ingest.calibration.drawing import numbers
+    from ingest.calibration.drawn_mount import numbers
 
-    width, height, top, side = numbers(text, 4, where).tolist()
-    return width, height, top, side
+    return numbers(text, count, where).tolist()
 
 
 def read_intrinsics(text: str, where: str) -> tuple[float, ...]:

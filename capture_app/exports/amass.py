@@ -14,9 +14,9 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from capture_app.exports.take import Y_UP, Take
-from capture_app.quaternions import xyzw_from_matrix
+from capture_app.exports.exported_take import Y_UP, Take
 from omomo_core.body.model import BodyModel
+from omomo_core.geometry.rotations import xyzw_from_matrix
 
 _FACE = 9
 """Numbers of the jaw and the two eyes, between the body's and the hands'."""
@@ -94,5 +94,5 @@ def _note(smplx: BodyModel | None) -> str:
     return (
         "Without the SMPL-X model: rotations are from a T-pose with arms and legs along the axes, and "
         "trans is the pelvis joint in the world. Posed on SMPL-X, arms and legs end some degrees off; "
-        "export with --skeleton SMPLX_NEUTRAL.npz for poses and translation of that body."
+        "export with ‹skeleton› SMPLX_NEUTRAL.npz for poses and translation of that body."
     )

@@ -13,10 +13,10 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from capture_app.exports.take import Skeleton, Take
+from capture_app.exports.exported_take import Skeleton, Take
 
 _ORDER = "ZXY"
-"""Of rotations, first to last as the file has them; what MotionBuilder and the CMU files use."""
+"""Order of rotations, first to last as the file has them; what MotionBuilder and the CMU files use."""
 _CHANNELS = "Zrotation Xrotation Yrotation"
 _DIGITS = 6
 _END = 0.3

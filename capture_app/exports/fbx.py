@@ -1,12 +1,13 @@
-"""FBX, written by a Blender that the user has: the format is closed, its only free writers are there."""
+"""FBX, written by a Blender that the user has: the format is closed."""
 
+import shutil
 import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from capture_app.commands.export import Units, UpAxis
+from capture_app.exports.exported_take import Take
 from capture_app.exports.glb import write_glb_take
-from capture_app.exports.take import Take
 from omomo_core.errors import InputError
 
 _SCRIPT = Path(__file__).with_name("in_blender.py")
@@ -51,5 +52,35 @@ def _failed(blender: str, why: str) -> InputError:
         "blender-failed",
         f"Blender wrote no FBX: {why}",
         where=blender,
-        fix="Use Blender 4.2 or later, or export --to glb.",
+        fix="Use Blender 4.2 or later, or export ‹to› glb.",
     )
+
+
+_BLENDER = "blender"
+
+
+def has_blender() -> bool:
+    """Whether there is a Blender on the PATH."""
+    return shutil.which(_BLENDER) is not None
+
+
+def find_blender(given: str | None) -> str:
+    """Blender's executable.
+
+    Args:
+        given: its path or name; "blender" on the PATH if None.
+
+    Raises:
+        InputError: "blender-missing".
+    """
+    found = shutil.which(given or _BLENDER)
+    if found is None:
+        raise InputError(
+            "blender-missing",
+            "FBX is written by Blender, and there is none"
+            + (" on the PATH." if given is None else " of this name."),
+            where="‹to› fbx" if given is None else f"‹blender› {given}",
+            fix="Install it from blender.org (4.2 or later) and name it with ‹blender› PATH; "
+            "or export ‹to› glb, which Unreal, Unity and Blender read.",
+        )
+    return found

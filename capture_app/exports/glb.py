@@ -40,15 +40,13 @@ from pygltflib import Texture as GltfTexture
 from scipy.spatial.transform import Rotation
 
 from capture_app.commands.export import Bones
-from capture_app.exports import take as taken
-from capture_app.exports.bone_names import BONE_NAMES
-from capture_app.exports.own_bones import take_on_own_bones
+from capture_app.exports import exported_take as taken
+from capture_app.exports.bones import BONE_NAMES, creased, take_on_own_bones
+from capture_app.exports.exported_take import Take, placed, pose_locals, rest_locals
 from capture_app.exports.resample import Sampled
-from capture_app.exports.shading import creased
-from capture_app.exports.take import Take, placed, pose_locals, rest_locals
 from capture_app.picture_bytes import PictureBytes, encoded
-from capture_app.quaternions import xyzw_from_matrix
 from omomo_core.body.model import BodyModel
+from omomo_core.geometry.rotations import xyzw_from_matrix
 from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion, Texture
 
 _COMPONENT = {"float32": FLOAT, "uint16": UNSIGNED_SHORT, "uint32": UNSIGNED_INT}
@@ -113,7 +111,7 @@ class GlbBuffer:
 
 BLUE = (0.16, 0.33, 0.55)
 ORANGE = (0.85, 0.36, 0.10)
-"""Of the person and of the object, linear."""
+"""Colours of the person and of the object, linear RGB."""
 _BODY_MATERIAL, _OBJECT_MATERIAL = 0, 1
 
 

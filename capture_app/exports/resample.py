@@ -59,7 +59,7 @@ class _Clock:
         return turned.as_matrix().reshape(-1, *R.shape[1:])
 
     def lasting(self, mask: Bool[np.ndarray, "frames n"]) -> Bool[np.ndarray, "times n"]:
-        """Where something holds both before and after."""
+        """Return the mask of times at which something holds both before and after."""
         return mask[self.before] & mask[self.after]
 
 
@@ -124,7 +124,7 @@ def _ankle(
     R: Float[np.ndarray, "times 22 3 3"],
     side: int,
 ) -> Float[np.ndarray, "times 3"]:
-    """Where an ankle belongs: that of a foot which rolls over its toes is led by these."""
+    """Return the ankle's positions; a foot that rolls over its toes is led by these."""
     heel, toe = human.foot_contact[:, side] > 0.5, human.foot_contact[:, 2 + side] > 0.5
     lasting = clock.lasting(np.stack([heel, toe], axis=1))
     rolls = lasting[:, 1] & ~lasting[:, 0]
@@ -141,7 +141,7 @@ def _palm(
     T: Float[np.ndarray, "times 4 4"],
     side: int,
 ) -> Float[np.ndarray, "times 3"]:
-    """Where a palm belongs: in the object's frame while it holds, else in the world."""
+    """Return the palm's positions: fixed in the object's frame while it holds, else in the world."""
     palm = human.joints[:, 22 + side].astype(np.float64)
     on_object = clock.points(to_local(object_motion.T_world_object, palm[:, None])[:, 0])
     carried = np.einsum("txy,ty->tx", T[:, :3, :3], on_object) + T[:, :3, 3]

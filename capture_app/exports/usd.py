@@ -10,12 +10,12 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from capture_app.commands.export import Units, UpAxis
+from capture_app.exports.bones import creased
+from capture_app.exports.exported_take import Skeleton, Take, pose_locals, rest_locals
 from capture_app.exports.glb import BLUE, ORANGE
-from capture_app.exports.shading import creased
-from capture_app.exports.take import Skeleton, Take, pose_locals, rest_locals
 from capture_app.picture_bytes import encoded
-from capture_app.quaternions import xyzw_from_matrix
 from omomo_core.errors import InputError
+from omomo_core.geometry.rotations import xyzw_from_matrix
 from omomo_core.motion import Texture
 
 _METRES: dict[Units, float] = {"m": 1.0, "cm": 0.01}
@@ -132,7 +132,7 @@ def _body(stage: Any, path: str, skeleton: Any, take: Take) -> None:
 
 
 def _extent(person: Any, take: Take) -> None:
-    """Where the person is over the whole take, generously, for programs that cull."""
+    """Return a generous box around the person over the whole take, for programs that cull."""
     reach = np.ptp(take.skin.vertices, axis=0).max() / 2
     low, high = take.positions.min(axis=(0, 1)) - reach, take.positions.max(axis=(0, 1)) + reach
     person.CreateExtentAttr(_vectors(np.stack([low, high])))
@@ -227,6 +227,6 @@ def _pxr(module: str) -> Any:
         raise InputError(
             "usd-missing",
             "Writing USD needs a package that is not installed: usd-core.",
-            where="--to usd",
-            fix="Run pip install usd-core, or export --to glb.",
+            where="‹to› usd",
+            fix="Run pip install usd-core, or export ‹to› glb.",
         ) from None

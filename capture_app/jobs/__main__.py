@@ -11,9 +11,8 @@ import sys
 import threading
 
 from capture_app.jobs.fleet import DATABASE, FOLLOW, LOG, NO_ROOM
-from capture_app.jobs.job_errors import no_room
-from capture_app.jobs.warm_up import warm_up
-from capture_app.jobs.worker import work
+from capture_app.jobs.job_record import no_room
+from capture_app.jobs.worker import warm_up, work
 from omomo_core.errors import InputError
 
 

@@ -1,4 +1,4 @@
-"""The database of the jobs: SQLite where nothing is said, PostgreSQL for many machines."""
+"""The database of the jobs (SQLite, or PostgreSQL where an address is given), and its tables."""
 
 import time
 from collections.abc import Generator
@@ -11,8 +11,52 @@ from dbos import DBOS
 from sqlalchemy import event, exc
 from sqlalchemy.schema import CreateIndex, CreateTable
 
-from capture_app.jobs.tables import JOBS, METADATA
 from omomo_core.errors import InputError
+
+METADATA = sa.MetaData()
+
+JOBS = sa.Table(
+    "omocap_jobs",
+    METADATA,
+    sa.Column("id", sa.String(16), primary_key=True),
+    sa.Column("kind", sa.String, nullable=False),
+    sa.Column("name", sa.String, nullable=False),
+    sa.Column("order", sa.JSON, nullable=False),
+    sa.Column("state", sa.String, nullable=False, default="queued"),
+    sa.Column("stage", sa.String, nullable=False, default=""),
+    sa.Column("fraction", sa.Float, nullable=False, default=0.0),
+    sa.Column("log", sa.JSON, nullable=False, default=list),
+    sa.Column("timings", sa.JSON, nullable=False, default=dict),
+    sa.Column("inputs", sa.JSON, nullable=False, default=list),
+    sa.Column("options", sa.JSON, nullable=False, default=dict),
+    sa.Column("output", sa.String),
+    sa.Column("summary", sa.JSON, nullable=False, default=dict),
+    sa.Column("error", sa.JSON(none_as_null=True)),
+    sa.Column("attempts", sa.Integer, nullable=False, default=0),
+    # The DBOS workflow that does it; another one each time that it is put into the queue.
+    sa.Column("workflow", sa.String, nullable=False),
+    # Which worker has it, and how many died while they had it.
+    sa.Column("worker", sa.String),
+    sa.Column("deaths", sa.Integer, nullable=False, default=0),
+    # Seconds since 1970.
+    sa.Column("created", sa.Float, nullable=False),
+    sa.Column("started", sa.Float),
+    sa.Column("ended", sa.Float),
+    sa.Index("omocap_jobs_state", "state", "created"),
+    sa.Index("omocap_jobs_created", "created"),
+    sa.Index("omocap_jobs_worker", "worker"),
+)
+
+WORKERS = sa.Table(
+    "omocap_workers",
+    METADATA,
+    sa.Column("id", sa.String, primary_key=True),
+    sa.Column("host", sa.String, nullable=False),
+    # Seconds since 1970 by the database's clock.
+    sa.Column("beat", sa.Float, nullable=False),
+)
+"""The workers that live."""
+
 
 _DRIVERS = {
     "sqlite": "sqlite",
@@ -20,7 +64,7 @@ _DRIVERS = {
     "postgres": "postgresql+psycopg",
 }
 _LOCK = 0x6F6D6F63
-"""Of the advisory lock under which PostgreSQL's tables are made."""
+"""Number of the advisory lock under which PostgreSQL's tables are made."""
 
 
 class Database:
@@ -146,7 +190,7 @@ class Database:
             f"The database of the jobs is damaged: {why}.",
             where=str(self.file),
             fix="Move the file away and start again: an empty one is made. Finished results are "
-            "whole; only the list of jobs is lost, and `omocap batch` finds again what it has done.",
+            "whole; only the list of jobs is lost, and ‹omocap batch› finds again what it has done.",
         )
 
 
@@ -158,7 +202,7 @@ def _parsed(url: str) -> sa.URL:
         raise InputError(
             "jobs-database-url",
             "This is no database that jobs can be kept in.",
-            where="--database",
+            field="database",
             fix="Give postgresql://user@host/name, or the path of a SQLite file.",
         ) from None
     return parsed.set(drivername=driver)

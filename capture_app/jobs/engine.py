@@ -17,7 +17,7 @@ WORKFLOW = "omocap_job"
 SERIALIZER = DBOSPortableJSONSerializer()
 """The default one is pickle: whoever may write to the database could run code here."""
 _VERSION = "1"
-"""Of the steps: workers only take up jobs of their own version."""
+"""Version of the steps: workers only take up jobs of their own version."""
 _LOOK = 0.1
 """Seconds between looks into an empty queue."""
 _FIRST_IN_QUEUE = 100

@@ -132,7 +132,7 @@ class Fleet:
 
 
 def _environment(database_url: str, count: int, log: Path | None) -> dict[str, str]:
-    """Of the workers: each may use its share of the cores, and waits without spinning."""
+    """Return the workers' environment: each may use its share of the cores, and waits without spinning."""
     cores = max(1, (os.cpu_count() or 1) // max(1, count))
     shared = {} if count == 1 else {"OMP_NUM_THREADS": str(cores)}
     told = {DATABASE: database_url, FOLLOW: "1", **({LOG: str(log)} if log else {})}

@@ -11,12 +11,10 @@ import sqlalchemy as sa
 from dbos import EnqueueOptions
 
 from capture_app.commands.request import Request
-from capture_app.jobs.database import Database
+from capture_app.jobs.database import JOBS, WORKERS, Database
 from capture_app.jobs.engine import QUEUE, WORKFLOW, client_of
-from capture_app.jobs.mapping import new_workflow, record_of, row_of, rows
-from capture_app.jobs.record import OVER, JobRecord, State
-from capture_app.jobs.tables import JOBS, WORKERS
-from capture_app.jobs.worker_store import count_death
+from capture_app.jobs.job_record import OVER, JobRecord, State
+from capture_app.jobs.worker_store import count_death, new_workflow, record_of, row_of, rows
 from omomo_core.errors import InputError
 
 _LAST = 1_000
@@ -56,7 +54,7 @@ class JobQueue:
 
     @property
     def database_url(self) -> str:
-        """For workers; it has the password in it."""
+        """The address of the database for workers; it has the password in it."""
         return self._database.url
 
     @property

@@ -1,4 +1,4 @@
-"""Aligned: a film on a result's clock, with its camera in the result's world, and the drawing of it."""
+"""A film on a result's clock, with its camera, clamped or watching, in the result's world."""
 
 from collections.abc import Generator
 from dataclasses import dataclass, replace
@@ -6,23 +6,71 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float64
 
-from capture_app.overlay.eye import mount_of, session_of
-from capture_app.overlay.film import RGB, TimedPictures, open_film
+from capture_app.overlay.overlay_film import RGB, TimedPictures, Watcher, intrinsics_of, open_film
 from capture_app.overlay.placing import FilmPlacement, riding
-from capture_app.overlay.watcher import Watcher, intrinsics_of
+from capture_app.rerun import unchanged
 from capture_app.result import Result, body_of
 from ingest.calibration.board.board_lens import distorted
 from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
+from ingest.formats.registry import read_session
+from ingest.mount import Mount, identity_mount
+from ingest.mount_file import load_mount
+from ingest.session import CaptureSession
 from omomo_core.errors import InputError
+from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS
-from render.actors import retimed
 from render.backends import Backend
 from render.cameras import Camera, quarter_turns
-from render.lens import Distort
-from render.overlay import OverlayStyle, overlay
-from render.props import rigid_object
+from render.overlay import Distort, OverlayStyle, overlay
+from render.props import retimed, rigid_object
 from render.third_person import skinned_body
-from render.views import share_shown
+from render.views import Eye, share_shown
+
+
+def eye_of(result: Result) -> Eye | None:
+    """The phone's camera as it rides on the object; None where the object had no phone.
+
+    Raises:
+        InputError: the session or the mount is not where it was, or not what it was.
+    """
+    if result.manifest.options.get("animated"):
+        return None
+    T_object_phone = inverse(mount_of(result).T_phone_object)
+    session = session_of(result)
+    if session.intrinsics is None or session.image_size is None:
+        return Eye(T_object_phone)
+    focal = float(np.median(session.intrinsics[:, :2]))
+    return Eye(T_object_phone, 2 * float(np.arctan(np.hypot(*session.image_size) / 2 / focal)))
+
+
+def mount_of(result: Result) -> Mount:
+    """Return T_phone_object; the identity where no file says it.
+
+    Raises:
+        InputError: the mount is not where it was, or not what it was.
+    """
+    given = [item for item in result.manifest.inputs if item.role == "mount"]
+    return load_mount(unchanged(given[0])) if given else identity_mount()
+
+
+def session_of(result: Result) -> CaptureSession:
+    """What the clamped phone logged.
+
+    Raises:
+        InputError: "overlay-no-phone" for an object that moved by itself; the session is not where it
+            was, or not what it was.
+    """
+    if result.manifest.options.get("animated"):
+        raise InputError(
+            "overlay-no-phone",
+            "No phone was clamped to this object; it moved by itself.",
+            where=str(result.folder),
+            fix="Give the video of a camera that watched, with ‹camera› or ‹board›.",
+        )
+    log = unchanged(next(item for item in result.manifest.inputs if item.role == "session"))
+    format_ = result.manifest.options.get("format")
+    return read_session(log, str(format_) if format_ else None)
+
 
 _SLACK = 0.5 / FPS
 """Seconds that a picture may lie outside the motion: within half a frame of its ends it is there."""
@@ -36,7 +84,7 @@ class Aligned:
     first: int
     """Place of the first of them in the film."""
     seconds: Float64[np.ndarray, " pictures"]
-    """Of the motion, for each of them; 0 is its frame 0."""
+    """Seconds of the motion, for each of them; 0 is its frame 0."""
     cameras: list[Camera]
     """What took each of them, in the result's world."""
     lens: Float64[np.ndarray, " coefficients"]
@@ -93,7 +141,7 @@ def watched(result: Result, watcher: Watcher, place: FilmPlacement) -> Aligned:
             f"The film lasts from {seconds[0]:.2f} to {seconds[-1]:.2f} s on the clock of the motion, "
             f"which lasts from 0 to {length:.2f} s.",
             where=str(watcher.film.source),
-            fix="Give the right --offset: seconds to add to the film's time to get the motion's.",
+            fix="Give the right ‹offset›: seconds to add to the film's time to get the motion's.",
         )
     return Aligned(
         film=watcher.film,

@@ -1,4 +1,7 @@
-"""Votes as the pages save them, checked against the study's key."""
+"""Votes of a study and its answer key, in files.
+
+The answer key: what stood where on which page. It stays with who makes the study.
+"""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -7,20 +10,91 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from capture_app.study.design import Side
-from capture_app.study.key import Key, KeyItem, KeyPage
-from capture_app.validation import first_problem
+from capture_app.commands.request import first_problem
+from capture_app.study.study_design import Side
 from omomo_core.errors import InputError
+
+KEY, PAGES = "key.json", "pages"
+"""The key, and the folder of what raters get, in a study's folder."""
+
+
+class _KeyRecord(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class KeyItem(_KeyRecord):
+    """One question as one page shows it."""
+
+    id: str
+    """What the page calls it; tells a rater nothing."""
+    take: str
+    left: str
+    """Name of the method on the left."""
+    right: str
+    intact: Side | None = None
+    """In an attention check, the side that was not broken."""
+
+
+class KeyPage(_KeyRecord):
+    """One page."""
+
+    id: str
+    file: str
+    batch: int
+    items: tuple[KeyItem, ...]
+
+
+class Key(_KeyRecord):
+    """`key.json` of a study's folder."""
+
+    format_version: Literal[1] = 1
+    study: str
+    """What the pages and votes of this study call it."""
+    seed: int
+    methods: tuple[str, ...]
+    pages: tuple[KeyPage, ...]
+
+
+def write_key(folder: Path, key: Key) -> None:
+    """Write it into a study's folder."""
+    (folder / KEY).write_text(key.model_dump_json(indent=1) + "\n", encoding="utf-8")
+
+
+def read_key(folder: Path) -> Key:
+    """Read what `write_key` wrote.
+
+    Raises:
+        InputError: there is none, or it is damaged.
+    """
+    path = folder / KEY
+    try:
+        return Key.model_validate_json(path.read_bytes())
+    except OSError as error:
+        raise InputError(
+            "study-missing",
+            "This is no study: it has no answer key.",
+            where=str(path),
+            fix="Give the folder that ‹omocap study make› wrote, with its key.json.",
+        ) from error
+    except ValidationError as error:
+        field, problem = first_problem(error.errors())
+        raise InputError(
+            "study-damaged",
+            f"The answer key cannot be read: {field}: {problem}.",
+            where=str(path),
+            fix="Make the study again with the same seed: its key will be the same.",
+        ) from error
+
 
 FORMAT = "omocap study votes"
 _MOST_BYTES = 5 * 10**6
 
 
-class _Record(BaseModel):
+class _VoteRecord(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
 
-class PageAnswer(_Record):
+class PageAnswer(_VoteRecord):
     """What a rater chose, and after how many milliseconds."""
 
     item: str
@@ -28,7 +102,7 @@ class PageAnswer(_Record):
     ms: Annotated[int, Field(ge=0)]
 
 
-class VoteFile(_Record):
+class VoteFile(_VoteRecord):
     """What a page saves."""
 
     format: Literal["omocap study votes"]
@@ -56,7 +130,7 @@ class Rater:
     """All votes of one page."""
 
     name: str
-    """Of their file of votes."""
+    """Name of their file of votes."""
     page: KeyPage
     votes: tuple[Vote, ...]
 

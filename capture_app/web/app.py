@@ -11,27 +11,19 @@ from fastapi import FastAPI
 from starlette.middleware import Middleware
 from starlette.requests import Request
 
-from capture_app.web.guards.headers import Headers
-from capture_app.web.guards.hosts import Hosts, hosts_of
-from capture_app.web.guards.middleware import BodyLimits, ErrorMiddleware, GuardMiddleware
-from capture_app.web.guards.origins import origin_guard
-from capture_app.web.limits import Limits
-from capture_app.web.pages import add_pages
-from capture_app.web.problems import ErrorReply, add_error_replies
-from capture_app.web.routes import (
-    about,
-    example,
-    guide,
-    items,
-    jobs,
-    mounts,
-    pictures,
-    reports,
-    results,
-    scans,
-    uploads,
+from capture_app.web.file_response import add_pages
+from capture_app.web.guards import (
+    BodyLimits,
+    ErrorMiddleware,
+    GuardMiddleware,
+    Headers,
+    Hosts,
+    hosts_of,
+    origin_guard,
 )
-from capture_app.web.site import Site
+from capture_app.web.problems import ErrorReply, add_error_replies
+from capture_app.web.routes import about, items, jobs, mounts, reports, results, uploads
+from capture_app.web.site import Limits, Site
 
 _SWEEP_EVERY = 3600.0
 _ERRORS = (400, 401, 403, 404, 408, 409, 411, 413, 422, 500, 507)
@@ -91,8 +83,17 @@ def create_app(
     app.include_router(about.routes(worker_runs))
     app.include_router(uploads.router)
     # Before the shelves: their routes take any name behind a session or an object.
-    for room in (reports, pictures, mounts, scans, results, jobs, guide, example):
-        app.include_router(room.router)
+    for router in (
+        reports.router,
+        reports.picture_router,
+        reports.scan_router,
+        mounts.router,
+        mounts.guide_router,
+        results.router,
+        jobs.router,
+        about.example_router,
+    ):
+        app.include_router(router)
     for kind in site.library.shelves:
         app.include_router(items.routes(kind))
     add_pages(app)

@@ -1,15 +1,32 @@
-"""served: a file that people brought or made, as nothing that a browser would run."""
+"""Files as answers: those that people brought or made, and those of the page and the viewer.
 
+A file of a person is served as nothing that a browser would run. A file of the program is served under its
+name and no other.
+"""
+
+import hashlib
+import json
+import mimetypes
 import re
+from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 from unicodedata import normalize
 from urllib.parse import quote
 
+from fastapi import FastAPI
 from pydantic import BaseModel
-from starlette.responses import FileResponse
+from starlette.exceptions import HTTPException
+from starlette.responses import FileResponse, Response
+from starlette.staticfiles import StaticFiles
+from starlette.types import Scope
 
-from capture_app.web.guards.headers import SANDBOX
+from capture_app.replay import VIEWER
+from capture_app.web.guards import SANDBOX
 from capture_app.web.problems import Refused
+
+FILE: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}
+"""How a route that answers with a file describes its reply."""
 
 _SHOWN = {
     ".mp4": "video/mp4",
@@ -87,3 +104,42 @@ def _files(folder: Path) -> list[Path]:
     if not folder.is_dir():
         return []
     return [p for p in folder.iterdir() if p.is_file() and not p.name.startswith(".")]
+
+
+def cache_key(*inputs: Any) -> str:
+    """For what is made from these inputs by this version of the program."""
+    text = json.dumps([version("omocap"), *map(str, inputs)])
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+PAGE = Path(__file__).parent / "page"
+_INDEX = "index.html"
+_PLAIN = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]*(/[A-Za-z0-9_-][A-Za-z0-9_.-]*)*")
+_KINDS = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+"""What some systems do not know, or call something else."""
+
+
+class OwnFiles(StaticFiles):
+    """Files of a folder of the program; asked for again each time, so that an update is seen."""
+
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        """A file; nothing but a plain name is looked for."""
+        if not _PLAIN.fullmatch(path):
+            raise HTTPException(404)
+        answer = await super().get_response(path, scope)
+        answer.headers["cache-control"] = "no-cache"
+        return answer
+
+
+def add_pages(app: FastAPI, page: Path = PAGE) -> None:
+    """Serve the page at / and /static, and the viewer at /static/viewer."""
+    for ending, kind in _KINDS.items():
+        mimetypes.add_type(kind, ending)
+
+    @app.get("/", include_in_schema=False)
+    def index() -> FileResponse:
+        return FileResponse(page / _INDEX, headers={"cache-control": "no-cache"})
+
+    assert index
+    app.mount("/static/viewer", OwnFiles(directory=VIEWER))
+    app.mount("/static", OwnFiles(directory=page))

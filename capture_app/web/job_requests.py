@@ -3,22 +3,21 @@
 import json
 from typing import cast
 
-from capture_app.commands.calibrate.by_phone import ScanWay
-from capture_app.commands.calibrate.request import AnyWay, CalibrateRequest
+from capture_app.commands.calibrate import AnyWay, CalibrateRequest, ScanWay
 from capture_app.commands.export import ExportRequest
 from capture_app.commands.overlay import OverlayRequest
 from capture_app.commands.render import CompareRequest, RenderRequest
 from capture_app.commands.request import Request
 from capture_app.commands.run import ResolveRequest, RunRequest
 from capture_app.commands.scan import ScanRequest
-from capture_app.exports.formats import layout_of
+from capture_app.exports.export_formats import layout_of
 from capture_app.library_item import Info
-from capture_app.web.by_id import with_paths
-from capture_app.web.library.library import Library
-from capture_app.web.library.results import Results
+from capture_app.web import sandboxed_work
+from capture_app.web.library import Library, Results
 from capture_app.web.problems import Refused
-from capture_app.web.routes.calibrations import WAYS, Calibration
 from capture_app.web.routes.orders import (
+    WAYS,
+    Calibration,
     Compare,
     Export,
     Ordered,
@@ -27,8 +26,8 @@ from capture_app.web.routes.orders import (
     Resolve,
     Run,
     Scan,
+    with_paths,
 )
-from capture_app.web.sandbox import work
 from capture_app.web.site import Site
 from capture_app.web.sources import IDENTITY, mesh_file_of, mount_of, scan_of
 from omomo_core.whole_file import write_whole
@@ -69,7 +68,7 @@ async def _run(site: Site, id_: str, given: Run) -> RunRequest:
     mount = mount_of(library, given.mount)
     contacts = None if given.contacts is None else shelves["contacts"].content(given.contacts)
     mesh_file = None if given.object is None else mesh_file_of(library, given.object)
-    kind = await site.sandbox.run(work.check_animated, session, given.mount is not None)
+    kind = await site.sandbox.run(sandboxed_work.check_animated, session, given.mount is not None)
     if not kind["animated"]:
         _check_whole(given)
     name = given.name or shelves["session"].get(given.session).name

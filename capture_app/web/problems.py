@@ -12,7 +12,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
-from capture_app.validation import first_problem
+from capture_app.commands.request import first_problem
 from capture_app.web.page_words import in_page_words
 from omomo_core.errors import InputError, OmocapError
 
@@ -29,6 +29,8 @@ class ErrorDetail(BaseModel):
     code: str
     what: str
     where: str = ""
+    field: str = ""
+    """The field of the request that it concerns, where it is one."""
     fix: str = ""
 
 
@@ -106,7 +108,11 @@ def add_error_replies(app: FastAPI) -> None:
             return in_page_words(library.shown(text))
 
         problem = ErrorDetail(
-            code=error.code, what=shown(error.what), where=shown(error.where), fix=shown(error.fix)
+            code=error.code,
+            what=shown(error.what),
+            where=shown(error.where),
+            field=error.field,
+            fix=shown(error.fix),
         )
         more = error.more if isinstance(error, Refused) else {}
         return _reply(status_of(error), problem, **more)

@@ -21,14 +21,10 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from capture_app.jobs.fleet import Fleet
 from capture_app.jobs.queue import JobQueue, open_queue
 from capture_app.web.app import ListenAddress, create_app
-from capture_app.web.guards.hosts import is_loopback
-from capture_app.web.guards.token import Token, new_token
-from capture_app.web.library.library import Library
-from capture_app.web.library.lock import only_server
-from capture_app.web.limits import Limits
-from capture_app.web.sandbox.child_process import warm_up
-from capture_app.web.sandbox.pool import SandboxPool
-from capture_app.web.site import Site
+from capture_app.web.guards import Token, is_loopback, new_token
+from capture_app.web.library import Library, only_server
+from capture_app.web.sandbox_process import SandboxPool, warm_up
+from capture_app.web.site import Limits, Site
 from omomo_core.errors import InputError
 
 _PORTS = 50
@@ -135,7 +131,7 @@ def _library(root: Path) -> Library:
             "library-unusable",
             f"The library cannot be kept there: {error.strerror or error}.",
             where=str(root),
-            fix="Give a folder you may write to with --library.",
+            fix="Give a folder you may write to with ‹library›.",
         ) from error
 
 
@@ -170,7 +166,7 @@ def _cannot_listen(host: str, port: int, why: str) -> InputError:
         "port-unusable",
         f"The server cannot listen there: {why}.",
         where=f"{host}:{port}",
-        fix="Give another --port, or an address of this machine with --host.",
+        fix="Give another ‹port›, or an address of this machine with ‹host›.",
     )
 
 

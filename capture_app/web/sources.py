@@ -6,16 +6,15 @@ from typing import Any, Literal
 from pydantic import BaseModel, Field, create_model
 from pydantic.fields import FieldInfo
 
+from capture_app.commands.inputs import MeshFile, typed_as
 from capture_app.commands.reading import ReadingOptions
-from capture_app.commands.typed import typed_as
 from capture_app.library_item import FILES
-from capture_app.mesh_file import MeshFile
-from capture_app.scanning.folder import MODEL
-from capture_app.web.library.ids import Id
-from capture_app.web.library.library import Library
+from capture_app.scanning.scan_folder import MODEL
+from capture_app.web.library import Library
 from capture_app.web.problems import Refused
-from capture_app.web.sandbox.work import SessionInputs
-from ingest.report.inspect import work_folder
+from capture_app.web.sandboxed_work import SessionInputs
+from capture_app.web.shelves import Id
+from ingest.report.take_inspection import work_folder
 from ingest.trajectory.trajectory_config import Reading
 
 IDENTITY = "identity"

@@ -1,11 +1,4 @@
-"""painted: the base colour picture of a glTF primitive (glTF 2.0, sections 3.8 and 3.9).
-
-An animated node of a GLB (or a glTF with its data inside): its motion, and its mesh.
-
-Animated transforms of glTF nodes (glTF 2.0, section 3.11 and appendix C).
-
-Arrays in a glTF file, as its accessors describe them (glTF 2.0, section 3.6).
-"""
+"""Animated nodes of glTF 2.0 files: channels, parents, mesh and picture."""
 
 import warnings
 from collections.abc import Iterator
@@ -358,7 +351,7 @@ class _Scene:
                 "animation-missing",
                 f"Nothing moves {name!r} in {source.name}.",
                 where=str(source),
-                fix="Name an animated node with --node, or export with animation.",
+                fix="Name an animated node with ‹node›, or export with animation.",
             )
         return moving
 

@@ -1,13 +1,4 @@
-"""The surface of an object that stands in the same file as its motion.
-
-An animation and a mesh become the object's motion over our floor.
-
-Checks of an animation: speeds that nobody reaches, and sizes that look like a wrong unit.
-
-Transforms with a scale become rigid poses and one stretch of the mesh.
-
-Which of the animated things in a scene is the object?
-"""
+"""An animation as an ObjectMotion: which thing is meant, its mesh, its checks."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -95,7 +86,7 @@ def check_size(mesh: ObjectMesh, scale: float, source: Path) -> None:
         f"The object measures {' x '.join(f'{side:.4g}' for side in sides)} m; a thing that a person "
         f"moves has its largest side between {MIN_EXTENT:g} and {MAX_EXTENT:g} m.",
         where=str(source),
-        fix="Pass --mesh-scale with the factor that brings the file to metres, e.g. 0.01.",
+        fix="Pass ‹mesh_scale› with the factor that brings the file to metres, e.g. 0.01.",
     )
 
 
@@ -200,8 +191,8 @@ def _mesh(animation: Animation, mesh_file: Path | None, scale: float) -> tuple[O
         raise InputError(
             "object-needed",
             f"{animation.source.name} has no surface for the object.",
-            where="--object",
-            fix="Give the object's mesh: --object FILE (OBJ, PLY, STL or GLB, in metres).",
+            field="object",
+            fix="Give the object's mesh: ‹object› FILE (OBJ, PLY, STL or GLB, in metres).",
         )
     check_size(own, scale, animation.source)
     R = _T_ZUP[animation.up][:3, :3]
@@ -217,7 +208,7 @@ def _floor(motion: ObjectMotion, given: float | None, source: Path) -> Floor:
             lowest,
             "lowest",
             f"The object's lowest point, at {lowest:.2f} m in the file, is taken as the floor. If "
-            "the floor of the file is elsewhere, give its height, e.g. --floor 0.",
+            "the floor of the file is elsewhere, give its height, e.g. ‹floor› 0.",
         )
     below = valid & (bottom < given - _SUNK)
     if below.any():
@@ -226,7 +217,7 @@ def _floor(motion: ObjectMotion, given: float | None, source: Path) -> Floor:
             "floor-above-object",
             f"The object goes {given - lowest:.2f} m below the floor that is given.",
             where=f"{source}, {frames[0] / FPS:.2f} to {frames[-1] / FPS:.2f} s",
-            fix=f"Leave out --floor, give --floor {lowest:.2f}, or raise the object there.",
+            fix=f"Leave out ‹floor›, give ‹floor› {lowest:.2f}, or raise the object there.",
         )
     return Floor(given, "given", f"The floor is at {given:.3f} m, as given.")
 
@@ -315,7 +306,7 @@ def choose(
             "node-missing",
             f"{source.name} has nothing of the name {wanted!r}; what moves in it: {listed}.",
             where=str(source),
-            fix="Give one of these names with --node.",
+            fix="Give one of these names with ‹node›.",
         )
     if wanted:
         raise InputError(
@@ -335,7 +326,7 @@ def choose(
         "node-ambiguous",
         f"Several things move in {source.name}: {listed}.",
         where=str(source),
-        fix="Say which one the person moves: --node NAME.",
+        fix="Say which one the person moves: ‹node› NAME.",
     )
 
 

@@ -1,4 +1,4 @@
-"""painted: the picture on a USD mesh that has a UsdPreviewSurface with a UsdUVTexture.
+"""Animated prims of USD files, with mesh and picture.
 
 An animated prim of a USD stage in one file: its motion, and its mesh. Needs usd-core.
 
@@ -27,7 +27,7 @@ from ingest.animated.animation import (
     sampled,
 )
 from ingest.mesh_texture import Paint, pixels_of
-from ingest.usd import open_stage, pxr, reading_usd, triangles_of
+from ingest.usd_stage import open_stage, pxr, reading_usd, triangles_of
 from omomo_core.errors import InputError
 
 

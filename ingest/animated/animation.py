@@ -1,15 +1,4 @@
-"""Animation: an object's own motion, as a file has it, at 30 fps.
-
-Poses from positions and quaternions, and times that must run forwards.
-
-Quaternions that people and programs write: nearly of length 1, of either sign.
-
-Rows of text as numbers; what is wrong is said with its line.
-
-What comment lines at the top of a text file state: `# fps: 24`, `# up: y`.
-
-Motions that are recorded or baked pose by pose, resampled at 30 fps.
-"""
+"""The animation of an object, and what its readers share: rows, quaternions, comments, checks."""
 
 import re
 from collections.abc import Callable, Sequence
@@ -30,7 +19,7 @@ Up = Literal["y", "z"]
 
 MAX_SECONDS, MAX_FPS = 3600.0, 10_000.0
 _SAME_TIME = 1e-3
-"""Of a frame; files keep times in single precision."""
+"""Part of a frame; files keep times in single precision."""
 
 
 @dataclass(frozen=True)

@@ -62,8 +62,8 @@ def is_animation(path: Path, *, mounted: bool) -> bool:
         raise InputError(
             "mount-unused",
             f"{path.name} ({kind.NAME}) is the motion of the object itself; no phone is mounted on it.",
-            where="--mount",
-            fix="Leave out --mount.",
+            field="mount",
+            fix="Leave out ‹mount›.",
         )
     return True
 
@@ -94,8 +94,8 @@ def read_animation(path: Path, node: str | None = None) -> Animation:
         raise InputError(
             "node-unused",
             f"{path.name} ({track.NAME}) is the motion of one thing, which has no name in it.",
-            where="--node",
-            fix="Leave out --node.",
+            field="node",
+            fix="Leave out ‹node›.",
         )
     return track.read(path)
 

@@ -1,6 +1,4 @@
-"""Keyframes of one object, and its poses between them.
-
-Keyframes in CSV: a header with `time` or `frame`, x, y, z, qx, qy, qz, qw, in any order.
+"""Keyframes of one object in CSV, and the motion between them.
 
 Optional: a column `interpolation` (how the motion goes on from that key), and comment lines
 `# fps: 24` (needed with `frame`), `# up: y` (else z) and `# interpolation: linear` (else smooth).
@@ -52,7 +50,7 @@ class Keyframes:
     """How the motion goes on from each key."""
     up: Up
     places: tuple[str, ...]
-    """Where each key is in the file, for messages."""
+    """Place of each key in the file, for messages."""
 
 
 def animate(keys: Keyframes) -> Animation:
@@ -90,7 +88,8 @@ def interpolate(
         at: seconds at which the curve is wanted.
     """
     at = at.clip(times[0], times[-1])
-    slopes = PchipInterpolator(times, values).derivative()(times)
+    with np.errstate(over="ignore"):  # The slope beside a rise of next to nothing is zero.
+        slopes = PchipInterpolator(times, values).derivative()(times)
     slopes[[0, -1]] = 0.0
     k = last_key(times, at)
     start = k.clip(0, len(times) - 2)

@@ -1,1 +1,1 @@
-"""Where the object is in the frame of the phone clamped to it: the ways to find out, and how sure each is."""
+"""Calibration of the mount: the object's pose in the frame of the clamped phone, and its bounds."""

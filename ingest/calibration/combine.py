@@ -1,7 +1,4 @@
-"""combine: fuse several results of one mount, weighted by their covariances.
-
-Difference of two results of one mount, tested against their covariances.
-"""
+"""Several mounts of the same clamping become one, and differences between mounts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -33,7 +30,7 @@ class Difference:
     p: float
     """Chance that errors of their covariances put them at least so far apart."""
     covariance: Float64[np.ndarray, "6 6"]
-    """Of honest differences."""
+    """Covariance of honest differences."""
 
     @property
     def disagrees(self) -> bool:

@@ -1,11 +1,4 @@
-"""The flat sides that an object stands on, as planes in its own frame.
-
-Find the intervals in which the object stands on the floor, from the phone's poses alone.
-
-Assign to each contact with the floor the side on which the object stands, given a rough mount.
-
-Height of the floor in a session's world, and the evidence for it.
-"""
+"""Rests on the floor: flat sides of the object, which one it stands on, and the level of the floor."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -52,7 +45,7 @@ class Contact:
     sway: Float64[np.ndarray, "3 2"]
     """How `down` changes with gravity's x and y in the world; a phone that turns sways less."""
     place: Float64[np.ndarray, "3"]
-    """Of the camera, in the session's world turned z up, metres."""
+    """Place of the camera, in the session's world turned z up, metres."""
     path: float
     """Metres the phone had gone by then."""
 
@@ -173,7 +166,7 @@ _NARROW = 0.02
 
 @dataclass(frozen=True)
 class Side:
-    """Where the object touches the floor when it stands on this side."""
+    """The points by which the object touches the floor when it stands on this side."""
 
     down: Float64[np.ndarray, "3"]
     """Unit vector in the object's frame that points down then."""
@@ -390,7 +383,7 @@ def floor_level(
         raise InputError(
             "floor-twice",
             "The floor is given twice: by the phone's height over it, and in the session's world.",
-            where="--phone-height, --floor",
+            where="‹phone_height›, ‹floor›",
             fix="Give the one you measured.",
         )
     if floor is not None:
@@ -401,7 +394,7 @@ def floor_level(
             raise InputError(
                 "floor-height",
                 f"The phone cannot be {phone_height:g} m over the floor.",
-                where="--phone-height",
+                field="phone_height",
                 fix="Measure from the floor up to the lens of the wide camera, in metres.",
             )
         height = first.height - phone_height

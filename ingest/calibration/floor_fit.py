@@ -1,9 +1,4 @@
-"""Sentences that say which directions of a mount the floor determines, and which it leaves open.
-
-Noise of gravity, floor and tracking, propagated to the residuals of contacts.
-
-refine: a mount is corrected by the object's own contact with the floor.
-"""
+"""Method floor: the mount's tilt and height refined by rests on the floor."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -40,7 +35,7 @@ from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh
 
 _GRAVITY = np.radians(0.4)
-"""Of ARKit's gravity over a whole session, on each axis; phones differ by 0.3 to 1 deg."""
+"""Error of ARKit's gravity over a whole session, on each axis; phones differ by 0.3 to 1 deg."""
 _CONTACT_TILT = np.radians(0.3)
 """From one contact to the next: gravity wanders, floors are not flat."""
 _CONTACT_HEIGHT = 0.002
@@ -101,7 +96,7 @@ def _gravity(
 def placed(
     T_phone_object: Float64[np.ndarray, "4 4"], standing: StandingContact
 ) -> Float64[np.ndarray, "3"]:
-    """Where the side on the floor is in the phone's frame."""
+    """Return the plane of the side on the floor, in the phone's frame."""
     return T_phone_object[:3, :3] @ standing.side.centre + T_phone_object[:3, 3]
 
 
@@ -186,7 +181,7 @@ def what_was_fixed(
     if any("height" in part for part in parts):
         words.append(f"The height comes from {_SOURCES[level.source]}.")
     elif _height_sd(best, standings[0]) > OPEN_M:
-        words.append(f"{TILT_IT} Here a tape does it: --phone-height.")
+        words.append(f"{TILT_IT} Here a tape does it: ‹phone_height›.")
     if mount.covariance is None:
         words.append(
             "The mount did not say how sure it was: 5 deg and 50 mm on each axis were assumed."
@@ -239,7 +234,7 @@ class FloorProblem:
     standings: Sequence[StandingContact]
     level: FloorLevel
     covariance: Float64[np.ndarray, "n n"]
-    """Of `errors`."""
+    """Covariance of `errors`."""
 
     def errors(self, T: Float64[np.ndarray, "4 4"]) -> Float64[np.ndarray, " n"]:
         """Tilt (rad, two each) of every contact, and height (m) of those on the floor, that are left.

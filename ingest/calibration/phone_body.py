@@ -1,4 +1,4 @@
-"""Sizes of iPhones in millimetres: body, screen, and where the main camera's lens is.
+"""iPhones: their sizes, and where the camera is in the body.
 
 Bodies, screens and lenses to a hundredth of a millimetre are from Apple's dimensional drawings
 ("Accessory Design Guidelines for Apple Devices"), as three open projects wrote them down:
@@ -6,8 +6,6 @@ ARHeadsetKit (SE to 13), HoloKit (XS to 15) and idcrook's OpenSCAD models (11 Pr
 A lens that two of them agree on, or that follows from a neighbour's the same way, has the smaller
 sigma. The others are Apple's published sizes, and pixels over pixels per inch. Where nobody wrote
 the lens down, there is none: it is to be measured.
-
-Where the camera is in a phone's body: the frame of the body, and points on it that have names.
 """
 
 import re
@@ -31,9 +29,9 @@ class LensCentre(NamedTuple):
     from_side: float
     """From the body's right edge as you look at the screen (the left one from behind)."""
     depth: float
-    """Of the optical centre behind the front glass; drawings state where its cone of view begins."""
+    """Depth of the optical centre behind the front glass; drawings state where its cone of view begins."""
     sigma: float
-    """Of the first two; 0.3 where sources agree."""
+    """Sigma of the first two; 0.3 where sources agree."""
 
 
 class Model(NamedTuple):
@@ -151,9 +149,9 @@ MODELS: dict[str, Model] = {
 
 LENS = "lens"
 _DEPTH_SIGMA = 1.5e-3
-"""Of the optical centre behind the glass: drawings give where the cone of view begins instead."""
+"""Sigma of the optical centre's depth: drawings give where the cone of view begins instead."""
 _TILT_SIGMA = np.radians(0.5)
-"""Of the camera in the body, about each axis; nobody publishes it, autofocus and assembly allow it."""
+"""Sigma of the camera's tilt about each axis; nobody publishes it, autofocus and assembly allow it."""
 _RULER_SIGMA = 1.0
 """Millimetres, of a lens found with a ruler."""
 _USUAL_DEPTH, _USUAL_THICKNESS = 7.0, 8.0
@@ -174,7 +172,7 @@ class Phone:
     lens: tuple[float, float, float]
     """Optical centre of the main camera in the body's frame."""
     lens_sigma: float
-    """Of its x and y; z is less certain."""
+    """Sigma of its x and y, metres; z is less certain."""
     screen: tuple[float, float] | None
     """Width and height of what lights up; None if unknown."""
     pixels: tuple[int, int] | None
@@ -201,7 +199,7 @@ def phone_named(name: str, ruler: tuple[float, float, float, float] | None = Non
         raise InputError(
             "phone-unknown",
             f"The sizes of '{name}' are not known. Known are {', '.join(MODELS)}.",
-            where="--phone",
+            field="phone",
             fix=_MEASURE,
         )
     model = MODELS[key]
@@ -209,14 +207,14 @@ def phone_named(name: str, ruler: tuple[float, float, float, float] | None = Non
         raise InputError(
             "phone-lens",
             f"Where the lens of an {key} is, is not known.",
-            where="--phone",
+            field="phone",
             fix=_MEASURE,
         )
     return _phone(key, model.body, model.lens, model.screen, model.pixels)
 
 
 _MEASURE = (
-    "Measure four numbers with a ruler, in millimetres, and pass them as --ruler "
+    "Measure four numbers with a ruler, in millimetres, and pass them as ‹ruler› "
     '"WIDTH HEIGHT TOP SIDE": the body\'s width and height, and from the back the middle of the main '
     "(1x) lens from the top edge and from the left edge. The main lens is the one that darkens the "
     "1x picture when you cover it."
@@ -236,7 +234,7 @@ def _measured(name: str, key: str | None, ruler: tuple[float, float, float, floa
             "phone-ruler",
             f"A phone of {width:g} x {height:g} mm with its lens {top:g} mm from the top and "
             f"{side:g} mm from the side cannot be.",
-            where="--ruler",
+            field="ruler",
             fix=_MEASURE,
         )
     lens = LensCentre(top, side, _USUAL_DEPTH, _RULER_SIGMA)
@@ -248,7 +246,7 @@ def _measured(name: str, key: str | None, ruler: tuple[float, float, float, floa
             "phone-ruler",
             f"An {key} measures {model.body[0]:g} x {model.body[1]:g} mm, not {width:g} x "
             f"{height:g} mm.",
-            where="--ruler",
+            field="ruler",
             fix="Take it out of its case to measure; or it is another model.",
         )
     return _phone(key, model.body, lens, model.screen, model.pixels)

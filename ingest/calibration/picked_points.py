@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from ingest.calibration.phone_body import LENS, Phone, body_point, phone_body
-from ingest.calibration.points import PointFit, PointPair, rigid_from_points
+from ingest.calibration.point_pairs import PointFit, PointPair, rigid_from_points
 from ingest.mount import Mount
 from ingest.uncertainty import of_product
 from omomo_core.errors import InputError
@@ -54,8 +54,8 @@ def mount_from_pairs(
         raise InputError(
             "phone-needed",
             f"'{names[named.index(True)]}' is a point of the phone, but its model is not given.",
-            where="--phone",
-            fix='Pass --phone "iPhone 15", or give the point as three numbers.',
+            field="phone",
+            fix='Pass ‹phone› "iPhone 15", or give the point as three numbers.',
         )
     T_phone_body, covariance = phone_body(phone)
     a = np.array([_in_body(pair.phone, phone, T_phone_body) for pair in pairs])

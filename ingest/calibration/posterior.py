@@ -1,9 +1,4 @@
-"""The most likely rigid transform under residuals, and its covariance.
-
-Observable directions of a mount, and sentences for those that a recording leaves open.
-
-Robust mean of several estimates of one rigid transform.
-"""
+"""Least squares on a pose with outliers, its covariance, and what stays unobservable."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -27,7 +22,7 @@ class Misfit(NamedTuple):
     residuals: Float64[np.ndarray, " n"]
     """Each with a standard deviation of 1 and independent of the others."""
     jacobian: Float64[np.ndarray, "n 6"]
-    """By a step of `ingest.uncertainty.moved`."""
+    """Derivative by a step of `ingest.uncertainty.moved`."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +31,7 @@ class Posterior:
 
     T: Float64[np.ndarray, "4 4"]
     covariance: Float64[np.ndarray, "6 6"]
-    """As in `ingest.uncertainty`."""
+    """Covariance as in `ingest.uncertainty`."""
     cost: float
     """Sum of the squared residuals."""
 
@@ -108,7 +103,7 @@ class Average:
 
     T: Float64[np.ndarray, "4 4"]
     covariance: Float64[np.ndarray, "6 6"]
-    """Of `ingest.uncertainty`: rotation (rad), then translation (m), in T's outer axes."""
+    """Covariance as in `ingest.uncertainty`: rotation (rad), then translation (m), in T's outer axes."""
     kept: Bool[np.ndarray, " poses"]
     """False where a pose was too far off to be an estimate of the same transform."""
 

@@ -1,7 +1,4 @@
-"""Landmarks: the points of a COLMAP model with what they look like, in the object's frame.
-
-SIFT features as COLMAP finds them, and which of two pictures' features are the same.
-"""
+"""Landmarks of a scan: points with descriptors, matched with a picture's features."""
 
 import shutil
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
@@ -90,7 +87,7 @@ class Sighting:
 
 @dataclass(frozen=True)
 class Landmarks:
-    """Where the points are, and how each picture saw them."""
+    """The points of a scan, and their descriptors in each picture."""
 
     points: Float64[np.ndarray, "points 3"]
     """In the object's frame, metres."""
@@ -197,7 +194,7 @@ def _found_again(
             f"{len(missing)} of the {len(pictures)} pictures looked for are not there, such as "
             f"{missing[0]}.",
             where=str(images or model),
-            fix="Give the folder that COLMAP was given (--images), or its database.db.",
+            fix="Give the folder that COLMAP was given (‹images›), or its database.db.",
         )
     for picture in pictures:
         if picture.name in missing:

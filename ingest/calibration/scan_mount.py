@@ -1,11 +1,4 @@
-"""resect: the pose of a camera from points that it sees, some of them mistaken for others.
-
-Method scan: still pictures of the clamped phone, found again in the object's scan.
-
-Views: pictures that the clamped phone took while it stood still, from a session or a folder.
-
-localise: where the object is to the camera of one picture, by the landmarks that it shows.
-"""
+"""Method scan: the clamped phone's pictures, found again in the object's scan."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -45,7 +38,7 @@ class Resection:
     T_camera_object: Float64[np.ndarray, "4 4"]
     """OpenCV's camera axes."""
     covariance: Float64[np.ndarray, "6 6"]
-    """Of `ingest.uncertainty`."""
+    """Covariance as in `ingest.uncertainty`."""
     inlier: Bool[np.ndarray, " points"]
     rms: float
     """Pixels between the inliers and where the pose puts them."""
@@ -147,7 +140,7 @@ class PhonePicture:
     """A picture that the clamped phone took."""
 
     name: str
-    """For people: its time, or its file."""
+    """Name for people: its time, or its file."""
     picture: UInt8[np.ndarray, "height width"]
     """Grey, landscape as the sensor is."""
     intrinsics: Float64[np.ndarray, "4"]
@@ -156,11 +149,11 @@ class PhonePicture:
 
 @dataclass(frozen=True)
 class Localised:
-    """Where the object is to the phone, as one view has it."""
+    """The object's pose in the phone's frame, by one view."""
 
     T_phone_object: Float64[np.ndarray, "4 4"]
     covariance: Float64[np.ndarray, "6 6"]
-    """Of `ingest.uncertainty`; the scale of the model apart."""
+    """Covariance as in `ingest.uncertainty`; the scale of the model apart."""
     inliers: int
     rms: float
     """Pixels between the inliers and where the pose puts them."""
@@ -351,7 +344,7 @@ def scan_mount(
     scale_sd: float = SCALE_SD,
     progress: Callable[[str, float], None] = lambda name, done: None,
 ) -> Mount:
-    """Where the object is to the phone, by what the clamped phone sees of the object's scan.
+    """Return the mount by what the clamped phone sees of the object's scan.
 
     Views of one place that cannot be localised are left out, if there are others.
 
@@ -427,5 +420,5 @@ def _check_agreement(places: Sequence[Views], means: Sequence[Localised]) -> Non
         "deg in the phone's frame: the phone slipped on it, or it was not where it was scanned.",
         where=f"{places[pair[0]].views[0].name}; {places[pair[1]].views[0].name}",
         fix="Tighten the clamp and record again; or, if the object was only put down elsewhere, name "
-        "the seconds in which it stood where it was scanned (--still).",
+        "the seconds in which it stood where it was scanned (‹stills›).",
     )

@@ -1,7 +1,4 @@
-"""register: where an object's mesh is in a scan that shows it, by the shape alone.
-
-Alignment of points with a scanned surface: from many starts, by point-to-plane steps.
-"""
+"""A mesh laid on a scan: alignments tried, compared and refined."""
 
 from dataclasses import dataclass
 
@@ -176,12 +173,12 @@ def planes(
 _SAME = 1e-4
 """Metres between vertices of one mesh in two frames."""
 _POINTS, _FEW = 3000, 800
-"""Of the object that are compared, and those with which alignments begin."""
+"""Points of the object that are compared, and those with which alignments begin."""
 _SPACING, _MOST, _THIN = 0.008, 60_000, 8_000
 """Metres between the scan's points, how many there are at most, and at first."""
 _MIN_OVERLAP, _MAX_RMS = 0.6, 0.012
 _RIVAL = 0.03
-"""By how much the cost (0 to 1) of another alignment must be higher."""
+"""Least excess of the cost (0 to 1) of any other alignment."""
 _PATCH = 0.18
 """Side of the patches of a scan's surface that err by themselves, metres."""
 _SURFACE, _SURFACE_TURN = 0.002, np.radians(0.1)
@@ -192,11 +189,11 @@ _LOOSE_TURN, _LOOSE_SHIFT = np.radians(1.5), 0.015
 
 @dataclass(frozen=True)
 class Registration:
-    """Where the object is in the scan's frame."""
+    """The object's pose in the scan's frame."""
 
     T_scan_object: Float64[np.ndarray, "4 4"]
     covariance: Float64[np.ndarray, "6 6"]
-    """Of `ingest.uncertainty`, in the scan's axes."""
+    """Covariance as in `ingest.uncertainty`, in the scan's axes."""
     rms: float
     """Metres between the object's surface and the scan's, where both are."""
     overlap: float
@@ -287,8 +284,8 @@ def _check_firm(covariance: Float64[np.ndarray, "6 6"], where: str) -> None:
         "The object's shape does not say how it stands in the scan: it could turn or slide by "
         f"{np.degrees(turn):.1f} deg or {1e3 * shift:.0f} mm and fit as well.",
         where=where,
-        fix="For a round or flat object, use the scan itself as the object's mesh (--object), or "
-        "give its pose in the session's world (--object-pose).",
+        fix="For a round or flat object, use the scan itself as the object's mesh (‹object›), or "
+        "give its pose in the session's world (‹object_pose›).",
     )
 
 
@@ -314,5 +311,5 @@ def _check_only(
         f"{', '.join(sorted(turns))} (and its origin moved by up to {shift:.2f} m).",
         where=where,
         fix="Its shape does not tell which way round it stands. Use the scan itself as the object's "
-        "mesh (--object), or give its pose in the session's world (--object-pose).",
+        "mesh (‹object›), or give its pose in the session's world (‹object_pose›).",
     )

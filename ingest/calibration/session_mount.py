@@ -1,9 +1,4 @@
-"""load_scan: the mesh that an app made of what a session saw, in that session's world.
-
-Method session: the object is scanned and the phone clamped to it within one ARKit session.
-
-Where the object stood, by a board on it that the phone saw before it was clamped.
-"""
+"""Method session: the object is scanned and the phone clamped within one ARKit session."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -46,7 +41,7 @@ class ObjectPlacement:
 
     T_world_object: Float64[np.ndarray, "4 4"]
     covariance: Float64[np.ndarray, "6 6"]
-    """Of `ingest.uncertainty`, in the world's axes."""
+    """Covariance as in `ingest.uncertainty`, in the world's axes."""
     seen: float
     """Seconds from the start of the log when the phone last looked at it."""
     residuals: dict[str, float] = field(default_factory=dict[str, float])
@@ -92,7 +87,7 @@ def placed_by_hand(
 def session_mount(
     session: CaptureSession, mesh: ObjectMesh, placed: ObjectPlacement, stills: Sequence[Still]
 ) -> Mount:
-    """Where the object is to the phone: T_phone_object = inverse(T_world_phone) T_world_object.
+    """Return the mount: T_phone_object = inverse(T_world_phone) T_world_object.
 
     Args:
         session: the log.
@@ -167,7 +162,7 @@ def _check_agreement(
         f"{stills[pair[0]]}: the object was moved, or the phone slipped on it.",
         where=str(session.source),
         fix="Put the object back on its mark before each rest, tighten the clamp and record again; "
-        "or name only the seconds in which it stood where it was scanned (--still).",
+        "or name only the seconds in which it stood where it was scanned (‹stills›).",
     )
 
 
@@ -224,7 +219,7 @@ def _check_place(session: CaptureSession, mesh: ObjectMesh, mount: Mount) -> Non
         f"{'inside' if inside else 'from'} the object.",
         where=str(session.source),
         fix="The object must stay where it was scanned until the phone is clamped and has stood "
-        "still; name those seconds (--still) if others were taken.",
+        "still; name those seconds (‹stills›) if others were taken.",
     )
 
 
@@ -232,7 +227,7 @@ _MIN_SEEN = 10
 _POSE = np.diag([np.radians(0.1) ** 2] * 3 + [0.001**2] * 3)
 """Covariance of each of the phone's poses (rad, m)."""
 _LENS = np.diag([np.radians(0.1) ** 2] * 3 + [0.0015**2] * 3)
-"""Of what all pictures of one camera share (rad, m)."""
+"""Covariance of what all pictures of one camera share (rad, m)."""
 
 
 def placed_by_board(

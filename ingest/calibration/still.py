@@ -1,7 +1,4 @@
-"""Intervals of a log in which the clamped phone stands still, with pose and covariance.
-
-slip_between: whether a mount moved between two calibrations of it.
-"""
+"""Stretches of a session in which the phone stands still, and whether the clamp slipped between."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -131,7 +128,7 @@ def clamped_stills(
             + (" after it was carried about." if path else "."),
             where=str(session.source),
             fix="After clamping, leave object and phone alone for two seconds before you move them; "
-            "or name the seconds in which they stood still (--still 12.5:14).",
+            "or name the seconds in which they stood still (‹stills› 12.5:14).",
         )
     first, last = stills[0], stills[-1]
     if last is first:
@@ -228,7 +225,7 @@ class Slip:
     """How far the object moved in the phone's frame."""
 
     mm: float
-    """Of the object's origin."""
+    """Shift of the object's origin, millimetres."""
     deg: float
     p: float
     """Chance that errors of the two calibrations alone look like that."""

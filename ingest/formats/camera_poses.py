@@ -1,11 +1,7 @@
-"""What logs say about the camera: 3 x 3 matrices, and one size for all images.
-
-Checks and conversions every pose log needs, each failure naming the line or frame.
+"""Camera poses of any log in ARKit's axes, with checks and intrinsics.
 
 `place` gives the file and line (or frame) of a row, for messages: `Table.place`, or a function of
 the format.
-
-Poses of other cameras and worlds in ARKit's axes; what a log states about its own.
 """
 
 import re

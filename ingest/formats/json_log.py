@@ -1,9 +1,4 @@
-"""Frames of a JSON log, one object each: in one file, or a file each.
-
-JSON logs, read strictly: every defect is an InputError naming file and key or frame.
-
-Records of JSON logs of many frames: members of one object, or one object a line.
-"""
+"""Logs in JSON, read strictly: values, records of many frames, and where each defect is."""
 
 import json
 import math

@@ -1,10 +1,8 @@
-"""NeRFCapture (offline): transforms.json and images/<i>.png.
+"""NeRFCapture (offline): transforms.json, whose layout nerfstudio shares, and images/<i>.png.
 
 ARKit's own axes and y-up world, though the file looks like nerfstudio's z-up one; the file names
 have no ending, the frames are in the order in which they were written out. The depth images have
 lost their range, so they are not read.
-
-transforms.json, the layout that NeRFCapture and nerfstudio share: a list of posed images.
 """
 
 from pathlib import Path

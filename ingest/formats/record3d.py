@@ -1,13 +1,9 @@
-"""Record3D: an unpacked .r3d (metadata, rgbd/<i>.jpg, .depth) or its EXR + JPG export.
+"""Record3D: .r3d archives and folders, with their compressed depth.
 
 The poses (quaternion xyzw, then position) belong to the PORTRAIT image in OpenGL axes, in the world
 of the first frame: it is not gravity that says what is up. Our phone's frame is landscape, so the
 poses are turned by a quarter, the intrinsics with them, and `image_turns` says that the images are
 still portrait. w and h contradict K in some files: then K is right.
-
-Depth of Record3D: float32 metres in portrait, compressed with Apple's LZFSE.
-
-Decompressing needs the optional package pyliblzfse; without it a recording has no depth.
 """
 
 import importlib

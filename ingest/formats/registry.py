@@ -1,7 +1,4 @@
-"""The formats that are known: one module each, all with the same attributes and functions.
-
-read_session: find a session, recognise its format by the content, and read it.
-"""
+"""The formats that are known, and the choice of the one that a recording is in."""
 
 import re
 from collections.abc import Sequence
@@ -127,7 +124,7 @@ def format_named(name: str) -> Format:
     raise InputError(
         "format-unknown",
         f"No format is called {name!r}.",
-        where="--format",
+        field="format",
         fix=f"Give one of {', '.join(f.NAME for f in known_formats())}.",
     )
 
@@ -317,7 +314,7 @@ def _format_of(path: Path, formats: Formats) -> Format | None:
             what,
             where=str(path),
             fix=f"{fix}, pass the pose file itself, or say which it is: "
-            + " or ".join(f'--format "{m.NAME}"' for m in matches)
+            + " or ".join(f'‹format› "{m.NAME}"' for m in matches)
             + ".",
         )
     return matches[0] if matches else None
@@ -337,7 +334,7 @@ def _not_a_session(path: Path, formats: Formats) -> InputError:
         "session-unknown",
         f"This is {named}: {found}.",
         where=str(path),
-        fix=f"{fix}Give the folder that the app wrote, or a .zip, .tar or .tar.gz of it; `omocap formats` "
+        fix=f"{fix}Give the folder that the app wrote, or a .zip, .tar or .tar.gz of it; ‹omocap formats› "
         "lists all that are read.",
     )
 

@@ -1,7 +1,4 @@
-"""Depth maps as phones store them: grey PNG files of 16 bits, in millimetres.
-
-Single images and 16-bit depth maps beside a log: found, measured, read and written.
-"""
+"""Single images and 16-bit depth maps beside a log."""
 
 import os
 from collections.abc import Callable, Sequence

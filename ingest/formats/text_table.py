@@ -1,8 +1,4 @@
-"""Cheap tests of a file's content that never raise, and the one log of a folder.
-
-Text tables of numbers, read strictly: every defect is an InputError naming file and line.
-
-Find the columns of a pose table by the names in its header, or in the comment above its first row.
+"""Logs in text: files of a folder, rows of numbers, columns by name.
 
 Known are the spellings of pandas (`timestamp,x,y,z,qx,qy,qz,qw`), evo (`tx`, `ty`), EuRoC and ETHZ
 (`#timestamp [ns], p_RS_R_x [m], q_RS_w []`) and of ROS tables (`pose.position.x`).

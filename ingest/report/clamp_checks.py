@@ -1,9 +1,4 @@
-"""Test whether the clamp slipped during a take: rests on one side of the object must agree.
-
-Whether the mount can be that of a phone clamped to this object.
-
-Whether the accelerometer, turned by the poses, points down.
-"""
+"""Checks of the clamp: the mount's place, gravity, and whether the clamp slipped."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +10,8 @@ from jaxtyping import Float64
 from scipy.stats import chi2, norm
 
 from ingest.mount import Mount, object_id
-from ingest.report.take_checks import Check, Look, grade, graded, worst
+from ingest.report.checked_session import CheckedSession
+from ingest.report.take_report import Check, grade, graded, worst
 from ingest.session import GRAVITY, CaptureSession
 from ingest.trajectory.gravity import measured_up
 from ingest.trajectory.trajectory_config import VERTICAL
@@ -38,7 +34,7 @@ _CALIBRATE_AGAIN = (
 
 
 def mount_checks(mesh: ObjectMesh, mount: Mount) -> list[Check]:
-    """Where the mount puts the phone, what its calibration left over, and how sure it is.
+    """Return checks of the mount: the phone's place on the object, residuals and covariance.
 
     Args:
         mesh: the object, in metres: the mount's `object_scale` is in it already.
@@ -123,7 +119,7 @@ _FIX_AXES = (
 )
 
 
-def gravity(look: Look) -> Check:
+def gravity(look: CheckedSession) -> Check:
     """Whether up is up, as far as the log tells."""
     session = look.session
     if session.imu is None:
@@ -138,7 +134,7 @@ def gravity(look: Look) -> Check:
     )
 
 
-def _unchecked(look: Look) -> Check:
+def _unchecked(look: CheckedSession) -> Check:
     """Most apps log no accelerometer: that is said, and is no fault of a take."""
     session, take = look.session, look.take
     if session.gravity_aligned:
@@ -149,14 +145,14 @@ def _unchecked(look: Look) -> Check:
         return Check("gravity", "ok", message)
     message = f"{session.app} does not log which way is up, and there is no accelerometer"
     if take is None:
-        fix = "Give the object and its mount, so that up can be found where it rests, or give up (--up)."
+        fix = "Give the object and its mount, so that up can be found where it rests, or give up (‹up›)."
         return Check("gravity", "warn", message, fix=fix)
     known = "up is as given" if take.up.source == "given" else take.up.note.rstrip(".")
     return Check("gravity", "ok", f"{message}; {known[0].lower()}{known[1:]}")
 
 
 def _direction(
-    look: Look,
+    look: CheckedSession,
     times: Float64[np.ndarray, " windows"],
     angles: Float64[np.ndarray, " windows"],
     size: float,
@@ -201,7 +197,7 @@ def gravity_angles(
 
 
 _SURE = 0.999
-"""Of takes whose clamp held, this share passes."""
+"""Share of the takes with a clamp that held which passes."""
 _LEAN, _WANDER, _UNEVEN = 0.4, 0.3, 0.3
 """Degrees (standard deviation, each axis): of ARKit's world, of its gravity from rest to rest, of floors."""
 _HEIGHT = 0.004
@@ -229,7 +225,7 @@ class GroundRest:
     T_world_object: Float64[np.ndarray, "4 4"]
     """Its mean pose."""
     height: float
-    """Of the object's lowest point over the floor, metres."""
+    """Height of the object's lowest point over the floor, metres."""
     on_floor: bool
     """Whether that is next to nothing."""
     steady: bool
@@ -253,7 +249,7 @@ class _Pair(NamedTuple):
         return max(self.tilt / self.tilt_limit, self.rise / self.rise_limit)
 
 
-def slip(look: Look, rests: Sequence[GroundRest]) -> Check:
+def slip(look: CheckedSession, rests: Sequence[GroundRest]) -> Check:
     """Compare each rest with the last one before it on the same side of the object.
 
     A slip about the vertical or along the floor changes neither tilt nor height: it does not show.
@@ -284,7 +280,7 @@ def slip(look: Look, rests: Sequence[GroundRest]) -> Check:
     return Check("mount slip", "warn", message, look.logged(start, stop), _LOOK_AT_CLAMP)
 
 
-def _risen(look: Look, pair: _Pair) -> Check:
+def _risen(look: CheckedSession, pair: _Pair) -> Check:
     message = (
         f"its lowest point is {100 * pair.rise:.1f} cm higher or lower in one rest than in the "
         f"last, by drift at most {100 * pair.rise_limit:.1f}"
@@ -325,7 +321,7 @@ def _pair(first: GroundRest, second: GroundRest) -> _Pair:
     )
 
 
-def _when(look: Look, pair: _Pair) -> tuple[int, int]:
+def _when(look: CheckedSession, pair: _Pair) -> tuple[int, int]:
     """(start, stop) of the frames at which the tilt may have gone from that of the one rest to the other's.
 
     The moment that leaves the least difference from the first rest before it and from the second

@@ -1,13 +1,7 @@
-"""Test of the poses' axes by the epipolar geometry of pairs of images.
-
-Whether the poses and the IMU saw the same motion: clocks, rotation, translation, scale.
+"""Checks by the pictures: what the camera sees agrees with the poses that the phone logged.
 
 Gravity alone cannot tell a mirrored world or a wrong scale; angular velocity and acceleration can.
 On a real log the correlations are 0.98 and more, the scale 0.92 (both are smoothed).
-
-Which images of a take to compare: taken apart, yet of the same things.
-
-What two images have in common, and whether a relative pose explains it.
 """
 
 from collections.abc import Callable
@@ -20,7 +14,8 @@ from scipy.ndimage import uniform_filter1d
 from scipy.signal import correlate, savgol_filter
 from scipy.spatial.transform import Rotation, Slerp
 
-from ingest.report.take_checks import Check, Look, grade, graded
+from ingest.report.checked_session import CheckedSession
+from ingest.report.take_report import Check, grade, graded
 from ingest.session import GRAVITY, R_CAMERA_DEVICE, CaptureSession, ImuLog
 from ingest.session_images import image_times, pictures
 from omomo_core.geometry.transforms import inverse
@@ -50,7 +45,7 @@ class ImagePair:
     poses: tuple[int, int]
 
 
-def pick_pairs(look: Look) -> list[ImagePair]:
+def pick_pairs(look: CheckedSession) -> list[ImagePair]:
     """Up to eight pairs, spread over the clean stretches; none if the phone hardly moved."""
     images, poses = _posed(look)
     starts = np.unique(np.linspace(0, len(images) - 1, _STARTS).astype(int)) if len(images) else []
@@ -65,7 +60,7 @@ def pick_pairs(look: Look) -> list[ImagePair]:
     return [found[k] for k in chosen]
 
 
-def _posed(look: Look) -> tuple[Int64[np.ndarray, " posed"], Int64[np.ndarray, " posed"]]:
+def _posed(look: CheckedSession) -> tuple[Int64[np.ndarray, " posed"], Int64[np.ndarray, " posed"]]:
     """The images taken at a pose, and that pose of each."""
     times, taken = look.session.times, image_times(look.session)
     after = np.searchsorted(times, taken).clip(1, len(times) - 1)
@@ -74,7 +69,7 @@ def _posed(look: Look) -> tuple[Int64[np.ndarray, " posed"], Int64[np.ndarray, "
     return at_once, nearest[at_once]
 
 
-def _stretch(look: Look) -> Int64[np.ndarray, " frames"]:
+def _stretch(look: CheckedSession) -> Int64[np.ndarray, " frames"]:
     """A number for each pose, the same where nothing came between two of them."""
     # Gaps are no fault here: some apps log a picture a second.
     faults = look.breaks.jumps | look.breaks.frozen | look.breaks.untracked
@@ -82,7 +77,7 @@ def _stretch(look: Look) -> Int64[np.ndarray, " frames"]:
 
 
 def _partner(
-    look: Look,
+    look: CheckedSession,
     poses: Int64[np.ndarray, " posed"],
     stretch: Int64[np.ndarray, " frames"],
     start: int,
@@ -254,7 +249,7 @@ class _Shared:
     theirs: Float64[np.ndarray, "matches 3"]
 
 
-def sight(look: Look) -> Check:
+def sight(look: CheckedSession) -> Check:
     """Whether features of some pairs of images fit the poses as read, or a misreading of them.
 
     Decodes up to sixteen images: a second or two.
@@ -300,7 +295,7 @@ def _verdict(own: float, shares: dict[str, float], count: int, pairs: int) -> Ch
 
 
 def _matches(
-    look: Look, intrinsics: Float64[np.ndarray, "frames 4"], image_size: tuple[int, int]
+    look: CheckedSession, intrinsics: Float64[np.ndarray, "frames 4"], image_size: tuple[int, int]
 ) -> list[_Shared]:
     """Each pair whose images can be read, and the rays of what both show."""
     pairs = pick_pairs(look)
@@ -316,7 +311,7 @@ def _matches(
     ]
 
 
-def _share(look: Look, matches: list[_Shared], read: Callable[[Poses], Poses]) -> float:
+def _share(look: CheckedSession, matches: list[_Shared], read: Callable[[Poses], Poses]) -> float:
     """Part of all matches that the poses explain when read so."""
     good = total = 0
     for pair in matches:
@@ -358,7 +353,7 @@ class Agreement:
     """Acceleration of the poses in units of the accelerometer's."""
 
 
-def agreement_checks(look: Look) -> list[Check]:
+def agreement_checks(look: CheckedSession) -> list[Check]:
     """A check each of the clocks, the rotation, the translation and the scale."""
     session = look.session
     if session.imu is None:

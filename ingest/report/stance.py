@@ -4,8 +4,9 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
+from ingest.report.checked_session import CheckedSession
 from ingest.report.clamp_checks import GroundRest, slip
-from ingest.report.take_checks import Check, Look, Severity, grade, graded, worst
+from ingest.report.take_report import Check, Severity, grade, graded, worst
 from ingest.trajectory.object_motion import ObjectTake
 from ingest.trajectory.rests import (
     find_rests,
@@ -35,20 +36,20 @@ _ON_MARK, _MARK_TURN = 0.3, 20.0
 _DRIFT = 0.05
 _FIX_REST = (
     "Start and end the take with the object on the floor for a second, or give the floor's height "
-    "(--floor)."
+    "(‹floor›)."
 )
 _FIX_MOUNT = (
     "Look at the clamp, then calibrate the mount again; if the object did lean against something, "
     "all is well."
 )
 _FIX_AXES = (
-    "Check that mount and mesh belong together (--mount maps points of the mesh into the phone's axes, "
-    "not the other way round), that the mesh lacks no leg, and which way is up in the log (--up). If the "
-    "object did lean against something, add --force."
+    "Check that mount and mesh belong together (‹mount› maps points of the mesh into the phone's axes, "
+    "not the other way round), that the mesh lacks no leg, and which way is up in the log (‹up›). If the "
+    "object did lean against something, add ‹force›."
 )
 
 
-def rests(look: Look) -> Check:
+def rests(look: CheckedSession) -> Check:
     """Check of the intervals in which the phone stands still."""
     if not look.rests:
         return Check("rests", "ok", "none of half a second")
@@ -59,7 +60,7 @@ def rests(look: Look) -> Check:
     return Check("rests", "ok", message, look.logged(first, last))
 
 
-def floor(look: Look) -> Check:
+def floor(look: CheckedSession) -> Check:
     """Whether the floor is known, and the object stays above it."""
     take = look.object_take
     if take is None:
@@ -68,12 +69,12 @@ def floor(look: Look) -> Check:
     if lowest < _BELOW_FLOOR:
         message = f"the object goes {-lowest:.2f} m below the floor"
         severity = "bad" if lowest < _FAR_BELOW else "warn"
-        return Check("floor", severity, message, fix="Correct --floor, or the mount.")
+        return Check("floor", severity, message, fix="Correct ‹floor›, or the mount.")
     severity = "ok" if take.floor.certain else "bad"
     return graded("floor", severity, take.floor.message, _FIX_REST)
 
 
-def lifted(look: Look) -> list[Check]:
+def lifted(look: CheckedSession) -> list[Check]:
     """Whether a person can lift the object as high as it goes; none without the object."""
     take = look.object_take
     if take is None:
@@ -90,13 +91,13 @@ def lifted(look: Look) -> list[Check]:
             message = f"it stands still {level:.2f} m above the floor, with nobody holding it"
             severity, at = "bad", start + a
     fix = (
-        "Check which way is up in the log (--up), that positions and mesh are in metres, and the floor "
-        "(--floor)."
+        "Check which way is up in the log (‹up›), that positions and mesh are in metres, and the floor "
+        "(‹floor›)."
     )
     return [graded("height", severity, message, fix, look.logged(at, at + 1))]
 
 
-def _floor_of_phone(look: Look) -> Check:
+def _floor_of_phone(look: CheckedSession) -> Check:
     if not look.rests:
         message = "nothing stands still for half a second: the floor would be a guess"
         return Check("floor", "warn", message, fix=_FIX_REST)
@@ -106,7 +107,7 @@ def _floor_of_phone(look: Look) -> Check:
     return Check("floor", "ok", message, look.logged(start, stop))
 
 
-def closure(look: Look) -> Check:
+def closure(look: CheckedSession) -> Check:
     """How far from its first rest the object ends, if it seems to have been brought back to it."""
     ends = None if look.take is None else look.take.closure
     if ends is None:
@@ -125,7 +126,7 @@ def closure(look: Look) -> Check:
     )
 
 
-def object_checks(look: Look) -> list[Check]:
+def object_checks(look: CheckedSession) -> list[Check]:
     """How the object stands, and whether it stands alike each time; none without the object."""
     take = look.object_take
     if take is None or look.mesh is None:
@@ -156,7 +157,7 @@ def _standing_rests(take: ObjectTake) -> list[GroundRest]:
 
 
 def _standing(
-    look: Look, grounded: list[GroundRest], sides: Float64[np.ndarray, "sides 3"]
+    look: CheckedSession, grounded: list[GroundRest], sides: Float64[np.ndarray, "sides 3"]
 ) -> Check:
     """Red where the object rests unheld as it cannot stand; a hand may hold a mop upright."""
     tilts = [tilt_from_standing(rest.T_world_object[:3, :3], sides)[0] for rest in grounded]

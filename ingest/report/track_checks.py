@@ -1,17 +1,11 @@
-"""Checks of the phone's speed and acceleration against what a person with an object can do.
-
-Hand-held phones were measured at 1.1 m/s (99th percentile) and 90 degrees a second, and 4 m/s^2.
-
-Checks of units, duration and rate of the poses.
-
-Faults of the tracker.
-"""
+"""Checks of the track: timing, tracking, pace."""
 
 import numpy as np
 from jaxtyping import Bool, Float64
 
 from ingest.formats.camera_poses import PERIODS
-from ingest.report.take_checks import USEFUL_SECONDS, Check, Look, Severity, grade, graded, worst
+from ingest.report.checked_session import USEFUL_SECONDS, CheckedSession
+from ingest.report.take_report import Check, Severity, grade, graded, worst
 from ingest.session import CaptureSession
 from ingest.trajectory.segments import repeated_runs, velocities
 from omomo_core.geometry.runs import runs
@@ -112,7 +106,7 @@ _MAX_SHOWN = 8
 """Faults of one kind that are listed one by one."""
 
 
-def share(look: Look) -> Check:
+def share(look: CheckedSession) -> Check:
     """How much of the take is tracked, and how much of that a run can use at most."""
     valid = look.poses[1]
     usable = sum(stop - start for start, stop in look.segments)
@@ -122,7 +116,7 @@ def share(look: Look) -> Check:
     return graded("tracked", severity, message, "Record again if the part you need is missing.")
 
 
-def faults(look: Look) -> list[Check]:
+def faults(look: CheckedSession) -> list[Check]:
     """A check per gap, jump, frozen and untracked stretch, or one that says there is none.
 
     They split a take and spoil it only when no stretch of three seconds is left without them.
@@ -183,7 +177,7 @@ _MAX_JUMP_STEPS = 3
 _SLOWER = "Move more slowly: fast motion blurs the image and the tracker loses the room."
 
 
-def path_length(look: Look) -> Check:
+def path_length(look: CheckedSession) -> Check:
     """Length of the phone's path."""
     steps = np.diff(look.session.T_world_phone[:, :3, 3], axis=0)
     length = float(np.linalg.norm(steps, axis=1).sum())
@@ -192,7 +186,7 @@ def path_length(look: Look) -> Check:
     return graded("path", severity, f"{length:.1f} m", fix)
 
 
-def paces(look: Look) -> list[Check]:
+def paces(look: CheckedSession) -> list[Check]:
     """Median and 99th percentile of speed, acceleration and rotation speed."""
     session = look.session
     linear, angular = velocities(session.T_world_phone, np.diff(session.times)[:, None])
@@ -209,7 +203,7 @@ def paces(look: Look) -> list[Check]:
     ]
 
 
-def _moving(look: Look) -> Bool[np.ndarray, " steps"]:
+def _moving(look: CheckedSession) -> Bool[np.ndarray, " steps"]:
     """Steps that the phone made: no faults but fast motion, which is marked as jump after jump."""
     breaks = look.breaks
     moving = ~breaks.any
@@ -219,7 +213,7 @@ def _moving(look: Look) -> Bool[np.ndarray, " steps"]:
 
 
 def _pace(
-    look: Look,
+    look: CheckedSession,
     name: str,
     values: Float64[np.ndarray, " steps"],
     used: Bool[np.ndarray, " steps"],
@@ -239,7 +233,7 @@ def _pace(
 
 
 def accelerations(
-    look: Look, used: Bool[np.ndarray, " steps"]
+    look: CheckedSession, used: Bool[np.ndarray, " steps"]
 ) -> tuple[Float64[np.ndarray, " steps"], Bool[np.ndarray, " steps"]]:
     """Size of the acceleration (m/s^2) over a tenth of a second about each step, and where it counts.
 

@@ -1,9 +1,4 @@
-"""save_mesh: an object's mesh with its colours, as GLB, PLY or OBJ.
-
-clean: the mesh of the object alone, of a stated size, in its own frame.
-
-main_piece: the object's faces, without crumbs and cavities.
-"""
+"""A measured surface made into the mesh of an object: whole, small, in a frame of its own."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,15 +14,16 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from ingest.axes import T_ZUP_ARKIT
-from ingest.report.take_checks import Check, graded
-from ingest.scan.scan_types import VERTICES, Region, ScanMesh
+from ingest.report.take_report import Check, graded
+from ingest.scan.scan_choices import VERTICES
+from ingest.scan.scan_types import Region, ScanMesh
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import Texture
 from omomo_core.whole_file import whole_file
 
 _SHARE = 0.01
-"""Of the area of the largest piece: smaller ones are crumbs."""
+"""Share of the area of the largest piece: smaller ones are crumbs."""
 _GAP = 0.03
 """Metres: a thin part may be broken that far from the rest."""
 

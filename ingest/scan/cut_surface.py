@@ -1,13 +1,7 @@
-"""look_of: the colours of an object that was cut out of a room, and an atlas of its own.
+"""An object's surface cut out of an app's mesh of a room, with its texture.
 
 A room's atlas is mostly of other things. The object is unwrapped anew, and each pixel of its own atlas is
 taken from where its place lies on the room's pictures.
-
-cut_out: one thing that stands in a room's mesh becomes an object's mesh, as the app measured it.
-
-room_view: a room as somebody is to see it who points at the object in it.
-
-place_looked_at: where the object of a session stands, as the phone was held towards it.
 """
 
 from dataclasses import dataclass, replace
@@ -21,7 +15,7 @@ from jaxtyping import Bool, Float64, Int64, UInt8
 
 from ingest.formats.camera_poses import opencv_poses
 from ingest.mesh_texture import TexturedPart, join_textures, patch, texture_colours
-from ingest.report.take_checks import Check, graded
+from ingest.report.take_report import Check, graded
 from ingest.scan.clean_mesh import CleanMesh, object_frame
 from ingest.scan.dense.stereo import at_pixels
 from ingest.scan.mesh_sources import APP, fits, room_file
@@ -131,7 +125,7 @@ _FLOATS_WARN, _FLOATS_BAD = 0.01, 0.1
 """Metres between the floor and the lowest part that is there."""
 _PIECES = 3
 """More than so many say that something between them is missing."""
-_FIX = "Make the mesh from the pictures (another --method)."
+_FIX = "Make the mesh from the pictures (another ‹method›)."
 
 
 @dataclass(frozen=True)

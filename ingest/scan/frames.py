@@ -1,9 +1,4 @@
-"""pick_frames: which pictures the scan is made of: sharp, and from all around.
-
-How sharp pictures are: among their neighbours, and at all.
-
-Stills: single pictures in files, decoded when they are asked for.
-"""
+"""Pictures for a scan: the sharpest of a film, spread over its way, and stills."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
@@ -16,9 +11,9 @@ from jaxtyping import Bool, Float64, Int64
 from scipy.ndimage import median_filter
 
 from ingest.formats.still_images import picture_size, save_millimetres
-from ingest.report.take_checks import Check
+from ingest.report.take_report import Check
+from ingest.scan.scan_choices import PICTURES
 from ingest.scan.scan_types import (
-    PICTURES,
     Colours,
     Frame,
     Frames,
@@ -28,7 +23,7 @@ from ingest.scan.scan_types import (
     ScanSource,
     no_progress,
 )
-from ingest.scan.work import StageCache, key_of, state_of
+from ingest.scan.scan_work import StageCache, key_of, state_of
 from omomo_core.errors import InputError
 
 WIDTH = 640
@@ -120,7 +115,7 @@ def _motion(before: Grey, now: Grey) -> float:
 
 
 MAX_PIXELS = 110_000_000
-"""Of one picture; phones make up to 108 million."""
+"""Most pixels of one picture; phones make up to 108 million."""
 HEIC = (".heic", ".heif")
 
 

@@ -1,10 +1,4 @@
-"""model_source: a finished COLMAP model, with the pictures that it was made of.
-
-read_scan_mesh: a mesh that another app made of the object, in metres, z up, with its colours.
-
-read_parts: all meshes of a file that another app made, with their colours and pictures.
-
-room_depth: depth maps of a scan's views out of the room's mesh that the phone's app made itself.
+"""Meshes that apps made: their parts and textures, rooms, and COLMAP models.
 
 3D Scanner App, Polycam and Scaniverse export what ARKit meshed in the world of the poses. Seen from the
 logged poses it is depth that every picture can have, also where the app saved none.
@@ -36,12 +30,13 @@ from ingest.mesh_texture import (
     places_of,
     texture_colours,
 )
-from ingest.report.take_checks import Check
+from ingest.report.take_report import Check
 from ingest.scan.dense.depth_maps import sparse_ratios
 from ingest.scan.dense.stereo import DepthMap, DepthMaps, matrix_for, pixel_rays
 from ingest.scan.frames import Stills
-from ingest.scan.scan_types import Frame, Registered, ScanMesh, ScanSource, Unit, Up
-from ingest.usd import open_stage, pxr, reading_usd, triangles_of
+from ingest.scan.scan_choices import Unit, Up
+from ingest.scan.scan_types import Frame, Registered, ScanMesh, ScanSource
+from ingest.usd_stage import open_stage, pxr, reading_usd, triangles_of
 from omomo_core.errors import InputError
 from omomo_core.motion import Texture
 
@@ -61,7 +56,7 @@ class FilePart:
     colours: UInt8[np.ndarray, "verts 3"] | None
     """Without the picture; None where the file states none."""
     uv: Float64[np.ndarray, "faces 3 2"]
-    """Where the corners lie on the picture: (0, 0) is its top left corner."""
+    """Places of the corners on the picture: (0, 0) is its top left corner."""
     picture: BaseColour | None
 
 
@@ -70,7 +65,7 @@ class MeshContents:
     """What a mesh file holds, z up if it says which way is up."""
 
     parts: Mapping[str, FilePart]
-    """By the names of their nodes."""
+    """Parts by the names of their nodes."""
     metres: float | None
     """A unit of the file, where it states that."""
     up: Up | None
@@ -266,7 +261,7 @@ def _chosen(parts: Mapping[str, FilePart], name: str | None, path: Path) -> list
             "mesh-objects",
             f"{path.name} holds {len(objects)} objects that stand apart: {', '.join(largest[:8])}.",
             where=str(path),
-            fix="Say which one is meant (--object-name), or export it alone.",
+            fix="Say which one is meant (‹object_name›), or export it alone.",
         )
     return [parts[key] for key, one in zip(names, label, strict=True) if one == objects[0]]
 
@@ -368,7 +363,7 @@ def _guess_unit(extents: Float64[np.ndarray, "3"], where: str) -> tuple[float, t
             "mesh-units",
             f"The mesh measures {sides}; in no unit is that a thing that a person moves.",
             where=where,
-            fix="Say its unit (--units), or the true height of the object (--height).",
+            fix="Say its unit (‹unit›), or the true height of the object (‹height›).",
         )
     best, others = likely[0], likely[1:]
     alternatives = "; ".join(
@@ -379,7 +374,7 @@ def _guess_unit(extents: Float64[np.ndarray, "3"], where: str) -> tuple[float, t
         f"largest side is {largest * METRES[best]:.2f} m"
     )
     message += f" ({alternatives})." if alternatives else "."
-    fix = "Measure the object; if that is wrong, say its unit (--units) or its height (--height)."
+    fix = "Measure the object; if that is wrong, say its unit (‹unit›) or its height (‹height›)."
     return METRES[best], (Check("units", "warn", message, None, fix),)
 
 
@@ -473,7 +468,7 @@ def _seen(
 _FILES = (".bin", ".txt")
 _INSIDE = ("", "sparse", "colmap/sparse")
 _IMAGES = ("images", "../images", "../../images", "../../../images", "..", "../..")
-"""Where the pictures of a model are as a rule, seen from it."""
+"""Usual folders of a model's pictures, seen from the model."""
 MIN_POINTS = 100
 
 
@@ -527,7 +522,7 @@ def model_source(model: Path, images: Path | None = None) -> ScanSource:
             f"{len(missing)} of the model's {len(names)} pictures are not there, such as "
             f"{missing[0]}.",
             where=str(folder),
-            fix="Give the folder of the pictures that the model was made of (--images).",
+            fix="Give the folder of the pictures that the model was made of (‹images›).",
         )
     # COLMAP reads the pixels as they are stored.
     stills = Stills(tuple(files.values()), tuple(files), 0)

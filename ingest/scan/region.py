@@ -1,13 +1,4 @@
-"""find_region: the floor and the box of a scan's object, found or given.
-
-find_aim: the place that the cameras look at.
-
-find_floor: the plane that the object stands on.
-
-check_logged_aim: says before minutes of matching that logged poses do not look at one place.
-
-standing_at: the box of what stands where the cameras look, told from what stands beside it.
-"""
+"""The object's region: the floor it stands on, and the box around it, from where the cameras look."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +7,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
-from ingest.report.take_checks import Check, graded
+from ingest.report.take_report import Check, graded
 from ingest.scan.cameras.pose_agreement import AS_LOGGED, readings
 from ingest.scan.scan_types import Frame, Region, Registered, View
 from ingest.trajectory.plane import Plane, fit_plane
@@ -27,13 +18,13 @@ _AIM_ROUNDS = 20
 _NARROWEST = np.radians(8)
 """Between the widest pair of directions to a camera: a smaller turn says nothing about depth."""
 _MISSES = 0.4
-"""By which optical axes may miss the aim, in parts of the way to it (median)."""
+"""Distance by which optical axes may miss the aim, in parts of the way to it (median)."""
 _FEWEST = 3
 
 
 @dataclass(frozen=True)
 class Aim:
-    """Where optical axes meet."""
+    """The place at which optical axes meet."""
 
     point: Float64[np.ndarray, "3"]
     """World, metres."""
@@ -113,13 +104,13 @@ def _no_orbit() -> InputError:
 
 
 _NEAR = 0.7
-"""Of the way from the cameras to the aim: points farther from it are of other things."""
+"""Part of the way from the cameras to the aim: points farther from it are of other things."""
 _TILT = np.radians(6)
 """Between gravity and the normal of a floor."""
 _GUESSED_TILT = np.radians(30)
 """The same where up is only a guess."""
 _WIDE = 0.35
-"""Of the way from the cameras: a floor has points farther from the aim than that, in most directions."""
+"""Part of the way from the cameras: a floor has points farther from the aim, in most directions."""
 _SECTORS = 8
 _TRIALS = 4
 """Planes that are looked at."""
@@ -257,7 +248,7 @@ def _failure(
 _CELL = 0.04
 """Metres; things in plan nearer to each other than about two of these are one."""
 _SPREAD = 0.25
-"""Of the way to the cameras: how far from the aim a part still counts as what is aimed at."""
+"""Part of the way to the cameras within which a part still counts as what is aimed at."""
 _RIM = 0.2
 """Percent of the points of each end that may be mistakes."""
 FEWEST = 20
@@ -350,9 +341,9 @@ _CLEAR = 0.015
 _CLEAR_DENSE = 0.06
 """The same for depth maps, which show the floor itself a few centimetres off."""
 _INSIDE = 0.85
-"""Of the way from the aim to the cameras: what is farther out is not what they go around."""
+"""Part of the way from the aim to the cameras: what is farther out is not what they go around."""
 _WATCHED = 0.35
-"""Of the pictures that must show a place: the object is in most of them, a wall in few."""
+"""Part of the pictures that must show a place: the object is in most of them, a wall in few."""
 _MARGIN, _MARGIN_SHARE = 0.03, 0.06
 """Metres, and parts of the size, around the points that were found."""
 _SMALLEST, _LARGEST = 0.02, 5.0
@@ -368,7 +359,7 @@ class GivenBox:
 
 
 def aim_at(views: Sequence[View], box: GivenBox | None) -> Aim:
-    """Where the cameras look; the middle of a given box where they do not look at one place.
+    """Return the place at which the cameras look; the middle of a given box where it is not one place.
 
     Raises:
         InputError: those of `find_aim`.

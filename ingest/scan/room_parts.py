@@ -1,9 +1,4 @@
-"""read_room: the mesh of a room as an app exported it, z up, with its pictures still packed.
-
-find_room_floor: the floor of a room's mesh.
-
-Pieces of a room's mesh that stand apart above its floor, and which of them is meant.
-"""
+"""Parts of a room's mesh: the floor, what stands on it, and which one is meant."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,10 +13,10 @@ from scipy.spatial import KDTree
 
 from ingest.axes import T_ZUP_ARKIT
 from ingest.mesh_texture import BaseColour
-from ingest.report.take_checks import Check
+from ingest.report.take_report import Check
 from ingest.scan.mesh_sources import METRES, STATES_UP, FilePart, read_parts
 from ingest.scan.region import floor_frame
-from ingest.scan.scan_types import Unit, Up
+from ingest.scan.scan_choices import Unit, Up
 from omomo_core.errors import InputError
 
 LEVEL = np.radians(15)
@@ -100,7 +95,7 @@ def find_room_floor(
             "scan-no-floor",
             "Nothing in the mesh is level, as a floor is.",
             where=where,
-            fix="Say which axis of the file is up (--up), or export the room with its floor.",
+            fix="Say which axis of the file is up (‹up›), or export the room with its floor.",
         )
     normal, offset = np.array([0.0, 0.0, 1.0]), at
     for _ in range(_ROUNDS):
@@ -235,7 +230,7 @@ def object_at(
         "scan-joined",
         f"What stands at that point is joined to other things or to the floor: {size} m in all.",
         where=where,
-        fix="Give a box around the object that is free of all else (--box).",
+        fix="Give a box around the object that is free of all else (‹box›).",
     )
 
 
@@ -257,7 +252,7 @@ def _nearest(
             "scan-nothing-there",
             f"Nothing stands within {100 * REACH:.0f} cm of that point.",
             where=where,
-            fix="Give a point on the object's surface (--at), x,y,z in metres, z up.",
+            fix="Give a point on the object's surface (‹at›), x,y,z in metres, z up.",
         )
     return int(number[found])
 
@@ -310,7 +305,7 @@ def only_thing(
             "scan-no-object",
             "Nothing that a person could move stands on the floor of this mesh.",
             where=where,
-            fix="Say where it is (--at or --box), or which axis of the file is up (--up).",
+            fix="Say where it is (‹at› or ‹box›), or which axis of the file is up (‹up›).",
         )
     if len(things) > 1:
         raise _several([_described(corners, T_world_floor) for corners in things], where)
@@ -335,7 +330,7 @@ def _several(things: list[str], where: str) -> InputError:
         "scan-several",
         f"{len(things)} things stand on the floor: {'; '.join(things[:_LISTED])}{more}.",
         where=where,
-        fix="Say which one is meant by a point on it (--at), x,y,z in metres, z up.",
+        fix="Say which one is meant by a point on it (‹at›), x,y,z in metres, z up.",
     )
 
 
@@ -424,5 +419,5 @@ def _upright(
     least, most = sorted(by_axis.values())
     message = f"{up} is taken for the file's axis that is up: {most:.1f} square metres are level along it."
     severity = "warn" if most < _SURE * max(least, 1e-9) else "ok"
-    fix = "If the mesh lies on its side, say which axis is up (--up)."
+    fix = "If the mesh lies on its side, say which axis is up (‹up›)."
     return (turned if up == "y" else corners), Check("up", severity, message, None, fix)

@@ -1,7 +1,4 @@
-"""ScanReport: the checks of a scan's pictures, cameras and mesh.
-
-coverage: from which directions the pictures show the object, and from which none does.
-"""
+"""How good a scan is: verdicts on pictures, cameras and surface, and what to film again."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +8,7 @@ from jaxtyping import Float64
 from scipy.spatial import KDTree
 
 from ingest.mesh import MAX_EXTENT, MIN_EXTENT
-from ingest.report.take_checks import Check, Severity, grade, graded, worst
+from ingest.report.take_report import Check, Severity, grade, graded, worst
 from ingest.scan.clean_mesh import UNSEEN, CleanMesh
 from ingest.scan.scan_types import Region, View
 from ingest.scan.scanned_object import ScannedObject
@@ -48,7 +45,7 @@ class Coverage:
 
 
 def coverage_of(found: ScannedObject) -> Coverage:
-    """Where the pictures are taken from, seen from the middle of the object.
+    """Return the directions from which the pictures are taken, seen from the middle of the object.
 
     Pictures of a symmetric object show it from the other side too.
     """
@@ -222,7 +219,7 @@ def _scale(found: ScannedObject, cut: bool) -> Check:
         f"The size comes from {scale.description}, sure to {scale.sigma:.1%}: "
         f"{1e3 * scale.sigma * largest:.0f} mm in its largest side of {largest:.2f} m."
     )
-    fix = "Measure the object's height and give it (--height), or lay a board beside it (--board)."
+    fix = "Measure the object's height and give it (‹height›), or lay a board beside it (‹board›)."
     return graded("scale", grade(scale.sigma, _SCALE_WARN, _SCALE_BAD), message, fix)
 
 
@@ -247,13 +244,13 @@ def _mirrored(found: ScannedObject) -> tuple[Check, ...]:
         "The object is symmetric, and the film does not go around it: what one half hides is the "
         f"mirror image of the other ({found.mirror.support:.0%} of what was seen was seen on both)."
     )
-    fix = "Film all around, or turn it off (--symmetry off) if the halves differ."
+    fix = "Film all around, or turn it off (‹symmetry› off) if the halves differ."
     return (Check("symmetry", "warn", message, None, fix),)
 
 
 def _pieces(found: ScannedObject) -> Check:
     message = f"{found.pieces_cut:.0%} of the measured surface were other things, and cut off."
-    fix = "Look at the pictures; if a part of the object is missing, give a box around it (--box)."
+    fix = "Look at the pictures; if a part of the object is missing, give a box around it (‹box›)."
     return graded("cut off", "warn" if found.pieces_cut > _LEFT_OVER else "ok", message, fix)
 
 
@@ -263,7 +260,7 @@ def _of_mesh(cleaned: CleanMesh) -> tuple[Check, ...]:
     description = f"It is {sides[0]:.2f} x {sides[1]:.2f} m wide and {sides[2]:.2f} m high."
     usual = _PLAUSIBLE[0] <= largest <= _PLAUSIBLE[1]
     severity = "bad" if not MIN_EXTENT <= largest <= MAX_EXTENT else "ok" if usual else "warn"
-    fix = "Measure it; if that is wrong, give its height (--height) or the box it is in (--box)."
+    fix = "Measure it; if that is wrong, give its height (‹height›) or the box it is in (‹box›)."
     count = f"{len(cleaned.mesh.vertices):,} vertices, {len(cleaned.mesh.faces):,} triangles."
     return (graded("size", severity, description, fix), Check("vertices", "ok", count))
 

@@ -1,9 +1,4 @@
-"""VideoFrames: the frames of a video as pictures, never more than one of them in memory.
-
-read_source: tells what was given for a scan, by its content, and reads it.
-
-session_source: what an app logged while it filmed the object, with its pictures and depth.
-"""
+"""What is given for a scan: a session, a film, photos or a model, read as pictures with cameras."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -316,8 +311,8 @@ def _with_a_way_out(error: InputError) -> InputError:
     """The error with one more fix: to scan from the pictures alone."""
     if error.code not in _PHOTOS_ALONE:
         return error
-    fix = f"{error.fix} Or use the pictures alone (--no-poses) and give the object's height (--height "
-    fix += "0.95), a length (--length) or a board (--board A4)."
+    fix = f"{error.fix} Or use the pictures alone (‹no poses›) and give the object's height (‹height› "
+    fix += "0.95), a length (‹length›) or a board (‹board› A4)."
     return InputError(error.code, error.what, where=error.where, fix=fix)
 
 

@@ -1,9 +1,4 @@
-"""What a user may choose of a scan, and how finely a draft looks at a film.
-
-It imports nothing large, so that the command line starts at once.
-
-What travels between the stages of a scan. World: z up, metres; cameras have OpenCV's axes.
-"""
+"""What travels between the stages of a scan. World: z up, metres; cameras have OpenCV's axes."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -13,7 +8,7 @@ from typing import Literal, Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float32, Float64, Int64, UInt8
 
-from ingest.report.take_checks import Check
+from ingest.report.take_report import Check
 from omomo_core.motion import Texture
 
 Colours = UInt8[np.ndarray, "height width 3"]
@@ -52,7 +47,7 @@ class ScanSource:
 
     kind: Kind
     where: Path
-    """As it was given, for messages."""
+    """Path as it was given, for messages."""
     pictures: Pictures
     image_size: tuple[int, int] | None = None
     """Width and height that `intrinsics` refer to; the pictures may be smaller."""
@@ -77,7 +72,7 @@ class Frame:
     """One of the pictures that the scan is made of, in the work folder."""
 
     name: str
-    """Of its file; COLMAP knows it by this."""
+    """Name of its file; COLMAP knows it by this."""
     file: Path
     size: tuple[int, int]
     """Width and height, pixels."""
@@ -87,7 +82,7 @@ class Frame:
     depth: Path | None = None
     """16-bit PNG in millimetres, of `ingest.formats.still_images`; the picture, smaller."""
     focal_guess: float | None = None
-    """Of `ScanSource`."""
+    """Guess of the focal length, as in `ScanSource`."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +108,7 @@ class View:
     """fx, fy, cx, cy (pixel centres at whole numbers)."""
     T_world_camera: Float64[np.ndarray, "4 4"]
     depth: Path | None = None
-    """As in `Frame`; scale its intrinsics by its width over the picture's."""
+    """Depth map as in `Frame`; scale its intrinsics by its width over the picture's."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +120,7 @@ class Scale:
     by: Literal["arkit", "depth", "board", "length", "given", "height"]
     """"height": not known before the object is cut out; it is to be scaled to its height then."""
     description: str
-    """For people, e.g. "the phone's poses (78 pictures)"."""
+    """Description for people, e.g. "the phone's poses (78 pictures)"."""
 
 
 @dataclass(frozen=True)
@@ -138,7 +133,7 @@ class LeftOut:
 
 @dataclass(frozen=True)
 class Registered:
-    """Where the cameras were, in the world: z up, metres."""
+    """The poses of the cameras in the world: z up, metres."""
 
     views: tuple[View, ...]
     points: Float64[np.ndarray, "points 3"]
@@ -161,7 +156,7 @@ class Registered:
 
 @dataclass(frozen=True)
 class Region:
-    """Where the object is: above its floor, within a box that stands on it."""
+    """The object's region: above its floor, within a box that stands on it."""
 
     T_world_floor: Float64[np.ndarray, "4 4"]
     """Floor frame: z is the floor's normal, z = 0 the floor."""
@@ -182,36 +177,3 @@ class ScanMesh:
     notes: tuple[Check, ...] = ()
     texture: Texture | None = None
     """Painted from the pictures, in the place of colours where a file can hold one."""
-
-
-Measured = Literal["auto", "stereo", "depth", "both"]
-"""The surface is measured by matching pictures (stereo), by LiDAR (depth), by both, or by all there is."""
-Method = Literal["auto", "stereo", "depth", "both", "mesh"]
-"""It is measured, or cut out of the room's mesh that an app made (mesh)."""
-Symmetry = Literal["auto", "on", "off"]
-"""Whether one half of a symmetric object may show what the other hides; auto: where no picture does."""
-Unit = Literal["m", "cm", "mm", "in", "ft"]
-"""Of a mesh that another app made."""
-Up = Literal["y", "z"]
-"""The axis of a mesh file that is up."""
-PICTURES = 80
-"""Pictures of a film to use."""
-DRAFT_PICTURES = 24
-"""Most pictures of a film that a draft uses."""
-VERTICES = 10_000
-"""Of the mesh, about."""
-
-
-@dataclass(frozen=True)
-class Detail:
-    """How finely a film is looked at, after its cameras were found."""
-
-    matched: int = 480
-    """Width of the pictures that are matched, pixels."""
-    outlined: int = 640
-    """Width of the pictures in which outlines are found, pixels."""
-    voxel: float | None = None
-    """Metres between the places that are measured; None: as fine as the memory allows."""
-
-
-WHOLE, DRAFT = Detail(), Detail(matched=320, outlined=480, voxel=0.007)

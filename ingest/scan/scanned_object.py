@@ -1,4 +1,4 @@
-"""Found: an object's mesh with the cameras and the region that it came from, and its COLMAP model."""
+"""ScannedObject: an object's mesh with the cameras and the region that it came from, and its COLMAP model."""
 
 import shutil
 from dataclasses import dataclass, replace
@@ -27,7 +27,7 @@ class ScannedObject:
     voxel: float
     """Metres: no detail of the surface is finer."""
     method: str
-    """Of the dense stage: "stereo", "depth" or "both"."""
+    """Method of the dense stage: "stereo", "depth" or "both"."""
     pieces_cut: float = 0.0
     """Area of what stood in the region and is not the object, as a part of all."""
     mirror: Mirror | None = None

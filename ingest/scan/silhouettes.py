@@ -1,9 +1,7 @@
-"""find_silhouettes: which pixels of each picture show the object.
+"""The object's silhouette in each picture, told from the floor's look and from depth.
 
 Labels come from what is sure (the box, depth, the look of the bare floor); GrabCut (Rother, Kolmogorov and
 Blake 2004) settles the rest by colours and edges.
-
-FloorBackground: what the bare floor looks like, so that whatever stands before it is told from it.
 
 Every place of the floor is hidden by the object in some pictures only, and its shadow lies on the floor
 in all of them; the median over the pictures is the floor without the object (background subtraction,
@@ -326,7 +324,7 @@ def _labels(
 def _by_depth(
     depths: Depths, region: Region, index: int, shape: tuple[int, int]
 ) -> tuple[Bool[np.ndarray, "h w"], Bool[np.ndarray, "h w"]]:
-    """Where depth lies in the box and above the floor, and where it lies clearly outside of that."""
+    """Return masks of depth inside the box and above the floor, and of depth clearly outside of that."""
     view = depths.pictures.views[index]
     T = inverse(region.T_world_floor) @ view.T_world_camera
     within, outside = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)

@@ -1,6 +1,4 @@
-"""best_views: which picture each triangle of a scan's mesh is painted from.
-
-paint_texture: a mesh's texture atlas out of the pictures of its scan.
+"""The picture on a scan's mesh: unwrapped, painted from the best pictures, seams levelled.
 
 The surface is unwrapped by xatlas. Each triangle is painted from the picture that shows it best; what
 that differs at its corners from the mean colour of all pictures is taken away, spread over the triangle,
@@ -24,7 +22,7 @@ from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import Texture
 
 NONE = -1
-"""Of a triangle that no picture shows well."""
+"""Number for a triangle that no picture shows well."""
 _SLANT = 0.2
 """Cosine between a triangle's normal and the way to the camera, at least."""
 _OFF = 2e-3
@@ -182,7 +180,7 @@ def paint_texture(
 def unwrap(
     vertices: Float64[np.ndarray, "verts 3"], faces: Int64[np.ndarray, "faces 3"], side: int
 ) -> Uv:
-    """Where each corner of each triangle lies on the atlas; (0, 0) is its top left corner."""
+    """Return each triangle's corners on the atlas; (0, 0) is its top left corner."""
     atlas = xatlas.Atlas()
     atlas.add_mesh(vertices.astype(np.float32), faces.astype(np.uint32))
     packing = xatlas.PackOptions()

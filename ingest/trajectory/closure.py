@@ -97,7 +97,7 @@ def _checked(closure: Closure | None, where: str) -> Closure:
             "Drift can only be taken out of a take that begins and ends with the object at rest.",
             where=where,
             fix="Rest the object on its mark for a second at the start and at the end, or leave out "
-            "--closure.",
+            "‹closure›.",
         )
     allowed = CLOSURE.largest_shift + CLOSURE.largest_share * closure.path
     if closure.translation > allowed or closure.rotation > CLOSURE.largest_turn:
@@ -106,7 +106,7 @@ def _checked(closure: Closure | None, where: str) -> Closure:
             f"The object ends {closure.translation:.2f} m and {closure.rotation:.0f} deg from where "
             f"it began: after {closure.path:.1f} m that is no drift.",
             where=where,
-            fix="Bring the object back to its mark, turned as it was, or leave out --closure.",
+            fix="Bring the object back to its mark, turned as it was, or leave out ‹closure›.",
         )
     return closure
 

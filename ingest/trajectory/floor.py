@@ -1,4 +1,4 @@
-"""Where the floor is: under the object where it rests, or where depth maps show it."""
+"""The floor's height: under the object where it rests, or where depth maps show it."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -117,7 +117,7 @@ def _of_another_world(
         "elsewhere",
         f"The object rests only in another part of the take ({start / FPS:.1f} to {stop / FPS:.1f} s), "
         "and tracking was lost in between: the floor may be off by as much as it jumped. Use that part "
-        "(--segment), or give the height (--floor).",
+        "(‹segment›), or give the height (‹floor›).",
     )
 
 
@@ -127,7 +127,7 @@ def _lowest(deepest: float, rest: float) -> Floor:
         "lowest",
         f"The object goes {rest - deepest:.2f} m below the places where it stands still, so its "
         "lowest point is taken as the floor; if it never touched the floor, give its height "
-        "(--floor).",
+        "(‹floor›).",
     )
 
 
@@ -152,7 +152,7 @@ def _assumed(
         "assumed",
         "The object never stands still, so the floor is a guess: its centre is taken to be "
         f"{FLOOR.assumed_height:g} m above it. Start the take with the object on the floor for a second, "
-        "or give the height (--floor).",
+        "or give the height (‹floor›).",
     )
 
 

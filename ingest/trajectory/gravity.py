@@ -1,9 +1,4 @@
-"""Which way is up in a session's world.
-
-What the accelerometer says about up, in the world of the poses.
-
-Decide between ARKit's and OpenCV's camera axes for a log that does not state them.
-"""
+"""The vertical of a session: by accelerometer, depth, rests, or the camera's axes."""
 
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -126,7 +121,7 @@ def _as_given(given: tuple[float, float, float]) -> Up:
         raise InputError(
             "up-invalid",
             f"{', '.join(f'{x:g}' for x in vector.ravel())} is no direction.",
-            where="--up",
+            field="up",
             fix="Give three numbers that are not all zero, e.g. 0,1,0 where y is up.",
         )
     return Up(vector / size, "given")
@@ -161,7 +156,7 @@ def _wrong(session: CaptureSession, what: str) -> InputError:
         f"The accelerometer's up contradicts the poses: {what}.",
         where=str(session.source),
         fix="Check that the files belong to one take of one app; if the poses are right, give up in "
-        "the session's world (--up).",
+        "the session's world (‹up›).",
     )
 
 
@@ -171,7 +166,7 @@ def _by_top(
     usable: Bool[np.ndarray, " frames"],
     top: Top,
 ) -> Up:
-    """Where an axis of the mesh points while the object rests; without a rest, the floor near it."""
+    """Return the direction of a mesh axis at rest; without a rest, that of the floor near it."""
     axis = axis_of(top)
     rests = find_rests(T, usable)
     if not rests:
@@ -187,7 +182,7 @@ def _by_top(
             f"The object rests in attitudes up to {off:.0f} deg from their mean, so no axis of it is up "
             "in all of them.",
             where=f"{session.source}, {when}",
-            fix="Give up in the session's world (--up x,y,z), or rest the object on one side only.",
+            fix="Give up in the session's world (‹up› x,y,z), or rest the object on one side only.",
         )
     return Up(direction, "given")
 
@@ -217,7 +212,7 @@ def _unknown(session: CaptureSession) -> InputError:
         "accelerometer, and the object never stands still.",
         where=str(session.source),
         fix="Rest the object for two seconds at the start of the take, or give up in the session's "
-        "world (--up x,y,z).",
+        "world (‹up› x,y,z).",
     )
 
 

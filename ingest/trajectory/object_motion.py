@@ -1,4 +1,4 @@
-"""The phone's log becomes the object's motion over our floor, with notes on its tracking."""
+"""From a session, a mesh and a mount to the object's motion."""
 
 from dataclasses import dataclass
 

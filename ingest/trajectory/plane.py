@@ -1,7 +1,4 @@
-"""Fit of the largest plane among points whose normal is near a given direction (RANSAC).
-
-Points of a few depth maps, in the world of the poses.
-"""
+"""The floor as a plane in points of depth maps."""
 
 from dataclasses import dataclass
 

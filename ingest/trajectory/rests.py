@@ -1,11 +1,7 @@
-"""When something stands still: half a second within 5 mm and one degree, in the mean.
+"""Rests of the object, the poses in which it can stand, and which axis they show to be up.
 
 A tracker's noise moves every single pose, so what is judged is a moving average: over one frame in a
 quiet log, and over as many as a noisy one needs.
-
-Find up in a world without measured gravity from the stable poses in which the object can rest.
-
-On which sides an object can stand by itself, and how far a pose is from standing.
 """
 
 from collections.abc import Sequence
@@ -311,8 +307,8 @@ def _question(
 ) -> InputError:
     """The error that lists the candidate directions and says how to choose one."""
     fix = (
-        "Say which axis of the mesh is up where the object rests, e.g. --up object:z (or x, y, -x, -y, "
-        "-z), or give up in the session's world, e.g. --up 0,1,0."
+        "Say which axis of the mesh is up where the object rests, e.g. ‹up› object:z (or x, y, -x, -y, "
+        "-z), or give up in the session's world, e.g. ‹up› 0,1,0."
     )
     where = f"{session.source}, at rest {when}"
     if not found:
@@ -341,4 +337,4 @@ def _in_words(up: Direction, T_session_object: Pose) -> str:
     k = int(np.argmax(np.abs(local)))
     axis = f"{'-' if local[k] < 0 else ''}{'xyz'[k]}"
     numbers = ",".join(f"{x + 0.0:.2f}" for x in up.round(2))
-    return f"{axis} of the mesh up (--up {numbers})"
+    return f"{axis} of the mesh up (‹up› {numbers})"

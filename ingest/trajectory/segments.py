@@ -1,13 +1,4 @@
-"""The usable stretches of a motion.
-
-Where a log must not be bridged: gaps, jumps, frozen and untracked stretches.
-
-Jumps: steps between two poses that no hand makes, because the tracker corrected itself.
-
-Runs of bit-identical poses: a live tracker never repeats itself, so it had lost the room.
-
-Stitching: the part of a log after a tracking jump is moved back to where it belongs.
-"""
+"""Breaks of the tracking: jumps, gaps and frozen poses split a take; what fits again is stitched."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -55,7 +46,7 @@ def choose(stretches: Sequence[tuple[int, int]], wanted: int | None, where: str)
             "segment-missing",
             f"There is no segment {wanted}: the take has {len(stretches)}.",
             where=where,
-            fix=f"Give --segment a number from 1 to {len(stretches)}, or leave it out for the longest.",
+            fix=f"Give ‹segment› a number from 1 to {len(stretches)}, or leave it out for the longest.",
         )
     return wanted - 1
 

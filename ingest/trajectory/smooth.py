@@ -1,7 +1,4 @@
-"""Smoothing of a log: the tracker's noise is taken out, and no more than that.
-
-Poses at 30 fps by timestamp: linear position, spherical rotation, nothing across a break.
-"""
+"""Poses resampled to 30 fps by time, and smoothed within the sensor's noise."""
 
 from dataclasses import dataclass, replace
 

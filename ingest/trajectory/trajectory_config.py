@@ -1,7 +1,4 @@
-"""What a user may say about a take that its log does not, or not rightly.
-
-Numbers of the trajectory: where a log is split, how its noise is taken out, where up and the floor are.
-"""
+"""Numbers of the trajectory, and what the user knows better than the log."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -226,7 +223,7 @@ class DepthConfig:
 
 @dataclass(frozen=True)
 class FloorConfig:
-    """Where the floor is."""
+    """Numbers of finding the floor."""
 
     assumed_height: float = setting(
         1.0, "m", "Height of the object's centre above the floor when nothing tells."

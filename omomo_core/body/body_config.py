@@ -224,7 +224,7 @@ class LimbConfig:
 
 @dataclass(frozen=True)
 class SoleConfig:
-    """Where the sole of a foot is."""
+    """The place of the sole of a foot."""
 
     heel_behind_ankle: float = setting(0.04, "m", "Distance of the heel behind the ankle joint.")
 

@@ -32,7 +32,7 @@ class KeyFrames:
     goal: Float[Tensor, "keys 5 angles"]
     """The grip, blended with the relaxed hand."""
     weight: Float[Tensor, " keys"]
-    """Of each in the first, coarse steps: how many it stands for, or 0 where it is not measured."""
+    """Weight of each in the first, coarse steps: how many it stands for, or 0 where it is not measured."""
 
     def __getitem__(self, some: Tensor) -> "KeyFrames":
         return KeyFrames(

@@ -1,9 +1,7 @@
-"""Fingers as chains of joints with the skin that they move: positions and their derivatives.
+"""The fingers as a kinematic model, and their skin.
 
 A finger has five angles: flexion, abduction and twist at its base, and the flexion of its two outer
 joints. The thumb's base is its saddle joint in the palm; the other fingers do not twist.
-
-The skin of the hands by part: palm, phalanges and finger pads; what grips are solved and judged on.
 """
 
 from dataclasses import dataclass, replace
@@ -20,7 +18,7 @@ from omomo_core.body.kinematics import WRISTS, vertex_normals
 from omomo_core.body.model import BodyModel
 
 PALM, THUMB = -1, 4
-"""Of `HandSkin.finger`; index, middle, pinky, ring and thumb are 0 to 4, in the skeleton's order."""
+"""Values of `HandSkin.finger`; index, middle, pinky, ring and thumb are 0 to 4, as in the skeleton."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +85,7 @@ def _nail(body: BodyModel, side: int, along: Float[Tensor, "3"]) -> Float[Tensor
 
 
 ANGLES = 5
-"""Of each finger: flexion, abduction and twist at its base, flexion of the middle and of the last joint."""
+"""Angles of a finger: flexion, abduction and twist at its base, flexion of its middle and last joint."""
 PER_PHALANX = 20
 """Points on the skin of each phalanx, as far from each other as they can be."""
 _PALM_POINTS = 60

@@ -40,7 +40,7 @@ class _Sequences:
     """Hands over time, one after the other: of each sample the left, then the right."""
 
     poses: HandPoses
-    """By sequence and frame."""
+    """Poses by sequence and frame."""
     away: Float[Tensor, "rows frames"]
     """Frames to the nearest contact; infinite where there is none."""
     weight: Float[Tensor, "rows frames"]

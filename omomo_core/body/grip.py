@@ -1,9 +1,7 @@
-"""Grips: which posture of the fingers suits what is under a palm, found once for each contact.
+"""Grips: how a hand may close on a surface, by name, and which one suits a place.
 
 Every finger is tried in postures from open to closed. The one that touches most and enters nothing
 is kept; the thumb gains most where it opposes the palm, on another face of what is held.
-
-Names of grips: what a hand does with what is under its palm, from thickness, edges and the way up.
 """
 
 from dataclasses import dataclass
@@ -233,7 +231,7 @@ GRIPS = (
     "pinched board",
     "power grip",
 )
-"""By number: a free hand; a palm on a face, from the side or from above; fingers over an edge, or over two;
+"""Grips by number: a free hand; a palm on a face, from the side or above; fingers over an edge, or over two;
 thumb and fingers on the faces of a thin board; fingers around a bar."""
 
 

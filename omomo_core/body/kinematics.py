@@ -1,18 +1,14 @@
-"""Forward kinematics. Rotations are global and identity at rest, so every body shares them.
+"""Forward kinematics and skinning of the body, turns from rest poses, and soles of shoes.
+
+Forward kinematics. Rotations are global and identity at rest, so every body shares them.
 
 A joint sits at its parent plus the parent's global rotation of the rest offset. The whole tree is
 one matrix product: the 0/1 matrix of ancestors sums the rotated bones from the root to each joint.
-
-Linear blend skinning and vertex normals.
-
-Rotations between the rest poses of another skeleton and ours, so that a pose means the same to both.
 
 Limbs are turned along ours, feet only about the vertical: a foot that stands flat on one skeleton stands
 flat on the other, however high its ankle is. Collars are turned until the shoulders are where ours are, seen
 from the chest: where collars begin differs from skeleton to skeleton, and SMPL's T-pose raises the
 shoulders. The trunk keeps its shape.
-
-Points on the soles of a moving body.
 """
 
 from collections.abc import Sequence
@@ -36,7 +32,7 @@ from omomo_core.skeleton import (
 
 WRISTS = (joint("left_wrist"), joint("right_wrist"))
 MODEL_REST = (*range(22), *PALM_JOINTS)
-"""Where the 24 joints of the model stand among a body's 52."""
+"""Indices of the model's 24 joints among a body's 52."""
 
 
 def _ancestors(parents: Sequence[int]) -> Float[Tensor, "joints joints"]:

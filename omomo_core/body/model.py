@@ -1,7 +1,4 @@
-"""BodyModel: a skinned body whose joints are those of `omomo_core.skeleton`.
-
-Load a body: the shipped one, or a user's own SMPL-X file.
-"""
+"""The body model (skeleton, skin, fingers), and the reading of the shipped one."""
 
 import zipfile
 import zlib

@@ -137,7 +137,7 @@ class DetourConfig:
 
 @dataclass(frozen=True)
 class AnchorConfig:
-    """Where palms are kept on the object, and how they come there."""
+    """Numbers of keeping palms on the object, and of their approach."""
 
     palm_thickness: float = setting(
         0.029, "m", "Distance from the palm joint, inside the hand, to the skin that touches."

@@ -1,7 +1,4 @@
-"""Decoding of contact probabilities into segments: the likeliest path of both hands together (Viterbi).
-
-Re-grasps: a hand that is on the object all the time, but goes from one place of it to another.
-"""
+"""From contact probabilities to contact segments, and to a better grip where a hold would fail."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,9 +1,4 @@
-"""Contact segments per hand, and palms that follow their anchors.
-
-Anchors: the place on the object where a hand stays while it holds.
-
-Detours: the path of a palm from one place of an object to another, not through it.
-"""
+"""Contact segments: when a hand holds, where its anchor is, and how palms get around corners to it."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -119,7 +114,7 @@ class ContactSegment(ContactSpan):
     """A span in which the hand keeps to one place of the object."""
 
     anchor: Float[np.ndarray, "3"]
-    """Where the palm joint is kept, in the object's frame, metres."""
+    """Place of the palm joint in the object's frame, metres."""
 
 
 def follow_anchors(

@@ -1,9 +1,7 @@
-"""Static stability: the overhang of a tilted object beside its support, and the force that holds it up.
+"""Whether an object stands by itself: what supports it, and which lever tips it.
 
 A hand keeps an object that stands on one edge from falling by lifting it beyond that edge, the farther the
 lighter, or, where it is tall, by pushing its top across; the floor's friction bounds that push.
-
-When an object must be held: it moves, is off the floor, or would tip over.
 """
 
 from dataclasses import dataclass
@@ -18,7 +16,7 @@ from omomo_core.geometry.object_features import ObjectFeatures
 
 @dataclass(frozen=True)
 class Overhang:
-    """Where an object would fall, in its own frame; it depends only on which side of it is down."""
+    """The direction in which an object would fall, in its own frame, by which side of it is down."""
 
     metres: Float[np.ndarray, " frames"]
     """Distance of the centre of mass outside the support; negative where it is above the support."""

@@ -1,7 +1,4 @@
-"""The denoising transformer of both stages (OMOMO section 3.2, figure 3).
-
-Transformer blocks of the denoiser: the published one, and one that the noise level modulates.
-"""
+"""The denoising transformer of both stages (OMOMO section 3.2, figure 3), and its blocks."""
 
 from dataclasses import dataclass
 

@@ -1,8 +1,6 @@
-"""Samplers for a network that predicts x0: ancestral DDPM, DDIM, and DPM-Solver++ (2M).
+"""The noise schedule, and the samplers that turn noise into motion.
 
 The cosine noise schedule (Nichol and Dhariwal 2021, eq. 17), 1,000 levels as in the paper.
-
-A low-discrepancy sequence: any consecutive few of its numbers are spread evenly over [0, 1).
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Conditioning of the generator: palms, contacts, first pose or start position that are given."""
+"""What is known of the person before sampling: contacts, place, first pose."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ from torch import Tensor
 from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.contact.segment import ContactSpan
 from omomo_core.generation.generation_config import PREFIX
+from omomo_core.generation.generation_options import FeaturePrefix, Prefix, SolvedPrefix
 from omomo_core.generation.object_clip import ObjectClip
-from omomo_core.generation.options import FeaturePrefix, Prefix, SolvedPrefix
 from omomo_core.generation.person import Retargeting
 from omomo_core.generation.selection.start_constraint import (
     StartConstraint,
@@ -44,7 +44,7 @@ class Conditioning:
     start_pose: Pose | None = None
     """The pose of the first frame."""
     start_position: Float[np.ndarray, "2"] | None = None
-    """Where the person stands at first, about, on the floor of the world, metres."""
+    """Place where the person stands at first, about, on the floor of the world, metres."""
     contacts: Sequence[ContactSpan] | None = None
     """When each hand holds the object and where, in every sample."""
 

@@ -1,13 +1,4 @@
-"""Decoding: from the features of stage 2 to people on the bones that are asked for, solved.
-
-Despiking: jumps of a sampled motion are spread over time before anything is solved.
-
-Tokens of four frames are decoded together, so a sample may jump between two of them.
-
-Hands of solved bodies laid on what they hold: turned, raised, and the arms solved again.
-
-Wrist targets: hands are turned so that their palms face the surface that they hold.
-"""
+"""From sampled features to palms, contacts and wrists without spikes."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -28,8 +19,8 @@ from omomo_core.body.trajectory_optimization.residuals import InteractionTargets
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.collision.avoidance import ELBOWS
 from omomo_core.generation.generation_config import BODY_DECODING, DESPIKING
+from omomo_core.generation.generation_options import SolvedPrefix, fade, free_after
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
-from omomo_core.generation.options import SolvedPrefix, fade, free_after
 from omomo_core.generation.person import FingerFit, Person, Retargeting
 from omomo_core.generation.solving.bodies import SolvedBodies, solve_bodies
 from omomo_core.generation.solving.palm_plan import (

@@ -112,9 +112,9 @@ class PublishedConfig:
 
 
 RECORDED = ChunkSizes()
-"""For takes that are complete: twenty seconds at a time."""
+"""Sizes for takes that are complete: twenty seconds at a time."""
 LIVE = ChunkSizes(length=120, context=60, margin=20, spare=0)
-"""For poses that still arrive: the newest motion is at most two seconds behind them."""
+"""Sizes for poses that still arrive: the newest motion is at most two seconds behind them."""
 PREFIX = PrefixConfig()
 DESPIKING = DespikingConfig()
 BODY_DECODING = BodyDecodingConfig()

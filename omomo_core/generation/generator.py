@@ -7,7 +7,12 @@ import numpy as np
 from omomo_core.body.model import BodyModel
 from omomo_core.generation.conditioning import UNCONDITIONED, Conditioning
 from omomo_core.generation.generation_config import RECORDED
-from omomo_core.generation.options import Generation, GenerationOptions, Progress, no_progress
+from omomo_core.generation.generation_options import (
+    Generation,
+    GenerationOptions,
+    Progress,
+    no_progress,
+)
 from omomo_core.generation.paper_generator import generate_as_published
 from omomo_core.generation.person import join
 from omomo_core.generation.selection.ranking import rank

@@ -55,7 +55,7 @@ class ObjectClip:
 
     @cached_property
     def lever(self) -> TippingLever | None:
-        """Where it is held up while it stands on an edge, at the trained size."""
+        """The lever that holds the object up while it stands on an edge, at the trained size."""
         return tipping_lever(self.trained, self.must_hold)
 
 

@@ -1,6 +1,4 @@
-"""Sampling of the paper's networks: one window of four seconds, in the frame of the person.
-
-The published generator: one window of four seconds, no release, nothing solved afterwards.
+"""The paper's pipeline: both published networks, sampled and constrained as published.
 
 Its networks see the object in the frame of the person in the first frame, which no phone knows. So each
 sample stands at another place around the object, and the ranking chooses.
@@ -24,8 +22,8 @@ from omomo_core.diffusion.samplers import cosine_schedule, sample
 from omomo_core.errors import InputError
 from omomo_core.generation.conditioning import Pose
 from omomo_core.generation.generation_config import PUBLISHED
+from omomo_core.generation.generation_options import Generation, GenerationOptions, Progress
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
-from omomo_core.generation.options import Generation, GenerationOptions, Progress
 from omomo_core.generation.person import Person
 from omomo_core.generation.selection.ranking import rank
 from omomo_core.generation.solving.solving_config import BODY_SOLVING
@@ -208,7 +206,7 @@ def generate_as_published(
             "paper-too-long",
             f"The paper's model makes {WINDOW / 30:.0f} s of motion; "
             f"this one lasts {len(motion.T_world_object) / 30:.1f} s.",
-            fix="Use the default configuration (--config capture), which has no limit.",
+            fix="Use the default configuration (‹configuration› capture), which has no limit.",
         )
     object_model = ObjectModel(motion.mesh, 1.0)
     clip = object_model.clip(motion.T_world_object)

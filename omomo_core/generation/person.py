@@ -1,7 +1,4 @@
-"""One generated person: motion, contact segments and what could not be satisfied.
-
-Retargeting between the body that the networks were trained on and the one that is asked for.
-"""
+"""A generated person, and the scene scaled to another stature."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace

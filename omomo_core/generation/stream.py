@@ -1,12 +1,8 @@
-"""The generator as a stream: poses of the object in, finished chunks of K people out.
+"""Generation chunk by chunk: any length of take, sampled ahead of what is solved.
 
 A take of any length is generated in chunks that begin with a prefix from the chunk before, so memory does
 not grow with the take, and poses may still be arriving. A chunk is sampled, then solved. The next one needs
 only the sample to be sampled, so both can be done at the same time.
-
-one_ahead: the next item is made in a second thread while the last one is used.
-
-Chunks: the stretches of a take that are generated at once.
 """
 
 from collections.abc import Callable, Generator, Iterable, Iterator
@@ -34,8 +30,7 @@ from omomo_core.generation.conditioning import (
 )
 from omomo_core.generation.decoding import SampledBodies, interaction_targets, solve_people
 from omomo_core.generation.generation_config import LIVE, ChunkSizes
-from omomo_core.generation.object_clip import ObjectClip, ObjectModel
-from omomo_core.generation.options import (
+from omomo_core.generation.generation_options import (
     FeaturePrefix,
     GenerationOptions,
     Prefix,
@@ -43,6 +38,7 @@ from omomo_core.generation.options import (
     SolvedPrefix,
     no_progress,
 )
+from omomo_core.generation.object_clip import ObjectClip, ObjectModel
 from omomo_core.generation.person import Person, Retargeting, shift_spans, stretch
 from omomo_core.generation.sampling.sample_body import sample_body
 from omomo_core.generation.sampling.sample_hands import (
@@ -138,7 +134,7 @@ class GeneratedChunk:
     first: int
     people: tuple[Person, ...]
     must_hold: Bool[np.ndarray, " frames"]
-    """Where somebody must hold the object."""
+    """True where somebody must hold the object."""
 
 
 def stream(
@@ -220,7 +216,7 @@ class _SampledChunk:
     chunk: Chunk
     clip: ObjectClip
     features: Float[Tensor, "samples frames 8"] | None
-    """Of stage 1; None where the palms are given."""
+    """Features of stage 1; None where the palms are given."""
     body_features: Float[Tensor, "samples frames channels"]
     hands: list[HandMotion]
     segments: list[tuple[ContactSegment, ...]]

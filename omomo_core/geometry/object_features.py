@@ -1,6 +1,4 @@
-"""Features of a moving object that contacts and stages share.
-
-Basis point sets: an object's shape as vectors from fixed points to its nearest surface points.
+"""Features of an object over time: its basis-point encoding (BPS, Prokudin et al. 2019) and its centre.
 
 Prokudin et al. 2019, used as in OMOMO section 3.1: the basis is centred on the object but keeps the
 axes of the world, so that the code shows how the object is turned.

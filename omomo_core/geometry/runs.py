@@ -1,7 +1,4 @@
-"""Stretches of frames in which something holds.
-
-Smooth progress from one state to another.
-"""
+"""Sequences of frames: runs of a mask, distances to them, and easing between rest and motion."""
 
 import numpy as np
 from jaxtyping import Bool, Float

@@ -1,9 +1,4 @@
-"""The surface of an object as points: what the encodings and the contact rules measure against.
-
-Triangles in a tree of boxes, which answers quickly what is near and what is in between.
-
-split_creases: a surface with its vertices doubled where shading must not run on.
-"""
+"""Surfaces of meshes: even samples, exact distances to triangles, and vertices split at creases."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -103,10 +98,10 @@ class SplitSurface:
 
     vertices: Float[np.ndarray, "split 3"]
     normals: Float[np.ndarray, "split 3"]
-    """Not of unit length where a vertex has no face with an area."""
+    """Normals; not of unit length where a vertex has no face with an area."""
     faces: Int[np.ndarray, "faces 3"]
     uv: Float[np.ndarray, "split 2"] | None = None
-    """Of the vertices, as `omomo_core.motion.Texture` has them of corners."""
+    """Texture coordinates of the vertices, as `omomo_core.motion.Texture` has them of corners."""
 
 
 def split_creases(

@@ -1,9 +1,4 @@
-"""Rigid transforms and time derivatives, for numpy arrays.
-
-Closed-form fits: the nearest rotation of a matrix, and the similarity between two point sets.
-
-The shortest way from one direction to another.
-"""
+"""Rigid transforms (numpy): inverses, the best fit of two point sets (Procrustes), and shortest turns."""
 
 from typing import NamedTuple
 

@@ -12,7 +12,7 @@ POSITIONS = 72
 CHANNELS = POSITIONS + 132
 
 PALMS = slice(POSITIONS - 6, POSITIONS)
-"""Where the palms (joints 22 and 23) stand among the channels."""
+"""Channels of the palms (joints 22 and 23)."""
 
 
 def config(size: Size) -> StageConfig:

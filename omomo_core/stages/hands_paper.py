@@ -1,7 +1,4 @@
-"""The paper's contact constraint (OMOMO section 3.3, figure 4): a hand that touches stays.
-
-Stage 1 as published (OMOMO section 3.3): absolute palms in the person's first-frame frame.
-"""
+"""Stage 1 as published: palms from the object's motion, and the published contact rule."""
 
 import numpy as np
 from jaxtyping import Float

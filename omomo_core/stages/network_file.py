@@ -90,7 +90,7 @@ def fill_network(network: nn.Module, config: "DataclassInstance", path: Path) ->
             "other-network",
             "These weights are of a network of another method, size or version of the program.",
             where=str(path),
-            fix="Give weights that were trained with the same METHOD and --size.",
+            fix="Give weights that were trained with the same METHOD and ‹size›.",
         )
     network.load_state_dict(tensors)
 
@@ -113,7 +113,7 @@ def _check_there(path: Path) -> None:
             "weights-missing",
             f"There are no weights for this network: {path.name} is not there.",
             where=str(path),
-            fix="Train them with `omocap train`, or reinstall the program.",
+            fix="Train them with ‹omocap train›, or reinstall the program.",
         )
 
 
@@ -149,5 +149,5 @@ def _readable(path: Path) -> Generator[None]:
             "weights-damaged",
             "The weights file cannot be read.",
             where=str(path),
-            fix="Restore the file, or train it again with `omocap train`.",
+            fix="Restore the file, or train it again with ‹omocap train›.",
         ) from error

@@ -1,7 +1,4 @@
-"""A trained stage: a denoiser with the statistics that put its features on one scale, and its file.
-
-Windows: batches of stretches of a take as tensors, in the world, that the stages take in.
-"""
+"""A stage: one network with its windows, from features to samples."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,9 +1,4 @@
-"""What the networks of the paper share: their size (OMOMO section 3.2), or that of a laptop.
-
-Numbers of the two stages that are used when a motion is generated, as they were in training.
-
-What both stages of the `capture` configuration share: their size, and how they see a shape.
-"""
+"""Sizes of the networks of both configurations, capture and paper."""
 
 from dataclasses import dataclass
 from typing import Literal

@@ -51,6 +51,6 @@ def _checked(path: Path) -> Stage:
             "These weights were trained with an earlier version of the program: their network has "
             f"{config.denoiser.condition} channels of condition, and this version has {expected}.",
             where=str(path),
-            fix="Train them again with `omocap train`, or leave out --weights for those that ship.",
+            fix="Train them again with ‹omocap train›, or leave out ‹weights› for those that ship.",
         )
     return stage

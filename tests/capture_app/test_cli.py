@@ -14,7 +14,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from capture_app.cli.app import invoke
-from capture_app.cli.start import STOPPED
+from capture_app.cli.interrupts import STOPPED
 
 # `inputs` writes the files of a good take: see conftest.py.
 Inputs = Any

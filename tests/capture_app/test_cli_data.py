@@ -17,7 +17,7 @@ from omomo_core.body.model import load_body
 from omomo_core.learning.recordings import dataset
 from omomo_core.learning.recordings.clips import Clip, load_clips, save_clips
 from omomo_core.learning.recordings.recordings import build_mocap
-from omomo_core.learning.synthesis import engine
+from omomo_core.learning.synthesis import synthesis_engine
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from tests.core.rig_files import rig_name, write_bvh
 from tests.video_frames import read_frames
@@ -63,7 +63,7 @@ def stubbed(monkeypatch: pytest.MonkeyPatch) -> None:
 
         return clips()
 
-    monkeypatch.setattr(engine, "synthesise", make)
+    monkeypatch.setattr(synthesis_engine, "synthesise", make)
     monkeypatch.setattr(dataset, "SHARD", 2)
 
 
@@ -136,13 +136,13 @@ def test_an_interrupted_run_keeps_its_whole_files(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ):
-    whole = engine.synthesise
+    whole = synthesis_engine.synthesise
 
     def interrupted(*args, indices, **rest):
         yield from whole(*args, indices=indices[:3], **rest)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(engine, "synthesise", interrupted)
+    monkeypatch.setattr(synthesis_engine, "synthesise", interrupted)
     out = tmp_path / "set"
     assert invoke(["data", "synthesise", str(recorded), "-o", str(out), "--count", "6"]) == 130
     assert f"2 of 6 clips are in {out}; the same command goes on" in capsys.readouterr().err

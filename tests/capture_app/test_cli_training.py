@@ -12,8 +12,8 @@ import torch
 import trimesh
 
 from capture_app.cli.app import invoke
-from capture_app.tables.caption import TableOrigin, caption
-from capture_app.tables.methods import Network
+from capture_app.tables.table_files import TableOrigin, caption
+from capture_app.tables.table_methods import Network
 from ingest.formats.registry import read_session
 from ingest.mount_file import load_mount
 from omomo_core.learning.recordings.clips import Clip, load_clips, save_clips

@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 from capture_app.cli.app import invoke
 from capture_app.inspection import inspect_take
-from capture_app.report_page.page import report_page
-from capture_app.report_page.svg import Plot, PlotLine, draw, ticks
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from capture_app.report_page import Plot, PlotLine, draw, report_page, ticks
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from omomo_core.errors import InputError
 from omomo_core.whole_file import write_whole
 from tests.ingest import good_take as go

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from capture_app.cli.start import INTERRUPTED, STOPPED, TERMINATED
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from capture_app.cli.interrupts import INTERRUPTED, STOPPED, TERMINATED
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 
 _START = """
 import signal

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from capture_app.manifest import read_manifest, write_manifest
-from capture_app.motion_config import MOTION_CONFIG, changed_settings, recorded_config
+from capture_app.manifest_builder import MOTION_CONFIG, changed_settings, recorded_config
 from capture_app.rerun import request_of
 from omomo_core.config import settings_of
 from omomo_core.errors import OmocapError

@@ -132,7 +132,7 @@ def test_a_split_take_uses_the_longest_segment_and_says_so(inputs: Inputs, weigh
     segment = made.manifest.segment
     assert (segment.index, segment.count) == (2, 2)
     assert made.object_motion.start_time == pytest.approx(segment.start / 30)
-    assert any("--segment" in note for note in made.manifest.notes)
+    assert any("‹segment›" in note for note in made.manifest.notes)
 
     first = forced.model_copy(update={"output": inputs.folder / "first", "segment": 1})
     made = run_take(first, silent)

@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 from rich.progress import TaskProgressColumn, TextColumn
 
-from capture_app.cli import bars, console
+from capture_app.cli import console
 
 
 class Log:
@@ -28,7 +28,7 @@ class Log:
 @pytest.fixture
 def log(monkeypatch: pytest.MonkeyPatch) -> Log:
     log = Log()
-    monkeypatch.setattr(bars, "errors", log.console)
+    monkeypatch.setattr(console, "errors", log.console)
     return log
 
 
@@ -53,7 +53,7 @@ def test_stages_share_the_minute(log: Log):
 
 
 def test_counts_say_what_is_left(log: Log):
-    with bars.counting("retarget") as progress:
+    with console.counting("retarget") as progress:
         for done in range(100):
             progress(done, 200)
             log.seconds += 1.0
@@ -62,7 +62,7 @@ def test_counts_say_what_is_left(log: Log):
 
 
 def test_a_line_names_what_is_worked_on(log: Log):
-    with bars.following("evaluate") as progress:
+    with console.following("evaluate") as progress:
         for step in range(101):
             progress(f"clip_{step // 50}, predicted_palms", step / 200)
             log.seconds += 1.0
@@ -80,9 +80,9 @@ def test_what_takes_less_than_a_minute_leaves_no_line(log: Log):
 
 def test_a_terminal_has_bars_and_no_such_lines(monkeypatch: pytest.MonkeyPatch):
     log = Log(terminal=True)
-    monkeypatch.setattr(bars, "errors", log.console)
+    monkeypatch.setattr(console, "errors", log.console)
     columns = (TextColumn("{task.description}"), TaskProgressColumn())
-    with bars.ProgressBars(*columns) as shown:
+    with console.ProgressBars(*columns) as shown:
         task = shown.add_task("hands", total=100)
         log.seconds += 61.0
         shown.update(task, completed=50)

@@ -13,7 +13,7 @@ from capture_app.commands.run import ResolveRequest, RunRequest
 from capture_app.pipeline import run_take
 from capture_app.resolve import resolve_result
 from capture_app.result import Result, load_result
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from omomo_core.contact.contact_file import read_contacts
 from omomo_core.errors import InputError
 from omomo_core.geometry.surface import sample_surface

@@ -20,10 +20,10 @@ from capture_app.manifest import (
     sha256,
     write_manifest,
 )
-from capture_app.quaternions import matrix_from_xyzw, xyzw_from_matrix
 from capture_app.result import JOINT_NAMES, load_motion, load_result, save_corrected, save_motion
 from omomo_core.errors import InputError
 from omomo_core.generation.person import Person
+from omomo_core.geometry.rotations import matrix_from_xyzw, xyzw_from_matrix
 from omomo_core.motion import HumanMotion, ObjectMotion
 
 SHAPES = {

@@ -9,8 +9,7 @@ import trimesh
 from capture_app.commands.run import RunRequest
 from capture_app.pipeline import run_take
 from capture_app.result import Result
-from capture_app.simulator.carried_box import box_mesh, carried_box
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION, box_mesh, carried_box
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS

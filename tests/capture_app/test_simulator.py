@@ -10,12 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.noise import NO_NOISE, PhoneNoise
-from capture_app.simulator.phone import simulate
-from capture_app.simulator.recording import write_recording
+from capture_app.simulator.demo_take import write_recording
+from capture_app.simulator.simulated_phone import NO_NOISE, PhoneNoise, simulate
 from ingest.formats.registry import read_session
 from ingest.mount import Mount
-from ingest.report.inspect import inspect_session
+from ingest.report.take_inspection import inspect_session
 from ingest.session import R_CAMERA_DEVICE
 from ingest.trajectory.object_motion import to_object_motion
 from omomo_core.errors import InputError

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from capture_app.staging import staged_folder
+from capture_app.staged_result import staged_folder
 from omomo_core.errors import InputError
 
 
@@ -38,7 +38,7 @@ def test_an_earlier_result_is_kept_unless_asked(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
         make(target, "two")
     assert caught.value.code == "output-exists"
-    assert "--replace" in caught.value.fix
+    assert "‹replace›" in caught.value.fix
     make(target, "two", replace=True)
     assert (target / "manifest.json").read_text() == "two"
     assert [p.name for p in tmp_path.iterdir()] == ["result"]

@@ -13,9 +13,9 @@ from capture_app.commands.run import RunRequest
 from capture_app.commands.text_values import read_place
 from capture_app.manifest import Segment
 from capture_app.pipeline import run_take
+from capture_app.prepare import start_position
 from capture_app.rerun import request_of
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
-from capture_app.start_position import start_position
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from ingest.mount import Mount
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh, ObjectMotion
@@ -51,7 +51,7 @@ def test_a_person_begins_where_they_stood(tmp_path: Path, degrees: float):
     assert np.degrees(between) < 30
     again = request_of(made.manifest, tmp_path / "again")
     assert again.stood == stood
-    assert not any("--stood" in note for note in made.manifest.notes)
+    assert not any("‹stood›" in note for note in made.manifest.notes)
 
 
 def test_who_could_not_have_come_in_time_is_told_so(inputs: Any, weights: Path) -> None:
@@ -59,9 +59,9 @@ def test_who_could_not_have_come_in_time_is_told_so(inputs: Any, weights: Path) 
     request = inputs.request(weights).model_copy(update={"stood": (2.5, 1.5), "video_size": None})
     made = run_take(request, lambda stage, done: None)
     root = made.motions[made.manifest.chosen].root[0, :2]
-    told = [note for note in made.manifest.notes if "--stood" in note]
+    told = [note for note in made.manifest.notes if "‹stood›" in note]
     off = float(np.linalg.norm(root - request.stood))
-    assert [f"{off:.1f} m from where --stood" in note for note in told] == [True] * (off > 0.5)
+    assert [f"{off:.1f} m from where ‹stood›" in note for note in told] == [True] * (off > 0.5)
     assert off > 0.5
 
 

@@ -10,11 +10,11 @@ import trimesh
 
 from capture_app.commands.export import ExportFormat, ExportRequest
 from capture_app.commands.render import RenderRequest
-from capture_app.exports.of_result import export_result
+from capture_app.exports.export_sample import export_result
 from capture_app.picture_bytes import decoded, encoded
 from capture_app.pipeline import run_take
 from capture_app.rendering import render_result
-from capture_app.replay.pack import pack_result
+from capture_app.replay.scene_pack import pack_result
 from capture_app.result import Result, load_result
 from ingest.animated.detect import read_animation
 from tests.capture_app.conftest import Inputs

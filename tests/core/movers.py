@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel, load_body
-from omomo_core.learning.evaluation.clips import RealClip
+from omomo_core.learning.evaluation.real_clips import RealClip
 from omomo_core.learning.evaluation.truth import recorded_person
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 

@@ -32,6 +32,8 @@ NO_SETTINGS = {
     "ingest/trajectory/smooth.py": {"_MAD", "_SAME_TIME"},
     # What a network was trained with; another value needs another network.
     "omomo_core/geometry/object_features.py": {"BASIS_RADIUS"},
+    # What single precision changes in a quaternion.
+    "omomo_core/geometry/rotations.py": {"ROUNDING"},
     "omomo_core/stages/stage_config.py": {"LEVEL_SHIFT"},
     # Parts of the time that a progress bar shows.
     "omomo_core/generation/solving/bodies.py": {"_BEFORE", "_OPTIMISING"},

@@ -6,8 +6,8 @@ import torch
 
 from omomo_core.compute import find_device
 from omomo_core.errors import InputError
+from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.generation.generator import generate
-from omomo_core.generation.options import GenerationOptions
 from omomo_core.stages.stage import Stage
 from omomo_core.weights.load import load_stages
 from tests.core.test_generation import BODY, carried
@@ -33,8 +33,8 @@ def test_a_device_that_is_not_there_is_refused(name: str):
     with pytest.raises(InputError) as refused:
         load_stages("capture", device=name)  # type: ignore[arg-type]
     assert refused.value.code == "device-missing"
-    assert refused.value.where == f"--device {name}"
-    assert "--device cpu" in refused.value.fix
+    assert refused.value.where == f"‹device› {name}"
+    assert "‹device› cpu" in refused.value.fix
 
 
 @pytest.mark.parametrize("name", ["hands", "body"])

@@ -13,7 +13,7 @@ from omomo_core.body.model import BodyModel, load_body, with_height
 from omomo_core.errors import InputError
 from omomo_core.generation.object_clip import ObjectModel
 from omomo_core.generation.person import Retargeting
-from omomo_core.learning.evaluation.clips import (
+from omomo_core.learning.evaluation.real_clips import (
     AXES,
     NAMES,
     THICKEST_SOLE,

@@ -11,7 +11,6 @@ from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import full_kinematics
-from omomo_core.learning.evaluation.clips import RealClip
 from omomo_core.learning.evaluation.metrics import (
     average,
     clusters,
@@ -22,6 +21,7 @@ from omomo_core.learning.evaluation.metrics import (
     spread,
     vertex_error,
 )
+from omomo_core.learning.evaluation.real_clips import RealClip
 from omomo_core.learning.evaluation.truth import Touching, Truth
 from omomo_core.motion import HumanMotion
 from tests.core.movers import mover, resembling

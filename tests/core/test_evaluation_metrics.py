@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.body.model import load_body
 from omomo_core.geometry.object_features import object_features
-from omomo_core.learning.baselines.opposed_palms import opposed_palms
 from omomo_core.learning.evaluation.metrics import (
     clusters,
     contact_scores,
@@ -20,6 +19,7 @@ from omomo_core.learning.evaluation.metrics import (
     root_orientation_errors,
     swing_measures,
 )
+from omomo_core.learning.evaluation.protocols import opposed_palms
 from omomo_core.learning.evaluation.truth import Touching
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 

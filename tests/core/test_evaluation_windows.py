@@ -7,9 +7,9 @@ import pytest
 
 from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
-from omomo_core.learning.evaluation.methods import RecordedPeople
+from omomo_core.learning.evaluation.clip_sources import clip_of, read_recorded, windows_of
+from omomo_core.learning.evaluation.evaluated_methods import RecordedPeople
 from omomo_core.learning.evaluation.metrics import paired_bootstrap
-from omomo_core.learning.evaluation.sources import clip_of, read_recorded, windows_of
 from omomo_core.learning.recordings.clips import Clip, save_clips
 from tests.core.movers import mover
 

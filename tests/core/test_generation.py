@@ -14,8 +14,8 @@ from omomo_core.body.trajectory_optimization.residuals import InteractionTargets
 from omomo_core.errors import InputError
 from omomo_core.generation.conditioning import Conditioning, Pose
 from omomo_core.generation.decoding import despike
+from omomo_core.generation.generation_options import Generation, GenerationOptions
 from omomo_core.generation.generator import generate
-from omomo_core.generation.options import Generation, GenerationOptions
 from omomo_core.generation.selection.ranking import choose
 from omomo_core.generation.selection.selection_config import SCORE
 from omomo_core.generation.solving.bodies import SolvedBodies, solve_bodies

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from omomo_core.generation.decoding import despike
-from omomo_core.generation.options import FeaturePrefix, fade
+from omomo_core.generation.generation_options import FeaturePrefix, fade
 
 
 @pytest.mark.parametrize(("metres", "leaps"), [(0.118, False), (0.122, True)])

@@ -7,8 +7,8 @@ import trimesh
 
 from omomo_core.body.model import load_body
 from omomo_core.generation.conditioning import UNCONDITIONED, Conditioning, Pose
+from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.generation.generator import generate
-from omomo_core.generation.options import GenerationOptions
 from omomo_core.generation.sampling import sample_body as stage_2
 from omomo_core.generation.sampling import sample_hands as stage_1
 from omomo_core.generation.sampling.sample_body import WindowConditions, sample_take

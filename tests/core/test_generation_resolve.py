@@ -9,11 +9,11 @@ from omomo_core.body.model import load_body
 from omomo_core.contact.segment import ContactSegment, ContactSpan
 from omomo_core.generation.conditioning import Conditioning
 from omomo_core.generation.generation_config import CORRECTION
+from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.generation.generator import generate
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
-from omomo_core.generation.options import GenerationOptions
 from omomo_core.generation.person import Person
-from omomo_core.generation.resolve import changed, resolve
+from omomo_core.generation.resolve_contacts import changed, resolve
 from omomo_core.motion import HumanMotion
 from omomo_core.weights.load import load_stages
 from tests.core.test_generation import carried

@@ -10,8 +10,8 @@ from omomo_core.contact.contact_config import SUPPORT
 from omomo_core.contact.segment import ContactSegment
 from omomo_core.generation.conditioning import UNCONDITIONED, Conditioning
 from omomo_core.generation.generation_config import RECORDED, ChunkSizes
+from omomo_core.generation.generation_options import FeaturePrefix, GenerationOptions
 from omomo_core.generation.object_clip import ObjectClip, ObjectModel
-from omomo_core.generation.options import FeaturePrefix, GenerationOptions
 from omomo_core.generation.person import join
 from omomo_core.generation.sampling.sample_hands import release_resting_object, sample_hands
 from omomo_core.generation.selection.start_constraint import (

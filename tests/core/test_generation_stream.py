@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from omomo_core.body.model import load_body
 from omomo_core.generation.generation_config import LIVE, RECORDED, ChunkSizes
+from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.generation.generator import generate
-from omomo_core.generation.options import GenerationOptions
 from omomo_core.generation.person import join
 from omomo_core.generation.stream import GeneratedChunk, split_into_chunks, stream
 from omomo_core.stages.stage import Stages

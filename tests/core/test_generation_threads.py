@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from omomo_core.body.model import load_body
 from omomo_core.compute import LEAST_WINDOWS, batch_parts, sample_groups, torch_threads
 from omomo_core.generation.generation_config import ChunkSizes
-from omomo_core.generation.options import GenerationOptions, no_progress
+from omomo_core.generation.generation_options import GenerationOptions, no_progress
 from omomo_core.generation.stream import one_ahead, stream
 from omomo_core.stages.stage import Stage, StageConfig, load_stage
 from omomo_core.weights.load import SHIPPED, load_stages

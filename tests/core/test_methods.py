@@ -11,12 +11,12 @@ from scipy.spatial.transform import Rotation
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.errors import AssetError
-from omomo_core.generation.options import GenerationOptions
+from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.learning.baselines.goal import Goal, GoalConfig, ObjectFrames, spread_out
-from omomo_core.learning.evaluation.clips import RealClip
-from omomo_core.learning.evaluation.methods import LOADERS, EvaluatedMethod, load_method
-from omomo_core.learning.methods import single_stage_config
+from omomo_core.learning.evaluation.evaluated_methods import LOADERS, EvaluatedMethod, load_method
+from omomo_core.learning.evaluation.real_clips import RealClip
+from omomo_core.learning.trainable_methods import single_stage_config
 from omomo_core.motion import HumanMotion
 from omomo_core.stages import body_capture, body_paper
 from omomo_core.stages import hands_capture as hand_capture

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from omomo_core.errors import InputError
-from omomo_core.learning.recordings.bvh import read_bvh
+from omomo_core.learning.recordings.bvh_file import read_bvh
 
 ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 

@@ -10,8 +10,8 @@ from scipy.spatial import KDTree
 
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import load_body
-from omomo_core.learning.evaluation.clips import RealClip
-from omomo_core.learning.evaluation.sources import read_truth
+from omomo_core.learning.evaluation.clip_sources import read_truth
+from omomo_core.learning.evaluation.real_clips import RealClip
 from omomo_core.learning.recordings.omomo_release import (
     ReleaseSequence,
     leg,

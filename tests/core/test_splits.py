@@ -5,8 +5,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omomo_core.learning.recordings.splits import SEEN, UNSEEN, Cast, by_side, cast_of, side_of
-from omomo_core.learning.synthesis.engine import STATURES, Roster, classes_of, our_scale, people_of
 from omomo_core.learning.synthesis.props.catalogue import MAKERS
+from omomo_core.learning.synthesis.synthesis_engine import (
+    STATURES,
+    Roster,
+    classes_of,
+    our_scale,
+    people_of,
+)
 
 
 @pytest.mark.parametrize(

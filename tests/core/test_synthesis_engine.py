@@ -28,7 +28,7 @@ from omomo_core.learning.synthesis.base_motion import (
     survey,
 )
 from omomo_core.learning.synthesis.base_motion_search import Sources
-from omomo_core.learning.synthesis.engine import Roster, classes_of, people_of, synthesise
+from omomo_core.learning.synthesis.synthesis_engine import Roster, classes_of, people_of, synthesise
 from omomo_core.learning.synthesis.walker.improvise import index
 from omomo_core.motion import FPS
 

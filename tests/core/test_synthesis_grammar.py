@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from omomo_core.learning.synthesis.action_plan import Action
 from omomo_core.learning.synthesis.actions import draw_action, draw_action_plan, draw_grasp
 from omomo_core.learning.synthesis.base_motion import about_z
-from omomo_core.learning.synthesis.engine import classes_of
 from omomo_core.learning.synthesis.holds import Handling, Hold
 from omomo_core.learning.synthesis.palms_on_prop import PALM_THICKNESS, plan_hands
 from omomo_core.learning.synthesis.props import Stock, make_prop
+from omomo_core.learning.synthesis.synthesis_engine import classes_of
 
 HANDLED: list[Action] = ["carry", "relocate", "in_place", "raise", "one_hand", "swing", "flip", "push",
                          "pull", "drag", "shove", "turn", "tip", "reach_over", "pivot"]  # fmt: skip

@@ -12,8 +12,8 @@ import torch
 from omomo_core.diffusion.denoiser import DenoiserConfig
 from omomo_core.errors import AssetError, InputError
 from omomo_core.learning.baselines.goal import GoalConfig, GoalTraining
-from omomo_core.learning.methods import MethodName, networks, single_stage_config
 from omomo_core.learning.recordings.clips import load_clips, save_clips
+from omomo_core.learning.trainable_methods import MethodName, networks, single_stage_config
 from omomo_core.learning.training.corpus import Corpus
 from omomo_core.learning.training.denoising import Denoising
 from omomo_core.learning.training.training_loop import (

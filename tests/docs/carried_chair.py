@@ -12,9 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from capture_app.simulator.carried_box import carried_box
-from capture_app.simulator.phone import simulate
-from capture_app.simulator.recording import write_recording
+from capture_app.simulator.demo_take import carried_box, write_recording
+from capture_app.simulator.simulated_phone import simulate
 from ingest.mesh import load_mesh
 from ingest.mount_file import load_mount, save_mount
 from omomo_core.geometry.transforms import inverse

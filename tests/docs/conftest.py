@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from capture_app.simulator.record import DEMO
+from capture_app.simulator.demo_take import DEMO
 from tests.conftest import WriteClip
 from tests.docs.hurry import write_shim
 from tests.docs.inputs import Given

@@ -11,12 +11,8 @@ import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.carried_box import carried_box, clamped_phone
-from capture_app.simulator.noise import PhoneNoise
-from capture_app.simulator.phone import simulate
-from capture_app.simulator.record import DEMO
-from capture_app.simulator.recording import write_recording
-from capture_app.simulator.wiggle import wiggle_motion
+from capture_app.simulator.demo_take import DEMO, carried_box, clamped_phone, write_recording
+from capture_app.simulator.simulated_phone import PhoneNoise, simulate
 from ingest.calibration.board.board_spec import PRESETS
 from ingest.formats import scanner_3d
 from omomo_core.learning.recordings.clips import save_clips
@@ -35,6 +31,7 @@ from tests.simulator.scan_film import film_session
 from tests.simulator.scan_log import scan_log, with_pictures
 from tests.simulator.scan_model import drawn_model
 from tests.simulator.scan_scene import orbit_poses, scan_scene
+from tests.simulator.wiggle import wiggle_motion
 from tests.simulator.witness import board_on_box, tripod
 from tests.textured_room import room, write_room, write_room_of
 

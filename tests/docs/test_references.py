@@ -130,4 +130,4 @@ def test_what_is_not_there_is_found():
     assert missing_names(text) == [
         "ingest/nowhere.py", "ingest.types_of.nothing", "ingest.errors_x", "fancy_file.py"
     ]  # fmt: skip
-    assert missing_names("`docs/scan.md` ingest.calibration.phone_body.body_point `body.py`") == []
+    assert missing_names("`docs/scan.md` ingest.calibration.phone_body.body_point `load.py`") == []

@@ -4,7 +4,7 @@ import json
 import sys
 from pathlib import Path
 
-from capture_app.study.key import read_key
+from capture_app.study.votes import read_key
 
 
 def main(study: Path, votes: Path) -> None:

@@ -18,8 +18,7 @@ from pxr import Usd, UsdGeom
 from pygltflib import GLTF2
 from safetensors import safe_open
 
-from capture_app.simulator.carried_box import clamped_phone
-from capture_app.simulator.record import DEMO, MESH, SESSION
+from capture_app.simulator.demo_take import DEMO, MESH, SESSION, clamped_phone
 from ingest.formats import registry
 from tests.conftest import REPO, WriteClip
 
@@ -98,7 +97,7 @@ def test_03_makes_a_result_folder(out: Path):
 
 
 def test_03_says_why_a_take_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
-    monkeypatch.setattr("capture_app.simulator.record.MOUNT", "nowhere.json")
+    monkeypatch.setattr("capture_app.simulator.demo_take.MOUNT", "nowhere.json")
     with pytest.raises(SystemExit, match="The take is refused: There is no mount file"):
         run_example(3, tmp_path)
     assert list(tmp_path.iterdir()) == []

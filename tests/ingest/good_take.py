@@ -8,8 +8,8 @@ import trimesh
 from scipy.spatial.transform import Rotation, Slerp
 
 from capture_app.inspection import Inspection, inspect_take
-from capture_app.simulator.carried_box import box_mesh, carried_box, clamped_phone
-from capture_app.simulator.phone import simulate
+from capture_app.simulator.demo_take import box_mesh, carried_box, clamped_phone
+from capture_app.simulator.simulated_phone import simulate
 from ingest.formats import stray_scanner
 from ingest.mount_file import save_mount
 from ingest.session import CaptureSession

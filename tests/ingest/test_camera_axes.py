@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from capture_app.inspection import inspect_take, refuse_bad
-from capture_app.simulator.carried_box import clamped_phone
+from capture_app.simulator.demo_take import clamped_phone
 from ingest.formats import pose_table, tum
 from ingest.mount_file import save_mount
 from ingest.session import CaptureSession

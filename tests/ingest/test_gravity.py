@@ -110,8 +110,8 @@ def test_a_box_may_rest_on_each_of_its_sides_so_its_user_is_asked(box):
         to_object_motion(_first_frame_session(_carried(1)), box, MOUNT)
     assert caught.value.code == "gravity-ambiguous"
     assert "on 6 of its sides" in caught.value.what
-    assert "-x of the mesh up (--up" in caught.value.what
-    assert "--up object:z" in caught.value.fix
+    assert "-x of the mesh up (‹up›" in caught.value.what
+    assert "‹up› object:z" in caught.value.fix
 
 
 def test_each_answer_that_is_offered_can_be_given(box):
@@ -119,7 +119,7 @@ def test_each_answer_that_is_offered_can_be_given(box):
     session = _first_frame_session(T)
     with pytest.raises(InputError) as caught:
         to_object_motion(session, box, MOUNT)
-    offered = re.findall(r"(-?[xyz]) of the mesh up \(--up ([^)]*)\)", caught.value.what)
+    offered = re.findall(r"(-?[xyz]) of the mesh up \(‹up› ([^)]*)\)", caught.value.what)
     ups = {axis: [float(x) for x in numbers.split(",")] for axis, numbers in offered}
     assert set(ups) == {"x", "-x", "y", "-y", "z", "-z"}
     assert _angle(np.array(ups["z"]) / np.linalg.norm(ups["z"]), _true_up(T)) < 1.0
@@ -205,7 +205,7 @@ def test_rests_that_disagree_are_named(box):
     assert caught.value.code == "gravity-ambiguous"
     assert "0.0 to" in caught.value.where
     assert "to 8.0 s" in caught.value.where
-    assert "--up" in caught.value.fix
+    assert "‹up›" in caught.value.fix
 
 
 def test_an_object_that_leans_where_it_rests_tells_nothing(box):

@@ -73,7 +73,7 @@ def test_wrong_units_say_the_size_and_the_factor(tmp_path: Path):
     error = _error(tmp_path / "chair.obj")
     assert error.code == "mesh-units"
     assert "40 x 50 x 90 m" in error.what
-    assert "--mesh-scale 0.01" in error.fix
+    assert "‹mesh_scale› 0.01" in error.fix
     scaled = load_mesh(tmp_path / "chair.obj", scale=0.01)
     np.testing.assert_allclose(np.ptp(scaled.vertices, axis=0), [0.4, 0.5, 0.9], atol=1e-6)
     assert _error(tmp_path / "chair.obj", scale=0.0001).code == "mesh-units"

@@ -12,7 +12,7 @@ from ingest.formats import ios_logger
 from ingest.formats.registry import FORMATS, read_session
 from ingest.mount import identity_mount
 from ingest.report.clamp_checks import gravity_angles
-from ingest.report.inspect import inspect_session
+from ingest.report.take_inspection import inspect_session
 from ingest.session import GRAVITY, R_CAMERA_DEVICE, CaptureSession
 from ingest.trajectory.object_motion import to_object_motion
 from omomo_core.geometry.transforms import inverse

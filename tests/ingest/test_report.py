@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from ingest.mount import Mount, object_id
 from ingest.report.clamp_checks import mount_checks
-from ingest.report.inspect import inspect_session
-from ingest.report.take_checks import Check
+from ingest.report.take_inspection import inspect_session
+from ingest.report.take_report import Check
 from ingest.session import GRAVITY, R_CAMERA_DEVICE, CaptureSession, ImuLog
 from ingest.trajectory.rests import standing_sides, tilt_from_standing
 from omomo_core.motion import ObjectMesh

@@ -303,13 +303,13 @@ def test_force_uses_a_bad_take_but_none_without_a_motion(take: Take):
     seen = take.inspect()
     with pytest.raises(InputError, match="Scale") as caught:
         usable_take(seen)
-    assert "--force" in caught.value.fix
+    assert "‹force›" in caught.value.fix
     assert usable_take(seen, force=True) is seen.take
     for hopeless in (go.timed(take.good, take.good.times * 1e3), go.at_rate(take.good, 5)):
         take.write(hopeless)
         with pytest.raises(InputError) as caught:
             usable_take(take.inspect(), force=True)
-        assert "--force" not in caught.value.fix
+        assert "‹force›" not in caught.value.fix
 
 
 def test_there_is_a_table_to_speak_of():

@@ -16,7 +16,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from capture_app.inspection import refuse_bad
-from capture_app.simulator.carried_box import clamped_phone
+from capture_app.simulator.demo_take import clamped_phone
 from ingest.formats import arkit_data_logger, ios_logger, stray_scanner
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError

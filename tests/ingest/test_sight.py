@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from capture_app.inspection import inspect_take
-from capture_app.simulator.record import DEMO, SESSION
+from capture_app.simulator.demo_take import DEMO, SESSION
 from ingest.formats import (
     arkit_recorder,
     arkitscenes,
@@ -21,9 +21,10 @@ from ingest.formats import (
     stray_scanner,
 )
 from ingest.formats.registry import Format, read_session
-from ingest.report.inspect import inspect_session
+from ingest.report.checked_session import CheckedSession
 from ingest.report.sight import explained, sight
-from ingest.report.take_checks import Check, Look
+from ingest.report.take_inspection import inspect_session
+from ingest.report.take_report import Check
 from ingest.session import CaptureSession
 from ingest.session_images import pictures
 from omomo_core.geometry.transforms import inverse
@@ -62,7 +63,7 @@ def photographed(
 
 
 def _seen(session: CaptureSession) -> Check:
-    return sight(Look(session))
+    return sight(CheckedSession(session))
 
 
 def _transposed(T: np.ndarray) -> np.ndarray:

@@ -229,7 +229,7 @@ def test_a_segment_without_a_rest_has_no_certain_floor(wander, box):
     )
     assert second.floor.source == "elsewhere"
     assert not second.floor.certain
-    assert "--segment" in second.floor.message
+    assert "‹segment›" in second.floor.message
 
 
 def test_behind_a_gap_the_world_is_the_same_and_so_is_its_floor(wander, box):

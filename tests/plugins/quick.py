@@ -24,6 +24,9 @@ _STARTS = (
     (os, "fork"),
 )
 """What starts a process."""
+_REASON = "it starts a process: a quick run leaves it out"
+_ROOMS = ("jobs", "web", "page")
+"""Folders of tests/capture_app whose workers, servers and browsers start processes from other threads."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -37,10 +40,13 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     seconds: dict[str, float] = json.loads(SECONDS.read_text())
     items.sort(key=lambda item: -seconds.get(_file(item.nodeid), 0.0))
     if config.getoption("quick"):
-        long = [item for item in items if seconds.get(_test(item.nodeid), 0.0) >= _LONG]
-        config.hook.pytest_deselected(items=long)
-        left_out = set(long)
-        items[:] = [item for item in items if item not in left_out]
+        rooms = tuple(f"tests/capture_app/{room}/" for room in _ROOMS)
+        kept, left_out = list[pytest.Item](), list[pytest.Item]()
+        for item in items:
+            long = seconds.get(_test(item.nodeid), 0.0) >= _LONG
+            (left_out if long or item.nodeid.startswith(rooms) else kept).append(item)
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = kept
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -54,7 +60,7 @@ def no_process(pytestconfig: pytest.Config) -> Iterator[None]:
 
 
 def _skip(*_: Any, **__: Any) -> None:
-    pytest.skip("it starts a process: a quick run leaves it out")
+    pytest.skip(_REASON)
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:

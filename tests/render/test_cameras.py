@@ -5,8 +5,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from render.cameras import look_at, orbit, pinhole
-from render.follow import FollowStyle, follow, follow_azimuth
+from render.cameras import FollowStyle, follow, follow_azimuth, look_at, orbit, pinhole
 
 W, H = 960, 540
 place = st.tuples(*[st.floats(-5, 5)] * 3).map(np.array)

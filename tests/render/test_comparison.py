@@ -13,11 +13,18 @@ from omomo_core.body.kinematics import forward_kinematics
 from omomo_core.body.model import BodyModel, load_body
 from omomo_core.errors import InputError
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
-from render.comparison import Contender, Number, clock, difference_scale, shared_camera, views
+from render.comparison import (
+    Contender,
+    Number,
+    clock,
+    difference_scale,
+    heat_color,
+    heat_scale,
+    shared_camera,
+    views,
+)
 from render.comparison_plate import PlateStyle, comparison_frames, comparison_sheet
-from render.heat import heat_color, heat_scale
-from render.lettering import fitted, text_width, write
-from render.strips import HOLDS, TRUE, Held, contact_strip
+from render.lettering import HOLDS, TRUE, Held, contact_strip, fitted, text_width, write
 from render.third_person import subject
 
 FRAMES = 24

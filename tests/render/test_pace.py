@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from render.pace import ahead, beside
+from render.video import ahead, beside
 
 
 def nobody_left() -> bool:

@@ -5,8 +5,7 @@ import pytest
 import trimesh
 
 from omomo_core.motion import ObjectMesh, ObjectMotion
-from render.captions import caption, time_code
-from render.normals import VertexNormals
+from render.lettering import caption, time_code
 from render.props import (
     CONTACT_COLOR,
     FREE_COLOR,
@@ -18,7 +17,7 @@ from render.props import (
     trail,
 )
 from render.raycast_backend import MipMaps
-from render.scene import Scene
+from render.scene import Scene, VertexNormals
 
 CUBE = np.array(trimesh.creation.box((2.0, 2.0, 2.0)).vertices)
 CUBE_FACES = np.array(trimesh.creation.box().faces)

@@ -11,12 +11,11 @@ import pytest
 import trimesh
 
 from omomo_core.errors import InputError
-from render import lit_passes
+from render import pyrender_backend
 from render.backends import open_renderer
 from render.cameras import Camera, look_at, orbit, pinhole
-from render.normals import split_mesh
 from render.renderer import Renderer
-from render.scene import Drawable, Light, Scene
+from render.scene import Drawable, Light, Scene, split_mesh
 
 W, H = 321, 241
 ORANGE = (0.9, 0.6, 0.3)
@@ -140,12 +139,12 @@ def test_shadows_are_the_same_where_pixels_cannot_share_what_they_sampled(
     with open_renderer(W, H, "pyrender", samples=0) as opened:
         opened.show(scene)
         shared = opened.color(from_above()).astype(int)
-    folder = shutil.copytree(lit_passes.SHADERS, tmp_path / "shaders")
+    folder = shutil.copytree(pyrender_backend.SHADERS, tmp_path / "shaders")
     text = (folder / "mesh.frag").read_text()
     without = text.replace("defined(GL_ARB_derivative_control)", "0").replace("#extension", "//")
     assert without != text
     (folder / "mesh.frag").write_text(without)
-    monkeypatch.setattr(lit_passes, "SHADERS", folder)
+    monkeypatch.setattr(pyrender_backend, "SHADERS", folder)
     with open_renderer(W, H, "pyrender", samples=0) as opened:
         opened.show(scene)
         alone = opened.color(from_above()).astype(int)

@@ -10,8 +10,7 @@ import pytest
 from PIL import Image
 
 from omomo_core.errors import InputError
-from render.stills import contact_sheet, write_png
-from render.video import write_moving, write_video, write_webp
+from render.video import contact_sheet, write_moving, write_png, write_video, write_webp
 from tests.video_frames import read_frames
 
 

@@ -12,10 +12,9 @@ from omomo_core.contact.segment import ContactSegment
 from omomo_core.errors import InputError
 from omomo_core.motion import HumanMotion, ObjectMesh, ObjectMotion
 from render import third_person
-from render.actors import Actor, poses_at, retimed
 from render.cameras import look_at, pinhole, quarter_turns
 from render.overlay import composite, wiped
-from render.props import rigid_object
+from render.props import Actor, poses_at, retimed, rigid_object
 from render.scene import Drawable
 from render.third_person import facing, held_places, object_corners, subject
 from render.views import Eye, View, share_shown, shot

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float32, UInt8
 
-from capture_app.simulator.noise import PhoneNoise
+from capture_app.simulator.simulated_phone import PhoneNoise
 from ingest.formats.scan_capture import SIZE as LIDAR_SIZE
 
 _FARTHEST = 5.0

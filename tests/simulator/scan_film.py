@@ -11,8 +11,7 @@ from jaxtyping import Float32, Float64, UInt8
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.noise import disturb
-from capture_app.simulator.phone import BOOT_SECONDS, arkit_from_world
+from capture_app.simulator.simulated_phone import BOOT_SECONDS, arkit_from_world, disturb
 from ingest.axes import T_ZUP_ARKIT
 from ingest.formats import scanner_3d
 from ingest.formats.registry import Format

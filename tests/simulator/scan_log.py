@@ -10,8 +10,12 @@ from jaxtyping import Float64
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline, Slerp
 
-from capture_app.simulator.noise import PhoneNoise, disturb
-from capture_app.simulator.phone import BOOT_SECONDS, arkit_from_world
+from capture_app.simulator.simulated_phone import (
+    BOOT_SECONDS,
+    PhoneNoise,
+    arkit_from_world,
+    disturb,
+)
 from ingest.formats import scanner_3d
 from ingest.session import CaptureSession
 from tests.simulator.scan_scene import ScanScene, film, intrinsics, orbit_poses

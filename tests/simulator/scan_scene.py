@@ -13,8 +13,8 @@ from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMesh
 from render.backends import open_renderer
 from render.cameras import Camera, orbit
+from render.phone_view import ROOM_LIGHT, busy_texture, room
 from render.renderer import Picture
-from render.room import ROOM_LIGHT, busy_texture, room
 from render.scene import Drawable, Scene
 from tests.simulator.scan_objects import OBJECTS
 from tests.simulator.scan_shapes import joined

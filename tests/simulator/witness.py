@@ -10,17 +10,16 @@ from jaxtyping import Float64, Int
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline
 
-from capture_app.simulator.carried_box import WIDTH
+from capture_app.simulator.demo_take import WIDTH
 from ingest.calibration.board.board_lens import distorted
 from ingest.calibration.board.board_spec import Board, board_image
 from ingest.calibration.board.camera_file import WitnessCamera
 from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS, ObjectMotion
-from render.actors import Actor
 from render.cameras import look_at
-from render.normals import split_mesh
-from render.scene import Drawable
+from render.props import Actor
+from render.scene import Drawable, split_mesh
 from render.video import write_video
 from tests.simulator.witness_view import frames
 

@@ -5,10 +5,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from render.actors import Actor, play
 from render.backends import Backend, open_renderer
-from render.lens import Distort, LensDistortion
-from render.room import ROOM_LIGHT, room
+from render.overlay import Distort, LensDistortion
+from render.phone_view import ROOM_LIGHT, room
+from render.props import Actor, play
 from render.scene import Scene
 
 _GAP = 2.0

@@ -6,7 +6,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from capture_app.cli.calibrate import board_pdf, drawing, mounts, points, recorded, screen
+from capture_app.cli.calibrate import board_pdf, drawing, mounts, points, recorded
 
 
 class _Guided(TyperGroup):
@@ -28,8 +28,8 @@ app = typer.Typer(
 @app.command()
 def guide() -> None:
     """Ask what there is, guide through each recording, check it at once, and find the mount."""
-    from capture_app.calibration.guide.flow import Guide
-    from capture_app.calibration.guide.prompt import Prompt
+    from capture_app.calibration.guide_flow import Guide
+    from capture_app.calibration.guide_steps import Prompt
     from capture_app.cli.calibrate.finish import check_output
     from capture_app.cli.console import output
 
@@ -47,7 +47,6 @@ app.command("scan")(recorded.scan)
 app.command("session")(recorded.session)
 app.command("board")(recorded.board)
 app.command("tracker")(recorded.tracker)
-app.command("screen")(screen.screen)
 app.command("points")(points.points)
 app.command("drawing")(drawing.drawing)
 app.command("floor")(recorded.floor)
@@ -64,7 +63,6 @@ def calibrate() -> None:
     - **session**: object scanned and phone clamped in one recording
     - **board**: a second camera watches a printed board on the object
     - **tracker**: motion capture or a second tracker followed the object
-    - **screen**: the phone's screen shows a board, another camera sees it and the object
     - **points**: three or more points known on phone and object
     - **drawing**: the drawing of a holder
     - **floor**: refines any of them by the object's contact with the floor

@@ -9,9 +9,9 @@ from rich.markup import escape
 from scipy.spatial.transform import Rotation
 
 from capture_app.cli.console import output, say
-from capture_app.commands.calibrate.way import Way
+from capture_app.commands.calibrate import Way
+from capture_app.commands.inputs import MeshFile
 from capture_app.commands.request import validated
-from capture_app.mesh_file import MeshFile
 from ingest.mount import Mount
 from ingest.uncertainty import bounds_95
 from omomo_core.errors import InputError
@@ -63,7 +63,7 @@ def carry_out(model: type[Way], said: Mapping[str, Any], path: Path) -> None:
     from capture_app.calibration.calibrate import calibrate
     from capture_app.cli.console import progress_bars
 
-    way: Any = validated(model, said, "option-invalid", prefix="--")
+    way: Any = validated(model, said, "option-invalid")
     check_output(path)
     with progress_bars() as progress:
         mount = calibrate(way, path, progress, picture=_picture(path))
@@ -79,7 +79,7 @@ def finish(mount: Mount, path: Path, mesh_file: MeshFile | None = None, phone: s
         mesh_file: the object it is for, when it is known; then both are drawn.
         phone: its model, when it is known.
     """
-    from capture_app.calibration.write_mount import write_mount
+    from capture_app.calibration.calibrate import write_mount
 
     _print_mount(write_mount(mount, path, mesh_file, phone, picture=_picture(path)), path)
 
@@ -120,7 +120,7 @@ def show(mount: Mount) -> None:
 
 
 def _place(mount: Mount) -> str:
-    """By method, and where the object's origin is as the phone sees it."""
+    """Return the method in words, and the place of the object's origin as the phone sees it."""
     x, y, z = 1e3 * mount.T_phone_object[:3, 3]
     angle = np.degrees(Rotation.from_matrix(mount.T_phone_object[:3, :3]).magnitude())
     return (

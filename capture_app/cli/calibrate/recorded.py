@@ -8,8 +8,7 @@ import typer
 from capture_app.cli import options as shared
 from capture_app.cli.calibrate import options as given
 from capture_app.cli.derived import derived
-from capture_app.commands.calibrate.by_camera import BoardWay, TrackerWay
-from capture_app.commands.calibrate.by_phone import FloorWay, ScanWay, SessionWay
+from capture_app.commands.calibrate import BoardWay, FloorWay, ScanWay, SessionWay, TrackerWay
 
 Model = Annotated[
     Path,

@@ -1,4 +1,4 @@
-// Reads a scene pack: a JSON header and plain arrays (capture_app/replay/layout.py).
+// Reads a scene pack: a JSON header and plain arrays (capture_app/replay/scene_pack.py).
 
 /** What docs/replay.md lists of a header.
  *  @typedef {{

@@ -1,20 +1,58 @@
-"""Sessions, objects, mounts, videos and contacts: listed, renamed, deleted."""
+"""Sessions, objects, mounts, videos and contacts: listed, renamed, and deleted unless a job needs them."""
 
+from collections.abc import Iterator, Sequence
 from datetime import datetime
+from pathlib import Path
 from typing import Any
 
 from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
 
 from capture_app.commands.inputs import ItemKind
-from capture_app.library_item import Info, Name
-from capture_app.summaries import mesh_summary
-from capture_app.web.in_use import refuse_in_use
-from capture_app.web.library.ids import Id
-from capture_app.web.library.library import SHELVES
+from capture_app.library_item import Info, Name, mesh_summary
+from capture_app.manifest import MANIFEST, read_manifest
+from capture_app.web.library import SHELVES, Library
 from capture_app.web.page_words import all_in_page_words
-from capture_app.web.site import Here
+from capture_app.web.problems import Refused
+from capture_app.web.shelves import Id
+from capture_app.web.site import Here, Site
 from capture_app.web.sources import mesh_file_of
+from omomo_core.errors import InputError
+
+_ACTIVE = ("queued", "running", "cancelling")
+_MOST = 10_000
+
+
+def refuse_in_use(site: Site, id_: str) -> None:
+    """Refuse to take away what a job reads.
+
+    Raises:
+        Refused: 409 with the job's name.
+    """
+    for state in _ACTIVE:
+        for record in site.queue.list(limit=_MOST, state=state):
+            if id_ in _needed(site.library, [Path(given.path) for given in record.inputs]):
+                raise Refused(
+                    409,
+                    "in-use",
+                    f"The job '{record.name or record.kind}' still needs it.",
+                    where=record.id,
+                    fix="Wait for it, or cancel it first.",
+                )
+
+
+def _needed(library: Library, inputs: Sequence[Path]) -> set[str | None]:
+    """Ids of what these lie in, and of what a result among them was made from, such as its film."""
+    made_from = [path for given in inputs for path in _origins(given)]
+    return {library.holder(path) for path in (*inputs, *made_from)}
+
+
+def _origins(result: Path) -> Iterator[Path]:
+    if (result / MANIFEST).is_file():
+        try:
+            yield from (Path(given.path) for given in read_manifest(result / MANIFEST).inputs)
+        except InputError:
+            return  # its job will say that it is damaged
 
 
 class LibraryItem(BaseModel):

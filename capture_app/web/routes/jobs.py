@@ -7,14 +7,13 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Body, Header, Query
 from pydantic import ConfigDict
 
-from capture_app.jobs.record import JobRecord, State
+from capture_app.jobs.job_record import JobRecord, State
 from capture_app.web.file_response import ResultFile, listed
 from capture_app.web.job_requests import to_order
-from capture_app.web.library.ids import Id, new_id
-from capture_app.web.library.shelf import missing
 from capture_app.web.page_words import all_in_page_words
 from capture_app.web.problems import Refused
 from capture_app.web.routes.orders import Ordered
+from capture_app.web.shelves import Id, missing, new_id
 from capture_app.web.site import Here, Site
 from omomo_core.errors import InputError
 

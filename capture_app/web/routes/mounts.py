@@ -1,59 +1,48 @@
-"""Mounts that need no file: the phone is the object, a drawing's numbers, points that were clicked."""
+"""Mounts that need no recording, and what guides a person through a calibration that needs one.
+
+POST /api/mounts makes a mount from a form: the phone is the object, a drawing, or clicked points. The
+guide says what to do, gives boards to print, and looks at what was recorded.
+"""
 
 import shutil
-from collections.abc import Awaitable, Callable
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import numpy as np
-from fastapi import APIRouter, Body
-from pydantic import BaseModel, ConfigDict, Field
+from fastapi import APIRouter, Body, Query
+from fastapi.responses import FileResponse
+from pydantic import BaseModel, Field
 
-from capture_app.calibration.phones import phone_of
-from capture_app.library_item import FILES, Info, Name
-from capture_app.summaries import mount_summary
-from capture_app.web.library.ids import Id, new_id
+from capture_app.commands.calibrate import DrawingWay, HandWay, PointsWay
+from capture_app.commands.inputs import ShortText, with_example
+from capture_app.library_item import FILES, Info, Name, mount_summary
+from capture_app.web import sandboxed_work
+from capture_app.web.file_response import cache_key, file_response
+from capture_app.web.page_words import all_in_page_words
 from capture_app.web.routes.items import LibraryItem, item
-from capture_app.web.sandbox import mounts
+from capture_app.web.routes.orders import by_id, with_paths
+from capture_app.web.shelves import Id, new_id
 from capture_app.web.site import Here, Site
 from capture_app.web.sources import mesh_file_of
-from ingest.calibration.drawing import Drawn, Precision
-from ingest.calibration.points import PointPair
+from ingest.calibration.board.board_sheet import PAPERS
+from ingest.calibration.board.board_spec import PRESETS
 
-router = APIRouter(prefix="/api/mounts", tags=["mounts"])
-
-_Number = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
-_Point = tuple[_Number, _Number, _Number]
-_Positive = Annotated[float, Field(allow_inf_nan=False, gt=0, le=1000)]
-_Words = Annotated[str, Field(max_length=200)]
+_LEFT_OUT = ("mesh_scale", "format")
+"""The library knows the unit of a mesh, and there is no log."""
 
 
-def _like(**example: Any) -> ConfigDict:
-    return ConfigDict(extra="forbid", json_schema_extra={"examples": [example]})
-
-
-class Identity(BaseModel):
+class IdentityForm(BaseModel):
     """The phone's frame is the object's."""
 
-    model_config = _like(method="identity", name="the phone itself")
+    model_config = with_example(method="identity", name="the phone itself")
 
     method: Literal["identity"]
     name: Name
 
 
-class _Phone(BaseModel):
-    phone: Annotated[_Words | None, Field(title="Phone")] = None
-    """Its model, e.g. "iPhone 15"."""
-    ruler: Annotated[
-        tuple[_Positive, _Positive, _Positive, _Positive] | None, Field(title="measure its lens")
-    ] = None
-    """Body width and height, the lens from the top and from the right edge, millimetres."""
-
-
-class Drawing(_Phone):
+@by_id(DrawingWay, leave_out=_LEFT_OUT)
+class DrawingForm(BaseModel):
     """A holder's drawing says where the phone is; one of axes, euler and quaternion."""
 
-    model_config = _like(
+    model_config = with_example(
         method="drawing",
         name="printed holder",
         phone="iPhone 15",
@@ -63,34 +52,14 @@ class Drawing(_Phone):
 
     method: Literal["drawing"]
     name: Name
-    of: Literal["body", "camera"] = "body"
-    xyz: Annotated[_Point, Field(title="Where it is, in the object's own axes")]
-    """Where it is in the object's frame, metres."""
-    point: _Words = "centre front"
-    axes: Annotated[_Words | None, Field(title="How it is turned")] = None
-    euler: _Words | None = None
-    quaternion: tuple[_Number, _Number, _Number, _Number] | None = None
-    """x y z w."""
-    sigma_mm: _Positive = 1.0
-    sigma_deg: Annotated[float, Field(allow_inf_nan=False, gt=0, le=180)] = 1.0
     object: Id | None = None
 
 
-class ClickedPair(BaseModel):
-    """A point on the phone, and the same point on the object."""
-
-    model_config = _like(phone="top left back corner", point=[0.1, 0.22, 0.05])
-
-    phone: _Words | _Point
-    """Its name, or metres in the axes of the phone's camera."""
-    point: _Point
-    """Metres in the object's frame."""
-
-
-class Points(_Phone):
+@by_id(PointsWay, leave_out=_LEFT_OUT)
+class PointsForm(BaseModel):
     """Points measured on the phone and clicked on the object."""
 
-    model_config = _like(
+    model_config = with_example(
         method="points",
         name="clamped to the back rest",
         object="0123456789abcdef",
@@ -105,65 +74,27 @@ class Points(_Phone):
     method: Literal["points"]
     name: Name
     object: Id
-    pairs: Annotated[list[ClickedPair], Field(min_length=3, max_length=200)]
-    sigma_mm: Annotated[float, Field(allow_inf_nan=False, ge=0.01, le=100)] = 2.0
-    scale: bool = False
-    """Solve for the scale of the mesh too."""
 
 
-Calibration = Annotated[Identity | Drawing | Points, Field(discriminator="method")]
+MountForm = Annotated[IdentityForm | DrawingForm | PointsForm, Field(discriminator="method")]
+
+
+router = APIRouter(prefix="/api/mounts", tags=["mounts"])
 
 
 @router.post("", status_code=201)
-async def calibrate(site: Here, given: Annotated[Calibration, Body()]) -> LibraryItem:
-    """Make a mount from a form."""
-
-    async def write(target: Path) -> dict[str, Any]:
-        if isinstance(given, Drawing):
-            return await _drawn(site, given, target)
-        if isinstance(given, Points):
-            return await _clicked(site, given, target)
-        return await site.sandbox.run(mounts.identity, target)
-
-    return await _shelved(site, given, write)
-
-
-async def _drawn(site: Site, given: Drawing, target: Path) -> dict[str, Any]:
-    drawn = Drawn(
-        xyz=_spaced(given.xyz),
-        axes=given.axes,
-        euler=given.euler,
-        quaternion=None if given.quaternion is None else _spaced(given.quaternion),
-    )
-    precision = Precision(given.sigma_mm / 1e3, float(np.radians(given.sigma_deg)))
-    phone = phone_of(given.phone, given.ruler)
-    mesh_file = None if given.object is None else mesh_file_of(site.library, given.object)
-    return await site.sandbox.run(
-        mounts.drawing, target, drawn, given.of, phone, given.point, precision, mesh_file
-    )
-
-
-async def _clicked(site: Site, given: Points, target: Path) -> dict[str, Any]:
-    metres = given.sigma_mm / 1e3
-    pairs = tuple(PointPair(pair.phone, pair.point, metres) for pair in given.pairs)
-    phone = phone_of(given.phone, given.ruler)
-    mesh_file = mesh_file_of(site.library, given.object)
-    return await site.sandbox.run(mounts.points, target, pairs, phone, given.scale, mesh_file)
-
-
-async def _shelved(
-    site: Site,
-    given: Identity | Drawing | Points,
-    write: Callable[[Path], Awaitable[dict[str, Any]]],
-) -> LibraryItem:
-    """Write the mount in a folder of its own, which then goes to the others."""
+async def calibrate(site: Here, given: Annotated[MountForm, Body()]) -> LibraryItem:
+    """Make a mount from a form: it is written in a folder of its own, which then goes to the others."""
     id_ = new_id()
     folder = site.library.scratch / id_
     target = folder / FILES / "mount.json"
     target.parent.mkdir(parents=True)
     try:
-        found = await write(target)
-        facts = {**await site.sandbox.run(mount_summary, target), **found}
+        if isinstance(given, IdentityForm):
+            found = await site.sandbox.run(sandboxed_work.identity, target)
+        else:
+            found = await site.sandbox.run(sandboxed_work.by_hand, target, _way(site, id_, given))
+        facts: dict[str, Any] = {**await site.sandbox.run(mount_summary, target), **found}
         facts["object"] = getattr(given, "object", None)
         info = Info(name=given.name, size=target.stat().st_size, files=1, facts=facts)
         site.library.shelves["mount"].put(id_, info, folder)
@@ -172,5 +103,67 @@ async def _shelved(
     return item(id_, info)
 
 
-def _spaced(numbers: tuple[float, ...]) -> str:
-    return " ".join(map(repr, numbers))
+def _way(site: Site, id_: str, given: MountForm) -> HandWay:
+    """Return what a form says, with the path of the object in place of its id."""
+    way = PointsWay if isinstance(given, PointsForm) else DrawingWay
+    said = with_paths(site.library, id_, given, way)
+    if (object_ := said.pop("object", None)) is not None:
+        mesh_file = mesh_file_of(site.library, object_)
+        said |= {"object": mesh_file.path, "mesh_scale": mesh_file.scale}
+    return way.model_validate(said)
+
+
+guide_router = APIRouter(prefix="/api/calibration", tags=["calibration"])
+_PDF: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}
+
+
+class Looked(BaseModel):
+    """What a look at a recording showed."""
+
+    good: str
+    doubts: list[str]
+    notes: list[str]
+
+
+@guide_router.get("")
+def ways() -> dict[str, Any]:
+    """What each way needs and what to do for it, step by step; and the boards there are to print."""
+    from capture_app.calibration.guide_flow import RECIPES
+
+    return {
+        "ways": {
+            recipe.key: {
+                "have": recipe.have,
+                "steps": {step.title: step.do for step in recipe.steps if step.do},
+            }
+            for recipe in RECIPES
+        },
+        "papers": list(PAPERS),
+        "boards": {
+            name: {
+                "text": str(board),
+                "width_mm": round(1e3 * board.width, 3),
+                "height_mm": round(1e3 * board.height, 3),
+            }
+            for name, board in PRESETS.items()
+        },
+    }
+
+
+@guide_router.get("/look")
+async def look(site: Here, of: sandboxed_work.Look, id: Id, board: ShortText = "") -> Looked:
+    """A quick look at a recording, a film or a log, by what it is to be used for."""
+    path = site.library.content(id, "session", "video", "material")
+    looked = await site.sandbox.run(sandboxed_work.look, path, of, board)
+    return Looked.model_validate(all_in_page_words(looked, "calibrate"))
+
+
+@guide_router.get("/board.pdf", response_class=FileResponse, responses=_PDF)
+async def board_sheet(
+    site: Here, paper: Annotated[str, Query(max_length=40)] = "A4"
+) -> FileResponse:
+    """The board to print at 100 %."""
+    path = site.library.cache / f"board-{cache_key('board', paper)}.pdf"
+    if not path.is_file():
+        await site.sandbox.run(sandboxed_work.board_sheet, paper, path)
+    return file_response(path, "board.pdf")

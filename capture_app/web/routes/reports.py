@@ -1,6 +1,12 @@
-"""What is known of a session before time is spent on it: its report, and its scene to be replayed."""
+"""Reports, scenes and pictures of what is in the library.
 
+A session has a report before time is spent on it, an object that was scanned here has that of its scan.
+Posters are drawn by the job that makes a thing, or when they are first asked for.
+"""
+
+import asyncio
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -8,15 +14,20 @@ from fastapi import APIRouter, Query
 from fastapi.responses import FileResponse, HTMLResponse, Response
 from pydantic import BaseModel, ConfigDict
 
-from capture_app.web.cache import key
-from capture_app.web.guards.headers import REPORT
-from capture_app.web.library.ids import Id
+from capture_app.commands.inputs import MeshFile
+from capture_app.library_item import PICTURE
+from capture_app.scanning.scan_folder import OUTLINE, VIEWS
+from capture_app.web import sandboxed_work
+from capture_app.web.file_response import FILE, cache_key, file_response, one_of
+from capture_app.web.guards import REPORT
 from capture_app.web.page_words import all_in_page_words
 from capture_app.web.problems import ErrorDetail, Refused, is_of_the_disk
-from capture_app.web.sandbox import work
-from capture_app.web.sandbox.report import unreadable
+from capture_app.web.sandbox_process import Work
+from capture_app.web.sandboxed_work import unreadable
+from capture_app.web.shelves import Id
 from capture_app.web.site import Here, Site
-from capture_app.web.sources import ReadAs, mesh_file_of, seen_with
+from capture_app.web.sources import ReadAs, mesh_file_of, scan_of, seen_with
+from ingest.report.take_inspection import REPORT_PAGE
 from ingest.trajectory.trajectory_config import AS_LOGGED
 from omomo_core.errors import InputError
 
@@ -107,10 +118,10 @@ async def report_page(site: Here, id: Id, said: Asked) -> Response:
 async def session_scene(site: Here, id: Id, said: Asked) -> FileResponse:
     """The session as the viewer plays it."""
     seen = seen_with(site.library, id, said)
-    made = key("scene", seen)
+    made = cache_key("scene", seen)
     scene = site.library.shelves["session"].cache(id) / f"scene-{made}.bin"
     if not scene.is_file():
-        await site.sandbox.run(work.pack_session_scene, seen, scene)
+        await site.sandbox.run(sandboxed_work.pack_session_scene, seen, scene)
     return FileResponse(scene, media_type=SCENE)
 
 
@@ -118,19 +129,21 @@ async def session_scene(site: Here, id: Id, said: Asked) -> FileResponse:
 async def object_scene(site: Here, id: Id) -> FileResponse:
     """The object as the viewer shows it."""
     mesh_file = mesh_file_of(site.library, id)
-    scene = site.library.shelves["object"].cache(id) / f"scene-{key('scene', mesh_file)}.bin"
+    scene = site.library.shelves["object"].cache(id) / f"scene-{cache_key('scene', mesh_file)}.bin"
     if not scene.is_file():
-        await site.sandbox.run(work.pack_object_scene, mesh_file.path, mesh_file.scale, scene)
+        await site.sandbox.run(
+            sandboxed_work.pack_object_scene, mesh_file.path, mesh_file.scale, scene
+        )
     return FileResponse(scene, media_type=SCENE)
 
 
-async def _inspected(site: Site, id_: str, seen: work.SessionInputs) -> tuple[Path, Path]:
+async def _inspected(site: Site, id_: str, seen: sandboxed_work.SessionInputs) -> tuple[Path, Path]:
     """The files of a report, which are written when it is asked for the first time."""
-    made = key("report", seen)
+    made = cache_key("report", seen)
     folder = site.library.shelves["session"].cache(id_)
     data, page = folder / f"report-{made}.json", folder / f"report-{made}.html"
     if not data.is_file():
-        found = await site.sandbox.run(work.inspect, seen, data, page)
+        found = await site.sandbox.run(sandboxed_work.inspect, seen, data, page)
         if seen.reading != AS_LOGGED:
             # What somebody tries out says nothing about the recording.
             found.pop("verdict")
@@ -152,3 +165,126 @@ def _shown(site: Site, found: dict[str, Any]) -> Report:
     return Report.model_validate(
         {**found, **{k: site.library.shown(found[k]) for k in ("reason", "advice")}}
     )
+
+
+scan_router = APIRouter(prefix="/api", tags=["objects"])
+
+
+@scan_router.get("/objects/{id}/scan/report.html", response_class=HTMLResponse)
+def scan_report(site: Here, id: Id) -> Response:
+    """How good the scan is, and what to film again, as a page."""
+    page = one_of(scan_of(site.library, id), REPORT_PAGE)
+    text = site.library.shown(page.read_text(encoding="utf-8"))
+    return HTMLResponse(text, headers={"content-security-policy": REPORT})
+
+
+@scan_router.get("/objects/{id}/scan/views.png", response_class=FileResponse, responses=FILE)
+def views(site: Here, id: Id) -> FileResponse:
+    """The mesh from four sides."""
+    return file_response(one_of(scan_of(site.library, id), VIEWS), VIEWS)
+
+
+@scan_router.get("/objects/{id}/scan/outline.png", response_class=FileResponse, responses=FILE)
+def outline(site: Here, id: Id) -> FileResponse:
+    """Its outline, and the box that it was looked for in, on two of the film's pictures."""
+    return file_response(one_of(scan_of(site.library, id), OUTLINE), OUTLINE)
+
+
+@scan_router.get("/rooms/{id}/scene", response_class=FileResponse, responses=SCENE_REPLY)
+async def room_scene(site: Here, id: Id) -> FileResponse:
+    """The room's mesh that was brought, or that lies in a session, as the viewer shows it."""
+    shelf = site.library.shelf_of(id, "session", "material")
+    scene = shelf.cache(id) / f"scene-{cache_key('room')}.bin"
+    if not scene.is_file():
+        await site.sandbox.run(sandboxed_work.pack_room_scene, shelf.content(id), scene)
+    return FileResponse(scene, media_type=SCENE)
+
+
+picture_router = APIRouter(prefix="/api", tags=["pictures"])
+_REPLY: dict[int | str, dict[str, object]] = {200: {"content": {"image/webp": {}}}}
+
+
+@picture_router.get("/results/{id}/picture", response_class=FileResponse, responses=_REPLY)
+async def of_result(site: Here, id: Id) -> FileResponse:
+    """The person and the object, in the middle of the motion."""
+    folder = site.library.results.content(id)
+    later = site.library.results.cache(id) / f"poster-{cache_key(folder)}.webp"
+    return _drawn(site, [later], sandboxed_work.draw_result, folder)
+
+
+@picture_router.get("/objects/{id}/picture", response_class=FileResponse, responses=_REPLY)
+async def of_object(site: Here, id: Id) -> FileResponse:
+    """The object from in front and above."""
+    mesh_file = mesh_file_of(site.library, id)
+    shelf = site.library.shelves["object"]
+    later = shelf.cache(id) / f"poster-{cache_key(mesh_file)}.webp"
+    made = shelf.folder / id / PICTURE
+    return _drawn(site, [made, later], sandboxed_work.draw_object, mesh_file.path, mesh_file.scale)
+
+
+@picture_router.get("/mounts/{id}/picture", response_class=FileResponse, responses=_REPLY)
+async def of_mount(site: Here, id: Id) -> FileResponse:
+    """The phone on its object."""
+    mount, mesh_file = _mounted(site, id)
+    shelf = site.library.shelves["mount"]
+    later = shelf.cache(id) / f"poster-{cache_key(mesh_file)}.webp"
+    made = shelf.folder / id / PICTURE
+    return _drawn(
+        site, [made, later], sandboxed_work.draw_mount, mount, mesh_file.path, mesh_file.scale
+    )
+
+
+def _drawn(site: Site, places: Sequence[Path], draw: Work, *given: Any) -> FileResponse:
+    """The poster at the first place that has one; where none has, it is drawn at the last, for later.
+
+    Raises:
+        Refused: 404 while there is none.
+    """
+    for path in places:
+        if path.is_file():
+            return file_response(path, "poster.webp")
+    # A list of many would take all the connections of a browser.
+    asyncio.ensure_future(site.painter.run(draw, *given, places[-1])).add_done_callback(_forget)
+    raise Refused(
+        404,
+        "picture-later",
+        "The picture is being drawn.",
+        fix="Ask again in some seconds.",
+    )
+
+
+def _forget(drawn: asyncio.Future[dict[str, Any]]) -> None:
+    """What cannot be drawn has no picture; why, is in the server's log."""
+    if not drawn.cancelled():
+        drawn.exception()
+
+
+@picture_router.get("/mounts/{id}/scene", response_class=FileResponse, responses=SCENE_REPLY)
+async def mount_scene(site: Here, id: Id) -> FileResponse:
+    """The phone on its object, as the viewer shows it."""
+    mount, mesh_file = _mounted(site, id)
+    scene = site.library.shelves["mount"].cache(id) / f"scene-{cache_key('scene', mesh_file)}.bin"
+    if not scene.is_file():
+        await site.sandbox.run(
+            sandboxed_work.pack_mount_scene, mount, mesh_file.path, mesh_file.scale, scene
+        )
+    return FileResponse(scene, media_type=SCENE)
+
+
+def _mounted(site: Site, id_: str) -> tuple[Path, MeshFile]:
+    """A mount's file and its object.
+
+    Raises:
+        Refused: 404 when it is not there, or its object is not known, or gone.
+    """
+    shelf = site.library.shelves["mount"]
+    object_ = shelf.get(id_).facts.get("object")
+    if object_ is None:
+        raise Refused(
+            404,
+            "mount-object",
+            "It is not known which object of the library this mount is for.",
+            where=id_,
+            fix="A mount that is found here is shown on its object.",
+        )
+    return shelf.content(id_), mesh_file_of(site.library, object_)

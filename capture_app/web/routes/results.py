@@ -10,18 +10,24 @@ from pydantic import BaseModel, ConfigDict
 
 from capture_app.commands.inputs import Sample
 from capture_app.commands.run import VIDEO
-from capture_app.jobs.record import OVER
+from capture_app.jobs.job_record import OVER
 from capture_app.library_item import Info
 from capture_app.manifest import CONTACTS, MANIFEST, Manifest, read_manifest
-from capture_app.web.cache import key
-from capture_app.web.file_response import ResultFile, file_name, file_response, listed, one_of
-from capture_app.web.in_use import refuse_in_use
-from capture_app.web.library.ids import Id
+from capture_app.web import sandboxed_work
+from capture_app.web.file_response import (
+    FILE,
+    ResultFile,
+    cache_key,
+    file_name,
+    file_response,
+    listed,
+    one_of,
+)
 from capture_app.web.problems import Refused
-from capture_app.web.routes.items import LibraryItem, Rename, item, renamed
+from capture_app.web.routes.items import LibraryItem, Rename, item, refuse_in_use, renamed
 from capture_app.web.routes.reports import SCENE
-from capture_app.web.sandbox import work
-from capture_app.web.sandbox.child_process import Work
+from capture_app.web.sandbox_process import Work
+from capture_app.web.shelves import Id
 from capture_app.web.site import Here, Site
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
@@ -29,7 +35,6 @@ from omomo_core.motion import FPS
 router = APIRouter(prefix="/api/results", tags=["results"])
 _ORIGINS = ("session", "object", "mount", "parent")
 """Ids of what a result was made from; null for one that was copied in."""
-FILE: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}
 
 
 class Whole(BaseModel):
@@ -117,18 +122,18 @@ def export(site: Here, id: Id, name: str) -> FileResponse:
 @router.get("/{id}/scene", response_class=FileResponse, responses=FILE)
 async def scene(site: Here, id: Id) -> FileResponse:
     """The result as the viewer plays it, without what the phone filmed: that takes longer to be read."""
-    return await _packed(site, id, "motion", work.pack_result_scene)
+    return await _packed(site, id, "motion", sandboxed_work.pack_result_scene)
 
 
 @router.get("/{id}/film", response_class=FileResponse, responses=FILE)
 async def film(site: Here, id: Id) -> FileResponse:
     """What the phone filmed during the result, as the viewer shows it; empty where it filmed nothing."""
-    return await _packed(site, id, "film", work.pack_result_film)
+    return await _packed(site, id, "film", sandboxed_work.pack_result_film)
 
 
 async def _packed(site: Site, id_: str, name: str, pack: Work) -> FileResponse:
     folder = site.library.results.content(id_)
-    path = site.library.results.cache(id_) / f"{name}-{key(folder)}.bin"
+    path = site.library.results.cache(id_) / f"{name}-{cache_key(folder)}.bin"
     if not path.is_file():
         await site.sandbox.run(pack, folder, path)
     return FileResponse(path, media_type=SCENE)
@@ -139,9 +144,9 @@ async def share(site: Here, id: Id, sample: Annotated[Sample, Query()] = None) -
     """The result as one page that plays anywhere, to be saved; it opens on the sample, from 1."""
     name = site.library.results.get(id).name
     folder = site.library.results.content(id)
-    path = site.library.results.cache(id) / f"share-{key(folder, name, sample)}.html"
+    path = site.library.results.cache(id) / f"share-{cache_key(folder, name, sample)}.html"
     if not path.is_file():
-        await site.sandbox.run(work.share_result, folder, name, sample, path)
+        await site.sandbox.run(sandboxed_work.share_result, folder, name, sample, path)
     return file_response(path, f"{file_name(name)}.html")
 
 

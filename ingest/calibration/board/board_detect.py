@@ -1,7 +1,4 @@
-"""Why a board was not found: another dictionary, another layout, a mirrored print, or no board.
-
-The corners of a board in one picture.
-"""
+"""Corners of a board in a picture, and why none were found."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -33,7 +30,7 @@ class Corners(NamedTuple):
     pixels: Float64[np.ndarray, "corners 2"]
     """(0, 0) is the centre of the first pixel."""
     numbers: Int[np.ndarray, " corners"]
-    """As in `Grid.corners`."""
+    """Numbers as in `Grid.corners`."""
     markers: int
     """How many markers of the board's dictionary are there."""
 

@@ -1,9 +1,4 @@
-"""The witness camera calibrated from the very video of the board.
-
-Pixels into directions, and how an error of a direction shows in pixels.
-
-First poses of a flat board from its homographies, many frames at once.
-"""
+"""The lens of a camera that filmed a board: distortion, homographies and self-calibration."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -324,7 +319,7 @@ def _spread(numbers: Int[np.ndarray, " corners"], board: Grid) -> bool:
 def _outline(
     corners: np.ndarray, points: np.ndarray, board: Grid, size: tuple[int, int]
 ) -> Float64[np.ndarray, "8"]:
-    """Where the board's own four corners would be in the picture, in widths: tells the whole view."""
+    """Return the board's four outer corners in the picture, in widths: they tell the whole view."""
     H, _ = cv2.findHomography(points[:, :2], corners.reshape(-1, 2))
     outer = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * [board.width, board.height]
     mapped = np.concatenate([outer, np.ones((4, 1))], axis=1) @ np.asarray(H, float).T

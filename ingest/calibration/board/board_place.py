@@ -1,9 +1,4 @@
-"""The corners of single markers in one picture.
-
-Where a board sits on the object: from points of the board found on the mesh, or from a matrix.
-
-Tags, and Reference: whatever printed thing tells size and pose, in one line of text.
-"""
+"""Places of boards and tags on the object, and references that tell size and pose."""
 
 import csv
 import re
@@ -31,7 +26,7 @@ from ingest.calibration.board.board_spec import (
     metres_of,
     parse_board,
 )
-from ingest.calibration.points import PICKING, rigid_from_points
+from ingest.calibration.point_pairs import PICKING, rigid_from_points
 from ingest.calibration.pose_file import load_pose
 from omomo_core import strict_json
 from omomo_core.errors import InputError
@@ -62,7 +57,7 @@ class BoardPlace:
 
     T_object_board: Float64[np.ndarray, "4 4"]
     covariance: Float64[np.ndarray, "6 6"]
-    """Of `ingest.uncertainty`: rotation (rad), then translation (m), in the object's axes."""
+    """Covariance as in `ingest.uncertainty`: rotation (rad), then translation (m), in the object's axes."""
     rms: float
     """Distance left between the points, metres; 0 for a matrix."""
 
@@ -182,11 +177,11 @@ class Tags:
     """
 
     dictionary: str
-    """By OpenCV's name, e.g. DICT_APRILTAG_36H11."""
+    """OpenCV's name of the dictionary, e.g. DICT_APRILTAG_36H11."""
     side: float
-    """Of the black square, without the white around it, metres."""
+    """Side of the black square, without the white around it, metres."""
     number: int | None = None
-    """Of the one marker that counts; None takes all."""
+    """Number of the one marker that counts; None takes all."""
 
     def __post_init__(self) -> None:
         check_dictionary(self.dictionary, str(self))
@@ -263,7 +258,7 @@ def parse_grid(text: str) -> Board | Checkerboard:
             "board-single",
             "The four corners of a single marker do not tell its pose well enough here.",
             where=str(reference),
-            fix="Use a board: `omocap calibrate board-pdf` makes one. A scan takes markers for the size.",
+            fix="Use a board: ‹omocap calibrate board-pdf› makes one. A scan takes markers for the size.",
         )
     if isinstance(reference, Checkerboard) and reference.turns > 1:
         raise InputError(

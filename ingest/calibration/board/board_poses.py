@@ -1,7 +1,4 @@
-"""Poses that reproject best, and their covariance: Levenberg-Marquardt on many frames at once.
-
-Poses of a board from its corners in pixels, with covariances that hold.
-"""
+"""Poses of a board from its corners in pixels, with covariances that hold."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -154,19 +151,19 @@ _SAME = np.radians(0.3)
 _LOOSE = np.radians(2.0)
 """Radians (one sigma): beyond, the errors of a pose are not normal."""
 _GATE, _MEDIAN = 3.7, 1.1774
-"""As in `homography`: 999 of 1,000 errors, and half of them, in sigmas."""
+"""Bounds of 999 of 1,000 errors, and of half of them, in sigmas, as in `board_lens`."""
 
 
 @dataclass(frozen=True)
 class BoardPoses:
-    """Where the board is in each frame that shows enough of it."""
+    """The pose of the board in each frame that shows enough of it."""
 
     frames: Int[np.ndarray, " poses"]
     """Which of the frames given; those with too few corners, or all in a line, are left out."""
     T_camera_board: Float64[np.ndarray, "poses 4 4"]
     """OpenCV's camera axes (x right, y down, z ahead); the frame of `Grid`."""
     covariance: Float64[np.ndarray, "poses 6 6"]
-    """Of `ingest.uncertainty`: rotation (rad), then translation (m), in the camera's axes.
+    """Covariance as in `ingest.uncertainty`: rotation (rad), then translation (m), in the camera's axes.
     For independent errors of the corners: errors of the intrinsics or of the printed size are
     shared by all frames and not in it."""
     rms: Float64[np.ndarray, " poses"]

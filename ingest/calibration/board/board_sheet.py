@@ -105,7 +105,7 @@ def _largest_square(board: Board, page: tuple[float, float]) -> float:
 
 
 def _start(board: Board, page: tuple[float, float]) -> tuple[float, float]:
-    """Where the board's origin is on the page: what is left is shared out to both sides."""
+    """Return the board's origin on the page; the rest of the page is shared by both margins."""
     free = [page[i] - _BEFORE[i] - _AFTER[i] - size for i, size in enumerate(_size(board))]
     return _BEFORE[0] + free[0] / 2, _BEFORE[1] + free[1] / 2
 

@@ -1,7 +1,4 @@
-"""The black and white of a board as rectangles, and pictures of it, also at true size for a screen.
-
-Board and Checkerboard: which board of squares it is, in one line of text.
-"""
+"""Boards in one line of text: ChArUco, chessboard, grid of tags, with sizes and corners."""
 
 import re
 from dataclasses import dataclass
@@ -89,7 +86,7 @@ class Board(Grid):
     marker: float
     """Side of a marker, metres."""
     dictionary: str = "DICT_5X5_100"
-    """Of the markers, by OpenCV's name."""
+    """Dictionary of the markers, by OpenCV's name."""
     legacy: bool = False
     """Laid out as OpenCV did before 4.6, which differs where the number of rows is even."""
 
@@ -161,7 +158,7 @@ def check_side(metres: float, what: str) -> None:
         raise InputError(
             "board-size",
             f"A {what} of {1e3 * metres:g} mm cannot be right.",
-            where="--board",
+            field="board",
             fix="Check the unit: 30mm, 3cm or 0.03m.",
         )
 
@@ -337,7 +334,7 @@ def write_screen(board: Board, pixels: str, ppi: float, path: Path) -> None:
         raise InputError(
             "screen-ppi",
             "The pixels per inch of the screen are needed.",
-            fix="Add --ppi, such as 460 for an iPhone 15: it stands in the maker's data sheet.",
+            fix="Add ‹ppi›, such as 460 for an iPhone 15: it stands in the maker's data sheet.",
         )
     width, height = int(found[1]), int(found[2])
     per_mm = ppi / _MM_PER_INCH

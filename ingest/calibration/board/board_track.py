@@ -1,7 +1,4 @@
-"""Grey pictures with their times from a video, a folder or a session, no more than are needed.
-
-BoardTrack: where a board was over time as a second camera saw it.
-"""
+"""The track of a board over a film, a folder of pictures or a session."""
 
 import csv
 from collections.abc import Callable, Iterator, Sequence
@@ -222,15 +219,15 @@ class BoardTrack:
     T_camera_board: Float64[np.ndarray, "poses 4 4"]
     """OpenCV's camera axes (x right, y down, z ahead); the frame of `Grid`."""
     covariance: Float64[np.ndarray, "poses 6 6"]
-    """Of each pose, in the camera's axes, as in `BoardPoses`."""
+    """Covariance of each pose, in the camera's axes, as in `BoardPoses`."""
     rms: Float64[np.ndarray, " poses"]
     """Pixels."""
     corners: Int[np.ndarray, " poses"]
     """How many each pose rests on."""
     pixels: list[Float64[np.ndarray, "_ 2"]]
-    """Of the corners found in the picture of each pose."""
+    """Pixels of the corners found in the picture of each pose."""
     numbers: list[Int[np.ndarray, " _"]]
-    """Of the same corners, as in `Grid.corners`."""
+    """Numbers of the same corners, as in `Grid.corners`."""
     board: Board | Checkerboard
     camera: WitnessCamera
     sigma: float
@@ -238,7 +235,7 @@ class BoardTrack:
     pictures: int
     """How many were searched; those that leave the board's tilt ambiguous have no pose."""
     T_world_camera: Float64[np.ndarray, "poses 4 4"] | None = None
-    """Where the camera was, if it is a phone that logs its poses: its ARKit world, OpenCV axes."""
+    """Poses of the camera, if it is a phone that logs them: its ARKit world, OpenCV axes."""
 
 
 @dataclass

@@ -14,7 +14,7 @@ from omomo_core.errors import InputError
 
 _ORDER = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 _LENGTHS = (0, 4, 5, 8, 12, 14)
-"""Of the lists of coefficients that OpenCV knows."""
+"""Lengths of the lists of coefficients that OpenCV knows."""
 _MATRIX_NAMES = ("camera_matrix", "cameraMatrix", "K", "intrinsics")
 _DISTORTION_NAMES = ("distortion_coefficients", "distCoeffs", "dist_coeffs", "distortion", "D")
 _MAX_BYTES = 2**20

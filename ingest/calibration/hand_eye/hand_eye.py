@@ -1,7 +1,4 @@
-"""Checks of two trackers' motions: too little turning, different motions, another convention of poses.
-
-The mount from two trackers of one motion: closed form, refinement, checks.
-"""
+"""The mount from two trackers of one motion: closed form, refinement, checks."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -239,7 +236,7 @@ _UPRIGHT = np.cos(np.radians(8.0))
 
 @dataclass(frozen=True)
 class HandEye:
-    """Where the tracked target is in the phone's frame, and how it is known."""
+    """The pose of the tracked target in the phone's frame, with its covariance and residuals."""
 
     T_phone_target: Float64[np.ndarray, "4 4"]
     covariance: Float64[np.ndarray, "6 6"]
@@ -247,11 +244,11 @@ class HandEye:
     open: tuple[OpenDirection, ...]
     """What the motion did not show."""
     T_world_camera: Float64[np.ndarray, "n 4 4"]
-    """Where the other tracker stands in the phone's world, which drifts, at each sample."""
+    """Pose of the other tracker in the phone's world, which drifts, at each sample."""
     offset: float
     """Seconds to add to the target's times to get the phone's."""
     correlation: float
-    """Of the turning speeds at that offset; 1 for poses that belong together one by one."""
+    """Correlation of the turning speeds at that offset; 1 for poses that belong together one by one."""
     rms_mm: float
     rms_deg: float
     """Over the samples kept, in the phone's world, the drift taken out."""
@@ -265,7 +262,7 @@ class HandEye:
     kept: Bool[np.ndarray, " n"]
     """False where a sample was wild."""
     times: Float64[np.ndarray, " n"]
-    """Of the samples, on the target's clock."""
+    """Times of the samples, on the target's clock."""
 
 
 def solve(phone: PoseStream, target: PoseStream, *, one_by_one: bool = False) -> HandEye:

@@ -1,6 +1,4 @@
-"""The offset between two clocks, from how fast the same thing turns on each.
-
-A first mount in closed form from relative motions, robust against wrong poses.
+"""The clocks' offset by correlation, and a first mount by closed form.
 
 A X = X B for relative motions A of the phone and B of the target. Rotations by matching rotation
 vectors (Park and Martin 1994), found by consensus; then translations, linear.
@@ -117,7 +115,7 @@ _CANDIDATES, _APART = 3, 40
 """Offsets that are proposed, and how many samples they are apart at least."""
 _NEIGHBOURS = 4
 _SLACK = np.radians(3.0)
-"""By how much two good poses' rotations may err."""
+"""Angle by which two good poses' rotations may err, radians."""
 _LEAST_OVERLAP = 0.4
 """Part of the shorter stream that must lie within the other."""
 
@@ -127,7 +125,7 @@ class Offset(NamedTuple):
 
     seconds: float
     correlation: float
-    """Of the turning speeds at this offset: 0.95 and more when the two belong together."""
+    """Correlation of the turning speeds at this offset: 0.95 and more when the two belong together."""
 
 
 def find_offsets(phone: PoseStream, target: PoseStream) -> list[Offset]:
@@ -200,7 +198,7 @@ def _masked_correlation(
 
 
 def peak(score: Float64[np.ndarray, " lags"], best: int) -> float:
-    """Where between the lags the parabola through the best and its neighbours is highest."""
+    """Return the lag at which the parabola through the best lag and its neighbours is highest."""
     if not 0 < best < len(score) - 1:
         return 0.0
     left, middle, right = score[best - 1 : best + 2]

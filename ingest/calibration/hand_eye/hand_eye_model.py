@@ -1,16 +1,10 @@
-"""PoseStream: poses over time, and their interpolation.
-
-The unknowns of the hand-eye calibration, and their residuals.
+"""The model of hand-eye calibration: streams, samples, residuals and normal equations.
 
 P_i X = Z_i O_i, with P the phone in its world, O the target in its camera, X the mount and Z the
 place of that camera in the phone's world. ARKit drifts: Z is another one at each sample.
 
-One step of Gauss-Newton in which every sample has a drift of its own.
-
 The drift is tied from each sample to the next, so that its part of the normal matrix is a band; it is
 eliminated, and what is left are the eight numbers of mount, clock offset and scale.
-
-The moments at which both trackers saw the object, and what their noise is taken to be.
 """
 
 from dataclasses import dataclass, replace
@@ -36,7 +30,7 @@ class PoseStream:
     """Seconds on the stream's own clock, strictly increasing."""
     T: Float64[np.ndarray, "poses 4 4"]
     covariance: Float64[np.ndarray, "poses 6 6"] | None = None
-    """Of each pose, as in `ingest.uncertainty`; None when the tracker does not tell."""
+    """Covariance of each pose, as in `ingest.uncertainty`; None when the tracker does not tell."""
 
     def at(self, times: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, "n 4 4"]:
         """Poses between those of the stream: turned evenly, moved evenly; held at its ends."""
@@ -67,9 +61,9 @@ class PoseStream:
 _MOST = 240
 """Samples used: more of a correlated stream say nothing new."""
 PHONE_SD = np.array([np.radians(0.1)] * 3 + [0.002] * 3)
-"""Of an ARKit pose from one moment to the next, rad and m, before the data itself is asked."""
+"""Standard deviations of an ARKit pose between moments, rad and m, before the data itself is asked."""
 TARGET_SD = np.array([np.radians(0.3)] * 3 + [0.003] * 3)
-"""Of a pose of a tracker that does not tell."""
+"""Standard deviations of a pose of a tracker that states none, rad and m."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +76,7 @@ class Samples:
     T_camera_target: Float64[np.ndarray, "n 4 4"]
     target_covariance: Float64[np.ndarray, "n 6 6"]
     velocity: Float64[np.ndarray, "n 6"]
-    """Of the phone in its world: rad/s, m/s."""
+    """Velocity of the phone in its world: rad/s, m/s."""
 
     def later(self, phone: PoseStream, seconds: float) -> "Samples":
         """The samples with the phone's poses of `seconds` after the target's times."""
@@ -149,7 +143,7 @@ class HandEyeFit:
     kept: Bool[np.ndarray, " n"]
     """False where a sample is wild."""
     information: Float64[np.ndarray, "8 8"]
-    """Of mount, offset and scale, whatever the drift."""
+    """Information of mount, offset and scale, whatever the drift."""
     errors: Float64[np.ndarray, "n 6"]
     """P X against Z O: rad and m in the phone's world."""
 
@@ -237,7 +231,7 @@ class GaussNewtonStep(NamedTuple):
     """Mount (rad, m), offset (s) and scale."""
     drift: Float64[np.ndarray, "n 6"]
     information: Float64[np.ndarray, "8 8"]
-    """Of `own`, whatever the drift."""
+    """Information of `own`, whatever the drift."""
 
 
 def gauss_newton(fit: HandEyeFit, samples: Samples, *, timed: bool) -> GaussNewtonStep:

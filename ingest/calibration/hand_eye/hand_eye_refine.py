@@ -1,16 +1,12 @@
-"""Disagreement of the parts of a recording about the mount, relative to their noise.
+"""Refinement of AX = ZB by Gauss-Newton: mount, drift, clocks, noise.
 
 The errors of trackers go on from one moment to the next in more ways than a model of them has: a tag's
 place errs with the side it is seen from, stamps wander, odometry errs while it turns. So the recording
 is cut into stretches, and what each pulls the mount to is compared with what its noise allows (the
 "sandwich" of cluster-robust statistics, made one factor).
 
-Gauss-Newton on AX = ZB in absolute poses: mount, drift of the phone's world, offset of the clocks.
-
 How noisy turns and shifts are, how fast the world drifts and which samples are wild is asked of the
 data between the steps.
-
-How far the phone's world drifted against the other tracker, and whether odometry can be so bad.
 """
 
 from collections.abc import Callable

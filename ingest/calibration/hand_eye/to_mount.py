@@ -1,11 +1,4 @@
-"""From where the target is in the phone's frame to the mount of the object that carries it.
-
-The phone's poses of a session as a stream for the solver.
-
-The mount from a witness camera that watched a board on the object while the phone logged.
-
-Poses of another tracker from a text file: t, x, y, z, qx, qy, qz, qw by commas or blanks.
-"""
+"""Streams for the solver from a phone's session, a board's track or a tracker's log, and the mount."""
 
 from dataclasses import replace
 from pathlib import Path

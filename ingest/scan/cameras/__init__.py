@@ -1,1 +1,1 @@
-"""Where the cameras were: by the poses that a phone logged, by the pictures alone, or by a model."""
+"""Poses of a scan's cameras: by the poses that a phone logged, by the pictures alone, or by a model."""

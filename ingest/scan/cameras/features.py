@@ -1,11 +1,4 @@
-"""find_features: SIFT features of the picked pictures, in COLMAP's database, some at a time.
-
-Which pictures are worth matching with each other: by where they were taken, or by what they show.
-
-COLMAP without its log output.
-
-CameraOptions: what somebody says about a scan's cameras, and how long something in it is.
-"""
+"""Features of pictures, pairs to compare, and COLMAP's options."""
 
 from collections import defaultdict
 from collections.abc import Sequence
@@ -299,7 +292,7 @@ class CameraOptions:
     """A board or markers beside the object; they go before all other scales."""
     length: Length | None = None
     height: float | None = None
-    """Of the object, metres."""
+    """Height of the object, metres."""
     metric: bool = False
     """A COLMAP model that is in metres already, and z up."""
     draft: bool = False
@@ -332,8 +325,8 @@ def check_scale(options: CameraOptions, logged: bool, where: str) -> None:
         "scan-scale",
         "Nothing says how large the object is: pictures alone do not.",
         where=where,
-        fix="Give the object's height in metres (--height 0.84), or lay a printed board or marker "
-        "beside it and film again (--board A4), or film with an app that logs ARKit's poses.",
+        fix="Give the object's height in metres (‹height› 0.84), or lay a printed board or marker "
+        "beside it and film again (‹board› A4), or film with an app that logs ARKit's poses.",
     )
 
 
@@ -354,7 +347,7 @@ def picked_length(text: str | None) -> Length | None:
         raise InputError(
             "scan-length",
             f"{text!r} is no length between two points.",
-            where="--length",
+            field="length",
             fix="Write metres, then two points as picture,x,y in two pictures or more, such as "
             "0.84:00012,310,420;00031,205,411:00012,330,80;00031,214,66. The pictures are in the "
             "folder images beside the mesh.",

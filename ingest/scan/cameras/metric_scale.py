@@ -1,9 +1,4 @@
-"""upright: where up is, by how the cameras were held and by the floor below what they saw.
-
-to_phone: how a model of any size lies in the world in which a phone logged its poses.
-
-How long a metre is in a model by a length between two picked points, and where rays meet.
-"""
+"""The metre of a scan, by poses, depth or a known height, and its vertical."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -38,7 +33,7 @@ class Similarity:
     R: Float64[np.ndarray, "3 3"]
     t: Float64[np.ndarray, "3"]
     sigma: float = 0.0
-    """Of the scale, as a part of it."""
+    """Sigma of the scale, as a part of it."""
 
     def points(self, b: Float64[np.ndarray, "points 3"]) -> Float64[np.ndarray, "points 3"]:
         """Points of b in a."""
@@ -162,7 +157,7 @@ def by_length(views: Sequence[View], length: Length) -> tuple[float, Scale]:
                 "scan-length",
                 f"The {name} point of the length cannot be placed: its pictures were taken from "
                 "nearly one place, or there is only one.",
-                where="--length",
+                field="length",
                 fix="Pick each point in two or three pictures taken from different sides.",
             )
         ends.append(end)
@@ -179,7 +174,7 @@ def _sight(sight: Sight, by_name: Mapping[str, View]) -> tuple[View, np.ndarray]
         raise InputError(
             "scan-length-picture",
             f"No registered picture is called {sight.picture!r}.",
-            where="--length",
+            field="length",
             fix="Pick the points in pictures of the work folder that are registered.",
         )
     return by_name[sight.picture], np.array([sight.x, sight.y])
@@ -188,7 +183,7 @@ def _sight(sight: Sight, by_name: Mapping[str, View]) -> tuple[View, np.ndarray]
 def crossing(
     sights: Sequence[tuple[View, Float64[np.ndarray, "2"]]],
 ) -> Float64[np.ndarray, "3"] | None:
-    """Where the rays of a point meet; None when they are nearly parallel, or do not meet ahead."""
+    """Return the place where the rays of a point meet; None if they are nearly parallel or meet behind."""
     if len(sights) < 2:
         return None
     eyes = np.array([view.T_world_camera[:3, 3] for view, _ in sights])

@@ -1,7 +1,4 @@
-"""Whether something moved while it was filmed: matches that share another motion than the cameras'.
-
-How many matches agree with poses that a log states, and with the same poses understood otherwise.
-"""
+"""Whether poses agree with the pictures, and whether something moved while it was filmed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,7 +10,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from ingest.colmap import pycolmap
-from ingest.report.take_checks import Check
+from ingest.report.take_report import Check
 from ingest.scan.scan_types import Frame, View
 from ingest.uncertainty import skew
 from omomo_core.errors import InputError
@@ -55,7 +52,7 @@ def as_read(T: Float64[np.ndarray, "poses 4 4"], axes: str) -> Float64[np.ndarra
         raise InputError(
             "scan-axes-unknown",
             f"Camera axes are not called {axes!r}.",
-            where="--camera-axes",
+            field="camera_axes",
             fix=f"Give one of {', '.join(known)}.",
         )
     return known[axes]
@@ -94,7 +91,7 @@ def check_axes(
             f"With the poses as they are logged {logged:.0%} of the matches between pictures can be "
             f"triangulated; read as '{best}' it is {shares[best]:.0%}: that is what they are.",
             where=where,
-            fix=f"Say so with --camera-axes {best}, and give the scan's other poses the same way.",
+            fix=f"Say so with ‹camera_axes› {best}, and give the scan's other poses the same way.",
         )
     if logged < _ENOUGH / 2:
         raise InputError(
@@ -102,7 +99,7 @@ def check_axes(
             f"The poses of the log do not belong to its pictures: {logged:.0%} of the matches can be "
             "triangulated with them, and not many more however they are read.",
             where=where,
-            fix="Leave the poses out (--no-poses) and give a length for the scale; or film again, "
+            fix="Leave the poses out (‹no poses›) and give a length for the scale; or film again, "
             "without covering the camera.",
         )
     return logged

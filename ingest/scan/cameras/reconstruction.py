@@ -1,9 +1,4 @@
-"""A COLMAP reconstruction as arrays, and from known poses; how it is refined.
-
-joined: pictures that COLMAP placed in models of their own, brought into the largest model.
-
-Views of a reconstruction: its pictures as pinholes, the lens undone where there is one.
-"""
+"""COLMAP's reconstruction: its models merged, cameras as pinholes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -281,7 +276,7 @@ def _pixels(camera: pycolmap.Camera, steps: int) -> Float64[np.ndarray, "pixels 
 def _bent(
     camera: pycolmap.Camera, K: Float64[np.ndarray, "4"], pixels: Float64[np.ndarray, "pixels 2"]
 ) -> Float64[np.ndarray, "pixels 2"]:
-    """Where the camera has what a pinhole has at these pixels."""
+    """Return the pixels of the bent picture that show what a pinhole camera shows at these pixels."""
     flat = (pixels - K[2:]) / K[:2]
     rays = np.concatenate([flat, np.ones((len(flat), 1))], axis=1)
     return np.asarray(camera.img_from_cam(rays), np.float64) - 0.5

@@ -1,9 +1,4 @@
-"""place: a reconstruction in metres, z up, by whatever says how long a metre is and where up is.
-
-by_reference: how long a metre is in a model, by a printed board or markers that its pictures show.
-
-Why a board or a marker gives a scan no size: another family, another number, or nothing there.
-"""
+"""Metre and vertical of photos by a printed reference in them."""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -20,7 +15,7 @@ from ingest.calibration.board.board_place import Reference, TagDetector, Tags
 from ingest.calibration.board.board_spec import MIN_CORNERS, Checkerboard
 from ingest.colmap import pycolmap
 from ingest.formats.still_images import load_millimetres
-from ingest.report.take_checks import Check
+from ingest.report.take_report import Check
 from ingest.scan.cameras.features import CameraOptions
 from ingest.scan.cameras.metric_scale import (
     Similarity,
@@ -58,7 +53,7 @@ def not_seen(
         what = (
             f"No marker of {reference} is seen from two sides: {most} of {views} pictures show one."
         )
-        fix = "Leave it in view for half of the walk, and walk around it; or give a length (--height)."
+        fix = "Leave it in view for half of the walk, and walk around it; or give a length (‹height›)."
     else:
         what = (
             f"The board {reference} gives no scale: {most} of {views} pictures show some of it, and "
@@ -66,7 +61,7 @@ def not_seen(
         )
         fix = (
             "Lay the printed board flat beside the object, in view for half of the walk; check "
-            "that it is this board (--board), or give a length instead (--height)."
+            "that it is this board (‹board›), or give a length instead (‹height›)."
         )
     return InputError("scan-board-missing", what, where=where, fix=fix)
 
@@ -90,18 +85,18 @@ def _instead(times: Mapping[str, Mapping[int, int]], tags: Tags) -> tuple[str, s
         return (
             f"No picture shows marker {tags.number} of {tags.dictionary}, but there {_are(own)}.",
             "Give the number of the marker whose side was measured, or none if all are as large "
-            f"(--board {tags.dictionary}:{1e3 * tags.side:g}mm:{own[0]}).",
+            f"(‹board› {tags.dictionary}:{1e3 * tags.side:g}mm:{own[0]}).",
         )
     name, others = max(times.items(), key=lambda one: max(one[1].values(), default=0))
     if max(others.values(), default=0) >= _OTHERS:
         return (
             f"No picture shows a marker of {tags.dictionary}, but there {_are(sorted(others))} of {name}.",
-            f"Name that family: --board {name}:{1e3 * tags.side:g}mm.",
+            f"Name that family: ‹board› {name}:{1e3 * tags.side:g}mm.",
         )
     return (
         f"No picture shows a marker of {tags}.",
         "Lay it flat beside the object with white paper around it, in view for half of the walk, so "
-        "large that each of its cells measures three pixels or more; or give a length (--height).",
+        "large that each of its cells measures three pixels or more; or give a length (‹height›).",
     )
 
 
@@ -130,7 +125,7 @@ class _Sighting:
 
 
 _Sightings = Mapping[int, Sequence[_Sighting]]
-"""By the number of the marker; 0 for a board."""
+"""Sightings by the number of the marker; 0 for a board."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +169,7 @@ def by_reference(
             "places on it.",
             where=where,
             fix="It must lie still and flat while you film, and be there only once; check its sides "
-            "with a ruler (--board).",
+            "with a ruler (‹board›).",
         )
     return _joined(reference, good, seen)
 
@@ -211,7 +206,7 @@ def _side(sighting: _Sighting) -> float:
 def _sightings(
     views: Sequence[View], reference: Reference, on_progress: Callable[[float], None]
 ) -> _Sightings:
-    """Where the pictures show the reference."""
+    """Return the sightings of the reference in the pictures."""
     find = _finder(reference)
     seen = defaultdict[int, list[_Sighting]](list)
     for k, view in enumerate(views):
@@ -460,9 +455,9 @@ def _check_factor(factor: float, before: Scale | None, scale: Scale) -> None:
         "scan-board-size",
         f"By {scale.description} the object would be {factor:.2f} times as large as by "
         f"{before.description}; a phone's poses are never so far off.",
-        where="--board" if scale.by == "board" else "--length",
+        field="board" if scale.by == "board" else "length",
         fix="Measure once more, of a marker the side of its black square; or leave the phone's poses "
-        "out (--no-poses).",
+        "out (‹no poses›).",
     )
 
 

@@ -1,9 +1,4 @@
-"""register: where the cameras were when they took the picked pictures, in metres and z up.
-
-from_pictures: where the cameras were, and what their lens is, by the pictures alone.
-
-Registered from what a finished stage has left in the work folder.
-"""
+"""Poses of a scan's pictures, whatever is known of them."""
 
 import shutil
 from collections.abc import Collection, Mapping, Sequence
@@ -14,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ingest.colmap import pycolmap, read_model
-from ingest.report.take_checks import Check
+from ingest.report.take_report import Check
 from ingest.scan.cameras.features import (
     THREADS,
     CameraOptions,
@@ -46,7 +41,7 @@ from ingest.scan.scan_types import (
     ScanSource,
     no_progress,
 )
-from ingest.scan.work import StageCache, key_of
+from ingest.scan.scan_work import StageCache, key_of
 from omomo_core.errors import InputError
 
 _FEWEST, _SHARE = 8, 0.4

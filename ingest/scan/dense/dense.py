@@ -1,6 +1,4 @@
-"""dense_surface: the closed surface of what is in a region, with its colours.
-
-find_mirror: the upright plane about which an object that was filmed from one side is symmetric.
+"""The dense stage: a surface from registered pictures, mirrored where the object is symmetric.
 
 The plane is found on what was seen: mirrored, seen surface must fall on seen surface or on what no
 picture shows, and not into air that pictures show.
@@ -43,7 +41,7 @@ class Mirror:
     """A plane of symmetry."""
 
     reflection: Float64[np.ndarray, "4 4"]
-    """Of points in the floor's frame; it is its own inverse."""
+    """Reflection of points in the floor's frame; it is its own inverse."""
     agrees: float
     """Part of the seen surface whose mirror image is seen surface, where it could be seen to be not."""
     support: float

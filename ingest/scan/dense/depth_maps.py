@@ -1,7 +1,4 @@
-"""cloud: places where depth maps show a surface, thin parts that have no corners among them.
-
-measure_depths: how far what each view shows is, by matching pictures, by LiDAR, or by both.
-"""
+"""Depth maps of all views, by stereo and LiDAR, and the points that they agree on."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +21,8 @@ from ingest.scan.dense.stereo import (
     stereo_maps,
 )
 from ingest.scan.region import Aim
-from ingest.scan.scan_types import WHOLE, Measured, Progress, Registered, View, no_progress
+from ingest.scan.scan_choices import WHOLE, Measured
+from ingest.scan.scan_types import Progress, Registered, View, no_progress
 from omomo_core.errors import InputError
 
 _MIXED = 0.06
@@ -38,9 +36,9 @@ class Depths:
     """Depth maps of all views, and by what they were measured."""
 
     pictures: SmallPictures
-    """Of the views, as they were matched."""
+    """Pictures of the views, as they were matched."""
     kinds: tuple[DepthMaps, ...]
-    """For each way of measuring one map for each view (0 where unknown), at least one way."""
+    """Maps of each way of measuring, one for each view (0 where unknown), at least one way."""
     method: Literal["stereo", "depth", "both"]
 
 

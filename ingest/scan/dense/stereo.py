@@ -1,13 +1,7 @@
-"""stereo_maps: a depth map of every view, kept in the work folder so that a scan can go on.
-
-Depth of every pixel of a view, out of its neighbours, and what several views agree about.
-
-match_cost: how unlike a picture and its neighbours are, if a pixel lay at one depth or another.
+"""Depth maps by plane-sweep stereo on small pictures.
 
 Census codes (Zabih and Woodfill 1994) do not mind what exposure does to a picture; a plane sweep
 (Collins 1996) needs no rectified pairs, so neighbours may stand anywhere.
-
-Small pictures of a scan's views, loaded when they are needed, with intrinsics to fit.
 """
 
 import hashlib
@@ -44,7 +38,7 @@ class Neighbour:
     """Another view, as one view sees it."""
 
     codes: Codes
-    """Of its enlarged picture."""
+    """Codes of its enlarged picture."""
     matrix: Float64[np.ndarray, "3 3"]
     """Its intrinsics."""
     T_neighbour_view: Float64[np.ndarray, "4 4"]

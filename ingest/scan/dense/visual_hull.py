@@ -1,14 +1,10 @@
-"""VisualHull: what silhouettes say about every place around an object, for and against it.
+"""The visual hull, the evidence against it, and thin parts.
 
 A place that some pictures show beside the silhouette is empty, with the distance to the outline as a
 signed distance (Laurentini 1994; the second or third largest over the pictures, as single masks err).
 A place that pictures show inside the silhouette where no depth is known is backed by them: thin and
 dark parts have no depth. Right beside depth that is known, a lack of it says nothing. Beside a bar a
 quarter of the pictures decides: masks miss it where what lies behind it has its colour.
-
-Evidence: what depth and silhouettes together say about every place around an object.
-
-thin_parts: the bars and sheets of a solid.
 """
 
 from collections.abc import Sequence

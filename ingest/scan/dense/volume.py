@@ -1,14 +1,8 @@
-"""Volume: what depth maps say about every place around an object: surface, empty, or never seen.
+"""Depth maps fused in a volume: surface, colours, openness.
 
 Distances along the view are averaged near surfaces (Curless and Levoy 1996). What no picture shows to
 be empty stays solid, as their hole filling has it, so the surface is closed: an underside or the depth
 of a narrow gap is filled, never invented.
-
-solid_surface: the closed surface between what is solid and what is empty in a volume.
-
-coloured: what colour the views show at each place of a surface.
-
-open_places: which places that no picture shows are air that something hides, and not solid.
 
 Under a seat or behind a back, air is out of sight just as the inside of a box is. From inside a box
 every way sideways meets a surface that was seen; from under a seat most ways lead into the open.
@@ -185,7 +179,7 @@ _THIN = 1e-6
 _CORNERS = np.array(
     [[0, 0, 0], [0, 0, 1], [0, 1, 1], [0, 1, 0], [1, 0, 0], [1, 0, 1], [1, 1, 1], [1, 1, 0]]
 )
-"""Of a cell, z y x, in the order of marching cubes."""
+"""Corners of a cell, z y x, in the order of marching cubes."""
 
 
 def solid_surface(
@@ -224,7 +218,7 @@ def _crossed(solid: Bool[np.ndarray, "z y x"]) -> Int64[np.ndarray, "cells 3"]:
 
 
 def _places(grid: Int64[np.ndarray, "points 3"], box: Box) -> Float64[np.ndarray, "points 3"]:
-    """Where grid points (z y x, the first slice being the one below the floor) are."""
+    """Return the places of grid points (z y x; the first slice is the one below the floor)."""
     z = box.low[2] + (grid[:, 0] - 1) * box.voxel
     z[grid[:, 0] == 0] = box.low[2] - _THIN
     x, y = (box.low[k] + grid[:, 2 - k] * box.voxel for k in range(2))

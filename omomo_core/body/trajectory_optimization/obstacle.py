@@ -1,8 +1,4 @@
-"""Obstacles for the solver: an object as boxes, or as the signed distance to its surface.
-
-Each is in the object's own frame, metres; its `middle` stands for the centre of mass.
-
-Collision spheres of the body, hands left out: dense ones that fill it to its skin, and coarse ones.
+"""The mesh as an obstacle of the optimization, and the spheres that stand for the body's flesh.
 
 The dense ones are fitted to the shipped body: each sphere touches the skin from within, and most of the skin
 is less than a centimetre from one of them. They follow the bones of any other body.
@@ -73,7 +69,7 @@ Obstacle = BoxObstacle | MeshObstacle
 
 
 STATURE = 1.72
-"""Of the body whose spheres these are, metres."""
+"""Stature of the body whose spheres these are, metres."""
 
 
 class BodySphere(NamedTuple):

@@ -1,15 +1,7 @@
-"""Residuals of a pose, weighted, with their derivatives in the bones' turns.
-
-Anatomy for the solver: turning bones, collision spheres, masses and joint ranges.
-
-Targets of the solver: of the hands and the object, of a whole clip, and of the frames that are evaluated.
+"""Residuals of the trajectory optimization: anatomy, targets, speeds and penetration.
 
 The three share their names: `palms` and `R_world_wrist` say where hands go, `hold` how firmly, `obstacle`
 what the body stays out of, `balance` where the weight must be over the feet.
-
-Limit on the angular speed of arms, applied before the trajectory is optimised.
-
-Penetration depth of a body in an object, by the solver's collision spheres.
 """
 
 from dataclasses import asdict, dataclass, fields, replace
@@ -189,7 +181,7 @@ def _tree() -> Float[Tensor, "24 24"]:
 
 @dataclass(frozen=True)
 class InteractionTargets:
-    """Where the hands of K samples hold a mesh, and the mesh as an obstacle; single precision."""
+    """Targets of the hands of K samples on a mesh, and the mesh as an obstacle; single precision."""
 
     palms: Float[Tensor, "samples frames 2 3"]
     """Left and right palm, world, metres."""
@@ -214,7 +206,7 @@ class SolverTargets:
     hold: Float[np.ndarray, "*b frames 2"]
     """0 where a hand is free, 1 where it holds, smooth between."""
     ankles: Float[np.ndarray, "*b frames 2 3"]
-    """Of the initial motion, world, metres."""
+    """Ankles of the initial motion, world, metres."""
     soles: Float[np.ndarray, "*b frames 4 3"]
     """Left heel, right heel, left ball, right ball, world, metres."""
     planted: Bool[np.ndarray, "*b frames 4"]

@@ -1,9 +1,4 @@
-"""Trajectory optimisation: Gauss-Newton on the splines of a whole clip, then exact hands and feet.
-
-Smooth corrections: cubic B-splines in time, and least squares over their coefficients.
-
-Approach: where hands are while they come to what they hold, and after they have let go of it.
-"""
+"""Gauss-Newton over a whole sequence on spline corrections, and the approach of hands to the object."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace

@@ -1,9 +1,7 @@
-"""Paths of hands that approach what they hold, and that leave it: around the object, not through it.
+"""Palms led around what they come to, onto the face that they touch.
 
 The network's palms take a straight path, which often leads through a corner of the object or through the
 whole of it. Such a hand takes the shortest clear curve from the last place outside the object.
-
-Choice of the contact face: a hand whose arm would go through a thin board holds the board's other face.
 
 Stage 1 predicts palms to some centimetres, and a table's top is thinner: the nearest face may be one that
 the arm cannot reach.

@@ -1,14 +1,8 @@
-"""Choice of a side of the object: the cheapest path through a few choices over time (Viterbi).
+"""Bodies led out of the object: pelvis, limbs and feet, on the side on which they stand.
 
 Gradients push flesh across a thin board out of both its faces at once, and it stays. So sides are chosen
 first: every choice is tried in every evaluated frame, and the path is found that is least inside the object,
 nearest to the present body, and steady.
-
-Collision avoidance of the root: a body inside the object moves as far as its hands still reach.
-
-Collision avoidance of limbs: they swing about the line from root to end; hands turn about palms.
-
-Collision avoidance of the feet: feet that the object runs into stand elsewhere, or step out of its way.
 """
 
 from collections.abc import Callable, Sequence

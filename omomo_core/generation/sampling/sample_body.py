@@ -1,9 +1,7 @@
-"""Long takes: windows denoised together, their estimates averaged where they overlap.
+"""Stage 2 sampled over windows that overlap.
 
 Every denoising step of every window sees the others' estimates (the idea of MultiDiffusion,
 Bar-Tal et al. 2023), so the windows end as one motion without a seam.
-
-Sampling of stage 2: a whole body for the palms of each sample.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,8 +15,13 @@ from torch import Tensor
 
 from omomo_core.compute import batch_parts
 from omomo_core.diffusion.samplers import cosine_schedule, golden_sequence, sample
+from omomo_core.generation.generation_options import (
+    FeaturePrefix,
+    GenerationOptions,
+    Prefix,
+    Progress,
+)
 from omomo_core.generation.object_clip import ObjectClip
-from omomo_core.generation.options import FeaturePrefix, GenerationOptions, Prefix, Progress
 from omomo_core.geometry.rotations import Layout, rotate, yaw_matrix
 from omomo_core.motion import HandMotion
 from omomo_core.stages import body_capture as body_stage

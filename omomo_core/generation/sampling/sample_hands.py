@@ -12,8 +12,14 @@ from torch import Tensor
 from omomo_core.contact.decode import NO_PREFIX, ContactPrefix, decode
 from omomo_core.contact.segment import ContactSegment, ContactSpan, anchor_spans, follow_anchors
 from omomo_core.generation.decoding import despike
+from omomo_core.generation.generation_options import (
+    FeaturePrefix,
+    GenerationOptions,
+    Prefix,
+    Progress,
+    fade,
+)
 from omomo_core.generation.object_clip import ObjectClip
-from omomo_core.generation.options import FeaturePrefix, GenerationOptions, Prefix, Progress, fade
 from omomo_core.generation.sampling.sample_body import WindowConditions, sample_take
 from omomo_core.generation.selection.plausibility import (
     Samples,

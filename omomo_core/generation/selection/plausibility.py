@@ -1,13 +1,9 @@
-"""Plausibility of palm hypotheses: whether they hold the object where and as a person could.
-
-Samples in which the person stands on the opposite side of the object.
+"""Which sides of an object people may hold from, and samples that cover them.
 
 A hypothesis given half a turn about the vertical through the object's centre keeps the left hand left and
 the right hand right, and is as good wherever the object has a surface there too. Where the object stands
 on an edge, its weight tells the side. Elsewhere the object's motion does not always tell it, and the network
 is more certain than it is right.
-
-Selection of the samples that cover many palm hypotheses: greedy k-medoids, each moved to its kernel mean.
 
 Hypotheses of the palms are cheap and bodies are not, so more of them are sampled than bodies are made. A
 single sample is the medoid of all hypotheses.
@@ -35,7 +31,7 @@ Hypotheses = Float[Tensor, "hypotheses frames 8"]
 
 @dataclass(frozen=True)
 class PalmHolds:
-    """Where and when the palms of samples hold the object."""
+    """Places and times at which the palms of samples hold the object."""
 
     palms: Float[np.ndarray, "samples frames 2 3"]
     """In the object's frame, trained size."""

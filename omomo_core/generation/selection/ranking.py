@@ -1,7 +1,4 @@
-"""Ranking of K samples without ground truth: the one to show is central and has few faults.
-
-Scores of a sample without ground truth: faults that no person who moves an object has.
-"""
+"""Scores of samples without the truth, and their ranking."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -13,7 +10,7 @@ from scipy.stats import rankdata
 
 from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.trajectory_optimization.solver_config import JOINT_RANGES
-from omomo_core.generation.options import Generation, notes_of
+from omomo_core.generation.generation_options import Generation, notes_of
 from omomo_core.generation.person import Person
 from omomo_core.generation.selection.selection_config import SCORE, SCORE_WEIGHTS
 from omomo_core.generation.selection.speed_limits import speed_excess
@@ -129,7 +126,7 @@ def distance_to_others(
 ) -> Float[np.ndarray, " samples"]:
     """Return each sample's mean distance from the others, the farthest ones left out; metres.
 
-    The few samples that stand on the opposite side by design (`opposite_side.py`) do not count.
+    The few samples that stand on the opposite side by design (`plausibility.py`) do not count.
     """
     far = np.stack([np.linalg.norm(points - one, axis=-1).mean(axis=(1, 2)) for one in points])
     near = np.sort(far, axis=1)[:, : len(points) - len(points) // SCORE.outliers_one_in]

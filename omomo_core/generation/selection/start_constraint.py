@@ -11,8 +11,8 @@ import torch
 from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
+from omomo_core.generation.generation_options import fade
 from omomo_core.generation.object_clip import ObjectClip
-from omomo_core.generation.options import fade
 from omomo_core.generation.selection.plausibility import (
     Hypotheses,
     PalmHolds,
@@ -37,7 +37,7 @@ class StartPose:
     first: Float[Tensor, "8"]
     """Features of one frame: palms from the object's centre, metres, and contacts."""
     position: Float[Tensor, "2"]
-    """Where the pelvis is above the floor, from the object's centre, metres."""
+    """Place of the pelvis above the floor, from the object's centre, metres."""
 
     @property
     def holds(self) -> bool:

@@ -36,7 +36,7 @@ from omomo_core.generation.collision.avoidance import (
     turn_hands_clear,
 )
 from omomo_core.generation.collision.collision_config import SIDES
-from omomo_core.generation.options import SolvedPrefix, free_after
+from omomo_core.generation.generation_options import SolvedPrefix, free_after
 from omomo_core.generation.solving.foot_plan import ANKLES, TOES, FootPlan, plan_feet
 from omomo_core.generation.solving.palm_plan import ankles_of, move_root_within_reach, solve_arms
 from omomo_core.generation.solving.solving_config import BODY_SOLVING, REACH

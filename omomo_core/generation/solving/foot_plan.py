@@ -1,9 +1,7 @@
-"""Steps for gliding feet: a sampled body sometimes travels without moving its legs.
+"""The plan of the feet: which foot stands where and when, and the steps between.
 
 Where neither foot stands although the body travels, the feet are given alternate steps whose stances lie
 under the hips in their middle, as in walking. The sampled feet say where the hips want them.
-
-Foot plans: planted feet stand still, flat unless they roll over the toes, and never below the floor.
 """
 
 from dataclasses import dataclass

@@ -1,14 +1,8 @@
-"""Palm plan: how each hand lies on what it holds, one smooth path of orientations for each contact.
+"""The plan of the palms: where they hold, how they come there, within reach and clear of the object.
 
 Orientations are tried in the object's frame: headings about the surface's normal, and lifts of the wrist.
 The cheapest path through them keeps the wrist within its range and the forearm out of the object, suits
 the grip of the fingers, and turns slowly.
-
-Palm clearance: hands that come, hold and go stay outside what they hold.
-
-They are raised along the surface's normal at their anchor; near a contact, a hand lands.
-
-Reach: the pelvis moves to where arms reach what they hold, and legs the floor.
 """
 
 from collections.abc import Iterator, Sequence
@@ -39,7 +33,7 @@ from omomo_core.geometry.runs import min_jerk
 from omomo_core.skeleton import PALM_JOINTS
 
 _RANGES = torch.tensor([JOINT_RANGES.left_wrist, JOINT_RANGES.right_wrist])
-"""Of the left and the right wrist: least and greatest component about each axis, radians."""
+"""Ranges of the left and the right wrist: least and greatest component about each axis, radians."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +45,7 @@ class HeldPalm:
     stop: int
     keys: Int[np.ndarray, " keys"]
     anchor: Float[Tensor, "3"]
-    """Of the palm, object's frame, metres."""
+    """Anchor of the palm, object's frame, metres."""
     out: Float[Tensor, "3"]
     """The surface's normal there, object's frame."""
     shoulder: Float[Tensor, "keys 3"]

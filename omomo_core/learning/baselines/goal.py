@@ -1,14 +1,8 @@
-"""How GOAL learns: moments of the training windows, and its losses where they apply.
+"""GOAL (Taheri et al. 2022) adapted to moving objects: features, network, losses and rollout.
 
 GOAL has losses on the vertices of the body (L1, weight 10), of the hand (7) and of the feet (3), on the
 pose (L2, 10) and on the hand's distances to the object (L1, 10). Here joints stand for vertices, found from
 the predicted pose, and both hands count.
-
-Input features of GOAL: the last poses, and the way from the body to the object's next surface.
-
-GOAL's motion network: four residual blocks that say how the next ten frames differ from this one.
-
-GOAL rolled out: it predicts ten frames, looks again from the last of them, and so on.
 
 Taking the first of the ten alone and looking at every frame feeds its own small errors back ten times as
 often: people then drift off the floor and away.
@@ -304,7 +298,7 @@ def _coming(
 
 
 MOMENTS = 8
-"""Of each window: its frame 0, from where people set out, and random ones."""
+"""Moments of each window: its frame 0, from where people set out, and random ones."""
 FEET = [7, 8, 10, 11]
 BODY_WEIGHT, PALM_WEIGHT, FEET_WEIGHT, POSE_WEIGHT, WAY_WEIGHT = 10.0, 7.0, 3.0, 10.0, 10.0
 

@@ -1,9 +1,4 @@
-"""The paper's measures (OMOMO section 5.1, and its published evaluation), in the units of their names.
-
-Beside a measure as published stands one without its oddities, under another name.
-
-Statistics over windows: averages, and the paired bootstrap between two methods.
-"""
+"""The paper's measures in its units, their averages, and the paired bootstrap."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -239,7 +234,7 @@ class PairedDifference:
     mean: float
     low: float
     high: float
-    """Of the interval that holds the middle 95 % of the draws."""
+    """Upper end of the interval that holds the middle 95 % of the draws."""
 
 
 def paired_bootstrap(

@@ -1,4 +1,4 @@
-"""The questions a generator is asked about a clip, and its answers measured.
+"""The questions a generator is asked about a clip, and an answer without learning beside it.
 
 Palms given or guessed, each with and without the person's pose in the first frame; guessed, also with the
 place on which the person stood at first.
@@ -7,13 +7,15 @@ place on which the person stood at first.
 from typing import Literal
 
 import numpy as np
+from jaxtyping import Float
 
 from omomo_core.body.model import BodyModel
+from omomo_core.contact.static_stability import must_be_held
 from omomo_core.generation.conditioning import Conditioning, Pose
+from omomo_core.generation.generation_options import GenerationOptions, Progress
 from omomo_core.generation.generator import generate
-from omomo_core.generation.options import GenerationOptions, Progress
-from omomo_core.geometry.object_features import object_features
-from omomo_core.learning.baselines.opposed_palms import opposed_palms
+from omomo_core.geometry.object_features import ObjectFeatures, object_features
+from omomo_core.geometry.transforms import apply
 from omomo_core.learning.evaluation.metrics import (
     Row,
     contact_scores,
@@ -23,6 +25,37 @@ from omomo_core.learning.evaluation.metrics import (
 from omomo_core.learning.evaluation.truth import MeasuredSamples, Truth, recorded_person
 from omomo_core.motion import FPS, HandMotion
 from omomo_core.stages.stage import Stages
+
+
+def opposed_palms(
+    take: ObjectFeatures, samples: int, random: np.random.Generator
+) -> list[HandMotion]:
+    """Return samples of the palms.
+
+    Args:
+        take: the object's motion.
+        samples: how many guesses.
+        random: draws a horizontal direction for each.
+
+    Returns:
+        Palms on the surface points farthest along and against the direction as the object lies in
+        its first frame; contact where the object moves. While it rests the palms stay there: no
+        body without learning says where else they would be.
+    """
+    held = must_be_held(take).astype(float)
+    contact = np.stack([held, held], axis=1)
+    return [
+        HandMotion(palms=_ends(take, direction), contact=contact)
+        for direction in random.uniform(0, 2 * np.pi, samples)
+    ]
+
+
+def _ends(take: ObjectFeatures, direction: float) -> Float[np.ndarray, "frames 2 3"]:
+    T = take.motion.T_world_object
+    along = take.surface.points @ T[0, :3, :3].T @ [np.cos(direction), np.sin(direction), 0.0]
+    ends = take.surface.points[[int(along.argmax()), int(along.argmin())]]
+    return apply(T, ends)
+
 
 PROTOCOLS = (
     "gt_palms",

@@ -1,7 +1,4 @@
-"""A recorded person, and every figure of a generated one beside them.
-
-Contact and penetration: which palms touch a clip's object, and how deep a body is inside it.
-"""
+"""A recorded person and what they touch, and every figure of a generated one beside them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +17,6 @@ from omomo_core.geometry.distance_field import DistanceField, distance_field
 from omomo_core.geometry.object_features import object_features
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.geometry.transforms import to_local
-from omomo_core.learning.evaluation.clips import RealClip
 from omomo_core.learning.evaluation.metrics import (
     Row,
     contact_scores,
@@ -32,6 +28,7 @@ from omomo_core.learning.evaluation.metrics import (
     swing_measures,
     vertex_error,
 )
+from omomo_core.learning.evaluation.real_clips import RealClip
 from omomo_core.motion import HumanMotion, ObjectMotion
 
 TOUCH = 0.05
@@ -106,7 +103,7 @@ class Touching:
         }
 
     def _depth(self, vertices: Float[np.ndarray, "frames verts 3"]) -> Float[np.ndarray, " frames"]:
-        """Of the deepest vertex in each frame, metres; 0 outside."""
+        """Return the depth of the deepest vertex in each frame, metres; 0 outside."""
         T, mesh = self.motion.T_world_object, self.motion.mesh
         low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
         depth = np.zeros(len(T))

@@ -32,7 +32,7 @@ class Clip:
 
     name: str
     source: str
-    """Where it came from: "cmu_bvh", "o3de", "hdm05", "cmu_jump", `SYNTHESIS`..."""
+    """Origin of the clip: "cmu_bvh", "o3de", "hdm05", "cmu_jump", `SYNTHESIS`..."""
     licence: str
     root: Float[np.ndarray, "frames 3"]
     """Pelvis joint, world (z up, floor 0), metres."""
@@ -91,7 +91,7 @@ def clip_files(path: Path) -> list[Path]:
             "clips-missing",
             "There are no training clips.",
             where=str(path),
-            fix="Make some with `omocap data build` and `omocap data synthesise`.",
+            fix="Make some with ‹omocap data build› and ‹omocap data synthesise›.",
         )
     return files
 

@@ -31,12 +31,12 @@ class DatasetRecipe:
 
     seed: int
     version: int
-    """Of the program that makes clips."""
+    """Version of the program that makes clips."""
     mocap: str
     """Digest of the recorded motion."""
     people: str = "1-17"
     objects: str = "all"
-    """As the roster says them."""
+    """Objects as the roster says them."""
     shard: int = SHARD
 
 
@@ -46,11 +46,11 @@ class Summary:
 
     clips: int = 0
     seconds: float = 0.0
-    """Of computing, over all runs."""
+    """Seconds of computing, over all runs."""
     rejected: Counter[str] = field(default_factory=Counter)
     """Attempts that were thrown away, by reason."""
     minutes: dict[tuple[str, str], float] = field(default_factory=dict)
-    """Of motion, by action and object."""
+    """Minutes of motion, by action and object."""
     licences: Counter[str] = field(default_factory=Counter)
     """Clips under each licence."""
 
@@ -84,7 +84,7 @@ def open_dataset(folder: Path, recipe: DatasetRecipe, recorded: Sequence[Clip]) 
                 "output-exists",
                 "The folder for the data set is not empty and holds no data set.",
                 where=str(folder),
-                fix="Give a new folder with -o.",
+                fix="Give a new folder with ‹output›.",
             )
         folder.mkdir(parents=True, exist_ok=True)
         write_card(folder, recipe)
@@ -116,7 +116,7 @@ def _check_same(card: Path, recipe: DatasetRecipe) -> None:
             "dataset-differs",
             f"The clips in this folder were made otherwise: {'; '.join(other)}.",
             where=str(card),
-            fix="Give the options it was made with, or a new folder with -o.",
+            fix="Give the options it was made with, or a new folder with ‹output›.",
         )
 
 
@@ -136,7 +136,7 @@ def missing_indices(folder: Path, count: int) -> list[int]:
             "dataset-larger",
             f"The folder holds {sum(held.values())} clips, more than {count} are.",
             where=str(folder),
-            fix="Give a larger --count, or a new folder with -o.",
+            fix="Give a larger ‹count›, or a new folder with ‹output›.",
         )
     indices: list[int] = []
     for k, first in enumerate(range(0, count, SHARD)):

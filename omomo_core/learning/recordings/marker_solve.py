@@ -1,7 +1,5 @@
 """Marker tracks and places on a scan become the motion of the scanned object at 30 fps.
 
-Markers on one rigid thing: how they stand to each other, and its pose in every frame.
-
 A pose is the orthogonal Procrustes solution over the markers that are seen (OMOMO, section 4). Places
 that are picked on a scan are off by a centimetre, and a pose would leap by as much whenever a marker is
 lost. So the recording itself says how the markers stand to each other, and the picked places are only
@@ -50,7 +48,7 @@ class Posed:
 
     @property
     def valid(self) -> Bool[np.ndarray, " frames"]:
-        """Where there is a pose."""
+        """The mask of frames that have a pose."""
         return np.isfinite(self.T_world_shape[:, 0, 0])
 
     @property
@@ -150,7 +148,7 @@ def _fitted(points: Points, shape: Shape, kept: Kept) -> Posed:
 
 
 def _fixed_frames(shape: Shape, kept: Kept) -> Bool[np.ndarray, " frames"]:
-    """Where the markers that are kept fix a pose."""
+    """Return the mask of frames in which the markers that are kept fix a pose."""
     patterns, which = np.unique(kept, axis=0, return_inverse=True)
     return np.array([fixes_pose(shape[pattern]) for pattern in patterns])[which.reshape(-1)]
 
@@ -197,7 +195,7 @@ class MarkedMotion:
     """The motion of a scan, and how well the markers fix it."""
 
     T_world_object: Float[np.ndarray, "frames 4 4"]
-    """Of the mesh in the axes of its file, scaled by `scale`; 30 fps, metres."""
+    """Poses of the mesh in the axes of its file, scaled by `scale`; 30 fps, metres."""
     scale: float
     """Metres per unit of the mesh's file."""
     start: float
@@ -328,8 +326,8 @@ def _gaps(valid: Bool[np.ndarray, " frames"], tracks: Tracks, bridge: float) -> 
             "markers-gap",
             f"For longer than {bridge:g} s the markers do not fix the object's pose.",
             where=f"{tracks.source}, {'; '.join(map(str, long[:4]))}{more}",
-            fix="Label or fill those markers, take a part with --start and --end, or have a longer "
-            "gap filled with --bridge SECONDS.",
+            fix="Label or fill those markers, take a part with ‹start› and ‹end›, or have a longer "
+            "gap filled with ‹bridge› SECONDS.",
         )
     return tuple(spans)
 

@@ -1,11 +1,9 @@
-"""Files of marker tracks, and of the markers' places on a scan.
+"""Marker tracks and the markers' places on a scan, and the reading of their files.
 
 Tracks are npz (``points`` (T, M, 3), ``names`` (M,), and ``times`` (T,) or ``fps``), CSV with the columns
 ``time`` and ``<name>_x``, ``<name>_y``, ``<name>_z``, or the CSV that Vicon Nexus exports (a line
 ``Trajectories``, the rate, the names, ``Frame,Sub Frame,X,Y,Z,...``, the units). Where a marker is not
 seen, the fields are empty or NaN. Places are CSV with the columns name, x, y, z.
-
-Where markers were at each time, and where they sit on a scan.
 """
 
 import csv
@@ -73,7 +71,7 @@ class Tracks:
 
 @dataclass(frozen=True)
 class Places:
-    """Where markers sit on a mesh."""
+    """The places of markers on a mesh."""
 
     source: Path
     names: tuple[str, ...]
@@ -162,7 +160,7 @@ def read_tracks(path: Path, unit: str | None = None) -> Tracks:
 
 
 def read_places(path: Path) -> Places:
-    """Where markers sit on a mesh.
+    """The places of markers on a mesh.
 
     Raises:
         InputError: ``markers-file``, ``marker-twice``, ``markers-few``.

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation, Slerp
 
 from omomo_core.errors import InputError
-from omomo_core.learning.recordings.bvh import Bvh, read_bvh
+from omomo_core.learning.recordings.bvh_file import Bvh, read_bvh
 from omomo_core.learning.recordings.source_skeletons import (
     CMU_BVH,
     SOURCE_SKELETONS,
@@ -56,7 +56,7 @@ class SourceMotion:
     """Global, from the joint's local frame (see SourceSkeleton.rest_forward) to the world."""
 
     def position(self, joint_name: str) -> Float[np.ndarray, "frames 3"]:
-        """Where a source joint is."""
+        """Return the position of a source joint."""
         return self.positions[:, self.joint_names.index(joint_name)]
 
     def rotation(self, joint_name: str) -> Float[np.ndarray, "frames 3 3"]:
@@ -64,7 +64,7 @@ class SourceMotion:
         return self.rotations[:, self.joint_names.index(joint_name)]
 
     def point(self, ours: str) -> Float[np.ndarray, "frames 3"] | None:
-        """Where the source joint standing for our joint is, or None when there is none."""
+        """Return the position of the source joint that stands for ours; None when there is none."""
         theirs = self.skeleton.points.get(ours)
         return None if theirs is None else self.position(theirs)
 
@@ -199,7 +199,7 @@ def check_legs(length: float, where: str) -> None:
             "mocap-units",
             f"The legs are those of a person {height:.3g} m tall, so the units must be wrong.",
             where=where,
-            fix="Convert the file to metres (BVH: centimetres, or say the unit with --bvh-unit).",
+            fix="Convert the file to metres (BVH: centimetres, or say the unit with ‹bvh_unit›).",
         )
 
 

@@ -1,4 +1,4 @@
-"""Recordings of people together with the object they hold, and the clips they become on our skeleton.
+"""Recordings of people together with the object they hold, SkillMimic's ball among them.
 
 The whole scene (way, object, palms) is scaled to our legs. Then our arms are solved to the recorded palms,
 so that hands stay where they were on the object.
@@ -54,7 +54,7 @@ class RecordedObject:
     mesh: ObjectMesh
     T_world_object: Float[np.ndarray, "frames 4 4"]
     palms: Float[np.ndarray, "frames 2 3"]
-    """Where the bases of the middle fingers must be, left and right, metres."""
+    """Goals of the bases of the middle fingers, left and right, metres."""
     contact: Bool[np.ndarray, "frames 2"]
     """Whether the left, right hand touches the object."""
     usable: Bool[np.ndarray, " frames"]

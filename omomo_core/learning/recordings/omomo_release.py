@@ -1,13 +1,9 @@
-"""Sequences of the OMOMO release's processed files, read without running them, checked and split.
+"""The OMOMO release's processed files: sequences, objects and people.
 
 The layout is that of ``{train,test}_diffusion_manip_seq_joints24.p`` (github.com/lijiaman/omomo_release,
 manip/data/hand_foot_dataset.py): a dict of dicts with seq_name, trans, root_orient, pose_body,
 rest_offsets, trans2joint, obj_trans, obj_rot, obj_scale, and obj_bottom_* of mops and vacuums; 30 fps,
 z up, metres.
-
-The OMOMO release's processed files: people with the objects they moved, on our skeleton.
-
-The objects of the OMOMO release: scans in arbitrary units, two of them of two parts.
 """
 
 from collections.abc import Iterator, Mapping
@@ -162,7 +158,7 @@ _SHAPES: dict[str, tuple[int, ...]] = {
     "obj_rot": (3, 3),
     "obj_scale": (),
 }
-"""Of the channels of a sequence, after the frames."""
+"""Shapes of the channels of a sequence, after the frames."""
 _SHORTEST = 24
 _SKEWED = 1e-3
 """What a rotation times its transpose may differ from the identity."""

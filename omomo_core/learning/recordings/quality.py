@@ -1,13 +1,4 @@
-"""What is wrong with a clip of somebody who moves an object: numbers, and the flags they raise.
-
-Everything is measured on the finished clip, so recorded, synthetic and generated motion compare.
-
-Angles of elbows, knees, wrists and shoulders, in anatomical terms, for judging poses.
-
-How deep an object's surface is inside somebody's flesh.
-
-Asked this way round the object may be an open scan: only the body's skin must be closed.
-"""
+"""What is wrong with a clip of somebody who moves an object: angles, penetration and flags."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -191,7 +182,7 @@ class Quality:
     toppling_frames: int
     """Frames at rest, unheld, with its middle not above what it stands on."""
     rest_height_cm: float
-    """Of the object's lowest point while it rests unheld, at most: what it stands on is not drawn."""
+    """Height (cm) of the object's lowest point at rest, at most: what it stands on is not drawn."""
     skating_cm_s: float
     sole_depth_cm: float
     """Deepest the soles are under the floor."""

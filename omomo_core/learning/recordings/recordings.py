@@ -1,7 +1,4 @@
-"""Files of human motion of every kind that can be read, recognised by their content.
-
-Training clips on our skeleton from a folder of recordings.
-"""
+"""Folders of human motion of every kind that can be read become training clips."""
 
 import os
 from collections import Counter, defaultdict

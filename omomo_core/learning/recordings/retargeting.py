@@ -1,6 +1,4 @@
-"""Recorded motion on our skeleton, and the stretches of it that people could be trained on.
-
-How the local frames of a source skeleton lie to ours: one constant rotation per joint.
+"""Recorded motion on our skeleton: frames of source joints calibrated, stretches to train on chosen.
 
 Our joints are unrotated in a T-pose (y up, facing +z). A correction turns our frame into the
 source's local frame, so that ``R_world_joint = R_world_source @ correction``. Limbs are matched by two

@@ -1,11 +1,9 @@
-"""Motion in SMPL's terms (AMASS: SMPL-H and SMPL-X npz) on our skeleton, without any licensed body.
+"""Motion in SMPL's terms on our skeleton, and people on SMPL-X's skeleton with their own bones.
 
 Our body joints are SMPL-X's and unrotated in the same T-pose, so rotations carry over as they are. What
 a file lacks without its body, the length of the legs, shows in the stride: while a foot stands, the
 pelvis travels over it by as much as the leg swings. By how much that T-pose raises the shoulders only the
 body tells (`body.rest_turns`): ours end some centimetres lower.
-
-A person on SMPL-X's skeleton with bones of their own, who holds an object: to a clip of our size.
 
 The person is brought to our body's size with the whole scene: way, object and palms are scaled by the
 length of the legs. Our arms are then solved to the person's palms, so that hands stay where they were on

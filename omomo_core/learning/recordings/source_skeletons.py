@@ -1,6 +1,4 @@
-"""The skeletons motion comes in, as data: which of their joints stand for which of ours.
-
-Skeletons of common animation rigs, recognised by the names of their joints.
+"""The skeletons motion comes in, and how rigs are recognised by the names of their joints.
 
 Mixamo, MotionBuilder and CMU conversions, Rokoko, Xsens, Perception Neuron, Unreal's mannequin, 3ds Max
 Biped, VRM and their like name the same bones with few words. A name is cut into a side and a word
@@ -271,7 +269,7 @@ _NEEDED = ("knee", "hip", "ankle", "elbow", "shoulder", "wrist")
 _HIPS = ("hips", "pelvis", "hip", "root", "reference")
 _NECK = ("neck", "neck1", "neck01", "lowerneck")
 _LONG_ENOUGH = 0.03
-"""Of the leg's length: a shorter end site shows no direction."""
+"""Part of the leg's length: a shorter end site shows no direction."""
 _STANDING = 0.8
 """Cosine between thighs and straight down beneath which a rest pose is nobody standing."""
 

@@ -1,7 +1,4 @@
-"""What happens in one clip: an action as episodes of taking a prop, moving it and leaving it.
-
-Style of an action: tempo, posture, and where the actor stands to the prop.
-"""
+"""The plan of one clip: an action as episodes, with its style and stances."""
 
 from dataclasses import dataclass
 from typing import Literal, TypedDict
@@ -26,7 +23,7 @@ _SHORTEST_STOP = 8
 
 @dataclass(frozen=True)
 class PropPlacement:
-    """Where the prop is, seen from the actor; radians and metres."""
+    """The prop's place seen from the actor; radians and metres."""
 
     swing: float = 0.0
     """Direction of the prop from the actor's heading, positive to the left."""
@@ -84,7 +81,7 @@ class Episode:
     stances: tuple[PropPlacement, PropPlacement, PropPlacement]
     """When taken, while held, when left."""
     heights: tuple[float, ...]
-    """Of the prop's bottom while held, visited in this order; empty when it slides."""
+    """Heights of the prop's bottom while held, visited in this order; empty when it slides."""
     supports: tuple[float, float]
     """Height of what the prop stands on when it is taken and left."""
     shove: Shove | None = None
@@ -113,7 +110,7 @@ class ActionPlan:
     episodes: tuple[Episode, ...]
     posture: Posture
     wanted: MotionRequirements
-    """Of the base motion."""
+    """Requirements of the base motion."""
 
     def spans(self, pauses: list[Span]) -> list[Span]:
         """From where the actor stops: the frames each episode has the prop in the hands."""
@@ -230,7 +227,7 @@ _FAR = ("push", "pull", "drag", "shove", "tip", "pivot")
 
 
 def stance_for(rng: np.random.Generator, action: Action, turn: float, moment: int) -> PropPlacement:
-    """Where the prop is, seen from the actor; `moment` 0 when taken, 1 while held, 2 when left."""
+    """Return the prop's place seen from the actor; `moment` 0 when taken, 1 while held, 2 when left."""
     spread = {"carry": 0.24, "relocate": 0.3, "one_hand": 0.08, "drag": 0.22, "pull": 0.22,
               "push": 0.18, "turn": 0.15}.get(action, 0.26)  # fmt: skip
     if moment == 1 and action not in ("push", "pull", "drag"):

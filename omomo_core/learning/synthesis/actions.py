@@ -1,11 +1,4 @@
-"""The grammar of actions: how often each action is done, with which props, and in which manner.
-
-What the episodes of all actions have in common: how a prop is held, from where to where, how high.
-
-Actions in which a prop is lifted: carried, relocated, handled in place, flipped, reached over.
-
-Actions in which a prop stays on the floor: slid by walking, moved by the arms alone, turned.
-"""
+"""The grammar of actions, and a writer of episodes for each."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -48,7 +41,7 @@ LEVELS: dict[str, tuple[float, float, float]] = {
 }
 """Chance, lowest and highest palm height while carrying, metres."""
 LOWEST_FLIGHT = 0.03
-"""Of the bottom of what is carried, metres."""
+"""Least height of the bottom of what is carried, metres."""
 _HEAVIEST_OVERHEAD = 12.0
 """Kilograms."""
 _MOST_TORQUE = 1.2
@@ -113,7 +106,7 @@ def draw_grasp(
 
 
 def draw_lift(rng: np.random.Generator, prop: Prop) -> tuple[Grasp, float]:
-    """As `draw_grasp` for lifting: light things that offer it are now and then taken in one hand."""
+    """Draw a grasp for lifting: light things that offer it are now and then taken in one hand."""
     one = any(g.use == "one_hand" and g.kind != "handle" for g in prop.grasps)
     use: Use = "one_hand" if one and rng.random() < _IN_ONE_HAND else "lift"
     return draw_grasp(rng, prop, use, OFTEN_LOW)
@@ -368,7 +361,7 @@ def slide(rng: np.random.Generator, action: Action, prop: Prop, scale: float) ->
 def _tilted(
     rng: np.random.Generator, action: Action, prop: Prop, grip: tuple[Grasp, float]
 ) -> dict[str, Any]:
-    """Of an episode in which a thing slides: where it is to the actor, and how it is tilted for it."""
+    """Return the prop's place and tilt in an episode in which it slides."""
     taken, held, left = (stance_for(rng, action, grip[1], m) for m in range(3))
     tilt = tilt_for(rng, action, prop, float(grip[0].points[:, 2].mean()))
     moves = {"lift": int(rng.uniform(14, 24)), "lower": int(rng.uniform(14, 24))}

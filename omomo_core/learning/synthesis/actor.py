@@ -1,9 +1,4 @@
-"""The body re-solved to hold the prop: bend, twist, shoulders, arms, and the feet kept in place.
-
-Arms that hold: shoulder girdle raised, elbows where they belong, hands on their way and in place.
-
-How a trunk bends, leans and twists: bent poses of a base motion, for any amount per frame.
-"""
+"""The body re-solved to hold the prop: bent trunk, shoulders, arms, feet."""
 
 from dataclasses import dataclass, replace
 
@@ -41,7 +36,7 @@ _ARMS: tuple[LimbName, LimbName] = ("left_arm", "right_arm")
 def wrist_goals(
     body: BodyModel, hands: Hands
 ) -> tuple[Float[np.ndarray, "frames 2 3"], Float[np.ndarray, " 2"]]:
-    """Where the wrists must be, and how long the straight arms are up to them."""
+    """Return the wrists' goals, and the lengths of the straight arms up to them."""
     rest = body.rest_joints.double().numpy()
     palm = np.stack([rest[p] - rest[w] for p, w in zip(PALM_JOINTS, _WRISTS, strict=True)])
     goals = hands.palms - np.einsum("thij,hj->thi", hands.R_world_wrist, palm)
@@ -162,7 +157,7 @@ _TWIST_SHARE = {
 _ARM_PITCH, _ARM_TWIST = 0.4, 0.6
 """Free arms hang: they follow the trunk only in part."""
 _LOWEST_DROP = 0.6
-"""Of the hips: thighs lie on the calves, metres."""
+"""Lowest drop of the hips: thighs lie on the calves, metres."""
 _ARM_JOINTS = tuple(
     f"{side}_{p}" for side in ("left", "right") for p in ("shoulder", "elbow", "wrist")
 )
@@ -219,7 +214,7 @@ class Torso:
     lean: Float[np.ndarray, "*b"]
     """Forward pitch of the trunk, radians."""
     twist: Float[np.ndarray, "*b"]
-    """Of the shoulders against the feet, radians, positive to the left."""
+    """Twist of the shoulders against the feet, radians, positive to the left."""
 
     def rows(self, frames: Int[np.ndarray, " n"]) -> "Torso":
         """Some frames, with room for another axis."""
@@ -275,10 +270,10 @@ def _about_left(
 
 
 _STRAIGHT_LEG = 0.995
-"""Of hip to ankle at full stretch; the pelvis comes down before a knee locks."""
+"""Part of hip to ankle at full stretch; the pelvis comes down before a knee locks."""
 _AMOUNTS = np.linspace(0.0, 1.2, 13)
 _KNEES_BEND = ([0.3, 0.8], [1.0, 0.0])
-"""Of what the person's squatting amounts to: for hands at these heights, metres."""
+"""Heights of the hands (metres), and the part of the person's squatting that belongs to each."""
 _HANGING, _ARMS_HANG = 1.03, ([0.65, 0.95], [1.0, 0.0])
 """Share of the straight arm that is reached with under a bent trunk, from which arms hang (the
 shoulder girdle gives the rest): for hands at these heights, metres."""

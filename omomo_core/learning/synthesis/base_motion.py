@@ -1,11 +1,4 @@
-"""The actor's base motion for one clip: mocap that stops where things are taken or put down.
-
-The actor's base motion, as smooth as what is carried or led along follows it.
-
-Which stretches of mocap somebody could move an object in, and where they could stop for it.
-
-Level directions from a yaw angle about world z.
-"""
+"""The actor's base motion: stretches of mocap that stop where things are taken or left."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -318,7 +311,7 @@ class ActorPath:
     """A smooth pelvis path and heading, world, metres and radians."""
 
     joints: Float[np.ndarray, "frames 24 3"]
-    """As they are, steps and all; joint 0 is the pelvis."""
+    """Joints as they are, steps and all; joint 0 is the pelvis."""
     xy: Float[np.ndarray, "frames 2"]
     yaw: Float[np.ndarray, " frames"]
 
@@ -333,7 +326,7 @@ class ActorPath:
         return left_of(self.yaw)
 
     def straight(self, span: tuple[int, int]) -> float:
-        """Where it moves: mean cosine between way and heading; 0 where it hardly moves at all."""
+        """Return the mean cosine between way and heading where it moves; 0 where it hardly moves at all."""
         rows = slice(*span)
         velocity = np.gradient(self.xy[rows], 1 / FPS, axis=0)
         speed = np.linalg.norm(velocity, axis=-1)

@@ -63,7 +63,7 @@ class ClipPlan:
 
     base_motion: BaseMotion
     licence: str
-    """Of the base motion."""
+    """Licence of the base motion."""
     prop: Prop
     handling: Handling
     posture: Posture

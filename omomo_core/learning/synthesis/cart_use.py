@@ -1,7 +1,4 @@
-"""A trolley case pulled behind: tipped onto two wheels by one hand, which it follows as a trailer does.
-
-A cart pushed by its handle: it rolls ahead on the path that the actor will walk.
-"""
+"""Carts pushed by their handle, and trolley cases pulled behind."""
 
 from dataclasses import dataclass
 
@@ -22,9 +19,9 @@ _STRAIGHT = 0.85
 _THUMBS = np.array([[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]])
 """Toward each other."""
 _STEP, _SMOOTH = 0.02, 0.22
-"""Of the path, metres."""
+"""Step and smoothing length of the path, metres."""
 _NEAR, _FAR, _ASIDE = 0.27, 0.68, 0.24
-"""Where the handle may be before the pelvis, metres."""
+"""Bounds of the handle's place before the pelvis: ahead, and aside, metres."""
 
 
 def cart_trajectory(
@@ -96,7 +93,7 @@ def _cart_in_reach(
 
 _TILTS = (np.radians(18), np.radians(52))
 _REACH, _FARTHEST = 0.9, 1.01
-"""Of the straight arm: as planned, and ever."""
+"""Parts of the straight arm: as planned, and at most."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +107,7 @@ class _Case:
     back: float
     """From the axle to the middle of the bar along x: negative when the bar is ahead of it."""
     height: float
-    """Of the bar."""
+    """Height of the bar, metres."""
 
     def ahead(self, tilt: float) -> float:
         """How far the bar is ahead of the axle."""
@@ -129,7 +126,7 @@ class _Case:
 
 @dataclass(frozen=True)
 class _Trail:
-    """Where the case goes."""
+    """The path of the case."""
 
     axle: Float[np.ndarray, "frames 2"]
     """Its middle, world, metres."""

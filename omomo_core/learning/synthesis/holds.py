@@ -1,7 +1,4 @@
-"""Which hand holds a prop where and when; the prop's motion goes with it.
-
-How one person holds the body while the hands work.
-"""
+"""Which hand holds a prop where and when, and the posture meanwhile."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +22,7 @@ class Hold:
     inward: Float[np.ndarray, " 3"]
     """From the palm into the surface, unit length."""
     fingers: Float[np.ndarray, " 3"] | None = None
-    """Where the fingers point, prop frame; None lets them follow the forearm."""
+    """Direction of the fingers, prop frame; None lets them follow the forearm."""
     reach: int = 0
     """Frames in which the hand comes; 0 for a hand that is there from the start."""
     release: int = 0

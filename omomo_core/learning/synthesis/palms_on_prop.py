@@ -1,4 +1,4 @@
-"""Where the palms go and how the hands are turned: toward the prop, on it, away from it."""
+"""Paths of the palms and turns of the hands: toward the prop, on it, away from it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,9 +1,4 @@
-"""Parameters of the use of a tool in one clip, drawn before any motion.
-
-Sweeping, mopping, vacuuming: the head of a tool strokes the floor, its pole slants to the hands.
-
-How a hand closes around a pole or a bar: the palm beside it, the thumb along it.
-"""
+"""Tools at work: sweeping, mopping, vacuuming, and the grip of pole and bar."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -61,7 +56,7 @@ class ToolUse:
     """Stops on the way, at work."""
     stroke: Stroke
     length: float
-    """Of a stroke of the head on the floor, from end to end."""
+    """Length of a stroke of the head on the floor, from end to end."""
     rate: float
     """Strokes there and back per second."""
     aside: float
@@ -69,11 +64,11 @@ class ToolUse:
     follow: float
     """How much of the head's way the hands go with it."""
     height: float
-    """Of the middle of the hands, where the prop leaves a choice."""
+    """Height of the middle of the hands, where the prop leaves a choice."""
     ahead: float
     """From the pelvis to the hands."""
     spare: float
-    """Of a pole, beyond the upper hand."""
+    """Length of a pole beyond the upper hand, metres."""
 
     @property
     def pause_frames(self) -> list[int]:
@@ -280,7 +275,7 @@ _TRUNK = 0.17
 _LOWEST, _HIGHEST = 0.62, 1.36
 """Metres above the floor; nobody bends lower for a long pole, or holds it before the throat."""
 _FARTHEST = 1.25
-"""Of a straight arm, from the shoulders of the base motion: the trunk leans and turns for the rest."""
+"""Part of a straight arm, from the base motion's shoulders: the trunk leans and turns for the rest."""
 _TRIES = 10
 _FASTEST = 0.75
 """Metres per second somebody walks at most while stroking."""
@@ -296,7 +291,7 @@ class _Tool:
     sole: Float[np.ndarray, " 3"]
     """Middle of the head on the floor."""
     middle: Float[np.ndarray, " 3"]
-    """Of the hands, on the axis."""
+    """Middle of the hands, on the axis."""
     bar: ToolBar
     length: float
     """From the sole to the middle of the hands."""
@@ -365,7 +360,7 @@ def _tool(tool_use: ToolUse) -> _Tool:
 def _swing(
     rng: np.random.Generator, tool_use: ToolUse, frames: int
 ) -> Float[np.ndarray, "frames 2"]:
-    """Where the head is, away from the middle of its strokes: outward and to the left, metres."""
+    """Return the head's offset from the middle of its strokes: outward and to the left, metres."""
     pace = gaussian_filter1d(rng.normal(size=frames + 80), 20.0)[40:-40]
     pace = 1.0 + 0.15 * pace / max(float(pace.std()), 1e-9)
     phase = 2 * np.pi * (rng.random() + np.cumsum(tool_use.rate * pace.clip(0.6, 1.4)) / FPS)

@@ -1,7 +1,4 @@
-"""Where the prop goes: at rest, taken, moved with the body or before it, put down.
-
-How the holds of one episode follow each other.
-"""
+"""The prop's trajectory: at rest, taken, moved with the body or before it, put down."""
 
 from itertools import pairwise
 

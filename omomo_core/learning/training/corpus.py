@@ -1,7 +1,4 @@
-"""Clips in memory as flat tensors, random windows of them, and how upright the people in them stay.
-
-BPS during training: nearest surface points looked up in a grid, so that any turn is cheap.
-"""
+"""Clips in memory as flat tensors, random windows of them, and their objects' shapes."""
 
 import os
 from collections.abc import Sequence
@@ -31,7 +28,7 @@ CELLS = 24
 
 
 class ShapeGrids:
-    """For each object, the surface point nearest to the middle of every cell of a cube around it, and
+    """Nearest surface points of each object to the middle of every cell of a cube around it, and
     some points of its surface.
     """
 

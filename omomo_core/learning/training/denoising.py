@@ -1,7 +1,4 @@
-"""Training task of a diffusion stage: noised windows in, clean windows out.
-
-From windows to what each stage is trained on: x0, condition, shape code, all raw (not normalised).
-"""
+"""The training task of a diffusion stage: windows, their inputs, noise and loss."""
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext

@@ -1,9 +1,4 @@
-"""ProcessGroup: the processes that train one network together, one or those that torchrun starts.
-
-The training loop of one network: resumable, shared by processes, with an average of the weights.
-
-Checkpoints of a training run, from which it is resumed exactly; without pickle.
-"""
+"""The training loop: resumable by checkpoints, shared by processes, with averaged weights."""
 
 import copy
 import json
@@ -68,7 +63,7 @@ class ProcessGroup:
             raise InputError(
                 "batch-not-shared",
                 f"A batch of {batch} windows cannot be shared equally by {self.count} processes.",
-                where="--batch",
+                field="batch",
                 fix=f"Use a multiple of {self.count}.",
             )
         return range(self.rank, shards, self.count), batch // shards
@@ -132,7 +127,7 @@ class TrainState:
     step: int = 0
     loss: float = math.nan
     seconds: float = 0.0
-    """Of CPU that this process has spent on the steps."""
+    """Seconds of CPU that this process has spent on the steps."""
 
 
 def start(
@@ -265,7 +260,7 @@ def resume_run(
             "run-differs",
             f"This folder holds a run of another method, size or version: {path.name} has other sizes.",
             where=str(folder),
-            fix="Give the --size it was begun with, or another folder with -o.",
+            fix="Give the ‹size› it was begun with, or another folder with ‹output›.",
         )
     task.network.load_state_dict(_part(tensors, "weights."))
     task.network.to(group.device)

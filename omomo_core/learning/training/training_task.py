@@ -1,7 +1,4 @@
-"""TrainingTask: what the training loop asks of a network, its examples and its loss.
-
-The optimiser of a network: Muon for the matrices that its task names, AdamW for everything else.
-"""
+"""What the training loop asks of a network, and the optimiser that suits it."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
@@ -48,7 +45,7 @@ class TrainingTask(Protocol):
 
     @property
     def name(self) -> str:
-        """Of its file."""
+        """The name of the network's file."""
         ...
 
     @property

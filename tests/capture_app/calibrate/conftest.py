@@ -17,9 +17,7 @@ def converse(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(output, "width", 1000)
     write_mesh(tmp_path / "box.obj")
-    monkeypatch.setattr(
-        "capture_app.calibration.picture.draw_mount", lambda _, __, path: path.write_bytes(b"")
-    )
+    monkeypatch.setattr("capture_app.posters.draw_mount", lambda _, __, path: path.write_bytes(b""))
 
     def answer(*answers: str) -> Told:
         monkeypatch.setattr(sys, "stdin", io.StringIO("".join(f"{line}\n" for line in answers)))

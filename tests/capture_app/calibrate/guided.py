@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from capture_app.calibration.guide.recipes import RECIPES
-from capture_app.simulator.carried_box import box_mesh, clamped_phone
+from capture_app.calibration.guide_flow import RECIPES
+from capture_app.simulator.demo_take import box_mesh, clamped_phone
 from ingest.calibration.board.board_spec import PRESETS
-from ingest.calibration.drawing import body_of_camera
+from ingest.calibration.drawn_mount import body_of_camera
 from ingest.calibration.phone_body import phone_body, phone_named
 from ingest.mount import Mount
 from ingest.uncertainty import between
@@ -20,7 +20,7 @@ from omomo_core.geometry.transforms import inverse
 PHONE = phone_named("iPhone 15")
 BOARD = PRESETS["A4"]
 NUMBER = {recipe.have: str(k + 1) for k, recipe in enumerate(RECIPES)}
-BY_BOARD, _, BY_SESSION, _, BY_SCREEN, _, BY_TRACKER, BY_DRAWING, BY_POINTS = NUMBER.values()
+BY_BOARD, _, BY_SESSION, _, BY_TRACKER, BY_DRAWING, BY_POINTS = NUMBER.values()
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,7 @@
-"""`omocap calibrate points | drawing | screen`, as typed."""
+"""`omocap calibrate points | drawing`, as typed."""
 
-import json
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 import typer
@@ -11,9 +9,7 @@ from typer.testing import CliRunner
 
 from capture_app.cli.calibrate.drawing import drawing
 from capture_app.cli.calibrate.points import points
-from capture_app.cli.calibrate.screen import screen
 from ingest.calibration.phone_body import body_point, phone_body, phone_named
-from ingest.mount import Mount
 from ingest.mount_file import load_mount
 from omomo_core.errors import InputError
 
@@ -108,45 +104,3 @@ def test_a_drawing_in_words_and_as_a_matrix(tmp_path: Path):
 )
 def test_a_drawing_with_too_little_or_too_much(tmp_path: Path, words: list[str], code: str):
     assert _code(drawing, "-o", tmp_path / "mount.json", *words) == code
-
-
-def test_the_picture_for_the_screen(tmp_path: Path):
-    path = tmp_path / "tag.png"
-    assert "lock the rotation" in _run(screen, "--show", "--phone", "iPhone 15", "-o", path)
-    assert cv2.imread(str(path)).shape == (2556, 1179, 3)
-    phone = ("--phone", "iPhone 15")
-    assert _code(screen, "--show", *phone, "-o", tmp_path / "tag.jpg") == "picture-format"
-    assert _code(screen, *phone, "-o", tmp_path / "m.json") == "screen-reference"
-    assert _code(screen, tmp_path, *phone, "-o", tmp_path / "m.json") == "screen-reference"
-    board = ("--board", "A4")
-    assert _code(screen, tmp_path, *phone, *board, "-o", tmp_path / "m.json") == "screen-reference"
-
-
-def test_a_phone_is_learned_and_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    from ingest.calibration.screen.screen import ScreenViews
-    from ingest.calibration.screen.shown import screen_board, screen_of_board
-    from omomo_core.geometry.transforms import inverse
-
-    T_camera_screen = np.eye(4)
-    T_camera_screen[:3, 3] = [0.0, 0.0, 0.5]
-    T_camera_board = T_camera_screen @ screen_of_board(screen_board(PHONE), 0)
-    small = np.tile(1e-8 * np.eye(6), (2, 1, 1))
-    views = ScreenViews(
-        np.tile(T_camera_board, (2, 1, 1)), small, np.tile(T_camera_screen, (2, 1, 1)), small,
-        np.eye(4), small[0],
-    )  # fmt: skip
-    monkeypatch.setattr("capture_app.calibration.ways.by_camera.see", lambda *_: views)
-    truth = np.eye(4)
-    truth[:3, 3] = [0.04, -0.01, 0.006]
-    from ingest.mount_file import save_mount
-
-    save_mount(Mount(truth, "board", covariance=1e-6 * np.eye(6)), tmp_path / "board.json")
-    reference = ("--board", "A4", "--place", tmp_path / "place.json")
-    words = (tmp_path, "--phone", "iPhone 15", *reference, "-o")
-    _run(screen, *words, tmp_path / "phone.json", "--learn", tmp_path / "board.json")
-    learned = json.loads((tmp_path / "phone.json").read_text())
-    np.testing.assert_allclose(learned["T_phone_screen"], truth @ inverse(np.eye(4)), atol=1e-9)
-    _run(screen, *words, tmp_path / "m.json", "--phone-file", tmp_path / "phone.json")
-    mount = load_mount(tmp_path / "m.json")
-    np.testing.assert_allclose(mount.T_phone_object, truth, atol=1e-9)
-    assert "not checked" in mount.note

@@ -9,15 +9,18 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from capture_app.cli.app import invoke
-from capture_app.simulator.carried_box import box_mesh, carried_box, clamped_phone
-from capture_app.simulator.noise import PhoneNoise
-from capture_app.simulator.phone import BOOT_SECONDS, arkit_from_world, simulate
-from capture_app.simulator.recording import write_recording
-from capture_app.simulator.wiggle import Wiggle, wiggle_motion
+from capture_app.simulator.demo_take import box_mesh, carried_box, clamped_phone, write_recording
+from capture_app.simulator.simulated_phone import (
+    BOOT_SECONDS,
+    PhoneNoise,
+    arkit_from_world,
+    simulate,
+)
 from ingest.formats.registry import read_session
 from ingest.mount_file import load_mount
 from ingest.trajectory.object_motion import to_object_motion
 from omomo_core.geometry.transforms import inverse
+from tests.simulator.wiggle import Wiggle, wiggle_motion
 
 NO_DRIFT = replace(PhoneNoise(), drift=0.0)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from capture_app.cli.calibrate.mounts import combine
-from capture_app.simulator.carried_box import clamped_phone
+from capture_app.simulator.demo_take import clamped_phone
 from ingest.mount import Mount
 from ingest.mount_file import load_mount, save_mount
 from ingest.uncertainty import bounds_95, moved

@@ -10,8 +10,15 @@ from scipy.spatial.transform import Rotation
 
 from capture_app.cli.calibrate.recorded import floor
 from capture_app.inspection import inspect_take
-from capture_app.simulator.carried_box import HEIGHT, box_mesh, clamped_phone
-from capture_app.simulator.record import MESH, MOUNT, SESSION, record_demo
+from capture_app.simulator.demo_take import (
+    HEIGHT,
+    MESH,
+    MOUNT,
+    SESSION,
+    box_mesh,
+    clamped_phone,
+    record_demo,
+)
 from ingest.mount import Mount, object_id
 from ingest.mount_file import load_mount, save_mount
 from ingest.uncertainty import moved

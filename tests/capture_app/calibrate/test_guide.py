@@ -9,16 +9,13 @@ import numpy as np
 import pytest
 import typer
 
-from capture_app.calibration.guide.phone_steps import POINTS
-from capture_app.calibration.guide.prompt import Prompt
-from capture_app.calibration.guide.recipes import RECIPES
-from capture_app.calibration.guide.steps import GuideState, Recipe
-from capture_app.calibration.guide.wizard import Wizard
+from capture_app.calibration.guide_flow import RECIPES, Wizard
+from capture_app.calibration.guide_phone_steps import POINTS
+from capture_app.calibration.guide_steps import GuideState, Prompt, Recipe
 from capture_app.cli.app import invoke
 from capture_app.cli.calibrate.app import app as calibrate
 from capture_app.cli.console import output
-from capture_app.simulator.carried_box import clamped_phone
-from capture_app.simulator.record import record_demo
+from capture_app.simulator.demo_take import clamped_phone, record_demo
 from ingest.calibration.phone_body import body_point, phone_body
 from ingest.mount_file import load_mount, save_mount
 from omomo_core.geometry.transforms import inverse
@@ -98,7 +95,7 @@ def test_wrong_answers_are_asked_again(converse, tmp_path: Path):
     assert told.code == 0, told.err
     assert off(load_mount(tmp_path / "mount.json"), clamped_phone()) < (0.1, 0.01)
     for hint in (
-        "Answer with a number from 1 to 9",
+        "Answer with a number from 1 to 7",
         "There is already a file of that name",
         "The folder for the file is not there",
         "There is no such mesh file",

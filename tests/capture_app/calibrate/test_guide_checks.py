@@ -9,24 +9,24 @@ import cv2
 import numpy as np
 import pytest
 
-from capture_app.calibration.guide.film import filmed_board, filmed_by_phone, photographed_boards
-from capture_app.calibration.guide.placement import off_surface, where_it_sits
-from capture_app.calibration.guide.prompt import as_path
-from capture_app.calibration.guide.recording import (
+from capture_app.calibration.guide_recordings import (
+    filmed_board,
+    filmed_by_phone,
     filmed_rest,
     pictured_recording,
     rested_recording,
     turned_recording,
 )
-from capture_app.simulator.carried_box import box_mesh, clamped_phone
-from capture_app.simulator.phone import simulate
-from capture_app.simulator.wiggle import Wiggle, wiggle_motion
+from capture_app.calibration.guide_steps import as_path, off_surface, where_it_sits
+from capture_app.simulator.demo_take import box_mesh, clamped_phone
+from capture_app.simulator.simulated_phone import simulate
 from ingest.calibration.board.board_spec import PRESETS, Board
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 from tests.ingest.calibration.board.filmed import picture, sway, write_film
 from tests.simulator.scan_log import scan_log
 from tests.simulator.scan_scene import scan_scene
+from tests.simulator.wiggle import Wiggle, wiggle_motion
 
 BOARD = PRESETS["A4"]
 
@@ -132,20 +132,6 @@ def test_a_board_that_the_phone_filmed_before_it_was_clamped(log: CaptureSession
         with pytest.raises(InputError) as caught:
             pictured_recording(wrong)
         assert caught.value.code == code
-
-
-def test_photos_of_a_screen_and_a_board(tmp_path: Path):
-    poses = sway(4)
-    for k, T in enumerate(poses):
-        cv2.imwrite(str(tmp_path / f"{k}.png"), picture(T, BOARD))
-    found = photographed_boards(tmp_path, {"the printed board": BOARD})
-    assert found.good == "of 4 photos looked at, the printed board in 4"
-    for k in range(3):
-        cv2.imwrite(str(tmp_path / f"{k}.png"), np.full((600, 800), 120, np.uint8))
-    assert "is missed in most" in photographed_boards(tmp_path, {"the board": BOARD}).doubts[0]
-    with pytest.raises(InputError) as caught:
-        photographed_boards(tmp_path, {"the screen": Board(7, 5, 0.035, 0.026)})
-    assert caught.value.code == "board-layout"
 
 
 def test_where_a_phone_sits_in_words():

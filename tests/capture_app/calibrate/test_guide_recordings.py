@@ -1,4 +1,4 @@
-"""The guide through recordings: boards, scans, trackers and screens, of simulated phones."""
+"""The guide through recordings: boards, scans and trackers, of simulated phones."""
 
 import json
 from pathlib import Path
@@ -8,17 +8,14 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.carried_box import clamped_phone
-from capture_app.simulator.phone import simulate
-from capture_app.simulator.recording import write_recording
-from capture_app.simulator.wiggle import Wiggle, wiggle_motion
+from capture_app.simulator.demo_take import clamped_phone, write_recording
+from capture_app.simulator.simulated_phone import simulate
 from ingest.mount_file import load_mount
 from ingest.uncertainty import between, bounds_95
 from tests.capture_app.calibrate.guided import (
     BOARD,
     BY_BOARD,
     BY_DRAWING,
-    BY_SCREEN,
     BY_SESSION,
     BY_TRACKER,
     drawn,
@@ -28,6 +25,7 @@ from tests.capture_app.calibrate.guided import (
 from tests.ingest.calibration.board.filmed import picture, write_film
 from tests.simulator.scan_log import scan_log
 from tests.simulator.scan_scene import ScanScene, scan_scene
+from tests.simulator.wiggle import Wiggle, wiggle_motion
 from tests.simulator.witness import board_on_box, save_camera, tripod
 
 
@@ -190,19 +188,3 @@ def test_a_tracker_of_a_pushed_box_and_what_stays_open(converse, tmp_path: Path)
     assert "Is that where the phone is, but for what was not seen?" in told.out
     assert "Still open: the height of the object" in told.out
     assert "omocap calibrate combine mount.json OTHER.json" in told.out
-
-
-@pytest.mark.runs("calibrate screen")
-def test_the_screen_and_the_files_that_are_written_for_it(converse, tmp_path: Path):
-    (tmp_path / "screen.png").write_bytes(b"mine")
-    told = converse(
-        *(BY_SCREEN, "mount.json", "box.obj", "iPhone 15", "y", "2", "A4", "y", ""),
-        *board_answers(),
-        *("photos",),
-    )
-    assert "The folder holds no PNG or JPEG pictures" in told.out
-    assert (tmp_path / "screen.png").read_bytes() == b"mine"
-    assert (tmp_path / "screen-2.png").exists()
-    assert "--turned 90 --board 5x7:35mm:26mm:DICT_5X5_100 --place board-place.json PHOTOS" in (
-        told.err
-    )

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.wiggle import wiggle_motion
 from ingest.calibration.board.board_detect import Detector
 from ingest.calibration.board.board_poses import board_poses
 from ingest.calibration.board.board_spec import PRESETS
@@ -14,6 +13,7 @@ from ingest.calibration.board.board_track import track_video
 from ingest.calibration.board.camera_file import load_camera
 from ingest.uncertainty import between
 from omomo_core.motion import FPS
+from tests.simulator.wiggle import wiggle_motion
 from tests.simulator.witness import (
     board_on_box,
     corner_observations,

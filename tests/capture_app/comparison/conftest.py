@@ -9,7 +9,7 @@ import torch
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from capture_app.comparison.motion import Motion
+from capture_app.comparison.compared_motions import Motion
 from capture_app.manifest import (
     MANIFEST,
     MOTION,

@@ -13,11 +13,8 @@ from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
 from capture_app.cli.compare import compare
-from capture_app.comparison.align import place, same_object
-from capture_app.comparison.arrange import compared
-from capture_app.comparison.choice import choice
-from capture_app.comparison.load import load_motions
-from capture_app.comparison.motion import Motion, moved, stretch
+from capture_app.comparison.arrange import compared, place, same_object
+from capture_app.comparison.compared_motions import Motion, choice, load_motions, moved, stretch
 from omomo_core.errors import InputError
 from omomo_core.learning.recordings.clips import Clip, save_clips
 from tests.video_frames import read_frames
@@ -115,7 +112,7 @@ def test_other_objects_need_to_be_allowed() -> None:
     assert not same_object(WHOLE.object_motion.mesh, other.object_motion.mesh)
     with pytest.raises(InputError, match="another object") as caught:
         compared([WHOLE, other])
-    assert (caught.value.code, "--any" in caught.value.fix) == ("objects-differ", True)
+    assert (caught.value.code, "‹any_object›" in caught.value.fix) == ("objects-differ", True)
     made = compared([replace(WHOLE, truth=True), other], any_object=True)
     assert "goes another way" in made.notes[0]
     assert "mpjpe_cm" not in made.figures[1]

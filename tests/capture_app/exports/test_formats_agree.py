@@ -12,11 +12,11 @@ from pxr import Gf, Usd, UsdGeom, UsdSkel
 from scipy.spatial.transform import Rotation
 
 from capture_app.commands.export import Bones, ExportFormat, ExportOptions
-from capture_app.exports.bone_names import BONE_NAMES
-from capture_app.exports.export import export
+from capture_app.exports.bones import BONE_NAMES
+from capture_app.exports.export_sample import export
 from capture_app.exports.resample import Sampled, at_rate
 from omomo_core.body.model import BodyModel
-from omomo_core.learning.recordings.bvh import read_bvh
+from omomo_core.learning.recordings.bvh_file import read_bvh
 from omomo_core.skeleton import ALL_JOINTS
 
 with warnings.catch_warnings():

@@ -9,8 +9,8 @@ import pytest
 import torch
 import trimesh
 
+from capture_app.exports.bones import strongest_influences
 from capture_app.exports.glb import write_glb
-from capture_app.exports.own_bones import strongest_influences
 from omomo_core.body.kinematics import full_kinematics
 from omomo_core.body.model import BodyModel
 from omomo_core.motion import HumanMotion, ObjectMotion

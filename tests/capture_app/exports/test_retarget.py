@@ -10,16 +10,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from capture_app.commands.export import Bones, ExportFormat, ExportOptions
-from capture_app.exports.bone_names import BONE_NAMES
+from capture_app.exports.bones import BONE_NAMES, take_on_own_bones
 from capture_app.exports.bvh import write_bvh
-from capture_app.exports.export import export
+from capture_app.exports.export_sample import export
+from capture_app.exports.exported_take import Skeleton, Take, placed
 from capture_app.exports.glb import write_glb_take
-from capture_app.exports.own_bones import take_on_own_bones
 from capture_app.exports.refit import take_on_target
 from capture_app.exports.resample import Sampled
-from capture_app.exports.take import Skeleton, Take, placed
-from capture_app.exports.target import Target
-from capture_app.exports.target_files import read_target
+from capture_app.exports.target_skeleton import Target, read_target
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError

@@ -15,10 +15,7 @@ from waiting import until
 
 from capture_app.cli.app import invoke
 from capture_app.commands.run import RunRequest
-from capture_app.jobs.batch.order import order_of, submit_batch
-from capture_app.jobs.batch.results import write_results
-from capture_app.jobs.batch.sessions import find_sessions
-from capture_app.jobs.batch.table import read_table
+from capture_app.jobs.batch import find_sessions, order_of, read_table, submit_batch, write_results
 from capture_app.jobs.queue import open_queue
 from capture_app.pipeline import run_take
 from omomo_core.errors import InputError
@@ -210,9 +207,9 @@ def test_a_batch_that_a_full_disk_ends_says_so_and_what_became_of_each(
     def no_room(*_: object) -> None:
         raise InputError("disk-full", "The table cannot be written.")
 
-    monkeypatch.setattr("capture_app.jobs.batch.watch.watch", watch)
+    monkeypatch.setattr("capture_app.jobs.batch_watch.watch", watch)
     if not room:
-        monkeypatch.setattr("capture_app.jobs.batch.results.write_results", no_room)
+        monkeypatch.setattr("capture_app.jobs.batch.write_results", no_room)
     out = tmp_path / "out"
     code = invoke(["batch", str(takes), "--mount", "identity", "-o", str(out), "--workers", "0"])
     assert code == 2

@@ -9,8 +9,7 @@ from capture_app.commands.export import ExportRequest
 from capture_app.commands.render import CompareRequest, RenderRequest
 from capture_app.commands.request import Request
 from capture_app.commands.run import ResolveRequest
-from capture_app.jobs.kinds import KINDS
-from capture_app.jobs.protocol import Attempt
+from capture_app.jobs.job_kinds import KINDS, Attempt
 from capture_app.manifest import read_manifest
 from capture_app.pipeline import run_take
 

@@ -7,19 +7,16 @@ import pytest
 from power import Disk, disk
 from scipy.spatial.transform import Rotation
 
-from capture_app.commands.calibrate.by_camera import TrackerWay
-from capture_app.commands.calibrate.request import CalibrateRequest
+from capture_app.commands.calibrate import CalibrateRequest, TrackerWay
 from capture_app.commands.export import ExportRequest
 from capture_app.commands.render import RenderRequest
 from capture_app.commands.request import Request
 from capture_app.commands.run import RunRequest
-from capture_app.jobs.kinds import KINDS
-from capture_app.jobs.protocol import Attempt
-from capture_app.simulator.carried_box import clamped_phone
-from capture_app.simulator.phone import simulate
-from capture_app.simulator.recording import write_recording
-from capture_app.simulator.wiggle import wiggle_motion
+from capture_app.jobs.job_kinds import KINDS, Attempt
+from capture_app.simulator.demo_take import clamped_phone, write_recording
+from capture_app.simulator.simulated_phone import simulate
 from omomo_core.motion import FPS
+from tests.simulator.wiggle import wiggle_motion
 
 assert disk
 

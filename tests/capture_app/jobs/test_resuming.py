@@ -6,8 +6,7 @@ import pytest
 
 from capture_app.commands.request import Request
 from capture_app.commands.run import RunRequest
-from capture_app.jobs.kinds import KINDS
-from capture_app.jobs.protocol import Attempt, StagedJob
+from capture_app.jobs.job_kinds import KINDS, Attempt, StagedJob
 from capture_app.manifest import CONTACTS, GLB, MOTION
 from capture_app.pipeline import run_take
 from capture_app.result import load_result

@@ -54,7 +54,7 @@ def test_the_first_job_waits_until_the_worker_is_warm_and_is_done_by_a_cold_one(
 
 def test_warming_up_loads_what_a_motion_needs_and_writes_nothing(tmp_path: Path) -> None:
     code = (
-        "import sys; from capture_app.jobs.warm_up import warm_up; warm_up(); "
+        "import sys; from capture_app.jobs.worker import warm_up; warm_up(); "
         "missing = {'torch', 'capture_app.pipeline', 'capture_app.posters'} - set(sys.modules); "
         "sys.exit(len(missing))"
     )

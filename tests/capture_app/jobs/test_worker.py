@@ -11,7 +11,7 @@ from conftest import Start
 from stand_in import StandInOrder
 from waiting import check_done, check_nothing_left, finished, orders, pids, state, until
 
-from capture_app.jobs.batch.watch import watch
+from capture_app.jobs.batch_watch import watch
 from capture_app.jobs.fleet import Fleet
 from capture_app.jobs.queue import JobQueue, open_queue
 from capture_app.jobs.worker_store import DEADLIEST

@@ -7,8 +7,8 @@ from pathlib import Path
 from stand_in import STEPS, StandInOrder
 
 from capture_app.jobs.fleet import Fleet
+from capture_app.jobs.job_record import OVER, JobRecord
 from capture_app.jobs.queue import JobQueue
-from capture_app.jobs.record import OVER, JobRecord
 
 
 def until(true: Callable[[], bool], seconds: float = 30.0) -> float:

@@ -9,11 +9,15 @@ sys.path.insert(0, str(Path(__file__).parent))
 from stand_in import KIND
 
 from capture_app.jobs import __main__ as process
-from capture_app.jobs.kinds import KINDS
+from capture_app.jobs.job_kinds import KINDS
 from capture_app.jobs.worker import Tempo, work
 
 TEMPO = Tempo(
-    report=0.05, beat=0.2, silence=float(os.environ.get("SILENCE", "1.5")), sweep=0.3, obey=0.5
+    report=0.05,
+    beat=0.2,
+    silence=float(os.environ.get("SILENCE", "1.5")),
+    sweep=0.3,
+    cancel_within=0.5,
 )
 
 

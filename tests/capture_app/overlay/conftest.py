@@ -3,8 +3,8 @@
 import pytest
 
 from capture_app.result import Result
-from capture_app.simulator.wiggle import wiggle_motion
 from tests.capture_app.overlay.taken import LENS, Watched, phone_take, standing, write_result
+from tests.simulator.wiggle import wiggle_motion
 from tests.simulator.witness import tripod
 
 

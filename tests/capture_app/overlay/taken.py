@@ -18,9 +18,8 @@ from capture_app.manifest import (
     write_manifest,
 )
 from capture_app.result import Result, load_result, save_motion
-from capture_app.simulator.noise import PhoneNoise
-from capture_app.simulator.phone import simulate
-from capture_app.simulator.recording import write_recording
+from capture_app.simulator.demo_take import write_recording
+from capture_app.simulator.simulated_phone import PhoneNoise, simulate
 from ingest.calibration.board.board_poses import board_poses
 from ingest.calibration.board.board_spec import PRESETS
 from ingest.calibration.board.board_track import BoardTrack

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capture_app.overlay.clock import clock_offset
-from capture_app.overlay.film import TimedPictures, open_video
-from capture_app.simulator.carried_box import carried_box
+from capture_app.overlay.overlay_film import TimedPictures, open_video
+from capture_app.overlay.placing import clock_offset
+from capture_app.simulator.demo_take import carried_box
 from ingest.calibration.board.board_spec import PRESETS
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMotion
@@ -74,4 +74,4 @@ def test_another_motion_is_not_found_in_it(
         with pytest.raises(InputError) as refused:
             offset_of(taken, other, witness)
         assert refused.value.code == "offset-needed"
-        assert "--offset" in refused.value.fix
+        assert "‹offset›" in refused.value.fix

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from capture_app.commands.overlay import OverlayRequest
-from capture_app.overlay.film import TimedPictures
-from capture_app.overlay.in_scan import by_scan
-from capture_app.overlay.watcher import Watcher
+from capture_app.overlay.overlay_film import TimedPictures, Watcher
+from capture_app.overlay.placing import by_scan
 from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from ingest.uncertainty import between
 from omomo_core.errors import InputError

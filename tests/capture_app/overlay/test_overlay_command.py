@@ -16,19 +16,16 @@ from capture_app.cli.overlay import overlay
 from capture_app.manifest import MOTION
 from capture_app.overlay.aligned import draw
 from capture_app.overlay.aligned import watched as seen_by
+from capture_app.overlay.overlay_film import on_tripod
 from capture_app.overlay.placing import FilmPlacement
-from capture_app.overlay.watcher import on_tripod
 from capture_app.result import load_result
 from ingest.calibration.board.board_lens import distorted
 from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
-from render.actors import play, retimed
 from render.backends import open_renderer
-from render.lens import LensDistortion
-from render.outline import draw_outline, pixels_of
-from render.overlay import OverlayStyle
-from render.props import floor, rigid_object
+from render.overlay import LensDistortion, OverlayStyle, draw_outline, pixels_of
+from render.props import floor, play, retimed, rigid_object
 from render.scene import Scene
 from render.video import write_video
 from tests.simulator.witness import object_poses

@@ -11,11 +11,9 @@ import numpy as np
 import pytest
 
 from capture_app.commands.overlay import OverlayRequest
-from capture_app.overlay.find import find
-from capture_app.overlay.write import overlay_result
+from capture_app.overlay.find_camera import find, overlay_result
 from capture_app.result import Result
-from capture_app.simulator.noise import PhoneNoise
-from capture_app.simulator.phone import simulate
+from capture_app.simulator.simulated_phone import PhoneNoise, simulate
 from ingest.formats import arkit_recorder, nerfcapture, nerfstudio, polycam, record3d, scanner_3d
 from ingest.mount_file import save_mount
 from ingest.session import CaptureSession

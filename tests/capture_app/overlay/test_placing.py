@@ -9,9 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from capture_app.commands.overlay import OverlayRequest
-from capture_app.overlay.aligned import own_film
-from capture_app.overlay.eye import eye_of, mount_of, session_of
-from capture_app.overlay.find import find
+from capture_app.overlay.aligned import eye_of, mount_of, own_film, session_of
+from capture_app.overlay.find_camera import find
 from capture_app.overlay.placing import (
     FilmPlacement,
     arkit_world,
@@ -27,7 +26,7 @@ from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS
 from render.cameras import Camera
-from render.outline import pixels_of
+from render.overlay import pixels_of
 from tests.simulator.witness import board_on_box, corner_observations, record_witness
 
 # `watched` is what conftest.py makes: a motion, a person, a witness and its track of the board.

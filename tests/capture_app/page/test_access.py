@@ -13,7 +13,6 @@ PAGES = {
     "mount": "/mounts/{mount}",
     "ways": "/calibrate",
     "board": "/calibrate?way=board&object={object}",
-    "screen": "/calibrate?way=screen&object={object}",
     "tracker": "/calibrate?way=tracker",
     "scan": "/scan",
     "points": "/calibrate?way=points&object={object}",

@@ -9,14 +9,13 @@ import trimesh
 from playwright.sync_api import expect
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.carried_box import box_mesh, clamped_phone
-from capture_app.simulator.phone import simulate
-from capture_app.simulator.recording import write_recording
-from capture_app.simulator.wiggle import wiggle_motion
+from capture_app.simulator.demo_take import box_mesh, clamped_phone, write_recording
+from capture_app.simulator.simulated_phone import simulate
 from ingest.calibration.board.board_spec import PRESETS
 from omomo_core.motion import FPS
 from tests.capture_app.page.choosing import choose
 from tests.ingest.calibration.board.filmed import picture, write_film
+from tests.simulator.wiggle import wiggle_motion
 from tests.simulator.witness import board_on_box, tripod
 
 BOARD = PRESETS["A4"]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from capture_app.manifest import BodyRecord, FloorRecord, Input, Manifest, Segment, sha256
-from capture_app.replay.pack import pack_result
+from capture_app.replay.scene_pack import pack_result
 from capture_app.result import Result
 from omomo_core.contact.segment import ContactSegment as Contact
 from omomo_core.generation.person import Person

@@ -14,7 +14,7 @@ from capture_app.manifest import MANIFEST, MOTION, write_manifest
 from capture_app.replay import VIEWER
 from capture_app.replay.share import bundle, share_page
 from capture_app.result import save_motion
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from omomo_core.errors import InputError
 from tests.capture_app.replay.made import make_result, read_pack
 

@@ -11,10 +11,15 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from capture_app.inspection import inspect_take
-from capture_app.replay.pack import pack_film, pack_object, pack_result, pack_session
-from capture_app.replay.surfaces import MOST_FACES
+from capture_app.replay.scene_pack import (
+    MOST_FACES,
+    pack_film,
+    pack_object,
+    pack_result,
+    pack_session,
+)
 from capture_app.result import body_of
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from omomo_core.body.kinematics import full_kinematics, skin
 from omomo_core.errors import InputError
 from omomo_core.motion import ObjectMesh

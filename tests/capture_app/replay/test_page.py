@@ -13,9 +13,9 @@ from playwright.sync_api import Browser, Page, expect
 
 from capture_app.inspection import inspect_take
 from capture_app.replay import VIEWER
-from capture_app.replay.pack import pack_session
+from capture_app.replay.scene_pack import pack_session
 from capture_app.result import body_of
-from capture_app.simulator.record import DEMO, SESSION
+from capture_app.simulator.demo_take import DEMO, SESSION
 from omomo_core.body.kinematics import full_kinematics
 from omomo_core.motion import FPS
 from tests.capture_app.replay.conftest import OpenPage, canvas_of

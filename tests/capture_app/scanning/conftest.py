@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from capture_app.commands.scan import ScanRequest
-from capture_app.scanning.scan import scan_object
+from capture_app.scanning.scan_object import scan_object
 from tests.capture_app.scanning.filmed import Scanned, film_small
 from tests.once import once
 

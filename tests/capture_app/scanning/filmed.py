@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from capture_app.scanning.scan import ObjectScan
+from capture_app.scanning.scan_object import ObjectScan
 from tests.simulator.scan_camera import FilmErrors
 from tests.simulator.scan_film import ScanFilm, film_session
 from tests.simulator.scan_scene import scan_scene

@@ -61,7 +61,7 @@ def test_a_room_is_no_object(tmp_path: Path) -> None:
     path = write_room(tmp_path / "room.glb", room())
     error = refused(path, "-o", tmp_path / "thing.glb")
     assert error.code == "scan-room"
-    assert "--at" in error.fix
+    assert "‹at›" in error.fix
     assert not (tmp_path / "thing.glb").exists()
     assert not (tmp_path / "thing.scan").exists()
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from capture_app.scanning.estimate import estimate_seconds, in_words
+from capture_app.scanning.scan_folder import estimate_seconds, in_words
 
 
 def test_more_pictures_take_longer_and_a_draft_is_short(monkeypatch):

@@ -11,10 +11,9 @@ import pytest
 from capture_app.cli.app import invoke
 from capture_app.cli.scan import _show
 from capture_app.inspection import Inspection, inspect_take, usable_take
-from capture_app.scanning.data import report_data
-from capture_app.scanning.page import scan_page
-from capture_app.simulator.record import DEMO, MESH, MOUNT, SESSION
-from ingest.report.take_checks import Check
+from capture_app.scanning.scan_report import report_data, scan_page
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
+from ingest.report.take_report import Check
 from ingest.scan.scan_quality import ScanReport, coverage_of, cut_off, inspect_scan
 from ingest.scan.scan_types import Scale
 from ingest.scan.scanned_object import to_height

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from capture_app.invented_surface import invented_notes
+from capture_app.pipeline import invented_notes
 from ingest.mesh import load_mesh
 from ingest.scan.clean_mesh import INVENTED, CleanMesh, save_mesh
 from ingest.scan.scan_types import ScanMesh

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from ingest.mesh import load_mesh
-from ingest.scan.scan_types import DRAFT
+from ingest.scan.scan_choices import DRAFT
 from tests.capture_app.scanning.filmed import film_small
 
 _OMOCAP = Path(sys.executable).with_name("omocap")

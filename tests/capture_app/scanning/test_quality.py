@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from capture_app.scanning.page import circle
+from capture_app.scanning.scan_report import circle
 from ingest.scan.scan_quality import coverage_of, inspect_scan
 from ingest.scan.scan_types import LeftOut, Scale
 from ingest.scan.scanned_object import to_height

@@ -11,8 +11,8 @@ import torch
 
 from benchmarks.scan_chair import agreement
 from capture_app.commands.scan import ScanRequest
-from capture_app.scanning.folder import MODEL, tidy
-from capture_app.scanning.scan import scan_object
+from capture_app.scanning.scan_folder import MODEL, tidy
+from capture_app.scanning.scan_object import scan_object
 from ingest.calibration.scan_landmarks import read_landmarks
 from ingest.colmap import pycolmap, read_model
 from ingest.mesh import load_mesh

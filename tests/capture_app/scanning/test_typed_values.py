@@ -25,8 +25,8 @@ def test_a_box_in_any_order_of_its_corners():
 @pytest.mark.parametrize("text", ["1,2,3", "1,2,3,4,5,high", "1,2,3,4,5,nan", ""])
 def test_what_is_no_box_is_refused(text: str):
     with pytest.raises(InputError) as caught:
-        validated(ScanRequest, {**ASKED, "box": text}, "invalid", prefix="--")
-    assert (caught.value.code, caught.value.where) == ("scan-box", "--box")
+        validated(ScanRequest, {**ASKED, "box": text}, "invalid")
+    assert (caught.value.code, caught.value.where) == ("scan-box", "‹box›")
 
 
 def test_a_length_between_two_picked_points():

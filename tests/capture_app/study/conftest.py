@@ -6,10 +6,9 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 
-from capture_app.study.design import Plan, design
-from capture_app.study.key import Key
-from capture_app.study.make import answer_key
-from capture_app.study.votes import Rater, Vote
+from capture_app.study.study_design import Plan, design
+from capture_app.study.study_pages import answer_key
+from capture_app.study.votes import Key, Rater, Vote
 
 METHODS = ("ours", "rule", "recorded")
 TAKES = tuple(f"take {k:02d}" for k in range(30))

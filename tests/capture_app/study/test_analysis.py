@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from capture_app.study.analysis import analyse, preference
-from capture_app.study.design import Plan
+from capture_app.study.study_design import Plan
+from capture_app.study.study_report import analyse, preference
 
 from .conftest import Crowd, make_key
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from capture_app.study.design import Page, Plan, design
+from capture_app.study.study_design import Page, Plan, design
 from omomo_core.errors import InputError
 
 TAKES = [f"t{k}" for k in range(12)]

@@ -13,11 +13,9 @@ import typer
 from typer.testing import CliRunner
 
 from capture_app.cli.study import app
-from capture_app.study.design import Plan, design
-from capture_app.study.films import FilmStyle, broken, films_of
-from capture_app.study.key import read_key
-from capture_app.study.make import answer_key, make_study, shown
-from capture_app.study.votes import read_votes
+from capture_app.study.study_design import Plan, design
+from capture_app.study.study_pages import FilmStyle, answer_key, broken, films_of, make_study, shown
+from capture_app.study.votes import read_key, read_votes
 from omomo_core.errors import InputError
 from tests.video_frames import read_frames
 

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from capture_app.study.design import Plan
-from capture_app.study.key import read_key, write_key
-from capture_app.study.votes import read_votes, vote_files
+from capture_app.study.study_design import Plan
+from capture_app.study.votes import read_key, read_votes, vote_files, write_key
 from omomo_core.errors import InputError
 
 from .conftest import make_key

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from safetensors.numpy import save_file
 
-from capture_app.tables.methods import METHODS
+from capture_app.tables.table_methods import METHODS
 from omomo_core.errors import InputError
-from omomo_core.learning.evaluation.clips import RealClip
-from omomo_core.learning.evaluation.methods import EvaluatedMethod, RecordedPeople
+from omomo_core.learning.evaluation.evaluated_methods import EvaluatedMethod, RecordedPeople
+from omomo_core.learning.evaluation.real_clips import RealClip
 from omomo_core.learning.recordings.clips import Clip, save_clips
 from omomo_core.motion import HumanMotion
 from tests.core.movers import mover, resembling

@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 from capture_app.cli.tables import tables as command
 from capture_app.commands.tables import TablesRequest
 from capture_app.tables.answers import FILE
-from capture_app.tables.paper import ABLATION, PAPER, PUBLISHED
-from capture_app.tables.run import TablesRun, make_tables
+from capture_app.tables.run_tables import TablesRun, make_tables
+from capture_app.tables.table_rows import ABLATION, PAPER, PUBLISHED
 from omomo_core.body.model import load_body
 from omomo_core.errors import AssetError, InputError
 from tests.capture_app.tables.stand_ins import load, never, write_data, write_weights
@@ -36,14 +36,14 @@ def everything(tmp_path_factory: pytest.TempPathFactory) -> tuple[TablesRun, Pat
         clips=[folder / "data.npz"], output=out, weights=folder / "weights", samples=2
     )
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("capture_app.tables.run.load_body", lambda: thin(load_body()))
+        patch.setattr("capture_app.tables.run_tables.load_body", lambda: thin(load_body()))
         return make_tables(request, lambda done, total: None, load), out
 
 
 @pytest.fixture
 def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Make:
     """Makes tables of two samples from a small data set and stand-ins on a body of few vertices."""
-    monkeypatch.setattr("capture_app.tables.run.load_body", lambda: thin(load_body()))
+    monkeypatch.setattr("capture_app.tables.run_tables.load_body", lambda: thin(load_body()))
     write_data(tmp_path / "data.npz", NAMES)
     write_weights(tmp_path / "weights")
 
@@ -264,13 +264,13 @@ def test_files_say_the_same_and_how_they_were_made(everything):
 @pytest.fixture
 def say_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, make: Make) -> Callable[..., str]:
     """Runs the command on the small data set; gives what it prints."""
-    from capture_app.tables import run
+    from capture_app.tables import run_tables
 
     def loaded(names, weights, sampler, steps):
         assert (sampler, steps) == ("ddim", 7)
         return load(names)
 
-    monkeypatch.setattr(run, "load_methods", loaded)
+    monkeypatch.setattr(run_tables, "load_methods", loaded)
     app = typer.Typer()
     app.command()(command)
     words = [str(tmp_path / "data.npz"), "--weights", str(tmp_path / "weights")]

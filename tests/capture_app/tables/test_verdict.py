@@ -3,9 +3,8 @@
 import numpy as np
 
 from capture_app.tables.answers import Task, WindowResult
-from capture_app.tables.build import tables_of
-from capture_app.tables.paper import CORRECTED, PUBLISHED
-from capture_app.tables.verdict import with_verdicts
+from capture_app.tables.run_tables import with_verdicts
+from capture_app.tables.table_rows import CORRECTED, PUBLISHED, tables_of
 
 
 def answers(**f1: list[float]) -> list[WindowResult]:

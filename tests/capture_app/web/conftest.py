@@ -12,11 +12,10 @@ import uvicorn
 
 from capture_app.jobs.queue import open_queue
 from capture_app.web.app import ListenAddress, create_app
-from capture_app.web.library.library import Library
-from capture_app.web.limits import Limits
-from capture_app.web.sandbox.pool import SandboxPool
+from capture_app.web.library import Library
+from capture_app.web.sandbox_process import SandboxPool
 from capture_app.web.server import HeadTimeoutProtocol
-from capture_app.web.site import Site
+from capture_app.web.site import Limits, Site
 from tests.capture_app.web.talk import Live
 
 OpenSite = Callable[..., Site]

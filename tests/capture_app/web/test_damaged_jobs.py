@@ -10,7 +10,7 @@ import pytest
 
 from capture_app.commands.export import ExportRequest
 from capture_app.jobs.queue import open_queue
-from capture_app.web.library.library import Library
+from capture_app.web.library import Library
 from capture_app.web.server import open_jobs
 from tests.capture_app.web.serving import Server
 

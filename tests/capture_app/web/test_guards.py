@@ -4,7 +4,7 @@ import httpx
 import pytest
 
 from capture_app.web.app import ListenAddress
-from capture_app.web.guards.token import Token
+from capture_app.web.guards import Token
 from omomo_core.errors import InputError
 from tests.capture_app.web.raw import ask, exchange
 from tests.capture_app.web.talk import Live, problem

@@ -19,24 +19,19 @@ def example(client: httpx.Client) -> dict[str, str]:
 
 def test_each_way_says_what_to_do(client: httpx.Client):
     told = client.get("/api/calibration").json()
-    for way in ("board", "filmed", "meshed", "scan", "screen", "tracker"):
+    for way in ("board", "filmed", "meshed", "scan", "tracker"):
         steps = told["ways"][way]["steps"]
         assert sum(map(len, steps.values())) >= 3, way
     assert told["boards"]["A4"]["width_mm"] == 175
     assert told["boards"]["A4"]["text"] == "5x7:35mm:26mm:DICT_5X5_100"
 
 
-def test_what_is_to_be_printed_and_shown(client: httpx.Client):
+def test_what_is_to_be_printed(client: httpx.Client):
     sheet = client.get("/api/calibration/board.pdf", params={"paper": "Letter"})
     assert sheet.content.startswith(b"%PDF")
     assert sheet.headers["content-disposition"].startswith("attachment")
-    shown = client.get("/api/calibration/screen.png", params={"phone": "iPhone 15"})
-    assert shown.headers["content-type"] == "image/png"
-    assert struct.unpack(">2I", shown.content[16:24]) == (1179, 2556)
     paper = client.get("/api/calibration/board.pdf", params={"paper": "../x"})
     assert problem(paper, 422)["code"] == "paper-unknown"
-    phone = client.get("/api/calibration/screen.png", params={"phone": "Nokia"})
-    assert problem(phone, 422)["fix"]
 
 
 def test_a_look_says_what_is_good_or_what_to_do(client: httpx.Client, example: dict[str, str]):

@@ -12,10 +12,8 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from capture_app.jobs.fleet import Fleet
-from capture_app.simulator.carried_box import box_mesh, clamped_phone
-from capture_app.simulator.phone import simulate
-from capture_app.simulator.recording import write_recording
-from capture_app.simulator.wiggle import Wiggle, wiggle_motion
+from capture_app.simulator.demo_take import box_mesh, clamped_phone, write_recording
+from capture_app.simulator.simulated_phone import simulate
 from capture_app.web.site import Site
 from ingest.formats import scanner_3d
 from ingest.mount_file import load_mount
@@ -28,6 +26,7 @@ from tests.log_writers import write_session
 from tests.simulator.scan_log import scan_log, with_pictures
 from tests.simulator.scan_model import drawn_model
 from tests.simulator.scan_scene import orbit_poses, scan_scene
+from tests.simulator.wiggle import Wiggle, wiggle_motion
 from tests.simulator.witness import tripod
 
 TAKE = "00000000000000aa"

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from capture_app.web.library.library import Library
+from capture_app.web.library import Library
 
 
 @pytest.mark.parametrize(

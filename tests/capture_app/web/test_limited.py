@@ -8,9 +8,7 @@ from typing import Any
 
 import pytest
 
-from capture_app.web.sandbox.bounds import ProcessLimits
-from capture_app.web.sandbox.child_process import in_child
-from capture_app.web.sandbox.pool import SandboxPool
+from capture_app.web.sandbox_process import ProcessLimits, SandboxPool, in_child
 from omomo_core.errors import InputError
 from tests.capture_app.web import chores
 from tests.conftest import REPO

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capture_app.web.library.members import member_paths
+from capture_app.web.unfinished_uploads import member_paths
 from omomo_core.errors import InputError
 
 

@@ -1,54 +1,71 @@
 """Texts of the program as the page says them: labels in place of options."""
 
+import ast
+import pickle
 import re
 from pathlib import Path
 
 import pytest
 
-from capture_app.web.page_words import _BUTTONS, _labels, all_in_page_words, in_page_words
-from omomo_core.errors import reader_complaint
+from capture_app.commands.spelling import in_options, labels
+from capture_app.web.page_words import _BUTTONS, all_in_page_words, in_page_words
+from omomo_core.errors import InputError, reader_complaint
 
 ROOT = Path(__file__).resolve().parents[3]
 PAGE = "".join(path.read_text() for path in (ROOT / "capture_app" / "web" / "page").rglob("*.js"))
-OPTION = re.compile(r"--[a-z][a-z-]+")
+OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]+")
+ROOMS = ("ingest", "omomo_core", "render")
 
 
 @pytest.mark.parametrize("kind", ["", "run", "scan", "overlay", "export", "render", "calibrate"])
 def test_every_label_stands_on_the_page(kind: str):
-    labels = _labels(kind)
-    assert len(labels) > 30
-    for option, label in labels.items():
-        assert label in PAGE, f"{option} is called “{label}”, which the page does not say"
+    assert len(labels(kind)) > 30
+    for field, label in labels(kind).items():
+        assert label in PAGE, f"{field} is called “{label}”, which the page does not say"
 
 
-def test_an_option_is_said_by_its_label():
-    told = in_page_words("Leave out --floor, give --floor -0.80, or tick it (--force).")
+def test_a_field_is_said_by_its_label():
+    told = in_page_words("Leave out ‹floor›, give ‹floor› -0.80, or tick it (‹force›).")
     assert told == (
         "Leave out “Height of the floor”, give “Height of the floor” -0.80, or tick it "
         "(“Use a recording that is not usable”)."
     )
-    assert in_page_words("Give --height.", "scan") == "Give “Height of the object”."
-    assert in_page_words("Give --height.", "run") == "Give “Height of the person”."
-    assert in_page_words("Leave the poses out (--no-poses).", "scan").endswith("switched off).")
-    assert in_page_words("Say --scanned-at 3.") == "Say “scanned at” 3."
-    assert in_page_words("5 -- 6, a--b, -z") == "5 -- 6, a--b, -z"
-    assert all_in_page_words({"a": ["--seed", 1]}) == {"a": ["“Seed”", 1]}
+    assert in_page_words("Give ‹height›.", "scan") == "Give “Height of the object”."
+    assert in_page_words("Give ‹height›.", "run") == "Give “Height of the person”."
+    assert in_page_words("Leave the poses out (‹no poses›).", "scan").endswith("switched off).")
+    assert in_page_words("Say ‹scanned_at› 3.") == "Say “scanned at” 3."
+    assert in_page_words("5 -- 6, --x, a--b, {z}") == "5 -- 6, --x, a--b, {z}"
+    assert all_in_page_words({"a": ["‹seed›", 1]}) == {"a": ["“Seed”", 1]}
 
 
-def test_no_text_of_the_readers_keeps_an_option():
-    sources = [path.read_text() for path in (ROOT / "ingest").rglob("*.py")]
-    for option in {found for text in sources for found in OPTION.findall(text)}:
-        assert "--" not in in_page_words(f"Give {option} a value.")
+def test_the_command_line_spells_fields_as_options():
+    told = in_options(
+        "Give ‹mesh_scale› 0.01, ‹unit›, ‹stills›, ‹place› or ‹no poses› with ‹output›."
+    )
+    assert told == "Give --mesh-scale 0.01, --units, --still, --board-place or --no-poses with -o."
+    assert in_options("Use ‹omocap calibrate board-pdf›.") == "Use `omocap calibrate board-pdf`."
+    error = InputError("code", "It is wrong.", field="mesh_scale")
+    assert in_options(error.where) == "--mesh-scale"
+    assert pickle.loads(pickle.dumps(error)).field == "mesh_scale"
+
+
+def test_no_text_of_the_readers_is_in_the_dialect_of_the_command_line():
+    for room in ROOMS:
+        for path in (ROOT / room).rglob("*.py"):
+            for call in ast.walk(ast.parse(path.read_text())):
+                if isinstance(call, ast.keyword) and call.arg in ("what", "where", "fix"):
+                    options = OPTION.findall(ast.unparse(call.value))
+                    assert set(options) <= {"--flatten", "--unit"}, (path, options)
 
 
 def test_a_command_is_said_by_its_button():
-    assert in_page_words("Find it with `omocap calibrate` first.") == (
+    assert in_page_words("Find it with ‹omocap calibrate› first.") == (
         "Find it with “Find it now, step by step” first."
     )
-    assert in_page_words("Make it with `omocap calibrate screen ... --learn MOUNT`.") == (
+    assert in_page_words("Make it with ‹omocap calibrate scan ... -o MOUNT›.") == (
         "Make it with “Find it now, step by step”."
     )
-    assert in_page_words("Try `omocap train`.") == "Try “omocap train”."
+    assert in_page_words("Try ‹omocap train›.") == "Try “omocap train”."
     for button in _BUTTONS.values():
         assert button in PAGE
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from starlette.requests import ClientDisconnect
 
-from capture_app.web import receive
+from capture_app.web import site
 from capture_app.web.problems import Refused
-from capture_app.web.receive import Receiver
+from capture_app.web.site import Receiver
 
 DATA = random.Random(5).randbytes(400_000)
 
@@ -41,14 +41,14 @@ async def _client(receiver: Receiver, place: Path, rng: random.Random) -> None:
 @pytest.fixture
 def _slow_disk(monkeypatch: pytest.MonkeyPatch) -> None:
     """Others come while the last bytes are being written."""
-    write = receive._Tail.write
+    write = site._Tail.write
 
-    def slowly(tail: receive._Tail) -> None:
+    def slowly(tail: site._Tail) -> None:
         tail._open()
         time.sleep(0.005)
         write(tail)
 
-    monkeypatch.setattr(receive._Tail, "write", slowly)
+    monkeypatch.setattr(site._Tail, "write", slowly)
 
 
 @pytest.mark.usefixtures("_slow_disk")

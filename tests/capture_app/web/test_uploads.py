@@ -10,8 +10,8 @@ from contextlib import contextmanager
 import httpx
 import pytest
 
-from capture_app.web.library.folders import TRASH
-from capture_app.web.library.library import Library
+from capture_app.web.library import Library
+from capture_app.web.shelves import TRASH
 from capture_app.web.site import Site
 from tests.capture_app.web.talk import BROKEN, announce, problem, upload
 

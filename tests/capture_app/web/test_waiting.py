@@ -6,10 +6,10 @@ import httpx
 import pytest
 
 from capture_app.jobs.worker_store import WorkerStore
-from capture_app.simulator.wiggle import wiggle_motion
 from capture_app.web.site import Site
 from tests.capture_app.overlay.taken import Watched, phone_take, standing
 from tests.capture_app.web.talk import problem
+from tests.simulator.wiggle import wiggle_motion
 from tests.simulator.witness import tripod
 
 TAKE, OTHER = "00000000000000aa", "00000000000000ab"

@@ -50,7 +50,7 @@ def test_the_lowest_point_is_the_floor_and_that_is_said(box_file, height):
     take = to_animated_take(lifted(height), box_file)
     assert corners(take)[0, :, 2].min() == pytest.approx(0, abs=1e-9)
     assert take.floor.height == pytest.approx(height - 0.3)
-    assert "--floor" in take.notes[0]
+    assert "‹floor›" in take.notes[0]
     given = to_animated_take(lifted(1.1), box_file, floor=0.5)
     assert corners(given)[0, :, 2].min() == pytest.approx(0.3)
     assert given.notes == ()
@@ -89,13 +89,13 @@ def test_scale_is_of_the_whole_file_where_the_mesh_is_in_it(refused):
     made = lifted()
     made.T_file_object[:, :3, 3] *= 100
     made = replace(made, mesh=ObjectMesh(np.asarray(box.vertices), np.asarray(box.faces), "box"))
-    assert "--mesh-scale" in refused("mesh-units", to_animated_take, made, None)
+    assert "‹mesh_scale›" in refused("mesh-units", to_animated_take, made, None)
     take = to_animated_take(made, None, scale=0.01)
     np.testing.assert_allclose(take.motion.T_world_object, lifted().T_file_object, atol=1e-9)
 
 
 def test_an_object_is_needed(refused):
-    assert "--object" in refused("object-needed", to_animated_take, lifted(), None)
+    assert "‹object›" in refused("object-needed", to_animated_take, lifted(), None)
 
 
 def test_what_nobody_does_is_refused(box_file, refused):

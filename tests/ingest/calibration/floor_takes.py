@@ -5,8 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from capture_app.simulator.noise import PhoneNoise
-from capture_app.simulator.phone import simulate
+from capture_app.simulator.simulated_phone import PhoneNoise, simulate
 from ingest.mount import Mount
 from ingest.session import CaptureSession
 from ingest.uncertainty import moved

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from ingest.calibration.drawing import (
+from ingest.calibration.drawn_mount import (
     MEASURED,
     PRINTED,
     body_mount,

@@ -48,7 +48,7 @@ def test_round_trip(tmp_path_factory: pytest.TempPathFactory, seed: int):
 
 def _load(tmp_path: Path, T: object, **more: object) -> Mount:
     path = tmp_path / "mount.json"
-    path.write_text(json.dumps({"T_phone_object": T, "method": "by hand", **more}))
+    path.write_text(json.dumps({"T_phone_object": T, "method": "by hand"} | more))
     return load_mount(path)
 
 
@@ -118,3 +118,14 @@ def test_a_covariance_that_is_none_is_refused(tmp_path: Path):
     for matrix in (negative, lopsided):
         error = _error(tmp_path, np.eye(4).tolist(), covariance=matrix.tolist())
         assert error.code == "mount-covariance"
+
+
+def test_a_mount_of_a_way_that_is_gone_still_loads(tmp_path: Path):
+    old = {
+        "residuals": {"rms_px": 0.4},
+        "note": "The size of the picture on the screen was not checked.",
+    }
+    mount = _load(
+        tmp_path, np.eye(4).tolist(), covariance=np.eye(6).tolist(), **old, method="screen"
+    )
+    assert (mount.method, mount.residuals) == ("screen", old["residuals"])

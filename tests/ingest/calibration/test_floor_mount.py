@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.carried_box import CARRY, LIFT, REST, carried_box, clamped_phone
-from capture_app.simulator.noise import NO_NOISE
-from capture_app.simulator.phone import simulate
+from capture_app.simulator.demo_take import CARRY, LIFT, REST, carried_box, clamped_phone
+from capture_app.simulator.simulated_phone import NO_NOISE, simulate
 from ingest.calibration.floor_contacts import find_contacts, track
 from ingest.calibration.floor_fit import refine
 from ingest.mount import Mount

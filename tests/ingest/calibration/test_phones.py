@@ -92,7 +92,7 @@ def test_an_unknown_model_lists_the_known_ones_and_how_to_measure():
         phone_named("Galaxy S24")
     assert caught.value.code == "phone-unknown"
     assert "iPhone 14 Pro Max" in caught.value.what
-    assert "--ruler" in caught.value.fix
+    assert "‹ruler›" in caught.value.fix
     with pytest.raises(InputError) as caught:
         phone_named("iPhone 16 Pro")
     assert caught.value.code == "phone-lens"

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ingest.calibration.phone_body import body_point, phone_body, phone_named
 from ingest.calibration.picked_points import mount_from_pairs
-from ingest.calibration.points import PointPair, load_pairs, save_pairs, typed_pair
+from ingest.calibration.point_pairs import PointPair, load_pairs, save_pairs, typed_pair
 from ingest.uncertainty import between, bounds_95, moved
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse

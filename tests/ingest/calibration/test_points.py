@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from ingest.calibration.points import PointFit, rigid_from_points
+from ingest.calibration.point_pairs import PointFit, rigid_from_points
 from ingest.uncertainty import between, bounds_95
 from omomo_core.errors import InputError
 

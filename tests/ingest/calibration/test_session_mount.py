@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.noise import NO_NOISE
+from capture_app.simulator.simulated_phone import NO_NOISE
 from ingest.calibration.board.board_place import BoardPlace
 from ingest.calibration.board.board_spec import Board
 from ingest.calibration.board.board_track import BoardTrack
@@ -144,7 +144,7 @@ def test_a_shape_that_does_not_tell_how_it_stands(shape: trimesh.Trimesh, code: 
     with pytest.raises(InputError) as caught:
         register(mesh, scanned(mesh, upright(1), 1), "scan.ply")
     assert caught.value.code == code
-    assert "--object-pose" in caught.value.fix
+    assert "‹object_pose›" in caught.value.fix
 
 
 def test_the_same_vertices_are_aligned_even_if_symmetric():

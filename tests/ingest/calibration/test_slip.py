@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.carried_box import carried_box, clamped_phone
-from capture_app.simulator.phone import simulate
+from capture_app.simulator.demo_take import carried_box, clamped_phone
+from capture_app.simulator.simulated_phone import simulate
 from ingest.calibration.still import refuse_slip, slip_between
 from ingest.mount import Mount
+from ingest.report.checked_session import CheckedSession
 from ingest.report.stance import object_checks
-from ingest.report.take_checks import Check, Look
+from ingest.report.take_report import Check
 from ingest.trajectory.object_motion import to_object_motion
 from ingest.uncertainty import moved
 from omomo_core.errors import InputError
@@ -67,7 +68,7 @@ def _checked(degrees: float, axis: tuple[float, float, float], at: float, seed: 
     seen = slipping(motion, mount, replace(mount, T_phone_object=T), at)
     session = unlevel(simulate(seen, mount, seed=seed), seed=seed)
     take = to_object_motion(session, motion.mesh, mount)
-    check = object_checks(Look(session, motion.mesh, mount, take))[1]
+    check = object_checks(CheckedSession(session, motion.mesh, mount, take))[1]
     assert check.name == "mount slip"
     return check
 
@@ -100,7 +101,7 @@ def _stands_checked(stands: list[Stand], lift: float = 0.0) -> Check:
     seen = slipping(motion, mount, replace(mount, T_phone_object=down), at=1.6)
     session = recorded(seen, mount, seed=0)
     take = to_object_motion(session, motion.mesh, mount)
-    return object_checks(Look(session, motion.mesh, mount, take))[1]
+    return object_checks(CheckedSession(session, motion.mesh, mount, take))[1]
 
 
 def test_a_slide_along_the_vertical_shows_where_the_object_comes_back():

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from capture_app.simulator.noise import NO_NOISE
+from capture_app.simulator.simulated_phone import NO_NOISE
 from ingest.calibration.still import (
     Still,
     break_between,

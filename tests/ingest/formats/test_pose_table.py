@@ -73,7 +73,7 @@ def test_eight_numbers_without_a_header_are_asked_about(tmp_path: Path, app: str
     error = error_of(file)
     assert error.code == "session-ambiguous"
     assert "ios_logger and CSV poses" in error.what
-    assert '--format "ios_logger" or --format "CSV poses"' in error.fix
+    assert '‹format› "ios_logger" or ‹format› "CSV poses"' in error.fix
     session = read_session(file, app)
     assert session.app.lower() == app.lower()
     same = np.allclose(session.T_world_phone[0, :3, :3], R.as_matrix(), atol=1e-6)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from capture_app.simulator.noise import PhoneNoise
+from capture_app.simulator.simulated_phone import PhoneNoise
 from ingest.calibration.board.board_spec import Board, board_image
 from ingest.scan.scan_types import Registered
 from omomo_core.geometry.transforms import procrustes

@@ -159,7 +159,7 @@ def test_wrong_camera_axes_are_caught_and_named(scanned: Scanned, tmp_path: Path
     with pytest.raises(InputError) as caught:
         register(scanned.source, frames, work)
     assert caught.value.code == "scan-axes"
-    assert f"--camera-axes {right}" in caught.value.fix
+    assert f"‹camera_axes› {right}" in caught.value.fix
     if mistake == "inverted":
         found = register(scanned.source, frames, work, options=CameraOptions(axes=right))
         assert len(found.views) == len(scanned.found.views)

@@ -53,7 +53,7 @@ def test_units_are_guessed_and_told(tmp_path: Path, scale: float, unit: str, oth
     assert note.severity == "warn"
     assert unit in note.message
     assert other in note.message
-    assert "--units" in note.fix
+    assert "‹unit›" in note.fix
 
 
 def test_a_unit_or_a_height_that_somebody_knows(tmp_path: Path):

@@ -88,8 +88,8 @@ def test_poses_without_metres_are_left_out_on_demand(tmp_path: Path):
     with pytest.raises(InputError) as caught:
         read_source(folder)
     assert caught.value.code == "session-no-metres"
-    assert "--no-poses" in caught.value.fix
-    assert "--height" in caught.value.fix
+    assert "‹no poses›" in caught.value.fix
+    assert "‹height›" in caught.value.fix
     source = read_source(folder, poses=False)
     assert source.kind == "photos"
     assert list(source.pictures.names) == ["0", "1", "2"]

@@ -2,7 +2,6 @@
 import { h } from "../core/dom.js";
 import { brought } from "../parts/brought.js";
 import { choice, number } from "../parts/fields.js";
-import { phoneFields } from "../parts/mount_form.js";
 import { todo } from "./board.js";
 import { cameraFields, matrixField } from "./camera.js";
 import { boardParts, folded, looker, recording, stepsOf } from "./parts.js";
@@ -115,66 +114,6 @@ export const scan = recordedForm((context) => {
       session: log.read(),
       model: model.read(),
       model_to_object: matrix.read(),
-    }),
-  };
-});
-
-export const screen = recordedForm((context) => {
-  const steps = stepsOf(context, "screen");
-  const phone = phoneFields(context.choices.phones);
-  const get = h(
-    "a",
-    { class: "button", download: "screen.png" },
-    "Get the picture for the phone (PNG)",
-  );
-  const address = () => {
-    get.href = `/api/calibration/screen.png?phone=${encodeURIComponent(phone.read().phone)}`;
-  };
-  phone.node.addEventListener("change", () => (address(), photos?.lookAgain()));
-  address();
-  const turned = choice(
-    "The picture stands on the screen",
-    [
-      ["0", "upright"],
-      ["90", "turned right by 90°"],
-      ["180", "upside down"],
-      ["270", "turned left by 90°"],
-    ],
-    { hint: "Only if the phone has turned it." },
-  );
-  const printed = boardParts(context, steps, () => photos?.lookAgain());
-  const photos = brought({
-    label: "The photos",
-    kind: "material",
-    items: context.materials,
-    title: "Drop the photos here",
-    text: "A folder or a zip of JPEG or PNG pictures by one camera.",
-    folder: true,
-    signal: context.signal,
-    look: looker("photos", () => ({ board: printed.text(), phone: phone.read().phone })),
-  });
-  return {
-    name: "Mount by screen",
-    parts: [
-      {
-        title: "The phone's screen",
-        content: [
-          phone.node,
-          todo(steps["The phone's screen"]),
-          h("div", { class: "row" }, get),
-          turned.node,
-        ],
-      },
-      ...printed.parts,
-      { title: "Photos", content: [todo(steps["Photos"]), photos.node] },
-    ],
-    show: printed.show,
-    read: () => ({
-      method: "screen",
-      ...phone.read(),
-      photos: photos.read(),
-      turned: Number(turned.read()),
-      ...printed.read(),
     }),
   };
 });

@@ -37,11 +37,6 @@ const RECORDED = {
     "The object was made from a film of it, and stands there still: two seconds at rest.",
     recorded.scan,
   ],
-  screen: [
-    "The phone's screen and a board, photographed",
-    "Nothing is moved. The screen must be on the outside.",
-    recorded.screen,
-  ],
   tracker: [
     "Motion capture, or a tracker on the object",
     "It follows the same motion as the phone.",

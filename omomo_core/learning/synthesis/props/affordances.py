@@ -1,4 +1,4 @@
-"""Where hands can hold a prop: candidates on its surface, kept where hands and forearms have room."""
+"""Grasps of a prop: candidates on its surface, kept where hands and forearms have room."""
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -31,7 +31,7 @@ _HIGHEST = 1.75
 _LOWEST_PUSH = 0.45
 """Nobody pushes a thing lower, unless the upper half of the thing is lower, metres."""
 _LOWEST_EDGE = 0.2
-"""Of a top near whose edge the palms lie to push, metres."""
+"""Least height of a top near whose edge the palms lie to push, metres."""
 _TRIES = 9
 """Attempts at grasps on bars for each use, shared among the bars."""
 _UP, _AHEAD = np.array([0.0, 0, 1]), np.array([1.0, 0, 0])

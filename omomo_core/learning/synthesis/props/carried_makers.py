@@ -1,11 +1,4 @@
-"""Mops, brooms, vacuums: a head on the floor at the end of a pole that slants toward the person.
-
-Boxes, crates, bins, buckets and baskets.
-
-Suitcases and carts: things with wheels and grips to roll them by.
-
-Things held by a pole that stand on a foot: lamps, clothes stands, tripods.
-"""
+"""Makers of what is carried, rolled or swept with: boxes, bins, cases, carts, lamps, mops."""
 
 from itertools import pairwise
 

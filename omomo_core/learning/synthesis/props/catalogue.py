@@ -71,7 +71,7 @@ class Stock:
     """The classes of props that a data set draws from."""
 
     classes: frozenset[str] | None = None
-    """Of `MAKERS`; None for all."""
+    """Names of `MAKERS`; None for all."""
 
     def of_use(self, use: Use) -> dict[str, float]:
         """The classes that can be used in this way, and how often each is."""

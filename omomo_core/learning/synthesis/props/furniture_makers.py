@@ -1,8 +1,6 @@
-"""Monitors, shelves, cabinets and ladders.
+"""Makers of furniture: chairs, stools, tables, shelves, cabinets, monitors, ladders.
 
 Chairs of wood, plastic and office make, stools and armchairs. The back is at -x.
-
-Tables, large and small: tops on four legs, a pedestal, trestles or panels.
 """
 
 from itertools import pairwise

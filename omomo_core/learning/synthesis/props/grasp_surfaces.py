@@ -1,9 +1,4 @@
-"""How hands close around poles, rails and carrying handles.
-
-Pairs of palms on the outer surface of a thing, found with rays from where the person stands.
-
-Rays against the surface of a prop.
-"""
+"""Places for palms found by rays: opposed surfaces, bars and poles."""
 
 from dataclasses import dataclass
 
@@ -226,7 +221,7 @@ def _seen(
 _THICKEST = 0.06
 """From the axis of a bar to its surface, metres."""
 _HIGHEST, _LOWEST = 1.5, 0.3
-"""Where poles are taken, metres."""
+"""Heights between which poles are taken, metres."""
 _HOOKED = ([0.6, 1.1], [0.8, 0.25])
 """How often bars at a height are hooked from below, metres."""
 _HANGS = ([0.1, 0.7, 1.05, 1.3, 1.7], [1.35, 0.95, 0.4, -0.15, -1.2])

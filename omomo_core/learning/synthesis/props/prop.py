@@ -1,11 +1,7 @@
-"""What a prop is: parts, ways to hold it, weight.
+"""What a prop is: its blueprint, ways to hold it, and how a phone scan shows it.
 
 A prop stands on z = 0 at the origin of its own frame; a person who handles it stands at -x and looks
 along +x, with +y to the left. Metres.
-
-A clean solid as a phone scan shows it: uneven, noisy, with holes, crumbs and no underside.
-
-A thing as it is built, before anybody decides from which side to take it.
 """
 
 from collections.abc import Sequence
@@ -170,7 +166,7 @@ something thin between thumb and fingers."""
 
 @dataclass(frozen=True)
 class Grasp:
-    """Where the palms lie; index 0 is left, 1 right."""
+    """The places of the palms on a prop; index 0 is left, 1 right."""
 
     use: Use
     points: Float[np.ndarray, "2 3"]
@@ -178,7 +174,7 @@ class Grasp:
     inward: Float[np.ndarray, "2 3"]
     """From the palm into the surface, unit length."""
     fingers: Float[np.ndarray, " 3"] | None = None
-    """Where the fingers point; None lets them follow the forearm."""
+    """Direction of the fingers; None lets them follow the forearm."""
     kind: Kind = "side"
     one_handed: bool = False
     """Either hand alone: index 0 is how the left would do it, index 1 how the right would."""

@@ -1,7 +1,4 @@
-"""Where and when feet are put down such that the body gets along a root path.
-
-Root paths as people take who move things: short moves in any direction, and stops.
-"""
+"""Root paths of people who move things, and the footsteps that follow them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -27,7 +24,7 @@ CHANCES: Chances = {
 
 @dataclass(frozen=True)
 class RootPath:
-    """Where the body should be, and face, at every frame (30 fps)."""
+    """The body's intended place and heading at every frame (30 fps)."""
 
     position: Float[np.ndarray, "frames 2"]
     """World, metres."""
@@ -171,7 +168,7 @@ class Footstep:
 
 @dataclass(frozen=True)
 class FootStance:
-    """Where both feet are when somebody stands at a path's frame: neutral, or at the start."""
+    """The places of both feet when somebody stands at a path's frame: neutral, or at the start."""
 
     place: Float[np.ndarray, "frames 2 2"]
     """Ankles, world, metres; left then right."""
@@ -279,7 +276,7 @@ class _Planner:
         return int(self._rng.choice(due))
 
     def _aim(self, foot: int, land: int, stance: int) -> tuple[Float[np.ndarray, " 2"], float]:
-        """Where the foot should be put, clear of the other one."""
+        """Return the place at which the foot should be put, clear of the other one."""
         land = min(land, len(self._pace) - 1)
         at = min(land + stance // 2, len(self._pace) - 1)
         under, yaw = self._neutral.place[land, foot], float(self._neutral.yaw[at, foot])

@@ -1,7 +1,4 @@
-"""A body on a root path by small steps: feet first, the pelvis over them, the rest on the pelvis.
-
-The way of the feet between the places where they are put down: heel off, swing, heel down.
-"""
+"""A body on a root path by small steps: feet first, the pelvis over them, then the rest."""
 
 from dataclasses import dataclass
 
@@ -56,7 +53,7 @@ _LIFT, _LIFT_PER_METRE = 0.024, 0.065
 
 @dataclass(frozen=True)
 class Feet:
-    """Where the ankles have to be, and how feet and toes are turned."""
+    """The ankles' places, and the turns of feet and toes."""
 
     ankles: Float[np.ndarray, "frames 2 3"]
     rotations: Float[np.ndarray, "frames 2 3 3"]
@@ -206,7 +203,7 @@ _HIPS = (joint("left_hip"), joint("right_hip"))
 _KNEES = (joint("left_knee"), joint("right_knee"))
 _UP = np.array([0.0, 0.0, 1.0])
 _STRAIGHTEST = 0.992
-"""Of the whole leg: knees stay a little soft."""
+"""Part of the whole leg: knees stay a little soft."""
 _DIP = 0.014
 """Metres the pelvis sinks while one foot is in the air: knees give a little."""
 _ROLL = 0.055
@@ -358,7 +355,7 @@ def _pelvis_height(
     feet: Feet,
     standing: Float[np.ndarray, " frames"],
 ) -> Float[np.ndarray, " frames"]:
-    """As high as somebody stands, lower where a leg would not reach its foot."""
+    """Return the pelvis height of somebody who stands, lower where a leg would not reach its foot."""
     rest = body.rest_joints.double().numpy()
     limit = np.full(len(way), np.inf)
     for side in (0, 1):

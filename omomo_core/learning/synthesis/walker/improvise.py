@@ -1,9 +1,4 @@
-"""Improvised base motion with stops of given lengths: walks, steps and turns around the stops.
-
-Steps and standing poses of the mocap, from which base motions are generated.
-
-Standing poses of the mocap, which a generated walk takes between its steps.
-"""
+"""Base motion made of recorded steps and standing poses: walks, steps and turns around stops."""
 
 from dataclasses import dataclass, replace
 
@@ -154,7 +149,7 @@ class MotionLibrary:
     """Bones and floor only: its surface is one triangle of no use."""
     standing: StandingPoses
     licence: str
-    """Of all mocap in it."""
+    """Licence of all mocap in it."""
 
 
 def index(footage: Footage, body: BodyModel) -> MotionLibrary:

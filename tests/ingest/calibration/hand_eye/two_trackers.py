@@ -7,7 +7,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline
 
-from capture_app.simulator.noise import PhoneNoise, disturb
+from capture_app.simulator.simulated_phone import PhoneNoise, disturb
 from ingest.calibration.hand_eye.hand_eye_model import PoseStream
 from ingest.uncertainty import moved
 from omomo_core.geometry.transforms import inverse

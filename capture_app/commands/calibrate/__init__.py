@@ -1,1 +1,0 @@
-"""The ways to calibrate a mount: what each needs, for command line, jobs and HTTP alike."""

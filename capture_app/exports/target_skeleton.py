@@ -1,0 +1,254 @@
+"""A skeleton that shall carry the motion, read from BVH, GLB (VRM among them) or SMPL-X files."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from pygltflib import GLTF2, Node
+from scipy.spatial.transform import Rotation
+
+from capture_app.commands.export import Bones
+from capture_app.exports.bones import BONE_NAMES, standing_shift
+from capture_app.exports.exported_take import Y_UP, Skeleton
+from omomo_core.body.model import BodyModel, load_body
+from omomo_core.errors import InputError
+from omomo_core.learning.recordings.bvh_file import read_bvh
+from omomo_core.skeleton import ALL_JOINTS, ALL_PARENTS
+
+NEEDED = ("pelvis", "head", *(f"{side}_{part}" for side in ("left", "right") for part in (
+    "hip", "knee", "ankle", "shoulder", "elbow", "wrist")))  # fmt: skip
+"""Joints without which a skeleton is nobody's."""
+_SOLE = 0.034
+"""Height of the lowest joint of a foot over the sole, as a part of the leg's length."""
+_ON_FLOOR = 0.25
+"""Part of the leg's length: a lowest joint that near above the file's origin stands on its floor."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A skeleton standing at rest in our world."""
+
+    name: str
+    skeleton: Skeleton
+    joints: dict[str, int]
+    """Our joint -> index of theirs; those of NEEDED at least."""
+    smplx: BodyModel | None = None
+    """The SMPL-X model that it was made of."""
+
+
+@dataclass(frozen=True)
+class RawBones:
+    """Bones as a file has them, in its axes."""
+
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    positions: Float[np.ndarray, "joints 3"]
+    """At rest, any unit."""
+    rotations: Float[np.ndarray, "joints 3 3"]
+    """At rest, from the joint's axes to the file's."""
+
+
+def recognised(names: Sequence[str]) -> dict[str, int]:
+    """Our joint -> index of the bone that has its name in the map that fits best.
+
+    Prefixes before a colon, "mixamorig", case and everything but letters and digits do not count.
+    """
+    plain = [_plain(name) for name in names]
+    maps = [{ours: _plain(b) for ours, b in table.of.items()} for table in BONE_NAMES.values()]
+    found = [{ours: plain.index(b) for ours, b in m.items() if b in plain} for m in maps]
+    return max(found, key=len)
+
+
+def standing(name: str, bones: RawBones, joints: Mapping[str, int], where: str) -> Target:
+    """A file's bones put upright on the floor of our world, facing -y, in metres.
+
+    Args:
+        name: what to call the target.
+        bones: at rest the body stands, arms in any direction.
+        joints: our joint -> bone.
+        where: the file, for messages.
+
+    Raises:
+        InputError: "skeleton-unknown" when needed bones were not found, "skeleton-not-standing".
+    """
+    missing = [ours for ours in NEEDED if ours not in joints]
+    if missing:
+        raise InputError(
+            "skeleton-unknown",
+            f"The skeleton lacks a bone for {', '.join(missing[:4])}"
+            + (f" and {len(missing) - 4} more." if len(missing) > 4 else "."),
+            where=where,
+            fix=f"Name its bones as one of {', '.join(BONE_NAMES)} does; a VRM file says itself.",
+        )
+    at = {ours: bones.positions[k] for ours, k in joints.items()}
+    R = Y_UP.T @ _upright(at, where).T
+    leg = _leg(at)
+    metres = 0.01 if leg > 10.0 else 1.0
+    points = bones.positions @ R.T
+    lowest = points[[joints[k] for k in joints if k.endswith(("ankle", "foot"))], 2].min()
+    floor = 0.0 if 0.0 < lowest < _ON_FLOOR * leg else lowest - _SOLE * leg
+    pelvis = points[joints["pelvis"]]
+    points = (points - [pelvis[0], pelvis[1], floor]) * metres
+    skeleton = Skeleton(bones.names, bones.parents, points, R @ bones.rotations, joints["pelvis"])
+    return Target(name, skeleton, dict(joints))
+
+
+def _plain(name: str) -> str:
+    bare = re.sub(r"[^a-z0-9]", "", name.rsplit(":", 1)[-1].lower())
+    return re.sub(r"^mixamorig\d*", "", bare)
+
+
+def _leg(at: Mapping[str, Float[np.ndarray, "3"]]) -> float:
+    bones = (("left_hip", "left_knee"), ("left_knee", "left_ankle"))
+    return sum(float(np.linalg.norm(at[b] - at[a])) for a, b in bones)
+
+
+def _upright(at: Mapping[str, Float[np.ndarray, "3"]], where: str) -> Float[np.ndarray, "3 3"]:
+    """Columns: left, up and forward of a standing body in the file's axes."""
+    feet = (at["left_ankle"] + at["right_ankle"]) / 2
+    up = _snapped(at["head"] - feet)
+    left = at["left_hip"] - at["right_hip"]
+    left = _snapped(left - up * (left @ up))
+    knees = [(at[f"{s}_hip"] - at[f"{s}_ankle"]) @ up / _leg(at) for s in ("left", "right")]
+    if min(knees) < 0.7 or not np.isfinite(left).all():
+        raise InputError(
+            "skeleton-not-standing",
+            "In its rest pose the skeleton does not stand upright, so there is nothing to compare "
+            "with.",
+            where=where,
+            fix="Export it again with a T-pose or an A-pose as the rest pose.",
+        )
+    return np.stack([left, up, np.cross(left, up)], axis=1)
+
+
+def _snapped(v: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
+    """A direction of unit length; the axis that is nearly it, if one is."""
+    v = v / max(float(np.linalg.norm(v)), 1e-12)
+    axis = np.zeros(3)
+    axis[np.abs(v).argmax()] = np.sign(v[np.abs(v).argmax()])
+    return axis if v @ axis > 0.97 else v
+
+
+def read_target(path: Path) -> Target:
+    """Read the skeleton that a motion shall be put on.
+
+    Args:
+        path: BVH (its offsets are the rest pose; centimetres or metres, by the legs' length), GLB or
+            VRM (the nodes' own poses are), or a SMPL-X model such as SMPLX_NEUTRAL.npz.
+
+    Raises:
+        InputError: "skeleton-unreadable", "skeleton-unknown", "skeleton-not-standing", or what the
+            BVH reader says.
+        AssetError: a damaged SMPL-X file.
+    """
+    if path.suffix.lower() == ".npz":
+        return _smplx(path)
+    if path.suffix.lower() == ".bvh":
+        bones = _bvh(path)
+        return standing(path.stem, bones, recognised(bones.names), str(path))
+    return _glb(path)
+
+
+def _smplx(path: Path) -> Target:
+    body = load_body(path)
+    points = (body.rest_joints.double().numpy() + standing_shift(body)) @ Y_UP
+    upright = np.tile(Y_UP.T, (len(points), 1, 1))
+    skeleton = Skeleton(ALL_JOINTS, ALL_PARENTS, points, upright, hips=0)
+    return Target(body.name, skeleton, {n: j for j, n in enumerate(ALL_JOINTS)}, body)
+
+
+def _bvh(path: Path) -> RawBones:
+    read = read_bvh(path, metres_per_unit=1.0)
+    names = read.names
+    kept = [j for j, p in enumerate(read.parents) if p < 0 or names[j] != f"{names[p]}_end"]
+    index = {j: k for k, j in enumerate(kept)}
+    return RawBones(
+        names=tuple(names[j] for j in kept),
+        parents=tuple(index.get(read.parents[j], -1) for j in kept),
+        positions=read.rest[kept],
+        rotations=np.tile(np.eye(3), (len(kept), 1, 1)),
+    )
+
+
+def _glb(path: Path) -> Target:
+    gltf = _loaded(path)
+    children = {c: n for n, node in enumerate(gltf.nodes) for c in node.children or []}
+    named = _humanoid(gltf) or recognised([node.name or "" for node in gltf.nodes])
+    kept = _bones(gltf, children, set(named.values()))
+    index = {n: k for k, n in enumerate(kept)}
+    T = np.stack([_global(gltf, children, n) for n in kept]) if kept else np.zeros((0, 4, 4))
+    sizes = np.linalg.norm(T[:, :3, :3], axis=1, keepdims=True)
+    bones = RawBones(
+        names=tuple(gltf.nodes[n].name or f"bone_{n}" for n in kept),
+        parents=tuple(index.get(children.get(n, -1), -1) for n in kept),
+        positions=T[:, :3, 3],
+        rotations=T[:, :3, :3] / np.maximum(sizes, 1e-12),
+    )
+    joints = {ours: index[n] for ours, n in named.items() if n in index}
+    return standing(path.stem, bones, joints, str(path))
+
+
+def _loaded(path: Path) -> GLTF2:
+    try:
+        with path.open("rb") as file:
+            if file.read(4) != b"glTF":
+                raise ValueError("it is no binary glTF")
+        gltf = GLTF2.load_binary(str(path))
+        if gltf is None:
+            raise ValueError("it is empty")
+        return gltf
+    except Exception as error:  # damaged JSON and chunks fail in a dozen ways
+        raise InputError(
+            "skeleton-unreadable",
+            f"No skeleton can be read here: {error}.",
+            where=str(path),
+            fix="Give a BVH, GLB or VRM file of the character, or a SMPL-X model (.npz).",
+        ) from error
+
+
+def _humanoid(gltf: GLTF2) -> dict[str, int]:
+    """Our joint -> node, as a VRM 1.0 file says."""
+    extension = (gltf.extensions or {}).get("VRMC_vrm", {})
+    bones = extension.get("humanoid", {}).get("humanBones", {})
+    names = BONE_NAMES[Bones.vrm].of
+    return {ours: bones[n]["node"] for ours, n in names.items() if n in bones}
+
+
+def _bones(gltf: GLTF2, parents: dict[int, int], human: set[int]) -> list[int]:
+    """Nodes of the skeleton, parents first: the human's bones, what skins are tied to, and between."""
+    wanted = human | {j for skin in gltf.skins or [] for j in skin.joints or []}
+    if not human:
+        return []
+    top = min((_path(parents, n) for n in wanted), key=len)[-1]
+    for n in sorted(human):
+        common = set(_path(parents, n))
+        top = next((k for k in _path(parents, top) if k in common), top)
+    inside = {k for n in wanted for k in _path(parents, n) if top in _path(parents, k)}
+    return sorted(inside, key=lambda n: (len(_path(parents, n)), n))
+
+
+def _path(parents: dict[int, int], node: int) -> list[int]:
+    """A node and all above it."""
+    path = [node]
+    while path[-1] in parents:
+        path.append(parents[path[-1]])
+    return path
+
+
+def _global(gltf: GLTF2, parents: dict[int, int], node: int) -> Float[np.ndarray, "4 4"]:
+    chain = [_local(gltf.nodes[n]) for n in reversed(_path(parents, node))]
+    return reduce(np.matmul, chain)
+
+
+def _local(node: Node) -> Float[np.ndarray, "4 4"]:
+    if node.matrix is not None:
+        return np.array(node.matrix, float).reshape(4, 4).T
+    T = np.eye(4)
+    T[:3, :3] = Rotation.from_quat(node.rotation or [0.0, 0.0, 0.0, 1.0]).as_matrix()
+    T[:3, :3] *= np.array(node.scale or [1.0, 1.0, 1.0])
+    T[:3, 3] = node.translation or [0.0, 0.0, 0.0]
+    return T

@@ -1,1 +1,0 @@
-"""Many sessions at once: found, ordered, watched, and told of in one table."""

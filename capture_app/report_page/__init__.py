@@ -1,1 +1,0 @@
-"""The page of `omocap inspect --html`: one file that needs nothing else."""

@@ -1,1 +1,0 @@
-"""The one folder that holds everything people bring and make; nobody else knows how it is laid out."""

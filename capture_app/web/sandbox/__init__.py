@@ -1,1 +1,0 @@
-"""Reading what strangers brought, in child processes with little memory and time."""
