@@ -13,7 +13,7 @@ from hypothesis import settings
 from scipy.spatial.transform import Rotation
 from typer.core import TyperCommand
 
-pytest_plugins = ("quick",)
+pytest_plugins = ("call_checks", "quick")
 
 REPO = Path(__file__).resolve().parent.parent
 
