@@ -1,8 +1,8 @@
 """Checks of types and shapes at every call of the program's functions: beartype and jaxtyping, made quick.
 
-The option `--jaxtyping-packages` puts a decorator onto each function and data class. jaxtyping's own builds two
-functions for each of them, checks arguments twice a call, and takes half of the time of some tests. The one
-of this file checks the same once, and reads a function's types when it is first called.
+The option `--jaxtyping-packages` puts a decorator onto each function and data class. That of jaxtyping
+builds two functions for each of them and checks arguments twice a call. The one of this file checks the
+same once, and reads a function's types when it is first called: tests take two thirds of the time.
 """
 
 import functools
@@ -25,7 +25,7 @@ def checked(*, typechecker: Callable[[Any], Any]) -> Callable[[Any], Any]:
     def decorate(checked: Any) -> Any:
         if inspect.isclass(checked):
             if is_dataclass(checked):
-                setattr(checked, "__init__", decorate(checked.__init__))
+                checked.__init__ = decorate(checked.__init__)
             return checked
         if isinstance(checked, (classmethod, staticmethod)):
             return type(checked)(decorate(checked.__func__))
