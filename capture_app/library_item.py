@@ -1,7 +1,4 @@
-"""Things of a library on the disk: each a folder with its files and, beside them, what is known of it.
-
-What a list tells of an object and of a mount.
-"""
+"""Things of a library on the disk, each a folder, and what a list tells of them."""
 
 from datetime import UTC, datetime
 from pathlib import Path

@@ -1,7 +1,4 @@
-"""The manifest of a finished run or correction.
-
-Every number that shapes a motion: `omocap doctor --config` prints them, manifests store them.
-"""
+"""The manifest of a finished run or correction, with every number that shaped the motion."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

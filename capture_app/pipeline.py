@@ -1,7 +1,4 @@
-"""The whole story: a phone's log, a mesh and a mount become a result folder.
-
-invented_notes: what to tell of hands that hold what a scan only closed and no picture shows.
-"""
+"""The whole story: a phone's log, a mesh and a mount become a result folder."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property

@@ -1,7 +1,4 @@
-"""Posters: a small picture by which a result, an object or a mount is known in a list.
-
-The picture beside a mount file.
-"""
+"""Small pictures by which a result, an object or a mount is known in a list."""
 
 from pathlib import Path
 

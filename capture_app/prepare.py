@@ -1,7 +1,4 @@
-"""Everything a run reads and checks before the slow part starts.
-
-Where the person stood when a take began, as a user says it.
-"""
+"""Everything that a run reads and checks before the slow part starts, the start position included."""
 
 import math
 from collections.abc import Iterator

@@ -1,7 +1,4 @@
-"""A result drawn again: from elsewhere, another size, another sample, or as pictures.
-
-What all files of pictures have in common: endings, times, and progress while they are written.
-"""
+"""A result drawn again as a video or picture: times, sizes and endings."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path

@@ -1,13 +1,4 @@
-"""Line plots as SVG text: axes with units, shaded stretches, as many curves as needed.
-
-Colours come from classes, so that the page's style sheet decides them in the light and in the dark.
-
-listed: the verdicts of a report as HTML text.
-
-report_page: an inspection as one HTML text, every word of the take escaped.
-
-The page's style sheet: system fonts, light or dark as the reader's device is, narrow or wide.
-"""
+"""The page of `omocap inspect --html`: one HTML text with its style and plots."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -1,9 +1,7 @@
-"""A result in the making: stages that each leave in its folder what the later ones need.
+"""A result in the making: stages that leave files in a folder which appears whole or not at all.
 
 The command line runs them one after the other. A durable job runs each as a step of its own, and
 after a crash goes on with the next one, in another process.
-
-Folders that appear whole or not at all.
 """
 
 import os

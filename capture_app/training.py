@@ -1,14 +1,8 @@
-"""train: the networks of a method learn from clips; a run that was stopped is resumed.
-
-What a training run is trained on: clips that exist, or clips made from a user's recordings.
+"""Networks learn from clips; clips are synthesised from recorded motion.
 
 Made clips are kept in the folder of the run, so that the same command goes on where it stopped:
 ``recorded.npz`` (the recordings on our skeleton), ``data.json`` (what was read, and what was left out
 and why) and ``synthetic/`` (a data set of `omocap data synthesise`).
-
-synthesise_data: recorded motion becomes a data set of people who move things.
-
-TrainingReport: what training and synthesis tell while they work.
 """
 
 import hashlib

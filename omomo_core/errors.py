@@ -8,7 +8,7 @@ references: the command line as options, the page as the labels of its form.
 import re
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
+from typing import Any, Self
 
 _REFERENCE = re.compile("‹([^‹›]+)›")
 
@@ -55,7 +55,7 @@ class OmocapError(Exception):
         self.field = field
         self.fix = fix
 
-    def __reduce__(self) -> tuple[partial["OmocapError"], tuple[str, str]]:
+    def __reduce__(self) -> tuple[partial[Self], tuple[str, str]]:
         """Return what makes it anew in another process, as a worker's error is."""
         named = partial(type(self), where=self.where, field=self.field, fix=self.fix)
         return named, (self.code, self.what)

@@ -1,7 +1,4 @@
-"""Mounts by each of the ways to calibrate, and the mount file with its picture.
-
-What a way needs is in `capture_app.commands.calibrate`.
-"""
+"""Recordings, drawings or points become a mount, by any of the ways, and its file."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,11 +1,4 @@
-"""The ways to calibrate, by what a person has: the surest with little effort first.
-
-Guide: from what a person has to the mount, and to what makes it surer.
-
-Walk: one recipe from its first step to its mount file.
-
-What comes after a mount: the floor refines it, and what is still open is told with its remedy.
-"""
+"""The guide: from what a person has to a recipe, through its steps, to the mount and what comes after it."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path

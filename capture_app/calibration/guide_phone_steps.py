@@ -1,9 +1,4 @@
-"""Steps that end with a file that is there already: the object's mesh, its scan.
-
-Steps about the phone itself: its model, its place by points, and its place by a drawing.
-
-Steps about a printed board: printing it, and where it is on the object.
-"""
+"""Steps of the guide about the phone, the printed board, and files that are there already."""
 
 import json
 from collections.abc import Sequence

@@ -1,9 +1,4 @@
-"""Steps in which something is recorded: by the clamped phone, by a second camera, by a tracker.
-
-Whether a film shows the board: a look at its first half minute.
-
-What a recording is good for: read, tracked, turned enough, at rest where it must be, with pictures.
-"""
+"""Steps of the guide in which something is recorded, and quick checks of what was recorded."""
 
 from collections.abc import Callable, Iterator
 from itertools import islice, takewhile

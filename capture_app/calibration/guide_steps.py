@@ -1,11 +1,4 @@
-"""The steps of a guided calibration, the prompt that asks for them, and what a mount says in words.
-
-Step and Recipe: what a person does for one way of calibrating, and what is known so far.
-
-Finding: the result of a quick check of what was recorded in one step.
-
-Talk: the guide asks and tells on a terminal, or on anything that has lines.
-"""
+"""The steps of a guided calibration, the prompt that asks for them, and what a mount says in words."""
 
 import sys
 from collections.abc import Callable, Sequence

@@ -9,7 +9,7 @@ import typer
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
-from capture_app.cli import options as given
+from capture_app.cli import options
 from capture_app.cli.console import ProgressBars, errors, in_options, say
 from capture_app.cli.console import output as console
 from capture_app.cli.derived import derived
@@ -85,7 +85,7 @@ Database = Annotated[
         "--database",
         envvar="OMOCAP_DATABASE",
         help="Queue that other machines work for, postgresql://user@host/name; a file in the output "
-        "folder if not given.",
+        "folder if not options.",
         show_default=False,
         rich_help_panel=OptionGroup.MACHINES,
     ),
@@ -111,7 +111,7 @@ def batch(
     output: Results,
     database: Database = None,
     workers: Workers = None,
-    video: given.Video = True,
+    video: options.Video = True,
     **said: Any,
 ) -> None:
     """Make the motions of all sessions in a folder or table; a bad session does not stop the others.

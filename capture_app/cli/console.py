@@ -1,7 +1,4 @@
-"""The consoles of the command line: results go to stdout, progress and problems to stderr.
-
-Progress of long work on stderr: bars on a terminal, one line a minute in a log.
-"""
+"""The consoles of the command line and its bars of progress: results go to stdout, all else to stderr."""
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager

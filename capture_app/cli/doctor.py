@@ -8,7 +8,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from capture_app.cli import options as given
+from capture_app.cli import options
 from capture_app.cli.console import in_options, output
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ Config = Annotated[
 ]
 
 
-def doctor(config: Config = False, as_json: given.AsJson = False) -> None:
+def doctor(config: Config = False, as_json: options.AsJson = False) -> None:
     """Look at this machine and this installation, and say how to mend what is missing.
 
     Exit code 0, or 2 when something that a run needs is missing.

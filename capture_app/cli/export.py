@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from capture_app.cli import options as given
+from capture_app.cli import options
 from capture_app.cli.console import say
 from capture_app.cli.derived import derived
 from capture_app.commands.export import ExportRequest
@@ -10,7 +10,7 @@ from capture_app.commands.request import validated
 
 
 @derived(ExportRequest)
-def export(result: given.Result, file: given.ExportFile = None, **said: Any) -> None:
+def export(result: options.Result, file: options.ExportFile = None, **said: Any) -> None:
     """Write a result for another program: the person, their root motion and the object.
 
     glb: Blender, Unity, Unreal, web pages. bvh: every animation program (the object in a second file).

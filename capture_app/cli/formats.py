@@ -3,11 +3,11 @@
 from rich.table import Table
 from rich.text import Text
 
-from capture_app.cli import options as given
+from capture_app.cli import options
 from capture_app.cli.console import output, say
 
 
-def formats(as_json: given.AsJson = False) -> None:
+def formats(as_json: options.AsJson = False) -> None:
     """List the apps whose recordings can be read, what to give of each, and what it lacks."""
     from ingest.formats.registry import FORMATS
 

@@ -8,7 +8,7 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from capture_app.cli import options as given
+from capture_app.cli import options
 from capture_app.cli.console import in_options, output, report, say
 from capture_app.cli.derived import derived
 from capture_app.commands.reading import ReadingOptions
@@ -43,11 +43,11 @@ Images = Annotated[
 @derived(ReadingOptions)
 @derived(RunRequest, only=("mount", "mesh_scale"))
 def inspect(
-    session: given.Session,
-    mesh: given.OptionalMesh = None,
+    session: options.Session,
+    mesh: options.OptionalMesh = None,
     images: Images = False,
     html: HtmlFile = None,
-    as_json: given.AsJson = False,
+    as_json: options.AsJson = False,
     *,
     mount: Path | None = None,
     mesh_scale: float = 1.0,
@@ -60,7 +60,7 @@ def inspect(
     from capture_app.inspection import inspect_take, refuse_bad
 
     # Without the object the phone alone is inspected, and needs no mount.
-    place = given.mount_file(mount) if mesh else None
+    place = options.mount_file(mount) if mesh else None
     seen = inspect_take(
         session,
         mesh,

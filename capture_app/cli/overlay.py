@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from capture_app.cli import options as given
+from capture_app.cli import options
 from capture_app.cli.console import progress_bars, say
 from capture_app.cli.derived import derived
 from capture_app.commands.overlay import OverlayRequest
@@ -13,7 +13,7 @@ _ENDINGS = (".mp4", ".webp", ".gif")
 
 
 @derived(OverlayRequest)
-def overlay(result: given.Result, file: given.OutputFile = None, **said: Any) -> None:
+def overlay(result: options.Result, file: options.OutputFile = None, **said: Any) -> None:
     """Draw the person of a result into a film of the take: hidden by the object, with their shadow.
 
     The film is that of the clamped phone, of a camera on a tripod, or of a second phone.

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from capture_app.cli import options as given
+from capture_app.cli import options
 from capture_app.cli.console import progress_bars, say
 from capture_app.cli.derived import derived
 from capture_app.commands.render import RenderRequest
@@ -10,7 +10,7 @@ from capture_app.commands.request import validated
 
 
 @derived(RenderRequest)
-def render(result: given.Result, output: given.OutputFile = None, **said: Any) -> None:
+def render(result: options.Result, output: options.OutputFile = None, **said: Any) -> None:
     """Draw a result again: from elsewhere, another size, another sample, or as pictures.
 
     The ending of the output file decides: .mp4, .webp or .gif (a small loop for a web page), or .png

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from capture_app.cli import options as given
+from capture_app.cli import options
 from capture_app.cli.console import say
 from capture_app.cli.derived import derived
 from capture_app.commands.reading import ReadingOptions
@@ -69,7 +69,7 @@ def replay(
     own = path / "replay.html" if is_result(path) else Path(f"{name}_replay.html")
     target = file or own
     check_target(target, (".html",))
-    place = given.mount_file(mount) if mesh else None
+    place = options.mount_file(mount) if mesh else None
     paths = [path] if second is None else [path, second]
     reading = validated(ReadingOptions, said, "option-invalid").reading
     packs = [open_scene(p, mesh, place, mesh_scale, film=film, reading=reading) for p in paths]

@@ -1,10 +1,12 @@
 """`omocap rerun`: make a result again from its manifest."""
 
-from capture_app.cli import options as given
+from capture_app.cli import options
 from capture_app.cli.summary import show_result
 
 
-def rerun(result: given.Result, output: given.ResultFolder, replace: given.Replace = False) -> None:
+def rerun(
+    result: options.Result, output: options.ResultFolder, replace: options.Replace = False
+) -> None:
     """Make the same motion again, from the inputs and options in a result's manifest.
 
     Stops if an input, the weights or a number that shapes the motion have changed since.

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from capture_app.cli import options as given
+from capture_app.cli import options
 from capture_app.cli.derived import derived
 from capture_app.cli.summary import show_result
 from capture_app.commands.request import validated
@@ -11,7 +11,7 @@ from capture_app.commands.run import ResolveRequest
 
 @derived(ResolveRequest)
 def resolve(
-    result: given.Result, output: given.ResultFolder, video: given.Video = True, **said: Any
+    result: options.Result, output: options.ResultFolder, video: options.Video = True, **said: Any
 ) -> None:
     """Solve the motion again where you have corrected its contacts.
 

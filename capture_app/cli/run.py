@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from capture_app.cli import options as given
+from capture_app.cli import options
 from capture_app.cli.derived import derived
 from capture_app.cli.summary import show_result
 from capture_app.commands.request import validated
@@ -22,7 +22,10 @@ An object that was animated needs no phone: `omocap run chair.glb -o chair_motio
 
 @derived(RunRequest, first=("object", "mount"))
 def run(
-    session: given.Recording, output: given.ResultFolder, video: given.Video = True, **said: Any
+    session: options.Recording,
+    output: options.ResultFolder,
+    video: options.Video = True,
+    **said: Any,
 ) -> None:
     """See HELP."""
     from capture_app.pipeline import motion_of_take
@@ -32,7 +35,7 @@ def run(
     check_there(session)
     animated = is_animation(session, mounted=said["mount"] is not None)
     if not animated:
-        said["mount"] = given.mount_file(said["mount"])
+        said["mount"] = options.mount_file(said["mount"])
     if not video:
         said["video_size"] = None
     said |= {"session": session, "output": output, "animated": animated}

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from capture_app.cli import options as given
+from capture_app.cli import options
 from capture_app.cli.console import output as console
 from capture_app.cli.console import progress_bars, say
 from capture_app.commands.text_values import read_size
@@ -49,8 +49,8 @@ def make(
     seconds: Seconds = 6.0,
     size: Size = "360x300",
     question: Question = None,
-    seed: given.Seed = 0,
-    backend: given.Backend = given.DrawingBackend.auto,
+    seed: options.Seed = 0,
+    backend: options.Backend = options.DrawingBackend.auto,
 ) -> None:
     """Draw pairs of motions and make a web page for each rater, which works without a network.
 

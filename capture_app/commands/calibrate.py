@@ -1,4 +1,4 @@
-"""The ways to calibrate a mount: what each needs, for the command line, jobs and HTTP alike."""
+"""The ways to calibrate a mount: what each needs, for command line, jobs, HTTP and page alike."""
 
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
@@ -338,7 +338,7 @@ def _four(value: object, info: Any) -> object:
 
 
 def _pair(value: object) -> object:
-    from ingest.calibration.points import typed_pair
+    from ingest.calibration.point_pairs import typed_pair
 
     if not isinstance(value, str):
         return value

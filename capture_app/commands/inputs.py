@@ -1,9 +1,4 @@
-"""How the inputs of a request are named: a path here, an id of the library or a JSON value over HTTP.
-
-typed_as: how a field of a request is typed, on a command line or in the query of an address.
-
-Solid: an object's mesh file, and what brings it to metres.
-"""
+"""Inputs of a request: how they are named (a path here, an id of the library on a server) and typed."""
 
 import types
 from dataclasses import dataclass

@@ -1,7 +1,4 @@
-"""Request: what all commands have in common, and how what a user typed becomes one.
-
-What pydantic found wrong, in the words of our errors.
-"""
+"""Request: what all commands have in common, and what pydantic found wrong, in the words of our errors."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

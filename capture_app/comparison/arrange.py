@@ -1,9 +1,4 @@
-"""From motions of different files to contenders on one clock in one world, with their numbers.
-
-Putting a motion onto the clock and into the world of another one, by the object both move.
-
-The numbers under the pictures: what is measured of a motion, with and without the truth.
-"""
+"""Motions of different files on one clock in one world, with the numbers under their pictures."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,9 +1,4 @@
-"""One motion to compare, whatever file it came from.
-
-From what a user names to motions: results and their samples, recorded clips, training clips.
-
-What a user names to be compared: a file or folder, and which motion in it.
-"""
+"""From what a user names to the motions to compare: results, samples and other files."""
 
 import re
 from collections.abc import Sequence

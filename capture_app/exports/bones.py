@@ -1,9 +1,4 @@
-"""Normals of the object's surface: smooth, with hard edges where faces meet at an angle.
-
-Our own skeleton and skin, under whatever names another program wants.
-
-What other programs call our joints.
-"""
+"""Our skeleton and skin under the names that other programs give the joints."""
 
 from dataclasses import dataclass, replace
 

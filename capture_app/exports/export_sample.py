@@ -1,9 +1,4 @@
-"""CSV: one row a frame, for spreadsheets and statistics.
-
-One sample of a result into one file of another program.
-
-A sample of a result folder into one file of another program.
-"""
+"""One sample of a result as one file of another program, CSV among them."""
 
 import csv
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""FBX, written by a Blender that the user has: the format is closed, and Blender is its only free writer."""
+"""FBX, written by a Blender that the user has: the format is closed."""
 
 import shutil
 import subprocess

@@ -1,9 +1,7 @@
-"""A motion on another skeleton: rotations carried over, feet where they stood, hands on the object.
+"""A motion on another skeleton: proportions fitted, rotations carried over, feet where they were.
 
 The object is not scaled and stays where it is, so the person keeps their place on the floor; the hips are
 as high as the legs are long, and are moved where arms or legs would not reach.
-
-Our body with another skeleton's bones, so that a rotation means the same to both.
 
 At rest ours is a T-pose; theirs may hold arms and legs otherwise. Limbs are turned to our rest
 directions, the trunk keeps their shape (and feet their pitch: they stand flat in both). Only SMPL-X has a

@@ -1,7 +1,4 @@
-"""Skeletons to move, read from BVH, GLB (VRM among them) and SMPL-X model files.
-
-A skeleton that shall carry the motion: its bones, and which of them are which of ours.
-"""
+"""A skeleton that shall carry the motion, read from BVH, GLB (VRM among them) or SMPL-X files."""
 
 import re
 from collections.abc import Mapping, Sequence

@@ -1,13 +1,4 @@
-"""Looking at many jobs until they are over.
-
-From sessions to orders, and from orders to jobs that are not done yet.
-
-One table of what became of all sessions of a batch.
-
-The sessions in a folder.
-
-A table of sessions: one line each, with what is particular to it.
-"""
+"""Many sessions at once: found, ordered, and listed in one table of results."""
 
 import csv
 import io

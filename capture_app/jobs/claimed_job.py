@@ -1,7 +1,4 @@
-"""A claimed job, stage by stage, each a durable step.
-
-What a worker has on its desk: one job, seen by the thread that does it and the one that reports.
-"""
+"""A claimed job, stage by stage, each a durable step, and the reports of how far it is."""
 
 import logging
 import socket
@@ -122,12 +119,12 @@ class ClaimedJob:
     """One attempt at one job. It is over in the tables only when nothing is left of it on the disk."""
 
     def __init__(
-        self, ledger: WorkerStore, row: Mapping[str, Any], kinds: Mapping[str, JobKind]
+        self, store: WorkerStore, row: Mapping[str, Any], kinds: Mapping[str, JobKind]
     ) -> None:
         """`row` was claimed by this worker."""
-        self._ledger, self._row = ledger, row
+        self._store, self._row = store, row
         self._kind = kinds.get(row["kind"])
-        self._desk = JobReporter(row, self._kind.shares if self._kind else {})
+        self._reporter = JobReporter(row, self._kind.shares if self._kind else {})
         self._ending = row["state"] == "cancelling" or row["error"] is not None
         """Only cleaning is left, which need not hear that the job is unwanted."""
         self._waited_for: bool | None = None
@@ -143,8 +140,8 @@ class ClaimedJob:
         work = self._begin()
         if work is None:
             return
-        self._desk.timings_of = lambda: work.timings
-        self._desk.say(f"Attempt {self._row['attempts']}, on {socket.gethostname()}.")
+        self._reporter.timings_of = lambda: work.timings
+        self._reporter.say(f"Attempt {self._row['attempts']}, on {socket.gethostname()}.")
         steps = {"inputs": self._hash_inputs, **work.stages}
         *_, last = steps
         for name, stage in steps.items():
@@ -161,17 +158,17 @@ class ClaimedJob:
             Seconds since the job was job_error that it is not.
         """
         with self._writing:
-            state = self._ledger.write(self._row["id"], self._desk.news())
+            state = self._store.write(self._row["id"], self._reporter.news())
         if state == "cancelling":
-            self._desk.cancel()
-        return 0.0 if self._ending else self._desk.unwanted
+            self._reporter.cancel()
+        return 0.0 if self._ending else self._reporter.unwanted
 
     def let_others_first(self) -> None:
         """Put the job back into the queue soon, where another one is waited for; for another thread."""
         if self._waited_for is None:  # asked in the job's own thread, DBOS would note it as a step
             self._waited_for = waited_for(self._row["workflow"])
         if not self._waited_for and not self._ending and others_waited_for():
-            self._desk.postpone()
+            self._reporter.postpone()
 
     def _begin(self) -> StagedJob | None:
         """The job as it is now, or None when it was over before it began."""
@@ -179,9 +176,9 @@ class ClaimedJob:
         if kind is None:
             self._fail(_unknown(row["kind"]), None)
             return None
-        desk = self._desk
+        reporter = self._reporter
         attempt = Attempt(
-            row["id"], desk.progress, desk.say, desk.tell, row["timings"], self._follow
+            row["id"], reporter.progress, reporter.say, reporter.tell, row["timings"], self._follow
         )
         try:
             work = kind.start(kind.order.model_validate(row["order"]), attempt)
@@ -207,7 +204,7 @@ class ClaimedJob:
     def _follow(self, order: Request) -> str:
         """Order another job, once."""
         job_id = order_id(order)
-        queue = JobQueue(self._ledger.database)
+        queue = JobQueue(self._store.database)
         try:
             if not queue.submit_all([(job_id, order)], waited_for=False):
                 queue.again(job_id)  # of an earlier result in the same place
@@ -218,7 +215,7 @@ class ClaimedJob:
     def _do(self, stage: Callable[[], None], work: StagedJob) -> bool:
         """One stage; whether to go on."""
         try:
-            self._desk.check_wanted()
+            self._reporter.check_wanted()
             stage()
             work.settle()
         except JobCancelled:
@@ -234,12 +231,12 @@ class ClaimedJob:
         return True
 
     def _hash_inputs(self) -> None:
-        self._ledger.write(self._row["id"], {"inputs": _hashed(self._row["inputs"])})
+        self._store.write(self._row["id"], {"inputs": _hashed(self._row["inputs"])})
 
     def _fail(self, error: JobError, work: StagedJob | None) -> None:
         self._ending = True
         # Written before the cleaning, so that whoever finds it half cleaned knows why.
-        self._ledger.write(self._row["id"], {"error": error.model_dump()})
+        self._store.write(self._row["id"], {"error": error.model_dump()})
         if work is not None:
             work.discard()
         self._end("failed", {"error": error.model_dump()})
@@ -252,23 +249,23 @@ class ClaimedJob:
     def _postponed(self, work: StagedJob) -> None:
         self._ending = True
         work.discard()
-        queue = JobQueue(self._ledger.database)
+        queue = JobQueue(self._store.database)
         try:
             with self._writing:
-                self._desk.news()
-                queue.postpone(self._row["id"], self._ledger.worker)
+                self._reporter.news()
+                queue.postpone(self._row["id"], self._store.worker)
         finally:
             queue.let_go()
 
     def _end(self, state: Any, values: Mapping[str, Any]) -> None:
         with self._writing:
-            news = {**self._desk.news(), **values}
-            if not self._ledger.end(self._row["id"], state, news):
+            news = {**self._reporter.news(), **values}
+            if not self._store.end(self._row["id"], state, news):
                 raise JobLost
 
     def _check_ours(self) -> None:
         """Who lost the job may see its folder vanish: that is no fault of the job."""
-        if self._ledger.write(self._row["id"], {}) is None:
+        if self._store.write(self._row["id"], {}) is None:
             raise JobLost
 
     def _told(self, error: Exception) -> JobError:

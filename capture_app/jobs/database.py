@@ -1,7 +1,4 @@
-"""The database of the jobs: SQLite where nothing is said, PostgreSQL for many machines.
-
-The tables of the queue, beside those of DBOS in the same database.
-"""
+"""The database of the jobs (SQLite, or PostgreSQL where an address is given), and its tables."""
 
 import time
 from collections.abc import Generator

@@ -1,12 +1,4 @@
-"""A job at work: what a kind of job has to offer, and what it may say meanwhile.
-
-The kinds of jobs there are.
-
-Jobs that make files in one go: a video, a picture, or a file of another program.
-
-Jobs that make an item of the library: a scan makes an object, a calibration a mount.
-
-Jobs that make a result folder, stage by stage: a run, and a run with corrected contacts.
+"""The kinds of jobs: what each does stage by stage, and what a kind has to offer.
 
 The video is a job of its own, which the last stage orders, and the poster is drawn when a list of results is
 looked at: a result waits for no picture.

@@ -1,7 +1,4 @@
-"""Why a job failed, in words for its owner.
-
-The one record of a job, for the page, the API and the batch.
-"""
+"""The one record of a job, for the page, the API and the batch, and why it failed."""
 
 import errno
 from datetime import datetime

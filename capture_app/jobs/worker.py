@@ -1,11 +1,9 @@
-"""A worker: one process that does one job at a time, and takes over those of workers that died.
+"""A worker: one process that does one job at a time, and takes jobs over from workers that died.
 
 It is made to be killed: whatever kills it, what it was at is found by another one, or by the next one
 to be started, which goes on after the last finished stage. So it also ends itself, at once and
 without ceremony, when it finds that others have taken it for dead, or that it cannot trust its own
 state; SIGTERM is the same with notice, so that nobody has to wait until it is missed.
-
-What a worker does before its first job, so that nobody waits for it later.
 """
 
 import logging
@@ -42,7 +40,7 @@ class Tempo:
     """After so long without a beat a worker is dead."""
     sweep: float = 2.0
     """Looks for dead workers."""
-    obey: float = 5.0
+    cancel_within: float = 5.0
     """After so long a cancelled job that has not heard of it is left in the middle, and the worker with it,
     which costs the next job the time in which a new one loads its libraries."""
 
@@ -77,7 +75,7 @@ class Worker:
     ) -> None:
         """Nothing is done yet."""
         name = worker_name(os.getpid(), uuid4().hex[:6])
-        self._ledger = WorkerStore(database, name)
+        self._store = WorkerStore(database, name)
         self._tempo, self._kinds = tempo, kinds
         self._task: ClaimedJob | None = None
         self._stop = threading.Event()
@@ -87,14 +85,14 @@ class Worker:
         """Work until told to stop."""
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: self._stop.set())
-        self._ledger.join()
+        self._store.join()
         threading.Thread(target=self._pulse, daemon=True, name="pulse").start()
         threading.Thread(target=self._warm_up, daemon=True, name="warm-up").start()
         try:
-            engine.launch(self._ledger.database, self._ledger.worker, self._perform)
+            engine.launch(self._store.database, self._store.worker, self._perform)
         except Exception as error:
-            self._perish("the queue cannot be worked for", error)
-        _log.info("%s is ready.", self._ledger.worker)
+            self._exit_process("the queue cannot be worked for", error)
+        _log.info("%s is ready.", self._store.worker)
         while True:
             self._sweep()
             if self._stop.wait(self._tempo.sweep):
@@ -113,7 +111,7 @@ class Worker:
         try:
             # Asked first: who is not alive afterwards is dead, and not new.
             begun = engine.running()
-            living = self._ledger.bury(self._tempo.silence)
+            living = self._store.free_silent(self._tempo.silence)
             dead = set(begun.values()) - living
             if dead:
                 _log.warning("Taking over from %s.", ", ".join(sorted(dead)))
@@ -122,50 +120,50 @@ class Worker:
             _log.exception("The sweep failed; it will be tried again.")
 
     def _pulse(self) -> None:
-        """Beat and report, until a beat could not be written for so long that others bury us."""
+        """Beat and report, until a beat could not be written for so long that others free our jobs."""
         tempo, last = self._tempo, time.monotonic()
         while True:
             try:
                 if time.monotonic() - last >= tempo.beat:
-                    if not self._ledger.beat():
-                        self._perish("others have taken it for dead")
+                    if not self._store.beat():
+                        self._exit_process("others have taken it for dead")
                     last = time.monotonic()
                 if (task := self._task) is not None:
-                    if task.report() > tempo.obey:
+                    if task.report() > tempo.cancel_within:
                         self._leave()  # nobody can stop a thread that does not listen
                     task.let_others_first()
             except Exception as error:
                 _log.warning("The database did not answer: %s", error)
                 if time.monotonic() - last > tempo.silence:
-                    self._perish("the database does not answer", error)
+                    self._exit_process("the database does not answer", error)
             time.sleep(tempo.report)
 
     def _perform(self, job_id: str, workflow: str) -> None:
         """Do a job, or go on with it."""
         self._warm.wait()  # two threads that load the same libraries are in each other's way
         try:
-            row = self._ledger.claim(job_id, workflow)
+            row = self._store.claim(job_id, workflow)
             if row is None:
                 return
-            self._task = ClaimedJob(self._ledger, row, self._kinds)
+            self._task = ClaimedJob(self._store, row, self._kinds)
             self._task.run()
         except BaseException as error:
             _log.error("Job %s: its state is not known.", job_id)
-            self._perish("it cannot trust its own state", error)
+            self._exit_process("it cannot trust its own state", error)
         finally:
             self._task = None
 
     def _leave(self) -> NoReturn:
         """Hand back what this worker is at, for another one or the next one."""
         try:
-            self._ledger.leave()
+            self._store.leave()
         except Exception as error:
-            self._perish("it cannot hand back its job", error)
-        _log.info("%s has stopped.", self._ledger.worker)
+            self._exit_process("it cannot hand back its job", error)
+        _log.info("%s has stopped.", self._store.worker)
         self._exit(0)
 
-    def _perish(self, why: str, error: BaseException | None = None) -> NoReturn:
-        _log.error("%s ends: %s.", self._ledger.worker, why, exc_info=error)
+    def _exit_process(self, why: str, error: BaseException | None = None) -> NoReturn:
+        _log.error("%s ends: %s.", self._store.worker, why, exc_info=error)
         self._exit(NO_ROOM if error is not None and no_room(error) else LOST)
 
     @staticmethod

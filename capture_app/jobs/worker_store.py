@@ -1,7 +1,4 @@
-"""What a worker reads and writes in the tables: which jobs are whose, and who lives.
-
-From orders to rows of the table, and from rows to records.
-"""
+"""The tables as a worker reads and writes them: rows, orders and records."""
 
 import socket
 import time
@@ -131,7 +128,7 @@ class WorkerStore:
             c.execute(sa.update(JOBS).where(self._ours).values(_FREED))
             c.execute(sa.delete(WORKERS).where(WORKERS.c.id == self.worker))
 
-    def bury(self, silence: float) -> set[str]:
+    def free_silent(self, silence: float) -> set[str]:
         """Free the jobs of workers that have not been heard of for so many seconds.
 
         Returns:

@@ -1,7 +1,4 @@
-"""Aligned: a film on a result's clock, with its camera in the result's world, and the drawing of it.
-
-The phone that was clamped to the object of a result: where it sat, and what it saw.
-"""
+"""A film on a result's clock, with its camera, clamped or watching, in the result's world."""
 
 from collections.abc import Generator
 from dataclasses import dataclass, replace

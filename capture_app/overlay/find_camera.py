@@ -1,7 +1,4 @@
-"""overlay_result: a result drawn into a film of the take, as a video.
-
-From what a user says of a film to where its camera was.
-"""
+"""From what a user says of a film to the overlay of a result in it."""
 
 from dataclasses import dataclass
 from pathlib import Path

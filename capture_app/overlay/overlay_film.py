@@ -1,7 +1,4 @@
-"""Watcher: a camera that filmed, what its pixels mean, and how it moved in a frame that rests.
-
-Film: the pictures of a camera in colour, each with its time, decoded as they are asked for.
-"""
+"""The film of a camera that watched: its pictures, times, pixels and movement."""
 
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass

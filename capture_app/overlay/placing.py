@@ -1,9 +1,4 @@
-"""The pose of a camera that watched, in a result's world, and the offset of its clock.
-
-by_scan: where a camera that watched stood, by what it sees of a scan of the object and its room.
-
-clock_offset: when a resting camera's film shows the motion, by what changes where the object is.
-"""
+"""The pose of a camera that watched, in a result's world, and the offset of its clock."""
 
 from dataclasses import dataclass
 

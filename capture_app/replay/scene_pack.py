@@ -1,8 +1,4 @@
-"""Surfaces for the eye: the person's with four bones a vertex, the object's with few enough faces.
-
-Scene packs: a result, its film, a session or an object as one stretch of bytes that a browser plays.
-
-The layout is in `capture_app.replay.scene_pack`, what is in it in docs/replay.md.
+"""Scene packs: a result, its film, a session or an object as one binary file for the viewer.
 
 The layout of a scene pack: a JSON header, then plain arrays. What is in them is in docs/replay.md.
 """

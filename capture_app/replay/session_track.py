@@ -1,7 +1,4 @@
-"""What the phone filmed, as a few small pictures a second.
-
-What a phone's log tells along a scene: how fast and how well it was tracked, and what is wrong.
-"""
+"""Curves of a phone's log along a scene, and its film as a strip of small pictures."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

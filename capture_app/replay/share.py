@@ -1,7 +1,4 @@
-"""One HTML file with the viewer and the scenes in it, which any browser opens without a network.
-
-From a path that a user names to a scene pack.
-"""
+"""From a path that a user names to a scene, and to one HTML file that anybody can open."""
 
 import gzip
 import re

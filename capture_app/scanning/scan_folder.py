@@ -1,7 +1,4 @@
-"""estimate_seconds: about how long a scan will take, said before it starts.
-
-The folder beside a scan's mesh: whose it is, and what stays in it.
-"""
+"""The folder beside a scan's mesh, and how long a scan will take."""
 
 import os
 import shutil

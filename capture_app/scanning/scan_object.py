@@ -1,7 +1,4 @@
-"""made_by_app: a mesh that another app made, ready as it is or cut out of the mesh of a room.
-
-A film of an object becomes its mesh, with a report beside it.
-"""
+"""A film of an object, or an app's mesh of it, becomes its mesh with a report beside it."""
 
 import json
 from dataclasses import dataclass, replace

@@ -1,9 +1,4 @@
-"""Pictures of a scan: the mesh from its sides, and its outline on what the phone saw.
-
-report_data: what a scan's report says, for programs.
-
-scan_page: a scan's report as one HTML text, every word of it escaped.
-"""
+"""The report on a scan: data for programs, a page for people, and pictures."""
 
 from base64 import b64encode
 from collections.abc import Mapping

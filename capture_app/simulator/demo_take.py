@@ -1,9 +1,4 @@
-"""A simulated session on disk, as Stray Scanner lays it out, with its video.
-
-The demonstration take: a box lifted off the floor, carried along a bend and put down again.
-
-Recording the demonstration take with the simulated phone: everything a user would bring.
-"""
+"""The demonstration take: a carried box, recorded by the simulated phone."""
 
 import tempfile
 from collections.abc import Callable, Iterable, Iterator

@@ -1,7 +1,4 @@
-"""simulate: the session that Stray Scanner would have logged on a phone clamped to the object.
-
-How a simulated phone errs.
-"""
+"""The session that Stray Scanner would have logged on a clamped phone, with the phone's errors."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,4 @@
-"""The folders of a study: one for each method, with a result or recorded clip for each take.
-
-Which pairs a study shows, to whom, in which order, and which film stands on the left.
-"""
+"""The design of a study: methods, takes, pairs, pages, attention checks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

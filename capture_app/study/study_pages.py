@@ -1,11 +1,4 @@
-"""A study from folders of results: pages for raters, and the answer key apart from them.
-
-A rater's page: one HTML file with its films in it, that loads nothing from anywhere.
-
-The script of a rater's page: shows the pairs, takes the choices, saves them as a file.
-
-The films of a study: every method's motion of a take from one camera, and broken ones.
-"""
+"""The pages of a study: films of pairs, and a page for each rater that works without a network."""
 
 import base64
 import json

@@ -1,6 +1,4 @@
-"""From votes to preference rates of every two methods, without the raters who did not look.
-
-What a study found, as files: JSON for programs, a Markdown table and a figure for a paper.
+"""What a study found: preference rates of every two methods, as JSON, a table and a figure.
 
 The figure of a study: a bar for each two methods, divided as the votes were. SVG.
 """

@@ -1,4 +1,4 @@
-"""Votes as the pages save them, checked against the study's key.
+"""Votes of a study and its answer key, in files.
 
 The answer key: what stood where on which page. It stays with who makes the study.
 """

@@ -1,7 +1,4 @@
-"""What methods answered, kept line by line, so that an interrupted run goes on where it stopped.
-
-Asking methods about windows, in this process or in several.
-"""
+"""Answers of methods about windows, measured, and kept line by line so that a run can be resumed."""
 
 import json
 import os

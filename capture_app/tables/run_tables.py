@@ -1,7 +1,4 @@
-"""Whether the orderings that the paper claims hold here, and how sure that is.
-
-The whole way from clips and weights to the tables.
-"""
+"""From clips and weights to the tables, with verdicts on the orderings that the paper claims."""
 
 import hashlib
 from collections.abc import Callable, Sequence

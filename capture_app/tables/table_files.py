@@ -1,9 +1,4 @@
-"""What stands under the tables: on what, with which weights and how they were made.
-
-The tables as Markdown, LaTeX and JSON files.
-
-A table as rows of text: what every way of writing it shares.
-"""
+"""The tables as Markdown, LaTeX and JSON files, with their captions."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence

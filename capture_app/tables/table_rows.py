@@ -1,7 +1,4 @@
-"""What the paper's tables 2, 3 and 4 say (OMOMO, SIGGRAPH Asia 2023, section 5), and their columns.
-
-From answers to tables: sections of rows, each with the paper's own numbers beneath ours.
-"""
+"""From answers to tables: sections of rows, beside those of the paper's tables 2, 3 and 4."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

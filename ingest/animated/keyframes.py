@@ -88,7 +88,8 @@ def interpolate(
         at: seconds at which the curve is wanted.
     """
     at = at.clip(times[0], times[-1])
-    slopes = PchipInterpolator(times, values).derivative()(times)
+    with np.errstate(over="ignore"):  # The slope beside a rise of next to nothing is zero.
+        slopes = PchipInterpolator(times, values).derivative()(times)
     slopes[[0, -1]] = 0.0
     k = last_key(times, at)
     start = k.clip(0, len(times) - 2)

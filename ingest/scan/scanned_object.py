@@ -1,4 +1,4 @@
-"""Found: an object's mesh with the cameras and the region that it came from, and its COLMAP model."""
+"""ScannedObject: an object's mesh with the cameras and the region that it came from, and its COLMAP model."""
 
 import shutil
 from dataclasses import dataclass, replace

@@ -146,7 +146,7 @@ def test_what_is_written_is_counted(tmp_path: Path, scratch: Path, monkeypatch):
             written.extend(p.stat().st_size for p in scratch.rglob("a.txt"))
             yield b"x" * 10
 
-    monkeypatch.setattr("ingest.archive._content", endless)
+    monkeypatch.setattr("ingest.archive._zip_content", endless)
     assert refused(packed, scratch).code == "archive-size"
     assert len(written) == 2
 

@@ -13,7 +13,11 @@ from capture_app.jobs.job_kinds import KINDS
 from capture_app.jobs.worker import Tempo, work
 
 TEMPO = Tempo(
-    report=0.05, beat=0.2, silence=float(os.environ.get("SILENCE", "1.5")), sweep=0.3, obey=0.5
+    report=0.05,
+    beat=0.2,
+    silence=float(os.environ.get("SILENCE", "1.5")),
+    sweep=0.3,
+    cancel_within=0.5,
 )
 
 

@@ -49,7 +49,7 @@ def test_an_object_of_something_else(take: MakeTake, tmp_path: Path, format_: Fo
 
 def test_a_file_too_large(take: MakeTake, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     folder = write_session(nerfcapture, take(0), tmp_path)
-    monkeypatch.setattr(json_log, "MAX_BYTES", 1000)
+    monkeypatch.setattr(json_log, "MAX_JSON_BYTES", 1000)
     assert error_of(folder, nerfcapture.read).code == "log-too-large"
 
 
