@@ -13,6 +13,8 @@ from hypothesis import settings
 from scipy.spatial.transform import Rotation
 from typer.core import TyperCommand
 
+pytest_plugins = ("call_checks", "quick")
+
 REPO = Path(__file__).resolve().parent.parent
 
 # How long an example takes says nothing on a busy machine.
@@ -51,7 +53,9 @@ def commands_that_ended():
 def runs_its_commands(request: pytest.FixtureRequest, commands_that_ended: set[object]):
     """A test that is marked with a command fails when that command has not ended well."""
     yield
-    for mark in request.node.iter_markers("runs"):
+    # A quick run skips the tests of commands that start processes.
+    marks = () if request.config.getoption("quick") else request.node.iter_markers("runs")
+    for mark in marks:
         if not mark.kwargs.get("elsewhere"):
             from tests.commands import callback_of, commands
 

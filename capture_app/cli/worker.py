@@ -50,7 +50,6 @@ def worker(database: Database, jobs: Jobs = 1, log: Log = None) -> None:
 
     Example: `omocap worker --database postgresql://omocap@server/jobs --jobs 2`
     """
-    from capture_app.cli.worker import until_stopped
     from capture_app.jobs.fleet import Fleet
     from capture_app.jobs.queue import open_queue
 

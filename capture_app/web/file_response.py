@@ -107,7 +107,7 @@ def _files(folder: Path) -> list[Path]:
 
 
 def cache_key(*inputs: Any) -> str:
-    """For what is made from these inputs by this version of the program."""
+    """Return the name of what is made from these inputs by this version of the program."""
     text = json.dumps([version("omocap"), *map(str, inputs)])
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 

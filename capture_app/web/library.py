@@ -106,7 +106,7 @@ class Results:
         return self.folder / f"{id_}{ending}"
 
     def _info(self, id_: str) -> Info:
-        """As announced; a folder that somebody copied in speaks for itself."""
+        """Return what was announced of it; a folder that somebody copied in speaks for itself."""
         info = load_info(self._beside(id_, ".json")) or _from_manifest(self.place(id_))
         files = [file for file in self.place(id_).iterdir() if file.is_file()]
         size = sum(file.stat().st_size for file in files)
@@ -161,15 +161,15 @@ _DATABASE = "jobs.sqlite"
 
 
 class Library:
-    """Where everything is that people bring and make."""
+    """The folder of everything that people bring and make."""
 
     def __init__(self, root: Path) -> None:
         """Open the library in a folder, which is made when it is not there."""
         self.root = root.resolve()
         self.scratch = self.root / "scratch"
-        """For what lives as long as one piece of work."""
+        """Folder for what lives as long as one piece of work."""
         self.cache = self.root / "cache"
-        """For what can be made again from nothing that was brought."""
+        """Folder for what can be made again from nothing that was brought."""
         self.notes = Notes(self.root / "orders")
         self.shelves: dict[ItemKind, Shelf] = {
             kind: Shelf(self.root / name, kind) for kind, name in SHELVES.items()
@@ -239,7 +239,7 @@ class Library:
         raise missing(kinds[0], id_)
 
     def item_of(self, path: Path) -> str | None:
-        """Where the page shows the thing or the result at this path, such as "mounts/ID"."""
+        """Return the page's address of the thing or the result at this path, such as "mounts/ID"."""
         for folder in self._shown:
             if path.parent == folder:
                 return f"{folder.name}/{path.name}"

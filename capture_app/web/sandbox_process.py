@@ -25,7 +25,7 @@ GIB = 2**30
 
 @dataclass(frozen=True)
 class ProcessLimits:
-    """For one piece of work."""
+    """Limits of one piece of work."""
 
     seconds: float = 120.0
     """On the clock; of the processor twice that, over all cores."""

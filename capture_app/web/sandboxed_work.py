@@ -294,7 +294,7 @@ def _written(path: Path, content: bytes) -> dict[str, Any]:
 
 
 def draw_object(mesh: Path, scale: float, poster: Path) -> dict[str, Any]:
-    """Of an object.
+    """Draw an object.
 
     Raises:
         InputError: as `load_mesh`.
@@ -307,7 +307,7 @@ def draw_object(mesh: Path, scale: float, poster: Path) -> dict[str, Any]:
 
 
 def draw_mount(mount: Path, mesh: Path, scale: float, poster: Path) -> dict[str, Any]:
-    """Of a phone on its object.
+    """Draw a phone on its object.
 
     Raises:
         InputError: as `load_mount` and `load_mesh`.
@@ -322,7 +322,7 @@ def draw_mount(mount: Path, mesh: Path, scale: float, poster: Path) -> dict[str,
 
 
 def draw_result(result: Path, poster: Path) -> dict[str, Any]:
-    """Of a result.
+    """Draw a result.
 
     Raises:
         InputError: as `load_result`.

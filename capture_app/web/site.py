@@ -26,19 +26,19 @@ class Limits:
     """Bounds on what a client may send, in bytes unless they say otherwise."""
 
     chunk: int = 64 * MIB
-    """Of one request of an upload."""
+    """Most bytes of one request of an upload."""
     file: int = MAX_BYTES
     upload: int = MAX_BYTES
-    """Of all its files together."""
+    """Most bytes of all its files together."""
     files: int = MAX_ENTRIES
     """In one upload; as many as an archive may hold."""
     mesh: int = MESH_BYTES
     small: int = 8 * MIB
-    """Of a mount or a list of contacts."""
+    """Most bytes of a mount or a list of contacts."""
     listing: int = 64 * MIB
-    """Of the request that lists the files of an upload."""
+    """Most bytes of the request that lists the files of an upload."""
     json: int = 10 * MIB
-    """Of any other request."""
+    """Most bytes of any other request."""
     spare: int = 256 * MIB
     """Left free on the disk for everything else."""
     silence: float = 30.0
@@ -199,7 +199,7 @@ class Site:
 
     @cached_property
     def painter(self) -> SandboxPool:
-        """For what nobody waits for: it keeps nobody from being served."""
+        """The pool for work that nobody waits for: it keeps nobody from being served."""
         return SandboxPool(self.library.scratch, at_once=1)
 
     def close(self) -> None:

@@ -163,7 +163,7 @@ class Uploads:
         return sorted(found, key=lambda item: (item[1].created, item[0]), reverse=True)
 
     def place(self, id_: str, upload: Upload, index: int) -> Path:
-        """Where the bytes of one of its files go.
+        """Return the path to which the bytes of one of its files go.
 
         Raises:
             Refused: 404 when there is no such file.

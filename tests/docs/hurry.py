@@ -1,7 +1,7 @@
 """The `omocap` that a page's blocks call under test: the command as typed, with less to do.
 
 Nothing is changed but how much is computed (samples, steps, sizes, counts), that no browser opens,
-and that a server takes a free port and is stopped once it has said where it is.
+and that a server has no worker, takes a free port and is stopped once it has said where it is.
 """
 
 import signal
@@ -12,6 +12,8 @@ from pathlib import Path
 from urllib.error import HTTPError
 from urllib.parse import urlsplit
 from urllib.request import urlopen
+
+from tests.docs.preloaded import CLIENT
 
 REPO = Path(__file__).resolve().parents[2]
 """Found here, because every command of a page imports this file, which must import little."""
@@ -50,9 +52,19 @@ def hurried(words: list[str]) -> list[str]:
     return words
 
 
-def write_shim(path: Path) -> None:
-    """Write the command into a folder that goes first on the PATH."""
+def write_shim(path: Path, preloaded: Path | None = None) -> None:
+    """Write the command into a folder that goes first on the PATH.
+
+    Args:
+        path: of the command.
+        preloaded: the socket of a process whose children run the commands (`tests/docs/preloaded.py`);
+            without it, each command is an interpreter of its own.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
+    if preloaded is not None:
+        path.write_text(CLIENT.format(python=sys.executable, address=str(preloaded)))
+        path.chmod(0o755)
+        return
     imports = [
         "import sys",
         f"sys.path.insert(0, {str(REPO)!r})",
@@ -77,7 +89,7 @@ def main() -> None:
 
 def _served(words: list[str]) -> int:
     """Start a server, wait until it answers where it says it is, stop it as Ctrl-C does; exit code."""
-    command = [sys.executable, "-u", "-c", _START, *words]
+    command = [sys.executable, "-u", "-c", _START, *words, "--workers", "0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
         assert server.stdout is not None
         said = server.stdout.readline()

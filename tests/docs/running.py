@@ -27,20 +27,20 @@ class Stage:
     """That the page may take."""
 
 
-def run_page(page: str, folder: Path, stage: Stage) -> None:
-    """Run a page's shell blocks in order; the first command that fails fails the test."""
-    write_shim(folder.parent / "bin" / "omocap")
+def run_page(page: str, folder: Path, stage: Stage, preloaded: Path | None = None) -> None:
+    """Run a page's shell blocks in order; the first command that fails fails the test.
+
+    Commands are children of the preloaded process of this socket, or interpreters of their own.
+    """
+    write_shim(folder.parent / "bin" / "omocap", preloaded)
     script = folder.parent / "page.sh"
     script.write_text(_script(page, stage))
     home = folder.parent / "home"
     home.mkdir(exist_ok=True)
     env = {
-        **os.environ,
+        **environment(),
         "PATH": f"{folder.parent / 'bin'}{os.pathsep}{os.environ['PATH']}",
-        "PYTHONPATH": str(REPO),
         "HOME": str(home),
-        "COLUMNS": "200",
-        "OMP_NUM_THREADS": "1",
     }
     done = subprocess.run(
         ["bash", "-ex", str(script)],
@@ -53,6 +53,12 @@ def run_page(page: str, folder: Path, stage: Stage) -> None:
         timeout=stage.seconds,
     )
     assert done.returncode == 0, f"{page} stopped in the middle:\n{done.stdout[-4000:]}"
+
+
+def environment() -> dict[str, str]:
+    """Environment variables of commands on pages."""
+    ours = {"PYTHONPATH": str(REPO), "COLUMNS": "200", "OMP_NUM_THREADS": "1"}
+    return {**os.environ, **ours}
 
 
 def _script(page: str, stage: Stage) -> str:

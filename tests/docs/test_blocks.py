@@ -1,4 +1,4 @@
-"""The parser of blocks finds what is to be run, and no block hides from it."""
+"""No block of a page hides from the tests: what is not run says why."""
 
 import re
 
@@ -15,34 +15,6 @@ _ALLOWED = (
     "third-party data",
     "./run test --slow",
 )
-
-PAGE = """Text
-
-```
-omocap formats
-```
-
-*Not run by the tests: it asks questions.*
-```sh
-omocap calibrate
-```
-
-```text
-a table
-```
-```
-omocap worker
-```
-*Not run by the tests: it needs another machine.*
-"""
-
-
-def test_blocks_of_a_page():
-    first, second, third, fourth = blocks("page.md", PAGE)
-    assert (first.line, first.text, first.reason, first.shell) == (4, "omocap formats", None, True)
-    assert (second.language, second.reason) == ("sh", "it asks questions.")
-    assert not third.shell
-    assert fourth.reason == "it needs another machine."
 
 
 @pytest.mark.parametrize("page", pages())

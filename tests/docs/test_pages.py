@@ -1,6 +1,7 @@
 """Every shell block of the documentation runs as it stands, page by page."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -46,5 +47,5 @@ def _marked(page: str) -> object:
 
 
 @pytest.mark.parametrize("page", [_marked(page) for page in sorted(PREPARED)])
-def test_the_blocks_of_a_page_run_in_its_order(page: str, given: inputs.Given):
-    run_page(page, given.place, PREPARED[page](given))
+def test_the_blocks_of_a_page_run_in_its_order(page: str, given: inputs.Given, preloaded: Path):
+    run_page(page, given.place, PREPARED[page](given), preloaded)

@@ -30,7 +30,7 @@ class Job(JobRecord):
     waits: str | None
     """Why it has not begun, in a sentence; null unless it waits."""
     made: str | None
-    """Where the page shows what it made once it is done, such as "mounts/ID"; null for a file."""
+    """Address on the page of what it made, such as "mounts/ID"; null for a file or before it is done."""
     files: list[ResultFile]
     """What it made beside a result."""
     download: str | None

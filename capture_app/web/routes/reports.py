@@ -65,7 +65,7 @@ class Report(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     verdict: str
-    """Of a run with the same object, mount and options: "good", "usable with limits" or "not usable";
+    """Verdict on a run with the same object, mount and options: "good", "usable with limits", "not usable";
     "not judged" of an object's own motion."""
     reason: str
     """Why it is not better, in one line."""

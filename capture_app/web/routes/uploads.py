@@ -159,7 +159,7 @@ class Finish(BaseModel):
     """How to read what came."""
 
     scale: float = Field(1.0, gt=0, le=1000, allow_inf_nan=False)
-    """Of an object: the factor that brings it to metres."""
+    """Factor that brings an object's mesh to metres."""
 
     model_config = {"json_schema_extra": {"examples": [{"scale": 0.01}]}}
 

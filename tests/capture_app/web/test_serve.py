@@ -89,7 +89,7 @@ def test_a_library_has_one_server(tmp_path: Path):
 @pytest.mark.parametrize(
     ("size", "cuts", "kills"),
     [
-        pytest.param(96 * 2**20, 4, 2, id="96 MiB"),
+        pytest.param(24 * 2**20, 4, 2, id="24 MiB"),
         pytest.param(2 * 2**30, 20, 10, id="2 GiB", marks=pytest.mark.slow),
     ],
 )
