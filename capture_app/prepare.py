@@ -44,8 +44,10 @@ BEFORE_SCREEN = (0.5, 0.75, 1.0, 1.25, 1.5)
 """Metres from the phone at which somebody taps its screen; the first that is clear of the object."""
 LATE = 2.0
 """Seconds into the recording in which who tapped the phone is still there: the object is to rest."""
-FREE, ASIDE = 0.3, 0.08
-"""Metres before a screen, and to its sides, in which nothing is where somebody taps it."""
+FREE = 0.3
+"""Room before a screen in which nothing is where somebody taps it, metres."""
+ASIDE = 0.08
+"""The same to each side of its middle, metres."""
 UPRIGHT = 0.3
 """How far (sine of the angle) a screen must be from level to be seen from one side."""
 

@@ -118,6 +118,47 @@ footer { margin-top:2.5rem; color:var(--quiet); font-size:.85rem; }
 """
 
 
+@dataclass(frozen=True)
+class ReportPage:
+    """A report on a take or a scan: the verdict, numbers, and sections of HTML."""
+
+    kind: str
+    """What it is, such as "Take report"."""
+    name: str
+    """What it is about."""
+    verdict: Severity
+    headline: str
+    advice: Sequence[str]
+    """What the verdict rests on, and what to do first; a paragraph each."""
+    facts: Sequence[tuple[str, str]]
+    """Labels and values."""
+    sections: Sequence[tuple[str, str]]
+    """Headings, and the HTML below them."""
+    source: str
+    app: str = ""
+    """The app that recorded it, if that is to be said."""
+    style: str = ""
+    """Rules beside those of every report."""
+
+    def html(self) -> str:
+        """Return the whole page, with every word of the user escaped; it loads nothing from anywhere."""
+        name, app = escape(self.name), f" · {escape(self.app)}" if self.app else ""
+        advice = "".join(f"<p>{escape(text)}</p>" for text in self.advice)
+        facts = "".join(
+            f"<div><dt>{label}</dt><dd>{value}</dd></div>" for label, value in self.facts
+        )
+        sections = "".join(f"<h2>{heading}</h2>{part}" for heading, part in self.sections)
+        return (
+            '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
+            '<meta name="viewport" content="width=device-width, initial-scale=1">'
+            f"<title>{name}: {self.kind.lower()}</title><style>{STYLE}{self.style}</style></head>"
+            f"<body><main><header><p>{self.kind}{app}</p><h1>{name}</h1></header>"
+            f'<section class="verdict {self.verdict}"><strong>{self.headline}</strong>{advice}'
+            f'</section><dl class="facts">{facts}</dl>{sections}'
+            f"<footer>{escape(self.source)}</footer></main></body></html>\n"
+        )
+
+
 _WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 720.0, 48.0, 14.0, 26.0, 28.0
 _MAX_POINTS = 1500
 """Most points of a curve: more than the pixels of a screen are not seen."""
@@ -360,32 +401,27 @@ _VERDICTS: dict[Verdict, tuple[Severity, str]] = {
 
 
 def report_page(seen: Inspection) -> str:
-    """The whole page; it loads nothing from anywhere."""
-    name = seen.session.source.name or str(seen.session.source)
-    return (
-        '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(name)}: take report</title><style>{STYLE}</style></head><body><main>"
-        f"<header><p>Take report · {escape(seen.session.app)}</p><h1>{escape(name)}</h1></header>"
-        f"{_verdict(seen)}{_facts(seen)}"
-        f"<h2>Checks</h2>{listed(seen.report.checks)}"
-        f"{_pictures(seen)}"
-        f"<footer>{escape(str(seen.session.source))}</footer></main></body></html>\n"
-    )
+    """The page about a take."""
+    verdict, headline = _VERDICTS[seen.verdict]
+    return ReportPage(
+        kind="Take report",
+        app=seen.session.app,
+        name=seen.session.source.name or str(seen.session.source),
+        verdict=verdict,
+        headline=headline,
+        advice=_advice(seen),
+        facts=_facts(seen),
+        sections=[("Checks", listed(seen.report.checks)), *_recorded(seen)],
+        source=str(seen.session.source),
+    ).html()
 
 
-def _pictures(seen: Inspection) -> str:
-    """None where even the clock makes no sense."""
+def _recorded(seen: Inspection) -> list[tuple[str, str]]:
+    """The section with the plots; none where even the clock makes no sense."""
     if not seen.report.complete:
-        return ""
+        return []
     series = take_series(CheckedSession(seen.session, seen.mesh, seen.mount, seen.take))
-    return f"<h2>What was recorded</h2>{figures(series)}"
-
-
-def _verdict(seen: Inspection) -> str:
-    kind, words = _VERDICTS[seen.verdict]
-    paragraphs = "".join(f"<p>{escape(text)}</p>" for text in _advice(seen))
-    return f'<section class="verdict {kind}"><strong>{words}</strong>{paragraphs}</section>'
+    return [("What was recorded", figures(series))]
 
 
 def _advice(seen: Inspection) -> list[str]:
@@ -401,7 +437,7 @@ def _advice(seen: Inspection) -> list[str]:
     return [*told, f"To do first: {seen.advice}"]
 
 
-def _facts(seen: Inspection) -> str:
+def _facts(seen: Inspection) -> list[tuple[str, str]]:
     times = seen.session.times
     rate = 1 / np.median(np.diff(times))
     facts = [("Length", f"{times[-1] - times[0]:.1f} s"), ("Poses a second", f"{rate:.0f}")]
@@ -409,10 +445,5 @@ def _facts(seen: Inspection) -> str:
         spans = [(stop - start) / FPS for start, stop in seen.take.segments]
         facts.append(("Usable stretches", str(len(spans))))
         facts.append(("Longest", f"{max(spans):.1f} s"))
-    facts.append(("Red, amber checks", f"{_count(seen, 'bad')}, {_count(seen, 'warn')}"))
-    cells = "".join(f"<div><dt>{label}</dt><dd>{value}</dd></div>" for label, value in facts)
-    return f'<dl class="facts">{cells}</dl>'
-
-
-def _count(seen: Inspection, severity: Severity) -> int:
-    return len(seen.report.of(severity))
+    red, amber = (len(seen.report.of(severity)) for severity in ("bad", "warn"))
+    return [*facts, ("Red, amber checks", f"{red}, {amber}")]

@@ -16,8 +16,10 @@ from render.renderer import NEAR, Layer, Renderer
 from render.scene import Color, Drawable, Light, Scene
 from render.video import ahead
 
-_ROUNDS, _DONE = 30, 1e-5
-"""Most rounds of going back, and its tolerance; a hundredth of a pixel is nothing."""
+_ROUNDS = 30
+"""Most iterations that invert the distortion of a lens."""
+_DONE = 1e-5
+"""Step of such an iteration that ends them; it is about a hundredth of a pixel."""
 
 Distort = Callable[[Float[np.ndarray, "n 2"]], Float[np.ndarray, "n 2"]]
 """Maps directions x/z, y/z (x right, y down) to where the lens shows them."""

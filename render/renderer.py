@@ -16,8 +16,10 @@ Picture = tuple[UInt8[np.ndarray, "h w 3"], Float32[np.ndarray, "h w"]]
 Layer = UInt8[np.ndarray, "h w 4"]
 """Colours (RGB) that have been multiplied with the alpha that follows them."""
 
-NEAR, FAR = 0.05, 100.0
-"""Nothing nearer or farther than this many metres of depth is drawn."""
+NEAR = 0.05
+"""Least depth that is drawn, metres."""
+FAR = 100.0
+"""Most depth that is drawn, metres."""
 
 
 class Renderer(ABC):

@@ -34,8 +34,10 @@ _CHUNK = 32
 _CROWN = 0.22
 """Metres from the head joint to the top of the hair."""
 
-_PATCH_RADIUS, _PATCH_THICKNESS = 0.042, 0.004
-"""Radius and thickness of a contact patch, metres."""
+_PATCH_RADIUS = 0.042
+"""Radius of a contact patch, metres."""
+_PATCH_THICKNESS = 0.004
+"""Thickness of a contact patch, metres."""
 
 
 def frames(

@@ -20,8 +20,10 @@ _WRISTS = [joint("left_wrist"), joint("right_wrist")]
 _PALMS = slice(22, 24)
 _BOTH = 0.4
 """Distance of palms up to which both are in the picture, metres."""
-_DISTANCE, _MARGIN = 0.5, 1.1
-"""From a single hand, metres; and for each metre between two."""
+_DISTANCE = 0.5
+"""Distance of the camera from a single hand, metres."""
+_MARGIN = 1.1
+"""What is added to that distance, metres for each metre between two hands."""
 _DIRECTIONS = (
     (0.55, 0.75, 0.35), (0.75, 0.2, 0.35), (0.3, 0.9, 0.0), (0.3, 0.3, 1.0), (0.55, -0.6, 0.35),
     (0.75, 0.2, -0.3), (-0.55, 0.75, 0.35), (0.1, -0.9, 0.2), (0.2, 0.2, -1.0),
@@ -31,8 +33,10 @@ _DIRECTIONS = (
 side, and upwards."""
 _HANDS_SEEN = 0.8
 """Visible share of the hands that is enough, so that no further direction is tried."""
-_REACH, _HALF = 0.06, 0.035
-"""From a palm to the middle of the fingers and to the rims of the hand, metres."""
+_REACH = 0.06
+"""Distance from a palm to the middle of the fingers, metres."""
+_HALF = 0.035
+"""Distance from a palm to the rims of the hand, metres."""
 _TRUNK = [joint(n) for n in ("pelvis", "spine1", "spine2", "spine3", "neck", "head")]
 _THIGHS = (
     [joint(n) for n in ("left_hip", "right_hip")],
@@ -46,8 +50,10 @@ _STRIDE = 10
 """Interval of the frames in which visibility is tested."""
 _FOV = 0.5
 """Vertical field of view, radians."""
-_TARGET_SMOOTHING, _SMOOTHING = 4.0, 10.0
-"""Standard deviation of the filters over what the camera looks at and over its direction, frames."""
+_TARGET_SMOOTHING = 4.0
+"""Standard deviation of the filter over what the camera looks at, frames."""
+_SMOOTHING = 10.0
+"""Standard deviation of the filter over the direction of the camera, frames."""
 
 
 def hand_cameras(human: HumanMotion, moved: ObjectMotion, width: int, height: int) -> list[Camera]:
@@ -146,16 +152,22 @@ View = Literal["third", "orbit", "follow", "top", "object", "hands"]
 _CIRCLE = 16.0
 """Seconds that the orbiting camera takes for a full circle."""
 _ABOVE = FollowStyle(elevation=0.42, fov_y=0.62)
-_MAP_HEIGHT, _MAP_MARGIN, _MAP_LEAST = 30.0, 0.45, 1.5
-"""Metres: of the camera over the map, around what is used of the ground, and half a map's side."""
+_MAP_HEIGHT = 30.0
+"""Height of the camera over the map, metres."""
+_MAP_MARGIN = 0.45
+"""Room on the map around what is used of the ground, metres."""
+_MAP_LEAST = 1.5
+"""Least half of a map's side, metres."""
 _TRACK = 0.018
 """Radius of the tracks on the map, metres."""
 DIAGONAL = np.radians(78.0)
 """Between opposite corners of the picture of a phone's wide camera."""
 _JOINTS_SEEN = 0.1
 """Part of the frames in which a phone on the object shows a joint of the person, at least."""
-_BACK, _UP = 0.95, 0.5
-"""Metres behind and over the object for an eye that no phone gives."""
+_BACK = 0.95
+"""Distance behind the object of a camera that no phone gives, metres."""
+_UP = 0.5
+"""Its height over the middle of the object, metres."""
 
 
 @dataclass(frozen=True)

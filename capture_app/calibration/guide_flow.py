@@ -132,8 +132,10 @@ class Wizard:
         return self._prompt.yes(f"Is that where the phone is{but}?", default=not doubts)
 
 
-_SURE_MM, _SURE_DEG = 15.0, 2.0
-"""95 % bounds within which hands are seen to hold the object."""
+_SURE_MM = 15.0
+"""95 % bound of a mount's place within which hands are seen to hold the object, millimetres."""
+_SURE_DEG = 2.0
+"""The same of its direction, degrees."""
 
 
 def refine_by_floor(prompt: Prompt, state: GuideState, path: Path, output: Path) -> Path:

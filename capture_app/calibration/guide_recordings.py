@@ -151,11 +151,16 @@ def _pace(session: CaptureSession) -> str:
     return f"{session.app}, {rate:.0f} poses a second, {np.ptp(session.times):.0f} s"
 
 
-_RATE, _SECONDS, _MOST_PICTURES = 2.0, 30.0, 60
-"""Pictures a second that are looked at, for how long, and how many at most."""
-_OFTEN, _BEFORE_CLAMPING = 0.5, 0.25
-"""Part of the pictures that should show the board: of one that is filmed all the time, and of one that
-is filmed for a while before the phone is clamped."""
+_RATE = 2.0
+"""Pictures of a film that are looked at, per second."""
+_SECONDS = 30.0
+"""The beginning of a film that is looked at, seconds."""
+_MOST_PICTURES = 60
+"""Most pictures of a film that are looked at."""
+_OFTEN = 0.5
+"""Share of the pictures that should show a board that is filmed all the time."""
+_BEFORE_CLAMPING = 0.25
+"""Share of the pictures that should show a board that is filmed before the phone is clamped."""
 _SAMPLES = 4
 """Pictures in which the reason is looked for why the board is not found."""
 

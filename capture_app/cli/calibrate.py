@@ -8,7 +8,7 @@ import typer
 from rich.markup import escape
 from typer.core import TyperGroup
 
-from capture_app.cli import options as shared
+from capture_app.cli import options
 from capture_app.cli.console import output, say
 from capture_app.cli.derived import derived
 from capture_app.commands.calibrate import (
@@ -57,7 +57,7 @@ def scan(model: Model, mount_file: MountFile, **said: Any) -> None:
 
 
 @derived(SessionWay)
-def session(session: shared.Session, mount_file: MountFile, **said: Any) -> None:
+def session(session: options.Session, mount_file: MountFile, **said: Any) -> None:
     """Scan the object, then clamp the phone to it without stopping the log or moving the object.
 
     The clamped phone's pose while it stands still, and the object's place in the same world, give
@@ -79,7 +79,7 @@ Film = Annotated[
 
 
 @derived(BoardWay)
-def board(session: shared.Session, film: Film, mount_file: MountFile, **said: Any) -> None:
+def board(session: options.Session, film: Film, mount_file: MountFile, **said: Any) -> None:
     """Film a board on the object from a tripod while the clamped phone logs and you turn the object.
 
     Turn it by 30 to 60 degrees about two directions for 20 seconds. The clocks need not agree. Print
@@ -101,7 +101,7 @@ Poses = Annotated[
 
 
 @derived(TrackerWay)
-def tracker(session: shared.Session, poses: Poses, mount_file: MountFile, **said: Any) -> None:
+def tracker(session: options.Session, poses: Poses, mount_file: MountFile, **said: Any) -> None:
     """Calibrate from a recording in which phone and another tracker followed the same motion.
 
     Turn the object by 30 to 60 degrees about two directions, for 20 seconds or more. The clocks need
@@ -123,7 +123,7 @@ MountToRefine = Annotated[
 
 @derived(FloorWay)
 def floor(
-    mount: MountToRefine, session: shared.Session, mount_file: MountFile, **said: Any
+    mount: MountToRefine, session: options.Session, mount_file: MountFile, **said: Any
 ) -> None:
     """Refine a mount by a take in which the object stands on the floor, or is pushed over it.
 

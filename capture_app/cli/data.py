@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from capture_app.cli import options as given
+from capture_app.cli import options
 from capture_app.cli.console import counting, output, say
 from capture_app.cli.derived import derived
 from capture_app.commands.request import validated
@@ -50,7 +50,7 @@ def inspect(
         bool, typer.Option("--measure-only", help="Draw nothing, only measure.")
     ] = False,
     seed: Annotated[int, typer.Option(help="The same seed picks the same clips.", min=0)] = 0,
-    backend: given.Backend = given.DrawingBackend.auto,
+    backend: options.Backend = options.DrawingBackend.auto,
 ) -> None:
     """Draw contact sheets and a video of random clips with objects, and measure them.
 
@@ -117,7 +117,7 @@ def _draw_sheets(
     clips: "list[Clip]",
     judged: "list[Quality]",
     body: "BodyModel",
-    backend: given.DrawingBackend,
+    backend: options.DrawingBackend,
 ) -> None:
     from render.clip_view import clip_row
     from render.video import contact_sheet, write_png
@@ -139,7 +139,7 @@ def _draw_video(
     clips: "list[Clip]",
     judged: "list[Quality]",
     body: "BodyModel",
-    backend: given.DrawingBackend,
+    backend: options.DrawingBackend,
     count: int,
 ) -> None:
     from omomo_core.motion import FPS

@@ -6,8 +6,10 @@ import sys
 import threading
 from types import FrameType
 
-INTERRUPTED, TERMINATED = 130, 143
-"""Exit codes after SIGINT and SIGTERM, as shells have them."""
+INTERRUPTED = 130
+"""Exit code after SIGINT, as shells have it."""
+TERMINATED = 143
+"""Exit code after SIGTERM, as shells have it."""
 _RAISED_BY: dict[type[BaseException], signal.Signals] = {
     KeyboardInterrupt: signal.SIGINT,
     SystemExit: signal.SIGTERM,

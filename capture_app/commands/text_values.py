@@ -7,7 +7,6 @@ from typing import Literal, get_args
 from ingest.trajectory.trajectory_config import Top
 from omomo_core.errors import InputError
 
-_THREE, _SIX = 3, 6
 INTRINSICS = "Write fx,fy,cx,cy in pixels of the photos, e.g. 3050,3050,2016,1512."
 """What to do where they are not understood."""
 
@@ -73,7 +72,7 @@ def read_box(text: str, where: str) -> tuple[float, ...]:
     """
     try:
         corners = tuple(float(part) for part in text.split(","))
-        if len(corners) == _SIX and all(map(math.isfinite, corners)):
+        if len(corners) == 6 and all(map(math.isfinite, corners)):
             return corners
     except ValueError:
         pass
@@ -94,7 +93,7 @@ def read_point(text: str, where: str) -> tuple[float, ...]:
     """
     try:
         place = tuple(float(part) for part in text.split(","))
-        if len(place) == _THREE and all(map(math.isfinite, place)):
+        if len(place) == 3 and all(map(math.isfinite, place)):
             return place
     except ValueError:
         pass

@@ -9,14 +9,19 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-DATABASE, LOG, FOLLOW = "OMOCAP_DATABASE", "OMOCAP_WORKER_LOG", "OMOCAP_WORKER_FOLLOWS"
-"""Environment variables that tell a worker process its database, where to write its log, and to end
-with its standard input."""
+DATABASE = "OMOCAP_DATABASE"
+"""Environment variable with the address of a worker's database."""
+LOG = "OMOCAP_WORKER_LOG"
+"""Environment variable with the file of a worker's log."""
+FOLLOW = "OMOCAP_WORKER_FOLLOWS"
+"""Environment variable that lets a worker end with its standard input."""
 
 _log = logging.getLogger(__name__)
 
-NO_ROOM, LOST = 28, 70
-"""Exit codes of a worker: the disk is full; it cannot go on for another reason than its job."""
+NO_ROOM = 28
+"""Exit code of a worker whose disk is full."""
+LOST = 70
+"""Exit code of a worker that cannot go on for another reason than its job."""
 _MEANT = (0, 1, 2, NO_ROOM, LOST)
 """Exit codes of a worker that ended by itself, for no fault of its job."""
 _COMMAND = (sys.executable, "-m", "capture_app.jobs")

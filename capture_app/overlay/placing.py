@@ -237,8 +237,12 @@ _LEAST_OVERLAP = 0.4
 """Part of the shorter of film and motion that must lie within the other."""
 _NOISE = 6
 """Grey levels that a picture that shows the same may differ by."""
-_SURE, _APART, _RIVAL = 0.5, 0.5, 0.9
-"""Correlation of a right offset; seconds to another one, which must be worse by this factor."""
+_SURE = 0.5
+"""Least correlation of a right offset."""
+_APART = 0.5
+"""Least distance between two different offsets, seconds."""
+_RIVAL = 0.9
+"""Most correlation of another offset, as a share of the best one's."""
 
 
 def clock_offset(

@@ -66,11 +66,14 @@ def forget_empty(request: ScanRequest) -> None:
         shutil.rmtree(request.work)
 
 
-_START, _PICTURE = 50.0, 3.0
-"""Seconds of a scan in which only one core works, and of all cores together for each of its pictures
-(docs/scan.md has what was measured)."""
-_DRAFT_START, _DRAFT = 20.0, 2.2
-"""The same of a draft."""
+_START = 50.0
+"""Time of a scan in which only one core works, seconds (docs/scan.md has what was measured)."""
+_PICTURE = 3.0
+"""Time of all cores together for each picture of a scan, seconds."""
+_DRAFT_START = 20.0
+"""Time of a draft in which only one core works, seconds."""
+_DRAFT = 2.2
+"""Time of all cores together for each picture of a draft, seconds."""
 _CORES = 4
 """More do not help much."""
 

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float64, Int64, UInt8
 
 from capture_app.commands.scan import ScanRequest
-from capture_app.report_page import STYLE, listed
+from capture_app.report_page import ReportPage, listed
 from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from ingest.report.take_report import Severity
 from ingest.scan.clean_mesh import CleanMesh
@@ -144,7 +144,7 @@ def _sector(start: float, width: float) -> str:
     )
 
 
-_WORDS: dict[Severity, str] = {
+_HEADLINES: dict[Severity, str] = {
     "ok": "This scan is good",
     "warn": "This scan is usable with limits",
     "bad": "This scan is not usable as it is",
@@ -171,32 +171,25 @@ def scan_page(
         request, cleaned, report, found: of the scan.
         pictures: by what is written below them.
     """
-    name = escape(request.output.name)
     shown = "".join(_figure(words, picture) for words, picture in pictures.items())
-    return (
-        '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{name}: scan report</title><style>{STYLE}{_STYLE}</style></head><body><main>"
-        f"<header><p>Scan report</p><h1>{name}</h1></header>"
-        f"{_verdict(report)}{_facts(cleaned, found, report)}"
-        f"<h2>Pictures</h2>{shown}{_around(report)}"
-        f"<h2>Checks</h2>{listed(report.checks)}"
-        f"<footer>{escape(str(request.source))}</footer></main></body></html>\n"
-    )
-
-
-def _verdict(report: ScanReport) -> str:
     troubles = report.of("bad") or report.of("warn")
     advice = next((check.fix for check in troubles if check.fix), "")
-    summary = f"To do first: {advice}" if advice else "Nothing is to be done: use it."
-    words = _WORDS[report.severity]
-    return (
-        f'<section class="verdict {report.severity}"><strong>{words}</strong>'
-        f"<p>{escape(summary)}</p></section>"
-    )
+    return ReportPage(
+        kind="Scan report",
+        name=request.output.name,
+        verdict=report.severity,
+        headline=_HEADLINES[report.severity],
+        advice=[f"To do first: {advice}" if advice else "Nothing is to be done: use it."],
+        facts=_facts(cleaned, found, report),
+        sections=[("Pictures", shown + _around(report)), ("Checks", listed(report.checks))],
+        source=str(request.source),
+        style=_STYLE,
+    ).html()
 
 
-def _facts(cleaned: CleanMesh, found: ScannedObject | None, report: ScanReport) -> str:
+def _facts(
+    cleaned: CleanMesh, found: ScannedObject | None, report: ScanReport
+) -> list[tuple[str, str]]:
     sides = np.ptp(cleaned.mesh.vertices, axis=0)
     facts = [
         ("Size, metres", " × ".join(f"{side:.2f}" for side in sides)),
@@ -211,8 +204,7 @@ def _facts(cleaned: CleanMesh, found: ScannedObject | None, report: ScanReport) 
         facts.append(
             ("Measured by", {"both": "pictures and depth"}.get(found.method, found.method))
         )
-    cells = "".join(f"<div><dt>{label}</dt><dd>{value}</dd></div>" for label, value in facts)
-    return f'<dl class="facts">{cells}</dl>'
+    return facts
 
 
 def _figure(words: str, picture: UInt8[np.ndarray, "h w 3"]) -> str:

@@ -27,10 +27,18 @@ CARRYING_HEIGHT = 1.02
 """Carrying height of the box's centre, metres."""
 PACE = 0.85
 """Walking speed in the middle of the carry, m/s."""
-GAIT_HZ, BOB, SWAY = 1.7, 0.012, 0.010
-"""Steps per second, and how far a carried box bobs and sways with them, metres."""
-REST, LIFT, CARRY = 1.6, 1.5, 5.4
-"""Seconds at rest (before and after), of lifting (and lowering), and of carrying."""
+GAIT_HZ = 1.7
+"""Steps per second."""
+BOB = 0.012
+"""How far a carried box goes up and down with each step, metres."""
+SWAY = 0.010
+"""How far a carried box goes to the sides with each step, metres."""
+REST = 1.6
+"""Time at rest, before and after, seconds."""
+LIFT = 1.5
+"""Time of lifting, and of lowering, seconds."""
+CARRY = 5.4
+"""Time of carrying, seconds."""
 
 
 def carried_box() -> ObjectMotion:

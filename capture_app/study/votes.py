@@ -14,8 +14,10 @@ from capture_app.commands.request import first_problem
 from capture_app.study.study_design import Side
 from omomo_core.errors import InputError
 
-KEY, PAGES = "key.json", "pages"
-"""The key, and the folder of what raters get, in a study's folder."""
+KEY = "key.json"
+"""The file with the key in a study's folder."""
+PAGES = "pages"
+"""The folder of what raters get in a study's folder."""
 
 
 class _KeyRecord(BaseModel):

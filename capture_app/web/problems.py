@@ -52,7 +52,7 @@ class Refused(InputError):
         """What the answer says beside the error."""
 
 
-_CALM: dict[int, tuple[str, str, str]] = {
+_REPLIES: dict[int, tuple[str, str, str]] = {
     400: ("request-malformed", "The request cannot be understood.", "Send it again."),
     404: ("not-found", "There is nothing at this address.", "Check the address."),
     405: ("method", "This address does not take requests of this kind.", "See /api/openapi.json."),
@@ -73,7 +73,7 @@ def refusal(status: int, code: str, what: str, *, where: str = "", fix: str = ""
 
 def plain_reply(status: int, headers: Mapping[str, str] | None = None) -> JSONResponse:
     """The answer of a status that says it all."""
-    code, what, fix = _CALM.get(status, _CALM[400 if status < 500 else 500])
+    code, what, fix = _REPLIES.get(status, _REPLIES[400 if status < 500 else 500])
     return _reply(status, ErrorDetail(code=code, what=what, fix=fix), headers=headers)
 
 

@@ -54,7 +54,7 @@ def problem(answer: httpx.Response, status: int) -> dict:
     """The error of an answer, which has the one shape."""
     assert answer.status_code == status, answer.text
     error = answer.json()["error"]
-    assert set(error) == {"code", "what", "where", "fix"}
+    assert set(error) == {"code", "what", "where", "field", "fix"}
     assert error["what"]
     assert "Traceback" not in answer.text
     return error

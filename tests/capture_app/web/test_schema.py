@@ -72,7 +72,7 @@ def _try(live: Live, cases: Any, examples: int) -> int:
             return
         assert answer.status_code < 500, (case.method, case.formatted_path, answer.text)
         if answer.status_code >= 400 and answer.content:
-            assert set(answer.json()["error"]) == {"code", "what", "where", "fix"}
+            assert set(answer.json()["error"]) == {"code", "what", "where", "field", "fix"}
 
     with session:
         try_one()
