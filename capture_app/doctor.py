@@ -54,8 +54,8 @@ def _guarded(name: str, look: Callable[[], HealthCheck]) -> HealthCheck:
 
 def _packages() -> HealthCheck:
     """The packages omocap asks for itself, without those of its extras."""
-    wanted = [line for line in requires("omocap") or [] if "extra ==" not in line]
-    names = [found.group() for line in wanted if (found := match(r"[\w.-]+", line))]
+    requirements = [line for line in requires("omocap") or [] if "extra ==" not in line]
+    names = [found.group() for line in requirements if (found := match(r"[\w.-]+", line))]
     present: list[str] = []
     missing: list[str] = []
     for name in names:
@@ -113,19 +113,19 @@ def _memory() -> HealthCheck:
     free = free_memory()
     if free is None:
         return HealthCheck("memory", "ok", "unknown on this system")
-    found = f"{free / 2**30:.1f} GiB free"
+    free_text = f"{free / 2**30:.1f} GiB free"
     if free < _ENOUGH_MEMORY:
         return HealthCheck(
-            "memory", "warn", found, "Close other programs, or run with ‹samples› 1."
+            "memory", "warn", free_text, "Close other programs, or run with ‹samples› 1."
         )
-    return HealthCheck("memory", "ok", found)
+    return HealthCheck("memory", "ok", free_text)
 
 
 def _threads() -> HealthCheck:
     import torch
 
     cores = usable_cores()
-    found = f"{torch.get_num_threads()} for torch on {cores} cores"
+    threads = f"{torch.get_num_threads()} for torch on {cores} cores"
     if torch.get_num_threads() > cores:
-        return HealthCheck("threads", "warn", found, f"Set OMP_NUM_THREADS={cores}.")
-    return HealthCheck("threads", "ok", found)
+        return HealthCheck("threads", "warn", threads, f"Set OMP_NUM_THREADS={cores}.")
+    return HealthCheck("threads", "ok", threads)

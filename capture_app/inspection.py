@@ -41,7 +41,7 @@ class Inspection:
 
     @property
     def verdict(self) -> Verdict:
-        """What the checks come to; `omocap run` refuses a take that is not usable."""
+        """The verdict of all checks; `omocap run` refuses a take that is not usable."""
         if self.problem is not None or self.report.severity == "bad":
             return "not usable"
         return "good" if self.report.severity == "ok" else "usable with limits"
@@ -116,15 +116,15 @@ def look_over(
         read = session if mesh is not None else replace(session, camera_open=False)
         try:
             take = to_object_motion(read, mesh or _phone(), mount, reading)
-        except InputError as found:
-            problem = found
+        except InputError as error:
+            problem = error
     report = inspect_session(
         session, mesh=mesh, mesh_file=mesh_file, mount=mount, take=take, images=images
     )
     return Inspection(session, report, take, problem, mesh, mount)
 
 
-def refuse_bad(seen: Inspection) -> None:
+def refuse_bad(inspection: Inspection) -> None:
     """Refuse a take whose motion would be wrong.
 
     Raises:
@@ -132,44 +132,47 @@ def refuse_bad(seen: Inspection) -> None:
             and what to do about each.
     """
     # Of many faults of one kind the first stands for all; the report lists them.
-    bad = list({check.name: check for check in reversed(seen.report.of("bad"))}.values())[::-1]
-    if seen.problem is not None:
-        problems = " ".join([seen.problem.what, *map(_problem_text, bad)])
-        raise InputError(seen.problem.code, problems, where=_where(seen, bad), fix=seen.advice)
+    first = {check.name: check for check in reversed(inspection.report.of("bad"))}
+    bad = list(first.values())[::-1]
+    if inspection.problem is not None:
+        problems = " ".join([inspection.problem.what, *map(_problem_text, bad)])
+        raise InputError(
+            inspection.problem.code, problems, where=_where(inspection, bad), fix=inspection.advice
+        )
     if bad:
-        forced = ["To use the take all the same, add ‹force›."] if seen.take else []
+        forced = ["To use the take all the same, add ‹force›."] if inspection.take else []
         raise InputError(
             "take-bad",
             " ".join(["The motion of this take would be wrong.", *map(_problem_text, bad)]),
-            where=_where(seen, bad),
+            where=_where(inspection, bad),
             fix=" ".join([*dict.fromkeys(check.fix for check in bad), *forced]),
         )
 
 
-def usable_take(seen: Inspection, *, force: bool = False) -> ObjectTake:
-    """What a run starts from; a bad take only by force, one that gives no motion at all never.
+def usable_take(inspection: Inspection, *, force: bool = False) -> ObjectTake:
+    """Return what a run starts from; a bad take only by force, one that gives no motion at all never.
 
     Raises:
         InputError: see `refuse_bad`.
     """
-    if seen.take is None or not force:
-        refuse_bad(seen)
-    assert seen.take is not None
-    return seen.take
+    if inspection.take is None or not force:
+        refuse_bad(inspection)
+    assert inspection.take is not None
+    return inspection.take
 
 
 def _problem_text(check: Check) -> str:
     return f"{check.name.capitalize()}: {check.message.rstrip('.')}."
 
 
-def _where(seen: Inspection, bad: list[Check]) -> str:
+def _where(inspection: Inspection, bad: list[Check]) -> str:
     """The session, and the poses of each red check that concerns a part of it."""
     places = [
         f"{check.name} at poses {check.frames[0]} to {check.frames[1] - 1}"
         for check in bad
         if check.frames is not None
     ]
-    return "; ".join([str(seen.session.source), *places])
+    return "; ".join([str(inspection.session.source), *places])
 
 
 def _is_upright(session: CaptureSession, reading: Reading) -> bool:

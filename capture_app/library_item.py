@@ -24,7 +24,7 @@ Name = Annotated[
 
 
 def now() -> datetime:
-    """To the second, UTC."""
+    """Return the time to the second, UTC."""
     return datetime.now(UTC).replace(microsecond=0)
 
 

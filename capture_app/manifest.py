@@ -165,7 +165,7 @@ def sha256(path: Path) -> str:
 
 
 def _file_hash(path: Path) -> str:
-    """What a job has hashed to watch over its inputs is not read again for the manifest."""
+    """Return the hash of a file; what a job has hashed to watch over its inputs is not read again."""
     state = path.stat()
     return _hash_of(path, state.st_ino, state.st_size, state.st_mtime_ns, state.st_ctime_ns)
 

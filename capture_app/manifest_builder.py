@@ -75,7 +75,7 @@ _Told = tuple[int, int, str]
 
 
 def unsatisfied(person: Person) -> tuple[str, ...]:
-    """When a palm is off its place, the body is in the object, or a limb is faster than people are.
+    """Return when a palm is off its place, the body is in the object, or a limb is too fast.
 
     In the order of time.
     """
@@ -88,7 +88,7 @@ def held_grips(person: Person) -> tuple[str, ...]:
     if person.finger_fit is None:
         return ()
     grip = person.finger_fit.grip
-    found = sorted(
+    lines = sorted(
         (start, stop, side, name)
         for side, column in enumerate(grip.T)
         for number, name in enumerate(GRIPS)
@@ -96,7 +96,7 @@ def held_grips(person: Person) -> tuple[str, ...]:
     )
     return tuple(
         f"From {a / FPS:.2f} to {b / FPS:.2f} s the {('left', 'right')[side]} hand holds: {name}."
-        for a, b, side, name in found
+        for a, b, side, name in lines
     )
 
 

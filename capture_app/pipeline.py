@@ -172,7 +172,7 @@ class StagedRun(StagedResult[RunRequest]):
         )
 
     def _invented(self, person: Person) -> tuple[str, ...]:
-        """What to tell of hands on surface that no picture of the object's scan shows."""
+        """Return what to tell of hands on surface that no picture of the object's scan shows."""
         scale = self.request.mesh_scale * self.prepared.mount.object_scale
         return invented_notes(self.request.object, scale, person.segments)
 

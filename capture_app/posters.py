@@ -72,8 +72,8 @@ RGB = UInt8[np.ndarray, "h w 3"]
 
 def person_picture(person: Person, moved: ObjectMotion, body: BodyModel) -> RGB:
     """Draw a sample in the middle of its longest contact."""
-    held = max(person.segments, key=lambda one: one.stop - one.start, default=None)
-    frame = len(moved.valid) // 2 if held is None else (held.start + held.stop) // 2
+    longest = max(person.segments, key=lambda one: one.stop - one.start, default=None)
+    frame = len(moved.valid) // 2 if longest is None else (longest.start + longest.stop) // 2
     pictures = frames(
         person.human,
         moved,

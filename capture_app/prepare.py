@@ -89,7 +89,7 @@ def start_position(
 
 
 def start_position_note(place: Place | None, human: HumanMotion) -> Iterator[str]:
-    """What to know where somebody does not begin where they were said to."""
+    """Return what to know where somebody does not begin where they were said to."""
     off = 0.0 if place is None else float(np.linalg.norm(human.root[0, :2] - place))
     if off > ASTRAY:
         yield (
@@ -119,9 +119,9 @@ def _before_screen(
         raise _wrong(
             "level", "The phone's screen faces up or down: it has no side.", "‹stood› phone"
         )
-    seen = apply(np.linalg.inv(T_world_phone)[None], points)[0]
-    before = (seen[:, 2] > 0) & (seen[:, 2] < FREE)
-    if (before & (np.abs(seen[:, :2]) < ASIDE).all(axis=1)).any():
+    local = apply(np.linalg.inv(T_world_phone)[None], points)[0]
+    before = (local[:, 2] > 0) & (local[:, 2] < FREE)
+    if (before & (np.abs(local[:, :2]) < ASIDE).all(axis=1)).any():
         raise _wrong(
             "hidden",
             "The object is right before the phone's screen: nobody taps it there.",
@@ -162,7 +162,7 @@ def _wrong(code: str, what: str, where: str) -> InputError:
 
 @dataclass(frozen=True)
 class PreparedTake:
-    """What is known before a person is generated: the moving object, and who moves it."""
+    """The moving object and who moves it: all that is known before a person is generated."""
 
     motion: ObjectMotion
     """The chosen segment of the take."""
@@ -206,7 +206,7 @@ def prepare_take(request: RunRequest) -> PreparedTake:
 
 
 def _recorded(request: RunRequest, mount: Mount) -> tuple[ObjectTake, Verdict]:
-    """What a phone that is clamped to the object recorded, and the verdict on it."""
+    """Return what a phone that is clamped to the object recorded, and the verdict on it."""
     if request.object is None:
         raise InputError(
             "object-needed",
@@ -224,8 +224,8 @@ def _recorded(request: RunRequest, mount: Mount) -> tuple[ObjectTake, Verdict]:
         )
     mesh = load_mesh(request.object, scale=request.mesh_scale * mount.object_scale)
     session = read_session(request.session, request.reading.format)
-    seen = look_over(session, mesh, mount, request.reading, mesh_file=request.object)
-    return usable_take(seen, force=request.force), seen.verdict
+    inspection = look_over(session, mesh, mount, request.reading, mesh_file=request.object)
+    return usable_take(inspection, force=request.force), inspection.verdict
 
 
 def _animated(request: RunRequest) -> AnimatedTake:
@@ -263,9 +263,9 @@ def _contacts(request: RunRequest, motion: ObjectMotion) -> tuple[ContactSpan, .
     return read_contacts(request.contacts, len(motion.valid), sample_surface(motion.mesh))
 
 
-def _choose(take: ObjectTake | AnimatedTake, wanted: int | None, session: Path) -> Segment:
+def _choose(take: ObjectTake | AnimatedTake, segment: int | None, session: Path) -> Segment:
     """The wanted segment, or the longest."""
-    chosen = choose(take.segments, wanted, str(session))
+    chosen = choose(take.segments, segment, str(session))
     start, stop = take.segments[chosen]
     return Segment(index=chosen + 1, count=len(take.segments), start=start, stop=stop)
 

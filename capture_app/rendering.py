@@ -79,7 +79,7 @@ def render_result(request: RenderRequest, progress: Progress = silent) -> None:
     order = _order(request, len(loaded.object_motion.valid))
     person, moved = loaded.people[index], loaded.object_motion
     eye = eye_of(loaded) if request.view == "object" else None
-    seen = shot(request.view, person.human, moved, *request.size, eye)
+    view = shot(request.view, person.human, moved, *request.size, eye)
     # Close to the hands markers would hide them.
     markers = request.markers and request.view != "hands"
     held = held_places(person.segments, moved) if markers else ()
@@ -89,10 +89,10 @@ def render_result(request: RenderRequest, progress: Progress = silent) -> None:
         body_of(loaded),
         width=request.size[0],
         height=request.size[1],
-        cameras=seen.cameras,
+        cameras=view.cameras,
         markers=markers,
-        extra=[*held, *seen.tracks],
-        pixels_per_metre=seen.pixels_per_metre,
+        extra=[*held, *view.tracks],
+        pixels_per_metre=view.pixels_per_metre,
         samples=4 if (request.picture if request.smooth is None else request.smooth) else 0,
         backend=request.backend,
         only=order,

@@ -205,7 +205,7 @@ class Plot:
 
 @dataclass(frozen=True)
 class _Frame:
-    """From data to pixels."""
+    """The mapping from data to pixels."""
 
     x0: float
     x1: float
@@ -380,8 +380,8 @@ def _over_time(
 
 def _map(series: TakeSeries) -> str:
     known = series.path[np.isfinite(series.path).all(axis=1)]
-    found = [(known[0], "start"), (known[-1], "end")] if len(known) else []
-    ends = [(float(place[0]), float(place[1]), word) for place, word in found]
+    places = [(known[0], "start"), (known[-1], "end")] if len(known) else []
+    ends = [(float(place[0]), float(place[1]), word) for place, word in places]
     x, y = series.path.T
     title = "Path from above"
     plot = Plot(title, "m", "m", [PlotLine(x, y, "one")], dots=ends, height=380.0, equal=True)
@@ -400,50 +400,52 @@ _VERDICTS: dict[Verdict, tuple[Severity, str]] = {
 }
 
 
-def report_page(seen: Inspection) -> str:
+def report_page(inspection: Inspection) -> str:
     """The page about a take."""
-    verdict, headline = _VERDICTS[seen.verdict]
+    verdict, headline = _VERDICTS[inspection.verdict]
     return ReportPage(
         kind="Take report",
-        app=seen.session.app,
-        name=seen.session.source.name or str(seen.session.source),
+        app=inspection.session.app,
+        name=inspection.session.source.name or str(inspection.session.source),
         verdict=verdict,
         headline=headline,
-        advice=_advice(seen),
-        facts=_facts(seen),
-        sections=[("Checks", listed(seen.report.checks)), *_recorded(seen)],
-        source=str(seen.session.source),
+        advice=_advice(inspection),
+        facts=_facts(inspection),
+        sections=[("Checks", listed(inspection.report.checks)), *_recorded(inspection)],
+        source=str(inspection.session.source),
     ).html()
 
 
-def _recorded(seen: Inspection) -> list[tuple[str, str]]:
+def _recorded(inspection: Inspection) -> list[tuple[str, str]]:
     """The section with the plots; none where even the clock makes no sense."""
-    if not seen.report.complete:
+    if not inspection.report.complete:
         return []
-    series = take_series(CheckedSession(seen.session, seen.mesh, seen.mount, seen.take))
+    series = take_series(
+        CheckedSession(inspection.session, inspection.mesh, inspection.mount, inspection.take)
+    )
     return [("What was recorded", figures(series))]
 
 
-def _advice(seen: Inspection) -> list[str]:
-    """What the verdict rests on, and the one thing to do."""
-    if seen.verdict == "good":
+def _advice(inspection: Inspection) -> list[str]:
+    """Return what the verdict rests on, and the one thing to do."""
+    if inspection.verdict == "good":
         return ["Nothing is to be done: run it."]
-    told: list[str] = []
-    if seen.problem is not None:
-        told.append(seen.problem.what)
-    elif seen.verdict == "usable with limits" and seen.take is not None:
-        longest = max(stop - start for start, stop in seen.take.segments) / FPS
-        told.append(f"A run uses its longest stretch without a fault, {longest:.1f} s.")
-    return [*told, f"To do first: {seen.advice}"]
+    sentences: list[str] = []
+    if inspection.problem is not None:
+        sentences.append(inspection.problem.what)
+    elif inspection.verdict == "usable with limits" and inspection.take is not None:
+        longest = max(stop - start for start, stop in inspection.take.segments) / FPS
+        sentences.append(f"A run uses its longest stretch without a fault, {longest:.1f} s.")
+    return [*sentences, f"To do first: {inspection.advice}"]
 
 
-def _facts(seen: Inspection) -> list[tuple[str, str]]:
-    times = seen.session.times
+def _facts(inspection: Inspection) -> list[tuple[str, str]]:
+    times = inspection.session.times
     rate = 1 / np.median(np.diff(times))
     facts = [("Length", f"{times[-1] - times[0]:.1f} s"), ("Poses a second", f"{rate:.0f}")]
-    if seen.take is not None:
-        spans = [(stop - start) / FPS for start, stop in seen.take.segments]
+    if inspection.take is not None:
+        spans = [(stop - start) / FPS for start, stop in inspection.take.segments]
         facts.append(("Usable stretches", str(len(spans))))
         facts.append(("Longest", f"{max(spans):.1f} s"))
-    red, amber = (len(seen.report.of(severity)) for severity in ("bad", "warn"))
+    red, amber = (len(inspection.report.of(severity)) for severity in ("bad", "warn"))
     return [*facts, ("Red, amber checks", f"{red}, {amber}")]

@@ -109,7 +109,7 @@ class StagedCorrection(StagedResult[ResolveRequest]):
 
     @property
     def has_contacts(self) -> bool:
-        """It is all about them."""
+        """True: a correction is all about contacts."""
         return True
 
     def manifest(self, files: tuple[str, ...]) -> Manifest:

@@ -56,23 +56,23 @@ def load_result(folder: Path) -> Result:
     return Result(folder, manifest, people, object_motion)
 
 
-def sample_index(result: Result, wanted: int | None) -> int:
+def sample_index(result: Result, number: int | None) -> int:
     """Index of the sample that the user numbers from 1; of the chosen one if not given.
 
     Raises:
         InputError: "sample-missing".
     """
     count = len(result.motions)
-    if wanted is None:
+    if number is None:
         return result.manifest.chosen
-    if not 1 <= wanted <= count:
+    if not 1 <= number <= count:
         raise InputError(
             "sample-missing",
-            f"There is no sample {wanted}: the result has {count}.",
+            f"There is no sample {number}: the result has {count}.",
             where=str(result.folder),
             fix=f"Give ‹sample› a number from 1 to {count}.",
         )
-    return wanted - 1
+    return number - 1
 
 
 def body_of(result: Result) -> BodyModel:

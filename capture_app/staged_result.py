@@ -69,7 +69,7 @@ class Staging:
         return self.folder
 
     def flush(self) -> None:
-        """What is in the folder survives a power cut."""
+        """Make what is in the folder survive a power cut."""
         flush(*self.folder.rglob("*"), self.folder)
 
     def publish(self) -> None:
@@ -153,7 +153,7 @@ Request = TypeVar("Request", RunRequest, ResolveRequest)
 
 
 class StagedResult(ABC, Generic[Request]):
-    """What the stages share: the folder, the clock, and what was made so far."""
+    """The folder, the clock, and what was made so far, which the stages share."""
 
     def __init__(
         self,
@@ -206,7 +206,7 @@ class StagedResult(ABC, Generic[Request]):
 
     @cached_property
     def sample(self) -> GeneratedSample:
-        """What was generated, by this process or by one before it."""
+        """The sample that was generated, by this process or by one before it."""
         return load_sample(self.staging.folder / _SAMPLE_FILE)
 
     def keep(self, sample: GeneratedSample) -> None:

@@ -73,7 +73,7 @@ RECORDED, REPORT, SYNTHETIC = "recorded.npz", "data.json", "synthetic"
 
 
 def split(sources: Sequence[Path]) -> tuple[list[Path], list[Path]]:
-    """Which of the sources are clips already, and which are recordings.
+    """Split the sources into clips and recordings.
 
     Raises:
         InputError: ``no-training-data`` when one is not there.
@@ -118,11 +118,11 @@ def gather(
     Raises:
         InputError: ``run-differs`` when the run was begun with other data, and as `build_mocap`.
     """
-    wanted, run = _fingerprint(sources, request), request.output
+    fingerprint, run = _fingerprint(sources, request), request.output
     kept, card = run / RECORDED, run / REPORT
     if kept.is_file() and card.is_file():
         before = json.loads(card.read_text(encoding="utf-8"))
-        if before.get("fingerprint") != wanted:
+        if before.get("fingerprint") != fingerprint:
             raise InputError(
                 "run-differs",
                 "This run was begun with other recordings, or they have changed.",
@@ -131,7 +131,7 @@ def gather(
             )
         dropped = Counter[str](before["left_out"])
     else:
-        dropped = _record(sources, request, body, report, wanted)
+        dropped = _record(sources, request, body, report, fingerprint)
     report.left_out(dropped, card)
     # As they will be read when the run goes on, to the last bit.
     return load_clips(kept)
@@ -180,11 +180,11 @@ def _fingerprint(sources: Sequence[Path], request: TrainRequest) -> str:
         f"RecordingOptions(share_alike={request.share_alike!r}, "
         f"metres_per_unit={request.metres_per_unit!r}, object_split={request.object_split!r})"
     )
-    seen = hashlib.sha256(reading.encode())
+    digest = hashlib.sha256(reading.encode())
     for source in sources:
         for file in motion_files(source):
-            seen.update(f"{file.name} {file.stat().st_size} {file.stat().st_mtime_ns}".encode())
-    return seen.hexdigest()[:16]
+            digest.update(f"{file.name} {file.stat().st_size} {file.stat().st_mtime_ns}".encode())
+    return digest.hexdigest()[:16]
 
 
 def synthesise_data(request: SynthesisRequest, report: TrainingReport) -> None:
@@ -296,7 +296,7 @@ def train(request: TrainRequest, report: TrainingReport | None = None) -> None:
 
 
 def held_out(clips: Sequence[Clip]) -> int:
-    """How many clips are of the paper's held-out people."""
+    """Return how many clips are of the paper's held-out people."""
     sides = by_side(clip.name for clip in clips)
     return len(sides.get("seen", ())) + len(sides.get("unseen", ()))
 
@@ -355,14 +355,14 @@ def _synthesised(request: TrainRequest, report: TrainingReport, default: int) ->
     if not count:
         return []
     folder = request.output / SYNTHETIC
-    wanted = SynthesisRequest(
+    synthesis = SynthesisRequest(
         mocap=(request.output / RECORDED,),
         output=folder,
         count=count,
         seed=request.seed,
         workers=request.workers,
     )
-    synthesise_data(wanted, report)
+    synthesise_data(synthesis, report)
     return [clip for file in shards(folder) for clip in load_clips(file)]
 
 
@@ -377,7 +377,7 @@ def _check_objects(clips: Sequence[Clip], plans: dict[str, NetworkPlan]) -> None
 
 
 def _notes(request: TrainRequest, clips: Sequence[Clip], group: ProcessGroup) -> dict[str, str]:
-    """What the weights say about where they come from."""
+    """Return what the weights say about where they come from."""
     notes = {
         "method": request.method,
         "size": request.size,

@@ -55,6 +55,11 @@ class OmocapError(Exception):
         self.field = field
         self.fix = fix
 
+    @property
+    def texts(self) -> dict[str, str]:
+        """Every text of the error by its name, as JSON has them."""
+        return {name: getattr(self, name) for name in ("code", "what", "where", "field", "fix")}
+
     def __reduce__(self) -> tuple[partial[Self], tuple[str, str]]:
         """Return what makes it anew in another process, as a worker's error is."""
         named = partial(type(self), where=self.where, field=self.field, fix=self.fix)

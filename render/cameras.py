@@ -102,7 +102,7 @@ def follow(
     subject: Float[np.ndarray, "frames points 3"],
     person: Float[np.ndarray, "frames 2"],
     facing: Float[np.ndarray, "frames 2"],
-    held: Float[np.ndarray, "frames 2"],
+    object_track: Float[np.ndarray, "frames 2"],
     width: int,
     height: int,
     style: FollowStyle = FollowStyle(),
@@ -117,7 +117,9 @@ def follow(
         width, height: of the pictures, pixels.
         style: how to follow.
     """
-    return framed(subject, follow_azimuth(person, facing, held, style), width, height, style)
+    return framed(
+        subject, follow_azimuth(person, facing, object_track, style), width, height, style
+    )
 
 
 def framed(
@@ -148,7 +150,7 @@ def behind(facing: Float[np.ndarray, "frames 2"]) -> Float[np.ndarray, " frames"
 def follow_azimuth(
     person: Float[np.ndarray, "frames 2"],
     facing: Float[np.ndarray, "frames 2"],
-    held: Float[np.ndarray, "frames 2"],
+    object_track: Float[np.ndarray, "frames 2"],
     style: FollowStyle = FollowStyle(),
 ) -> Float[np.ndarray, " frames"]:
     """Azimuth of the camera per frame, radians, continuous: best views joined by least turning."""
@@ -157,7 +159,7 @@ def follow_azimuth(
     )
     frames = len(facing)
     at = np.minimum(np.arange(0, frames + _STRIDE, _STRIDE), frames - 1)
-    cost = _view_cost(facing[at], (held - person)[at], style)
+    cost = _view_cost(facing[at], (object_track - person)[at], style)
     chosen = np.unwrap(_cheapest_path(cost, style.turn_cost) * 2.0 * np.pi / _BINS)
     every = np.interp(np.arange(frames), np.arange(len(at)) * _STRIDE, chosen)
     return _smooth(every[:, None], seconds=0.8)[:, 0]
@@ -168,7 +170,7 @@ def _view_cost(
     toward: Float[np.ndarray, "stops 2"],
     style: FollowStyle,
 ) -> Float[np.ndarray, "stops bins"]:
-    """How bad each azimuth is: far from three-quarter front, or the object behind the person."""
+    """Return how bad each azimuth is: far from three-quarter front, or the object behind the person."""
     bins = np.arange(_BINS) * 2.0 * np.pi / _BINS
     view = np.stack([np.cos(bins), np.sin(bins)])
     ahead = np.arctan2(facing[:, 1], facing[:, 0])[:, None]
@@ -203,7 +205,7 @@ def _distance(
     height: int,
     style: FollowStyle,
 ) -> Float[np.ndarray, " frames"]:
-    """How far the camera stands from the target so that every point is in the picture."""
+    """Return how far the camera stands from the target so that every point is in the picture."""
     seen = offset @ R_world_camera
     tall = np.tan(0.5 * style.fov_y) * style.fill
     wide = tall * width / height

@@ -110,8 +110,8 @@ def _world_points(
     """World points that pixels show."""
     v, u = np.nonzero(where)
     d = depth[where].astype(np.float64)
-    seen = np.stack([(u - camera.cx) / camera.fx * d, (camera.cy - v) / camera.fy * d, -d], axis=1)
-    return seen @ camera.T_world_camera[:3, :3].T + camera.T_world_camera[:3, 3]
+    rays = np.stack([(u - camera.cx) / camera.fx * d, (camera.cy - v) / camera.fy * d, -d], axis=1)
+    return rays @ camera.T_world_camera[:3, :3].T + camera.T_world_camera[:3, 3]
 
 
 TRUTH_COLOR: Color = (0.66, 0.67, 0.69)
@@ -268,12 +268,12 @@ def _alone(
             yield renderer.color(camera)
         else:
             renderer.update(body, color=np.array(HEAT_BODY))
-            seen = renderer.draw(camera)
+            drawn = renderer.draw(camera)
             renderer.update(body, visible=False)
             behind = renderer.draw(camera)[1]
             here = _skin(cast, contender.frame(tick))
             away = np.linalg.norm(here - _skin(casts[0], contenders[0].frame(tick)), axis=1)
-            yield tinted(seen, behind, camera, here, away, heat)
+            yield tinted(drawn, behind, camera, here, away, heat)
         _hide(renderer, cast)
 
 

@@ -168,9 +168,9 @@ def _grid(plates: Sequence[Picture], style: PlateStyle) -> UInt8[np.ndarray, "gr
     return np.concatenate([p for row in rows for p in (level, row)][1:])
 
 
-def _columns(count: int, wanted: int | None) -> int:
-    if wanted is not None:
-        return min(wanted, count)
+def _columns(count: int, asked: int | None) -> int:
+    if asked is not None:
+        return min(asked, count)
     return count if count <= 4 else int(np.ceil(np.sqrt(count)))
 
 

@@ -144,7 +144,7 @@ _STEPS = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600)
 
 @dataclass(frozen=True)
 class Held:
-    """When the hands of one motion hold the object, on a clock it shares with others."""
+    """The times at which the hands of one motion hold the object, on a clock it shares with others."""
 
     contact: Bool[np.ndarray, "frames 2"]
     """Left, right hand."""

@@ -49,8 +49,8 @@ def mount_picture(
         solid(mesh),
         *_phone(T_object_phone, T_object_phone @ T_phone_body, body),
     ]
-    seen = np.concatenate([thing.vertices for thing in things])
-    low, high = seen.min(axis=0), seen.max(axis=0)
+    points = np.concatenate([thing.vertices for thing in things])
+    low, high = points.min(axis=0), points.max(axis=0)
     middle, radius = (low + high) / 2, _MARGIN * float(np.linalg.norm(high - low)) / 2
     phone = T_object_phone[:2, 3] - middle[:2]
     towards = np.arctan2(phone[1], phone[0])

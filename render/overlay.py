@@ -61,7 +61,7 @@ class LensDistortion:
         self._map = where[..., 0], where[..., 1]
 
     def camera(self, T_world_camera: Float[np.ndarray, "4 4"]) -> Camera:
-        """What draws the straight picture, `self.width` x `self.height`; `Camera`'s axes."""
+        """The camera that draws the straight picture, `self.width` x `self.height`; `Camera`'s axes."""
         return Camera(T_world_camera, *self._pinhole)
 
     def bend(self, picture: UInt8[np.ndarray, "h w c"]) -> UInt8[np.ndarray, "height width c"]:
@@ -90,13 +90,13 @@ def pixels_of(
     points: Float[np.ndarray, "n 3"], camera: Camera, distort: Distort | None
 ) -> Float[np.ndarray, "n 3"]:
     """Pixel u, v and depth of world points through a lens; behind the camera u, v mean nothing."""
-    seen = camera.project(points)
+    pixels = camera.project(points)
     if distort is None:
-        return seen
+        return pixels
     scale, middle = np.array([camera.fx, camera.fy]), np.array([camera.cx, camera.cy])
-    ahead = seen[:, 2] > NEAR
-    seen[ahead, :2] = distort((seen[ahead, :2] - middle) / scale) * scale + middle
-    return seen
+    ahead = pixels[:, 2] > NEAR
+    pixels[ahead, :2] = distort((pixels[ahead, :2] - middle) / scale) * scale + middle
+    return pixels
 
 
 def draw_outline(
@@ -117,10 +117,10 @@ def draw_outline(
         color: of the line.
     """
     height, width = picture.shape[:2]
-    seen = pixels_of(vertices, camera, distort)
-    whole = (seen[faces, 2] > NEAR).all(axis=1)
+    pixels = pixels_of(vertices, camera, distort)
+    whole = (pixels[faces, 2] > NEAR).all(axis=1)
     # What is far outside would overflow the integers that OpenCV counts in.
-    flat = np.clip(seen[:, :2], -2 * max(height, width), 3 * max(height, width))
+    flat = np.clip(pixels[:, :2], -2 * max(height, width), 3 * max(height, width))
     corners = np.rint(flat * 2**_SHIFT).astype(np.int32)[faces[whole]]
     mask = np.zeros((height, width), np.uint8)
     for corner in corners:

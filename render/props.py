@@ -220,7 +220,7 @@ def trail(
 
 
 def _outside(x: Float[np.ndarray, "*n"], low: float, high: float) -> Float[np.ndarray, "*n"]:
-    """How far x lies outside an interval, 0 inside."""
+    """Return how far x lies outside an interval, 0 inside."""
     return np.maximum(np.maximum(low - x, x - high), 0.0)
 
 

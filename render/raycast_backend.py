@@ -176,7 +176,7 @@ class _World:
         return _Hits(pixel, depth[pixel], point, normal, slant, surface, corners, weights)
 
     def shaded(self, hits: _Hits, focal: float, light: Light) -> Float32[np.ndarray, "hits 4"]:
-        """What render/shaders/mesh.frag computes; `focal` in pixels."""
+        """Return what render/shaders/mesh.frag computes; `focal` in pixels."""
         open_air, lit = self.irradiance(hits, light)
         color = np.ones((len(lit), 4), np.float32)
         color[:, :3] = self.albedo(hits, focal) * lit[:, None]

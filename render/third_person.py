@@ -141,7 +141,7 @@ def follow_motion(
 def subject(
     human: HumanMotion, object_motion: ObjectMotion
 ) -> Float[np.ndarray, "frames points 3"]:
-    """What a picture of the motion has to show: joints, crown and corners of the object, world."""
+    """Return what a picture of the motion has to show: joints, crown and corners of the object, world."""
     crown = human.joints[:, joint("head"), None] + [0.0, 0.0, _CROWN]
     return np.concatenate([human.joints, crown, object_corners(object_motion)], axis=1)
 
@@ -213,9 +213,9 @@ def _patches(segments: Sequence[ContactSegment], moved: ObjectMotion, surface: S
     T_world_patch = moved.T_world_object.copy()
     visible = np.zeros(len(T_world_patch), bool)
     for segment in segments:
-        held = slice(max(segment.start, 0), segment.stop)
-        T_world_patch[held] = moved.T_world_object[held] @ _on_surface(segment.anchor, surface)
-        visible[held] = True
+        span = slice(max(segment.start, 0), segment.stop)
+        T_world_patch[span] = moved.T_world_object[span] @ _on_surface(segment.anchor, surface)
+        visible[span] = True
     name = f"{('left', 'right')[segments[0].hand]} hold"
     drawable = Drawable(name, flat, faces, CONTACT_COLOR, casts_shadow=False)
     return Actor(drawable, T_world=T_world_patch, visible=visible)

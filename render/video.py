@@ -27,7 +27,7 @@ _PATIENCE = 0.1
 
 
 class _End:
-    """What comes after the last item: an error, or nothing."""
+    """The end of the items: an error, or nothing."""
 
     def __init__(self, error: BaseException | None) -> None:
         self.error = error

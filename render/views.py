@@ -182,7 +182,7 @@ class Eye:
 
 @dataclass(frozen=True)
 class Shot:
-    """How a motion is seen."""
+    """The cameras of a motion, and what else its pictures need."""
 
     cameras: list[Camera]
     """One per frame."""
@@ -262,7 +262,7 @@ def share_shown(
 
 
 def _riding(moved: ObjectMotion, eye: Eye, width: int, height: int) -> list[Camera]:
-    """What the eye sees, turned by quarters so that up is up; the same angle across the corners."""
+    """Return what the eye sees, turned by quarters so that up is up; the same angle across the corners."""
     T = moved.T_world_object @ eye.T_object_camera
     angle = -quarter_turns(T) * np.pi / 2
     c, s = np.cos(angle), np.sin(angle)

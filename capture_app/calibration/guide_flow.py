@@ -42,7 +42,7 @@ _SURENESS = "mount's error"
 
 
 def command_line(words: Sequence[str]) -> str:
-    """What a person types, or copies."""
+    """Return a command of `omocap calibrate` as a person types or copies it."""
     return join([*_TOOL, *words])
 
 
@@ -188,15 +188,15 @@ def _recording(prompt: Prompt, state: GuideState, mount: Mount, mesh: ObjectMesh
 
 
 def standing(session: CaptureSession, mesh: ObjectMesh, mount: Mount) -> Finding:
-    """How often the object stands on the floor in a recording.
+    """Return how often the object stands on the floor in a recording.
 
     Raises:
         InputError: of `ingest.calibration.floor_contacts.track` and
             `ingest.calibration.floor_contacts.standings`.
     """
-    found = standings(find_contacts(track(session)), flat_sides(mesh), mount, str(session.source))
-    rests = sum(one.contact.kind == "rest" for one in found)
-    pushed = f", and is pushed over it {len(found) - rests} times" if len(found) > rests else ""
+    stands = standings(find_contacts(track(session)), flat_sides(mesh), mount, str(session.source))
+    rests = sum(one.contact.kind == "rest" for one in stands)
+    pushed = f", and is pushed over it {len(stands) - rests} times" if len(stands) > rests else ""
     return Finding(f"in the recording the object rests on the floor {rests} times{pushed}")
 
 
@@ -211,7 +211,7 @@ def _height(prompt: Prompt) -> str:
 
 
 def print_closing_advice(prompt: Prompt, state: GuideState, best: Path) -> None:
-    """Which file to use and how, what is still open, and what would make it surer."""
+    """Print which file to use and how, what is still open, and what would make it surer."""
     mount = load_mount(best)
     prompt.heading("Done")
     for free in mount.free:

@@ -93,15 +93,15 @@ MODEL = GuideStep("The phone", (), _ask_model, ("--phone", "MODEL"))
 
 
 def _ask_points(prompt: Prompt, state: GuideState) -> Words:
-    found = _typed_points(prompt)
-    path = found if isinstance(found, Path) else _kept(prompt, state, found)
+    typed = _typed_points(prompt)
+    path = typed if isinstance(typed, Path) else _kept(prompt, state, typed)
     if not prompt.accept(_check_pairs(load_pairs(path), state)):
         raise AgainError
     return [str(path)]
 
 
 def _kept(prompt: Prompt, state: GuideState, pairs: Sequence[PointPair]) -> Path:
-    """What was typed is written before it is judged, so that a wrong number can be mended."""
+    """Write what was typed before it is judged, so that a wrong number can be mended."""
     path = state.fresh("points.json")
     save_pairs(pairs, path)
     prompt.tell(f"Kept in {path}.")
@@ -286,28 +286,28 @@ def _ask_place(prompt: Prompt, state: GuideState) -> Path:
         "bottom right": (board.width, board.height),
         "bottom left": (0.0, board.height),
     }
-    found: dict[str, tuple[float, float, float]] = {}
+    measured: dict[str, tuple[float, float, float]] = {}
     for name in corners:
         answer = prompt.until_right(lambda name=name: _corner(prompt, state, name))
         if isinstance(answer, Path):
             return _given(prompt, state, answer)
         if answer is not None:
-            found[name] = answer
-    on_board = np.array([[*corners[name], 0.0] for name in found]).reshape(-1, 3)
-    on_object = np.array(list(found.values())).reshape(-1, 3)
-    fit = place_from_points(on_board, on_object, names=list(found))
+            measured[name] = answer
+    on_board = np.array([[*corners[name], 0.0] for name in measured]).reshape(-1, 3)
+    on_object = np.array(list(measured.values())).reshape(-1, 3)
+    fit = place_from_points(on_board, on_object, names=list(measured))
     few = ("Three points fit nearly always: a fourth would show a mistake.",)
     finding = Finding(
-        f"{len(found)} points, which fit the board within {1e3 * fit.rms:.1f} mm",
-        astray(state.object_mesh, list(found), on_object, _OFF_SURFACE) + _doubts(state, fit),
-        few if len(found) == ENOUGH else (),
+        f"{len(measured)} points, which fit the board within {1e3 * fit.rms:.1f} mm",
+        astray(state.object_mesh, list(measured), on_object, _OFF_SURFACE) + _doubts(state, fit),
+        few if len(measured) == ENOUGH else (),
     )
     if not prompt.accept(finding):
         raise AgainError
     path = state.fresh("board-place.json")
     points = [
         {"board_mm": [round(1e3 * side, 3) for side in corners[name]], "object": list(xyz)}
-        for name, xyz in found.items()
+        for name, xyz in measured.items()
     ]
     path.write_text(json.dumps({"points": points}, indent=2) + "\n", encoding="utf-8")
     prompt.tell(f"Kept in {path}.")

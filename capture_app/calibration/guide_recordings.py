@@ -220,12 +220,12 @@ def _seen(
     showing: list[Grey] = []
     corners: list[int] = []
     for picture in islice(_beginning(pictures), _MOST_PICTURES):
-        found = detector.find(picture.grey)
+        detected = detector.find(picture.grey)
         if len(corners) % _SAMPLES == 0:
             some.append(picture.grey)
-        if _enough(found) and len(showing) < _SAMPLES:
+        if _enough(detected) and len(showing) < _SAMPLES:
             showing.append(picture.grey)
-        corners.append(len(found.numbers) if _enough(found) else 0)
+        corners.append(len(detected.numbers) if _enough(detected) else 0)
     if not some:
         raise InputError("no-video", "There are no pictures.", where=where, fix="Film the board.")
     if not fits(showing, board):
@@ -269,7 +269,7 @@ def _silent(name: str, done: float) -> None:
 
 
 def _recording(check: Callable[[CaptureSession, GuideState], Finding], *words: str):
-    """What asks for a recording that passes a check."""
+    """Return a question for a recording that passes a check."""
 
     def ask(prompt: Prompt, state: GuideState) -> Words:
         path = prompt.path("Folder or archive of the recording", state.session_file)

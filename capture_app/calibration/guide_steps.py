@@ -80,15 +80,15 @@ class Prompt:
         self._console.print(f"  {text}", style="cyan", markup=False, soft_wrap=True)
 
     def good(self, text: str) -> None:
-        """What was found right."""
+        """Tell what is right."""
         self._label("Good: ", "bold green", text)
 
     def doubt(self, text: str) -> None:
-        """What may be wrong."""
+        """Tell what may be wrong."""
         self._label("But: ", "bold yellow", text)
 
     def problem(self, error: InputError) -> None:
-        """What is wrong, where, and what to do about it."""
+        """Tell what is wrong, where, and what to do about it."""
         where = f" ({error.where})" if error.where and not error.where.startswith("‹") else ""
         self._label("No: ", "bold red", f"{error.what.rstrip('.')}{where}. {error.fix}")
 
@@ -179,8 +179,8 @@ def _complete_paths() -> None:
         return
 
     def complete(text: str, state: int) -> str | None:
-        found = sorted(glob(f"{Path(text).expanduser()}{'/' if text.endswith('/') else ''}*"))
-        return found[state] if state < len(found) else None
+        files = sorted(glob(f"{Path(text).expanduser()}{'/' if text.endswith('/') else ''}*"))
+        return files[state] if state < len(files) else None
 
     readline.set_completer_delims("\n")
     readline.set_completer(complete)
@@ -302,11 +302,11 @@ def where_it_sits(mount: Mount, mesh: ObjectMesh) -> str:
 
 
 def off_surface(mesh: ObjectMesh, points: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, " n"]:
-    """How far points are from the object's surface, metres."""
+    """Return the distances of points from the object's surface, metres."""
     vertices, faces = mesh.vertices.astype(np.float64), mesh.faces.astype(np.int64)
     kind = igl.SIGNED_DISTANCE_TYPE_UNSIGNED
-    found = igl.signed_distance(points, vertices, faces, sign_type=kind)[0]
-    return np.abs(np.asarray(found, np.float64)).reshape(-1)
+    distances = igl.signed_distance(points, vertices, faces, sign_type=kind)[0]
+    return np.abs(np.asarray(distances, np.float64)).reshape(-1)
 
 
 def astray(

@@ -72,11 +72,11 @@ app.add_typer(study.app, name="study")
 app.add_typer(data.app, name="data")
 
 
-def _show_version(wanted: bool) -> bool:
-    if wanted:
+def _show_version(asked: bool) -> bool:
+    if asked:
         typer.echo(f"omocap {version('omocap')}")
         raise typer.Exit
-    return wanted
+    return asked
 
 
 @app.callback()

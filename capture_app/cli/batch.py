@@ -179,8 +179,8 @@ def _rows(sessions: Path) -> "list[dict[str, Any]]":
 
     if sessions.suffix.lower() == ".csv" and sessions.is_file():
         return read_table(sessions)
-    found = find_sessions(sessions)
-    return [{"name": name, "session": path} for name, path in found.items()]
+    logs = find_sessions(sessions)
+    return [{"name": name, "session": path} for name, path in logs.items()]
 
 
 def _make_folder(result: Path) -> None:

@@ -115,7 +115,7 @@ class ProgressBars(RichProgress):
             self.console.print(self._line(task_id), soft_wrap=True)
 
     def _line(self, task_id: TaskID) -> Text:
-        """What stands beside the bar of a task."""
+        """Return what stands beside the bar of a task."""
         task = next(task for task in self.tasks if task.id == task_id)
         cells = (column(task) for column in self.columns if isinstance(column, ProgressColumn))
         return Text(" ".join(cell.plain.strip() for cell in cells if isinstance(cell, Text)))

@@ -1,9 +1,4 @@
-"""`omocap data`: make training clips from recorded human motion.
-
-`omocap data inspect`: look at clips, and measure what is wrong with them.
-
-`omocap data markers`: an object that was captured with markers becomes a motion for `omocap run`.
-"""
+"""`omocap data`: training clips from recorded motion, a look at clips, and object motion from markers."""
 
 import json
 from collections import Counter
@@ -237,7 +232,7 @@ def markers(
 
 
 def _off_surface(mesh: Path, places: "Places", scale: float) -> "list[float]":
-    """How far each place is from the scan, metres; the scan is read at its right size."""
+    """Return the distance of each place from the scan, metres; the scan is read at its right size."""
     from ingest.axes import T_ZUP_ARKIT
     from ingest.mesh import load_mesh
     from omomo_core.geometry.surface import sample_surface

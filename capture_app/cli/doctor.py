@@ -46,10 +46,10 @@ def doctor(config: Config = False, as_json: options.AsJson = False) -> None:
 def _print_checks(checks: list["HealthCheck"]) -> None:
     table = Table(box=None, pad_edge=False, show_header=False)
     for check in checks:
-        found = Text(check.found)
+        text = Text(check.found)
         if check.fix:
-            found.append(f"\nfix: {in_options(check.fix)}", style="dim")
-        table.add_row(Text(check.level, style=_COLOUR[check.level]), check.name, found)
+            text.append(f"\nfix: {in_options(check.fix)}", style="dim")
+        table.add_row(Text(check.level, style=_COLOUR[check.level]), check.name, text)
     output.print(table)
 
 

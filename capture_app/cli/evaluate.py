@@ -9,6 +9,7 @@ import typer
 
 from capture_app.cli import options
 from capture_app.cli.figure_table import FigureRow, FigureTable
+from capture_app.commands.spelling import all_in_options
 from omomo_core.whole_file import check_target, write_whole
 
 if TYPE_CHECKING:
@@ -106,7 +107,7 @@ def evaluate(
     if json_file is not None:
         settings = {"samples": samples, "seed": seed, "steps": steps, "body": body.value}
         settings |= {"weights": str(weights) if weights else "shipped"}
-        write_whole(json_file, json.dumps(made.document(settings), indent=1) + "\n")
+        write_whole(json_file, json.dumps(all_in_options(made.document(settings)), indent=1) + "\n")
 
 
 def _evaluated(

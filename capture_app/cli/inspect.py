@@ -61,7 +61,7 @@ def inspect(
 
     # Without the object the phone alone is inspected, and needs no mount.
     place = options.mount_file(mount) if mesh else None
-    seen = inspect_take(
+    inspection = inspect_take(
         session,
         mesh,
         place,
@@ -71,17 +71,17 @@ def inspect(
     )
     refusal = None
     try:
-        refuse_bad(seen)
+        refuse_bad(inspection)
     except InputError as problem:
         refusal = problem
     if html is not None:
-        _write_page(seen, html)
+        _write_page(inspection, html)
     if as_json:
         from capture_app.commands.spelling import all_in_options
 
-        output.print_json(data=all_in_options(_as_data(seen, refusal)))
+        output.print_json(data=all_in_options(_as_data(inspection, refusal)))
     else:
-        _show(seen)
+        _show(inspection)
         if html is not None:
             say("Page", str(html), "bold")
     if refusal is not None:
@@ -90,55 +90,57 @@ def inspect(
         raise typer.Exit(2)
 
 
-def _write_page(seen: "Inspection", path: Path) -> None:
+def _write_page(inspection: "Inspection", path: Path) -> None:
     from capture_app.report_page import report_page
     from omomo_core.whole_file import write_whole
 
-    write_whole(path, in_options(report_page(seen)))
+    write_whole(path, in_options(report_page(inspection)))
 
 
-def _as_data(seen: "Inspection", refusal: InputError | None) -> dict[str, Any]:
-    take = seen.take
+def _as_data(inspection: "Inspection", refusal: InputError | None) -> dict[str, Any]:
+    take = inspection.take
     return {
-        "app": seen.session.app,
-        "source": str(seen.session.source),
-        "verdict": seen.verdict,
-        "reason": seen.reason,
-        "advice": seen.advice,
+        "app": inspection.session.app,
+        "source": str(inspection.session.source),
+        "verdict": inspection.verdict,
+        "reason": inspection.reason,
+        "advice": inspection.advice,
         "usable": refusal is None,
         "problem": str(refusal) if refusal else None,
-        "severity": seen.report.severity,
-        "checks": [asdict(check) for check in seen.report.checks],
+        "severity": inspection.report.severity,
+        "checks": [asdict(check) for check in inspection.report.checks],
         "segments": [list(segment) for segment in take.segments] if take else [],
         "floor": {"height": take.floor.height, "source": take.floor.source} if take else None,
         "notes": list(take.notes) if take else [],
     }
 
 
-def _show(seen: "Inspection") -> None:
-    output.print(f"{seen.session.source} ({seen.session.app})", markup=False, soft_wrap=True)
+def _show(inspection: "Inspection") -> None:
+    output.print(
+        f"{inspection.session.source} ({inspection.session.app})", markup=False, soft_wrap=True
+    )
     table = Table("", "check", "found", "poses", box=None, pad_edge=False, header_style="dim")
-    for checks in folded(seen.report.checks):
+    for checks in folded(inspection.report.checks):
         first = checks[0]
-        found = Text(in_options("; ".join(dict.fromkeys(check.message for check in checks))))
+        text = Text(in_options("; ".join(dict.fromkeys(check.message for check in checks))))
         if first.fix:
-            found.append(f"\nfix: {in_options(first.fix)}", style="dim")
+            text.append(f"\nfix: {in_options(first.fix)}", style="dim")
         names = ", ".join(dict.fromkeys(check.name for check in checks))
         places = [f"{c.frames[0]}-{c.frames[1] - 1}" for c in checks if c.frames]
         severity = Text(first.severity, style=_COLOUR[first.severity])
-        table.add_row(severity, names, found, ", ".join(places))
+        table.add_row(severity, names, text, ", ".join(places))
     output.print(table)
-    _show_stretches(seen)
-    reason = f": {seen.reason}" if seen.reason else ""
-    say("Verdict", f"{seen.verdict}{reason}", f"bold {_VERDICT_COLOUR[seen.verdict]}")
+    _show_stretches(inspection)
+    reason = f": {inspection.reason}" if inspection.reason else ""
+    say("Verdict", f"{inspection.verdict}{reason}", f"bold {_VERDICT_COLOUR[inspection.verdict]}")
 
 
-def _show_stretches(seen: "Inspection") -> None:
-    if seen.take is None:
+def _show_stretches(inspection: "Inspection") -> None:
+    if inspection.take is None:
         return
-    for k, (start, stop) in enumerate(seen.take.segments):
-        used = k == seen.take.chosen and len(seen.take.segments) > 1
+    for k, (start, stop) in enumerate(inspection.take.segments):
+        used = k == inspection.take.chosen and len(inspection.take.segments) > 1
         note = " (used; --segment chooses another)" if used else ""
         say(f"Segment {k + 1}", f"{start / 30:.1f} to {stop / 30:.1f} s can be used{note}", "bold")
-    if seen.mesh is not None:
-        say("Floor", seen.take.floor.message, "bold")
+    if inspection.mesh is not None:
+        say("Floor", inspection.take.floor.message, "bold")

@@ -110,8 +110,8 @@ def show(mount: Mount) -> None:
         say("Sure to", f"{bounds.mm:.1f} mm and {bounds.deg:.2f} deg (95 %)", f"bold {colour}")
     if mount.residuals:
         # The clocks of two devices differ by anything.
-        left = {name: x for name, x in mount.residuals.items() if not name.endswith("_s")}
-        listed = ", ".join(_residual(name, value) for name, value in left.items())
+        residuals = {name: x for name, x in mount.residuals.items() if not name.endswith("_s")}
+        listed = ", ".join(_residual(name, value) for name, value in residuals.items())
         say("Left over", listed, "bold")
     for free in mount.free:
         say("Not seen", free, "bold yellow")

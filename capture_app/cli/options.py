@@ -13,7 +13,7 @@ IDENTITY = "identity"
 
 
 class DrawingBackend(StrEnum):
-    """What draws the pictures."""
+    """The renderers that can draw the pictures."""
 
     auto = "auto"
     pyrender = "pyrender"

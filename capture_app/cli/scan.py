@@ -97,7 +97,7 @@ def _headline(made: "ObjectScan") -> None:
 
 
 def _next(request: ScanRequest, made: "ObjectScan") -> str:
-    """How the phone is found in this scan once it is clamped."""
+    """Return the command that finds the phone in this scan once it is clamped."""
     from capture_app.scanning.scan_folder import MODEL
 
     assert made.found is not None

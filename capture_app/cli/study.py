@@ -107,11 +107,11 @@ def analyse(
     from capture_app.study.votes import read_key, read_votes, vote_files
 
     key = read_key(study)
-    found = count(key, read_votes(vote_files(votes), key), may_miss=may_miss)
-    write_report(file, key, found)
-    for name, why in found.left_out:
+    analysis = count(key, read_votes(vote_files(votes), key), may_miss=may_miss)
+    write_report(file, key, analysis)
+    for name, why in analysis.left_out:
         say("left out", f"{name}: {why}", "yellow")
-    for p in found.preferences:
+    for p in analysis.preferences:
         rate = p.rate
         interval = f"{rate.low:.1%} to {rate.high:.1%}"
         what = f"{rate.share:.1%} ({interval}, {rate.votes} votes)"

@@ -31,7 +31,7 @@ SessionPath = Annotated[Path, FromLibrary(("session",))]
 
 
 class Way(BaseModel):
-    """What all ways have."""
+    """The fields that all ways have."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -352,7 +352,7 @@ millimetres."""
 
 
 class HandWay(Way):
-    """What both have: the phone may be one whose lens was measured."""
+    """The fields of both ways by hand; the lens of the phone may be measured."""
 
     object: MaybeObject = None
     ruler: Annotated[
@@ -433,7 +433,9 @@ class DrawingWay(HandWay):
 class ClickedPair(BaseModel):
     """A point on the phone, and the same point on the object."""
 
-    model_config = with_example(phone="top left back corner", point=[0.1, 0.22, 0.05])
+    model_config = ConfigDict(frozen=True) | with_example(
+        phone="top left back corner", point=[0.1, 0.22, 0.05]
+    )
 
     phone: ShortText | Point
     """Its name, or metres in the axes of the phone's camera."""

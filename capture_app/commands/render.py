@@ -38,7 +38,7 @@ DrawnBy = Annotated[
 
 
 class RenderOptions(BaseModel):
-    """What the page, too, can say about a video of a result."""
+    """Options of a video of a result that the page offers, too."""
 
     model_config = ConfigDict(extra="forbid")
 

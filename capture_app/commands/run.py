@@ -47,7 +47,7 @@ VIDEO = "motion.mp4"
 
 
 class TakeOptions(ReadingOptions):
-    """What the page, the command line and tables alike can say about a take and its motion."""
+    """Options of a take and its motion for the page, the command line and tables alike."""
 
     samples: Annotated[
         int, Field(title="Samples", ge=1, le=64, description="Motions to make; the best is chosen.")
@@ -115,7 +115,7 @@ class ResultRequest(Request):
 
     @property
     def video(self) -> RenderRequest | None:
-        """What draws the video, once the result is there."""
+        """The request that draws the video, once the result is there."""
         if self.video_size is None:
             return None
         return RenderRequest(
@@ -212,7 +212,7 @@ class RunRequest(TakeOptions, ResultRequest):
 
     @property
     def generation(self) -> "GenerationOptions":
-        """How the motion is generated."""
+        """The options of the generation."""
         from omomo_core.generation.generation_options import GenerationOptions
 
         names = (field.name for field in fields(GenerationOptions))

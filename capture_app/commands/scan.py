@@ -27,7 +27,7 @@ Corners = tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat,
 
 
 class ScanOptions(BaseModel):
-    """What page and command line alike can say about a scan."""
+    """Options of a scan for the page and the command line alike."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -146,7 +146,7 @@ class ScanOptions(BaseModel):
 
     @property
     def cameras(self) -> "CameraOptions":
-        """How to find the cameras, and what gives the scale.
+        """The options for finding the cameras, and what gives the scale.
 
         Raises:
             InputError: "scan-length", or those of `parse_reference`.

@@ -111,8 +111,8 @@ def read_size(text: str, where: str) -> tuple[int, int]:
     Raises:
         InputError: it is written otherwise, or of a size nobody wants.
     """
-    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text.strip().lower())
-    width, height = (int(found[1]), int(found[2])) if found else (0, 0)
+    match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text.strip().lower())
+    width, height = (int(match[1]), int(match[2])) if match else (0, 0)
     if not (64 <= width <= 7680 and 64 <= height <= 4320):
         raise InputError(
             "size-invalid",
@@ -129,8 +129,8 @@ def read_sheet(text: str, where: str) -> tuple[int, int]:
     Raises:
         InputError: it is written otherwise, or they are more than anybody can look at.
     """
-    found = re.fullmatch(r"(\d{1,2})x(\d{1,2})", text.strip().lower())
-    columns, rows = (int(found[1]), int(found[2])) if found else (0, 0)
+    match = re.fullmatch(r"(\d{1,2})x(\d{1,2})", text.strip().lower())
+    columns, rows = (int(match[1]), int(match[2])) if match else (0, 0)
     if not (1 <= columns <= 20 and 1 <= rows <= 20):
         raise InputError(
             "sheet-invalid",

@@ -141,7 +141,7 @@ Figures = dict[str, float]
 
 
 def own_figures(motion: Motion) -> Figures:
-    """What can be measured of a motion alone, alike for results and recorded people.
+    """Return what can be measured of a motion alone, alike for results and recorded people.
 
     Held: share of the frames in which somebody must hold the object, with a palm within 5 cm of it;
     left out where nobody must. Slip: mean speed of holding palms over the object. Penetration and
@@ -223,7 +223,7 @@ class PlacedMotion:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What is drawn, and what is said about it."""
+    """The motions that are drawn, and what is said about them."""
 
     contenders: tuple[Contender, ...]
     figures: tuple[Figures, ...]

@@ -166,8 +166,8 @@ def load_motions(
     Raises:
         InputError: one cannot be read, or has no such motion.
     """
-    found = [m for c in choices for m in _load(c, all_samples, paper_rule)]
-    return _distinct(found, [str(c) for c in choices])
+    motions = [m for c in choices for m in _load(c, all_samples, paper_rule)]
+    return _distinct(motions, [str(c) for c in choices])
 
 
 def _load(choice: Choice, all_samples: bool, paper_rule: bool) -> list[Motion]:
@@ -276,9 +276,9 @@ def _distinct(motions: Sequence[Motion], given: Sequence[str]) -> list[Motion]:
         labels = [
             g if labels.count(label) > 1 else label for g, label in zip(given, labels, strict=True)
         ]
-    seen: dict[str, int] = {}
+    counts: dict[str, int] = {}
     for k, label in enumerate(labels):
-        seen[label] = seen.get(label, 0) + 1
-        if seen[label] > 1:
-            labels[k] = f"{label} ({seen[label]})"
+        counts[label] = counts.get(label, 0) + 1
+        if counts[label] > 1:
+            labels[k] = f"{label} ({counts[label]})"
     return [replace(m, label=label) for m, label in zip(motions, labels, strict=True)]

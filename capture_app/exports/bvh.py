@@ -84,7 +84,7 @@ def _joint(bones: Skeleton, j: int, depth: int) -> list[str]:
 
 
 def _bone(bones: Skeleton, j: int) -> Float[np.ndarray, "3"]:
-    """From the parent to a joint at rest; the first joint's place is in its channels."""
+    """Return the way from the parent to a joint at rest; the first joint's place is in its channels."""
     parent = bones.parents[j]
     return np.zeros(3) if parent < 0 else bones.positions[j] - bones.positions[parent]
 

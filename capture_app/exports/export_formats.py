@@ -9,7 +9,7 @@ from omomo_core.errors import InputError
 
 @dataclass(frozen=True)
 class FileLayout:
-    """What a file of one kind looks like; the first of several choices is the usual one."""
+    """The choices that a format has; the first of several is the usual one."""
 
     endings: tuple[str, ...]
     ups: tuple[UpAxis, ...]
@@ -37,7 +37,7 @@ _HOME: dict[Bones, tuple[UpAxis, Units]] = {
 
 
 def layout_of(kind: ExportFormat) -> FileLayout:
-    """What the files of a kind look like.
+    """Return the layout of a format.
 
     Raises:
         InputError: "format-not-written" for COLLADA.

@@ -129,7 +129,7 @@ def export(
 
 
 def _beside(path: Path, to: ExportFormat, take: Take) -> tuple[Path, ...]:
-    """What is written beside the file: the object's BVH, or its picture for a USD layer."""
+    """Return what is written beside the file: the object's BVH, or its picture for a USD layer."""
     if to is ExportFormat.bvh:
         return (object_file(path),)
     if to is ExportFormat.usd and path.suffix != ".usdz" and take.mesh.texture is not None:

@@ -73,8 +73,8 @@ def find_blender(given: str | None) -> str:
     Raises:
         InputError: "blender-missing".
     """
-    found = shutil.which(given or _BLENDER)
-    if found is None:
+    program = shutil.which(given or _BLENDER)
+    if program is None:
         raise InputError(
             "blender-missing",
             "FBX is written by Blender, and there is none"
@@ -83,4 +83,4 @@ def find_blender(given: str | None) -> str:
             fix="Install it from blender.org (4.2 or later) and name it with ‹blender› PATH; "
             "or export ‹to› glb, which Unreal, Unity and Blender read.",
         )
-    return found
+    return program

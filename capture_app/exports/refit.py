@@ -130,7 +130,7 @@ def _turns(
 
 
 def _shoulders_down(body: BodyModel, smplx: BodyModel) -> dict[int, Float[np.ndarray, "3 3"]]:
-    """What brings its shoulders to where ours are, of each collar."""
+    """Return what brings its shoulders to where ours are, of each collar."""
     turns = rest_turns(body, rest_offsets(smplx))
     return {collar: turns[collar].T for collar in COLLARS}
 
@@ -352,7 +352,7 @@ def _within_reach(
 def _drop(
     body: BodyModel, root: _Points, R: _Turns, ankles: Float[np.ndarray, "frames 2 3"]
 ) -> Float[np.ndarray, " frames"]:
-    """How much lower the hips must be for both legs to reach."""
+    """Return how much lower the hips must be for both legs to reach."""
     rest, need = body.rest_joints.double().numpy(), np.zeros(len(root))
     joints = joints_of(body, root, R)
     for side, hip in enumerate(_HIPS):

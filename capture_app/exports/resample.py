@@ -101,8 +101,8 @@ def at_rate(
 
 def _clock(frames: int, fps: float) -> _Clock:
     source = np.arange(frames) / FPS
-    wanted = np.arange(np.floor(source[-1] * fps + 1e-6) + 1) / fps
-    at = np.clip(wanted * FPS, 0.0, frames - 1)
+    times = np.arange(np.floor(source[-1] * fps + 1e-6) + 1) / fps
+    at = np.clip(times * FPS, 0.0, frames - 1)
     at = np.where(np.abs(at - np.round(at)) < 1e-6, np.round(at), at)
     before, after = np.floor(at).astype(int), np.ceil(at).astype(int)
     return _Clock(source, at / FPS, before, after)

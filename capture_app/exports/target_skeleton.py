@@ -59,8 +59,8 @@ def recognised(names: Sequence[str]) -> dict[str, int]:
     """
     plain = [_plain(name) for name in names]
     maps = [{ours: _plain(b) for ours, b in table.of.items()} for table in BONE_NAMES.values()]
-    found = [{ours: plain.index(b) for ours, b in m.items() if b in plain} for m in maps]
-    return max(found, key=len)
+    candidates = [{ours: plain.index(b) for ours, b in m.items() if b in plain} for m in maps]
+    return max(candidates, key=len)
 
 
 def standing(name: str, bones: RawBones, joints: Mapping[str, int], where: str) -> Target:
@@ -220,14 +220,14 @@ def _humanoid(gltf: GLTF2) -> dict[str, int]:
 
 def _bones(gltf: GLTF2, parents: dict[int, int], human: set[int]) -> list[int]:
     """Nodes of the skeleton, parents first: the human's bones, what skins are tied to, and between."""
-    wanted = human | {j for skin in gltf.skins or [] for j in skin.joints or []}
+    nodes = human | {j for skin in gltf.skins or [] for j in skin.joints or []}
     if not human:
         return []
-    top = min((_path(parents, n) for n in wanted), key=len)[-1]
+    top = min((_path(parents, n) for n in nodes), key=len)[-1]
     for n in sorted(human):
         common = set(_path(parents, n))
         top = next((k for k in _path(parents, top) if k in common), top)
-    inside = {k for n in wanted for k in _path(parents, n) if top in _path(parents, k)}
+    inside = {k for n in nodes for k in _path(parents, n) if top in _path(parents, k)}
     return sorted(inside, key=lambda n: (len(_path(parents, n)), n))
 
 

@@ -10,6 +10,7 @@ import signal
 import sys
 import threading
 
+from capture_app.commands.spelling import in_options
 from capture_app.jobs.fleet import DATABASE, FOLLOW, LOG, NO_ROOM
 from capture_app.jobs.job_record import no_room
 from capture_app.jobs.worker import warm_up, work
@@ -31,7 +32,7 @@ def main() -> int:
     try:
         work(os.environ[DATABASE], warm_up=warm_up)
     except InputError as error:
-        print(f"Error: {error}", file=sys.stderr)
+        print(f"Error: {in_options(str(error))}", file=sys.stderr)
         return NO_ROOM if no_room(error) else 2
     return 0
 

@@ -44,15 +44,15 @@ def find_sessions(folder: Path) -> dict[str, Path]:
             where=str(folder),
             fix="Give a folder that holds sessions, or a CSV table that names them.",
         )
-    found = [path for child in sorted(folder.iterdir()) for path in _sessions(child)]
-    if not found:
+    logs = [path for child in sorted(folder.iterdir()) for path in _sessions(child)]
+    if not logs:
         raise InputError(
             "batch-empty",
             "The folder holds no session.",
             where=str(folder),
             fix="Give a folder in which each session is a folder or an archive.",
         )
-    return named(found, folder)
+    return named(logs, folder)
 
 
 def named(sessions: list[Path], folder: Path) -> dict[str, Path]:
@@ -179,15 +179,15 @@ def submit_batch(queue: JobQueue, orders: Sequence[RunRequest]) -> tuple[list[st
     Returns:
         Ids of all jobs, in the order of the orders, and what is to be told, in sentences.
     """
-    wanted = {order_id(order): order for order in orders}
-    known = {job.id for job in queue.get_all(list(wanted))}
-    for id, order in wanted.items():
+    by_id = {order_id(order): order for order in orders}
+    known = {job.id for job in queue.get_all(list(by_id))}
+    for id, order in by_id.items():
         if id not in known and (manifest := made_by(order)) is not None:
             queue.adopt(id, order, timings=manifest.timings, summary=summary_of(manifest))
-    queue.submit_all(wanted.items())
+    queue.submit_all(by_id.items())
     notes: list[str] = []
-    for job in queue.get_all(list(wanted)):
-        output = wanted[job.id].output
+    for job in queue.get_all(list(by_id)):
+        output = by_id[job.id].output
         if job.state in ("failed", "cancelled") or (job.state == "done" and not output.exists()):
             queue.again(job.id)
         elif job.state == "done" and not is_whole(output):

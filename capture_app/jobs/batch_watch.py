@@ -34,19 +34,19 @@ def watch(
     Raises:
         InputError: "disk-full": no job that is left can be done, and what failed for it may be done later.
     """
-    asked, left = set(ids), list(ids)
+    asked, unfinished = set(ids), list(ids)
     while True:
-        now = queue.get_all(left)
+        now = queue.get_all(unfinished)
         ended = [job for job in now if job.state in OVER]
-        left = [job.id for job in now if job.state not in OVER]
-        left += videos_of(ended)
+        unfinished = [job.id for job in now if job.state not in OVER]
+        unfinished += videos_of(ended)
         show(
             [job for job in ended if job.id in asked],
             [job for job in now if job.state in ("running", "cancelling")],
         )
         if full() or any(job.error and job.error.code == "disk-full" for job in ended):
-            raise _full(len(left) + sum(job.state != "done" for job in ended))
-        if not left:
+            raise _full(len(unfinished) + sum(job.state != "done" for job in ended))
+        if not unfinished:
             return
         time.sleep(pause)
 
@@ -56,9 +56,9 @@ def videos_of(jobs: Sequence[JobRecord]) -> list[str]:
     return [job.summary["video_job"] for job in jobs if job.summary.get("video_job")]
 
 
-def _full(left: int) -> InputError:
+def _full(unfinished: int) -> InputError:
     return InputError(
         "disk-full",
-        f"The disk is full; {left} sessions are not done.",
+        f"The disk is full; {unfinished} sessions are not done.",
         fix="Make room on it and give the same command again: what is done stays, and the rest goes on.",
     )

@@ -264,7 +264,7 @@ class ClaimedJob:
                 raise JobLost
 
     def _check_ours(self) -> None:
-        """Who lost the job may see its folder vanish: that is no fault of the job."""
+        """Check that the job is still ours: who lost it may see its folder vanish."""
         if self._store.write(self._row["id"], {}) is None:
             raise JobLost
 
@@ -286,7 +286,7 @@ def _hashed(inputs: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _changed(inputs: list[dict[str, Any]]) -> JobError | None:
-    """What earlier attempts made of other inputs is not mixed with these."""
+    """Refuse inputs that changed since an earlier attempt: the two are not mixed."""
     known = [item for item in inputs if item.get("sha256")]
     for before, now in zip(known, _hashed(known), strict=True):
         if before["sha256"] != now["sha256"]:

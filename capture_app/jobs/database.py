@@ -90,7 +90,7 @@ class Database:
 
     @property
     def url(self) -> str:
-        """With its password: not for people."""
+        """The address with its password, which is not for people."""
         return self._url.render_as_string(hide_password=False)
 
     @property

@@ -59,7 +59,7 @@ def launch(database: Database, worker: str, perform: Callable[[str, str], None])
 
 
 def client_of(database: Database) -> DBOSClient:
-    """What orders jobs, and does none."""
+    """Return a client that orders jobs, and does none."""
     return DBOSClient(
         system_database_engine=database.engine,
         serializer=SERIALIZER,
@@ -74,7 +74,7 @@ def durable(name: str, step: Callable[[], bool]) -> bool:
 
 
 def running() -> dict[str, str]:
-    """Who runs each workflow that was begun and has not ended: workers by the workflow's id."""
+    """Return the workers of all workflows that have begun and not ended, by the workflow's id."""
     pending = DBOS.list_workflows(status="PENDING", name=WORKFLOW, load_input=False)
     return {flow.workflow_id: flow.executor_id or "" for flow in pending}
 

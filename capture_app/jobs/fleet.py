@@ -140,5 +140,5 @@ def _environment(database_url: str, count: int, log: Path | None) -> dict[str, s
     """Return the workers' environment: each may use its share of the cores, and waits without spinning."""
     cores = max(1, (os.cpu_count() or 1) // max(1, count))
     shared = {} if count == 1 else {"OMP_NUM_THREADS": str(cores)}
-    told = {DATABASE: database_url, FOLLOW: "1", **({LOG: str(log)} if log else {})}
-    return {"OMP_WAIT_POLICY": "PASSIVE", **shared, **os.environ, **told}
+    variables = {DATABASE: database_url, FOLLOW: "1", **({LOG: str(log)} if log else {})}
+    return {"OMP_WAIT_POLICY": "PASSIVE", **shared, **os.environ, **variables}

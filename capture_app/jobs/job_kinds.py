@@ -317,7 +317,7 @@ class FolderJob:
 
 
 def summary_of(manifest: "Manifest") -> dict[str, Any]:
-    """What a job tells of the result that it made."""
+    """Return what a job tells of the result that it made."""
     chosen = manifest.chosen
     return {"sample": chosen + 1, "scores": manifest.scores[chosen]}
 

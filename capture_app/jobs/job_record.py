@@ -89,7 +89,7 @@ def no_room(error: BaseException) -> bool:
 
 
 def job_error(error: Exception) -> JobError:
-    """What to say of an exception; of a defect that it is one, and no more."""
+    """Return what to say of an exception; of a defect that it is one, and no more."""
     if isinstance(error, OmocapError):
         return JobError.of(error)
     if type(error).__name__.strip("_") in _MEMORY:

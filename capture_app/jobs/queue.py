@@ -59,11 +59,11 @@ class JobQueue:
 
     @property
     def shown(self) -> str:
-        """Which database it is, for people."""
+        """The name of the database, for people."""
         return self._database.shown
 
     def workers(self, silence: float = 15.0) -> int:
-        """How many workers have been heard of in the last seconds."""
+        """Return how many workers have been heard of in the last seconds."""
         alive = WORKERS.c.beat > self._database.now - silence
         with self._database.begin() as c:
             return c.execute(
@@ -75,7 +75,7 @@ class JobQueue:
         count_death(self._database, pid)
 
     def counts(self) -> dict[State, int]:
-        """How many jobs are in each state; a state that none is in is left out."""
+        """Return how many jobs are in each state; a state that none is in is left out."""
         asked = sa.select(JOBS.c.state, sa.func.count()).group_by(JOBS.c.state)
         with self._database.begin() as c:
             return {state: count for state, count in c.execute(asked)}
@@ -107,10 +107,10 @@ class JobQueue:
         Returns:
             How many were not there yet.
         """
-        wanted = {_checked(job_id): row_of(job_id, order) for job_id, order in orders}
+        new_rows = {_checked(job_id): row_of(job_id, order) for job_id, order in orders}
         with self._database.begin() as c:
-            known = self._known(c, list(wanted))
-            new = [row for job_id, row in wanted.items() if job_id not in known]
+            known = self._known(c, list(new_rows))
+            new = [row for job_id, row in new_rows.items() if job_id not in known]
             if new:
                 c.execute(sa.insert(JOBS), new)
             for row in new:
@@ -138,20 +138,20 @@ class JobQueue:
 
     def get_all(self, ids: Sequence[str]) -> list[JobRecord]:
         """Those jobs that there are, in the order of the ids."""
-        found: dict[str, JobRecord] = {}
+        records: dict[str, JobRecord] = {}
         with self._database.begin() as c:
             for k in range(0, len(ids), _AT_ONCE):
                 some = sa.select(JOBS).where(JOBS.c.id.in_(ids[k : k + _AT_ONCE]))
-                found |= {row["id"]: record_of(row) for row in rows(c, some)}
-        return [found[id] for id in ids if id in found]
+                records |= {row["id"]: record_of(row) for row in rows(c, some)}
+        return [records[id] for id in ids if id in records]
 
     def list(self, limit: int = 100, state: State | None = None) -> "list[JobRecord]":
         """The latest jobs, the newest first."""
-        wanted = sa.select(JOBS).order_by(JOBS.c.created.desc(), JOBS.c.id).limit(limit)
+        statement = sa.select(JOBS).order_by(JOBS.c.created.desc(), JOBS.c.id).limit(limit)
         if state is not None:
-            wanted = wanted.where(JOBS.c.state == state)
+            statement = statement.where(JOBS.c.state == state)
         with self._database.begin() as c:
-            return [record_of(row) for row in rows(c, wanted)]
+            return [record_of(row) for row in rows(c, statement)]
 
     def cancel(self, id: str) -> JobRecord | None:
         """Stop a job: at once if it waits, else within a second or two; nothing if it is over."""

@@ -30,7 +30,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Tempo:
-    """How often a worker does what besides its job, in seconds."""
+    """Intervals of what a worker does besides its job, seconds."""
 
     report: float = 0.3
     """Writes progress, and looks whether the job was cancelled."""

@@ -37,15 +37,15 @@ def new_workflow(job_id: str) -> str:
     return f"{job_id}-{uuid4().hex[:16]}"
 
 
-def rows(c: sa.Connection, wanted: sa.Executable) -> list[dict[str, Any]]:
-    """What a question or a change with RETURNING gives."""
-    found = c.execute(wanted)
-    columns = list(found.keys())
-    return [dict(zip(columns, row, strict=True)) for row in found]
+def rows(c: sa.Connection, statement: sa.Executable) -> list[dict[str, Any]]:
+    """Return the rows that a question or a change with RETURNING gives."""
+    result = c.execute(statement)
+    columns = list(result.keys())
+    return [dict(zip(columns, row, strict=True)) for row in result]
 
 
 def record_of(row: Mapping[str, Any]) -> JobRecord:
-    """What people and programs are told of it."""
+    """Return a row as people and programs are told of it."""
     times = {name: _time(row[name]) for name in _TIMES}
     return JobRecord.model_validate({**{name: row[name] for name in _PLAIN}, **times})
 
@@ -74,7 +74,7 @@ _FREED = {
 
 
 def worker_name(pid: int, tail: str = "") -> str:
-    """What a worker process of this machine is called; without a tail, what its name begins with."""
+    """Return the name of a worker process of this machine; without a tail, the beginning of its name."""
     return f"{socket.gethostname()}-{pid}-{tail}"
 
 

@@ -54,7 +54,7 @@ def mount_of(result: Result) -> Mount:
 
 
 def session_of(result: Result) -> CaptureSession:
-    """What the clamped phone logged.
+    """Return what the clamped phone logged.
 
     Raises:
         InputError: "overlay-no-phone" for an object that moved by itself; the session is not where it

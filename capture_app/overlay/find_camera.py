@@ -182,7 +182,7 @@ VIDEO_FORMATS = (".mp4", ".webp", ".gif")
 
 @dataclass(frozen=True)
 class Overlaid:
-    """What was found out on the way."""
+    """The film that was drawn, and what was found out on the way."""
 
     offset: float | None
     """Seconds that were added to the film's time; None where they were known."""
@@ -215,12 +215,12 @@ def overlay_result(request: OverlayRequest, progress: Progress) -> Overlaid:
     count = len(aligned.seconds)
     counted = (progress("video", (k + 1) / count) or p for k, p in enumerate(pictures))
     write_moving(request.output, counted, aligned.fps)
-    return _told(request, aligned, seen=shows(result, index, aligned))
+    return _overlaid(request, aligned, person_shown=shows(result, index, aligned))
 
 
-def _told(request: OverlayRequest, aligned: Aligned, *, seen: bool) -> Overlaid:
-    found = request.video is not None and request.offset is None
-    notes = [f"The film begins at ‹offset› {aligned.offset:.2f} of the motion."] if found else []
-    if not seen:
+def _overlaid(request: OverlayRequest, aligned: Aligned, *, person_shown: bool) -> Overlaid:
+    offset = aligned.offset if request.video is not None and request.offset is None else None
+    notes = [] if offset is None else [f"The film begins at ‹offset› {offset:.2f} of the motion."]
+    if not person_shown:
         notes.append("The film never shows the place where the person was.")
-    return Overlaid(aligned.offset if found else None, tuple(notes))
+    return Overlaid(offset, tuple(notes))

@@ -46,7 +46,7 @@ def open_video(path: Path) -> TimedPictures:
 
 
 def open_film(session: CaptureSession) -> TimedPictures:
-    """What a phone filmed while it logged, or the single pictures that it took, on the clock of its poses.
+    """Open what a phone filmed while it logged, or its single pictures, on the clock of its poses.
 
     They are turned into landscape.
 
@@ -185,7 +185,7 @@ def by_phone(session: CaptureSession) -> Watcher:
 def intrinsics_of(
     session: CaptureSession, film: TimedPictures
 ) -> Float64[np.ndarray, "pictures 4"]:
-    """What the phone logged of its camera, for each picture of its film and in its pixels.
+    """Return the phone's intrinsics for each picture of its film, in its pixels.
 
     Raises:
         InputError: "no-intrinsics".

@@ -59,7 +59,7 @@ def by_board_on_object(
     T_object_board: Float64[np.ndarray, "4 4"] | None,
     offset: float | None,
 ) -> FilmPlacement:
-    """From a board that moved with the object.
+    """Return the place of a camera that saw a board which moved with the object.
 
     Args:
         moved: the object.

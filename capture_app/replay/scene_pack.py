@@ -204,7 +204,7 @@ def pack_result(
 
 
 def pack_film(result: Result) -> bytes:
-    """What the phone filmed during a result, apart from the rest, which is packed sooner.
+    """Pack what the phone filmed during a result, apart from the rest, which is packed sooner.
 
     Args:
         result: a result folder that is read.
@@ -222,40 +222,40 @@ def pack_film(result: Result) -> bytes:
 
 
 def pack_session(
-    seen: Inspection, *, words: Callable[[Any], Any] = all_in_options, film: bool = True
+    inspection: Inspection, *, words: Callable[[Any], Any] = all_in_options, film: bool = True
 ) -> bytes:
     """A session as it was recorded: the phone's way, and the object where its mesh was given.
 
     Args:
-        seen: the session, looked over; of one that is not usable all that there is.
+        inspection: the session, looked over; of one that is not usable all that there is.
         words: as for `pack_result`.
         film: show what the phone filmed, too; decoding it takes some of its length.
 
     Raises:
         InputError: its times or units make no sense, or it is hours long.
     """
-    if not seen.report.complete:
-        refuse_bad(seen)
-    T_world_phone = _phone_poses(seen)
+    if not inspection.report.complete:
+        refuse_bad(inspection)
+    T_world_phone = _phone_poses(inspection)
     if len(T_world_phone) > _MOST_FRAMES:
         raise InputError(
             "replay-too-long",
             f"The session lasts {len(T_world_phone) / FPS / 60:.0f} minutes.",
-            where=str(seen.session.source),
+            where=str(inspection.session.source),
             fix=f"Replay one of at most {_MOST_FRAMES / FPS / 60:.0f} minutes.",
         )
-    log = recording(seen, T_world_phone, 0, film)
-    take = seen.take
+    log = recording(inspection, T_world_phone, 0, film)
+    take = inspection.take
     thing, poses = ({}, {}), {}
-    if seen.mesh is not None and take is not None:
-        thing, poses = _object(seen.mesh), _object_poses(take.motion)
+    if inspection.mesh is not None and take is not None:
+        thing, poses = _object(inspection.mesh), _object_poses(take.motion)
     header = {
         "kind": "session",
-        "name": seen.session.source.resolve().name,
+        "name": inspection.session.source.resolve().name,
         "frames": len(T_world_phone),
         "stretches": take.segments if take else [],
         "floor": {"height": take.floor.height, "source": take.floor.source} if take else None,
-        "notes": take.notes if take else [str(seen.problem)],
+        "notes": take.notes if take else [str(inspection.problem)],
     }
     header = {**header, **thing[0], **log.header}
     return pack_bytes(
@@ -281,7 +281,7 @@ def pack_object(mesh: ObjectMesh, mount: Mount | None = None) -> bytes:
 
 
 def _recorded(result: Result, film: bool) -> tuple[dict[str, Any], Arrays]:
-    """What the phone's log adds to a result; a note where the log is gone."""
+    """Return what the phone's log adds to a result; a note where the log is gone."""
     try:
         known = _log_of(result)
     except InputError as gone:
@@ -291,9 +291,9 @@ def _recorded(result: Result, film: bool) -> tuple[dict[str, Any], Arrays]:
     mount, session = known
     options = result.manifest.options
     given: dict[str, Any] = {k: options[k] for k in Reading.__dataclass_fields__ if k in options}
-    seen = look_over(session, result.object_motion.mesh, mount, Reading(**given))
+    inspection = look_over(session, result.object_motion.mesh, mount, Reading(**given))
     T_world_phone = _phone_of(result, mount)
-    log = recording(seen, T_world_phone, result.manifest.segment.start, film)
+    log = recording(inspection, T_world_phone, result.manifest.segment.start, film)
     return log.header, {**log.arrays, **_phone_arrays(T_world_phone)}
 
 
@@ -312,10 +312,12 @@ def _phone_of(result: Result, mount: Mount) -> Float[np.ndarray, "frames 4 4"]:
     return result.object_motion.T_world_object @ inverse(mount.T_phone_object)
 
 
-def _phone_poses(seen: Inspection) -> Float[np.ndarray, "frames 4 4"]:
+def _phone_poses(inspection: Inspection) -> Float[np.ndarray, "frames 4 4"]:
     """The phone in the world of the take; without one, in the session's turned z up."""
-    T, _ = CheckedSession(seen.session, seen.mesh, seen.mount, seen.take).poses
-    if seen.take is not None:
+    T, _ = CheckedSession(
+        inspection.session, inspection.mesh, inspection.mount, inspection.take
+    ).poses
+    if inspection.take is not None:
         return T
     shift = np.eye(4)
     shift[:3, 3] = [0.0, 0.0, _GUESSED_HEIGHT] - T[0, :3, 3]

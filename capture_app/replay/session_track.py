@@ -58,11 +58,11 @@ def film_strip(session: CaptureSession, start: float, stop: float, turns: int) -
         film = open_film(session)
     except InputError:
         return None
-    wanted = _wanted(film.times, start, stop)
+    indices = _wanted(film.times, start, stop)
     times: list[float] = []
     pictures: list[bytes] = []
     size, total = (0, 0), 0
-    for index, picture in zip(wanted, _small(session, film, wanted), strict=False):
+    for index, picture in zip(indices, _small(session, film, indices), strict=False):
         upright = np.ascontiguousarray(np.rot90(picture, turns))
         jpeg = _jpeg(upright)
         total += len(jpeg)
@@ -85,15 +85,15 @@ def _wanted(
 
 
 def _small(
-    session: CaptureSession, film: TimedPictures, wanted: Int[np.ndarray, " wanted"]
+    session: CaptureSession, film: TimedPictures, indices: Int[np.ndarray, " wanted"]
 ) -> Iterator[RGB]:
     """The wanted pictures in the phone's landscape, made small."""
     try:
         if session.images is not None or session.video is None:
-            for index in wanted.tolist():
+            for index in indices.tolist():
                 yield _shrunk(next(iter(film.read(index, index + 1))))
         else:
-            for _, frame in frames_of(session.video, wanted.tolist()):
+            for _, frame in frames_of(session.video, indices.tolist()):
                 yield np.ascontiguousarray(np.rot90(_reduced(frame), session.image_turns))
     except (FFmpegError, IndexError, InputError, OSError):
         return
@@ -137,17 +137,17 @@ _NOT_FILMED = Recording({"film": None}, {})
 
 
 def recording(
-    seen: Inspection, T_world_phone: Float64[np.ndarray, "frames 4 4"], first: int, film: bool
+    inspection: Inspection, T_world_phone: Float64[np.ndarray, "frames 4 4"], first: int, film: bool
 ) -> Recording:
-    """What the log tells of the frames of a scene.
+    """Return what the log tells of the frames of a scene.
 
     Args:
-        seen: the session, looked over.
+        inspection: the session, looked over.
         T_world_phone: the phone in the scene's world (z up), ARKit's camera axes.
         first: frame of the session, at 30 fps from its start, that is the scene's first.
         film: decode what the phone filmed, too.
     """
-    session, frames = seen.session, len(T_world_phone)
+    session, frames = inspection.session, len(T_world_phone)
     look = CheckedSession(session)
     T, valid = (array[first : first + frames] for array in look.poses)
     known = np.where(valid[:, None], T[:, :3, 3], np.nan)
@@ -162,8 +162,8 @@ def recording(
     pictures = filmed(session, T_world_phone, first) if film else _NOT_FILMED
     header = {
         "phone": _lens(session, quarter_turns(T_world_phone)),
-        "report": {"verdict": seen.verdict, "advice": seen.advice, "app": session.app},
-        "events": _events(seen, first, frames),
+        "report": {"verdict": inspection.verdict, "advice": inspection.advice, "app": session.app},
+        "events": _events(inspection, first, frames),
     }
     return Recording({**header, **pictures.header}, {**arrays, **pictures.arrays})
 
@@ -171,7 +171,7 @@ def recording(
 def filmed(
     session: CaptureSession, T_world_phone: Float64[np.ndarray, "frames 4 4"], first: int
 ) -> Recording:
-    """What the phone filmed during the frames of a scene; decoding it takes some of its length.
+    """Return what the phone filmed during the frames of a scene; decoding takes some of its length.
 
     Args: as `recording`. Of the header it is `film` alone.
     """
@@ -212,10 +212,10 @@ def _film_arrays(strip: FilmStrip) -> dict[str, np.ndarray]:
     }
 
 
-def _events(seen: Inspection, first: int, frames: int) -> list[dict[str, Any]]:
+def _events(inspection: Inspection, first: int, frames: int) -> list[dict[str, Any]]:
     """The checks that are not fine and concern these frames."""
-    checks = [check for check in seen.report.checks if check.severity != "ok"]
-    placed = [(check, _frames_of(check, seen.session, first)) for check in checks]
+    checks = [check for check in inspection.report.checks if check.severity != "ok"]
+    placed = [(check, _frames_of(check, inspection.session, first)) for check in checks]
     return [
         {
             "kind": "check",

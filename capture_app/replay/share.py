@@ -55,9 +55,9 @@ def bundle(start: str) -> str:
 
 def _gather(name: str, done: dict[str, str]) -> None:
     text = _read(name)
-    for found in _IMPORT.finditer(text):
-        if found[3] not in done:
-            _gather(found[3], done)
+    for statement in _IMPORT.finditer(text):
+        if statement[3] not in done:
+            _gather(statement[3], done)
     text = _IMPORT.sub(lambda m: f"const {m[1] or m[2]} = {_place(m[3])};\n", text)
     exports = ", ".join(name for _, name in _EXPORT.findall(text))
     text = _EXPORT.sub(r"\1 \2", text)
@@ -114,8 +114,8 @@ def open_scene(
         InputError: it is neither, or "object-unused".
     """
     if not is_result(path):
-        seen = inspect_take(path, mesh, mount, reading=reading, mesh_scale=mesh_scale)
-        return pack_session(seen, film=film)
+        inspection = inspect_take(path, mesh, mount, reading=reading, mesh_scale=mesh_scale)
+        return pack_session(inspection, film=film)
     if mesh is not None:
         raise InputError(
             "object-unused",

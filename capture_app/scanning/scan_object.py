@@ -133,7 +133,7 @@ def write_report(
     request: ScanRequest,
     cleaned: CleanMesh,
     report: ScanReport,
-    found: ScannedObject | None,
+    scanned: ScannedObject | None,
     seconds: dict[str, float],
 ) -> None:
     """Write everything that says how good a scan is.
@@ -144,12 +144,12 @@ def write_report(
     work = request.work
     pictures: dict[str, UInt8[np.ndarray, "h w 3"]] = {_SIDES: views_picture(cleaned)}
     write_png(work / VIEWS, pictures[_SIDES])
-    if found is not None and (outlined := outline_picture(found)) is not None:
+    if scanned is not None and (outlined := outline_picture(scanned)) is not None:
         pictures[_RIMS] = outlined
         write_png(work / OUTLINE, outlined)
-    data = report_data(request, cleaned, report, found, seconds)
+    data = report_data(request, cleaned, report, scanned, seconds)
     write_whole(work / REPORT_DATA, json.dumps(all_in_options(data), indent=1) + "\n")
-    page = scan_page(request, cleaned, report, found, pictures)
+    page = scan_page(request, cleaned, report, scanned, pictures)
     write_whole(work / REPORT_PAGE, in_options(page))
 
 

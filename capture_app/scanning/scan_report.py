@@ -30,7 +30,7 @@ def report_data(
     request: ScanRequest,
     cleaned: CleanMesh,
     report: ScanReport,
-    found: ScannedObject | None,
+    scanned: ScannedObject | None,
     seconds: dict[str, float],
 ) -> dict[str, Any]:
     """Checks, sizes and numbers, of JSON's types alone; metres, seconds, degrees."""
@@ -49,19 +49,19 @@ def report_data(
             "seen": round(float(cleaned.seen.mean()), 3),
         },
         "seconds": seconds,
-        **({} if found is None else _of_film(found, report)),
+        **({} if scanned is None else _of_film(scanned, report)),
     }
 
 
-def _of_film(found: ScannedObject, report: ScanReport) -> dict[str, Any]:
-    registered, coverage = found.registered, report.coverage
-    low, high = _box(found)
+def _of_film(scanned: ScannedObject, report: ScanReport) -> dict[str, Any]:
+    registered, coverage = scanned.registered, report.coverage
+    low, high = _box(scanned)
     return {
-        "method": found.method,
-        "voxel": round(found.voxel, 5),
+        "method": scanned.method,
+        "voxel": round(scanned.voxel, 5),
         "pictures": {
-            "given": found.frames.seen,
-            "picked": len(found.frames.frames),
+            "given": scanned.frames.seen,
+            "picked": len(scanned.frames.frames),
             "registered": len(registered.views),
             "left_out": {one.name: one.reason for one in registered.left_out},
         },
@@ -72,7 +72,7 @@ def _of_film(found: ScannedObject, report: ScanReport) -> dict[str, Any]:
             "up": registered.up,
         },
         "box": {"low": _numbers(low), "high": _numbers(high)},
-        "T_world_object": [_numbers(row, 6) for row in found.cleaned.T_world_object],
+        "T_world_object": [_numbers(row, 6) for row in scanned.cleaned.T_world_object],
         "coverage": None
         if coverage is None
         else {
@@ -83,13 +83,13 @@ def _of_film(found: ScannedObject, report: ScanReport) -> dict[str, Any]:
     }
 
 
-def _box(found: ScannedObject) -> tuple[np.ndarray, np.ndarray]:
-    """What the option for a box takes: corners in the world that the stages work in."""
-    region = found.region
+def _box(scanned: ScannedObject) -> tuple[np.ndarray, np.ndarray]:
+    """Return what the option for a box takes: corners in the world that the stages work in."""
+    region = scanned.region
     pick = np.indices((2, 2, 2)).reshape(3, -1).T
     T = region.T_world_floor
     corners = np.where(pick, region.high, region.low) @ T[:3, :3].T + T[:3, 3]
-    return corners.min(axis=0) / found.stretched, corners.max(axis=0) / found.stretched
+    return corners.min(axis=0) / scanned.stretched, corners.max(axis=0) / scanned.stretched
 
 
 def _numbers(values: np.ndarray, digits: int = 4) -> list[float]:
@@ -162,13 +162,13 @@ def scan_page(
     request: ScanRequest,
     cleaned: CleanMesh,
     report: ScanReport,
-    found: ScannedObject | None,
+    scanned: ScannedObject | None,
     pictures: Mapping[str, UInt8[np.ndarray, "h w 3"]],
 ) -> str:
     """The whole page; it loads nothing from anywhere.
 
     Args:
-        request, cleaned, report, found: of the scan.
+        request, cleaned, report, scanned: of the scan.
         pictures: by what is written below them.
     """
     shown = "".join(_figure(words, picture) for words, picture in pictures.items())
@@ -180,7 +180,7 @@ def scan_page(
         verdict=report.severity,
         headline=_HEADLINES[report.severity],
         advice=[f"To do first: {advice}" if advice else "Nothing is to be done: use it."],
-        facts=_facts(cleaned, found, report),
+        facts=_facts(cleaned, scanned, report),
         sections=[("Pictures", shown + _around(report)), ("Checks", listed(report.checks))],
         source=str(request.source),
         style=_STYLE,
@@ -188,7 +188,7 @@ def scan_page(
 
 
 def _facts(
-    cleaned: CleanMesh, found: ScannedObject | None, report: ScanReport
+    cleaned: CleanMesh, scanned: ScannedObject | None, report: ScanReport
 ) -> list[tuple[str, str]]:
     sides = np.ptp(cleaned.mesh.vertices, axis=0)
     facts = [
@@ -196,13 +196,13 @@ def _facts(
         ("Vertices", f"{len(cleaned.mesh.vertices):,}"),
         ("Surface", "closed" if cleaned.watertight else "open"),
     ]
-    if found is not None:
-        views, absent = len(found.registered.views), len(found.registered.left_out)
+    if scanned is not None:
+        views, absent = len(scanned.registered.views), len(scanned.registered.left_out)
         facts.append(("Pictures placed", f"{views} of {views + absent}"))
-        sure = "nothing" if report.cut_off else f"{found.registered.scale.sigma:.1%}"
+        sure = "nothing" if report.cut_off else f"{scanned.registered.scale.sigma:.1%}"
         facts.append(("Size is sure to", sure))
         facts.append(
-            ("Measured by", {"both": "pictures and depth"}.get(found.method, found.method))
+            ("Measured by", {"both": "pictures and depth"}.get(scanned.method, scanned.method))
         )
     return facts
 
@@ -291,25 +291,25 @@ def _painted(cleaned: CleanMesh) -> Drawable:
     return Drawable("object", corners, faces, uv=uv.reshape(-1, 2), texture=texture)
 
 
-def outline_picture(found: ScannedObject, *, width: int = 720) -> RGB | None:
+def outline_picture(scanned: ScannedObject, *, width: int = 720) -> RGB | None:
     """Two registered pictures with the mesh's outline and the box that it was looked for in.
 
     Args:
-        found: the scan.
+        scanned: the scan.
         width: of each picture, pixels.
 
     Returns:
         None where no picture can be read.
     """
-    views = _two_sides(found)
-    drawn = [picture for view in views if (picture := _outlined(found, view, width)) is not None]
+    views = _two_sides(scanned)
+    drawn = [picture for view in views if (picture := _outlined(scanned, view, width)) is not None]
     return contact_sheet(_of_one_size(drawn), 2) if drawn else None
 
 
-def _two_sides(found: ScannedObject) -> list[View]:
+def _two_sides(scanned: ScannedObject) -> list[View]:
     """The picture that shows the object best in its middle, and one from the side of that."""
-    T, views = found.cleaned.T_world_object, found.registered.views
-    middle = T[:3, :3] @ [0, 0, float(found.cleaned.mesh.vertices[:, 2].max()) / 2] + T[:3, 3]
+    T, views = scanned.cleaned.T_world_object, scanned.registered.views
+    middle = T[:3, :3] @ [0, 0, float(scanned.cleaned.mesh.vertices[:, 2].max()) / 2] + T[:3, 3]
     away = middle - np.array([view.T_world_camera[:3, 3] for view in views])
     away /= np.linalg.norm(away, axis=1, keepdims=True)
     axes = np.array([view.T_world_camera[:3, 2] for view in views])
@@ -319,7 +319,7 @@ def _two_sides(found: ScannedObject) -> list[View]:
     return [views[first], views[second]]
 
 
-def _outlined(found: ScannedObject, view: View, width: int) -> RGB | None:
+def _outlined(scanned: ScannedObject, view: View, width: int) -> RGB | None:
     bgr = cv2.imread(str(view.file), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
     if bgr is None:
         return None
@@ -328,18 +328,18 @@ def _outlined(found: ScannedObject, view: View, width: int) -> RGB | None:
     picture = np.ascontiguousarray(small[..., ::-1])
     fx, fy, cx, cy = view.intrinsics * (width / view.size[0])
     camera = Camera(view.T_world_camera @ T_OPENCV_ARKIT_CAMERA, fx, fy, cx, cy)
-    T = found.cleaned.T_world_object
-    vertices = found.cleaned.mesh.vertices @ T[:3, :3].T + T[:3, 3]
-    draw_outline(picture, vertices, found.cleaned.mesh.faces, camera, None, _INK)
-    draw_outline(picture, *_box_edges(found), camera, None, _BOX)
+    T = scanned.cleaned.T_world_object
+    vertices = scanned.cleaned.mesh.vertices @ T[:3, :3].T + T[:3, 3]
+    draw_outline(picture, vertices, scanned.cleaned.mesh.faces, camera, None, _INK)
+    draw_outline(picture, *_box_edges(scanned), camera, None, _BOX)
     return picture
 
 
 def _box_edges(
-    found: ScannedObject,
+    scanned: ScannedObject,
 ) -> tuple[Float64[np.ndarray, "corners 3"], Int64[np.ndarray, "faces 3"]]:
     """The region's edges as triangles without width, whose outline is a line."""
-    region = found.region
+    region = scanned.region
     pick = np.indices((2, 2, 2)).reshape(3, -1).T
     T = region.T_world_floor
     corners = np.where(pick, region.high, region.low) @ T[:3, :3].T + T[:3, 3]

@@ -180,7 +180,7 @@ def _film(
     seed: int,
     progress: Callable[[str, float], None],
 ) -> Iterator[UInt8[np.ndarray, "h w 3"]]:
-    """What the phone sees at each logged pose, at a fraction of its resolution."""
+    """Return what the phone sees at each logged pose, at a fraction of its resolution."""
     assert session.intrinsics is not None and session.image_size is not None  # noqa: PT018
     times = session.times - session.times[0]
     T_world_phone = motion.T_world_object @ np.linalg.inv(clamped_phone().T_phone_object)

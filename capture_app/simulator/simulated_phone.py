@@ -104,7 +104,7 @@ class PhonePath:
     def accelerometer(
         self, times: Float64[np.ndarray, " samples"]
     ) -> Float64[np.ndarray, "samples 3"]:
-        """What Core Motion would report (m/s^2, device axes): gravity minus acceleration."""
+        """Return what Core Motion would report (m/s^2, device axes): gravity minus acceleration."""
         world = np.array([0.0, -GRAVITY, 0.0]) - self.position(times, 2)
         return self.rotation(times).inv().apply(world) @ R_CAMERA_DEVICE
 
@@ -145,7 +145,7 @@ def arkit_from_world(
 def simulate(
     motion: ObjectMotion, mount: Mount, *, seed: int, noise: PhoneNoise | None = None
 ) -> CaptureSession:
-    """What a phone mounted on the object logs while the object makes this motion.
+    """Return what a phone mounted on the object logs while the object makes this motion.
 
     The ARKit world starts at the first camera position with y up and -z along the camera's
     heading. The IMU is consistent with the motion; its lever arm to the camera (centimetres) is

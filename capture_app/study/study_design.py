@@ -32,7 +32,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Question:
-    """Which of two methods' films of a take is better."""
+    """A question: which of two methods' films of a take is better."""
 
     take: str
     first: str
@@ -53,7 +53,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Page:
-    """What one rater sees, in order."""
+    """The trials that one rater sees, in order."""
 
     batch: int
     items: tuple[Trial, ...]
@@ -94,7 +94,7 @@ def design(takes: Sequence[str], methods: Sequence[str], plan: Plan) -> list[Pag
 def _questions(
     takes: Sequence[str], methods: Sequence[str], plan: Plan, rng: np.random.Generator
 ) -> list[Question]:
-    """In the order of the methods' pairs, so that batches get equal shares of each."""
+    """Return questions in the order of the methods' pairs, so that batches get equal shares of each."""
     return [
         Question(takes[int(k)], first, second)
         for first, second in combinations(methods, 2)
@@ -161,7 +161,7 @@ class Method:
 
 
 def read_methods(folders: Sequence[Path]) -> list[Method]:
-    """What is in the methods' folders; each method is called as its folder.
+    """Return what is in the methods' folders; each method is called as its folder.
 
     Raises:
         InputError: fewer than two, one without a motion, two of one name, or no take in common.

@@ -215,11 +215,11 @@ def _liveliest(motion: Motion, start: int, stop: int, frames: int) -> tuple[int,
 
 
 def _filmed(
-    wanted: Sequence[Film], motions: Mapping[str, Motion], seed: int, style: FilmStyle
+    chosen: Sequence[Film], motions: Mapping[str, Motion], seed: int, style: FilmStyle
 ) -> dict[Film, bytes]:
     # All methods are filmed, so that the camera does not depend on which of them a pair needs.
     cast = [(method, False) for method in motions]
-    cast += [(method, True) for _, method, ruined in wanted if ruined]
+    cast += [(method, True) for _, method, ruined in chosen if ruined]
     contenders = [
         _contender(broken(motions[method], seed + k) if ruined else motions[method])
         for k, (method, ruined) in enumerate(cast)
@@ -235,11 +235,11 @@ def _filmed(
         samples=4,
     )
     columns = list(zip(*pictures, strict=True))
-    take = wanted[0][0]
+    take = chosen[0][0]
     return {
         (take, *role): _encoded(list(column), style.crf)
         for role, column in zip(cast, columns, strict=True)
-        if (take, *role) in wanted
+        if (take, *role) in chosen
     }
 
 

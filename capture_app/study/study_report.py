@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from html import escape
 from itertools import combinations
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Int
@@ -75,7 +74,7 @@ def _wilson(share: float, n: float, q: float) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Preference:
-    """How often one method was preferred to another."""
+    """The share of votes that prefer one method to another."""
 
     first: str
     second: str
@@ -90,7 +89,7 @@ class Preference:
 
 @dataclass(frozen=True)
 class Analysis:
-    """What a study found."""
+    """The preferences that a study found, and who was counted."""
 
     preferences: tuple[Preference, ...]
     kept: tuple[str, ...]
@@ -145,69 +144,41 @@ _LEFT, _RIGHT = 30.0, 730.0
 _FIRST, _SECOND = "#3f6fae", "#d9a35c"
 _INK, _FAINT = "#33363a", "#85888c"
 
-Anchor = Literal["start", "middle", "end"]
 
-
-@dataclass(frozen=True)
-class _Box:
-    x: float
-    y: float
-    width: float
-    height: float
-    fill: str
-
-
-@dataclass(frozen=True)
-class _Words:
-    x: float
-    y: float
-    text: str
-    size: float
-    fill: str
-    anchor: Anchor = "start"
-
-
-_Shape = _Box | _Words
-
-
-def write_figure(folder: Path, preferences: Sequence[Preference]) -> None:
-    """Write figure.svg.
+def figure(preferences: Sequence[Preference]) -> str:
+    """Return a figure in SVG.
 
     Each bar is the share of votes for two methods; the bracket below it is the 95 % interval of the
     border, the line in the middle is where nobody prefers either.
     """
-    shapes, height = _shapes(preferences)
-    (folder / "figure.svg").write_text(_svg(shapes, height), encoding="utf-8")
-
-
-def _shapes(preferences: Sequence[Preference]) -> tuple[list[_Shape], float]:
-    height = _TOP + _ROW * len(preferences) + _FOOT
-    shapes: list[_Shape] = [_Box(0.0, 0.0, _WIDTH, height, "#ffffff")]
-    shapes.append(_Words(_LEFT, 24.0, "Share of votes, with 95 % intervals", 15.0, _INK))
-    for k, preference in enumerate(preferences):
-        shapes += _bar(preference, _TOP + _ROW * k)
     foot = _TOP + _ROW * len(preferences)
-    shapes.append(_Box(_at(0.5) - 0.75, _TOP - 6, 1.5, foot - _TOP + 6, "#55585c"))
-    shapes += [
-        _Words(_at(share), foot + 16, f"{share:.0%}", 12.0, _FAINT, "middle")
+    height = foot + _FOOT
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH:g} {height:g}" '
+        f'width="{_WIDTH:g}" height="{height:g}" font-family="Helvetica, Arial, sans-serif">',
+        _box(0.0, 0.0, _WIDTH, height, "#ffffff"),
+        _words(_LEFT, 24.0, "Share of votes, with 95 % intervals", 15.0),
+    ]
+    for k, preference in enumerate(preferences):
+        parts += _bar(preference, _TOP + _ROW * k)
+    parts.append(_box(_at(0.5) - 0.75, _TOP - 6, 1.5, foot - _TOP + 6, "#55585c"))
+    parts += [
+        _words(_at(share), foot + 16, f"{share:.0%}", 12.0, _FAINT, "middle")
         for share in (0.0, 0.25, 0.5, 0.75, 1.0)
     ]
-    return shapes, height
+    return "\n".join([*parts, "</svg>", ""])
 
 
-def _bar(preference: Preference, top: float) -> list[_Shape]:
+def _bar(preference: Preference, top: float) -> list[str]:
     rate, border = preference.rate, _at(preference.rate.share)
     low, high, under = _at(rate.low), _at(rate.high), top + 19 + _BAR + 5
-    bracket = [
-        _Box(low, under - 1, high - low, 2.0, _INK),
-        *(_Box(x - 1, under - 4, 2.0, 8.0, _INK) for x in (low, high)),
-    ]
     return [
-        _Words(_LEFT, top + 9, f"{preference.first}: {rate.share:.0%}", 13.0, _INK),
-        _Words(_RIGHT, top + 9, f"{preference.second}: {1 - rate.share:.0%}", 13.0, _INK, "end"),
-        _Box(_LEFT, top + 19, border - _LEFT, _BAR, _FIRST),
-        _Box(border, top + 19, _RIGHT - border, _BAR, _SECOND),
-        *bracket,
+        _words(_LEFT, top + 9, f"{preference.first}: {rate.share:.0%}", 13.0),
+        _words(_RIGHT, top + 9, f"{preference.second}: {1 - rate.share:.0%}", 13.0, _INK, "end"),
+        _box(_LEFT, top + 19, border - _LEFT, _BAR, _FIRST),
+        _box(border, top + 19, _RIGHT - border, _BAR, _SECOND),
+        _box(low, under - 1, high - low, 2.0, _INK),
+        *(_box(x - 1, under - 4, 2.0, 8.0, _INK) for x in (low, high)),
     ]
 
 
@@ -215,26 +186,22 @@ def _at(share: float) -> float:
     return _LEFT + share * (_RIGHT - _LEFT)
 
 
-def _svg(shapes: Sequence[_Shape], height: float) -> str:
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH:g} {height:g}" '
-        f'width="{_WIDTH:g}" height="{height:g}" font-family="Helvetica, Arial, sans-serif">'
-    ]
-    for s in shapes:
-        if isinstance(s, _Box):
-            parts.append(
-                f'<rect x="{s.x:.1f}" y="{s.y:.1f}" width="{s.width:.1f}" '
-                f'height="{s.height:.1f}" fill="{s.fill}"/>'
-            )
-        else:
-            parts.append(
-                f'<text x="{s.x:.1f}" y="{s.y:.1f}" font-size="{s.size:g}" fill="{s.fill}" '
-                f'text-anchor="{s.anchor}" dominant-baseline="central">{escape(s.text)}</text>'
-            )
-    return "\n".join([*parts, "</svg>", ""])
+def _box(x: float, y: float, width: float, height: float, fill: str) -> str:
+    return (
+        f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}" fill="{fill}"/>'
+    )
 
 
-def write_report(output: Path, key: Key, found: Analysis) -> None:
+def _words(
+    x: float, y: float, text: str, size: float, fill: str = _INK, anchor: str = "start"
+) -> str:
+    return (
+        f'<text x="{x:.1f}" y="{y:.1f}" font-size="{size:g}" fill="{fill}" '
+        f'text-anchor="{anchor}" dominant-baseline="central">{escape(text)}</text>'
+    )
+
+
+def write_report(output: Path, key: Key, analysis: Analysis) -> None:
     """Write analysis.json, table.md and figure.svg into a new folder.
 
     Raises:
@@ -242,10 +209,10 @@ def write_report(output: Path, key: Key, found: Analysis) -> None:
     """
     with staged_folder(output) as folder:
         try:
-            text = json.dumps(document(key, found), indent=1, ensure_ascii=False) + "\n"
+            text = json.dumps(document(key, analysis), indent=1, ensure_ascii=False) + "\n"
             (folder / "analysis.json").write_text(text, encoding="utf-8")
-            (folder / "table.md").write_text(table(found), encoding="utf-8")
-            write_figure(folder, found.preferences)
+            (folder / "table.md").write_text(table(analysis), encoding="utf-8")
+            (folder / "figure.svg").write_text(figure(analysis.preferences), encoding="utf-8")
         except OSError as error:
             raise InputError(
                 "output-not-writable",
@@ -255,7 +222,7 @@ def write_report(output: Path, key: Key, found: Analysis) -> None:
             ) from error
 
 
-def document(key: Key, found: Analysis) -> dict[str, object]:
+def document(key: Key, analysis: Analysis) -> dict[str, object]:
     """Everything, as JSON has it; shares from 0 to 1, intervals of 95 %."""
     return {
         "study": key.study,
@@ -270,25 +237,25 @@ def document(key: Key, found: Analysis) -> dict[str, object]:
                 "votes": p.rate.votes,
                 "decided": p.decided,
             }
-            for p in found.preferences
+            for p in analysis.preferences
         ],
-        "raters_counted": found.kept,
-        "raters_left_out": [{"votes": name, "why": why} for name, why in found.left_out],
-        "share_left": found.left_share,
-        "pages_without_votes": len(key.pages) - len(found.kept) - len(found.left_out),
+        "raters_counted": analysis.kept,
+        "raters_left_out": [{"votes": name, "why": why} for name, why in analysis.left_out],
+        "share_left": analysis.left_share,
+        "pages_without_votes": len(key.pages) - len(analysis.kept) - len(analysis.left_out),
     }
 
 
-def table(found: Analysis) -> str:
+def table(analysis: Analysis) -> str:
     """A Markdown table, and below it who was counted."""
     rows = [
         "| preferred | to | votes for it | 95 % interval | votes | |",
         "|---|---|---:|---|---:|---|",
-        *(_row(p) for p in found.preferences),
+        *(_row(p) for p in analysis.preferences),
     ]
-    out = [f"- {_cell(name)}: {why}" for name, why in found.left_out]
-    counted = f"{len(found.kept)} raters counted, {len(out)} left out" + (":" if out else ".")
-    side = f"{found.left_share:.0%} of the votes are for the film on the left."
+    out = [f"- {_cell(name)}: {why}" for name, why in analysis.left_out]
+    counted = f"{len(analysis.kept)} raters counted, {len(out)} left out" + (":" if out else ".")
+    side = f"{analysis.left_share:.0%} of the votes are for the film on the left."
     return "\n".join([*rows, "", counted, *out, "", side, ""])
 
 

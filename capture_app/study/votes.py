@@ -97,7 +97,7 @@ class _VoteRecord(BaseModel):
 
 
 class PageAnswer(_VoteRecord):
-    """What a rater chose, and after how many milliseconds."""
+    """The choice of a rater, and after how many milliseconds."""
 
     item: str
     choice: Side
@@ -105,7 +105,7 @@ class PageAnswer(_VoteRecord):
 
 
 class VoteFile(_VoteRecord):
-    """What a page saves."""
+    """The file that a page saves."""
 
     format: Literal["omocap study votes"]
     version: Literal[1]
@@ -153,20 +153,20 @@ def vote_files(paths: Iterable[Path]) -> list[Path]:
     Raises:
         InputError: a path is missing, or there is no file at all.
     """
-    found: list[Path] = []
+    files: list[Path] = []
     for path in paths:
         if not path.exists():
             raise InputError(
                 "votes-missing", "There are no votes here.", where=str(path), fix="Check the path."
             )
-        found += sorted(path.glob("*.json")) if path.is_dir() else [path]
-    if not found:
+        files += sorted(path.glob("*.json")) if path.is_dir() else [path]
+    if not files:
         raise InputError(
             "votes-missing",
             "There is no file of votes.",
             fix="Give the JSON files that the pages saved, or a folder of them.",
         )
-    return found
+    return files
 
 
 def read_votes(paths: Sequence[Path], key: Key) -> list[Rater]:
@@ -179,14 +179,14 @@ def read_votes(paths: Sequence[Path], key: Key) -> list[Rater]:
     """
     pages = {page.id: page for page in key.pages}
     raters: list[Rater] = []
-    seen: dict[str, Path] = {}
+    file_of_page: dict[str, Path] = {}
     for path in paths:
         rater = _rater(path, key, pages)
-        if (earlier := seen.get(rater.page.id)) is not None:
+        if (earlier := file_of_page.get(rater.page.id)) is not None:
             raise _refused(
                 "votes-double", f"These are votes of the same page as {earlier}.", path, "rater"
             )
-        seen[rater.page.id] = path
+        file_of_page[rater.page.id] = path
         raters.append(rater)
     return raters
 

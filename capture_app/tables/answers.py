@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
+from capture_app.commands.spelling import in_options
 from omomo_core.compute import worker_pool
 from omomo_core.errors import InputError, OmocapError
 from omomo_core.learning.evaluation.evaluated_methods import EvaluatedMethod
@@ -81,7 +82,7 @@ class ResultLog:
         self._append(asdict(row))
 
     def find(self, task: Task, given: str, weights: str) -> WindowResult | None:
-        """What is kept for a question.
+        """Return what is kept for a question.
 
         Raises:
             InputError: ``tables-differ`` when the window or the weights are not what they were.
@@ -147,7 +148,7 @@ Answered = tuple[Task, MeasuredSamples | str]
 
 @dataclass(frozen=True)
 class Questions:
-    """What every question shares."""
+    """The settings that all questions share."""
 
     load: Load
     methods: Sequence[str]
@@ -190,7 +191,7 @@ class _Asker:
                 truth.clip, samples, seed, first_frame=task.first_frame
             )
         except OmocapError as problem:
-            return task, str(problem)
+            return task, in_options(str(problem))
         return task, truth.answer(people, 0, truth.clip.body)
 
 

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from capture_app.commands.spelling import in_options
 from capture_app.commands.tables import TablesRequest
 from capture_app.tables.answers import Load, Questions, ResultLog, Task, WindowResult, ask_all
 from capture_app.tables.table_files import TableOrigin, write_tables
@@ -62,24 +63,25 @@ def with_verdicts(table: PaperTable, answers: Sequence[WindowResult]) -> PaperTa
 def _ordering(group: Group, of: Of, where: str) -> list[str]:
     there = [name for name in ORDER if name in group]
     pairs = list(pairwise(there))
-    found = [_compared(group, a, b, F1, of) for a, b in pairs]
-    if not found:
+    differences = [_compared(group, a, b, F1, of) for a, b in pairs]
+    if not differences:
         return []
     claim = " > ".join(METHODS[name].title for name in there)
-    wrong = sum(difference.mean <= 0 for difference in found)
-    unsure = sum(difference.low <= 0 < difference.mean for difference in found)
+    wrong = sum(difference.mean <= 0 for difference in differences)
+    unsure = sum(difference.low <= 0 < difference.mean for difference in differences)
     if wrong:
-        outcome = f"does not hold: {wrong} of {len(found)} steps do not go this way"
+        outcome = f"does not hold: {wrong} of {len(differences)} steps do not go this way"
     elif unsure:
-        outcome = f"is what the means say, but {unsure} of {len(found)} steps may be chance"
+        outcome = f"is what the means say, but {unsure} of {len(differences)} steps may be chance"
     else:
         outcome = "holds in every step"
     if len(there) > 2:
         # Steps may each be small where the whole way is not.
         pairs.append((there[0], there[-1]))
-        found.append(_compared(group, *pairs[-1], F1, of))
+        differences.append(_compared(group, *pairs[-1], F1, of))
     details = [
-        _told(a, b, "F1", difference, 2) for (a, b), difference in zip(pairs, found, strict=True)
+        _told(a, b, "F1", difference, 2)
+        for (a, b), difference in zip(pairs, differences, strict=True)
     ]
     return [f"The paper's ordering by contact F1, {claim}{where}, {outcome}.", *details]
 
@@ -110,12 +112,12 @@ def _compared(group: Group, first: str, second: str, key: str, of: Of) -> Paired
     return paired_bootstrap(values(first), values(second), [clip_of(window) for window in windows])
 
 
-def _told(first: str, second: str, figure: str, found: PairedDifference, digits: int) -> str:
-    sign = "surely" if found.low > 0 or found.high < 0 else "perhaps by chance"
+def _told(first: str, second: str, figure: str, difference: PairedDifference, digits: int) -> str:
+    sign = "surely" if difference.low > 0 or difference.high < 0 else "perhaps by chance"
     return (
         f"{figure} of {METHODS[first].title} minus that of {METHODS[second].title}: "
-        f"{found.mean:+.{digits}f} (95 % of the draws of whole clips from {found.low:+.{digits}f} "
-        f"to {found.high:+.{digits}f}; {sign})."
+        f"{difference.mean:+.{digits}f} (95 % of the draws of whole clips from {difference.low:+.{digits}f} "
+        f"to {difference.high:+.{digits}f}; {sign})."
     )
 
 
@@ -127,7 +129,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class TablesRun:
-    """What was made."""
+    """The tables that were made, and their files."""
 
     tables: list[PaperTable]
     made: TableOrigin
@@ -192,8 +194,8 @@ def _answered(
     ]
     missing = [t for t in tasks if not answers.find(t, given[t.window], weights[t.method])]
     progress(len(tasks) - len(missing), len(tasks))
-    found = ask_all(questions, missing, request.workers) if missing else ()
-    for done, (task, answer) in enumerate(found, start=len(tasks) - len(missing) + 1):
+    asked = ask_all(questions, missing, request.workers) if missing else ()
+    for done, (task, answer) in enumerate(asked, start=len(tasks) - len(missing) + 1):
         figures: dict[str, Any] = {"problem": answer} if isinstance(answer, str) else asdict(answer)
         answers.add(WindowResult(task, given[task.window], weights[task.method], **figures))
         progress(done, len(tasks))
@@ -214,7 +216,7 @@ def _windows(request: TablesRequest) -> tuple[list[RealClip], dict[str, str]]:
         try:
             windows += windows_of(clip)
         except InputError as problem:
-            skipped[clip.name] = str(problem)
+            skipped[clip.name] = in_options(str(problem))
     if not windows:
         raise InputError(
             "no-windows",
@@ -246,9 +248,9 @@ def _settings(request: TablesRequest) -> dict[str, object]:
 
 def _digest(window: RealClip) -> str:
     """The same for the same person and object in the same motion."""
-    seen = hashlib.sha256(str(len(window.root)).encode())
+    digest = hashlib.sha256(str(len(window.root)).encode())
     mesh = window.motion.mesh
     poses = (window.motion.T_world_object, window.joints, window.rotations, mesh.vertices)
     for array in (*poses, mesh.faces):
-        seen.update(np.ascontiguousarray(array, np.float32).tobytes())
-    return seen.hexdigest()[:16]
+        digest.update(np.ascontiguousarray(array, np.float32).tobytes())
+    return digest.hexdigest()[:16]

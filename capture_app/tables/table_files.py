@@ -34,13 +34,13 @@ class Sheet:
 
     def sections(self) -> list[tuple[str, list[Row]]]:
         """Each heading with the rows below it."""
-        found: list[tuple[str, list[Row]]] = []
+        sections: list[tuple[str, list[Row]]] = []
         for row in self.rows:
             if row.cells:
-                found[-1][1].append(row)
+                sections[-1][1].append(row)
             else:
-                found.append((row.label, []))
-        return found
+                sections.append((row.label, []))
+        return sections
 
 
 def sheets_of(table: PaperTable) -> tuple[Sheet, Sheet]:
@@ -82,7 +82,7 @@ _BUDGET = {
 
 @dataclass(frozen=True)
 class TableOrigin:
-    """How the tables were made."""
+    """The data, methods and settings that tables were made with."""
 
     sources: Sequence[str]
     split: str

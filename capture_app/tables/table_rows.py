@@ -152,14 +152,14 @@ def grouped(answers: Sequence[WindowResult], *, unseen: bool, first_frame: bool)
 
 def tables_of(answers: Sequence[WindowResult], samples: int) -> list[PaperTable]:
     """Tables 2, 3 and 4, as far as there are windows for them."""
-    found: list[PaperTable] = []
+    tables: list[PaperTable] = []
     for number, unseen in ((2, False), (3, True)):
         sections = _sections(answers, samples, (unseen,), tuple(METHODS))
-        found.append(PaperTable(number, TITLES[number], PUBLISHED, CORRECTED, sections))
+        tables.append(PaperTable(number, TITLES[number], PUBLISHED, CORRECTED, sections))
     ablation = _sections(answers, samples, (False, True), _ABLATED)
     if any(METHODS["gt-hands"].title in line.label for s in ablation for line in s.lines):
-        found.append(PaperTable(4, TITLES[4], ABLATION, CORRECTED, ablation))
-    return [table for table in found if table.sections]
+        tables.append(PaperTable(4, TITLES[4], ABLATION, CORRECTED, ablation))
+    return [table for table in tables if table.sections]
 
 
 def _sections(

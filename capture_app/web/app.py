@@ -101,7 +101,7 @@ def create_app(
 
 
 def _bound(limits: Limits) -> Callable[[Request], int]:
-    """How long a request may be; of a piece of a file its route knows more."""
+    """Return how long a request may be; of a piece of a file its route knows more."""
 
     def bound(request: Request) -> int:
         if request.method == "PUT":

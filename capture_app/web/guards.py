@@ -294,7 +294,7 @@ def new_token() -> str:
 
 @dataclass(frozen=True)
 class Token:
-    """What a client must know."""
+    """The secret that a client must know."""
 
     value: str
 
@@ -335,7 +335,7 @@ class Token:
 
     @property
     def _pass(self) -> str:
-        """What the cookie holds: browsers send it to every port of a host, so it is not the token."""
+        """Return what the cookie holds: browsers send it to every port of a host, so it is not the token."""
         return hmac.new(self.value.encode(), b"omocap cookie", hashlib.sha256).hexdigest()
 
     def _is_known(self, request: Request) -> bool:

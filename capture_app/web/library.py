@@ -41,11 +41,11 @@ class Results:
     def list(self) -> "list[tuple[str, Info]]":
         """All by id, the newest first."""
         places = [p.parent for p in self.folder.glob(f"[0-9a-f]*/{MANIFEST}")]
-        found = [(place.name, self._info(place.name)) for place in places]
-        return sorted(found, key=lambda item: (item[1].created, item[0]), reverse=True)
+        results = [(place.name, self._info(place.name)) for place in places]
+        return sorted(results, key=lambda item: (item[1].created, item[0]), reverse=True)
 
     def get(self, id_: str) -> Info:
-        """What is known of one.
+        """Return what is known of a result.
 
         Raises:
             Refused: 404 when it is not there.
@@ -260,8 +260,8 @@ class Library:
 
     def empty_scratch(self) -> None:
         """Take away what the work of an earlier server left; nothing may be at work."""
-        for left in self.scratch.iterdir():
-            shutil.rmtree(left, ignore_errors=True)
+        for remnant in self.scratch.iterdir():
+            shutil.rmtree(remnant, ignore_errors=True)
 
     @property
     def _shown(self) -> tuple[Path, ...]:

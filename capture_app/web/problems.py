@@ -24,7 +24,7 @@ _SURROGATE = re.compile("[\ud800-\udfff]")
 
 
 class ErrorDetail(BaseModel):
-    """What is wrong, where, and how to fix it."""
+    """An error: what is wrong, where, and how to fix it."""
 
     code: str
     what: str
@@ -104,18 +104,9 @@ def add_error_replies(app: FastAPI) -> None:
         assert isinstance(error, OmocapError)
         library = request.app.state.site.library
 
-        def shown(text: str) -> str:
-            return in_page_words(library.shown(text))
-
-        problem = ErrorDetail(
-            code=error.code,
-            what=shown(error.what),
-            where=shown(error.where),
-            field=error.field,
-            fix=shown(error.fix),
-        )
+        shown = {name: in_page_words(library.shown(text)) for name, text in error.texts.items()}
         more = error.more if isinstance(error, Refused) else {}
-        return _reply(status_of(error), problem, **more)
+        return _reply(status_of(error), ErrorDetail(**shown), **more)
 
     def full_disk(_: Request, error: Exception) -> JSONResponse:
         assert isinstance(error, OSError)
@@ -132,13 +123,9 @@ def add_error_replies(app: FastAPI) -> None:
 def _invalid(_: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
     where, said = first_problem(error.errors())
-    problem = ErrorDetail(
-        code="request-invalid",
-        what=f"The request does not fit: {said}.",
-        where=where[:200],
-        fix="See /api/openapi.json for what it must look like.",
-    )
-    return _reply(422, problem)
+    fix = "See /api/openapi.json for what it must look like."
+    what = f"The request does not fit: {said}."
+    return refusal(422, "request-invalid", what, where=where[:200], fix=fix)
 
 
 def _http(_: Request, error: Exception) -> JSONResponse:

@@ -121,7 +121,7 @@ def in_child(work: Work, *given: Any, scratch: Path, bounds: ProcessLimits) -> d
 def _work(
     telling: Connection, work: Work, given: Any, scratch: Path, bounds: ProcessLimits
 ) -> None:
-    """What the child does."""
+    """Do the work of a child process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     tempfile.tempdir = os.fspath(scratch)
     set_bounds(bounds)
@@ -132,24 +132,14 @@ def _found(work: Work, given: Any) -> dict[str, Any]:
     try:
         return {"found": work(*given)}
     except OmocapError as error:
-        return {"error": _told(error)}
+        return {"error": error.texts}
     except MemoryError:
-        return {"error": _told(_died())}
+        return {"error": _died().texts}
     except Exception as error:
         if isinstance(error, OSError) and error.errno in FULL:
-            return {"error": _told(_full())}
+            return {"error": _full().texts}
         log.exception("%s%r", work.__name__, given)
-        return {"error": _told(_defect())}
-
-
-def _told(error: OmocapError) -> dict[str, str]:
-    return {
-        "code": error.code,
-        "what": error.what,
-        "where": error.where,
-        "field": error.field,
-        "fix": error.fix,
-    }
+        return {"error": _defect().texts}
 
 
 def _too_slow(bounds: ProcessLimits) -> InputError:

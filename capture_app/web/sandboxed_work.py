@@ -42,29 +42,29 @@ from omomo_core.motion import FPS
 from omomo_core.whole_file import whole_file, write_whole
 
 
-def report_data(seen: Inspection) -> dict[str, Any]:
-    """What was found, as JSON."""
-    times = seen.session.times - seen.session.times[0]
-    spans = [[a / FPS, b / FPS] for a, b in seen.take.segments] if seen.take else []
+def report_data(inspection: Inspection) -> dict[str, Any]:
+    """Return what was found, as JSON."""
+    times = inspection.session.times - inspection.session.times[0]
+    spans = [[a / FPS, b / FPS] for a, b in inspection.take.segments] if inspection.take else []
     seconds, poses = _finite(times[-1]), len(times)
     rate = _finite(1 / np.median(np.diff(times))) if poses > 1 else None
     longest = max((b - a for a, b in spans), default=None)
     return {
-        "verdict": seen.verdict,
-        "reason": seen.reason,
-        "advice": seen.advice,
-        "app": seen.session.app,
+        "verdict": inspection.verdict,
+        "reason": inspection.reason,
+        "advice": inspection.advice,
+        "app": inspection.session.app,
         "seconds": seconds,
         "poses": poses,
         "rate": rate,
-        "checks": [_check(check, times) for check in seen.report.checks],
+        "checks": [_check(check, times) for check in inspection.report.checks],
         "segments": spans,
-        "floor": seen.take.floor.message if seen.take and seen.mesh else "",
-        "problem": None if seen.problem is None else problem_data(seen.problem),
+        "floor": inspection.take.floor.message if inspection.take and inspection.mesh else "",
+        "problem": inspection.problem and inspection.problem.texts,
         "facts": {
             "seconds": seconds,
             "rate": rate,
-            "stretches": len(spans) if seen.take else None,
+            "stretches": len(spans) if inspection.take else None,
             "longest": longest,
         },
     }
@@ -73,7 +73,7 @@ def report_data(seen: Inspection) -> dict[str, Any]:
 def unreadable(problem: OmocapError) -> dict[str, Any]:
     """The same of a session that cannot be read at all."""
     told = {"verdict": "not usable", "reason": problem.what, "advice": problem.fix}
-    return {**_NOTHING, **told, "problem": problem_data(problem)}
+    return {**_NOTHING, **told, "problem": problem.texts}
 
 
 def own_motion() -> dict[str, Any]:
@@ -98,16 +98,6 @@ _NOTHING: dict[str, Any] = {
 }
 
 
-def problem_data(problem: OmocapError) -> dict[str, str]:
-    """An error as JSON."""
-    return {
-        "code": problem.code,
-        "what": problem.what,
-        "where": problem.where,
-        "fix": problem.fix,
-    }
-
-
 def _check(check: Check, times: Float64[np.ndarray, " poses"]) -> dict[str, Any]:
     return {
         "name": check.name,
@@ -120,7 +110,7 @@ def _check(check: Check, times: Float64[np.ndarray, " poses"]) -> dict[str, Any]
 
 
 def _seconds(frames: tuple[int, int], times: Float64[np.ndarray, " poses"]) -> list[float | None]:
-    """From the first pose of a stretch to its last."""
+    """Return the times of a stretch's first pose and of its last."""
     last = len(times) - 1
     first, stop = (min(max(k, 0), last) for k in (frames[0], frames[1] - 1))
     return [_finite(times[first]), _finite(times[stop])]
@@ -154,7 +144,7 @@ class SessionInputs:
         )
 
 
-def inspect(seen: SessionInputs, data: Path, page: Path) -> dict[str, Any]:
+def inspect(inputs: SessionInputs, data: Path, page: Path) -> dict[str, Any]:
     """Write the report on a session as JSON and, where a phone recorded it, as a page.
 
     Returns:
@@ -163,18 +153,18 @@ def inspect(seen: SessionInputs, data: Path, page: Path) -> dict[str, Any]:
     Raises:
         InputError: an input cannot be read at all.
     """
-    animated = is_animation(seen.session, mounted=seen.mounted)
+    animated = is_animation(inputs.session, mounted=inputs.mounted)
     try:
-        looked = seen.inspect()
+        inspection = inputs.inspect()
     except InputError:
         if not animated:
             raise
-        found = own_motion()
+        report = own_motion()
     else:
-        found = {**report_data(looked), "animated": animated}
-        write_whole(page, in_page_words(report_page(looked), "run"))
-    write_whole(data, json.dumps(found, allow_nan=False))
-    return {key: found[key] for key in ("app", "seconds", "verdict")}
+        report = {**report_data(inspection), "animated": animated}
+        write_whole(page, in_page_words(report_page(inspection), "run"))
+    write_whole(data, json.dumps(report, allow_nan=False))
+    return {key: report[key] for key in ("app", "seconds", "verdict")}
 
 
 def check_session(recording: Path) -> dict[str, Any]:
@@ -197,7 +187,7 @@ def check_animated(session: Path, mounted: bool) -> dict[str, Any]:
     return {"animated": is_animation(session, mounted=mounted)}
 
 
-def pack_session_scene(seen: SessionInputs, scene: Path) -> dict[str, Any]:
+def pack_session_scene(inputs: SessionInputs, scene: Path) -> dict[str, Any]:
     """Write the scene of a session.
 
     Raises:
@@ -205,7 +195,7 @@ def pack_session_scene(seen: SessionInputs, scene: Path) -> dict[str, Any]:
     """
     from capture_app.replay.scene_pack import pack_session
 
-    return _written(scene, pack_session(seen.inspect(), words=_of_a_run))
+    return _written(scene, pack_session(inputs.inspect(), words=_of_a_run))
 
 
 def pack_object_scene(mesh: Path, scale: float, scene: Path) -> dict[str, Any]:
@@ -353,7 +343,7 @@ has pictures at rest; the film of a second camera; a tracker's log."""
 
 
 def look(path: Path, what: Look, board: str) -> dict[str, Any]:
-    """What it can be used for, and what may spoil the result.
+    """Return what a recording can be used for, and what may spoil the result.
 
     Args:
         path: what was recorded.

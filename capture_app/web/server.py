@@ -42,7 +42,7 @@ _LEAVE = 3
 
 @dataclass(frozen=True)
 class ServerConfig:
-    """How the server shall be."""
+    """The settings of the server."""
 
     library: Path
     host: str = "127.0.0.1"
@@ -171,7 +171,7 @@ def _cannot_listen(host: str, port: int, why: str) -> InputError:
 
 
 def _address(host: str, port: int) -> str:
-    """What to type into a browser on this machine, or on another one of its network."""
+    """Return what to type into a browser on this machine, or on another one of its network."""
     name = _network_address() if host in _EVERYWHERE else host
     return f"http://[{name}]:{port}/" if ":" in name else f"http://{name}:{port}/"
 

@@ -42,8 +42,8 @@ def remove_folder(folder: Path) -> None:
 
 def sweep_trash(folder: Path) -> None:
     """Finish what a killed server had begun to remove."""
-    for left in folder.glob(f"{TRASH}*"):
-        shutil.rmtree(left, ignore_errors=True)
+    for remnant in folder.glob(f"{TRASH}*"):
+        shutil.rmtree(remnant, ignore_errors=True)
 
 
 def keep_tree(folder: Path) -> None:
@@ -69,12 +69,12 @@ class Shelf:
 
     def list(self) -> "list[tuple[str, Info]]":
         """All things by id, the newest first."""
-        found = [(place.name, load_info(place / INFO)) for place in self.folder.glob("[0-9a-f]*")]
-        known = [(id_, info) for id_, info in found if info is not None]
+        things = [(place.name, load_info(place / INFO)) for place in self.folder.glob("[0-9a-f]*")]
+        known = [(id_, info) for id_, info in things if info is not None]
         return sorted(known, key=lambda item: (item[1].created, item[0]), reverse=True)
 
     def get(self, id_: str) -> Info:
-        """What is known of one.
+        """Return what is known of a thing.
 
         Raises:
             Refused: 404 when it is not there.
@@ -85,7 +85,7 @@ class Shelf:
         return info
 
     def content(self, id_: str) -> Path:
-        """What readers are given: the one file or folder that was brought, or the folder of many.
+        """Return what readers are given: the one file or folder that was brought, or the folder of many.
 
         Raises:
             Refused: 404 when it is not there.

@@ -39,7 +39,7 @@ _READING = {name: _in_query(field) for name, field in ReadingOptions.model_field
 
 
 class ReadAs(create_model("_Reading", __base__=_SeenWith, **_READING)):
-    """In the query of a report or a scene: what its reader would tell a run."""
+    """The query of a report or a scene: what its reader would tell a run."""
 
     @property
     def reading(self) -> Reading:

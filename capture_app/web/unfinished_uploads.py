@@ -40,9 +40,9 @@ def member_paths(names: Sequence[str]) -> list[PurePosixPath]:
         InputError: "member-path" or "member-duplicate".
     """
     paths = [_checked(name) for name in names]
-    seen: dict[str, bool] = {}
+    entered: dict[str, bool] = {}
     for path in paths:
-        _enter(path, seen)
+        _enter(path, entered)
     return paths
 
 
@@ -65,18 +65,18 @@ def _checked(name: str) -> PurePosixPath:
     return PurePosixPath(name)
 
 
-def _enter(path: PurePosixPath, seen: dict[str, bool]) -> None:
+def _enter(path: PurePosixPath, entered: dict[str, bool]) -> None:
     """Note a file and the folders around it; no two names may be one on any disk."""
     keys = [normalize("NFC", str(step)).casefold() for step in (*reversed(path.parents), path)][1:]
-    clash = any(seen.setdefault(folder, False) for folder in keys[:-1])
-    if clash or keys[-1] in seen:
+    clash = any(entered.setdefault(folder, False) for folder in keys[:-1])
+    if clash or keys[-1] in entered:
         raise InputError(
             "member-duplicate",
             "A name occurs twice (capital letters do not count).",
             where=f"{str(path)!r:.90}",
             fix=_FIX,
         )
-    seen[keys[-1]] = True
+    entered[keys[-1]] = True
 
 
 def _bytes(name: str) -> int:
@@ -136,7 +136,7 @@ class Uploads:
         return id_
 
     def get(self, id_: str) -> Upload:
-        """What was announced.
+        """Return what was announced of an upload.
 
         Raises:
             Refused: 404 when there is no such upload.
@@ -154,13 +154,13 @@ class Uploads:
 
     def list(self) -> "list[tuple[str, Upload]]":
         """All by id, the newest first."""
-        found: list[tuple[str, Upload]] = []
+        uploads: list[tuple[str, Upload]] = []
         for place in self.folder.glob("[0-9a-f]*"):
             try:
-                found.append((place.name, self.get(place.name)))
+                uploads.append((place.name, self.get(place.name)))
             except Refused:
                 continue
-        return sorted(found, key=lambda item: (item[1].created, item[0]), reverse=True)
+        return sorted(uploads, key=lambda item: (item[1].created, item[0]), reverse=True)
 
     def place(self, id_: str, upload: Upload, index: int) -> Path:
         """Return the path to which the bytes of one of its files go.
@@ -220,12 +220,12 @@ class Uploads:
     def sweep(self, older: float) -> "list[str]":
         """Take away what nobody went on with for so many seconds; returns their ids."""
         limit = time.time() - older
-        left = [
+        remnants = [
             id_ for id_, _ in self.list() if (self.folder / id_ / UPLOAD).stat().st_mtime < limit
         ]
-        for id_ in left:
+        for id_ in remnants:
             remove_folder(self.folder / id_)
-        return left
+        return remnants
 
     def _place(self, id_: str, path: PurePosixPath) -> Path:
         return self.folder / id_ / FILES / path

@@ -88,7 +88,7 @@ class Change(BaseModel):
 
 
 def item(id_: str, info: Info) -> LibraryItem:
-    """What a list tells of a thing."""
+    """Return what a list tells of a thing."""
     head = info.model_dump(exclude={"facts"})
     return LibraryItem(id=id_, **{**all_in_page_words(info.facts), **head})
 

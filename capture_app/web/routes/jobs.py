@@ -102,11 +102,13 @@ def _there(site: Site, id_: str, record: JobRecord | None) -> Job:
 
 def _job(site: Site, record: JobRecord) -> Job:
     made = _made(site, record)
-    told: dict[str, Any] = _shown(site, record.model_dump())
+    fields: dict[str, Any] = _shown(site, record.model_dump())
     if record.error is not None and record.error.code == "defect":
         # Its class says nothing to the owner of a job; the log of the worker has all of it.
-        told["error"]["what"] = "Something went wrong in the program; what you brought is unharmed."
-    told |= {key: all_in_page_words(told[key], record.kind) for key in ("error", "log")}
+        fields["error"]["what"] = (
+            "Something went wrong in the program; what you brought is unharmed."
+        )
+    fields |= {key: all_in_page_words(fields[key], record.kind) for key in ("error", "log")}
     links = {
         "output": site.library.shown(record.output or "") or None,
         "result": _result(site, record),
@@ -115,11 +117,11 @@ def _job(site: Site, record: JobRecord) -> Job:
         "files": made,
         "download": made[0].href if made else None,
     }
-    return Job.model_validate({**told, **links})
+    return Job.model_validate({**fields, **links})
 
 
 def _waits(site: Site) -> str:
-    """What a job that has not begun waits for."""
+    """Return what a job that has not begun waits for."""
     if not site.queue.workers():
         return (
             "No worker is there yet. If none comes within half a minute, nobody has started one for this "
@@ -149,7 +151,7 @@ def _made(site: Site, record: JobRecord) -> list[ResultFile]:
 
 
 def _shown(site: Site, value: Any) -> Any:
-    """With the names that people gave in place of paths, in all its texts."""
+    """Return a record with the names that people gave in place of paths, in all its texts."""
     if isinstance(value, str):
         return site.library.shown(value)
     if isinstance(value, dict):

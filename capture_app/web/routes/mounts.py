@@ -91,10 +91,12 @@ async def calibrate(site: Here, given: Annotated[MountForm, Body()]) -> LibraryI
     target.parent.mkdir(parents=True)
     try:
         if isinstance(given, IdentityForm):
-            found = await site.sandbox.run(sandboxed_work.identity, target)
+            residuals = await site.sandbox.run(sandboxed_work.identity, target)
         else:
-            found = await site.sandbox.run(sandboxed_work.by_hand, target, _way(site, id_, given))
-        facts: dict[str, Any] = {**await site.sandbox.run(mount_summary, target), **found}
+            residuals = await site.sandbox.run(
+                sandboxed_work.by_hand, target, _way(site, id_, given)
+            )
+        facts: dict[str, Any] = {**await site.sandbox.run(mount_summary, target), **residuals}
         facts["object"] = getattr(given, "object", None)
         info = Info(name=given.name, size=target.stat().st_size, files=1, facts=facts)
         site.library.shelves["mount"].put(id_, info, folder)

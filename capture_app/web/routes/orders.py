@@ -314,7 +314,7 @@ class Scan(BaseModel):
 
 
 def _tag(given: Any) -> str:
-    """Which of the orders it is: by its kind, and a calibration by its method too."""
+    """Return which of the orders it is: by its kind, and a calibration by its method too."""
     said = given if isinstance(given, dict) else getattr(given, "__dict__", {})
     kind = said.get("kind")
     return f"{kind} by {said.get('method')}" if kind == "calibrate" else str(kind)

@@ -137,33 +137,35 @@ async def object_scene(site: Here, id: Id) -> FileResponse:
     return FileResponse(scene, media_type=SCENE)
 
 
-async def _inspected(site: Site, id_: str, seen: sandboxed_work.SessionInputs) -> tuple[Path, Path]:
+async def _inspected(
+    site: Site, id_: str, inputs: sandboxed_work.SessionInputs
+) -> tuple[Path, Path]:
     """The files of a report, which are written when it is asked for the first time."""
-    made = cache_key("report", seen)
+    made = cache_key("report", inputs)
     folder = site.library.shelves["session"].cache(id_)
     data, page = folder / f"report-{made}.json", folder / f"report-{made}.html"
     if not data.is_file():
-        found = await site.sandbox.run(sandboxed_work.inspect, seen, data, page)
-        if seen.reading != AS_LOGGED:
+        headline = await site.sandbox.run(sandboxed_work.inspect, inputs, data, page)
+        if inputs.reading != AS_LOGGED:
             # What somebody tries out says nothing about the recording.
-            found.pop("verdict")
-        _note(site, id_, found)
+            headline.pop("verdict")
+        _note(site, id_, headline)
     return data, page
 
 
-def _note(site: Site, id_: str, found: dict[str, Any]) -> None:
+def _note(site: Site, id_: str, headline: dict[str, Any]) -> None:
     """Keep what lists tell of a session."""
     shelf = site.library.shelves["session"]
-    shelf.change(id_, lambda info: info.model_copy(update={"facts": {**info.facts, **found}}))
+    shelf.change(id_, lambda info: info.model_copy(update={"facts": {**info.facts, **headline}}))
 
 
-def _shown(site: Site, found: dict[str, Any]) -> Report:
-    """With the names that people gave in place of paths."""
-    found = all_in_page_words(found, "run")
-    if found["problem"] is not None:
-        found["problem"] = {k: site.library.shown(v) for k, v in found["problem"].items()}
+def _shown(site: Site, data: dict[str, Any]) -> Report:
+    """Return a report with the names that people gave in place of paths."""
+    data = all_in_page_words(data, "run")
+    if data["problem"] is not None:
+        data["problem"] = {k: site.library.shown(v) for k, v in data["problem"].items()}
     return Report.model_validate(
-        {**found, **{k: site.library.shown(found[k]) for k in ("reason", "advice")}}
+        {**data, **{k: site.library.shown(data[k]) for k in ("reason", "advice")}}
     )
 
 
@@ -254,7 +256,7 @@ def _drawn(site: Site, places: Sequence[Path], draw: Work, *given: Any) -> FileR
 
 
 def _forget(drawn: asyncio.Future[dict[str, Any]]) -> None:
-    """What cannot be drawn has no picture; why, is in the server's log."""
+    """Note why something cannot be drawn in the server's log; it has no picture."""
     if not drawn.cancelled():
         drawn.exception()
 

@@ -67,9 +67,9 @@ def one(site: Here, id: Id) -> Whole:
     for given in manifest["inputs"]:
         given["path"] = site.library.shown(given["path"])
     at = f"/api/results/{id}"
-    told = _item(site, id, results.get(id)).model_dump()
+    fields = _item(site, id, results.get(id)).model_dump()
     return Whole(
-        **{k: v for k, v in told.items() if k != "files"},
+        **{k: v for k, v in fields.items() if k != "files"},
         manifest=manifest,
         files=listed(results.place(id), f"{at}/files"),
         exports=listed(results.exports(id), f"{at}/exports"),
