@@ -1,5 +1,7 @@
 """Samples are there to differ: in the heading they look from, and in how upright they stay."""
 
+import contextlib
+
 import numpy as np
 import pytest
 import torch
@@ -7,11 +9,12 @@ import trimesh
 
 from omomo_core.body.model import load_body
 from omomo_core.generation.conditioning import UNCONDITIONED, Conditioning, Pose
+from omomo_core.generation.generation_config import RECORDED, ChunkSizes
 from omomo_core.generation.generation_options import GenerationOptions
-from omomo_core.generation.generator import generate
 from omomo_core.generation.sampling import sample_body as stage_2
 from omomo_core.generation.sampling import sample_hands as stage_1
 from omomo_core.generation.sampling.sample_body import WindowConditions, sample_take
+from omomo_core.generation.stream import stream
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.stages import body_capture as body_stage
 from omomo_core.stages import hands_capture as hand_stage
@@ -19,7 +22,7 @@ from omomo_core.stages.stage import WINDOW, Stage, Stages
 from omomo_core.stages.stage_config import HAND_STAGE
 
 BODY = load_body()
-FRAMES = 400
+FRAMES = 240
 
 
 def _motion(metres: float = 5.0, frames: int = FRAMES) -> ObjectMotion:
@@ -28,6 +31,10 @@ def _motion(metres: float = 5.0, frames: int = FRAMES) -> ObjectMotion:
     T[:, 0, 3], T[:, 2, 3] = np.linspace(0, metres, frames), 1.0
     mesh = ObjectMesh(np.array(solid.vertices), np.array(solid.faces), "box")
     return ObjectMotion(mesh, T, np.ones(frames, bool))
+
+
+class Enough(Exception):
+    """What the samplers are given has been seen."""
 
 
 class Seen:
@@ -60,13 +67,28 @@ class Seen:
         known: Conditioning = UNCONDITIONED,
         sampler: str = "dpm++",
         motion: ObjectMotion | None = None,
+        sizes: ChunkSizes = RECORDED,
+        until: str = "solve",
     ) -> None:
+        """Generate as far as this step; what becomes of the samples then is not looked at here."""
         torch.manual_seed(0)
         stages = Stages(
             Stage(hand_stage.CONFIG).eval(), Stage(body_stage.CONFIG).eval(), BODY.height
         )
         options = GenerationOptions(samples, 3, sampler=sampler, steps=2)  # type: ignore[arg-type]
-        generate(motion or _motion(), BODY, stages, options, lambda name, done: None, known)
+        given = motion or _motion()
+
+        def stop(name: str, done: float) -> None:
+            if name == until:
+                raise Enough
+
+        with contextlib.suppress(Enough):
+            list(
+                stream(
+                    given.mesh, given.T_world_object, BODY, stages, options, stop, known,
+                    chunk_sizes=sizes,
+                )
+            )  # fmt: skip
 
 
 @pytest.fixture
@@ -102,8 +124,8 @@ def test_guesses_look_from_their_own_headings_where_only_the_first_pose_is_known
 
 
 def test_what_has_begun_is_gone_on_with_as_it_travels(seen: Seen):
-    """The second chapter of a long take."""
-    seen.run(3, motion=_motion(frames=800))
+    """The second chunk of a take."""
+    seen.run(3, sizes=ChunkSizes(length=150, context=30, margin=20, spare=0), until="never")
     assert len(seen.headings) == 2
     torch.testing.assert_close(seen.headings[1], torch.zeros(3))
 

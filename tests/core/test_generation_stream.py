@@ -65,9 +65,9 @@ def test_the_generator_is_its_stream_put_together():
         assert len(person.segments) == len(whole.people[k].segments)
 
 
-@pytest.mark.parametrize("how", [SHORT, LIVE])
-def test_no_seam_is_seen_where_chapters_meet(how: ChunkSizes):
-    made = blocks(420, how, load_stages())
+@pytest.mark.parametrize(("how", "frames"), [(SHORT, 320), (LIVE, 180)])
+def test_no_seam_is_seen_where_chapters_meet(how: ChunkSizes, frames: int):
+    made = blocks(frames, how, load_stages())
     assert len(made) > 2
     for k in range(2):
         joints = join([b.people[k] for b in made]).human.joints
@@ -77,13 +77,13 @@ def test_no_seam_is_seen_where_chapters_meet(how: ChunkSizes):
 
 
 def test_holding_palms_stay_on_their_places_across_chapters():
-    for person in blocks(420, SHORT)[2].people:
+    for person in blocks(320, SHORT)[2].people:
         for s in person.segments:
             assert person.human.hand_contact[s.start : s.stop, s.hand].min() > 0.99
 
 
 def test_live_motion_is_never_more_than_two_seconds_behind_the_poses():
-    motion, seen = carried(400), 0
+    motion, seen = carried(220), 0
 
     def arriving() -> Iterator[np.ndarray]:
         nonlocal seen
@@ -99,7 +99,7 @@ def test_live_motion_is_never_more_than_two_seconds_behind_the_poses():
         assert block.first == done
         done += len(block.must_hold)
         assert seen - done <= 60
-    assert done == 400
+    assert done == 220
 
 
 def test_memory_does_not_grow_with_the_take():
@@ -107,7 +107,7 @@ def test_memory_does_not_grow_with_the_take():
     motion = carried(60)
 
     def poses() -> Iterator[np.ndarray]:
-        for frame in range(1500):
+        for frame in range(600):
             yield motion.T_world_object[min(frame, 59)]
 
     options = GenerationOptions(samples=1, steps=2)
@@ -115,5 +115,6 @@ def test_memory_does_not_grow_with_the_take():
         held.append(len(block.must_hold))
     # Stretches are of one length, whatever came before.
     assert max(held) <= SHORT.length + SHORT.spare
-    assert sum(held) == 1500
+    assert sum(held) == 600
+    assert len(held) > 4
     assert torch.is_grad_enabled()
