@@ -2,7 +2,7 @@
 
 The option `--jaxtyping-packages` puts a decorator onto each function and data class. That of jaxtyping
 builds two functions for each of them and checks arguments twice a call. The one of this file checks the
-same once, and reads a function's types when it is first called: tests take two thirds of the time.
+same once, and reads a function's types when it is first called, which most functions never are.
 """
 
 import functools
