@@ -4,18 +4,20 @@ import shutil
 import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
 from capture_app.commands.export import Units, UpAxis
-from capture_app.exports.exported_take import Take
-from capture_app.exports.glb import write_glb_take
 from omomo_core.errors import InputError
+
+if TYPE_CHECKING:
+    from capture_app.exports.exported_take import Take
 
 _SCRIPT = Path(__file__).with_name("in_blender.py")
 _PATIENCE = 900.0
 """Seconds; a minute of motion takes about one."""
 
 
-def write_fbx(path: Path, take: Take, up: UpAxis, units: Units, blender: str) -> None:
+def write_fbx(path: Path, take: "Take", up: UpAxis, units: Units, blender: str) -> None:
     """Write a GLB, and have Blender write what it reads there as FBX.
 
     Args:
@@ -28,6 +30,9 @@ def write_fbx(path: Path, take: Take, up: UpAxis, units: Units, blender: str) ->
     Raises:
         InputError: "blender-failed", with what it said last.
     """
+    # The server asks for a Blender at its start, and must not load torch for that.
+    from capture_app.exports.glb import write_glb_take
+
     with TemporaryDirectory(prefix="omocap_fbx_") as folder:
         source = Path(folder, "take.glb")
         write_glb_take(source, take)

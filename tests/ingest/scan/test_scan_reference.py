@@ -135,8 +135,8 @@ def test_a_marker_that_was_moved_is_refused(tmp_path: Path):
             "marker 5 of DICT_APRILTAG_36H11, but there is marker 4",
             "36H11:150mm:4",
         ),
-        ("checkerboard:9x6:25mm", "0 of 12 pictures", "--board"),
-        ("A4", "0 of 12 pictures", "--board"),
+        ("checkerboard:9x6:25mm", "0 of 12 pictures", "‹board›"),
+        ("A4", "0 of 12 pictures", "‹board›"),
     ],
 )
 def test_what_is_there_instead_is_said(asked: str, what: str, fix: str, tmp_path: Path):
