@@ -31,7 +31,7 @@ def test_one_way_is_recommended_and_the_others_are_folded_up(tabs, server, examp
     expect(page.get_by_role("radio", name=re.compile("Board, and only the phone"))).to_be_visible()
     expect(page.get_by_role("radio")).to_have_count(1)
     page.get_by_text("Other ways").click()
-    expect(page.get_by_role("radio")).to_have_count(10)
+    expect(page.get_by_role("radio")).to_have_count(9)
     page.get_by_role("radio", name=re.compile("Click points")).check()
     page.wait_for_url(re.compile("way=points"))
     expect(page.get_by_role("radio", name=re.compile("Click points"))).to_be_focused()
