@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Int
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from capture_app.staged_result import staged_folder
 from capture_app.study.votes import Key, Rater
@@ -52,7 +52,7 @@ def preference(chosen: Sequence[bool], raters: Sequence[int], questions: Sequenc
     alone = share * (1 - share) / n
     together = _variance(votes, who) + _variance(votes, what) - alone
     effective = n * min(1.0, alone / together) if alone > 0 and together > 0 else float(n)
-    q = float(student.ppf(0.975, max(1, clusters - 1)))
+    q = float(stdtrit(max(1, clusters - 1), 0.975))
     return Rate(share, *_wilson(share, max(effective, 1.0), q), n)
 
 

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.stats import chi2, norm
 
 from ingest.calibration.posterior import belief, joined, open_directions, posterior
+from ingest.distributions import chi2_tail, normal_from_tail
 from ingest.mount import Mount
 from ingest.uncertainty import between, bounds_95
 from omomo_core.errors import InputError
@@ -63,7 +63,7 @@ def difference(
     return Difference(
         mm=1e3 * float(np.linalg.norm(step[3:])),
         deg=float(np.degrees(np.linalg.norm(step[:3]))),
-        p=float(chi2.sf(distance, 6)),
+        p=chi2_tail(distance, 6),
         covariance=covariance,
     )
 
@@ -194,7 +194,7 @@ def _combined(
         T_phone_object=found.T,
         covariance=found.covariance,
         method=" and ".join(differences) + ", combined",
-        residuals={"apart_sigma": float(norm.isf(p / 2))},
+        residuals={"apart_sigma": normal_from_tail(p / 2)},
         free=tuple(direction.words for direction in open_directions(found.covariance)),
         note="Combined from " + ", ".join(result.name for result in results) + ".",
         date=max(mount.date for mount in mounts),

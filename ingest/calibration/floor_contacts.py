@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Bool, Float64
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
-from scipy.stats import chi2
 
+from ingest.distributions import chi2_quantile
 from ingest.mount import Mount
 from ingest.session import CaptureSession
 from ingest.trajectory.gravity import known_up, upright
@@ -218,7 +218,7 @@ _TILT = np.radians(8.0)
 """Lean from the nearest side of a thing that stands on it, under a mount that is about right."""
 _MOST_TILT = np.radians(20.0)
 """However unsure the mount is: the next side is not much farther."""
-_TIGHT = float(np.sqrt(chi2.ppf(0.999, 3)))
+_TIGHT = float(np.sqrt(chi2_quantile(0.999, 3)))
 _ALIKE = np.radians(3.7)
 """Gravity in the phone's axes when the object stands on one side again, turned round: ARKit keeps it
 to a degree, floors are as uneven."""

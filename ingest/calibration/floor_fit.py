@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.stats import chi2
 
 from ingest.calibration.combine import DISAGREE, FINEST
 from ingest.calibration.floor_contacts import (
@@ -28,6 +27,7 @@ from ingest.calibration.posterior import (
     posterior,
     whitener,
 )
+from ingest.distributions import chi2_tail
 from ingest.mount import Mount, object_id
 from ingest.session import CaptureSession
 from ingest.uncertainty import between, bounds_95, skew
@@ -333,8 +333,8 @@ def check_plausible(problem: FloorProblem, best: Posterior, where: str) -> None:
     moved = axes.T @ W @ step
     known = shares > _INFORMED
     far = float((moved[known] ** 2 / shares[known]).sum())
-    chances = [chi2.sf(far, int(known.sum())) if known.any() else 1.0]
-    chances.append(chi2.sf(best.cost, len(problem.covariance)))
+    chances = [chi2_tail(far, int(known.sum())) if known.any() else 1.0]
+    chances.append(chi2_tail(best.cost, len(problem.covariance)))
     if 2 * min(chances) > DISAGREE:
         return
     bounds = bounds_95(prior.covariance)

@@ -19,8 +19,8 @@ import numpy as np
 from jaxtyping import Bool, Float64
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 from scipy.spatial import KDTree
-from scipy.stats import chi2, f
 
+from ingest.distributions import chi2_quantile, chi2_tail, f_quantile
 from ingest.uncertainty import skew
 from omomo_core import strict_json
 from omomo_core.errors import InputError
@@ -76,7 +76,7 @@ class PointPairs:
 
     def agree(self, fit: SimilarityTransform, chance: float = 1e-3) -> bool:
         """Whether right pairs have so large a misfit at least with this chance."""
-        return bool(chi2.sf(fit.misfit, self.freedom) > chance)
+        return bool(chi2_tail(fit.misfit, self.freedom) > chance)
 
 
 def check_pairs(pairs: PointPairs) -> None:
@@ -324,7 +324,7 @@ def _growth(misfit: float, freedom: int) -> float:
     The F distribution takes the place of the chi-square of a 95 % radius in space, because the
     misfit of few pairs is itself a rough guess.
     """
-    return misfit / freedom * float(f.ppf(0.95, 3, freedom) / (chi2.ppf(0.95, 3) / 3))
+    return misfit / freedom * float(f_quantile(0.95, 3, freedom) / (chi2_quantile(0.95, 3) / 3))
 
 
 _MAX_BYTES = 2**20

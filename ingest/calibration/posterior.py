@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float64
 from scipy.spatial.transform import Rotation
-from scipy.stats import chi2
 
+from ingest.distributions import chi2_quantile
 from ingest.uncertainty import between, moved, skew
 
 _POSTERIOR_ROUNDS = 50
@@ -91,7 +91,7 @@ def _growth(step: Float64[np.ndarray, "6"]) -> Float64[np.ndarray, "6 6"]:
     return J
 
 
-_OUTLIER = float(chi2.ppf(0.999, 6))
+_OUTLIER = chi2_quantile(0.999, 6)
 _AVERAGE_ROUNDS = 20
 LEVER = 0.3
 """Metres from the phone at which a turn counts like a shift, when the two are compared."""
@@ -128,7 +128,7 @@ def average(
         steps = between(mean[None], T)
         distance = np.einsum("pi,pij,pj->p", steps, apart, steps)
         # Half of the estimates are believed to be right: their spread sets the scale.
-        growth = max(1.0, float(np.median(distance) / chi2.ppf(0.5, 6))) if len(T) > 2 else 1.0
+        growth = max(1.0, float(np.median(distance) / chi2_quantile(0.5, 6))) if len(T) > 2 else 1.0
         kept = distance < _OUTLIER * growth
         total = weights[kept].sum(axis=0)
         step = np.linalg.solve(total, np.einsum("pij,pj->i", weights[kept], steps[kept]))

@@ -7,9 +7,9 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
-from scipy.stats import chi2
 
 from ingest.calibration.combine import DISAGREE, difference
+from ingest.distributions import chi2_quantile
 from ingest.mount import Mount
 from ingest.session import CaptureSession
 from ingest.trajectory.segments import find_breaks
@@ -36,7 +36,7 @@ DRIFT_TURN = np.radians(0.05)
 """Standard deviation on each axis of its turn per metre of path, rad."""
 _OFF_MARK, _OFF_MARK_OF_PATH, _TURNED = 0.1, 0.05, 15.0
 """Metres, part of the path, degrees: an object farther from its first rest is not on its mark."""
-_SLIPPED = float(chi2.isf(DISAGREE, 6))
+_SLIPPED = chi2_quantile(1 - DISAGREE, 6)
 
 
 @dataclass(frozen=True)

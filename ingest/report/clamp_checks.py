@@ -7,8 +7,8 @@ from typing import NamedTuple
 import igl
 import numpy as np
 from jaxtyping import Float64
-from scipy.stats import chi2, norm
 
+from ingest.distributions import chi2_quantile, normal_from_tail
 from ingest.mount import Mount, object_id
 from ingest.report.checked_session import CheckedSession
 from ingest.report.take_report import Check, grade, graded, worst
@@ -315,9 +315,9 @@ def _pair(first: GroundRest, second: GroundRest) -> _Pair:
         first,
         second,
         tilt=float(np.degrees(np.arccos(np.clip(ups, -1, 1)))),
-        tilt_limit=float(np.sqrt(chi2.ppf(_SURE, 2)) * sd),
+        tilt_limit=float(np.sqrt(chi2_quantile(_SURE, 2)) * sd),
         rise=abs(second.height - first.height) if first.on_floor and second.on_floor else 0.0,
-        rise_limit=float(norm.isf((1 - _SURE) / 2) * height),
+        rise_limit=float(normal_from_tail((1 - _SURE) / 2) * height),
     )
 
 

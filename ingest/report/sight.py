@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, Int64, UInt8
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import correlate, savgol_filter
 from scipy.spatial.transform import Rotation, Slerp
 
 from ingest.report.checked_session import CheckedSession
@@ -432,6 +431,8 @@ def _derivatives(
     session: CaptureSession, clock: Float64[np.ndarray, " samples"]
 ) -> tuple[Rotation, Float64[np.ndarray, "samples 3"], Float64[np.ndarray, "samples 3"]]:
     """Rotation, angular velocity (camera axes) and acceleration (world) of the poses."""
+    from scipy.signal import savgol_filter  # half a second, and few recordings hold an IMU
+
     T = session.T_world_phone
     R = Slerp(session.times, Rotation.from_matrix(T[:, :3, :3]))(clock)
     place = np.stack([np.interp(clock, session.times, axis) for axis in T[:, :3, 3].T], axis=1)
@@ -447,6 +448,8 @@ def _imu_at(
     clock: Float64[np.ndarray, " samples"],
 ) -> Float64[np.ndarray, "samples 3"]:
     """Readings smoothed as the poses are, in camera axes."""
+    from scipy.signal import savgol_filter
+
     values = np.stack([np.interp(clock, times, axis) for axis in values.T], axis=1)
     return savgol_filter(values, _SMOOTH, 3, axis=0) @ R_CAMERA_DEVICE.T
 
@@ -457,6 +460,8 @@ def _lag(
     use: Bool[np.ndarray, " samples"],
 ) -> float | None:
     """Shift at which the speeds of rotation agree best, whatever the axes; None if nowhere."""
+    from scipy.signal import correlate
+
     ours, theirs = np.linalg.norm(poses, axis=1), np.linalg.norm(gyro, axis=1)
     if min(ours[use].std(), theirs[use].std()) < _MIN_TURNING:
         return None

@@ -11,8 +11,8 @@ from jaxtyping import Bool, Float, Float64
 from scipy.ndimage import uniform_filter1d
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError
-from scipy.stats import chi2
 
+from ingest.distributions import chi2_quantile
 from ingest.session import CaptureSession
 from ingest.trajectory.plane import fit_plane
 from ingest.trajectory.trajectory_config import RESTS, STANDING, Top
@@ -71,7 +71,7 @@ def frame_noise(
         return 0.0, 0.0
     left = windows(T[:, :3], len(_SIXTH), axis=0)[whole] @ _SIXTH
     share = RESTS.quiet_share
-    expected = float(chi2.ppf(share, 3))
+    expected = chi2_quantile(share, 3)
     shift = np.quantile((left[..., 3] ** 2).sum(axis=1), share) / expected
     # A small turn by a vector r moves the three columns of a rotation by 2 |r|^2 in all.
     turn = np.quantile((left[..., :3] ** 2).sum(axis=(1, 2)), share) / 2 / expected

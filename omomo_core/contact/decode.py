@@ -7,7 +7,6 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.signal import find_peaks
 
 from omomo_core.contact.contact_config import DECODING, REGRASP
 from omomo_core.contact.segment import (
@@ -60,6 +59,10 @@ def _travels(palm: Float[np.ndarray, "frames 3"], surface: Surface) -> list[_Tra
         return []
     places = np.median(sliding_window_view(palm, REGRASP.stay, axis=0), axis=-1)
     step = np.linalg.norm(places[REGRASP.stay :] - places[: -REGRASP.stay], axis=1)
+    if step.max() < REGRASP.apart:
+        return []
+    from scipy.signal import find_peaks  # half a second, and few hands travel
+
     peaks, _ = find_peaks(np.pad(step, 1), height=REGRASP.apart, distance=REGRASP.stay)
     travels: list[_Travel] = []
     for at in peaks - 1:

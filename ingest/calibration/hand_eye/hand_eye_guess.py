@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.signal import correlate
 from scipy.spatial.transform import Rotation
 
 from ingest.calibration.hand_eye.hand_eye_model import PoseStream, Samples
@@ -180,6 +179,8 @@ def _masked_correlation(
     """Pearson's correlation at every lag over the samples known in both, and how many those are."""
     known_a, known_b = np.isfinite(a).astype(float), np.isfinite(b).astype(float)
     a, b = np.nan_to_num(a), np.nan_to_num(b)
+
+    from scipy.signal import correlate
 
     def overlap(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         return correlate(x, y, method="fft")

@@ -18,7 +18,6 @@ from scipy.linalg import solve_triangular
 from scipy.ndimage import median_filter
 from scipy.optimize import root_scalar
 from scipy.spatial.distance import pdist
-from scipy.stats import chi2, f
 
 from ingest.calibration.hand_eye.hand_eye_model import (
     PHONE_SD,
@@ -34,6 +33,7 @@ from ingest.calibration.hand_eye.hand_eye_model import (
     world,
 )
 from ingest.calibration.posterior import LEVER, whitener
+from ingest.distributions import chi2_quantile, f_quantile
 from ingest.uncertainty import moved
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
@@ -77,7 +77,7 @@ def _beyond(pull: Float64[np.ndarray, "n 3"], many: int) -> float:
     """Mean square of the stretches' pulls, and what is needed since it is known from so few."""
     sums = np.stack([part.sum(axis=0) for part in np.array_split(pull, many)])
     free = 3 * (many - 1)
-    few = 3 * float(f.ppf(0.95, 3, free)) / float(chi2.ppf(0.95, 3))
+    few = 3 * f_quantile(0.95, 3, free) / chi2_quantile(0.95, 3)
     return few * float((sums**2).sum()) / free * many
 
 
@@ -104,8 +104,8 @@ def _innovations(
 
 
 _ROUNDS, _FIRST = 30, 4
-_WILD = float(chi2.ppf(0.999, 6))
-_HALF_1, _HALF, _MIDDLE = (float(chi2.ppf(0.5, k)) for k in (1, 3, 6))
+_WILD = chi2_quantile(0.999, 6)
+_HALF_1, _HALF, _MIDDLE = (chi2_quantile(0.5, k) for k in (1, 3, 6))
 _NOISE_LEAST = np.array([0.2, 0.2])
 _WALK_START, _WALK_LEAST = np.array([1e-3, 4e-3]), np.array([1e-6, 1e-6])
 """Drift in the square root of a second, rad and m."""

@@ -6,7 +6,6 @@ from dataclasses import asdict
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
-from scipy.stats import rankdata
 
 from omomo_core.body.kinematics import WRISTS
 from omomo_core.body.trajectory_optimization.solver_config import JOINT_RANGES
@@ -113,12 +112,18 @@ def choose(motions: Sequence[HumanMotion], scores: Sequence[Mapping[str, float]]
     The sample with the fewest faults is often an outlier, and the most central one may skate. A sample that
     leaps is shown only where all do, and none whose body is much deeper in the object than another's.
     """
-    central = rankdata(distance_to_others(np.stack([human.joints for human in motions])).round(6))
-    faults = rankdata([s["total"] for s in scores])
+    central = _ranks(distance_to_others(np.stack([human.joints for human in motions])).round(6))
+    faults = _ranks(np.array([s["total"] for s in scores]))
     leaps, inside = (np.array([s[k] for s in scores]) for k in ("leaping", "inside_cm"))
     shown = (leaps == 0) | (leaps > 0).all()
     shown &= inside <= inside[shown].min() + 100 * SCORE.extra_depth
     return int(np.argmin(np.where(shown, central + faults, np.inf)))
+
+
+def _ranks(values: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:
+    """Return the rank of each value, from 1; equal ones share the mean of theirs."""
+    _, place, count = np.unique(values, return_inverse=True, return_counts=True)
+    return (count.cumsum() - (count - 1) / 2)[place]
 
 
 def distance_to_others(

@@ -11,7 +11,7 @@ from capture_app.jobs.job_record import OVER, JobRecord
 from capture_app.jobs.queue import JobQueue
 
 
-def until(true: Callable[[], bool], seconds: float = 30.0) -> float:
+def until(true: Callable[[], bool], seconds: float = 120.0) -> float:
     """Waits; seconds that it took."""
     begin = time.monotonic()
     while not true():
@@ -32,7 +32,7 @@ def state(queue: JobQueue, id: str) -> str:
     return record.state
 
 
-def finished(queue: JobQueue, ids: Sequence[str], seconds: float = 60.0) -> list[JobRecord]:
+def finished(queue: JobQueue, ids: Sequence[str], seconds: float = 240.0) -> list[JobRecord]:
     """The jobs when all are over."""
     until(lambda: all(record.state in OVER for record in queue.get_all(ids)), seconds)
     records = queue.get_all(ids)

@@ -56,7 +56,7 @@ class Server:
         """The address of a view, such as "/library"."""
         return f"{self.url}#{hash_}"
 
-    def done(self, job: str, seconds: float = 90.0) -> dict[str, Any]:
+    def done(self, job: str, seconds: float = 180.0) -> dict[str, Any]:
         """The record of a job when it has ended well."""
         until = time.monotonic() + seconds
         while time.monotonic() < until:
@@ -105,7 +105,7 @@ def _address(told: Path, process: subprocess.Popen[bytes]) -> str:
 @pytest.fixture(scope="module")
 def browser(server: Server) -> Iterator[Any]:
     sync_api = pytest.importorskip("playwright.sync_api")
-    sync_api.expect.set_options(timeout=15_000)
+    sync_api.expect.set_options(timeout=60_000)
     with sync_api.sync_playwright() as playwright:
         yield playwright.chromium.launch(executable_path=str(CHROMIUM), args=_FLAGS)
 
@@ -119,7 +119,7 @@ class Tabs:
 
     def open(self, url: str) -> Any:
         page = self.context.new_page()
-        page.set_default_timeout(20_000)
+        page.set_default_timeout(60_000)
         page.on("pageerror", lambda error: self.faults.append(f"error: {error}"))
         page.on("console", lambda message: self._heard(message))
         page.goto(url)

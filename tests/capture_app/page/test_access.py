@@ -32,7 +32,7 @@ OFTEN = ("start", "session", "board", "scan", "job", "result")
 def test_no_serious_finding(tabs, server, example, motion, name):
     page = tabs.open(server.at(PAGES[name].format(**example, motion=motion)))
     expect(page.locator("main h1")).to_be_visible()
-    expect(page.locator("main[aria-busy], main [aria-busy]")).to_have_count(0, timeout=30_000)
+    expect(page.locator("main[aria-busy], main [aria-busy]")).to_have_count(0, timeout=90_000)
     page.evaluate("document.querySelectorAll('details').forEach((one) => (one.open = true))")
     for scheme in ("light", "dark"):
         page.emulate_media(color_scheme=scheme)

@@ -31,7 +31,7 @@ def test_two_tabs_see_the_same_job_and_one_cancels_it(tabs, server, example):
     expect(second.get_by_role("button", name="Cancel")).to_be_visible()
     first.get_by_role("button", name="Cancel").click()
     for tab in (first, second):
-        expect(tab.get_by_role("main").get_by_text("Cancelled")).to_be_visible(timeout=30_000)
+        expect(tab.get_by_role("main").get_by_text("Cancelled")).to_be_visible(timeout=90_000)
         expect(tab.get_by_role("button", name="Begin again")).to_be_visible()
     assert job not in [one["id"] for one in server.ask("results")]
 
@@ -64,7 +64,7 @@ def test_keyboard_alone_reaches_a_running_job_and_stops_it(tabs, server, example
     assert _focused(page) == "Skip to the content"
     _tab_to(page, "Try the example")
     page.keyboard.press("Enter")
-    expect(page.get_by_text("This recording is good")).to_be_visible(timeout=30_000)
+    expect(page.get_by_text("This recording is good")).to_be_visible(timeout=90_000)
     assert page.evaluate("document.activeElement.tagName") == "H1"
     _tab_to(page, "More options")
     page.keyboard.press("Enter")
@@ -76,7 +76,7 @@ def test_keyboard_alone_reaches_a_running_job_and_stops_it(tabs, server, example
     expect(page.get_by_role("button", name="Cancel")).to_be_visible()
     _tab_to(page, "Cancel")
     page.keyboard.press("Enter")
-    expect(page.get_by_role("main").get_by_text("Cancelled")).to_be_visible(timeout=60_000)
+    expect(page.get_by_role("main").get_by_text("Cancelled")).to_be_visible(timeout=120_000)
 
 
 def test_radio_buttons_keep_the_focus_when_another_object_is_chosen(tabs, server, example):

@@ -11,7 +11,7 @@ from playwright.sync_api import expect
 @pytest.fixture
 def result_page(tabs, server, motion):
     page = tabs.open(server.at(f"/results/{motion}"))
-    expect(page.get_by_role("slider", name="Time")).to_be_visible(timeout=30_000)
+    expect(page.get_by_role("slider", name="Time")).to_be_visible(timeout=90_000)
     return page
 
 
@@ -59,7 +59,7 @@ def test_corrected_contact_is_solved_again_and_compared(result_page, server, mot
     page.keyboard.press("PageDown")
     solve.click()
     page.wait_for_url(re.compile(r"#/jobs/"))
-    page.wait_for_url(re.compile(r"#/results/"), timeout=60_000)
+    page.wait_for_url(re.compile(r"#/results/"), timeout=120_000)
     corrected = page.url[-16:]
     after = server.ask(f"results/{corrected}/contacts")["segments"]
     assert len(after) == len(before)
@@ -67,7 +67,7 @@ def test_corrected_contact_is_solved_again_and_compared(result_page, server, mot
     assert server.ask(f"results/{corrected}")["parent"] == motion
     page.get_by_role("link", name="compare the two").click()
     names = ["The motion", "The motion, corrected"]
-    expect(page.locator(".stage-names span")).to_have_text(names, timeout=30_000)
+    expect(page.locator(".stage-names span")).to_have_text(names, timeout=90_000)
     assert page.get_by_role("checkbox", checked=True).count() >= 2
     first, second = page.get_by_role("slider", name="Time").all()
     first.focus()
@@ -82,7 +82,7 @@ def test_export_is_made_and_downloaded(result_page):
     page.get_by_label("Frames a second").select_option("60")
     page.get_by_role("button", name="Make the file").click()
     link = page.get_by_role("status").get_by_role("link").first
-    expect(link).to_be_visible(timeout=60_000)
+    expect(link).to_be_visible(timeout=120_000)
     with page.expect_download() as taken:
         link.click()
     lines = taken.value.path().read_text().splitlines()
@@ -154,7 +154,7 @@ def test_made_again_from_where_the_person_stood(result_page, server, motion):
     x.fill("0.75")
     make.click()
     page.wait_for_url(re.compile(r"#/jobs/"))
-    page.wait_for_url(re.compile(r"#/results/"), timeout=60_000)
+    page.wait_for_url(re.compile(r"#/results/"), timeout=120_000)
     before, after = (server.ask(f"results/{id_}") for id_ in (motion, page.url[-16:]))
     now = after["manifest"]["options"]
     assert now["stood"][0] == 0.75

@@ -11,7 +11,7 @@ from tests.textured_room import room, write_room
 def _brought(page: Page, tmp_path, places) -> None:
     page.get_by_label("Filmed with").select_option("room")
     choose(page, "Drop the room's mesh here", write_room(tmp_path / "room.glb", room(places)))
-    expect(page.get_by_text("Click on the object.")).to_be_visible(timeout=60_000)
+    expect(page.get_by_text("Click on the object.")).to_be_visible(timeout=120_000)
     # The room is there when nothing is fetched any more, and is drawn a moment later.
     page.wait_for_load_state("networkidle")
     page.wait_for_timeout(1500)

@@ -14,7 +14,7 @@ STOP = re.compile(r"hand contact 1, stop")
 @pytest.fixture
 def page(tabs, server, motion):
     page = tabs.open(server.at(f"/results/{motion}"))
-    expect(page.get_by_role("slider", name="Time")).to_be_visible(timeout=30_000)
+    expect(page.get_by_role("slider", name="Time")).to_be_visible(timeout=90_000)
     return page
 
 
@@ -44,7 +44,7 @@ def test_files_and_videos_are_of_the_sample_that_is_shown(page, server, motion):
     page.get_by_label("Format").select_option("csv")
     page.get_by_role("button", name="Make the file").click()
     link = page.get_by_role("status").get_by_role("link").first
-    expect(link).to_have_text(re.compile(f"-sample{other + 1}-"), timeout=60_000)
+    expect(link).to_have_text(re.compile(f"-sample{other + 1}-"), timeout=120_000)
     page.get_by_label("All side by side").check()
     expect(page.get_by_text(f"Of sample {other + 1}.")).to_be_visible()
     page.get_by_text("Seen from elsewhere").click()
@@ -59,11 +59,11 @@ def test_the_sample_that_is_shown_is_corrected(page, server, motion):
     _show(page, other)
     _lengthen(page)
     page.get_by_role("button", name="Solve again").click()
-    page.wait_for_url(re.compile(r"#/results/(?!" + motion + ")"), timeout=60_000)
+    page.wait_for_url(re.compile(r"#/results/(?!" + motion + ")"), timeout=120_000)
     made = server.ask(f"results/{page.url[-16:]}")
     assert made["manifest"]["correction"]["sample"] == other
     page.goto(server.at(f"/results/{motion}"))
-    expect(page.get_by_role("button", name="Correct the contacts")).to_be_visible(timeout=30_000)
+    expect(page.get_by_role("button", name="Correct the contacts")).to_be_visible(timeout=90_000)
     _show(page, other)
     expect(page.get_by_role("button", name="Correct the contacts")).to_be_visible()
 
@@ -80,7 +80,7 @@ def test_corrections_are_kept_until_they_are_thrown_away(page, server, motion):
     page.get_by_role("link", name="Library").click()
     page.wait_for_url("**/#/library")
     page.go_back()
-    expect(stop).to_have_attribute("aria-valuenow", end, timeout=30_000)
+    expect(stop).to_have_attribute("aria-valuenow", end, timeout=90_000)
     expect(page.get_by_role("button", name="Solve again")).to_be_enabled()
     page.get_by_role("button", name="Stop correcting").click()
     page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
@@ -89,7 +89,7 @@ def test_corrections_are_kept_until_they_are_thrown_away(page, server, motion):
     page.get_by_role("button", name="Throw them away").click()
     expect(page.get_by_role("button", name="Correct the contacts")).to_be_focused()
     page.reload()
-    expect(page.get_by_role("button", name="Correct the contacts")).to_be_visible(timeout=30_000)
+    expect(page.get_by_role("button", name="Correct the contacts")).to_be_visible(timeout=90_000)
 
 
 def test_playhead_and_clock_agree_after_another_sample_is_shown(page, server, motion):

@@ -37,7 +37,7 @@ def test_targets_are_large_enough(tabs, server, example, motion, shaken, name):
     page = tabs.open(server.at(PAGES[name].format(**example, motion=motion, shaken=shaken)))
     page.set_viewport_size({"width": 390, "height": 844})
     expect(page.locator("main h1")).to_be_visible()
-    expect(page.locator("main[aria-busy], main [aria-busy]")).to_have_count(0, timeout=30_000)
+    expect(page.locator("main[aria-busy], main [aria-busy]")).to_have_count(0, timeout=90_000)
     if name == "result":
         page.get_by_role("button", name="Correct the contacts").click()
     page.evaluate("document.querySelectorAll('details').forEach((one) => (one.open = true))")

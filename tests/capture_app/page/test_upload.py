@@ -22,7 +22,7 @@ def take(tmp_path: Path) -> Path:
 def _reported(page) -> str:
     page.wait_for_url(re.compile(r"#/sessions/[0-9a-f]{16}"))
     expect(page.get_by_text(re.compile("This recording is (good|usable)"))).to_be_visible(
-        timeout=30_000
+        timeout=90_000
     )
     return re.search(r"sessions/([0-9a-f]{16})", page.url)[1]
 
@@ -58,14 +58,14 @@ def test_from_a_drop_to_the_motion_it_is_one_click(tabs, server, tmp_path):
     page.locator(FILES).first.set_input_files(sorted(folder.iterdir()))
     _reported(page)
     make = page.get_by_role("button", name="Make the motion")
-    expect(make).to_be_enabled(timeout=30_000)
+    expect(make).to_be_enabled(timeout=90_000)
     page.get_by_label("Samples", exact=True).fill("1")
     page.get_by_text("More options").click()
     page.get_by_label("Steps of the sampler").fill("2")
     page.get_by_label("Draw a video").uncheck()
     make.click()
     page.wait_for_url(re.compile(r"#/results/"), timeout=90_000)
-    expect(page.get_by_role("slider", name="Time")).to_be_visible(timeout=30_000)
+    expect(page.get_by_role("slider", name="Time")).to_be_visible(timeout=90_000)
     expect(page.locator("video")).to_have_count(0)
 
 
