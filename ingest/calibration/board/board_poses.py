@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int
+from scipy.special import fdtri
 
 from ingest.calibration.board.board_lens import Sightings, first_poses, mirrored, sightings, trusted
 from ingest.calibration.board.board_spec import MIN_CORNERS, Grid
-from ingest.distributions import chi2_quantile, f_quantile
+from ingest.distributions import chi2_quantile
 from ingest.uncertainty import between, moved
 
 _LEAST = 1e-9
@@ -211,7 +212,7 @@ def board_poses(
     freedom = 2.0 * used.sum(axis=1) - 6
     sigma = np.sqrt((cost + _PRIOR * pooled) / (freedom + _PRIOR))
     # The noise is estimated too: chi-square's 95 % become those of F.
-    growth = 6 * f_quantile(0.95, 6, freedom + _PRIOR) / chi2_quantile(0.95, 6)
+    growth = 6 * fdtri(6, freedom + _PRIOR, 0.95) / chi2_quantile(0.95, 6)
     turn = np.einsum("fij,fij->f", best.T[good, :3, :3], other.T[good, :3, :3])
     angle = np.arccos(((turn - 1) / 2).clip(-1, 1))
     two = ((other.cost[good] - cost) / sigma**2 < _SURE) & (angle > _SAME)
