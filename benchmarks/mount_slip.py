@@ -43,7 +43,7 @@ def main() -> None:
             seen = slipping(motion, mount, replace(mount, T_phone_object=T), at)
             session = unlevel(simulate(seen, mount, seed=seed), seed=seed)
             take = to_object_motion(session, motion.mesh, mount)
-            check = object_checks(CheckedSession(session, motion.mesh, mount, take))[1]
+            check = object_checks(CheckedSession(session, motion.mesh, mount, take))[-1]
             noticed.append(check.severity != "ok")
             up = T[:3, :3] @ np.array([0.0, 0, 1]) @ mount.T_phone_object[:3, 2]
             tilts.append(np.degrees(np.arccos(np.clip(up, -1, 1))))

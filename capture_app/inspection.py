@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 import trimesh
 
+from capture_app.manifest import Finding
 from ingest.formats.registry import read_session
 from ingest.mesh import load_mesh
 from ingest.mount import Mount, identity_mount
@@ -149,19 +150,49 @@ def refuse_bad(inspection: Inspection) -> None:
         )
 
 
-def usable_take(inspection: Inspection, *, force: bool = False) -> ObjectTake:
+def usable_take(inspection: Inspection, *, force: bool = False, strict: bool = False) -> ObjectTake:
     """Return what a run starts from; a bad take only by force, one that gives no motion at all never.
 
+    Args:
+        inspection: of the take.
+        force: a bad take is used too.
+        strict: a take of which something is to be looked at is not.
+
     Raises:
-        InputError: see `refuse_bad`.
+        InputError: "take-limited", or see `refuse_bad`.
     """
     if inspection.take is None or not force:
         refuse_bad(inspection)
     assert inspection.take is not None
+    if strict and inspection.report.severity != "ok":
+        raise _limited(inspection)
     return inspection.take
 
 
-def _problem_text(check: Check) -> str:
+def findings(inspection: Inspection) -> tuple[Finding, ...]:
+    """Return what is to be looked at in a take, red before amber; one for each kind."""
+    checks = [*inspection.report.of("bad"), *inspection.report.of("warn")]
+    first = {check.name: check for check in reversed(checks)}
+    return tuple(
+        Finding(name=check.name, message=check.message, fix=check.fix)
+        for check in checks
+        if first[check.name] is check
+    )
+
+
+def _limited(inspection: Inspection) -> InputError:
+    seen = findings(inspection)
+    return InputError(
+        "take-limited",
+        " ".join(["The take is usable with limits:", *map(_problem_text, seen)]),
+        where=_where(inspection, inspection.report.of("warn")),
+        fix=" ".join(
+            [*dict.fromkeys(one.fix for one in seen), "To use it all the same, leave out ‹strict›."]
+        ),
+    )
+
+
+def _problem_text(check: Check | Finding) -> str:
     return f"{check.name.capitalize()}: {check.message.rstrip('.')}."
 
 

@@ -91,6 +91,22 @@ class BodyRecord(_Record):
     """Metres."""
 
 
+class Finding(_Record):
+    """What `omocap inspect` found of a take that a person should look at."""
+
+    name: str
+    """Name of the check."""
+    message: str
+    fix: str
+    """What to do about it, "" if there is nothing to do."""
+
+    @property
+    def sentence(self) -> str:
+        """All of it in one line."""
+        said = f"{self.name[:1].upper()}{self.name[1:]}: {self.message.rstrip('.')}."
+        return f"{said} {self.fix}".rstrip()
+
+
 class Manifest(_Record):
     """`manifest.json` of a result folder."""
 
@@ -113,6 +129,8 @@ class Manifest(_Record):
     scores: tuple[dict[str, float], ...]
     """Ranking of each sample."""
     chosen: int
+    findings: tuple[Finding, ...] = ()
+    """What the checks of the take found, as `omocap inspect` says it; empty in older results."""
     notes: tuple[str, ...]
     """What the user should know about the take, in sentences."""
     faults: tuple[str, ...]
@@ -122,6 +140,12 @@ class Manifest(_Record):
     timings: dict[str, float]
     """Seconds spent in each stage."""
     files: tuple[str, ...]
+
+
+def to_look_at(manifest: Manifest) -> tuple[str, ...]:
+    """Return the names of what a person should look at in a result, none if all is well."""
+    named = dict.fromkeys(finding.name for finding in manifest.findings)
+    return (*named, *(["the motion"] if manifest.faults else []))
 
 
 def write_manifest(path: Path, manifest: Manifest) -> None:

@@ -154,6 +154,7 @@ def run_manifest(
         weights={path.name: sha256(path) for path in sorted(weights.glob("*.safetensors"))},
         scores=sample.scores,
         chosen=sample.chosen,
+        findings=prepared.findings,
         notes=(
             *prepared.take.notes,
             *_segment_note(prepared.segment),
@@ -199,6 +200,7 @@ def correction_manifest(
         ),
         scores=sample.scores,
         chosen=sample.chosen,
+        findings=first.findings,
         notes=first.notes,
         faults=(*sample.notes, *unsatisfied(sample.person)),
         grips=held_grips(sample.person),

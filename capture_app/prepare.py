@@ -11,8 +11,8 @@ from jaxtyping import Bool, Float
 
 from capture_app.commands.run import RunRequest
 from capture_app.commands.text_values import Place
-from capture_app.inspection import Verdict, look_over, usable_take
-from capture_app.manifest import Segment
+from capture_app.inspection import Inspection, Verdict, findings, look_over, usable_take
+from capture_app.manifest import Finding, Segment
 from ingest.animated.animated_take import AnimatedTake, to_animated_take
 from ingest.animated.detect import read_animation
 from ingest.formats.registry import read_session
@@ -178,6 +178,8 @@ class PreparedTake:
     stages: Stages
     verdict: Verdict | None
     """On what the phone recorded; an object's own motion is not judged."""
+    findings: tuple[Finding, ...]
+    """What is to be looked at in it."""
 
 
 def prepare_take(request: RunRequest) -> PreparedTake:
@@ -188,7 +190,12 @@ def prepare_take(request: RunRequest) -> PreparedTake:
     """
     _check_contact_rule(request)
     mount = load_mount(request.mount) if request.mount else _no_mount(request)
-    take, verdict = (_animated(request), None) if request.animated else _recorded(request, mount)
+    if request.animated:
+        take, verdict, seen = _animated(request), None, ()
+    else:
+        inspection = _inspected(request, mount)
+        take = usable_take(inspection, force=request.force, strict=request.strict)
+        verdict, seen = inspection.verdict, findings(inspection)
     segment = _choose(take, request.reading.segment, request.session)
     motion = cut(take.motion, segment.start, segment.stop)
     body = load_body(request.body)
@@ -202,11 +209,12 @@ def prepare_take(request: RunRequest) -> PreparedTake:
         body=with_height(body, request.height) if request.height else body,
         stages=_stages(request),
         verdict=verdict,
+        findings=seen,
     )
 
 
-def _recorded(request: RunRequest, mount: Mount) -> tuple[ObjectTake, Verdict]:
-    """Return what a phone that is clamped to the object recorded, and the verdict on it."""
+def _inspected(request: RunRequest, mount: Mount) -> Inspection:
+    """Return what a phone that is clamped to the object recorded, looked over."""
     if request.object is None:
         raise InputError(
             "object-needed",
@@ -224,8 +232,7 @@ def _recorded(request: RunRequest, mount: Mount) -> tuple[ObjectTake, Verdict]:
         )
     mesh = load_mesh(request.object, scale=request.mesh_scale * mount.object_scale)
     session = read_session(request.session, request.reading.format)
-    inspection = look_over(session, mesh, mount, request.reading, mesh_file=request.object)
-    return usable_take(inspection, force=request.force), inspection.verdict
+    return look_over(session, mesh, mount, request.reading, mesh_file=request.object)
 
 
 def _animated(request: RunRequest) -> AnimatedTake:

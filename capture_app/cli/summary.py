@@ -20,13 +20,21 @@ def show_result(request: ResultRequest, make: "Callable[[Any, Progress], Result]
         request: of a run or a correction.
         make: makes the result without its video.
     """
-    from capture_app.rendering import draw_video
+    from capture_app.manifest import to_look_at
 
     with progress_bars() as progress:
         made = make(request, progress)
     summarise(made)
-    if request.video is None:
-        return
+    if request.video is not None:
+        _draw(request)
+    if looked_at := to_look_at(made.manifest):
+        say("Done, but look at", ", ".join(looked_at), "bold yellow")
+
+
+def _draw(request: ResultRequest) -> None:
+    from capture_app.rendering import draw_video
+
+    assert request.video is not None
     try:
         with progress_bars() as progress:
             draw_video(request, progress)
@@ -73,5 +81,7 @@ def summarise(result: "Result") -> None:
         )
     for grip in manifest.grips:
         output.print(grip)
+    for finding in manifest.findings:
+        say("Look at", finding.sentence, "yellow")
     for note in (*manifest.notes, *manifest.faults):
         say("Note", note, "yellow")

@@ -104,6 +104,15 @@ class TakeOptions(ReadingOptions):
         ),
     ] = False
 
+    strict: Annotated[
+        bool,
+        OptionGroup.READING,
+        Field(
+            title="Refuse what is usable with limits",
+            description="Refuse a take of which `omocap inspect` finds anything that is to be looked at.",
+        ),
+    ] = False
+
 
 class ResultRequest(Request):
     """A result folder is to be made, and a video of it."""

@@ -219,7 +219,7 @@ def _animated(session: Path, *, mounted: bool) -> bool:
         return False
 
 
-_FIRST = ("name", "state", "verdict", "seconds", "sample")
+_FIRST = ("name", "state", "verdict", "look_at", "seconds", "sample")
 _LAST = ("code", "error", "where", "fix", "session", "output", "id")
 
 
@@ -247,6 +247,7 @@ def _result_row(job: JobRecord) -> dict[str, Any]:
         "name": job.name,
         "state": job.state,
         "verdict": job.summary.get("verdict"),
+        "look_at": "; ".join(job.summary.get("look_at", ())),
         "seconds": round(sum(job.timings.values()), 1) if job.timings else None,
         "sample": job.summary.get("sample"),
         "scores": {k: round(v, 4) for k, v in job.summary.get("scores", {}).items()},

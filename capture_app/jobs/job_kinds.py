@@ -309,7 +309,8 @@ class FolderJob:
 
         self.staged.finish()
         manifest = read_manifest(self.staged.staging.target / MANIFEST)
-        for sentence in (*manifest.notes, *manifest.faults):
+        seen = (finding.sentence for finding in manifest.findings)
+        for sentence in (*seen, *manifest.notes, *manifest.faults):
             self._attempt.say(sentence)
         if video := self.staged.request.video:
             self._attempt.tell({"video_job": self._attempt.follow(video)})
@@ -318,8 +319,14 @@ class FolderJob:
 
 def summary_of(manifest: "Manifest") -> dict[str, Any]:
     """Return what a job tells of the result that it made."""
+    from capture_app.manifest import to_look_at
+
     chosen = manifest.chosen
-    return {"sample": chosen + 1, "scores": manifest.scores[chosen]}
+    return {
+        "sample": chosen + 1,
+        "scores": manifest.scores[chosen],
+        "look_at": list(to_look_at(manifest)),
+    }
 
 
 _RUN_SHARES = {

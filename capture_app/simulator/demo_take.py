@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from capture_app.simulator.simulated_phone import PhoneNoise, simulate
 from ingest.formats import stray_scanner
-from ingest.mount import Mount
+from ingest.mount import Mount, object_id
 from ingest.mount_file import save_mount
 from ingest.session import CaptureSession
 from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
@@ -171,7 +171,8 @@ def record_demo(
     write_recording(session, folder / SESSION, pictures)
     mesh = box_mesh()
     trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(folder / MESH)
-    save_mount(mount, folder / MOUNT)
+    # Calibrated mounts say which mesh they belong to, so that another one is refused.
+    save_mount(replace(mount, object_id=object_id(mesh)), folder / MOUNT)
 
 
 def _film(

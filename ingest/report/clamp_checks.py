@@ -4,25 +4,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import igl
 import numpy as np
 from jaxtyping import Float64
 
 from ingest.distributions import chi2_quantile, normal_from_tail
 from ingest.mount import Mount, object_id
 from ingest.report.checked_session import CheckedSession
+from ingest.report.phone_place import place_check
 from ingest.report.take_report import Check, grade, graded, worst
 from ingest.session import GRAVITY, CaptureSession
 from ingest.trajectory.gravity import measured_up
 from ingest.trajectory.trajectory_config import VERTICAL
 from ingest.uncertainty import bounds_95
-from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS, ObjectMesh
 
-_FAR, _TOO_FAR = 0.3, 0.5
-"""Metres between the phone's camera and the surface: a clamp's arm, and no clamp."""
-_DEEP, _TOO_DEEP = 0.03, 0.06
-"""Metres that the camera may seem to be inside a rough mesh, and where no phone can be."""
 _LIMITS = {"mm": (35.0, 100.0), "m": (0.035, 0.1), "deg": (3.0, 15.0)}
 """Residuals to warn of, and not to believe; good calibrations leave 5 to 30 mm, 0.4 to 2 deg."""
 _WIDE_MM, _WIDE_DEG = 30.0, 5.0
@@ -40,23 +35,7 @@ def mount_checks(mesh: ObjectMesh, mount: Mount) -> list[Check]:
         mesh: the object, in metres: the mount's `object_scale` is in it already.
         mount: the mount of the take.
     """
-    return [_place(mesh, mount), _residuals(mount), *_object(mesh, mount), *_sureness(mount)]
-
-
-def _place(mesh: ObjectMesh, mount: Mount) -> Check:
-    phone = inverse(mount.T_phone_object)[None, :3, 3]
-    vertices, faces = mesh.vertices.astype(np.float64), mesh.faces.astype(np.int64)
-    kind = igl.SIGNED_DISTANCE_TYPE_UNSIGNED
-    distance = np.asarray(igl.signed_distance(phone, vertices, faces, sign_type=kind)[0]).item()
-    turns = np.asarray(igl.fast_winding_number(vertices, faces, phone)).item()
-    if abs(turns) > 0.5 and distance > _DEEP:
-        message = f"the phone's camera would be {distance:.2f} m inside the object"
-        return graded(
-            "phone on the object", grade(distance, _DEEP, _TOO_DEEP), message, _CALIBRATE_AGAIN
-        )
-    severity = grade(distance, _FAR, _TOO_FAR)
-    message = f"the phone's camera is {distance:.2f} m from the object's surface"
-    return graded("phone on the object", severity, message, _CALIBRATE_AGAIN)
+    return [place_check(mesh, mount), _residuals(mount), *_object(mesh, mount), *_sureness(mount)]
 
 
 def _residuals(mount: Mount) -> Check:
@@ -316,9 +295,14 @@ def _pair(first: GroundRest, second: GroundRest) -> _Pair:
         second,
         tilt=float(np.degrees(np.arccos(np.clip(ups, -1, 1)))),
         tilt_limit=float(np.sqrt(chi2_quantile(_SURE, 2)) * sd),
-        rise=abs(second.height - first.height) if first.on_floor and second.on_floor else 0.0,
+        rise=abs(second.height - first.height) if _both_stand(first, second) else 0.0,
         rise_limit=float(normal_from_tail((1 - _SURE) / 2) * height),
     )
+
+
+def _both_stand(first: GroundRest, second: GroundRest) -> bool:
+    """Whether what holds the object up in two rests is no hand."""
+    return (first.on_floor and second.on_floor) or (first.steady and second.steady)
 
 
 def _when(look: CheckedSession, pair: _Pair) -> tuple[int, int]:

@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float32, Float64, Int64, UInt8
 from scipy.ndimage import uniform_filter1d
 from scipy.spatial.transform import Rotation, Slerp
 
+from ingest.distributions import chi2_quantile
 from ingest.report.checked_session import CheckedSession
 from ingest.report.take_report import Check, grade, graded
 from ingest.session import GRAVITY, R_CAMERA_DEVICE, CaptureSession, ImuLog
@@ -326,8 +327,10 @@ _SMOOTH = 41
 _MAX_LAG = 2.0
 """Seconds by which two clocks are looked for apart."""
 _MIN_SECONDS = 2.0
-_MIN_TURNING, _MIN_MOVING = 0.05, 0.15
+_MIN_TURNING, _MIN_MOVING = 0.05, 0.22
 """rad/s and m/s^2 (standard deviation) of an axis that says something."""
+_CLEARER = 2.5
+"""Times by which an acceleration is greater than the noise of the poses' to be compared."""
 _SURE = 0.7
 """Correlation that makes a lag or a scale believable."""
 _FIX = (
@@ -404,7 +407,9 @@ def measure_agreement(
     at = clock + (lag or 0.0)
     gyro, accel = (_imu_at(imu.times, values, at) for values in (imu.gyro, imu.accel))
     felt = np.array([0.0, -GRAVITY, 0.0]) - R.apply(accel)
-    agreed = _worst_axis(moving, felt, use, _MIN_MOVING)
+    agreed = _worst_axis(
+        moving, felt, use, max(_MIN_MOVING, _CLEARER * _acceleration_noise(session))
+    )
     return Agreement(
         covered,
         lag,
@@ -412,6 +417,20 @@ def measure_agreement(
         agreed,
         _gain(moving, felt, use) if agreed is not None and agreed > _SURE else None,
     )
+
+
+def _acceleration_noise(session: CaptureSession) -> float:
+    """Standard deviation that the noise of positions gives to accelerations on each axis, m/s^2."""
+    from scipy.signal import savgol_coeffs
+
+    place, rate = session.T_world_phone[:, :3, 3], 1 / np.median(np.diff(session.times))
+    left = np.diff(place, n=6, axis=0)
+    if len(left) == 0:
+        return 0.0
+    # The quietest fifth tells: what is left of motion is not noise. 924 is the sum of the squared weights.
+    quiet = np.quantile((left**2).sum(axis=1), 0.2) / chi2_quantile(0.2, 3) / 924
+    growth = np.linalg.norm(savgol_coeffs(_SMOOTH, 3, deriv=2, delta=1 / _RATE))
+    return float(np.sqrt(quiet * max(1.0, _RATE / rate)) * growth)
 
 
 def _usable(

@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 from ingest.report.checked_session import CheckedSession
 from ingest.report.clamp_checks import GroundRest, slip
 from ingest.report.take_report import Check, Severity, grade, graded, worst
+from ingest.session import GRAVITY
 from ingest.trajectory.object_motion import ObjectTake
 from ingest.trajectory.rests import (
     find_rests,
@@ -16,6 +17,7 @@ from ingest.trajectory.rests import (
     tilt_from_standing,
 )
 from ingest.trajectory.trajectory_config import STANDING
+from omomo_core.geometry.runs import runs
 from omomo_core.geometry.surface import sample_surface
 from omomo_core.motion import FPS
 
@@ -27,10 +29,16 @@ _BELOW_FLOOR, _FAR_BELOW = -0.1, -0.3
 """Metres by which a thing may seem to go into the floor, and by which none does."""
 _WRONG_TILT = 20.0
 """Degrees from standing by itself from which on the mount, the mesh or the log's axes are wrong."""
-_LIFTED, _TOO_HIGH = 1.8, 2.3
+_LIFTED, _TOO_HIGH = 2.1, 2.3
 """Metres of the lowest point over the floor that few reach, and nobody without a ladder."""
 _SHELF = 1.8
 """Metres over the floor at which hardly anything stands that a person puts things on."""
+_FALL_WINDOW = 7
+"""Frames over which an acceleration is taken."""
+_FREE, _FALL_SECONDS, _DROP = 3.0, 0.1, 0.1
+"""m/s^2 about gravity's, seconds, and metres of a fall: people lower things at less."""
+_UPRIGHT = np.cos(np.radians(25.0))
+"""Cosine between an axis of the mesh and up where that axis points up."""
 _ON_MARK, _MARK_TURN = 0.3, 20.0
 """Metres and degrees within which an object was meant to be back where it started."""
 _DRIFT = 0.05
@@ -79,22 +87,70 @@ def lifted(look: CheckedSession) -> list[Check]:
     take = look.object_take
     if take is None:
         return []
-    T, (start, stop) = take.motion.T_world_object, look.chosen
+    start, stop = look.chosen
     heights = bottom(take)
     at = start + int(heights[start:stop].argmax())
     message = f"the object's lowest point goes up to {heights[at]:.2f} m above the floor"
     severity = grade(float(heights[at]), _LIFTED, _TOO_HIGH)
-    noise = frame_noise(T, take.motion.valid)
-    for a, b in find_rests(T[start:stop], take.motion.valid[start:stop]):
-        level = float(np.median(heights[start + a : start + b]))
-        if level > _SHELF and is_steady(T[start + a : start + b], noise):
-            message = f"it stands still {level:.2f} m above the floor, with nobody holding it"
-            severity, at = "bad", start + a
     fix = (
         "Check which way is up in the log (‹up›), that positions and mesh are in metres, and the floor "
         "(‹floor›)."
     )
+    unheld = _highest_unheld(take, heights, start, stop)
+    if unheld is not None and unheld[0] > _NEAR_FLOOR:
+        level, at = unheld
+        message = f"it stands still {level:.2f} m above the floor, with nobody holding it"
+        severity = "bad" if level > _SHELF else worst([severity, "warn"])
+        fix = (
+            f"If it stood on a table or a shelf there, all is well. Else: {fix[0].lower()}{fix[1:]}"
+        )
     return [graded("height", severity, message, fix, look.logged(at, at + 1))]
+
+
+def _highest_unheld(
+    take: ObjectTake, heights: Float64[np.ndarray, " frames"], start: int, stop: int
+) -> tuple[float, int] | None:
+    """Height and first frame of the highest rest that no hand holds; None where there is none."""
+    T, valid = take.motion.T_world_object, take.motion.valid
+    noise = frame_noise(T, valid)
+    levels = [
+        (float(np.median(heights[start + a : start + b])), start + a)
+        for a, b in find_rests(T[start:stop], valid[start:stop])
+        if is_steady(T[start + a : start + b], noise)
+    ]
+    return max(levels, default=None)
+
+
+def falls(look: CheckedSession) -> list[Check]:
+    """Amber where the object falls freely: nobody holds it then, and the person is a guess."""
+    take = look.object_take
+    if take is None or len(take.motion.valid) < _FALL_WINDOW:
+        return []
+    height = take.motion.T_world_object[:, 2] @ np.append(
+        sample_surface(take.motion.mesh).centre, 1
+    )
+    pulled = _second_difference(height)
+    free = (np.abs(pulled + GRAVITY) < _FREE) & take.motion.valid
+    drops = [
+        (a, b, height[a] - height[b - 1]) for a, b in runs(free) if b - a >= _FALL_SECONDS * FPS
+    ]
+    drops = [drop for drop in drops if drop[2] > _DROP]
+    if not drops:
+        return [Check("fall", "ok", "it never falls freely")]
+    start, stop, metres = max(drops, key=lambda drop: drop[2])
+    message = (
+        f"it falls freely from {start / FPS:.1f} to {stop / FPS:.1f} s, by {metres:.2f} m and more"
+    )
+    fix = "Nobody holds what falls: cut the take before it, or put the object down."
+    return [Check("fall", "warn", message, look.logged(start, stop), fix)]
+
+
+def _second_difference(height: Float64[np.ndarray, " frames"]) -> Float64[np.ndarray, " frames"]:
+    """Vertical acceleration, m/s^2, by a parabola through a fifth of a second about each frame."""
+    half = _FALL_WINDOW // 2
+    across = np.arange(-half, half + 1) / FPS
+    weights = 2 * np.linalg.pinv(np.stack([across**0, across, across**2], axis=1))[2]
+    return np.convolve(np.pad(height, half, mode="edge"), weights[::-1], mode="valid")
 
 
 def _floor_of_phone(look: CheckedSession) -> Check:
@@ -117,13 +173,10 @@ def closure(look: CheckedSession) -> Check:
     if away > _ON_MARK or ends.rotation > _MARK_TURN:
         message = f"drift is not measured: the object ends {away:.2f} m from where it began"
         return Check("closure", "ok", message)
-    return graded(
-        "closure",
-        "warn" if away > _DRIFT else "ok",
-        f"back within {100 * away:.1f} cm and {ends.rotation:.1f} deg of where it began",
-        "If it was put back on its mark, tracking drifted by that: record again with more to see.",
-        look.logged(ends.first[0], ends.last[1]),
-    )
+    message = f"back within {100 * away:.1f} cm and {ends.rotation:.1f} deg of where it began"
+    if away > _DRIFT:
+        message += "; if it was put back on its mark, tracking drifted by that"
+    return Check("closure", "ok", message)
 
 
 def object_checks(look: CheckedSession) -> list[Check]:
@@ -136,8 +189,18 @@ def object_checks(look: CheckedSession) -> list[Check]:
     grounded = [rest for rest in standing if rest.on_floor]
     if not grounded:
         message = "not checked: the object does not rest on the floor"
-        return [Check(name, "ok", message) for name in ("standing", "mount slip")]
-    return [_standing(look, grounded, sides), slip(look, standing)]
+        return [Check(name, "ok", message) for name in ("standing", "which way up", "mount slip")]
+    return [_standing(look, grounded, sides), _right_way_up(standing), slip(look, standing)]
+
+
+def _right_way_up(standing: list[GroundRest]) -> Check:
+    """Say which axis of the mesh points up where the object stands: a turned mount may show there alone."""
+    ups = np.stack([rest.T_world_object[2, :3] for rest in standing])
+    axis = int(np.abs(ups[0]).argmax())
+    name = f"{'-' if ups[0, axis] < 0 else ''}{'xyz'[axis]}"
+    if (ups[:, axis] * np.sign(ups[0, axis]) > _UPRIGHT).all():
+        return Check("which way up", "ok", f"the mesh's {name} axis points up where it stands")
+    return Check("which way up", "ok", "it stands on several sides, or leans")
 
 
 def _standing_rests(take: ObjectTake) -> list[GroundRest]:

@@ -14,6 +14,7 @@ from ingest.mount import Mount
 from ingest.report import clamp_checks, sight, stance, track_checks
 from ingest.report.checked_session import CheckedSession
 from ingest.report.clamp_checks import gravity, gravity_angles
+from ingest.report.phone_place import above_floor_check
 from ingest.report.sight import agreement_checks
 from ingest.report.stance import bottom
 from ingest.report.take_report import Check, TakeReport, graded
@@ -149,11 +150,14 @@ def _checks(look: CheckedSession) -> Iterator[Check]:
     yield stance.rests(look)
     yield stance.floor(look)
     yield from stance.lifted(look)
+    yield from stance.falls(look)
     yield stance.closure(look)
     if look.mesh is not None:
         yield from mesh_checks(look.mesh)
     if look.mesh is not None and look.mount is not None:
         yield from clamp_checks.mount_checks(look.mesh, look.mount)
+        if look.take is not None:
+            yield above_floor_check(look.take, look.mount)
     yield from stance.object_checks(look)
     yield _intrinsics(session)
     yield _video(session)

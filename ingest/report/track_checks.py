@@ -2,6 +2,7 @@
 
 import numpy as np
 from jaxtyping import Bool, Float64
+from scipy.ndimage import uniform_filter1d
 
 from ingest.formats.camera_poses import PERIODS
 from ingest.report.checked_session import USEFUL_SECONDS, CheckedSession
@@ -9,6 +10,8 @@ from ingest.report.take_report import Check, Severity, grade, graded, worst
 from ingest.session import CaptureSession
 from ingest.trajectory.segments import repeated_runs, velocities
 from omomo_core.geometry.runs import runs
+from omomo_core.geometry.surface import sample_surface
+from omomo_core.geometry.transforms import apply
 from omomo_core.motion import FPS
 
 _LONG_SECONDS = 1800.0
@@ -170,6 +173,10 @@ def repeats(session: CaptureSession) -> Check:
     )
 
 
+_UNMOVED = 0.05
+"""Metres within which what moves is no take: the tracker's drift, or a push."""
+_MEAN_STEPS = 5
+"""Steps over which a velocity is taken, so that a tracker's noise is not told as speed."""
 _STRETCH = 0.1
 """Seconds over which an acceleration is taken: what shakes faster is noise of the tracker."""
 _MAX_JUMP_STEPS = 3
@@ -178,28 +185,50 @@ _SLOWER = "Move more slowly: fast motion blurs the image and the tracker loses t
 
 
 def path_length(look: CheckedSession) -> Check:
-    """Length of the phone's path."""
+    """Length of the phone's path; red where the object, if it is known, stays where it is."""
     steps = np.diff(look.session.T_world_phone[:, :3, 3], axis=0)
     length = float(np.linalg.norm(steps, axis=1).sum())
-    severity = "ok" if length > 0.3 else "warn"
+    reach = _reach(look)
+    if reach > _UNMOVED:
+        return Check("path", "ok", f"{length:.1f} m")
+    thing = "phone" if look.object_take is None else "object"
+    message = f"the {thing} moves by {100 * reach:.1f} cm in the whole take"
     fix = "Move the object with the phone clamped to it; if you did, the log is not in metres."
-    return graded("path", severity, f"{length:.1f} m", fix)
+    return Check("path", "warn" if look.object_take is None else "bad", message, fix=fix)
+
+
+def _reach(look: CheckedSession) -> float:
+    """How far any point gets from where it was first, in the mean over half a second; metres."""
+    T, valid = look.poses
+    points = np.zeros((1, 3))
+    if look.object_take is not None:
+        T = look.object_take.motion.T_world_object
+        points = sample_surface(look.object_take.motion.mesh).outline
+    mean = uniform_filter1d(T[valid], min(int(FPS / 2), int(valid.sum())), axis=0, mode="nearest")
+    first, *_ = apply(mean[:1], points)
+    return max(
+        float(np.linalg.norm(points @ pose[:3, :3].T + pose[:3, 3] - first, axis=1).max())
+        for pose in mean[:: int(FPS / 6)]
+    )
 
 
 def paces(look: CheckedSession) -> list[Check]:
     """Median and 99th percentile of speed, acceleration and rotation speed."""
     session = look.session
-    linear, angular = velocities(session.T_world_phone, np.diff(session.times)[:, None])
-    speed, turn = np.linalg.norm(linear, axis=1), np.degrees(np.linalg.norm(angular, axis=1))
     moving = _moving(look)
+    linear, angular = (
+        uniform_filter1d(np.where(moving[:, None], each, 0.0), _MEAN_STEPS, axis=0)
+        for each in velocities(session.T_world_phone, np.diff(session.times)[:, None])
+    )
+    speed, turn = np.linalg.norm(linear, axis=1), np.degrees(np.linalg.norm(angular, axis=1))
     size, inside = accelerations(look, moving)
     pushed = Check("acceleration", "ok", "no stretch is long enough to tell")
     if inside.any():
         pushed = _pace(look, "acceleration", size, inside, "m/s²", (12.0, 30.0))
     return [
-        _pace(look, "speed", speed, moving, "m/s", (2.0, 3.0)),
+        _pace(look, "speed", speed, moving, "m/s", (3.0, 4.0)),
         pushed,
-        _pace(look, "rotation speed", turn, moving, "deg/s", (240.0, 480.0)),
+        _pace(look, "rotation speed", turn, moving, "deg/s", (330.0, 540.0)),
     ]
 
 

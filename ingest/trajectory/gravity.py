@@ -91,7 +91,7 @@ def find_up(
     if not rests:
         raise _unknown(session)
     points = depth_points(session, usable)
-    direction, note = find_resting_up(session, T_session_object, rests, mesh, points)
+    direction, note = find_resting_up(session, T_session_object, rests, usable, mesh, points)
     return Up(direction, "rest", note)
 
 

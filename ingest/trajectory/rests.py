@@ -90,10 +90,24 @@ def is_steady(
     shift = np.linalg.norm(T[:, :3, 3].std(axis=0))
     # A small turn moves the three columns of a rotation by sqrt(2) times its angle in all.
     turn = np.linalg.norm(T[:, :3, :3].std(axis=0)) / np.sqrt(2)
+    close = shift < np.hypot(RESTS.steady_shift, RESTS.steady_noise * noise[0])
     return bool(
-        shift < np.hypot(RESTS.steady_shift, RESTS.steady_noise * noise[0])
+        (close or _creeps(T[:, :3, 3], float(shift), noise[0]))
         and turn < np.hypot(np.radians(RESTS.steady_turn), RESTS.steady_noise * noise[1])
     )
+
+
+def _creeps(place: Float64[np.ndarray, "frames 3"], shift: float, noise: float) -> bool:
+    """Whether a place wanders as slowly as a tracker does: a hand that goes as far trembles."""
+    width = round(RESTS.creep_window * FPS)
+    if shift > RESTS.creep_shift or len(place) < 2 * width:
+        return False
+    mean = uniform_filter1d(place, width, axis=0)[width // 2 : -(width // 2) or None]
+    pace = np.diff(mean[::width], axis=0) / RESTS.creep_window
+    allowed = np.hypot(
+        RESTS.creep_pace, RESTS.steady_noise * noise / RESTS.creep_window / np.sqrt(width / 2)
+    )
+    return len(pace) > 0 and bool(np.sqrt((pace**2).sum(axis=1).mean()) < allowed)
 
 
 def _frames_to_average(noise: tuple[float, float]) -> int:
@@ -179,6 +193,8 @@ def tilt_from_standing(
 
 _ONE_ANSWER = np.cos(np.radians(STANDING.same_direction))
 """Cosine above which two directions count as one: a rough mesh has many neighbouring stable sides."""
+_EACH, _LOOKED_AT = 7, 200
+"""Every so many vertices tell how low an object is, in so many frames of a take."""
 _SHOWN = 6
 """Directions that an error message lists."""
 
@@ -197,19 +213,22 @@ def find_resting_up(
     session: CaptureSession,
     T_session_object: Float64[np.ndarray, "frames 4 4"],
     rests: Sequence[tuple[int, int]],
+    usable: Bool[np.ndarray, " frames"],
     mesh: ObjectMesh,
     points: Float64[np.ndarray, "points 3"] | None,
 ) -> tuple[Direction, str]:
     """Return up in the session's world (unit vector) and a sentence that says how it was found.
 
     The object is taken to stand on one of its stable sides in every rest, which leaves a few candidate
-    directions. Of these the one is returned whose floor the depth maps show under the object; else the
-    one along the y or z axis of the world, if the format says that one of them is up; else the only one.
+    directions, and those are dropped in which it would go below the floor or higher than people reach. Of
+    the others the one is returned whose floor the depth maps show under the object; else the one along the
+    y or z axis of the world, if the format says that one of them is up; else the only one.
 
     Args:
         session: what the phone logged, without gravity.
         T_session_object: the object at 30 fps.
         rests: (start, stop) of its rests, at least one.
+        usable: which frames are tracked.
         mesh: the object.
         points: of depth maps, session's world, metres; None where there are none.
 
@@ -217,7 +236,8 @@ def find_resting_up(
         InputError: "gravity-ambiguous" when several directions are left, or none.
     """
     poses = [_mean(T_session_object[start:stop]) for start, stop in rests]
-    found = _standing_ups(poses, standing_sides(mesh))
+    stood = _standing_ups(poses, standing_sides(mesh))
+    found = [up for up in stood if _within_reach(up, T_session_object[usable], poses, mesh)]
     when = ", ".join(f"{start / FPS:.1f} to {stop / FPS:.1f} s" for start, stop in rests[:3])
     floors = [
         up for up in (_floor_normal(points, poses, mesh, up) for up in found) if up is not None
@@ -231,7 +251,22 @@ def find_resting_up(
         return along[0], note
     if len(found) == 1:
         return found[0], f"Up is where the object can stand in one way only, at rest ({when})."
-    raise _question(session, found, poses[0], when)
+    raise _question(session, found or stood, poses[0], when)
+
+
+def _within_reach(
+    up: Direction, T: Float64[np.ndarray, "frames 4 4"], poses: Sequence[Pose], mesh: ObjectMesh
+) -> bool:
+    """Whether the object stays over the floor that it rests on, and no higher than people lift things."""
+    corners = mesh.vertices[::_EACH].astype(np.float64)
+
+    def lowest(place: Pose) -> float:
+        return float((corners @ (up @ place[:3, :3])).min() + up @ place[:3, 3])
+
+    floor = min(map(lowest, poses))
+    heights = np.array([lowest(place) for place in T[:: max(1, len(T) // _LOOKED_AT)]]) - floor
+    dip = STANDING.dip * (1 + float(np.ptp(corners, axis=0).max()))
+    return bool(heights.min() > -dip and heights.max() < STANDING.reach)
 
 
 def standing_ups(

@@ -150,6 +150,13 @@ class RestConfig:
     steady_noise: float = setting(
         2.2, "share", "Deviations of the log's noise that are no trembling of hands."
     )
+    creep_shift: float = setting(
+        0.008, "m", "Standard deviation of a tracker that wanders slowly while nothing moves."
+    )
+    creep_pace: float = setting(
+        0.012, "m/s", "Pace of such wandering, in the mean; hands that go as far are faster."
+    )
+    creep_window: float = setting(0.3, "s", "Time over which that pace is taken.")
 
 
 @dataclass(frozen=True)
@@ -167,6 +174,13 @@ class StandingConfig:
     same_direction: float = setting(
         15.0, "deg", "Directions nearer than this count as one: a rough mesh has many stable sides."
     )
+    dip: float = setting(
+        0.1,
+        "m",
+        "Way below its rests that no object goes whose up is right, and as much again for each metre of its "
+        "size.",
+    )
+    reach: float = setting(2.4, "m", "Height over its rests that nobody lifts an object to.")
     floor_distance: float = setting(
         0.06, "m", "Distance of a plane of depth points from the object that stands on it."
     )

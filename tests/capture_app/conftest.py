@@ -186,7 +186,7 @@ def inputs(tmp_path: Path) -> Inputs:
     positions = np.stack([0.3 * lift, 0.4 * lift - 1.0, -0.2 * lift], axis=1) + noise
     made.write_poses(positions, Rotation.from_rotvec(np.outer(lift, [0.0, 0.8, 0.1])))
     made.write_mount(np.eye(4))
-    # The phone lies on top of the box.
+    # The phone stands on top of the box.
     box = trimesh.creation.box((0.4, 0.5, 0.3))
-    box.apply_translation((0.0, -0.25, 0.0)).export(made.mesh)
+    box.apply_translation((0.0, -0.32, 0.0)).export(made.mesh)
     return made

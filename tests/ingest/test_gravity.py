@@ -105,11 +105,12 @@ def test_every_axis_can_be_named(top, axis):
     np.testing.assert_array_equal(axis_of(top), axis)
 
 
-def test_a_box_may_rest_on_each_of_its_sides_so_its_user_is_asked(box):
+def test_a_box_may_rest_on_sides_that_keep_it_over_its_floor_so_its_user_is_asked(box):
+    """On its head it would have sunk into the floor when it was lifted."""
     with pytest.raises(InputError) as caught:
         to_object_motion(_first_frame_session(_carried(1)), box, MOUNT)
     assert caught.value.code == "gravity-ambiguous"
-    assert "on 6 of its sides" in caught.value.what
+    assert "on 5 of its sides" in caught.value.what
     assert "-x of the mesh up (‹up›" in caught.value.what
     assert "‹up› object:z" in caught.value.fix
 
@@ -121,7 +122,7 @@ def test_each_answer_that_is_offered_can_be_given(box):
         to_object_motion(session, box, MOUNT)
     offered = re.findall(r"(-?[xyz]) of the mesh up \(‹up› ([^)]*)\)", caught.value.what)
     ups = {axis: [float(x) for x in numbers.split(",")] for axis, numbers in offered}
-    assert set(ups) == {"x", "-x", "y", "-y", "z", "-z"}
+    assert set(ups) == {"x", "-x", "y", "-y", "z"}
     assert _angle(np.array(ups["z"]) / np.linalg.norm(ups["z"]), _true_up(T)) < 1.0
     for up in ups.values():
         to_object_motion(session, box, MOUNT, Reading(up=tuple(up)))

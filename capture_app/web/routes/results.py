@@ -186,6 +186,7 @@ def _of_manifest(folder: Path) -> dict[str, Any]:
         "samples": len(manifest.scores),
         "chosen": manifest.chosen,
         "object_name": mesh,
+        "findings": [finding.sentence for finding in manifest.findings],
         "notes": manifest.notes,
         "faults": manifest.faults,
         "grips": manifest.grips,

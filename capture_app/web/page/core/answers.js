@@ -12,7 +12,7 @@
  *    warnings?: string[], phone?: string, date?: string, object?: string | null}} Mount */
 /** @typedef {Item & {session?: string | null, object?: string | null, mount?: string | null,
  *    parent?: string | null, object_name?: string, seconds?: number, samples: number,
- *    chosen?: number, video?: string | null, faults?: string[], notes?: string[], grips?: string[]}} Motion */
+ *    chosen?: number, video?: string | null, findings?: string[], faults?: string[], notes?: string[], grips?: string[]}} Motion */
 /** @typedef {Motion & {manifest: Manifest, files: Made[], exports: Made[],
  *    video_job: string | null}} Result */
 /** @typedef {{

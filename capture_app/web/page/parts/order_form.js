@@ -13,7 +13,7 @@ const NOT_USABLE = "not usable";
 const FORCE = "Use a recording that is not usable";
 
 /** @type {(keyof ReturnType<typeof optionFields>)[]} */
-const FOLDED = ["stood", "steps", "seed", "contact", "video", "force"];
+const FOLDED = ["stood", "steps", "seed", "contact", "video", "force", "strict"];
 
 /** A form for POST /api/jobs of kind run: {node, update({object, mount}), judge(report), reading()}.
  *  session: the item; choices: of the server; changed(): what is said of the recording is another.
@@ -160,6 +160,9 @@ function optionFields(defaults) {
     video: tick("Draw a video", { checked: defaults.video ?? true }),
     force: tick(FORCE, {
       hint: "The motion will be wrong where the checks are red.",
+    }),
+    strict: tick("Refuse what is usable with limits", {
+      hint: "No motion is made where a check is amber.",
     }),
   };
 }

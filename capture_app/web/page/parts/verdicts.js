@@ -31,7 +31,7 @@ export function verdictOf(shelf, item) {
   if (shelf === "sessions") return ("verdict" in item && RECORDINGS[item.verdict ?? ""]) || UNKNOWN;
   if ("extents" in item) return ofObject(item);
   if ("method" in item) return ofMount(item);
-  const faults = "faults" in item ? (item.faults ?? []).length : 0;
+  const faults = "faults" in item ? (item.faults ?? []).length + (item.findings ?? []).length : 0;
   return faults ? { kind: "warn", words: count(faults, "thing to look at", "things to look at") } : GOOD;
 }
 

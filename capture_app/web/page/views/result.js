@@ -151,7 +151,7 @@ function share(link) {
 
 /** @param {Result} item */
 function words(item) {
-  const told = [...(item.faults ?? []), ...(item.notes ?? [])];
+  const told = [...(item.findings ?? []), ...(item.faults ?? []), ...(item.notes ?? [])];
   return h(
     "section",
     { class: "card stack" },
