@@ -102,7 +102,11 @@ def _creeps(place: Float64[np.ndarray, "frames 3"], shift: float, noise: float) 
     width = round(RESTS.creep_window * FPS)
     if shift > RESTS.creep_shift or len(place) < 2 * width:
         return False
-    mean = uniform_filter1d(place, width, axis=0)[width // 2 : -(width // 2) or None]
+    mean = uniform_filter1d(place, width, axis=0)
+    trembling = np.linalg.norm((place - mean).std(axis=0))
+    if trembling > np.hypot(RESTS.steady_shift, RESTS.steady_noise * noise):
+        return False
+    mean = mean[width // 2 : -(width // 2) or None]
     pace = np.diff(mean[::width], axis=0) / RESTS.creep_window
     allowed = np.hypot(
         RESTS.creep_pace, RESTS.steady_noise * noise / RESTS.creep_window / np.sqrt(width / 2)
