@@ -33,7 +33,7 @@ class DepthLog:
     times: Float64[np.ndarray, " maps"]
     files: tuple[Path, ...]
     load: Callable[[Path], Float32[np.ndarray, "height width"]]
-    """Metres along the viewing direction, 0 where unknown; the session's image, smaller."""
+    """Metres along the viewing direction, 0 where unknown or not sure; the session's image, smaller."""
 
 
 @dataclass(frozen=True)

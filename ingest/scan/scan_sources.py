@@ -6,9 +6,8 @@ from pathlib import Path
 
 import av
 import av.error
-import cv2
 import numpy as np
-from jaxtyping import Float32, Float64, UInt8
+from jaxtyping import Float32, Float64
 from PIL import Image, UnidentifiedImageError
 
 from ingest.archive import is_archive, unpack
@@ -125,8 +124,6 @@ def unreadable(path: Path, problem: Exception) -> InputError:
 
 _SAME_TIME = 0.05
 """Seconds between a picture and what belongs to it, at most."""
-_SMALL = 2
-"""The highest confidence where it is counted 0, 1, 2."""
 
 
 def session_source(session: CaptureSession) -> ScanSource:
@@ -196,33 +193,9 @@ def _depth(
         k = int(nearest[picture])
         if abs(log.times[k] - times[picture]) > _SAME_TIME:
             return None
-        file: Path = log.files[k]
-        metres = sure(log.load(file), confidence_of(file))
-        return np.ascontiguousarray(np.rot90(metres, session.image_turns))
+        return np.ascontiguousarray(np.rot90(log.load(log.files[k]), session.image_turns))
 
     return load
-
-
-def confidence_of(depth: Path) -> UInt8[np.ndarray, "height width"] | None:
-    """The confidence of a depth map, 0 (least) to 2, None where there is none."""
-    beside = depth.with_name(depth.name.replace("depth_", "conf_", 1))
-    folder = depth.parent.parent / "confidence" / depth.name
-    file = next((f for f in (beside, folder) if f != depth and f.is_file()), None)
-    found = None if file is None else cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
-    if found is None or found.ndim != 2:
-        return None
-    levels = found if found.max(initial=0) <= _SMALL else np.rint(found / 127.5)
-    return np.asarray(levels, np.uint8)
-
-
-def sure(
-    metres: Float32[np.ndarray, "height width"],
-    confidence: UInt8[np.ndarray, "height width"] | None,
-) -> Float32[np.ndarray, "height width"]:
-    """The depth with 0 where its confidence is the lowest."""
-    if confidence is None or confidence.shape != metres.shape:
-        return metres
-    return np.where(confidence > 0, metres, np.float32(0))
 
 
 _PHOTOS_ALONE = ("session-no-metres", "log-no-times")
