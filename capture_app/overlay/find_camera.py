@@ -85,11 +85,11 @@ def _tripod(result: Result, request: OverlayRequest, video: Path, progress: Prog
             fix="Give ‹camera› FILE.json with fx, fy, cx, cy and T_world_camera; or ‹board› with the "
             "board that it filmed.",
         )
-    watcher = on_tripod(video, camera)
+    T_world_camera = pose_in(request.camera)
+    watcher = on_tripod(video, camera, None if request.scan else T_world_camera)
     if request.scan:
         T = by_scan(request, result.object_motion, watcher, progress)
         return _rested(result, request, watcher, T)
-    T_world_camera = pose_in(request.camera)
     if T_world_camera is None:
         raise InputError(
             "camera-place-needed",

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from capture_app.commands.request import first_problem
 from capture_app.study.study_design import Side
-from omomo_core.errors import InputError
+from omomo_core.errors import InputError, in_words
 
 KEY = "key.json"
 """The file with the key in a study's folder."""
@@ -222,7 +222,12 @@ def _read(path: Path) -> VoteFile:
             raise _refused("votes-damaged", "The file is far too large for votes.", path, "file")
         return VoteFile.model_validate_json(path.read_bytes())
     except OSError as error:
-        raise _refused("votes-damaged", f"It cannot be read: {error}.", path, "file") from error
+        raise _refused(
+            "votes-damaged",
+            f"It cannot be read: {error.strerror or 'the disk failed'}.",
+            path,
+            "file",
+        ) from error
     except ValidationError as error:
         where, problem = first_problem(error.errors())
         what = f"These are no votes, or they are damaged: {f'{where}: ' * bool(where)}{problem}."

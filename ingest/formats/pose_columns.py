@@ -263,16 +263,18 @@ def read_pose_rows(log: Path, usual: Columns) -> PoseRows:
 def _fitting(log: Path, columns: Columns, header: Header) -> Columns:
     """The columns with the separator of the rows, which need not be that of the header."""
     row = _first_pose(log, header)
-    counts = {s: len(row.strip().split(s)) for s in (columns.separator, *_SEPARATORS)}
-    for separator, count in counts.items():
-        if count == columns.width:
-            return replace(columns, separator=separator)
-    if not row or not floats(row.split(columns.separator)):
+    split = {s: row.split(s) for s in (columns.separator, *_SEPARATORS)}
+    fitting = [s for s, fields in split.items() if len(fields) == columns.width]
+    # A table may hold words besides, but not where the pose is; a comma behind a number is no number.
+    good = [s for s in fitting if floats([split[s][k] for k in columns.places])]
+    if good or fitting:
+        return replace(columns, separator=(good or fitting)[0])
+    if not any(floats(fields) for fields in split.values()):
         return columns  # a damaged first row is told as one
     raise InputError(
         "header-width",
         f"The header of {log.name} names {columns.width} columns, and the first row has "
-        f"{counts[columns.separator]}.",
+        f"{len(split[columns.separator])}.",
         where=f"{log}:{header.line}",
         fix="Give a header with a name for each column.",
     )

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from ingest.formats.still_images import save_millimetres
 from ingest.scan.scan_sources import focal_of, read_source
 from omomo_core.errors import InputError
 
