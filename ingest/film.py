@@ -11,14 +11,12 @@ import numpy as np
 from av.container import InputContainer
 from av.error import FFmpegError
 from av.sidedata.sidedata import SideData, Type
-from jaxtyping import Float64, Int64, UInt8
+from jaxtyping import Float64, Int64
 
 from omomo_core.errors import InputError
 
 _FAULTS = (FFmpegError, LookupError, OSError, ValueError)
 """What PyAV raises on a damaged file: of a byte in a title, too, it makes an error of text."""
-
-Pixels = UInt8[np.ndarray, "height width *colours"]
 
 
 @dataclass(frozen=True)
@@ -29,11 +27,6 @@ class Turning:
     """Quarter turns counter-clockwise, after it has been mirrored."""
     mirrored: bool = False
     """Whether left and right of the stored picture change places, as front cameras' films have it."""
-
-    def shown(self, picture: Pixels) -> Pixels:
-        """The stored picture as players show it."""
-        facing = picture[:, ::-1] if self.mirrored else picture
-        return np.ascontiguousarray(np.rot90(facing, self.turns))
 
 
 @dataclass(frozen=True)
@@ -262,7 +255,7 @@ class FilmPairs:
 def pairs_of(
     film: Film,
     times: Float64[np.ndarray, " images"],
-    numbers: Int64[np.ndarray, " images"] | None = None,
+    numbers: Int64[np.ndarray, " counted"] | None = None,
 ) -> FilmPairs:
     """Pair the frames of a film with the images that a log lists.
 
@@ -282,8 +275,9 @@ def pairs_of(
     step = _usual_step(own)
     places = _counted(own, step)
     even = places[-1] == count - 1
-    rising = numbers is not None and (np.diff(numbers) > 0).all() and numbers[0] >= 0
-    number = np.arange(len(times)) if numbers is None or not rising else numbers
+    number = np.arange(len(times))
+    if numbers is not None and len(numbers) == len(times) > 0:
+        number = numbers if (np.diff(numbers) > 0).all() and numbers[0] >= 0 else number
     if even and count == len(times):
         return _paired(np.arange(count), len(times), count)
     total = int(number[-1]) + 1 if len(number) else 0

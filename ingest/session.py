@@ -60,8 +60,8 @@ class CaptureSession:
     video: Path | None = None
     video_times: Float64[np.ndarray, " images"] | None = None
     """Time of each image of the video, in its order; see `ingest.film.pairs_of` for which frame that is."""
-    video_numbers: Int64[np.ndarray, " images"] | None = None
-    """Number of each of them in the video, rising, where the log counts them: it may lack some."""
+    video_numbers: Int64[np.ndarray, " counted"] | None = None
+    """Number of each of these images in the video, rising, where the log counts them: it may lack some."""
     imu: ImuLog | None = None
     gravity_aligned: bool = True
     """False where y is not up because the app's world is the first frame's (Record3D)."""

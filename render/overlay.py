@@ -205,7 +205,7 @@ def overlay(
             yield np.ascontiguousarray(done)
 
 
-def _as_shown(picture: RGB, style: OverlayStyle) -> RGB:
+def _as_shown(picture: RGB, style: OverlayStyle) -> UInt8[np.ndarray, "height width 3"]:
     return np.rot90(picture[:, ::-1] if style.mirrored else picture, style.turns)
 
 

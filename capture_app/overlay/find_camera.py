@@ -221,6 +221,10 @@ def overlay_result(request: OverlayRequest, progress: Progress) -> Overlaid:
 def _overlaid(request: OverlayRequest, aligned: Aligned, *, person_shown: bool) -> Overlaid:
     offset = aligned.offset if request.video is not None and request.offset is None else None
     notes = [] if offset is None else [f"The film begins at ‹offset› {offset:.2f} of the motion."]
+    if (lost := aligned.film.lost) > 1:
+        notes.append(
+            f"The film lacks {lost} of the images that its log lists; its stamps say which."
+        )
     if not person_shown:
         notes.append("The film never shows the place where the person was.")
     return Overlaid(offset, tuple(notes))

@@ -36,6 +36,8 @@ class TimedPictures:
     """How they are to be shown, where the film says it."""
     places: tuple[int, ...] = ()
     """Place in the film of each picture that a phone filmed while it logged."""
+    lost: int = 0
+    """Images of the phone's log that the film does not hold."""
 
 
 def open_video(path: Path, turns: int = 0) -> TimedPictures:
@@ -96,7 +98,9 @@ def open_film(session: CaptureSession) -> TimedPictures:
             yield _turned(picture, turns)
 
     size = _wide(film.size, turns)
-    return TimedPictures(film.path, known[pairs.images], size, read, places=tuple(places))
+    return TimedPictures(
+        film.path, known[pairs.images], size, read, places=tuple(places), lost=pairs.lost
+    )
 
 
 def _bounded(film: Film) -> Film:

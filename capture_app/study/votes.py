@@ -72,12 +72,8 @@ def read_key(folder: Path) -> Key:
     try:
         return Key.model_validate_json(path.read_bytes())
     except OSError as error:
-        raise InputError(
-            "study-missing",
-            "This is no study: it has no answer key.",
-            where=str(path),
-            fix="Give the folder that ‹omocap study make› wrote, with its key.json.",
-        ) from error
+        what = f"It cannot be read: {in_words(error)}."
+        raise _refused("votes-damaged", what, path, "file") from error
     except ValidationError as error:
         field, problem = first_problem(error.errors())
         raise InputError(

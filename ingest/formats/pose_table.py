@@ -18,7 +18,7 @@ FILES = "a table whose header names a time, x, y, z, qx, qy, qz and qw, or a fol
 LACKS = "no tracking state, intrinsics or IMU; axes and up only if comments say so"
 
 _PATTERNS = ("*.csv", "*.txt", "*.tum")
-_OF_APPS = ({"timestamp", "frame", "qw"}, {"status"})
+_OF_APPS = ({"timestamp", "frame"}, {"status"})
 """Columns of Stray Scanner and ScanCapture."""
 _HEADERLESS = replace(IN_ORDER, separator=",")
 
