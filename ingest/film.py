@@ -233,7 +233,7 @@ def check_decodes(film: Film) -> None:
 _FIT = 0.35
 """Part of the usual step between images by which a frame may be off the image that it is."""
 _SAME_RATE = 0.1
-"""Part by which the steps of a film and of its log may differ where frames are counted."""
+"""Part by which the steps of a film and of a log that does not count its images may differ."""
 _SLACK = 0.05
 """Seconds that pictures may be off where nothing says which few are missing."""
 
@@ -275,9 +275,10 @@ def pairs_of(
     step = _usual_step(own)
     places = _counted(own, step)
     even = places[-1] == count - 1
-    number = np.arange(len(times))
+    number, states = np.arange(len(times)), False
     if numbers is not None and len(numbers) == len(times) > 0:
-        number = numbers if (np.diff(numbers) > 0).all() and numbers[0] >= 0 else number
+        states = bool((np.diff(numbers) > 0).all()) and int(numbers[0]) >= 0
+        number = numbers if states else number
     if even and count == len(times):
         return _paired(np.arange(count), len(times), count)
     total = int(number[-1]) + 1 if len(number) else 0
@@ -286,12 +287,13 @@ def pairs_of(
     start = start if 0 < start <= missing else 0
     if even and missing == 1 and film.times[0] >= 0:
         start = 1  # Stray Scanner stamps its first frame before zero, and some tools drop it.
-    elif (by_time := _by_time(own + start * step, times)) is not None and not even:
+    elif not (even or states) and (by_time := _by_time(own + start * step, times)) is not None:
         return _paired(by_time, len(times), count)
-    if not _countable(film, step, times, number, missing=missing if even and start == 0 else 0):
-        by_time = _by_time(own, times) if not even or abs(missing) > 1 else None
-        if by_time is not None and not _same_rate(step, times, number):
-            return _paired(by_time, len(times), count)
+    same = states or _same_rate(step, times, number)
+    if not same and (by_time := _by_time(own, times)) is not None:
+        return _paired(by_time, len(times), count)
+    unsure = even and start == 0 and not (states and missing < 0)
+    if not same or (unsure and not _known_end(film, missing, step)):
         raise _unpaired(film, len(times))
     at = np.searchsorted(number, places + start).clip(max=max(0, len(number) - 1))
     return _paired(np.where(number[at] == places + start, at, -1), len(times), count)
@@ -350,22 +352,12 @@ def _same_rate(
     return abs(step / max(log, 1e-9) - 1) <= _SAME_RATE
 
 
-def _countable(
-    film: Film,
-    step: float,
-    times: Float64[np.ndarray, " images"],
-    number: Int64[np.ndarray, " images"],
-    *,
-    missing: int,
-) -> bool:
-    """Whether counting frames tells their images.
+def _known_end(film: Film, missing: int, step: float) -> bool:
+    """Whether a film without a gap, from 0 on, is known to lack (or, below 0, to have more of) the end.
 
-    Args:
-        film, step, times, number: see `pairs_of`.
-        missing: images that are left over where the film has no gap and begins at 0; below 0, frames.
+    It is where its index or its length tells of frames that it does not hold, or where all that may be
+    wrong is a few hundredths of a second.
     """
-    if not _same_rate(step, times, number):
-        return False
     cut = film.stated >= len(film.stamps) + missing > len(film.stamps)
     return abs(missing) * step <= _SLACK or cut
 
