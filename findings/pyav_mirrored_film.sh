@@ -3,8 +3,7 @@
 #   not turned.
 # Happens: PyAV 18.1.0 gives `frame.rotation` of 180 or -180 degrees and has no word for the mirroring, and OpenCV
 #   5.0.0 shows the film turned by half. Who turns the pictures as told has them standing on their heads.
-# Source: ISO 14496-12 6.2.2 (the matrix); libavutil/display.h says of av_display_rotation_get that it holds for
-#   matrices without flips only.
+# Source: ISO 14496-12 6.2.2 (the matrix); av_display_rotation_get of libavutil/display.h returns an angle alone.
 # Matters here: films are turned upright before a scan and after an overlay; `ingest/film.py` reads the matrix itself.
 set -euo pipefail
 folder=$(mktemp -d)

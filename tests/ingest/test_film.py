@@ -1,10 +1,8 @@
 """Films: which frame is which image of a log, how they are to be shown, and what is wrong with them."""
 
 from dataclasses import replace
-from fractions import Fraction
 from pathlib import Path
 
-import av
 import numpy as np
 import pytest
 
@@ -14,31 +12,7 @@ from ingest.formats.registry import read_session
 from ingest.report.take_inspection import inspect_session
 from ingest.session_images import film_and_pairs, pictures
 from omomo_core.errors import InputError
-
-RATE = 30
-
-
-def film(path: Path, numbers: list[int], *, first: int = 0, matrix=None, title: str = "") -> Path:
-    """Write a film whose frame k is as bright as 6 k, stamped as picture number k of 30 a second."""
-    with av.open(str(path), "w") as container:
-        if title:
-            container.metadata["title"] = title
-        stream = container.add_stream(
-            "libx264", rate=RATE, options={"crf": "4", "g": "10", "bf": "0"}
-        )
-        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
-        stream.time_base = Fraction(1, 600)
-        if matrix is not None:
-            stream.set_display_matrix(matrix)
-        for k in numbers:
-            grey = np.full((48, 64, 3), 6 * k % 250, np.uint8)
-            grey[:12, :16] = 255  # the top left corner
-            frame = av.VideoFrame.from_ndarray(grey, format="rgb24")
-            frame.pts, frame.time_base = (k + first) * 600 // RATE, Fraction(1, 600)
-            container.mux(stream.encode(frame))
-        container.mux(stream.encode())
-    return path
-
+from tests.stamped_film import RATE, film
 
 TIMES = 65575.5 + np.arange(40) / RATE
 
