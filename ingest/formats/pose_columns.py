@@ -30,7 +30,7 @@ from omomo_core.errors import InputError
 POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 _WANTED = ("time", *POSE)
 _NAMED = 6
-"""Of the eight columns of a pose; a line that names fewer is no header, but prose or another table's."""
+"""Columns of a pose's eight at least; a line that names fewer is no header, but prose or another table's."""
 _SEPARATORS = (",", ";", "\t", None)
 
 _SECONDS = {

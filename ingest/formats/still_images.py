@@ -79,7 +79,7 @@ Confidence = UInt8[np.ndarray, "rows columns"]
 _SMALL = 2
 """The highest confidence where it is counted 0, 1, 2 as ARKit does; else 255 is."""
 _LOW = 42
-"""Of 255: Polycam has written 54 as well as 127 for the middle one of ARKit's three levels."""
+"""The highest value of 255 that is low: Polycam writes the middle one of ARKit's levels as 54 or 127."""
 
 
 def sure_loader(

@@ -17,7 +17,9 @@ from tests.stamped_film import RATE, film
 TIMES = 65575.5 + np.arange(40) / RATE
 
 
-def paired(path: Path, times=TIMES, numbers=None) -> dict[int, int]:
+def paired(
+    path: Path, times: np.ndarray = TIMES, numbers: np.ndarray | None = None
+) -> dict[int, int]:
     pairs = pairs_of(film_at(path), times, numbers)
     return dict(zip(pairs.frames.tolist(), pairs.images.tolist(), strict=True))
 
