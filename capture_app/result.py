@@ -11,7 +11,7 @@ from capture_app.picture_bytes import decoded, encoded
 from omomo_core.body.grip import GRIPS
 from omomo_core.body.model import BodyModel, load_body, with_height
 from omomo_core.contact.segment import ContactSegment
-from omomo_core.errors import InputError
+from omomo_core.errors import InputError, in_words
 from omomo_core.generation.person import FingerFit, Person
 from omomo_core.geometry.rotations import matrix_from_xyzw, same_numbers, xyzw_from_matrix
 from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion, Texture
@@ -162,7 +162,7 @@ def load_motion(path: Path) -> tuple[tuple[Person, ...], ObjectMotion]:
             fix="Run the take again.",
         ) from error
     except Exception as error:  # damaged bytes fail in a dozen ways in zipfile, zlib and numpy
-        raise _damaged(path, str(error)) from error
+        raise _damaged(path, in_words(error)) from error
 
 
 def _damaged(path: Path, why: str) -> InputError:

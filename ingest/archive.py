@@ -250,7 +250,7 @@ def _parse(block: bytes) -> tarfile.TarInfo:
     try:
         info = tarfile.TarInfo.frombuf(block, "utf-8", "surrogateescape")
     except tarfile.HeaderError as error:
-        raise ValueError(f"a header is damaged ({error})") from error
+        raise ValueError("a header is damaged") from error
     if info.size < 0:
         raise ValueError("a size is negative")
     return info
@@ -533,7 +533,10 @@ def _damage_is_named(path: Path) -> Generator[None]:
     try:
         yield
     except _DAMAGE as error:
-        raise refusal("damaged", f"The archive is damaged: {error}.", path) from error
+        why = (
+            str(error) if type(error) is ValueError else "its bytes are not as its format has them"
+        )
+        raise refusal("damaged", f"The archive is damaged: {why}.", path) from error
     except OSError as error:
         what = f"The archive cannot be unpacked: {error.strerror}."
         raise refusal("disk", what, path, _DISK_FIX) from error

@@ -41,6 +41,10 @@ _IMAGE = 64
 """Bytes of an image before its name: id, rotation, translation, camera."""
 
 
+class _OddModelError(ValueError):
+    """What is wrong with a model, in our words."""
+
+
 def read_model(folder: Path) -> pycolmap.Reconstruction:
     """Read cameras, images and points3D, as .bin or .txt.
 
@@ -52,17 +56,39 @@ def read_model(folder: Path) -> pycolmap.Reconstruction:
             # pycolmap would take what it reads behind a file's end for a length.
             _walk_images((folder / "images.bin").read_bytes())
             _walk_points((folder / "points3D.bin").read_bytes())
-        elif not all((folder / f"{name}.txt").is_file() for name in _NAMES):
-            raise FileNotFoundError("cameras, images and points3D are not all there")
-        return pycolmap.Reconstruction(folder)
+            return pycolmap.Reconstruction(folder)
+        if not all((folder / f"{name}.txt").is_file() for name in _NAMES):
+            raise _OddModelError("cameras, images and points3D are not all there")
+        model = pycolmap.Reconstruction(folder)
+        _name_whole(model, folder / "images.txt")
+        return model
     except Exception as problem:  # pycolmap raises anything on a damaged file
+        why = str(problem) if isinstance(problem, _OddModelError) else "its files are damaged"
         raise InputError(
             "model-unreadable",
-            f"This is no COLMAP model: {str(problem)[:200]}.",
+            f"This is no COLMAP model: {why}.",
             where=str(folder),
             fix="Give the folder with cameras.bin, images.bin and points3D.bin (or .txt), which is "
             "called sparse/0 as a rule; copy it again if it is that folder.",
         ) from problem
+
+
+_BEFORE_NAME = 9
+"""Fields of an image's line before its name: id, rotation, translation, camera."""
+
+
+def _name_whole(model: pycolmap.Reconstruction, file: Path) -> None:
+    """Give pictures of a text model the whole of their names, which pycolmap 4.2.1 cuts at a blank."""
+    lines = iter(file.read_bytes().decode("utf-8", "replace").split("\n"))
+    for line in lines:
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        fields = line.split(maxsplit=_BEFORE_NAME)
+        next(lines, None)  # the line of its points, which may be empty
+        if len(fields) <= _BEFORE_NAME or not fields[0].isdigit():
+            raise _OddModelError("images.txt has a line that is no image's")
+        if int(fields[0]) in model.images:
+            model.images[int(fields[0])].name = fields[_BEFORE_NAME].rstrip()
 
 
 def _walk_images(data: bytes) -> None:
@@ -86,4 +112,4 @@ def _count(data: bytes, at: int) -> int:
 
 def _check_end(data: bytes, at: int, name: str) -> None:
     if at != len(data):
-        raise ValueError(f"{name} has {len(data)} bytes where its records end at {at}")
+        raise _OddModelError(f"{name} has {len(data)} bytes where its records end at {at}")

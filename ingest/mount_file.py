@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field, ValidationError
 from ingest.mount import Mount
 from ingest.uncertainty import bounds_95
 from omomo_core import strict_json
-from omomo_core.errors import InputError
+from omomo_core.errors import InputError, in_words
 from omomo_core.whole_file import write_whole
 
 _RIGID_TOLERANCE = 1e-3
@@ -59,7 +59,9 @@ def load_mount(path: Path) -> Mount:
     try:
         file = _MountFile.model_validate(strict_json.parse(path.read_bytes()))
     except ValueError as problem:
-        what = _first_problem(problem) if isinstance(problem, ValidationError) else str(problem)
+        what = (
+            _first_problem(problem) if isinstance(problem, ValidationError) else in_words(problem)
+        )
         raise InputError(
             "mount-unreadable",
             f"The mount file is not what it should be: {what}.",

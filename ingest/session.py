@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Float32, Float64
+from jaxtyping import Bool, Float32, Float64, Int64
 
 R_CAMERA_DEVICE = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 """Maps device axes (portrait: x right, y up, z out of the screen) into ARKit camera axes."""
@@ -33,7 +33,7 @@ class DepthLog:
     times: Float64[np.ndarray, " maps"]
     files: tuple[Path, ...]
     load: Callable[[Path], Float32[np.ndarray, "height width"]]
-    """Metres along the viewing direction, 0 where unknown; the session's image, smaller."""
+    """Metres along the viewing direction, 0 where unknown or not sure; the session's image, smaller."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,9 @@ class CaptureSession:
     """False where the app says ARKit was limited; None when it does not log that (most apps)."""
     video: Path | None = None
     video_times: Float64[np.ndarray, " images"] | None = None
-    """Time of each video frame, in its order; the stamps inside the video are not real time."""
+    """Time of each image of the video, in its order; see `ingest.film.pairs_of` for which frame that is."""
+    video_numbers: Int64[np.ndarray, " counted"] | None = None
+    """Number of each of these images in the video, rising, where the log counts them: it may lack some."""
     imu: ImuLog | None = None
     gravity_aligned: bool = True
     """False where y is not up because the app's world is the first frame's (Record3D)."""

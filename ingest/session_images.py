@@ -3,13 +3,13 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import av.error
 import cv2
 import numpy as np
 from jaxtyping import Float64, UInt8
 
-from ingest.film import frames_of, stamps_of
+from ingest.film import Film, FilmPairs, film_at, frames_of, pairs_of
 from ingest.session import CaptureSession
+from omomo_core.errors import InputError
 
 WIDTH = 640
 """Pixels; features of larger images take longer to find and tell no more about axes."""
@@ -22,6 +22,18 @@ def image_times(session: CaptureSession) -> Float64[np.ndarray, " images"]:
     if session.images is None and session.video is None:
         return np.empty(0)
     return session.times if session.video_times is None else session.video_times
+
+
+def film_and_pairs(session: CaptureSession, video: Path) -> tuple[Film, FilmPairs]:
+    """The film of a session, and which of its frames is which of `image_times`.
+
+    Everything that uses a session's film asks here.
+
+    Raises:
+        InputError: "no-video" where it cannot be read, "film-unpaired" where nothing pairs them.
+    """
+    film = film_at(video)
+    return film, pairs_of(film, image_times(session), session.video_numbers)
 
 
 def pictures(session: CaptureSession, wanted: Sequence[int]) -> dict[int, Picture]:
@@ -56,9 +68,11 @@ def _film(session: CaptureSession, wanted: Sequence[int]) -> Iterator[tuple[int,
     if session.video is None:
         return
     try:
-        # Stray Scanner stamps its first frame before zero, and some tools drop it.
-        late = 1 if len(stamps_of(session.video)) == len(image_times(session)) - 1 else 0
-        for place, frame in frames_of(session.video, [k - late for k in wanted]):
-            yield place + late, frame.to_ndarray(format="gray")
-    except (av.error.FFmpegError, IndexError):
-        return
+        _, pairs = film_and_pairs(session, session.video)
+        image_of = dict(zip(pairs.frames.tolist(), pairs.images.tolist(), strict=True))
+        chosen = set(wanted)
+        asked = [frame for frame, image in image_of.items() if image in chosen]
+        for frame, picture in frames_of(session.video, asked):
+            yield image_of[frame], picture.to_ndarray(format="gray")
+    except InputError:
+        return  # the motion needs no film, and the check of the film says what is wrong with it

@@ -5,6 +5,7 @@ that is to be switched off as ‹no poses›, and a command as ‹omocap scan›
 references: the command line as options, the page as the labels of its form.
 """
 
+import json
 import re
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -91,3 +92,22 @@ def reader_complaint(problem: Exception) -> str:
     if isinstance(problem, _OF_PYTHON) or " " not in text:
         return "what it holds is not as its format has it"
     return text[:200]
+
+
+def in_words(problem: Exception) -> str:
+    """Return what is wrong with a file in words of ours, whatever was raised while it was read.
+
+    A ValueError without a class of its own is ours, or Python's about a number; the disk says what it has
+    to say without its numbers; and all that a library says of its own insides is left out.
+    """
+    if isinstance(problem, KeyError) and problem.args:
+        return f"it has no {str(problem.args[0])[:40]}"
+    if isinstance(problem, OSError) and problem.strerror:
+        return problem.strerror.lower()
+    if isinstance(problem, UnicodeError):
+        return "it is no UTF-8 text"
+    if isinstance(problem, json.JSONDecodeError):
+        return f"line {problem.lineno} is no JSON"
+    if type(problem) is ValueError or type(problem).__module__.startswith("omomo_core."):
+        return str(problem)[:200]
+    return "what it holds is not as its format has it"

@@ -42,7 +42,7 @@ def open_renderer(
             if backend == "pyrender":
                 raise InputError(
                     "no-opengl",
-                    f"OpenGL could not be opened: {error}.",
+                    "OpenGL could not be opened on this machine.",
                     fix=f"{OPENGL_FIX}, or choose backend raycast.",
                 ) from error
             _log.warning(

@@ -154,6 +154,8 @@ class OverlayStyle:
     """A line that goes to and fro: on its left the film as it is."""
     turns: int = 0
     """Quarter turns counter-clockwise that bring the pictures upright at the end."""
+    mirrored: bool = False
+    """Left and right change places before that."""
 
 
 def overlay(
@@ -197,10 +199,14 @@ def overlay(
             under = picture
             if style.thing == "outline":
                 under = _outlined(picture, thing, frame, cameras[frame], distort)
-            done = np.rot90(composite(under, layer, style.opacity), style.turns)
+            done = _as_shown(composite(under, layer, style.opacity), style)
             if style.wipe:
-                done = wiped(np.rot90(picture, style.turns), done, frame / fps)
+                done = wiped(_as_shown(picture, style), done, frame / fps)
             yield np.ascontiguousarray(done)
+
+
+def _as_shown(picture: RGB, style: OverlayStyle) -> UInt8[np.ndarray, "height width 3"]:
+    return np.rot90(picture[:, ::-1] if style.mirrored else picture, style.turns)
 
 
 def _layer(renderer: Renderer, camera: Camera, lens: LensDistortion | None) -> Layer:

@@ -35,6 +35,7 @@ from ingest.calibration.hand_eye.to_mount import (
     calibrate_by_motion,
     phone_stream,
     read_pose_log,
+    refuse_other_lengths,
 )
 from ingest.calibration.phone_body import Phone, phone_named
 from ingest.calibration.picked_points import Picked, mount_from_pairs
@@ -121,9 +122,12 @@ def by_tracker(way: TrackerWay) -> Mount:
     """
     _check_object(way)
     T_object_body = load_pose(way.body) if way.body else np.eye(4)
+    phone = phone_stream(read_session(way.session, way.format))
+    target = read_pose_log(way.poses)
+    refuse_other_lengths(phone, target, way.poses)
     return calibrate_by_motion(
-        phone_stream(read_session(way.session, way.format)),
-        read_pose_log(way.poses),
+        phone,
+        target,
         inverse(T_object_body),
         np.zeros((6, 6)),
         "tracker",

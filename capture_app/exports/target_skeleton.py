@@ -15,7 +15,7 @@ from capture_app.commands.export import Bones
 from capture_app.exports.bones import BONE_NAMES, standing_shift
 from capture_app.exports.exported_take import Y_UP, Skeleton
 from omomo_core.body.model import BodyModel, load_body
-from omomo_core.errors import InputError
+from omomo_core.errors import InputError, in_words
 from omomo_core.learning.recordings.bvh_file import read_bvh
 from omomo_core.skeleton import ALL_JOINTS, ALL_PARENTS
 
@@ -204,7 +204,7 @@ def _loaded(path: Path) -> GLTF2:
     except Exception as error:  # damaged JSON and chunks fail in a dozen ways
         raise InputError(
             "skeleton-unreadable",
-            f"No skeleton can be read here: {error}.",
+            f"No skeleton can be read here: {in_words(error)}.",
             where=str(path),
             fix="Give a BVH, GLB or VRM file of the character, or a SMPL-X model (.npz).",
         ) from error

@@ -20,7 +20,7 @@ from capture_app.staged_result import MARK
 from ingest.animated.detect import is_animation
 from ingest.archive import is_archive
 from ingest.formats.registry import FORMATS
-from omomo_core.errors import InputError
+from omomo_core.errors import InputError, in_words
 from omomo_core.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -282,7 +282,7 @@ def read_table(file: Path) -> list[dict[str, Any]]:
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InputError(
             "batch-table-unreadable",
-            f"The table of sessions cannot be read: {error}.",
+            f"The table of sessions cannot be read: {in_words(error)}.",
             where=str(file),
             fix="Save it as CSV in UTF-8, with commas.",
         ) from error

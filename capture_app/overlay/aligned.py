@@ -11,6 +11,7 @@ from capture_app.overlay.placing import FilmPlacement, riding
 from capture_app.rerun import unchanged
 from capture_app.result import Result, body_of
 from ingest.calibration.board.board_lens import distorted
+from ingest.film import Turning
 from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from ingest.formats.registry import read_session
 from ingest.mount import Mount, identity_mount
@@ -169,13 +170,13 @@ def draw(
     backend: Backend = "auto",
     samples: int = 4,
 ) -> Generator[RGB]:
-    """The film's pictures within the motion, upright, with a sample of the result in them.
+    """The film's pictures within the motion, as it says to show them or upright, with a sample in them.
 
     Args:
         result: what was generated.
         sample: index of the person.
         aligned: the film.
-        style: its `turns` are found here.
+        style: its `turns` and `mirrored` are found here.
         backend, samples: see `render.backends.open_renderer`.
 
     Raises:
@@ -186,7 +187,10 @@ def draw(
     # The object is where the film shows it: a guess is not greyed.
     thing = replace(retimed(rigid_object(moved), at, len(moved.valid)), color=None)
     person = retimed(skinned_body(result.motions[sample], body_of(result)), at, len(moved.valid))
-    poses = np.stack([camera.T_world_camera for camera in aligned.cameras])
+    shown = aligned.film.shown
+    if shown is None:
+        poses = np.stack([camera.T_world_camera for camera in aligned.cameras])
+        shown = Turning(quarter_turns(poses))
     return overlay(
         aligned.film.read(aligned.first, aligned.first + len(at)),
         aligned.cameras,
@@ -194,7 +198,7 @@ def draw(
         thing,
         distort=aligned.distort,
         fps=aligned.fps,
-        style=replace(style, turns=quarter_turns(poses)),
+        style=replace(style, turns=shown.turns, mirrored=shown.mirrored),
         backend=backend,
         samples=samples,
     )

@@ -85,11 +85,11 @@ def _tripod(result: Result, request: OverlayRequest, video: Path, progress: Prog
             fix="Give ‹camera› FILE.json with fx, fy, cx, cy and T_world_camera; or ‹board› with the "
             "board that it filmed.",
         )
-    watcher = on_tripod(video, camera)
+    T_world_camera = pose_in(request.camera)
+    watcher = on_tripod(video, camera, None if request.scan else T_world_camera)
     if request.scan:
         T = by_scan(request, result.object_motion, watcher, progress)
         return _rested(result, request, watcher, T)
-    T_world_camera = pose_in(request.camera)
     if T_world_camera is None:
         raise InputError(
             "camera-place-needed",
@@ -221,6 +221,10 @@ def overlay_result(request: OverlayRequest, progress: Progress) -> Overlaid:
 def _overlaid(request: OverlayRequest, aligned: Aligned, *, person_shown: bool) -> Overlaid:
     offset = aligned.offset if request.video is not None and request.offset is None else None
     notes = [] if offset is None else [f"The film begins at ‹offset› {offset:.2f} of the motion."]
+    if (lost := aligned.film.lost) > 1:
+        notes.append(
+            f"The film lacks {lost} of the images that its log lists; its stamps say which."
+        )
     if not person_shown:
         notes.append("The film never shows the place where the person was.")
     return Overlaid(offset, tuple(notes))

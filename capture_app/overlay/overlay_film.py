@@ -1,20 +1,19 @@
 """The film of a camera that watched: its pictures, times, pixels and movement."""
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import av
 import cv2
 import numpy as np
-from av.error import FFmpegError
 from jaxtyping import Float64, UInt8
 
 from ingest.calibration.board.camera_file import WitnessCamera
 from ingest.calibration.hand_eye.hand_eye_model import PoseStream
-from ingest.film import frames_of, size_of, stamps_of
+from ingest.film import Film, Turning, film_at, frames_of, unreadable
 from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from ingest.session import CaptureSession
+from ingest.session_images import film_and_pairs, image_times
 from omomo_core import strict_json
 from omomo_core.errors import InputError
 
@@ -24,7 +23,7 @@ _MAX_PIXELS = 50_000_000
 
 @dataclass(frozen=True)
 class TimedPictures:
-    """Pictures as the sensor sees them: what a file says of turning them for viewers is not applied."""
+    """Pictures as the camera's numbers have them."""
 
     source: Path
     times: Float64[np.ndarray, " pictures"]
@@ -33,16 +32,33 @@ class TimedPictures:
     """Width and height."""
     read: Callable[[int, int], Iterator[RGB]]
     """The pictures from one to before another, by their place in `times`."""
+    shown: Turning | None = None
+    """How they are to be shown, where the film says it."""
+    places: tuple[int, ...] = ()
+    """Place in the film of each picture that a phone filmed while it logged."""
+    lost: int = 0
+    """Images of the phone's log that the film does not hold."""
 
 
-def open_video(path: Path) -> TimedPictures:
+def open_video(path: Path, turns: int = 0) -> TimedPictures:
     """A video file with the times that it stamps.
+
+    Args:
+        path: of the video.
+        turns: quarter turns counter-clockwise of its pictures: those of `Film.turns_for`, or 0.
 
     Raises:
         InputError: "no-video" or "video-bounds".
     """
-    times, size = _stamps(path)
-    return TimedPictures(path, times, size, lambda start, stop: _decoded(path, start, stop))
+    film = _bounded(film_at(path))
+    states = film.turning != Turning()
+    left = Turning(0, film.turning.mirrored) if turns else film.turning
+
+    def read(start: int, stop: int) -> Generator[RGB]:
+        for picture in _decoded(path, range(start, stop)):
+            yield _turned(picture, turns)
+
+    return TimedPictures(path, film.times, _wide(film.size, turns), read, left if states else None)
 
 
 def open_film(session: CaptureSession) -> TimedPictures:
@@ -51,9 +67,10 @@ def open_film(session: CaptureSession) -> TimedPictures:
     They are turned into landscape.
 
     Raises:
-        InputError: "no-video" when it filmed nothing, or it cannot be decoded; "video-bounds".
+        InputError: "no-video" when it filmed nothing, or it cannot be decoded; "video-bounds"; those of
+            `film_and_pairs`.
     """
-    known = session.times if session.video_times is None else session.video_times
+    known = image_times(session)
     turns = session.image_turns
     if session.images:
         files = session.images
@@ -72,52 +89,43 @@ def open_film(session: CaptureSession) -> TimedPictures:
             fix="Record with an app that films while it logs, or give the film of another camera "
             "with ‹video›.",
         )
-    video = session.video
-    stamps, size = _stamps(video)
-    # Stray Scanner stamps its first frame before zero, and some tools drop it.
-    late = 1 if len(stamps) == len(known) - 1 else 0
-    count = min(len(stamps), len(known) - late)
+    film, pairs = film_and_pairs(session, session.video)
+    _bounded(film)
+    places = pairs.frames.tolist()
 
     def read(start: int, stop: int) -> Generator[RGB]:
-        for picture in _decoded(video, start, stop):
+        for picture in _decoded(film.path, places[start:stop]):
             yield _turned(picture, turns)
 
-    wide = size if turns % 2 == 0 else (size[1], size[0])
-    return TimedPictures(video, known[late : late + count], wide, read)
+    size = _wide(film.size, turns)
+    return TimedPictures(
+        film.path, known[pairs.images], size, read, places=tuple(places), lost=pairs.lost
+    )
 
 
-def _stamps(path: Path) -> tuple[Float64[np.ndarray, " pictures"], tuple[int, int]]:
-    """Second of each picture in the order of showing, and their size; nothing is decoded."""
-    try:
-        stamps = stamps_of(path)
-        with av.open(str(path)) as container:
-            size = size_of(container)
-            tick = float(container.streams.video[0].time_base or 0)
-    except (FFmpegError, IndexError, OSError) as problem:
-        raise _unreadable(path, problem) from None
-    if not stamps:
-        raise _unreadable(path, "it holds no picture")
-    if size[0] * size[1] > _MAX_PIXELS:
+def _bounded(film: Film) -> Film:
+    if film.size[0] * film.size[1] > _MAX_PIXELS:
         raise InputError(
             "video-bounds",
             f"The pictures are larger than {_MAX_PIXELS // 10**6} megapixels.",
-            where=str(path),
+            where=str(film.path),
             fix="Give a smaller video.",
         )
-    return np.array(stamps) * tick, size
+    return film
 
 
-def _decoded(path: Path, start: int, stop: int) -> Generator[RGB]:
-    """The pictures from one to before another, by their places."""
-    missing = stop - start
-    try:
-        for _, frame in frames_of(path, range(start, stop)):
-            missing -= 1
-            yield frame.to_ndarray(format="rgb24")
-    except (FFmpegError, IndexError, OSError) as problem:
-        raise _unreadable(path, problem) from None
+def _wide(size: tuple[int, int], turns: int) -> tuple[int, int]:
+    return size if turns % 2 == 0 else (size[1], size[0])
+
+
+def _decoded(path: Path, places: Sequence[int]) -> Generator[RGB]:
+    """The pictures at some places of a film."""
+    missing = len(places)
+    for _, frame in frames_of(path, places):
+        missing -= 1
+        yield frame.to_ndarray(format="rgb24")
     if missing:
-        raise _unreadable(path, f"{missing} of its pictures are damaged")
+        raise unreadable(path, f"{missing} of its pictures are damaged")
 
 
 def _image(path: Path) -> RGB:
@@ -129,15 +137,6 @@ def _image(path: Path) -> RGB:
 
 def _turned(picture: RGB, turns: int) -> UInt8[np.ndarray, "height width 3"]:
     return np.ascontiguousarray(np.rot90(picture, turns))
-
-
-def _unreadable(path: Path, why: object) -> InputError:
-    return InputError(
-        "no-video",
-        f"No video can be read: {why}.",
-        where=str(path),
-        fix="Give a video file such as MP4 or MOV that a player shows to its end, or a session.",
-    )
 
 
 _RIGID = 1e-3
@@ -156,13 +155,28 @@ class Watcher:
     """OpenCV's distortion; zeros for none."""
 
 
-def on_tripod(video: Path, camera: WitnessCamera) -> Watcher:
+def on_tripod(
+    video: Path, camera: WitnessCamera, T_world_camera: Float64[np.ndarray, "4 4"] | None = None
+) -> Watcher:
     """A camera that stood still.
+
+    A film may say that it is to be shown turned. The camera then is one for the stored pictures or one for
+    those that players show, as the size says that it was calibrated for; of a half turn the place tells in
+    which of them up is at the top.
+
+    Args:
+        video: its film.
+        camera: its intrinsics.
+        T_world_camera: OpenCV's axes, in a world that is z up, where known.
 
     Raises:
         InputError: "no-video", "video-bounds", or "camera-size".
     """
-    film = open_video(video)
+    stored = film_at(video)
+    turns = stored.turns_for(camera.size)
+    if stored.turning.turns == 2 and T_world_camera is not None and T_world_camera[2, 1] < 0:
+        turns = 2
+    film = open_video(video, turns)
     fitting = camera.at(*film.size)
     count = len(film.times)
     numbers = np.array([fitting.fx, fitting.fy, fitting.cx, fitting.cy])

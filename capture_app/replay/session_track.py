@@ -7,7 +7,6 @@ from typing import Any
 import av
 import cv2
 import numpy as np
-from av.error import FFmpegError
 from jaxtyping import Bool, Float64, Int, UInt8
 
 from capture_app.inspection import Inspection
@@ -62,7 +61,7 @@ def film_strip(session: CaptureSession, start: float, stop: float, turns: int) -
     times: list[float] = []
     pictures: list[bytes] = []
     size, total = (0, 0), 0
-    for index, picture in zip(indices, _small(session, film, indices), strict=False):
+    for index, picture in _small(session, film, indices):
         upright = np.ascontiguousarray(np.rot90(picture, turns))
         jpeg = _jpeg(upright)
         total += len(jpeg)
@@ -86,16 +85,18 @@ def _wanted(
 
 def _small(
     session: CaptureSession, film: TimedPictures, indices: Int[np.ndarray, " wanted"]
-) -> Iterator[RGB]:
-    """The wanted pictures in the phone's landscape, made small."""
+) -> Iterator[tuple[int, RGB]]:
+    """The wanted pictures in the phone's landscape, made small, with their places; no damaged ones."""
     try:
         if session.images is not None or session.video is None:
             for index in indices.tolist():
-                yield _shrunk(next(iter(film.read(index, index + 1))))
+                yield index, _shrunk(next(iter(film.read(index, index + 1))))
         else:
-            for _, frame in frames_of(session.video, indices.tolist()):
-                yield np.ascontiguousarray(np.rot90(_reduced(frame), session.image_turns))
-    except (FFmpegError, IndexError, InputError, OSError):
+            index_of = {film.places[index]: index for index in indices.tolist()}
+            for place, frame in frames_of(session.video, list(index_of)):
+                picture = np.ascontiguousarray(np.rot90(_reduced(frame), session.image_turns))
+                yield index_of[place], picture
+    except InputError:
         return
 
 

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from capture_app.commands.request import first_problem
 from capture_app.study.study_design import Side
-from omomo_core.errors import InputError
+from omomo_core.errors import InputError, in_words
 
 KEY = "key.json"
 """The file with the key in a study's folder."""
@@ -72,12 +72,8 @@ def read_key(folder: Path) -> Key:
     try:
         return Key.model_validate_json(path.read_bytes())
     except OSError as error:
-        raise InputError(
-            "study-missing",
-            "This is no study: it has no answer key.",
-            where=str(path),
-            fix="Give the folder that ‹omocap study make› wrote, with its key.json.",
-        ) from error
+        what = f"It cannot be read: {in_words(error)}."
+        raise _refused("votes-damaged", what, path, "file") from error
     except ValidationError as error:
         field, problem = first_problem(error.errors())
         raise InputError(
@@ -222,7 +218,12 @@ def _read(path: Path) -> VoteFile:
             raise _refused("votes-damaged", "The file is far too large for votes.", path, "file")
         return VoteFile.model_validate_json(path.read_bytes())
     except OSError as error:
-        raise _refused("votes-damaged", f"It cannot be read: {error}.", path, "file") from error
+        raise _refused(
+            "votes-damaged",
+            f"It cannot be read: {error.strerror or 'the disk failed'}.",
+            path,
+            "file",
+        ) from error
     except ValidationError as error:
         where, problem = first_problem(error.errors())
         what = f"These are no votes, or they are damaged: {f'{where}: ' * bool(where)}{problem}."

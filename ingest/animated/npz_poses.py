@@ -21,7 +21,7 @@ from ingest.animated.animation import (
     rigid,
     sampled,
 )
-from omomo_core.errors import InputError
+from omomo_core.errors import InputError, in_words
 
 NAME = "npz"
 FILES = "npz with T_world_object, or obj_pos and obj_rot_xyzw, and fps"
@@ -78,7 +78,7 @@ def _load(path: Path) -> _Arrays:
         with np.load(path, allow_pickle=False) as file:
             return {name: np.asarray(file[name]) for name in wanted}
     except Exception as problem:  # numpy, zipfile and zlib raise anything on a damaged file
-        raise _damaged(path, str(problem)[:200]) from None
+        raise _damaged(path, in_words(problem)) from None
 
 
 def _damaged(path: Path, why: str) -> InputError:

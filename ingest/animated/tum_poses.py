@@ -11,18 +11,16 @@ from ingest.animated.animation import (
     Animation,
     check_times,
     checked,
-    numbers,
     rigid,
     sampled,
     stated_up,
 )
 from ingest.formats import tum
-from ingest.formats.text_table import read_rows
+from ingest.formats.pose_columns import IN_ORDER, read_pose_rows
 
 NAME = "TUM"
 FILES = "TUM text with lines of t x y z qx qy qz qw"
 
-_WIDTH = 8
 _MAX_GAP = 0.1
 """Seconds; a log of fewer than ten poses a second may have three times its usual step."""
 
@@ -39,10 +37,10 @@ def read(path: Path) -> Animation:
         InputError: "row-damaged", "pose-not-finite", "comment-unknown", "animation-one-key",
             "time-backwards", "quaternion-not-unit" or "animation-long".
     """
-    table = numbers(read_rows(path, None), _WIDTH, range(_WIDTH))
-    times = table.values[:, 0]
-    check_times(times, table.place, path)
+    rows = read_pose_rows(path, IN_ORDER)
+    times = rows.clock.times
+    check_times(times, rows.place, path)
     steps = np.diff(times)
     gaps = steps > max(_MAX_GAP, 3 * float(np.median(steps)))
-    xyzw = checked(table.values[:, 4:], table.place)
-    return sampled(path, times, rigid(table.values[:, 1:4], xyzw), stated_up(path), gaps)
+    xyzw = checked(rows.xyzw, rows.place)
+    return sampled(path, times, rigid(rows.positions, xyzw), stated_up(path), gaps)

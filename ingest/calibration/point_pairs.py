@@ -23,7 +23,7 @@ from scipy.spatial import KDTree
 from ingest.distributions import chi2_quantile, chi2_tail, f_quantile
 from ingest.uncertainty import skew
 from omomo_core import strict_json
-from omomo_core.errors import InputError
+from omomo_core.errors import InputError, in_words
 from omomo_core.geometry.transforms import SimilarityTransform, procrustes
 
 _SAME = 1e-6
@@ -405,7 +405,7 @@ def _from_json(text: str, path: Path, sigma: float) -> list[PointPair]:
     try:
         items = _ITEMS.validate_python(strict_json.parse(text))["pairs"]
     except (ValueError, KeyError) as problem:
-        what = str(problem)
+        what = in_words(problem)
         if isinstance(problem, ValidationError):
             error = problem.errors(include_url=False, include_input=False)[0]
             what = f"{'.'.join(str(part) for part in error['loc'])}: {error['msg']}"

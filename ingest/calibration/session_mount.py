@@ -19,7 +19,7 @@ from ingest.mesh import load_mesh
 from ingest.mount import Mount
 from ingest.session import CaptureSession
 from ingest.uncertainty import between, of_inverse, of_product
-from omomo_core.errors import InputError
+from omomo_core.errors import InputError, in_words
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import ObjectMesh
 
@@ -319,7 +319,7 @@ def _alignment(path: Path) -> Float64[np.ndarray, "4 4"]:
     except (ValueError, KeyError, TypeError) as problem:
         raise InputError(
             "scan-damaged",
-            f"Polycam's file does not say how the mesh was moved: {problem}.",
+            f"Polycam's file does not say how the mesh was moved: {in_words(problem)}.",
             where=str(path),
             fix="Export the raw data again.",
         ) from problem

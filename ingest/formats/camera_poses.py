@@ -1,6 +1,6 @@
 """Camera poses of any log in ARKit's axes, with checks and intrinsics.
 
-`place` gives the file and line (or frame) of a row, for messages: `Table.place`, or a function of
+`place` gives the file and line (or frame) of a row, for messages: `NumberTable.place`, or a function of
 the format.
 """
 
@@ -13,7 +13,7 @@ from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
 from ingest.axes import T_OPENCV_ARKIT_CAMERA, T_ZUP_ARKIT
-from ingest.formats.text_table import NumberTable, head_lines
+from ingest.formats.text_table import head_lines
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 
@@ -24,7 +24,8 @@ MAX_METRES = 1e5
 _UNIT_TOLERANCE = 1e-3
 _WILD = 9.0
 """No element of a rotation is near this size; squares of still larger ones might overflow."""
-_FINER = {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
+FINER = {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
+"""Seconds in the units that logs may count time in."""
 PERIODS = 1 / 300, 1 / 8
 """Seconds between the poses of any app."""
 _FIX_LOG = "Give the log as the app wrote it; if it is untouched, record the take again."
@@ -142,7 +143,7 @@ def _too_long(times: Float64[np.ndarray, " frames"], log: Path, place: Place) ->
     """Names the unit that makes an ordinary rate of poses of the stamps, where one does."""
     step = float(np.median(np.diff(times)))
     reason, fix = "a take has minutes", "Give one take, as the app wrote it."
-    for unit, second in _FINER.items():
+    for unit, second in FINER.items():
         if PERIODS[0] < step * second < PERIODS[1]:
             reason = f"stamps {step:.3g} apart look like {unit}"
             fix = f"Give the stamps in seconds: multiply them by {second:g}."
@@ -205,7 +206,13 @@ def opencv_poses(
 
 
 def session_of_poses(
-    app: str, path: Path, table: NumberTable, times: Float64[np.ndarray, " frames"], usual: str
+    app: str,
+    path: Path,
+    log: Path,
+    T_world_camera: Float64[np.ndarray, "frames 4 4"],
+    times: Float64[np.ndarray, " frames"],
+    usual: str,
+    place: Place,
 ) -> CaptureSession:
     """The session of a log that holds camera poses alone, in axes that it may state in comments.
 
@@ -215,17 +222,18 @@ def session_of_poses(
     Args:
         app: name of the format.
         path: what the user gave.
-        table: columns 1 to 7 are x, y, z (metres) and qx, qy, qz, qw, camera to world.
-        times: of its rows, seconds.
+        log: the file.
+        T_world_camera: camera to world, metres.
+        times: of the poses, seconds.
         usual: the camera's axes where the log states none, "arkit" or "opencv".
+        place: file and line of a pose, for messages.
 
     Raises:
         InputError: "axes-unknown" for a comment that states other axes; and what every log is checked for.
     """
-    stated = _stated_axes(table.path)
-    T_world_camera = poses_from_quaternions(table.values[:, 1:4], table.values[:, 4:], table.place)
+    stated = _stated_axes(log)
     T = _WORLDS[stated.get("up", "y")] @ T_world_camera @ _CAMERAS[stated.get("axes", usual)]
-    check_poses(times, T, table.path, table.place)
+    check_poses(times, T, log, place)
     return CaptureSession(
         app=app,
         source=path,

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from ingest.formats.camera_poses import check_clock, check_poses, poses_from_quaternions
+from ingest.formats.pose_columns import Columns, header_of, read_pose_rows
 from ingest.formats.text_table import NumberTable, first_row, floats, numbers, read_rows
 from ingest.session import GRAVITY, CaptureSession, ImuLog
 from omomo_core.errors import InputError
@@ -18,7 +19,8 @@ NAME = "ios_logger"
 FILES = "a folder with ARposes.txt"
 LACKS = "no tracking state or depth"
 IMAGE_SIZE = (1920, 1440)
-_POSE_WIDTH = 8
+_POSES = Columns((0, 1, 2, 3, 5, 6, 7, 4), 8, ",", second=1.0, metre=1.0)
+"""The app writes no header, and the quaternion w first."""
 
 
 def detect(path: Path) -> bool:
@@ -27,16 +29,16 @@ def detect(path: Path) -> bool:
         return (path / "ARposes.txt").is_file()
     if path.name == "ARposes.txt":
         return True
-    return len(floats(first_row(path).split(","))) == _POSE_WIDTH
+    return len(floats(first_row(path).split(","))) == len(_POSES.places) and header_of(path) is None
 
 
 def read(path: Path) -> CaptureSession:
     """Read a session folder (or the ARposes.txt in it)."""
     folder = path if path.is_dir() else path.parent
-    table = _table(folder / "ARposes.txt" if path.is_dir() else path, _POSE_WIDTH)
-    times, positions, xyzw = table.values[:, 0], table.values[:, 1:4], table.values[:, [5, 6, 7, 4]]
-    T = poses_from_quaternions(positions, xyzw, table.place)
-    check_poses(times, T, table.path, table.place)
+    rows = read_pose_rows(folder / "ARposes.txt" if path.is_dir() else path, _POSES)
+    times = rows.clock.times
+    T = poses_from_quaternions(rows.positions, rows.xyzw, rows.place)
+    check_poses(times, T, rows.table.path, rows.place)
     images = _images(folder / "Frames.txt")
     intrinsics = _at(times, images.values[:, 0], images.values[:, 2:]) if images else None
     video = folder / "Frames.m4v"

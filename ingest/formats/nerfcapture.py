@@ -5,7 +5,11 @@ have no ending, the frames are in the order in which they were written out. The 
 lost their range, so they are not read.
 """
 
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float64
 
 from ingest.formats.camera_poses import check_poses, poses_from_matrices
 from ingest.formats.json_log import (
@@ -18,6 +22,7 @@ from ingest.formats.json_log import (
     load_object,
     member,
     mentions,
+    number_at,
     object_at,
     pinhole,
     text_at,
@@ -27,6 +32,9 @@ from ingest.session import CaptureSession
 
 FILE = "transforms.json"
 CAMERA: CameraKeys = ("fl_x", "fl_y", "cx", "cy", "w", "h")
+_CAMERA_KEYS = (*CAMERA, "camera_angle_x", "camera_model")
+_PINHOLES = ("OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "PERSPECTIVE")
+"""Camera models of nerfstudio and COLMAP whose pictures a pinhole fits, but for a small distortion."""
 
 
 def log_of(path: Path) -> Path:
@@ -40,13 +48,47 @@ def read_frames(log: Path) -> tuple[JsonObject, Records]:
     A frame's own camera goes before the common one.
     """
     top = load_object(log)
-    common = {key: top[key] for key in CAMERA if key in top}
+    common = {key: top[key] for key in _CAMERA_KEYS if key in top}
     frames = list_at(member(top, "frames", log), log, "frames")
     rows = [
         Record(common | object_at(frame, log, f"frame {i}"), log, f"frame {i}")
         for i, frame in enumerate(frames)
     ]
     return top, Records(tuple(rows))
+
+
+def cameras_of(
+    records: Records,
+) -> tuple[Float64[np.ndarray, "frames 4"] | None, tuple[int, int] | None, tuple[str, ...]]:
+    """fx, fy, cx, cy of every frame, the one image size, and a note where there are none to be used.
+
+    As in nerfstudio, `fl_y` is `fl_x` where it is left out, the principal point the middle of the picture,
+    and `camera_angle_x` (radians) stands for `fl_x`.
+    """
+    models = {str(row.values.get("camera_model", "OPENCV")) for row in records.rows}
+    if odd := sorted(model for model in models if model.upper() not in _PINHOLES):
+        return (
+            None,
+            None,
+            (f"Its camera is {odd[0][:30]}, no pinhole, so its pictures are not used.",),
+        )
+    K, size = pinhole(Records(tuple(_completed(row) for row in records.rows)), CAMERA)
+    return K, size, ()
+
+
+def _completed(row: Record) -> Record:
+    """The frame with the members of its camera that the layout lets out."""
+    values = dict(row.values)
+    numbers = {key: number_at(values[key], row.path, inside(row.where, key))
+               for key in (*CAMERA, "camera_angle_x") if key in values}  # fmt: skip
+    width, height, angle = (numbers.get(key) for key in ("w", "h", "camera_angle_x"))
+    if width is not None and angle is not None and 0 < angle < np.pi:
+        numbers.setdefault("fl_x", 0.5 * width / float(np.tan(0.5 * angle)))
+    if "fl_x" in numbers and width is not None and height is not None:
+        numbers.setdefault("fl_y", numbers["fl_x"])
+        numbers.setdefault("cx", 0.5 * width)
+        numbers.setdefault("cy", 0.5 * height)
+    return replace(row, values=values | dict(numbers))
 
 
 def named_files(records: Records, key: str, *endings: str) -> list[Path | None]:
@@ -81,7 +123,7 @@ def read(path: Path) -> CaptureSession:
     times = records.column("timestamp")
     T = poses_from_matrices(records.column("transform_matrix", 4, 4), records.place)
     check_poses(times, T, log, records.place)
-    intrinsics, image_size = pinhole(records, CAMERA)
+    intrinsics, image_size, notes = cameras_of(records)
     images, image_times = stills(times, named_files(records, "file_path", ".png", ""))
     return CaptureSession(
         app=NAME,
@@ -92,4 +134,5 @@ def read(path: Path) -> CaptureSession:
         image_size=image_size,
         video_times=image_times,
         images=images,
+        notes=notes,
     )

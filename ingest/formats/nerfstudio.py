@@ -2,7 +2,8 @@
 
 OpenGL camera axes, which are ARKit's. `applied_transform` (3x4), where there is one, is what the
 writer did to the poses of its source: undone, a session that came from ARKit is in its own world
-again. The layout has no time: frames must carry "timestamp" (seconds), or the file "fps".
+again. `applied_scale` is by what it multiplied positions afterwards, as nerfstudio's own readers have it.
+The layout has no time: frames must carry "timestamp" (seconds), or the file "fps".
 """
 
 from pathlib import Path
@@ -19,10 +20,10 @@ from ingest.formats.json_log import (
     mentions,
     number_at,
     numbers_at,
-    pinhole,
     place,
 )
-from ingest.formats.nerfcapture import CAMERA, log_of, named_files, read_frames
+from ingest.formats.log_units import Clock, read_clock
+from ingest.formats.nerfcapture import cameras_of, log_of, named_files, read_frames
 from ingest.formats.still_images import depth_log_mm, stills
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
@@ -47,11 +48,13 @@ def read(path: Path) -> CaptureSession:
     log = log_of(path)
     top, records = read_frames(log)
     _refuse_no_metres(log, records)
-    times, records = _times(top, records, log)
+    clock, records = _times(top, records, log)
+    times = clock.times
     T_saved_phone = poses_from_matrices(records.column("transform_matrix", 4, 4), records.place)
+    T_saved_phone[:, :3, 3] /= _applied_scale(top, log)
     T = _T_world_saved(top, log) @ T_saved_phone
     check_poses(times, T, log, records.place)
-    intrinsics, image_size = pinhole(records, CAMERA)
+    intrinsics, image_size, notes = cameras_of(records)
     images, image_times = stills(times, named_files(records, "file_path", "", ".png", ".jpg"))
     return CaptureSession(
         app=NAME,
@@ -63,6 +66,7 @@ def read(path: Path) -> CaptureSession:
         video_times=image_times,
         images=images,
         depth=depth_log_mm(times, named_files(records, "depth_file_path", "")),
+        notes=(*clock.notes, *notes),
     )
 
 
@@ -76,13 +80,11 @@ def _refuse_no_metres(log: Path, records: Records) -> None:
         )
 
 
-def _times(
-    top: JsonObject, records: Records, log: Path
-) -> tuple[Float64[np.ndarray, " frames"], Records]:
+def _times(top: JsonObject, records: Records, log: Path) -> tuple[Clock, Records]:
     """Seconds of the frames, and the frames in that order."""
     if records.any_has("timestamp"):
         ordered = records.ordered_by("timestamp")
-        return ordered.column("timestamp"), ordered
+        return read_clock(ordered.column("timestamp"), None, ordered.place), ordered
     if "fps" not in top:
         raise InputError(
             "log-no-times",
@@ -96,7 +98,20 @@ def _times(
         raise InputError(
             "log-damaged", f"fps is {fps:g}.", where=place(log, "fps"), fix="Give frames a second."
         )
-    return np.arange(len(records.rows)) / fps, records
+    return Clock(np.arange(len(records.rows)) / fps), records
+
+
+def _applied_scale(top: JsonObject, log: Path) -> float:
+    key = "applied_scale"
+    scale = number_at(top.get(key, 1.0), log, key)
+    if scale <= 0:
+        raise InputError(
+            "log-damaged",
+            f"{key} is {scale:g}; positions were multiplied by a number above 0.",
+            where=place(log, key),
+            fix=f"Give {key} as the program that made the file wrote it.",
+        )
+    return scale
 
 
 def _T_world_saved(top: JsonObject, log: Path) -> Float64[np.ndarray, "4 4"]:

@@ -5,13 +5,23 @@ Polycam's own optimisation and the undistorted images that belong to them; they 
 cover the whole take.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float64
 
 from ingest.formats.camera_poses import check_poses, poses_from_matrices
-from ingest.formats.json_log import CameraKeys, mentions, one_file_each, pinhole
-from ingest.formats.still_images import depth_log_mm, file_inside, stills
+from ingest.formats.json_log import (
+    CameraKeys,
+    Record,
+    Records,
+    load_object,
+    mentions,
+    one_file_each,
+    pinhole,
+)
+from ingest.formats.still_images import depth_log_mm, file_inside, picture_size, stills
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 
@@ -19,6 +29,7 @@ NAME = "Polycam"
 FILES = "a raw data folder with keyframes/cameras"
 LACKS = "a few keyframes a second only: for scanning an object, not for following it; needs LiDAR"
 CAMERA: CameraKeys = ("fx", "fy", "cx", "cy", "width", "height")
+_SIZE = frozenset(CAMERA[4:])
 MATRIX = tuple(f"t_{row}{column}" for row in range(3) for column in range(4))
 
 
@@ -37,14 +48,16 @@ def read(path: Path) -> CaptureSession:
     times = np.array([_seconds(file) for file in files])
     order = np.argsort(times, kind="stable")
     times, files = times[order], [files[i] for i in order]
-    records = one_file_each(files)
+    records = _with_raw(one_file_each(files), folder / "cameras")
     T = poses_from_matrices(records.columns(MATRIX).reshape(-1, 3, 4), records.place)
     log = files[0].parent
     check_poses(times, T, log, records.place)
-    intrinsics, image_size = pinhole(records, CAMERA)
-    pictures = folder / log.name.replace("cameras", "images")
     names = [file.stem for file in files]
-    images, image_times = stills(times, [file_inside(pictures, f"{n}.jpg") for n in names])
+    # Newer versions export corrected cameras without corrected images.
+    kinds = log.name.replace("cameras", "images"), "images"
+    kind = next((kind for kind in kinds if (folder / kind).is_dir()), kinds[0])
+    images, image_times = stills(times, [file_inside(folder / kind, f"{n}.jpg") for n in names])
+    intrinsics, image_size = _camera(records, images)
     return CaptureSession(
         app=NAME,
         source=path,
@@ -56,6 +69,31 @@ def read(path: Path) -> CaptureSession:
         images=images,
         depth=depth_log_mm(times, [file_inside(folder / "depth", f"{n}.png") for n in names]),
     )
+
+
+def _with_raw(records: Records, raw: Path) -> Records:
+    """The records, each with what the phone's own file of the same name says besides.
+
+    Since November 2025 corrected cameras have no width and height
+    (https://github.com/nerfstudio-project/nerfstudio/pull/3725).
+    """
+    rows: list[Record] = []
+    for row in records.rows:
+        file = raw / row.path.name
+        more = load_object(file) if not row.values.keys() >= _SIZE and file.is_file() else {}
+        size = {key: more[key] for key in _SIZE if key in more}
+        rows.append(replace(row, values=size | row.values))
+    return Records(tuple(rows))
+
+
+def _camera(
+    records: Records, images: tuple[Path, ...] | None
+) -> tuple[Float64[np.ndarray, "frames 4"] | None, tuple[int, int] | None]:
+    """Intrinsics and the size that they refer to: as stated, or that of the images."""
+    if any(row.values.keys() >= _SIZE for row in records.rows) or not records.any_has(CAMERA[0]):
+        return pinhole(records, CAMERA)
+    size = picture_size(images[0]) if images else None
+    return (None, None) if size is None else (records.columns(CAMERA[:4]), size)
 
 
 def _keyframes(path: Path) -> Path:

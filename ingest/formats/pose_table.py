@@ -5,29 +5,22 @@ world. Without them a table is read with ARKit's camera axes, and both are decid
 A table of eight columns without a header is ambiguous: ios_logger writes the quaternion w first.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
-from ingest.formats.camera_poses import session_of_poses
-from ingest.formats.text_table import (
-    Columns,
-    first_row,
-    floats,
-    logs,
-    named_columns,
-    numbers,
-    only_log,
-    read_rows,
-)
+from ingest.formats.camera_poses import poses_from_quaternions, session_of_poses
+from ingest.formats.pose_columns import IN_ORDER, Columns, header_of, is_in_order, read_pose_rows
+from ingest.formats.text_table import first_row, floats, logs, only_log
 from ingest.session import CaptureSession
 
 NAME = "CSV poses"
-FILES = "a CSV table whose header names a time, x, y, z, qx, qy, qz and qw, or a folder with one"
+FILES = "a table whose header names a time, x, y, z, qx, qy, qz and qw, or a folder with one"
 LACKS = "no tracking state, intrinsics or IMU; axes and up only if comments say so"
 
-_PATTERNS = ("*.csv",)
-_OF_APPS = ({"timestamp", "frame", "qw"}, {"timestamp", "status"})
+_PATTERNS = ("*.csv", "*.txt", "*.tum")
+_OF_APPS = ({"timestamp", "frame"}, {"status"})
 """Columns of Stray Scanner and ScanCapture."""
-_HEADERLESS = Columns(tuple(range(8)), 8, 1.0, ",", commented=True)
+_HEADERLESS = replace(IN_ORDER, separator=",")
 
 
 def detect(path: Path) -> bool:
@@ -39,23 +32,35 @@ def detect(path: Path) -> bool:
 
 def read(path: Path) -> CaptureSession:
     """Read a table, or a folder that holds exactly one; without a header t, x, y, z, qx, qy, qz, qw."""
-    log = only_log(path, logs(path, _PATTERNS, _is_table))
-    columns = named_columns(log) or _HEADERLESS
-    text = read_rows(log, columns.separator)
-    rows = text if columns.commented else text.without_header()
-    table = numbers(rows, columns.width, columns.places)
-    times = table.values[:, 0] * columns.second
-    return session_of_poses(NAME, path, table, times, "arkit")
+    return read_table(
+        NAME, path, only_log(path, logs(path, _PATTERNS, _is_table)), _HEADERLESS, "arkit"
+    )
+
+
+def read_table(name: str, path: Path, log: Path, columns: Columns, axes: str) -> CaptureSession:
+    """The session of a table of poses.
+
+    Args:
+        name: of the format.
+        path: what the user gave.
+        log: the table.
+        columns: those that it has where no header names them.
+        axes: as for `session_of_poses`.
+    """
+    rows = read_pose_rows(log, columns)
+    T = poses_from_quaternions(rows.positions, rows.xyzw, rows.place)
+    session = session_of_poses(name, path, log, T, rows.clock.times, axes, rows.place)
+    return replace(session, notes=rows.clock.notes)
 
 
 def _is_table(file: Path) -> bool:
     """Whether a header names a pose's columns, and no app's of which more is known."""
-    columns = named_columns(file)
-    if columns is None or (columns.separator is None and columns.places == tuple(range(8))):
+    header = header_of(file)
+    if header is None or file.name == "ARposes.txt" or is_in_order(file):
         return False
-    return not any(names <= columns.names for names in _OF_APPS)
+    return not any(names <= header.names for names in _OF_APPS)
 
 
 def _is_headerless(file: Path) -> bool:
     row = floats(first_row(file).split(","))
-    return len(row) == _HEADERLESS.width and file.name != "ARposes.txt"
+    return len(row) == _HEADERLESS.width and file.name != "ARposes.txt" and header_of(file) is None

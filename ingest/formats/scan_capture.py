@@ -11,6 +11,8 @@ import numpy as np
 from jaxtyping import Bool, Float32
 
 from ingest.formats.camera_poses import check_poses, one_size, poses_from_quaternions
+from ingest.formats.pose_columns import Header, columns_of, header_of
+from ingest.formats.still_images import sure_loader
 from ingest.formats.text_table import NumberTable, TextRows, first_row, floats, numbers, read_rows
 from ingest.session import CaptureSession, DepthLog
 from omomo_core.errors import InputError
@@ -29,6 +31,7 @@ STATUSES = (
     "unknown",
 )
 _WIDTH = 16
+_CAMERA = ("w", "h", "fx", "fy", "cx", "cy")
 _COLUMNS = (0, *range(2, 15))
 """All but the status and the exposure."""
 
@@ -37,28 +40,25 @@ SIZE = (256, 192)
 
 
 def detect(path: Path) -> bool:
-    """Whether the file, or poses.txt of the folder, has a status after the time and enough fields.
+    """Whether the file, or poses.txt of the folder, has a status among numbers, and enough fields.
 
     A status that the app does not write is left to `read`, which names it.
     """
     log = _log(path)
     fields = first_row(log).split(",") if log.is_file() else []
-    return (
-        len(fields) == _WIDTH
-        and fields[0].strip().isdigit()
-        and not floats(fields[1:2])
-        and len(floats(fields[2:])) == _WIDTH - 2
-    )
+    return len(fields) == _WIDTH and sum(bool(floats([field])) for field in fields) == _WIDTH - 1
 
 
 def read(path: Path) -> CaptureSession:
     """Read a session folder (or the poses.txt in it)."""
     log = _log(path)
+    header = header_of(log)
+    status, columns, second = (1, _COLUMNS, None) if header is None else _named(header)
     text = read_rows(log, ",")
-    table = numbers(text, _WIDTH, _COLUMNS)
-    times, values = table.values[:, 0] * 1e-6, table.values
+    table = numbers(text, _WIDTH, columns)
+    times, values = table.values[:, 0] * (second or 1e-6), table.values
     T = poses_from_quaternions(values[:, 1:4], values[:, 4:8], table.place)
-    tracking_ok = _tracking_ok(text, table)
+    tracking_ok = _tracking_ok(text, table, status)
     check_poses(times, T, log, table.place)
     image_size = one_size(values[:, 8:10], table.place)
     video = log.parent / "images.mp4"
@@ -80,8 +80,24 @@ def _log(path: Path) -> Path:
     return path / "poses.txt" if path.is_dir() else path
 
 
-def _tracking_ok(text: TextRows, table: NumberTable) -> Bool[np.ndarray, " frames"]:
-    statuses = [row[1] for row in text.rows]
+def _named(header: Header) -> tuple[int, tuple[int, ...], float | None]:
+    """Columns of the status and of all numbers as the header has them, and the unit of time it names."""
+    columns = columns_of(header)
+    names = [field.lower() for field in header.fields]
+    missing = [name for name in ("status", *_CAMERA) if name not in names]
+    if missing:
+        raise InputError(
+            "header-unclear",
+            f"The header of {header.path.name} names no column for {', '.join(missing)}.",
+            where=f"{header.path}:{header.line}",
+            fix="Give poses.txt as ScanCapture wrote it.",
+        )
+    camera = tuple(names.index(name) for name in _CAMERA)
+    return names.index("status"), (*columns.places, *camera), columns.second
+
+
+def _tracking_ok(text: TextRows, table: NumberTable, column: int) -> Bool[np.ndarray, " frames"]:
+    statuses = [row[column] for row in text.rows]
     for i, status in enumerate(statuses):
         if status not in STATUSES:
             raise InputError(
@@ -99,7 +115,7 @@ def _read_depth(folder: Path) -> DepthLog | None:
     if not files:
         return None
     times = np.array([int(file.stem) for file in files]) * 1e-6
-    return DepthLog(times=times, files=tuple(files), load=load_metres)
+    return DepthLog(times=times, files=tuple(files), load=sure_loader(files, load_metres))
 
 
 def load_metres(file: Path) -> Float32[np.ndarray, "192 256"]:

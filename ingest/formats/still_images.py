@@ -1,4 +1,4 @@
-"""Single images and 16-bit depth maps beside a log."""
+"""Single images, depth maps and how sure those are, beside a log."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, Float64
+from jaxtyping import Float32, Float64, UInt8
 
 from ingest.session import CaptureSession, DepthLog
 from omomo_core.errors import InputError
@@ -69,9 +69,74 @@ def depth_log_mm(
 ) -> DepthLog | None:
     """Depth maps in millimetres, from the file of each frame where there is one."""
     maps, map_times = stills(times, files)
-    return (
-        None if maps is None or map_times is None else DepthLog(map_times, maps, load_millimetres)
+    if maps is None or map_times is None:
+        return None
+    return DepthLog(map_times, maps, sure_loader(maps, load_millimetres))
+
+
+Metres = Float32[np.ndarray, "height width"]
+Confidence = UInt8[np.ndarray, "rows columns"]
+_SMALL = 2
+"""The highest confidence where it is counted 0, 1, 2 as ARKit does; else 255 is."""
+_LOW = 42
+"""The highest value of 255 that is low: Polycam writes the middle one of ARKit's levels as 54 or 127."""
+
+
+def sure_loader(
+    maps: Sequence[Path],
+    load: Callable[[Path], Metres],
+    confidence: Callable[[Path], Confidence | None] | None = None,
+) -> Callable[[Path], Metres]:
+    """Return a loader of depth maps that has 0 (unknown) where their confidence is the lowest.
+
+    ARKit's lowest level is what the sensor saw by a mirror or beyond its range. Where other maps of a
+    recording have their confidence, one without is not sure anywhere.
+
+    Args:
+        maps: all depth maps of a recording.
+        load: reads one, metres.
+        confidence: reads that of one; None finds the picture that apps write beside it.
+    """
+    read = confidence_of if confidence is None else confidence
+    stated = any(read(file) is not None for file in maps[:: max(1, len(maps) // 16)])
+
+    def loader(file: Path) -> Metres:
+        metres = load(file)
+        return sure(metres, read(file)) if stated else metres
+
+    return loader
+
+
+def confidence_of(depth: Path) -> Confidence | None:
+    """The picture of the confidence of a depth map, in levels from 0 (least) to 2; None without one."""
+    places = (
+        depth.with_name(depth.name.replace("depth_", "conf_", 1)),
+        depth.with_name(f"{depth.stem}.confidence.png"),
+        depth.parent.parent / "confidence" / f"{depth.stem}.png",
     )
+    for file in places:
+        if file != depth and file.is_file():
+            found = cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
+            return None if found is None else levels_of(found)
+    return None
+
+
+def levels_of(confidence: np.ndarray) -> Confidence:
+    """Confidence as an app writes it, in levels from 0 (least) to 2."""
+    first = confidence if confidence.ndim == 2 else confidence[..., 0]
+    if first.max(initial=0) <= _SMALL:
+        return first.astype(np.uint8)
+    part = first / np.iinfo(first.dtype).max * 255 if first.dtype != np.uint8 else first
+    return np.where(part <= _LOW, 0, np.where(part < 192, 1, 2)).astype(np.uint8)
+
+
+def sure(metres: Metres, confidence: Confidence | None) -> Metres:
+    """The depth with 0 where its confidence is the lowest, or not known."""
+    if confidence is None:
+        return np.zeros_like(metres)
+    height, width = metres.shape
+    fitting = cv2.resize(confidence, (width, height), interpolation=cv2.INTER_NEAREST)
+    return np.where(np.asarray(fitting) > 0, metres, np.float32(0))
 
 
 def picture_size(path: Path) -> tuple[int, int] | None:

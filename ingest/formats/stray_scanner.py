@@ -2,15 +2,15 @@
 
 Positions are ARKit's; rotations carry OpenCV camera axes (the app multiplies by 180 deg about x)
 in the y-up ARKit world. Since 2026 each row also carries the intrinsics. The video's stamps are
-frame/60, not time: frame i of rgb.mp4 is row i. imu.csv is in g (though its documentation says
-m/s^2), so its unit is told from its size.
+frame/60, not time: the picture of a row in rgb.mp4 is that of its frame number. imu.csv is in g
+(though its documentation says m/s^2), so its unit is told from its size.
 """
 
 import shutil
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float64, Int64
 from scipy.spatial.transform import Rotation
 
 from ingest.formats.camera_poses import check_poses, poses_from_quaternions
@@ -27,6 +27,7 @@ POSE_COLUMNS = ("timestamp", "x", "y", "z", "qx", "qy", "qz", "qw")
 CAMERA_COLUMNS = ("fx", "fy", "cx", "cy")
 IMU_COLUMNS = ("timestamp", "a_x", "a_y", "a_z", "alpha_x", "alpha_y", "alpha_z")
 IMAGE_SIZE = (1920, 1440)
+_MOST_FRAMES = 10**9
 _FLIP = np.diag([1.0, -1.0, -1.0])
 """OpenCV camera axes (y down, z forward) and ARKit's (y up, z back) turn into each other."""
 
@@ -62,6 +63,7 @@ def read(path: Path) -> CaptureSession:
         image_size=IMAGE_SIZE if intrinsics is not None else None,
         video=video if video.is_file() else None,
         video_times=table.values[:, 0],
+        video_numbers=_numbers(text, len(T)),
         imu=_read_imu(folder / "imu.csv"),
         depth=depth_log_mm(table.values[:, 0], _depth_maps(text, folder, len(T))),
     )
@@ -130,11 +132,15 @@ def _intrinsics(
     return np.tile([fx, fy, cx, cy], (frames, 1))
 
 
+def _numbers(text: TextRows, frames: int) -> Int64[np.ndarray, " frames"]:
+    """The frame number of each row, by which its depth map and its picture in the film are known."""
+    if "frame" not in {name.lower() for name in text.rows[0]}:
+        return np.arange(frames)
+    return _columns(text, ("frame",)).values[:, 0].clip(-1, _MOST_FRAMES).astype(np.int64)
+
+
 def _depth_maps(text: TextRows, folder: Path, frames: int) -> list[Path | None]:
-    """The depth map of each row, which bears the row's frame number."""
-    named = "frame" in {name.lower() for name in text.rows[0]}
-    count = _columns(text, ("frame",)).values[:, 0] if named else np.arange(frames)
-    return [file_inside(folder, f"depth/{int(number):06d}.png") for number in count]
+    return [file_inside(folder, f"depth/{k:06d}.png") for k in _numbers(text, frames).tolist()]
 
 
 def _read_imu(path: Path) -> ImuLog | None:

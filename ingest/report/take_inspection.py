@@ -4,12 +4,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import av
-import av.error
 import numpy as np
 from jaxtyping import Float64
 from pydantic import BaseModel, ValidationError
 
+from ingest.film import check_decodes
 from ingest.mount import Mount
 from ingest.report import clamp_checks, sight, stance, track_checks
 from ingest.report.checked_session import CheckedSession
@@ -19,7 +18,9 @@ from ingest.report.sight import agreement_checks
 from ingest.report.stance import bottom
 from ingest.report.take_report import Check, TakeReport, graded
 from ingest.session import CaptureSession
+from ingest.session_images import film_and_pairs, image_times
 from ingest.trajectory.object_motion import ObjectTake
+from omomo_core.errors import InputError
 from omomo_core.geometry.runs import runs
 from omomo_core.geometry.transforms import velocity
 from omomo_core.motion import FPS, ObjectMesh
@@ -186,24 +187,25 @@ def _intrinsics(session: CaptureSession) -> Check:
 
 
 def _video(session: CaptureSession) -> Check:
-    """Whether the video is there and has a frame per logged image (its header is read, no more)."""
+    """Whether the video can be decoded, and which of its frames are which images of the log."""
     if session.video is None:
         return Check("video", "ok", "none: no overlay")
     try:
-        with av.open(str(session.video)) as container:
-            frames = container.streams.video[0].frames
-    except (av.error.FFmpegError, IndexError) as problem:
-        fix = "Copy the session from the phone again; the motion does not need it."
-        return Check("video", "warn", f"{session.video.name} cannot be read: {problem}", fix=fix)
-    wanted = len(session.times if session.video_times is None else session.video_times)
-    # Stray Scanner stamps its first frame before zero, and some tools drop it.
-    if frames in (0, wanted, wanted - 1):
-        return Check("video", "ok", f"{session.video.name}, {frames or 'unknown number of'} frames")
+        film, pairs = film_and_pairs(session, session.video)
+        check_decodes(film)
+    except InputError as error:
+        fix = f"{error.fix} The motion does not need it."
+        return Check("video", "warn", error.what.rstrip("."), fix=fix)
+    name, count = session.video.name, len(film.stamps)
+    if pairs.lost <= 1 and not pairs.spare:
+        return Check("video", "ok", f"{name}, {count} frames")
+    # An overlay, a scan or a calibration pairs them the same way.
     return Check(
         "video",
         "warn",
-        f"{session.video.name} has {frames} frames, the log {wanted} images",
-        fix="An overlay would run out of step; copy the session from the phone again.",
+        f"{name} has {count} frames, the log {len(image_times(session))} images; {len(pairs.images)} are "
+        "paired by the film's stamps",
+        fix="The others are left out; copy the session from the phone again if the film was whole.",
     )
 
 

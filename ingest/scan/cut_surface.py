@@ -88,7 +88,7 @@ def look_of(
 
 
 def _unread(room: RoomMesh, error: Exception) -> Check:
-    message = f"The pictures of {room.where.name} cannot be used ({error}), so it has no texture."
+    message = f"The pictures of {room.where.name} cannot be used, so it has no texture."
     return Check("texture", "warn", message, None, "Export it again, with smaller ones.")
 
 

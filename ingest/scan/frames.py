@@ -8,6 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
+from PIL import Image, UnidentifiedImageError
 from scipy.ndimage import median_filter
 
 from ingest.formats.still_images import picture_size, save_millimetres
@@ -137,9 +138,29 @@ class Stills:
     def colours(self, wanted: Sequence[int]) -> Iterator[tuple[int, Colours]]:
         """Some of them as they are; see `Pictures`."""
         for index in wanted:
-            picture = load_picture(self.files[index], keep=self.turns is not None)
-            if picture is not None:
-                yield index, np.ascontiguousarray(np.rot90(picture, self.turns or 0))
+            file = self.files[index]
+            picture = load_picture(file, keep=self.turns is not None)
+            if picture is None:
+                continue
+            if self.turns is None and is_mirrored(file):
+                picture = picture[:, ::-1]
+            yield index, np.ascontiguousarray(np.rot90(picture, self.turns or 0))
+
+
+_ORIENTATION, _MIRRORED = 0x0112, (2, 4, 5, 7)
+"""Number of the orientation in EXIF 2.3, and its values that show the stored pixels mirrored."""
+
+
+def is_mirrored(file: Path) -> bool:
+    """Whether a photo is to be shown mirrored, as front cameras have it.
+
+    What the camera saw is the other way round, and a mesh of what a mirror shows would be mirrored too.
+    """
+    try:
+        with Image.open(file) as photo:
+            return photo.getexif().get(_ORIENTATION) in _MIRRORED
+    except (UnidentifiedImageError, OSError, ValueError, SyntaxError):
+        return False
 
 
 def load_picture(file: Path, *, keep: bool) -> Colours | None:

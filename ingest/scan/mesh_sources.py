@@ -316,8 +316,8 @@ def _texture(parts: list[FilePart], path: Path) -> tuple[Texture | None, tuple[C
             for part in parts
         ]
         return join_textures(painted), ()
-    except (ValueError, OSError, SyntaxError) as error:  # what Pillow raises on a damaged picture
-        message = f"The pictures of {path.name} cannot be used ({error}), so it has no texture."
+    except (ValueError, OSError, SyntaxError):  # what Pillow raises on a damaged picture
+        message = f"The pictures of {path.name} cannot be used, so it has no texture."
         return None, (
             Check("texture", "warn", message, None, "Export it again, with smaller ones."),
         )

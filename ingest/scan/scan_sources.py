@@ -1,18 +1,16 @@
 """What is given for a scan: a session, a film, photos or a model, read as pictures with cameras."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import av
-import av.error
-import cv2
 import numpy as np
-from jaxtyping import Float32, Float64, UInt8
+from jaxtyping import Float32, Float64
 from PIL import Image, UnidentifiedImageError
 
 from ingest.archive import is_archive, unpack
-from ingest.film import frames_of, size_of, stamps_of
+from ingest.film import Film, film_at, frames_of
 from ingest.formats.camera_poses import opencv_poses
 from ingest.formats.registry import read_session
 from ingest.scan.frames import FEWEST, HEIC, MAX_PIXELS, Stills
@@ -20,7 +18,7 @@ from ingest.scan.mesh_sources import SUFFIXES as MESHES
 from ingest.scan.mesh_sources import model_in, model_source
 from ingest.scan.scan_types import Colours, Grey, Pictures, ScanSource
 from ingest.session import CaptureSession
-from ingest.session_images import image_times
+from ingest.session_images import film_and_pairs, image_times
 from omomo_core.errors import InputError
 
 SUFFIXES = (".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm")
@@ -28,14 +26,14 @@ SUFFIXES = (".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm")
 
 @dataclass(frozen=True)
 class VideoFrames:
-    """The frames of a video, by number."""
+    """The pictures of a video, by number."""
 
     path: Path
     names: tuple[str, ...]
-    turns: int | None = None
-    """Quarter turns counter-clockwise that bring its frames upright; None: as the file says."""
-    late: int = 0
-    """How many of the first frames the file does not hold."""
+    turns: int = 0
+    """Quarter turns counter-clockwise that bring its frames upright."""
+    frames: tuple[int, ...] | None = None
+    """Place of each picture in the film; None where all are in step."""
 
     def greys(self, wanted: Sequence[int], width: int) -> Iterator[tuple[int, Grey]]:
         """Some of them, small; see `Pictures`."""
@@ -43,90 +41,57 @@ class VideoFrames:
             scale = min(1.0, width / max(frame.width, frame.height))
             size = max(1, round(frame.width * scale)), max(1, round(frame.height * scale))
             small = frame.reformat(*size, format="gray", interpolation="AREA")
-            yield index, self._upright(small.to_ndarray(), frame)
+            yield index, np.ascontiguousarray(np.rot90(small.to_ndarray(), self.turns))
 
     def colours(self, wanted: Sequence[int]) -> Iterator[tuple[int, Colours]]:
         """Some of them as they are; see `Pictures`."""
         for index, frame in self._frames(wanted):
-            yield index, self._upright(frame.to_ndarray(format="rgb24"), frame)
+            yield (
+                index,
+                np.ascontiguousarray(np.rot90(frame.to_ndarray(format="rgb24"), self.turns)),
+            )
 
     def _frames(self, wanted: Sequence[int]) -> Iterator[tuple[int, av.VideoFrame]]:
-        try:
-            for index, frame in frames_of(self.path, [k - self.late for k in wanted]):
-                yield index + self.late, frame
-        except (av.error.FFmpegError, IndexError, OSError) as problem:
-            raise unreadable(self.path, problem) from None
-
-    def _upright(self, picture: np.ndarray, frame: av.VideoFrame) -> np.ndarray:
-        # PyAV tells degrees counter-clockwise, as np.rot90 turns.
-        turns = round(frame.rotation / 90) if self.turns is None else self.turns
-        return np.ascontiguousarray(np.rot90(picture, turns))
-
-
-def film_of(path: Path, *, expected: int | None = None, turns: int | None = None) -> VideoFrames:
-    """A video, once its index has been read.
-
-    Args:
-        path: of the video.
-        expected: frames that a log knows of; where the file has one less, its first is missing.
-        turns: see `VideoFrames`.
-
-    Raises:
-        InputError: "video-unreadable" or "video-large".
-    """
-    count = len(_stamps(path))
-    # Stray Scanner stamps its first frame before zero, and some tools drop it.
-    late = 1 if expected == count + 1 else 0
-    return VideoFrames(path, tuple(f"{k:05d}" for k in range(count + late)), turns, late)
+        if self.frames is None:
+            yield from frames_of(self.path, wanted)
+            return
+        number = {self.frames[k]: k for k in wanted}
+        for place, frame in frames_of(self.path, list(number)):
+            yield number[place], frame
 
 
 def video_source(path: Path) -> ScanSource:
     """A plain video, turned upright as it says.
 
+    A film that is to be shown mirrored, as front cameras make them, is not mirrored here: what the camera
+    saw is what there is, and a mesh of what a mirror shows would be mirrored too.
+
     Raises:
-        InputError: "video-unreadable" or "video-large".
+        InputError: "no-video" or "video-large".
     """
-    film = film_of(path)
-    with av.open(str(path)) as container:
-        base = float(container.streams.video[0].time_base or 0)
-    times = np.array(_stamps(path)) * base
-    return ScanSource("video", path, film, times=times)
+    film = _bounded(film_at(path))
+    pictures = VideoFrames(path, _numbered(range(len(film.stamps))), film.upright_turns)
+    return ScanSource("video", path, pictures, times=film.times)
 
 
-def _stamps(path: Path) -> list[int]:
-    try:
-        with av.open(str(path)) as container:
-            width, height = size_of(container)
-            pixels = width * height
-        stamps = stamps_of(path)
-    except (av.error.FFmpegError, IndexError, OSError) as problem:
-        raise unreadable(path, problem) from None
+def _numbered(numbers: Iterable[int]) -> tuple[str, ...]:
+    return tuple(f"{k:05d}" for k in numbers)
+
+
+def _bounded(film: Film) -> Film:
+    pixels = film.size[0] * film.size[1]
     if pixels > MAX_PIXELS:
         raise InputError(
             "video-large",
-            f"{path.name} has {pixels / 1e6:.0f} megapixels a frame.",
-            where=str(path),
+            f"{film.path.name} has {pixels / 1e6:.0f} megapixels a frame.",
+            where=str(film.path),
             fix="Film in 4K or less.",
         )
-    if not stamps:
-        raise unreadable(path, ValueError("it holds no frames"))
-    return stamps
-
-
-def unreadable(path: Path, problem: Exception) -> InputError:
-    """The refusal of a video."""
-    return InputError(
-        "video-unreadable",
-        f"No video can be read: {problem}.",
-        where=str(path),
-        fix="Copy the file from the phone again; MP4 or MOV as the camera app writes it.",
-    )
+    return film
 
 
 _SAME_TIME = 0.05
 """Seconds between a picture and what belongs to it, at most."""
-_SMALL = 2
-"""The highest confidence where it is counted 0, 1, 2."""
 
 
 def session_source(session: CaptureSession) -> ScanSource:
@@ -135,10 +100,9 @@ def session_source(session: CaptureSession) -> ScanSource:
     Poses are NaN where the phone says that it did not know them.
 
     Raises:
-        InputError: "scan-no-pictures" when the app saved none, or what `film_of` refuses.
+        InputError: "scan-no-pictures" when the app saved none, or what `film_and_pairs` refuses.
     """
-    pictures = _pictures(session)
-    times = image_times(session)[: len(pictures.names)]
+    pictures, times = _pictures(session)
     pose = _nearest(session.times, times)
     T = opencv_poses(session.T_world_phone[pose])
     lost = np.abs(session.times[pose] - times) > _SAME_TIME
@@ -159,12 +123,18 @@ def session_source(session: CaptureSession) -> ScanSource:
     )
 
 
-def _pictures(session: CaptureSession) -> Pictures:
-    turns = session.image_turns % 4
+def _pictures(
+    session: CaptureSession,
+) -> tuple[Pictures, Float64[np.ndarray, " pictures"]]:
+    """The pictures of a session, and when they were taken."""
+    turns, times = session.image_turns % 4, image_times(session)
     if session.images is not None:
-        return Stills(session.images, tuple(file.stem for file in session.images), turns)
+        names = tuple(file.stem for file in session.images)
+        return Stills(session.images, names, turns), times[: len(names)]
     if session.video is not None:
-        return film_of(session.video, expected=len(image_times(session)), turns=turns)
+        film, pairs = film_and_pairs(session, session.video)
+        names, frames = _numbered(pairs.images.tolist()), tuple(pairs.frames.tolist())
+        return VideoFrames(_bounded(film).path, names, turns, frames), times[pairs.images]
     raise InputError(
         "scan-no-pictures",
         f"The session of {session.app} holds no pictures and no video.",
@@ -196,33 +166,9 @@ def _depth(
         k = int(nearest[picture])
         if abs(log.times[k] - times[picture]) > _SAME_TIME:
             return None
-        file: Path = log.files[k]
-        metres = sure(log.load(file), confidence_of(file))
-        return np.ascontiguousarray(np.rot90(metres, session.image_turns))
+        return np.ascontiguousarray(np.rot90(log.load(log.files[k]), session.image_turns))
 
     return load
-
-
-def confidence_of(depth: Path) -> UInt8[np.ndarray, "height width"] | None:
-    """The confidence of a depth map, 0 (least) to 2, None where there is none."""
-    beside = depth.with_name(depth.name.replace("depth_", "conf_", 1))
-    folder = depth.parent.parent / "confidence" / depth.name
-    file = next((f for f in (beside, folder) if f != depth and f.is_file()), None)
-    found = None if file is None else cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
-    if found is None or found.ndim != 2:
-        return None
-    levels = found if found.max(initial=0) <= _SMALL else np.rint(found / 127.5)
-    return np.asarray(levels, np.uint8)
-
-
-def sure(
-    metres: Float32[np.ndarray, "height width"],
-    confidence: UInt8[np.ndarray, "height width"] | None,
-) -> Float32[np.ndarray, "height width"]:
-    """The depth with 0 where its confidence is the lowest."""
-    if confidence is None or confidence.shape != metres.shape:
-        return metres
-    return np.where(confidence > 0, metres, np.float32(0))
 
 
 _PHOTOS_ALONE = ("session-no-metres", "log-no-times")

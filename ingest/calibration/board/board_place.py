@@ -29,7 +29,7 @@ from ingest.calibration.board.board_spec import (
 from ingest.calibration.point_pairs import PICKING, rigid_from_points
 from ingest.calibration.pose_file import load_pose
 from omomo_core import strict_json
-from omomo_core.errors import InputError
+from omomo_core.errors import InputError, in_words
 
 _TURN = np.radians(1.0)
 """One sigma of a rotation that a matrix gives; it does not say how sure it is."""
@@ -111,7 +111,9 @@ def load_place(path: Path, board: Grid) -> BoardPlace:
         file = _PlaceFile.model_validate(strict_json.parse(text)) if json_file else _from_csv(text)
         return _from_points(file, board)
     except (ValueError, KeyError) as problem:
-        what = _first_problem(problem) if isinstance(problem, ValidationError) else str(problem)
+        what = (
+            _first_problem(problem) if isinstance(problem, ValidationError) else in_words(problem)
+        )
         raise InputError(
             "place-unreadable",
             f"The board's place cannot be read: {what}.",

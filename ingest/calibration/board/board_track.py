@@ -6,10 +6,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
-import av
 import cv2
 import numpy as np
-from av.error import FFmpegError
 from jaxtyping import Float64, Int
 
 from ingest.calibration.board.board_detect import Corners, Detector, Grey, fits, not_found
@@ -17,9 +15,11 @@ from ingest.calibration.board.board_lens import calibrate_camera
 from ingest.calibration.board.board_poses import BoardPoses, board_poses
 from ingest.calibration.board.board_spec import MIN_CORNERS, Board, Checkerboard
 from ingest.calibration.board.camera_file import WitnessCamera
+from ingest.film import film_at, frames_of
 from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from ingest.formats.still_images import picture_size
 from ingest.session import CaptureSession
+from ingest.session_images import film_and_pairs, image_times
 from omomo_core.errors import InputError
 
 MAX_PIXELS = 50_000_000
@@ -54,41 +54,30 @@ class _Pace:
         return True
 
 
-def of_video(path: Path, rate: float, progress: Progress) -> Iterator[Picture]:
+def of_video(
+    path: Path, rate: float, progress: Progress, size: tuple[int, int] | None = None
+) -> Iterator[Picture]:
     """Pictures of a video, `rate` a second at most; times as the file stamps them.
 
-    A phone's turning of the video for viewers is not applied: pictures are as the sensor sees.
+    Pictures are as the sensor sees, unless the camera was calibrated for those that players show.
+
+    Args:
+        path: of the video.
+        rate: pictures a second.
+        progress: called with "board" and the part that is done.
+        size: of the pictures that the camera was calibrated for, where known.
 
     Raises:
         InputError: "no-video" or "video-bounds".
     """
-    pace, count = _Pace(rate), 0
-    for _, frame, length in _decoded(path):
-        if frame.pts is None or not pace.due(frame.time):
-            continue
-        count += 1
-        if count > MAX_PICTURES or frame.width * frame.height > MAX_PIXELS:
-            raise _beyond(path)
-        yield Picture(frame.time, frame.to_ndarray(format="gray"))
-        progress("board", min(frame.time / length, 1.0) if length else 0.0)
-
-
-def _decoded(path: Path) -> Iterator[tuple[int, av.VideoFrame, float]]:
-    """Number and frame in the order of showing, and the video's length in seconds (0: unknown)."""
-    try:
-        with av.open(str(path)) as container:
-            stream = container.streams.video[0]
-            stream.thread_type = "AUTO"
-            length = (container.duration or 0) / av.time_base
-            for index, frame in enumerate(container.decode(stream)):
-                yield index, frame, length
-    except (FFmpegError, IndexError, OSError) as problem:
-        raise InputError(
-            "no-video",
-            f"No video can be read: {problem}.",
-            where=str(path),
-            fix="Give a video file such as MP4 or MOV, or a folder of pictures.",
-        ) from None
+    film, pace = film_at(path), _Pace(rate)
+    due = [k for k, time in enumerate(film.times.tolist()) if pace.due(time)]
+    if len(due) > MAX_PICTURES or film.size[0] * film.size[1] > MAX_PIXELS:
+        raise _beyond(path)
+    for k, frame in frames_of(path, due):
+        grey = np.rot90(frame.to_ndarray(format="gray"), film.turns_for(size))
+        yield Picture(float(film.times[k]), np.ascontiguousarray(grey))
+        progress("board", (k + 1) / len(film.stamps))
 
 
 def of_folder(folder: Path, progress: Progress) -> Iterator[Picture]:
@@ -143,7 +132,7 @@ def of_session(session: CaptureSession, rate: float, progress: Progress) -> Iter
     Raises:
         InputError: "no-video" when the session has neither video nor images.
     """
-    times = session.times if session.video_times is None else session.video_times
+    times = image_times(session)
     pace = _Pace(rate)
     wanted = {index for index, time in enumerate(times.tolist()) if pace.due(time)}
     stored = _images(session.images, wanted) if session.images else _film(session, wanted)
@@ -168,21 +157,11 @@ def _film(session: CaptureSession, wanted: set[int]) -> Iterator[tuple[int, Grey
             where=str(session.source),
             fix="Record the witness with an app that saves its video, or use a plain video.",
         )
-    times = session.times if session.video_times is None else session.video_times
-    # Stray Scanner stamps its first frame before zero, and some tools drop it.
-    late = 1 if _length(session.video) == len(times) - 1 else 0
-    for index, frame, _ in _decoded(session.video):
-        if index + late in wanted:
-            yield index + late, frame.to_ndarray(format="gray")
-
-
-def _length(path: Path) -> int:
-    """Number of pictures that the video's index states."""
-    try:
-        with av.open(str(path)) as container:
-            return container.streams.video[0].frames
-    except (FFmpegError, IndexError, OSError):
-        return 0
+    _, pairs = film_and_pairs(session, session.video)
+    image_of = dict(zip(pairs.frames.tolist(), pairs.images.tolist(), strict=True))
+    asked = [frame for frame, image in image_of.items() if image in wanted]
+    for frame, picture in frames_of(session.video, asked):
+        yield image_of[frame], picture.to_ndarray(format="gray")
 
 
 def _is_number(text: str) -> bool:
@@ -272,7 +251,8 @@ def track_video(
         InputError: no readable video; "board-not-seen", "board-dictionary-other", "board-mirrored",
             "board-layout", "board-few"; "camera-size" or "camera-calibration".
     """
-    pictures = of_folder(path, progress) if path.is_dir() else of_video(path, rate, progress)
+    size = camera.size if camera else None
+    pictures = of_folder(path, progress) if path.is_dir() else of_video(path, rate, progress, size)
     seen = _look(pictures, board, str(path))
     camera = camera.at(*seen.size) if camera else _calibrated(seen, board)
     poses = _poses(seen, board, camera.K, camera.lens)

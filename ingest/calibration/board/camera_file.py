@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from omomo_core import strict_json
-from omomo_core.errors import InputError
+from omomo_core.errors import InputError, in_words
 
 _ORDER = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 _LENGTHS = (0, 4, 5, 8, 12, 14)
@@ -104,7 +104,7 @@ def load_camera(path: Path) -> WitnessCamera:
     except (ValueError, KeyError, TypeError, OverflowError) as problem:
         raise InputError(
             "camera-unreadable",
-            f"The camera file cannot be read: {problem}.",
+            f"The camera file cannot be read: {in_words(problem)}.",
             where=str(path),
             fix="It needs fx, fy, cx, cy (JSON), or camera_matrix and distortion_coefficients as "
             "OpenCV and ROS write them (YAML).",

@@ -12,8 +12,10 @@ from ingest.calibration.board.camera_file import WitnessCamera
 from ingest.calibration.hand_eye.hand_eye import HandEye, free_in_words, solve
 from ingest.calibration.hand_eye.hand_eye_model import PHONE_SD, PoseStream
 from ingest.calibration.still import refuse_slip
-from ingest.formats.camera_poses import poses_from_quaternions
-from ingest.formats.text_table import numbers, read_rows
+from ingest.formats.camera_poses import MAX_SECONDS, check_length, poses_from_quaternions
+from ingest.formats.log_units import refuse_lengths
+from ingest.formats.pose_columns import IN_ORDER, read_pose_rows
+from ingest.formats.text_table import first_row, floats
 from ingest.mount import Mount
 from ingest.session import CaptureSession
 from ingest.trajectory.segments import find_breaks
@@ -94,6 +96,8 @@ def _half(phone: PoseStream, target: PoseStream, which: np.ndarray) -> Mount | N
 
 
 _LEAST_SECONDS = 5.0
+_PACE = 0.1
+"""Seconds over which a pace is taken."""
 
 
 def phone_stream(session: CaptureSession) -> PoseStream:
@@ -185,27 +189,24 @@ def _one_sigma_off(camera: WitnessCamera) -> list[WitnessCamera]:
     ]
 
 
-_COLUMNS = 8
-
-
 def read_pose_log(path: Path) -> PoseStream:
-    """Read a tracker's log (TUM text, or the same by commas); seconds, metres, quaternions xyzw.
+    """Read a tracker's log: TUM text, the same by commas, or a table whose header names the columns.
 
-    Lines of # are comments; of two poses with one stamp the first counts.
+    Stamps and positions are read as `ingest.formats.pose_columns` reads those of sessions. Lines of # are
+    comments; of two poses with one stamp the first counts.
 
     Raises:
         InputError: "poses-missing", "poses-few", "poses-order", and those of
-            `ingest.formats.text_table.numbers` and `ingest.formats.camera_poses.poses_from_quaternions`.
+            `ingest.formats.pose_columns.read_pose_rows` and
+            `ingest.formats.camera_poses.poses_from_quaternions`.
     """
     if not path.is_file():
         raise InputError(
             "poses-missing", "There is no such file.", where=str(path), fix="Check the path."
         )
-    rows = read_rows(path, None)
-    if rows.rows and "," in "".join(rows.rows[0]):
-        rows = read_rows(path, ",")
-    table = numbers(rows, _COLUMNS, range(_COLUMNS))
-    times = table.values[:, 0]
+    by_commas = len(floats(first_row(path).split(","))) == IN_ORDER.width
+    rows = read_pose_rows(path, replace(IN_ORDER, separator="," if by_commas else None))
+    times = rows.clock.times
     if len(times) < 2:
         raise InputError("poses-few", "The file has no two poses.", where=str(path))
     back = np.flatnonzero(np.diff(times) < 0)
@@ -213,9 +214,32 @@ def read_pose_log(path: Path) -> PoseStream:
         raise InputError(
             "poses-order",
             "The time runs backwards.",
-            where=table.place(int(back[0]) + 1),
-            fix="Sort the lines by their first number, in seconds.",
+            where=rows.place(int(back[0]) + 1),
+            fix="Sort the lines by their time.",
         )
-    T = poses_from_quaternions(table.values[:, 1:4], table.values[:, 4:], table.place)
+    if np.ptp(times) > MAX_SECONDS:
+        check_length(times, path, rows.place)
+    T = poses_from_quaternions(rows.positions, rows.xyzw, rows.place)
     new = np.concatenate([[True], np.diff(times) > 0])
     return PoseStream(times[new], T[new])
+
+
+def refuse_other_lengths(phone: PoseStream, target: PoseStream, log: Path) -> None:
+    """Refuse a tracker's log whose positions are not metres.
+
+    Raises:
+        InputError: "units-length".
+    """
+    (speed, turning), (other, _) = _paces(target), _paces(phone)
+    refuse_lengths(speed, other, turning, str(log))
+
+
+def _paces(
+    stream: PoseStream,
+) -> tuple[Float64[np.ndarray, " steps"], Float64[np.ndarray, " steps"]]:
+    """Metres and radians a second over steps of about a tenth of a second."""
+    times = np.arange(stream.times[0], stream.times[-1], _PACE)
+    T = stream.at(times)
+    step = between(T[:-1], T[1:]).reshape(-1, 2, 3) / _PACE
+    turn, shift = np.linalg.norm(step, axis=-1).T
+    return shift, turn

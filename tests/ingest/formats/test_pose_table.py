@@ -82,5 +82,5 @@ def test_eight_numbers_without_a_header_are_asked_about(tmp_path: Path, app: str
 
 def test_a_format_that_is_named_decides(tmp_path: Path):
     file = _write(tmp_path, *SPELLINGS["pandas"])
-    assert error_of(file, lambda path: read_session(path, "TUM")).code == "log-damaged"
+    assert error_of(file, lambda path: read_session(path, "ARKitScenes")).code == "log-damaged"
     assert error_of(file, lambda path: read_session(path, "Stray")).code == "format-unknown"

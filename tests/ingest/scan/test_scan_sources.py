@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from ingest.formats.still_images import save_millimetres
-from ingest.scan.scan_sources import confidence_of, focal_of, read_source, sure
+from ingest.scan.scan_sources import focal_of, read_source
 from omomo_core.errors import InputError
 
 
@@ -110,25 +109,6 @@ def test_nothing_that_a_scan_can_be_made_of(tmp_path: Path):
     with pytest.raises(InputError) as caught:
         read_source(tmp_path / "absent")
     assert caught.value.code == "scan-missing"
-
-
-def test_confidence_beside_depth_in_each_layout(tmp_path: Path):
-    levels = np.array([[0, 1, 2], [2, 1, 0]], np.uint8)
-    for depth, beside, factor in (
-        ("a/depth_00003.png", "a/conf_00003.png", 1),
-        ("b/depth/000003.png", "b/confidence/000003.png", 1),
-        ("c/depth/17.png", "c/confidence/17.png", 127.5),
-    ):
-        for name in (depth, beside):
-            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        save_millimetres(np.ones((2, 3), np.float32), tmp_path / depth)
-        cv2.imwrite(str(tmp_path / beside), (levels * factor).astype(np.uint8))
-        found = confidence_of(tmp_path / depth)
-        assert found is not None
-        np.testing.assert_array_equal(found, levels)
-        kept = sure(np.ones((2, 3), np.float32), found)
-        np.testing.assert_array_equal(kept, levels > 0)
-    assert confidence_of(tmp_path / "a" / "other.png") is None
 
 
 def test_a_session_is_read_as_that_of_the_app_that_is_named(tmp_path: Path):
