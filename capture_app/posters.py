@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import UInt8
 from PIL import Image
 
+from capture_app.inspection import Inspection
 from capture_app.result import Result, body_of
 from ingest.calibration.phone_body import Phone, phone_body, phone_named
 from ingest.mount import Mount
@@ -13,17 +14,18 @@ from ingest.uncertainty import bounds_95
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.generation.person import Person
-from omomo_core.motion import ObjectMesh, ObjectMotion
+from omomo_core.motion import FPS, ObjectMesh, ObjectMotion
 from omomo_core.whole_file import whole_file
 from render.backends import open_renderer
 from render.cameras import orbit, pinhole
-from render.mount_view import mount_picture
+from render.mount_view import mount_picture, take_picture
 from render.props import solid
 from render.scene import Scene
 from render.third_person import frames
 from render.video import write_png
 from render.views import shot
 
+RGB = UInt8[np.ndarray, "h w 3"]
 _ANY_PHONE = "iPhone 13"
 """Drawn where the model is not known; phones differ by millimetres."""
 
@@ -55,6 +57,31 @@ def mount_views(
     )
 
 
+def take_views(inspection: Inspection, *, side: int = 420) -> RGB | None:
+    """Draw the object with the phone on it at rest and in mid-motion; None where the object is not known.
+
+    Args:
+        inspection: of the take.
+        side: of each view, pixels.
+    """
+    if inspection.take is None or inspection.mesh is None or not len(inspection.mesh.faces):
+        return None
+    motion, phone = inspection.take.motion, _drawn_phone(inspection.mount.phone)
+    start, stop = inspection.take.segments[inspection.take.chosen]
+    away = np.linalg.norm(
+        motion.T_world_object[start:stop, :3, 3] - motion.T_world_object[start, :3, 3], axis=1
+    )
+    highest = start + int((motion.T_world_object[start:stop, 2, 3] + 0.1 * away).argmax())
+    moments = {
+        f"{name}, {frame / FPS:.1f} s": frame
+        for name, frame in (("first", start), ("in mid-motion", highest), ("last", stop - 1))
+    }
+    T_phone_body = phone_body(phone)[0]
+    return take_picture(
+        motion, moments, inspection.mount.T_phone_object, T_phone_body, phone.body, side=side
+    )
+
+
 def _drawn_phone(name: str) -> Phone:
     try:
         return phone_named(name)
@@ -66,8 +93,6 @@ _SIZE = (480, 270)
 _SIDE = 270
 _FOV, _MARGIN, _AZIMUTH, _LIFT = 0.55, 1.1, -0.7, 0.4
 _QUALITY = 80
-
-RGB = UInt8[np.ndarray, "h w 3"]
 
 
 def person_picture(person: Person, moved: ObjectMotion, body: BodyModel) -> RGB:
@@ -106,6 +131,13 @@ def object_poster(path: Path, mesh: ObjectMesh) -> None:
 def mount_poster(path: Path, mount: Mount, mesh: ObjectMesh) -> None:
     """Draw the phone on the object, in metres."""
     _write(path, mount_views(mount, mesh, side=_SIDE)[:, :_SIDE])
+
+
+def take_poster(path: Path, inspection: Inspection) -> None:
+    """Draw the object with the phone on it at three moments of a take, where it is known."""
+    picture = take_views(inspection)
+    if picture is not None:
+        _write(path, picture)
 
 
 def _write(path: Path, picture: RGB) -> None:

@@ -1,11 +1,13 @@
 """The page of `omocap inspect --html`: one HTML text with its style and plots."""
 
+from base64 import b64encode
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from html import escape
 
+import cv2
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float64, UInt8
 
 from capture_app.inspection import Inspection, Verdict
 from ingest.report.checked_session import CheckedSession
@@ -400,8 +402,30 @@ _VERDICTS: dict[Verdict, tuple[Severity, str]] = {
 }
 
 
-def report_page(inspection: Inspection) -> str:
-    """The page about a take."""
+def figure(words: str, picture: UInt8[np.ndarray, "h w 3"]) -> str:
+    """HTML of a picture with a caption, which loads nothing from anywhere."""
+    bgr = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
+    data = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])[1].tobytes()
+    source = f"data:image/jpeg;base64,{b64encode(data).decode()}"
+    text = escape(words)
+    return f'<figure><img src="{source}" alt="{text}"><figcaption>{text}</figcaption></figure>'
+
+
+_QUALITY = 88
+"""JPEG quality of pictures."""
+PICTURE_WORDS = (
+    "The phone on the object when the take begins, in mid-motion and when it ends. The dots are the object's "
+    "way over the floor. A wrong mesh or mount shows here."
+)
+
+
+def report_page(inspection: Inspection, picture: UInt8[np.ndarray, "h w 3"] | None = None) -> str:
+    """The page about a take.
+
+    Args:
+        inspection: of the take.
+        picture: of the object with the phone on it, if it is drawn.
+    """
     verdict, headline = _VERDICTS[inspection.verdict]
     return ReportPage(
         kind="Take report",
@@ -411,7 +435,16 @@ def report_page(inspection: Inspection) -> str:
         headline=headline,
         advice=_advice(inspection),
         facts=_facts(inspection),
-        sections=[("Checks", listed(inspection.report.checks)), *_recorded(inspection)],
+        sections=[
+            *(
+                []
+                if picture is None
+                else [("The object and the phone", figure(PICTURE_WORDS, picture))]
+            ),
+            ("Checks", listed(inspection.report.checks)),
+            *_recorded(inspection),
+        ],
+        style="figure img { max-width:100%; }",
         source=str(inspection.session.source),
     ).html()
 

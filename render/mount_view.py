@@ -1,15 +1,17 @@
-"""A picture of a mount: the object with the phone where it was found to be, from three sides."""
+"""Pictures of a mount: the object with the phone where it was found to be, by itself and in a take."""
+
+from collections.abc import Mapping
 
 import numpy as np
 import trimesh
 from jaxtyping import Float, UInt8
 
 from omomo_core.geometry.transforms import inverse
-from omomo_core.motion import ObjectMesh
+from omomo_core.motion import ObjectMesh, ObjectMotion
 from render.backends import Backend, open_renderer
 from render.cameras import orbit, pinhole
 from render.lettering import caption
-from render.props import solid
+from render.props import floor, solid
 from render.scene import Drawable, Scene, split_mesh
 from render.video import contact_sheet
 
@@ -62,6 +64,65 @@ def mount_picture(
             rgb, _ = renderer.draw(pinhole(T, _FOV, side, side))
             pictures.append(caption(rgb, label=label if label and not pictures else name))
     return contact_sheet(pictures, len(pictures))
+
+
+_PATH_COLOR = (0.25, 0.45, 0.75)
+_BEAD, _BEADS = 0.012, 60
+"""Metres of radius, and number, of the beads that show the way of the object over the floor."""
+_LOOK_DOWN = 0.35
+"""Elevation of the camera over the take, radians."""
+
+
+def take_picture(
+    motion: ObjectMotion,
+    moments: Mapping[str, int],
+    T_phone_object: Float[np.ndarray, "4 4"],
+    T_phone_body: Float[np.ndarray, "4 4"],
+    body: tuple[float, float, float],
+    *,
+    side: int = 420,
+    backend: Backend = "auto",
+) -> UInt8[np.ndarray, "h w 3"]:
+    """The object with the phone on it, on its floor and on its way, at a few moments side by side.
+
+    Args:
+        motion: of the object, z up, floor at 0.
+        moments: frames by the words that are written on them.
+        T_phone_object: the mount.
+        T_phone_body, body: the phone, as for `mount_picture`.
+        side: of each view, pixels.
+        backend: see `open_renderer`.
+    """
+    T_object_phone = inverse(T_phone_object)
+    things = [solid(motion.mesh), *_phone(T_object_phone, T_object_phone @ T_phone_body, body)]
+    points = np.concatenate([thing.vertices for thing in things])
+    way = motion.T_world_object[motion.valid][:, :2, 3]
+    beads = [_bead(k, place) for k, place in enumerate(way[:: max(1, len(way) // _BEADS)])]
+    ground = floor(way.min(axis=0), way.max(axis=0))
+    pictures: list[UInt8[np.ndarray, "h w 3"]] = []
+    with open_renderer(side, side, backend) as renderer:
+        renderer.show(Scene([*things, *beads, ground]))
+        for words, frame in moments.items():
+            T = motion.T_world_object[frame]
+            for thing in things:
+                renderer.update(thing.name, T_world=T)
+            at = points @ T[:3, :3].T + T[:3, 3]
+            low, high = at.min(axis=0), at.max(axis=0)
+            low[2] = min(low[2], 0.0)
+            radius = _MARGIN * float(np.linalg.norm(high - low)) / 2
+            phone = (T @ T_object_phone)[:2, 3] - T[:2, 3]
+            azimuth = np.arctan2(phone[1], phone[0]) + _VIEWS["from its front"][0]
+            camera = orbit((low + high) / 2, radius / np.sin(_FOV / 2), azimuth, _LOOK_DOWN)
+            rgb, _ = renderer.draw(pinhole(camera, _FOV, side, side))
+            pictures.append(caption(rgb, label=words))
+    return contact_sheet(pictures, len(pictures))
+
+
+def _bead(number: int, place: Float[np.ndarray, "2"]) -> Drawable:
+    ball = trimesh.creation.icosphere(1, _BEAD)
+    ball.apply_translation([*place, _BEAD])
+    part = split_mesh(np.asarray(ball.vertices), np.asarray(ball.faces))
+    return Drawable(f"way {number}", part.vertices, part.faces, _PATH_COLOR, casts_shadow=False)
 
 
 def _phone(

@@ -30,6 +30,15 @@ HtmlFile = Annotated[
     ),
 ]
 
+PictureFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--picture",
+        help="Also draw the object with the phone on it, at rest and in mid-motion, as a PNG.",
+        show_default=False,
+    ),
+]
+
 Images = Annotated[
     bool,
     typer.Option(
@@ -47,6 +56,7 @@ def inspect(
     mesh: options.OptionalMesh = None,
     images: Images = False,
     html: HtmlFile = None,
+    picture: PictureFile = None,
     as_json: options.AsJson = False,
     *,
     mount: Path | None = None,
@@ -76,6 +86,8 @@ def inspect(
         refusal = problem
     if html is not None:
         _write_page(inspection, html)
+    if picture is not None:
+        _write_picture(inspection, picture)
     if as_json:
         from capture_app.commands.spelling import all_in_options
 
@@ -84,6 +96,8 @@ def inspect(
         _show(inspection)
         if html is not None:
             say("Page", str(html), "bold")
+        if picture is not None:
+            say("Picture", str(picture), "bold")
     if refusal is not None:
         if not as_json:
             report(refusal)
@@ -91,10 +105,26 @@ def inspect(
 
 
 def _write_page(inspection: "Inspection", path: Path) -> None:
+    from capture_app.posters import take_views
     from capture_app.report_page import report_page
     from omomo_core.whole_file import write_whole
 
-    write_whole(path, in_options(report_page(inspection)))
+    write_whole(path, in_options(report_page(inspection, take_views(inspection))))
+
+
+def _write_picture(inspection: "Inspection", path: Path) -> None:
+    from capture_app.posters import take_views
+    from render.video import write_png
+
+    picture = take_views(inspection)
+    if picture is None:
+        raise InputError(
+            "picture-none",
+            "There is no picture: the object is not given, or the recording gives no motion of it.",
+            where=str(path),
+            fix="Leave out --picture, or give the object and its mount.",
+        )
+    write_png(path, picture)
 
 
 def _as_data(inspection: "Inspection", refusal: InputError | None) -> dict[str, Any]:

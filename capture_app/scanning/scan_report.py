@@ -1,9 +1,7 @@
 """The report on a scan: data for programs, a page for people, and pictures."""
 
-from base64 import b64encode
 from collections.abc import Mapping
 from dataclasses import asdict
-from html import escape
 from typing import Any
 
 import cv2
@@ -11,7 +9,7 @@ import numpy as np
 from jaxtyping import Float64, Int64, UInt8
 
 from capture_app.commands.scan import ScanRequest
-from capture_app.report_page import ReportPage, listed
+from capture_app.report_page import ReportPage, figure, listed
 from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from ingest.report.take_report import Severity
 from ingest.scan.clean_mesh import CleanMesh
@@ -155,7 +153,6 @@ figure.small svg { max-width:26rem; margin:0 auto; }
 .gap { fill:var(--bad); opacity:.3; }
 figcaption { color:var(--quiet); font-size:.88rem; padding:.5rem 0 .4rem; }
 """
-_QUALITY = 88
 
 
 def scan_page(
@@ -171,7 +168,7 @@ def scan_page(
         request, cleaned, report, scanned: of the scan.
         pictures: by what is written below them.
     """
-    shown = "".join(_figure(words, picture) for words, picture in pictures.items())
+    shown = "".join(figure(words, picture) for words, picture in pictures.items())
     troubles = report.of("bad") or report.of("warn")
     advice = next((check.fix for check in troubles if check.fix), "")
     return ReportPage(
@@ -205,14 +202,6 @@ def _facts(
             ("Measured by", {"both": "pictures and depth"}.get(scanned.method, scanned.method))
         )
     return facts
-
-
-def _figure(words: str, picture: UInt8[np.ndarray, "h w 3"]) -> str:
-    bgr = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
-    data = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])[1].tobytes()
-    source = f"data:image/jpeg;base64,{b64encode(data).decode()}"
-    text = escape(words)
-    return f'<figure><img src="{source}" alt="{text}"><figcaption>{text}</figcaption></figure>'
 
 
 def _around(report: ScanReport) -> str:

@@ -311,6 +311,18 @@ def draw_mount(mount: Path, mesh: Path, scale: float, poster: Path) -> dict[str,
     return {}
 
 
+def draw_take(inputs: SessionInputs, poster: Path) -> dict[str, Any]:
+    """Draw the object with the phone on it as a session moves them; nothing where that is not known.
+
+    Raises:
+        InputError: an input cannot be read at all.
+    """
+    from capture_app.posters import take_poster
+
+    take_poster(poster, inputs.inspect())
+    return {}
+
+
 def draw_result(result: Path, poster: Path) -> dict[str, Any]:
     """Draw a result.
 

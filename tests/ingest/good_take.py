@@ -176,17 +176,6 @@ def slipped(s: CaptureSession, degrees: float, metres: float) -> CaptureSession:
     return without_imu(posed(s, s.T_world_phone @ T))
 
 
-def back_to_its_mark(s: CaptureSession, drift: float) -> CaptureSession:
-    """Carried back the same way; tracking drifts by some metres meanwhile."""
-    there_and_back = np.concatenate([np.arange(len(s.times)), np.arange(len(s.times))[-2::-1]])
-    steps = np.abs(np.diff(s.times)[np.minimum(there_and_back[1:], there_and_back[:-1])])
-    moved = kept(s, there_and_back)
-    moved = without_imu(timed(moved, s.times[0] + np.concatenate([[0], np.cumsum(steps)])))
-    going = np.linspace(0, 1, len(moved.times) - 200).clip(0, 1)
-    part = np.concatenate([np.zeros(100), going, np.ones(100)])
-    return placed(moved, lambda p: p + np.outer(part, [drift, 0, 0]))
-
-
 def shaken(s: CaptureSession, metres: float, hertz: float, degrees: float = 0.0) -> CaptureSession:
     """Shaken sideways, or about its axis, in mid-air."""
     clock = s.times - s.times[0]

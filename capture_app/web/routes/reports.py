@@ -214,6 +214,14 @@ async def of_result(site: Here, id: Id) -> FileResponse:
     return _drawn(site, [later], sandboxed_work.draw_result, folder)
 
 
+@picture_router.get("/sessions/{id}/picture", response_class=FileResponse, responses=_REPLY)
+async def of_session(site: Here, id: Id, said: Asked) -> FileResponse:
+    """The object with the phone on it, as the session moves them; 404 where that is not known."""
+    inputs = seen_with(site.library, id, said)
+    later = site.library.shelves["session"].cache(id) / f"take-{cache_key('take', inputs)}.webp"
+    return _drawn(site, [later], sandboxed_work.draw_take, inputs)
+
+
 @picture_router.get("/objects/{id}/picture", response_class=FileResponse, responses=_REPLY)
 async def of_object(site: Here, id: Id) -> FileResponse:
     """The object from in front and above."""

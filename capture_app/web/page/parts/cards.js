@@ -11,16 +11,21 @@ import { badge, verdictOf } from "./verdicts.js";
 const TRIES = 8;
 const WAIT = 1000; // milliseconds
 
-/** A small picture of a thing; a new one is drawn after it was asked for, so it is asked again.
+/** A small picture of a thing.
  *  @param {Shelf} kind @param {string} id @param {number} width @param {number} height */
 export function poster(kind, id, width, height) {
-  const src = `/api/${kind}/${id}/picture`;
+  return drawnLater(`/api/${kind}/${id}/picture`, width, height);
+}
+
+/** A picture at an address; a new one is drawn after it was asked for, so it is asked again.
+ *  @param {string} src @param {number} width @param {number} height */
+export function drawnLater(src, width, height) {
   let tries = 0;
   const again = () => {
     tries += 1;
     picture.classList.add("none");
     if (tries < TRIES)
-      setTimeout(() => picture.isConnected && (picture.src = `${src}?${tries}`), WAIT * tries);
+      setTimeout(() => picture.isConnected && (picture.src = `${src}${src.includes("?") ? "&" : "?"}again=${tries}`), WAIT * tries);
   };
   const picture = h("img", {
     src,

@@ -5,6 +5,7 @@ import { itemHead } from "../core/library.js";
 import { address, go } from "../core/router.js";
 import { usualMount } from "../core/usual.js";
 import { capital, count, span } from "../core/words.js";
+import { drawnLater } from "../parts/cards.js";
 import { checkList, verdict } from "../parts/checks.js";
 import { numbered } from "../parts/numbered.js";
 import { pickMount } from "../parts/pick_mount.js";
@@ -46,6 +47,7 @@ class Take {
     this.signal = signal;
     this.stage = new Stage({ label: "The recording in 3D", signal });
     this.told = h("div", { "aria-live": "polite" });
+    this.drawn = h("div");
     this.checks = h("div");
     this.object = h("div");
     this.mount = h("div");
@@ -55,6 +57,7 @@ class Take {
       { class: "stack wide" },
       itemHead("sessions", item, count(item.files, "file")),
       this.told,
+      this.drawn,
       this.stage.node,
       h("section", {}, h("h2", {}, "Checks"), this.checks),
       numbered(1, "The object", hint("The mesh of what the phone was clamped to."), this.object),
@@ -132,6 +135,7 @@ class Take {
       report = found;
       this.order.judge(found);
       this.show(found, `${base}/report.html?${query}`);
+      this.draw(found, `${base}/picture?${query}`);
       await this.stage.open(
         found.checks.length ? [{ url: `${base}/scene?${query}`, name: this.item.name }] : [],
       );
@@ -144,6 +148,16 @@ class Take {
     if (signal.aborted) return;
     this.told.style.minHeight = "";
     this.node.removeAttribute("aria-busy");
+  }
+
+  /** The object with the phone on it, where both are chosen. @param {Report} report @param {string} src */
+  draw(report, src) {
+    const { object, mount } = this.chosen ?? {};
+    const known = object && mount && (report.segments?.length ?? 0) > 0;
+    const words = "The phone on the object: first, in mid-motion, last. A wrong mesh or mount shows here.";
+    const picture = known && drawnLater(src, 1268, 420);
+    if (picture) picture.alt = words;
+    put(this.drawn, picture && h("figure", { class: "take" }, picture, h("figcaption", { class: "hint" }, words)));
   }
 
   /** @param {Report} report @param {string} page address of the one to print */
