@@ -68,7 +68,8 @@ def phone_place(mesh: ObjectMesh, mount: Mount) -> PhonePlace:
     distance = np.asarray(igl.signed_distance(points, vertices, faces, sign_type=kind)[0]).reshape(
         -1
     )
-    inside = np.abs(igl.fast_winding_number(vertices, faces, points).reshape(-1)) > 0.5
+    turns = np.asarray(igl.fast_winding_number(vertices, faces, points)).reshape(-1)
+    inside = np.abs(turns) > 0.5
     return PhonePlace(
         float(distance.min()),
         float((distance * inside).max()),

@@ -199,12 +199,14 @@ def path_length(look: CheckedSession) -> Check:
 
 def _reach(look: CheckedSession) -> float:
     """How far any point gets from where it was first, in the mean over half a second; metres."""
-    T, valid = look.poses
+    poses, valid = look.poses
     points = np.zeros((1, 3))
     if look.object_take is not None:
-        T = look.object_take.motion.T_world_object
+        poses = look.object_take.motion.T_world_object
         points = sample_surface(look.object_take.motion.mesh).outline
-    mean = uniform_filter1d(T[valid], min(int(FPS / 2), int(valid.sum())), axis=0, mode="nearest")
+    mean = uniform_filter1d(
+        poses[valid], min(int(FPS / 2), int(valid.sum())), axis=0, mode="nearest"
+    )
     first, *_ = apply(mean[:1], points)
     return max(
         float(np.linalg.norm(points @ pose[:3, :3].T + pose[:3, 3] - first, axis=1).max())
