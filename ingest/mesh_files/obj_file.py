@@ -1,0 +1,214 @@
+"""read_obj: the polygons of a Wavefront OBJ file, with colours of vertices and pictures of materials.
+
+Statements end with their line, or go on after a backslash; any white space separates; # begins a comment.
+Faces name corners as place, place/texture, place//normal or place/texture/normal; negative numbers
+count back from what stands before the face. Parts are what one object has in one material.
+"""
+
+from array import array
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float64, Int64, UInt8
+
+from ingest.mesh_files.file_parts import (
+    FilePart,
+    MeshFile,
+    constant_colour,
+    cut_short,
+    only_used,
+    too_large,
+)
+from ingest.mesh_files.mtl_file import Material, read_materials
+from ingest.mesh_files.polygons import triangulated
+
+_NUMBERS = {b"v": 3, b"vt": 1, b"f": 3, b"fo": 3}
+"""Fewest words after these keywords."""
+_NO_SURFACE = {b"l": "lines", b"p": "points", b"curv": "curves", b"surf": "free-form surfaces"}
+_MOST_PARTS = 2000
+"""More objects are one."""
+
+
+@dataclass
+class _Run:
+    """Faces that stand together: of one object, in one material."""
+
+    name: str
+    material: str
+    counts: array = field(default_factory=lambda: array("q"))
+    places: array = field(default_factory=lambda: array("q"))
+    textures: array = field(default_factory=lambda: array("q"))
+    """Numbers from 0, one a corner; -1 for a corner without a texture coordinate."""
+
+
+@dataclass
+class _Statements:
+    """What the file says, in its order."""
+
+    vertices: list[list[float]] = field(default_factory=list[list[float]])
+    textures: list[tuple[float, float]] = field(default_factory=list[tuple[float, float]])
+    runs: dict[tuple[str, str], _Run] = field(default_factory=dict[tuple[str, str], _Run])
+    libraries: list[str] = field(default_factory=list[str])
+    left_out: set[str] = field(default_factory=set[str])
+    short: bool = False
+    """Whether a face has fewer than three corners."""
+
+
+def read_obj(path: Path, most: int) -> MeshFile:
+    """Read a file with the material libraries that lie beside it.
+
+    Args:
+        path: the file.
+        most: triangles that are read.
+
+    Raises:
+        InputError: "mesh-too-large", or "mesh-truncated" where its last statement surely lacks its end.
+        ValueError: the file is damaged.
+    """
+    data = path.read_bytes()
+    if b"\0" in data[:4096]:
+        raise ValueError("it is no text")
+    said = _read(data, path)
+    triangles = sum(sum(run.counts) - 2 * len(run.counts) for run in said.runs.values())
+    if triangles > most:
+        raise too_large(path, f"{triangles:,} triangles")
+    vertices, colours = _split(said.vertices)
+    textures = np.array(said.textures, np.float64).reshape(-1, 2)
+    materials, lost = read_materials(path, said.libraries)
+    parts = [
+        _part(run, vertices, colours, textures, materials.get(run.material))
+        for run in said.runs.values()
+        if run.counts
+    ]
+    _check_end(data, parts, len(vertices), path)
+    left = sorted(said.left_out) + (["faces of fewer than three corners"] if said.short else [])
+    notes = (f"{', '.join(left)} left out",) if left and parts else ()
+    return MeshFile(
+        tuple(parts), (*notes, *(lost if any(p.places is not None for p in parts) else ()))
+    )
+
+
+def _lines(data: bytes) -> Iterator[list[bytes]]:
+    """The words of each statement."""
+    data = data.removeprefix(b"\xef\xbb\xbf")
+    if b"\\" in data:
+        data = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")
+    if b"\r" in data and b"\n" not in data:
+        data = data.replace(b"\r", b"\n")
+    for line in data.split(b"\n"):
+        words = line.partition(b"#")[0].split()
+        if words:
+            yield words
+
+
+def _read(data: bytes, path: Path) -> _Statements:
+    said, name, material = _Statements(), path.stem, ""
+    run = said.runs.setdefault((name, material), _Run(name, material))
+    last: list[bytes] = []
+    for words in _lines(data):
+        key, last = words[0], words
+        if key == b"v":
+            said.vertices.append([float(word) for word in words[1:9]])
+        elif key in (b"f", b"fo"):
+            _face(words, run, said)
+        elif key == b"vt":
+            said.textures.append((float(words[1]), float(words[2]) if len(words) > 2 else 0.0))
+        elif key in (b"usemtl", b"o"):
+            text = b" ".join(words[1:]).decode("utf-8", "replace")
+            name, material = (text or name, material) if key == b"o" else (name, text)
+            name = name if len(said.runs) < _MOST_PARTS else run.name
+            run = said.runs.setdefault((name, material), _Run(name, material))
+        elif key == b"mtllib":
+            said.libraries.append(b" ".join(words[1:]).decode("utf-8", "replace"))
+        elif key in _NO_SURFACE:
+            said.left_out.add(_NO_SURFACE[key])
+    if not data.endswith((b"\n", b"\r")) and len(last) <= _NUMBERS.get(last[0] if last else b"", 0):
+        raise cut_short(
+            path, f"its last line is {b' '.join(last)[:40].decode('utf-8', 'replace')!r}"
+        )
+    return said
+
+
+def _face(words: list[bytes], run: _Run, said: _Statements) -> None:
+    if len(words) < 4:
+        said.short = True
+        return
+    places, textures = len(said.vertices), len(said.textures)
+    for word in words[1:]:
+        place, slash, rest = word.partition(b"/")
+        number = int(place)
+        run.places.append(number - 1 if number > 0 else places + number if number else -1)
+        texture = rest.partition(b"/")[0] if slash else b""
+        number = int(texture) if texture else 0
+        run.textures.append(number - 1 if number > 0 else textures + number if number else -1)
+    run.counts.append(len(words) - 1)
+
+
+def _split(
+    rows: list[list[float]],
+) -> tuple[Float64[np.ndarray, "verts 3"], UInt8[np.ndarray, "verts 3"] | None]:
+    """Positions and colours (0 to 1, or 0 to 255) of lines of 3, 4 (a weight), 6 or 7 numbers."""
+    if any(len(row) < 3 for row in rows):
+        raise ValueError("a vertex has fewer than three numbers")
+    vertices = np.array([row[:3] for row in rows], np.float64).reshape(-1, 3)
+    if not rows or min(map(len, rows)) < 6:
+        return vertices, None
+    colours = np.array([row[3:6] for row in rows], np.float64)
+    colours = np.nan_to_num(colours) * (1.0 if colours.max(initial=0.0) > 1.0 else 255.0)
+    return vertices, np.rint(colours.clip(0, 255)).astype(np.uint8)
+
+
+def _part(
+    run: _Run,
+    vertices: Float64[np.ndarray, "verts 3"],
+    colours: UInt8[np.ndarray, "verts 3"] | None,
+    textures: Float64[np.ndarray, "textures 2"],
+    material: Material | None,
+) -> FilePart:
+    places = np.array(run.places, np.int64)
+    corners = triangulated(vertices, places, np.array(run.counts, np.int64))
+    used, faces = only_used(vertices, places[corners])
+    own = None if colours is None else colours[used]
+    name = f"{run.name}/{run.material}" if run.material else run.name
+    uv = None if material is None else _places(run, corners, textures, material)
+    if uv is not None and material is not None:
+        return FilePart(name, vertices[used], faces, None, uv, material.picture)
+    if own is None and material is not None and material.colour is not None:
+        own = constant_colour(material.colour, len(used))
+    return FilePart(name, vertices[used], faces, own)
+
+
+def _places(
+    run: _Run,
+    corners: Int64[np.ndarray, "faces 3"],
+    textures: Float64[np.ndarray, "textures 2"],
+    material: Material,
+) -> Float64[np.ndarray, "faces 3 2"] | None:
+    """Places on the material's picture; None without a picture, or where a corner has none."""
+    numbers = np.array(run.textures, np.int64)[corners]
+    if material.picture is None or not len(numbers) or numbers.min() < 0:
+        return None
+    if numbers.max() >= len(textures):
+        return None
+    # OBJ counts from the bottom left.
+    uv = textures[numbers] * material.scale + material.offset
+    return uv * [1.0, -1.0] + [0.0, 1.0]
+
+
+def _check_end(data: bytes, parts: list[FilePart], vertices: int, path: Path) -> None:
+    """Refuse a file that ends amid a line and lacks the faces of vertices that others had."""
+    if data.endswith((b"\n", b"\r")) or not parts:
+        return
+    used = sum(len(part.vertices) for part in parts)
+    if used < vertices and _last_keyword(data) in (b"f", b"fo"):
+        raise cut_short(
+            path,
+            f"it ends in the middle of a line, and {vertices - used:,} vertices have no face yet",
+        )
+
+
+def _last_keyword(data: bytes) -> bytes:
+    words = data[data.rfind(b"\n") + 1 :].partition(b"#")[0].split()
+    return words[0] if words else b""
