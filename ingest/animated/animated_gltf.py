@@ -106,7 +106,7 @@ def movers(file: GltfFile) -> dict[int, set[int]]:
     """The animations (by number) that move, turn or scale each node."""
     found: dict[int, set[int]] = {}
     for number, animation in enumerate(file.items("animations")):
-        for channel in animation["channels"]:
+        for channel in animation.get("channels") or ():
             node, path = channel["target"].get("node"), channel["target"].get("path")
             if node is not None and path in REST:
                 found.setdefault(node, set()).add(number)
@@ -122,7 +122,7 @@ def channels(file: GltfFile, number: int, node: int) -> tuple[Channel, ...]:
     animation = file.item("animations", number)
     return tuple(
         _channel(file, channel["target"]["path"], animation["samplers"][channel["sampler"]], node)
-        for channel in animation["channels"]
+        for channel in animation.get("channels") or ()
         if channel["target"].get("node") == node and channel["target"].get("path") in REST
     )
 
@@ -266,7 +266,7 @@ class _Scene:
         node = self._nodes[i]
         if not moving:
             return np.repeat(local_matrix(node)[None], len(times), axis=0)
-        still = {path: node.get(path) or rest for path, rest in REST.items()}
+        still = {path: np.array(node.get(path) or rest, float) for path, rest in REST.items()}
         property_ = {path: np.tile(value, (len(times), 1)) for path, value in still.items()}
         property_ |= {channel.path: channel.at(times) for channel in moving}
         return composed(property_["translation"], property_["rotation"], property_["scale"])

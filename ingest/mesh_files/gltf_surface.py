@@ -335,9 +335,9 @@ class GltfSurfaces:
         self._did["instances"] += len(matrices)
         self._did["instanced"] += len(matrices) * len(part.faces)
         mirrored = np.linalg.det(matrices[:, :3, :3]) < 0
-        for T in (matrices[~mirrored], matrices[mirrored]):
-            if len(T):
-                yield _spread(part, T)
+        for copies in (matrices[~mirrored], matrices[mirrored]):
+            if len(copies):
+                yield _spread(part, copies)
 
     def _instance_matrices(self, told: dict[str, Any], count: int) -> Matrices:
         rest = {"TRANSLATION": [0.0] * 3, "ROTATION": [0.0, 0.0, 0.0, 1.0], "SCALE": [1.0] * 3}
@@ -361,13 +361,12 @@ class GltfSurfaces:
 
     def _world(self, i: int) -> Float64[np.ndarray, "4 4"]:
         """T_scene_node."""
-        T, seen = np.eye(4), set[int]()
-        while i not in seen:
-            seen.add(i)
-            T = local_matrix(self._file.item("nodes", i)) @ T
-            if i not in self._parents:
-                return T
-            i = self._parents[i]
+        chain = [i]
+        while (parent := self._parents.get(chain[-1])) is not None and parent not in chain:
+            chain.append(parent)
+        if parent is None:
+            steps = [local_matrix(self._file.item("nodes", k)) for k in reversed(chain)]
+            return np.linalg.multi_dot(steps) if len(steps) > 1 else steps[0]
         raise ValueError("a node hangs on itself")
 
     def _weights(

@@ -2,13 +2,14 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from io import BytesIO
 from pathlib import Path
 
 from PIL import Image
 
 from ingest.mesh_texture import BaseColour
 
-_MOST_BYTES = 10 * 10**6
+_MOST_BYTES, _MOST_PICTURE = 10 * 10**6, 500 * 10**6
 _VECTORS = {"-s": 3, "-o": 3, "-t": 3, "-mm": 2}
 """Options of pictures that take up to so many numbers; all others take one word."""
 _SINGLE = ("-blendu", "-blendv", "-cc", "-clamp", "-boost", "-bm", "-imfchan", "-texres", "-type")
@@ -23,7 +24,7 @@ class Material:
     picture: BaseColour | None = None
     scale: tuple[float, float] = (1.0, 1.0)
     offset: tuple[float, float] = (0.0, 0.0)
-    """Of texture coordinates, before they are flipped."""
+    """What is done to texture coordinates, before they are flipped."""
 
 
 def read_materials(
@@ -91,7 +92,7 @@ def _statement(
     elif last is not None and key == "map_kd":
         name, scale, offset = _options(words[1:])
         if name not in opened:
-            opened[name] = _picture(folder, name)
+            opened[name] = picture_inside(folder, name)
         materials[last] = replace(materials[last], picture=opened[name], scale=scale, offset=offset)
 
 
@@ -128,9 +129,12 @@ def _number(word: str) -> float | None:
         return None
 
 
-def _picture(folder: Path, name: str) -> BaseColour | None:
+def picture_inside(folder: Path, name: str) -> BaseColour | None:
+    """The picture of this name in a folder; None where it is not there, or is none."""
     file = inside(folder, name)
     try:
-        return None if file is None else BaseColour(Image.open(file))
+        if file is None or file.stat().st_size > _MOST_PICTURE:
+            return None
+        return BaseColour(Image.open(BytesIO(file.read_bytes())))
     except Exception:  # Pillow raises anything on a damaged picture
         return None

@@ -82,12 +82,11 @@ def read_obj(path: Path, most: int) -> MeshFile:
         for run in said.runs.values()
         if run.counts
     ]
-    _check_end(data, parts, len(vertices), path)
+    end = _end_notes(data, said, sum(len(part.vertices) for part in parts), path)
     left = sorted(said.left_out) + (["faces of fewer than three corners"] if said.short else [])
-    notes = (f"{', '.join(left)} left out",) if left and parts else ()
-    return MeshFile(
-        tuple(parts), (*notes, *(lost if any(p.places is not None for p in parts) else ()))
-    )
+    notes = (*end, f"{', '.join(left)} left out") if left else end
+    textured = any(run.textures and max(run.textures) >= 0 for run in said.runs.values())
+    return MeshFile(tuple(parts), (*notes, *(lost if textured else ())))
 
 
 def _lines(data: bytes) -> Iterator[list[bytes]]:
@@ -197,18 +196,49 @@ def _places(
     return uv * [1.0, -1.0] + [0.0, 1.0]
 
 
-def _check_end(data: bytes, parts: list[FilePart], vertices: int, path: Path) -> None:
-    """Refuse a file that ends amid a line and lacks the faces of vertices that others had."""
-    if data.endswith((b"\n", b"\r")) or not parts:
-        return
-    used = sum(len(part.vertices) for part in parts)
-    if used < vertices and _last_keyword(data) in (b"f", b"fo"):
-        raise cut_short(
-            path,
-            f"it ends in the middle of a line, and {vertices - used:,} vertices have no face yet",
-        )
+def _end_notes(data: bytes, said: _Statements, used: int, path: Path) -> tuple[str, ...]:
+    """What is to be told of a file that ends amid a line, as some programs write them.
 
-
-def _last_keyword(data: bytes) -> bytes:
+    Raises:
+        InputError: "mesh-truncated" where a face lacks the end of its last number, or vertices their faces.
+    """
+    if data.endswith((b"\n", b"\r")) or not used:
+        return ()
     words = data[data.rfind(b"\n") + 1 :].partition(b"#")[0].split()
-    return words[0] if words else b""
+    if not words or words[0] not in (b"f", b"fo"):
+        return ()
+    if used < len(said.vertices):
+        missing = len(said.vertices) - used
+        raise cut_short(path, f"it ends within its faces, and {missing:,} vertices have none yet")
+    edges = _edges(said)
+    if _lacks_digits(words, edges, len(said.vertices)):
+        raise cut_short(path, f"its last number, {words[-1].decode()}, lacks digits")
+    if all((b, a) in edges for a, b in edges):
+        return ()
+    return ("no line end at its end, and an open surface: if a piece is missing, it was cut short",)
+
+
+def _edges(said: _Statements) -> set[tuple[int, int]]:
+    """Edges of all polygons, in their direction."""
+    found: set[tuple[int, int]] = set()
+    for run in said.runs.values():
+        places, counts = np.array(run.places, np.int64), np.array(run.counts, np.int64)
+        after = np.arange(1, len(places) + 1)
+        ends = np.cumsum(counts)
+        after[ends - 1] = ends - counts
+        found.update(zip(places.tolist(), places[after].tolist(), strict=True))
+    return found
+
+
+def _lacks_digits(words: list[bytes], edges: set[tuple[int, int]], vertices: int) -> bool:
+    """Whether the last face meets more neighbours if its last number has one digit more."""
+    if not words[-1].isdigit() or not all(word.partition(b"/")[0].isdigit() for word in words[1:]):
+        return False
+    last, *others = [int(word.partition(b"/")[0]) - 1 for word in reversed(words[1:])]
+    first, before = others[-1], others[0]
+
+    def neighbours(corner: int) -> int:
+        return ((corner, before) in edges) + ((first, corner) in edges)
+
+    more = range(10 * (last + 1) - 1, min(10 * (last + 1) + 9, vertices))
+    return any(neighbours(corner) > neighbours(last) for corner in more)

@@ -7,12 +7,10 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64, Int64, UInt8
-from PIL import Image
 
 from ingest.mesh_files.file_parts import FilePart, MeshFile, cut_short, only_used, too_large
-from ingest.mesh_files.mtl_file import inside
+from ingest.mesh_files.mtl_file import picture_inside
 from ingest.mesh_files.polygons import triangulated
-from ingest.mesh_texture import BaseColour
 
 _HEAD = 65536
 """Bytes within which the header ends."""
@@ -83,7 +81,8 @@ def read_ply(path: Path, most: int) -> MeshFile:
     all_faces = np.concatenate([corners[used].reshape(-1, 3), strips])
     if colours is None and "red" in faces and not len(strips):
         colours = _of_faces(faces, all_faces, of_face, len(vertices))
-    picture = None if uv is None else _picture(path.parent, pictures)
+    # Several pictures are not told apart.
+    picture = None if uv is None or len(pictures) != 1 else picture_inside(path.parent, pictures[0])
     own, renumbered = only_used(vertices, all_faces)
     shown = None if colours is None or picture else colours[own]
     part = FilePart(path.stem, vertices[own], renumbered, shown, uv if picture else None, picture)
@@ -205,7 +204,7 @@ def _uneven_rows(
 ) -> tuple[_Table, int]:
     """Rows whose lists differ in length, one after the other."""
     kinds = [
-        (np.dtype(order + p.kind), p.count and np.dtype(order + p.count))
+        (np.dtype(order + p.kind), None if p.count is None else np.dtype(order + p.count))
         for p in element.properties
     ]
     pieces: list[list[bytes]] = [[] for _ in kinds]
@@ -214,7 +213,7 @@ def _uneven_rows(
     for _ in range(element.rows):
         for k, (kind, counted) in enumerate(kinds):
             length = 1
-            if counted:
+            if counted is not None:
                 length = int.from_bytes(
                     data[start : start + counted.itemsize], byteorder, signed=counted.kind == "i"
                 )
@@ -356,15 +355,6 @@ def _places(
             return None
         uv = np.stack([vertices[n][0].astype(np.float64) for n in names], 1)[corners[used]]
     return uv * [1.0, -1.0] + [0.0, 1.0]
-
-
-def _picture(folder: Path, names: Sequence[str]) -> BaseColour | None:
-    """The picture, where there is one; several are not told apart."""
-    file = inside(folder, names[0]) if len(names) == 1 else None
-    try:
-        return None if file is None else BaseColour(Image.open(file))
-    except Exception:  # Pillow raises anything on a damaged picture
-        return None
 
 
 def _of_faces(

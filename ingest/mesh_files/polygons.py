@@ -32,13 +32,13 @@ def triangulated(
     starts = np.cumsum(counts) - counts
     fans = np.maximum(counts - 2, 0)
     polygon = np.repeat(np.arange(len(counts)), fans)
-    first = starts[polygon]
-    nth = np.arange(len(polygon)) - np.repeat(np.cumsum(fans) - fans, fans)
+    first, places = starts[polygon], np.cumsum(fans) - fans
+    nth = np.arange(len(polygon)) - np.repeat(places, fans)
     triangles = np.stack([first, first + nth + 1, first + nth + 2], axis=1).astype(np.int64)
     for k in _concave(vertices, corners, counts, starts):
-        own = np.arange(starts[k], starts[k] + counts[k])
-        place = int(fans[:k].sum())
-        triangles[place : place + fans[k]] = starts[k] + _ears(vertices[corners[own]])
+        first, place, many = int(starts[k]), int(places[k]), int(counts[k])
+        own = vertices[corners[first : first + many]]
+        triangles[place : place + many - 2] = first + _ears(own)
     return triangles
 
 

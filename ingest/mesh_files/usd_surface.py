@@ -26,7 +26,7 @@ _SIDES = 48
 _MOST_INSTANCES = 1_000_000
 
 Matrices = Float64[np.ndarray, "copies 4 4"]
-"""For row vectors, as USD has them."""
+"""They multiply row vectors from the right, as USD has them."""
 
 
 class _Drawn(NamedTuple):
