@@ -22,7 +22,7 @@ _INSTANCED, _LOD, _HIDES = "EXT_mesh_gpu_instancing", "MSFT_lod", "KHR_node_visi
 _PICTURES = ("EXT_texture_webp", "EXT_texture_avif", "MSFT_texture_dds")
 _MOST_INSTANCES = 1_000_000
 
-Matrices = Float64[np.ndarray, "n 4 4"]
+Matrices = Float64[np.ndarray, "copies 4 4"]
 
 
 def read_gltf(path: Path, most: int) -> MeshFile:
