@@ -75,6 +75,8 @@ class GltfFile:
         self._buffers: dict[int, bytes] = {}
         self._views: dict[int, bytes] = {}
         self._read = 0
+        self.unpacked: set[str] = set()
+        """Names of the compressions that were undone."""
         self._check_version()
         self._check_extensions()
 
@@ -198,6 +200,7 @@ class GltfFile:
                 self._views[index] = self._slice(view)
             else:
                 told = view["extensions"][packed]
+                self.unpacked.add(packed)
                 self._views[index] = unpacked_view(self._slice(told), told, packed, self.source)
         return self._views[index]
 

@@ -13,7 +13,7 @@ from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from ingest.mesh_files.file_parts import FilePart, MeshFile, constant_colour, only_used, too_large
-from ingest.mesh_files.gltf_compression import DRACO, MESHOPT, DracoPrimitive
+from ingest.mesh_files.gltf_compression import DRACO, DracoPrimitive
 from ingest.mesh_files.gltf_container import GltfFile
 from ingest.mesh_texture import BaseColour, to_srgb
 
@@ -61,9 +61,8 @@ def _scene_notes(file: GltfFile) -> Iterator[str]:
     if len(scenes) > 1:
         yield f"the default one of {len(scenes)} scenes"
     used = [str(name) for name in file.json.get("extensionsUsed") or ()]
-    packed = [*(name for name in MESHOPT if name in used), *([DRACO] if DRACO in used else [])]
-    if packed:
-        yield f"decompressed ({', '.join(packed)})"
+    if file.unpacked:
+        yield f"decompressed ({', '.join(sorted(file.unpacked))})"
     if "KHR_materials_variants" in used:
         yield "the default one of its material variants"
     if file.unknown:
@@ -238,6 +237,7 @@ class GltfSurfaces:
         position = self._file.item("accessors", primitive["attributes"]["POSITION"])
         if position.get("bufferView") is not None:
             return None  # the fallback is exact
+        self._file.unpacked.add(DRACO)
         return DracoPrimitive(self._file.view(told["bufferView"]), told, self._file.source)
 
     def _attribute(
