@@ -9,7 +9,7 @@ from jaxtyping import Float64
 from ingest.mesh_files.file_parts import (
     MAX_BYTES,
     MAX_FACES,
-    MeshFile,
+    ReadMesh,
     decoding,
     joined_parts,
     joined_picture,
@@ -59,7 +59,7 @@ def load_mesh(path: Path, *, scale: float = 1.0) -> ObjectMesh:
     return ObjectMesh(vertices, np.asarray(mesh.faces, np.int64), path.stem, texture, notes)
 
 
-def _texture(file: MeshFile) -> tuple[Texture | None, tuple[str, ...]]:
+def _texture(file: ReadMesh) -> tuple[Texture | None, tuple[str, ...]]:
     """The pictures of all parts as one, or what is to be told where they cannot be: they shape no motion."""
     try:
         return joined_picture(file.parts), ()
@@ -67,7 +67,7 @@ def _texture(file: MeshFile) -> tuple[Texture | None, tuple[str, ...]]:
         return None, (f"its pictures left out ({reader_complaint(problem)})",)
 
 
-def _parts_note(file: MeshFile) -> tuple[str, ...]:
+def _parts_note(file: ReadMesh) -> tuple[str, ...]:
     return (f"{len(file.parts)} parts",) if len(file.parts) > 1 else ()
 
 

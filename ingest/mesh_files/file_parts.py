@@ -44,7 +44,7 @@ class FilePart:
 
 
 @dataclass(frozen=True)
-class MeshFile:
+class ReadMesh:
     """All that is drawn of a file, in its own frame and unit."""
 
     parts: tuple[FilePart, ...]

@@ -12,7 +12,7 @@ from jaxtyping import Float64, Int64, UInt8
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
-from ingest.mesh_files.file_parts import FilePart, MeshFile, constant_colour, only_used, too_large
+from ingest.mesh_files.file_parts import FilePart, ReadMesh, constant_colour, only_used, too_large
 from ingest.mesh_files.gltf_compression import DRACO, DracoPrimitive
 from ingest.mesh_files.gltf_container import GltfFile
 from ingest.mesh_texture import BaseColour, to_srgb
@@ -25,7 +25,7 @@ _MOST_INSTANCES = 1_000_000
 Matrices = Float64[np.ndarray, "copies 4 4"]
 
 
-def read_gltf(path: Path, most: int) -> MeshFile:
+def read_gltf(path: Path, most: int) -> ReadMesh:
     """Read what the default scene of a glTF draws, in its own axes (y up).
 
     Args:
@@ -44,7 +44,7 @@ def read_gltf(path: Path, most: int) -> MeshFile:
     if count > most:  # counted before a scene of many copies is spread out
         raise too_large(path, f"{count:,} triangles")
     parts = [part for i, T in drawn for part in surfaces.placed(i, T)]
-    return MeshFile(tuple(_named(parts)), (*_scene_notes(file), *surfaces.notes()))
+    return ReadMesh(tuple(_named(parts)), (*_scene_notes(file), *surfaces.notes()))
 
 
 def _named(parts: list[FilePart]) -> Iterator[FilePart]:

@@ -15,7 +15,7 @@ from jaxtyping import Float64, Int64, UInt8
 
 from ingest.mesh_files.file_parts import (
     FilePart,
-    MeshFile,
+    ReadMesh,
     constant_colour,
     cut_short,
     only_used,
@@ -56,7 +56,7 @@ class _Statements:
     """Whether a face has fewer than three corners."""
 
 
-def read_obj(path: Path, most: int) -> MeshFile:
+def read_obj(path: Path, most: int) -> ReadMesh:
     """Read a file with the material libraries that lie beside it.
 
     Args:
@@ -86,7 +86,7 @@ def read_obj(path: Path, most: int) -> MeshFile:
     left = sorted(said.left_out) + (["faces of fewer than three corners"] if said.short else [])
     notes = (*end, f"{', '.join(left)} left out") if left else end
     textured = any(run.textures and max(run.textures) >= 0 for run in said.runs.values())
-    return MeshFile(tuple(parts), (*notes, *(lost if textured else ())))
+    return ReadMesh(tuple(parts), (*notes, *(lost if textured else ())))
 
 
 def _lines(data: bytes) -> Iterator[list[bytes]]:

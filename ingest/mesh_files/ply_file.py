@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64, Int64, UInt8
 
-from ingest.mesh_files.file_parts import FilePart, MeshFile, cut_short, only_used, too_large
+from ingest.mesh_files.file_parts import FilePart, ReadMesh, cut_short, only_used, too_large
 from ingest.mesh_files.mtl_file import picture_inside
 from ingest.mesh_files.polygons import triangulated
 
@@ -50,7 +50,7 @@ _Column = tuple[np.ndarray, Int64[np.ndarray, " rows"] | None]
 _Table = dict[str, _Column]
 
 
-def read_ply(path: Path, most: int) -> MeshFile:
+def read_ply(path: Path, most: int) -> ReadMesh:
     """Read a file, whatever elements it has besides.
 
     Args:
@@ -86,7 +86,7 @@ def read_ply(path: Path, most: int) -> MeshFile:
     own, renumbered = only_used(vertices, all_faces)
     shown = None if colours is None or picture else colours[own]
     part = FilePart(path.stem, vertices[own], renumbered, shown, uv if picture else None, picture)
-    return MeshFile((part,), ("triangle strips unrolled",) if len(strips) else ())
+    return ReadMesh((part,), ("triangle strips unrolled",) if len(strips) else ())
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], list[str], int]:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from ingest.mesh_files.file_parts import FilePart, MeshFile, cut_short, too_large
+from ingest.mesh_files.file_parts import FilePart, ReadMesh, cut_short, too_large
 
 _HEAD, _FACET = 84, 50
 """Bytes of the header with the count, and of each triangle."""
@@ -14,7 +14,7 @@ _ROW = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute",
 _CORNER = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
 
 
-def read_stl(path: Path, most: int) -> MeshFile:
+def read_stl(path: Path, most: int) -> ReadMesh:
     """Read all solids of a file. A binary one may begin with "solid", too: its size tells.
 
     Args:
@@ -30,7 +30,7 @@ def read_stl(path: Path, most: int) -> MeshFile:
     if len(corners) > most:
         raise too_large(path, f"{len(corners):,} triangles")
     faces = np.arange(3 * len(corners), dtype=np.int64).reshape(-1, 3)
-    return MeshFile((FilePart(path.stem, corners.reshape(-1, 3), faces),))
+    return ReadMesh((FilePart(path.stem, corners.reshape(-1, 3), faces),))
 
 
 def _is_text(data: bytes) -> bool:
