@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 import trimesh
 
-from capture_app.manifest import Finding
+from capture_app.manifest import TakeFinding
 from ingest.formats.registry import read_session
 from ingest.mesh import load_mesh
 from ingest.mount import Mount, identity_mount
@@ -169,12 +169,12 @@ def usable_take(inspection: Inspection, *, force: bool = False, strict: bool = F
     return inspection.take
 
 
-def findings(inspection: Inspection) -> tuple[Finding, ...]:
+def findings(inspection: Inspection) -> tuple[TakeFinding, ...]:
     """Return what is to be looked at in a take, red before amber; one for each kind."""
     checks = [*inspection.report.of("bad"), *inspection.report.of("warn")]
     first = {check.name: check for check in reversed(checks)}
     return tuple(
-        Finding(name=check.name, message=check.message, fix=check.fix)
+        TakeFinding(name=check.name, message=check.message, fix=check.fix)
         for check in checks
         if first[check.name] is check
     )
@@ -192,7 +192,7 @@ def _limited(inspection: Inspection) -> InputError:
     )
 
 
-def _problem_text(check: Check | Finding) -> str:
+def _problem_text(check: Check | TakeFinding) -> str:
     return f"{check.name.capitalize()}: {check.message.rstrip('.')}."
 
 

@@ -91,7 +91,7 @@ class BodyRecord(_Record):
     """Metres."""
 
 
-class Finding(_Record):
+class TakeFinding(_Record):
     """What `omocap inspect` found of a take that a person should look at."""
 
     name: str
@@ -129,7 +129,7 @@ class Manifest(_Record):
     scores: tuple[dict[str, float], ...]
     """Ranking of each sample."""
     chosen: int
-    findings: tuple[Finding, ...] = ()
+    findings: tuple[TakeFinding, ...] = ()
     """What the checks of the take found, as `omocap inspect` says it; empty in older results."""
     notes: tuple[str, ...]
     """What the user should know about the take, in sentences."""

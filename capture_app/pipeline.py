@@ -20,7 +20,7 @@ from capture_app.rendering import draw_video
 from capture_app.result import Result, save_motion
 from capture_app.staged_result import StagedResult, run_stages
 from ingest.axes import T_ZUP_ARKIT
-from ingest.mesh import decoding
+from ingest.mesh_files.file_parts import decoding
 from ingest.scan.clean_mesh import INVENTED
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.segment import ContactSegment

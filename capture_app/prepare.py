@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 from capture_app.commands.run import RunRequest
 from capture_app.commands.text_values import Place
 from capture_app.inspection import Inspection, Verdict, findings, look_over, usable_take
-from capture_app.manifest import Finding, Segment
+from capture_app.manifest import Segment, TakeFinding
 from ingest.animated.animated_take import AnimatedTake, to_animated_take
 from ingest.animated.detect import read_animation
 from ingest.formats.registry import read_session
@@ -178,7 +178,7 @@ class PreparedTake:
     stages: Stages
     verdict: Verdict | None
     """On what the phone recorded; an object's own motion is not judged."""
-    findings: tuple[Finding, ...]
+    findings: tuple[TakeFinding, ...]
     """What is to be looked at in it."""
 
 

@@ -1,33 +1,35 @@
 """load_mesh: the object's surface from OBJ, PLY, STL, GLB or glTF, bounded and in metres."""
 
-from collections.abc import Generator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import trimesh
 from jaxtyping import Float64
 
-from ingest.mesh_texture import read_texture
+from ingest.mesh_files.file_parts import (
+    MAX_BYTES,
+    MAX_FACES,
+    ReadMesh,
+    decoding,
+    joined_parts,
+    joined_picture,
+    too_large,
+)
+from ingest.mesh_files.mesh_file import FORMATS, Y_UP, read_mesh_file
 from omomo_core.errors import InputError, reader_complaint
-from omomo_core.motion import ObjectMesh
+from omomo_core.motion import ObjectMesh, Texture
 
-FORMATS = (".obj", ".ply", ".stl", ".glb", ".gltf")
-MAX_BYTES = 200 * 10**6
-MAX_FACES = 2_000_000
 MIN_EXTENT, MAX_EXTENT = 0.02, 5.0
 """Metres; the largest side of an object that a phone is clamped to and a person moves."""
 _R_ZUP_GLTF = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-_HEAD = 65536
-"""Bytes within which the header of a PLY file ends."""
 
 
 def load_mesh(path: Path, *, scale: float = 1.0) -> ObjectMesh:
     """Read an object's mesh; its frame is the file's, except that glTF is turned z up.
 
     glTF is y up by specification, so (x, y, z) becomes (x, -z, y); the other formats state no up
-    axis and stay as they are. Scenes are joined with their transforms applied, equal vertices
-    merged, unused ones dropped. A base colour texture is read with it.
+    axis and stay as they are. Scenes are joined as they are drawn at rest, equal vertices merged, unused
+    ones dropped. A base colour texture is read with it; notes say what was done to read the file.
 
     Args:
         path: the mesh file (at most 200 MB and 2 million faces).
@@ -35,24 +37,38 @@ def load_mesh(path: Path, *, scale: float = 1.0) -> ObjectMesh:
 
     Raises:
         InputError: "mesh-missing", "mesh-format", "mesh-too-large", "mesh-unreadable",
-            "mesh-empty", "mesh-not-finite", "mesh-truncated", "mesh-scale" or "mesh-units".
+            "mesh-empty", "mesh-not-finite", "mesh-truncated", "mesh-scale", "mesh-units"; of glTF
+            "gltf-version", "gltf-extension", "gltf-compressed" or "gltf-external".
     """
     _check_file(path)
     if not 0 < scale < float("inf"):
         raise InputError("mesh-scale", f"A mesh cannot be scaled by {scale:g}.", where=str(path))
-    mesh = _decode(path)
+    file = read_mesh_file(path, MAX_FACES)
+    mesh = trimesh.Trimesh(*joined_parts(file.parts), process=False)
     with decoding(path):
-        _check_surface(mesh, path)
-    _check_whole(path, mesh)
-    texture = read_texture(path, np.asarray(mesh.triangles))
+        _check_surface(mesh, path, file.notes)
+    texture, lost = _texture(file)
     mesh.apply_scale(scale)
     _check_size(mesh.extents, path, scale)
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
     mesh.remove_unreferenced_vertices()
     vertices = np.asarray(mesh.vertices, dtype=np.float64)
-    if path.suffix.lower() in (".glb", ".gltf"):
+    if path.suffix.lower() in Y_UP:
         vertices = vertices @ _R_ZUP_GLTF.T
-    return ObjectMesh(vertices, np.asarray(mesh.faces, np.int64), path.stem, texture)
+    notes = (*_parts_note(file), *file.notes, *lost)
+    return ObjectMesh(vertices, np.asarray(mesh.faces, np.int64), path.stem, texture, notes)
+
+
+def _texture(file: ReadMesh) -> tuple[Texture | None, tuple[str, ...]]:
+    """The pictures of all parts as one, or what is to be told where they cannot be: they shape no motion."""
+    try:
+        return joined_picture(file.parts), ()
+    except Exception as problem:  # the decoders raise anything on a damaged picture
+        return None, (f"its pictures left out ({reader_complaint(problem)})",)
+
+
+def _parts_note(file: ReadMesh) -> tuple[str, ...]:
+    return (f"{len(file.parts)} parts",) if len(file.parts) > 1 else ()
 
 
 def _check_file(path: Path) -> None:
@@ -71,61 +87,11 @@ def _check_file(path: Path) -> None:
         raise too_large(path, f"{path.stat().st_size / 1e6:.0f} MB")
 
 
-def too_large(path: Path, size: str) -> InputError:
-    """The error for a mesh file of such a size, "mesh-too-large"."""
-    return InputError(
-        "mesh-too-large",
-        f"{path.name} has {size}; at most {MAX_BYTES / 1e6:.0f} MB and {MAX_FACES:,} triangles "
-        "are read.",
-        where=str(path),
-        fix="Simplify the mesh: 20,000 triangles are plenty for a motion.",
-    )
-
-
-@contextmanager
-def decoding(path: Path) -> Generator[None]:
-    """Turn whatever a decoder raises on a damaged file into one error.
-
-    Raises:
-        InputError: "mesh-unreadable", or what the block raises itself.
-    """
-    try:
-        yield
-    except InputError:
-        raise
-    except Exception as problem:  # the decoders raise anything on a damaged file
-        raise InputError(
-            "mesh-unreadable",
-            f"{path.name} cannot be read: {reader_complaint(problem)}.",
-            where=str(path),
-            fix="Open it in a 3D program and export it again.",
-        ) from problem
-
-
-def _decode(path: Path) -> trimesh.Trimesh:
-    """All the triangles of the file as one mesh."""
-    with decoding(path):
-        scene = trimesh.load_scene(path, skip_materials=True, process=False)
-        triangles = _triangles(scene)
-        if triangles > MAX_FACES:  # counted before a scene of many copies is spread out
-            raise too_large(path, f"{triangles:,} triangles")
-        mesh = scene.to_mesh()
-        if len(mesh.faces) and not 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices):
-            raise ValueError("a triangle names a vertex that is not there")
-    return mesh
-
-
-def _triangles(scene: trimesh.Scene) -> int:
-    """Triangles of all the copies in a scene."""
-    counts = {name: len(getattr(part, "faces", ())) for name, part in scene.geometry.items()}
-    return sum(len(nodes) * counts[name] for name, nodes in scene.graph.geometry_nodes.items())
-
-
-def _check_surface(mesh: trimesh.Trimesh, path: Path) -> None:
+def _check_surface(mesh: trimesh.Trimesh, path: Path, notes: tuple[str, ...]) -> None:
     if len(mesh.faces) == 0:
         raise InputError(
             "mesh-empty",
-            f"{path.name} has no triangles (a point cloud or an empty file).",
+            f"{path.name} has no triangles ({'; '.join(notes) or 'a point cloud or an empty file'}).",
             where=str(path),
             fix="Export the object's surface as triangles.",
         )
@@ -164,59 +130,4 @@ def _check_size(extents: Float64[np.ndarray, "3"], path: Path, scale: float) -> 
         f"{MIN_EXTENT:g} and {MAX_EXTENT:g} m.",
         where=str(path),
         fix=rescale,
-    )
-
-
-def _check_whole(path: Path, mesh: trimesh.Trimesh) -> None:
-    """Refuse a truncated file.
-
-    The header of ASCII PLY says how many lines follow. OBJ has no such count, but every program writes a
-    line end at its end: a file without one is accepted only if the surface is closed and uses all vertices.
-
-    Args:
-        path: the mesh file.
-        mesh: what was read from it.
-
-    Raises:
-        InputError: "mesh-truncated".
-    """
-    kind = path.suffix.lower()
-    if kind == ".ply":
-        _check_ply(path)
-    elif kind == ".obj" and _ends_amid_a_line(path):
-        unused = len(mesh.vertices) - len(np.unique(mesh.faces))
-        if unused or not mesh.is_watertight:
-            raise _cut(path, "it ends in the middle of a line")
-
-
-def _ends_amid_a_line(path: Path) -> bool:
-    with path.open("rb") as file:
-        file.seek(-1, 2)
-        return file.read(1) not in b"\r\n"
-
-
-def _check_ply(path: Path) -> None:
-    with path.open("rb") as file:
-        head = file.read(_HEAD)
-        header, found, _ = head.partition(b"end_header")
-        if not found or b"format ascii" not in header:
-            return
-        wanted = sum(
-            int(words[2])
-            for words in (line.split() for line in header.splitlines())
-            if len(words) == 3 and words[0] == b"element" and words[2].isdigit()
-        )
-        file.seek(len(header) + len(found))
-        file.readline()
-        there = sum(1 for line in file if line.strip())
-    if there < wanted:
-        raise _cut(path, f"{there} lines follow its header instead of {wanted}")
-
-
-def _cut(path: Path, how: str) -> InputError:
-    return InputError(
-        "mesh-truncated",
-        f"{path.name} is cut short: {how}.",
-        where=str(path),
-        fix="Copy the file again, or export the mesh again.",
     )

@@ -1,34 +1,23 @@
-"""read_texture: the picture on the surface of an OBJ, GLB or glTF file."""
+"""Pictures on surfaces: base colours of materials, several joined to one texture, and sRGB."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
-import trimesh
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Float, UInt8
 from PIL import Image
-from scipy.spatial import KDTree
 
 from omomo_core.motion import Texture
 
-_FORMATS = (".obj", ".glb", ".gltf")
 MOST_PIXELS = 8192 * 8192
 """Most pixels of the pictures of a file together: phone apps paint no larger ones."""
 MOST_SIDE = 2048
 """Larger pictures are made smaller: an object fills a part of a screen."""
-_SAME = 1e-5
-"""Corners so close, by the object's extent, are one."""
-_UNKNOWN = 0.02
-"""Share of triangles whose place on the picture may be unknown."""
 _PATCH = 8
 """Pixels along each side of a patch of one colour, for a part without a picture."""
 _GREY = (178, 178, 178)
 
 Pixels = UInt8[np.ndarray, "h w 3"]
-Paint = tuple[Float[np.ndarray, "faces 3 2"] | None, Pixels | None]
-"""Places of triangles' corners on a picture, and the picture; None where there is none."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +35,8 @@ class BaseColour:
     """The base colour of a material, decoded when it is asked for."""
 
     image: Image.Image
-    factor: Any = None
-    """What its linear values are multiplied with, 0 to 255; None leaves them."""
+    factor: tuple[float, float, float] | None = None
+    """What its linear values are multiplied with, 0 to 1; None leaves them."""
 
     def pixels(self, side: int = MOST_SIDE) -> Pixels:
         """The picture, made smaller where a side is longer than so many pixels.
@@ -57,73 +46,6 @@ class BaseColour:
             OSError, SyntaxError: it is damaged.
         """
         return _tinted(pixels_of(self.image, side), self.factor)
-
-
-def read_texture(path: Path, corners: Float[np.ndarray, "faces 3 3"]) -> Texture | None:
-    """Return the texture of a mesh file, the pictures of several materials joined to one.
-
-    Args:
-        path: the mesh file; pictures beside it are read.
-        corners: of the triangles as they were read, in the file's frame and unit.
-
-    Returns:
-        None where the file has no picture, or one that cannot be read: it shapes no motion.
-    """
-    if path.suffix.lower() not in _FORMATS:
-        return None
-    try:
-        scene = trimesh.load_scene(path, process=False)
-        if not _has_pictures(scene):
-            return None
-        parts = list(_parts(scene))
-        joined = join_textures(parts)
-        placed = _matched(corners, np.concatenate([part.corners for part in parts]), joined.uv)
-    except Exception:  # the decoders raise anything on a damaged file
-        return None
-    return None if placed is None else Texture(placed, joined.image)
-
-
-def _has_pictures(scene: trimesh.Scene) -> bool:
-    pictures = [picture_of(part) for part in scene.geometry.values()]
-    sizes = [picture.image.size for picture in pictures if picture is not None]
-    return bool(sizes) and sum(width * height for width, height in sizes) <= MOST_PIXELS
-
-
-def _parts(scene: trimesh.Scene) -> Iterator[TexturedPart]:
-    """Every copy of every mesh of a scene, where it stands."""
-    pixels = {name: _pixels(mesh) for name, mesh in scene.geometry.items()}
-    for node in scene.graph.nodes_geometry:
-        T, name = scene.graph[node]
-        mesh: Any = scene.geometry[name]
-        faces = np.asarray(mesh.faces)
-        corners = trimesh.transform_points(mesh.vertices, T)[faces]
-        yield TexturedPart(corners, places_of(mesh), pixels[name])
-
-
-def picture_of(mesh: Any) -> BaseColour | None:
-    """The base colour picture of trimesh's mesh, where its vertices have places on it."""
-    visual = mesh.visual
-    if visual.kind != "texture" or visual.uv is None:
-        return None
-    material = visual.material
-    image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
-    return None if image is None else BaseColour(image, getattr(material, "baseColorFactor", None))
-
-
-def places_of(mesh: Any) -> Float[np.ndarray, "faces 3 2"]:
-    """Return texture coordinates of the corners of trimesh's triangles; the middle without any."""
-    faces = np.asarray(mesh.faces)
-    if picture_of(mesh) is None:
-        return np.full((*faces.shape, 2), 0.5)
-    # trimesh counts from the bottom left.
-    return np.asarray(mesh.visual.uv, float)[faces] * [1.0, -1.0] + [0.0, 1.0]
-
-
-def _pixels(mesh: Any) -> Pixels:
-    picture, material = picture_of(mesh), getattr(mesh.visual, "material", None)
-    if picture is None:
-        return patch(_GREY if material is None else np.asarray(material.main_color)[:3])
-    return picture.pixels()
 
 
 def patch(colour: Sequence[int] | np.ndarray = _GREY) -> Pixels:
@@ -144,16 +66,30 @@ def pixels_of(image: Image.Image, side: int = MOST_SIDE) -> Pixels:
     return np.asarray(shown, np.uint8)
 
 
-def _tinted(pixels: Pixels, factor: Any) -> Pixels:
-    """glTF multiplies the linear values of the picture with this factor, 0 to 255 here."""
+def _tinted(pixels: Pixels, factor: Sequence[float] | None) -> Pixels:
+    """glTF multiplies the linear values of the picture with this factor, 0 to 1."""
     if factor is None:
         return pixels
-    s = np.arange(256) / 255.0
-    linear = np.where(s <= 0.04045, s / 12.92, ((s + 0.055) / 1.055) ** 2.4)
-    value = linear[:, None] * np.asarray(factor, float)[:3] / 255.0
-    back = np.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
-    table = np.rint(255.0 * back).astype(np.uint8)
+    table = to_srgb(to_linear(np.arange(256))[:, None] * np.asarray(factor, float)[:3])
     return np.stack([table[:, k][pixels[..., k]] for k in range(3)], axis=-1)
+
+
+def to_linear(colours: np.ndarray) -> Float[np.ndarray, "..."]:
+    """Linear values, 0 to 1, of sRGB bytes."""
+    s = np.asarray(colours, float) / 255.0
+    return np.where(s <= 0.04045, s / 12.92, ((s + 0.055) / 1.055) ** 2.4)
+
+
+def to_srgb(linear: np.ndarray) -> UInt8[np.ndarray, "..."]:
+    """Bytes of sRGB, as pictures and screens have them, of linear values, 0 to 1."""
+    value = np.clip(np.nan_to_num(np.asarray(linear, float)), 0.0, 1.0)
+    back = np.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
+    return np.rint(255.0 * back).astype(np.uint8)
+
+
+def fits(pictures: list[BaseColour]) -> bool:
+    """Whether pictures are few and small enough to be decoded."""
+    return sum(one.image.width * one.image.height for one in pictures) <= MOST_PIXELS
 
 
 def texture_colours(texture: Texture) -> UInt8[np.ndarray, "faces 3 3"]:
@@ -189,29 +125,3 @@ def _moved(
     edge = 0.5 / height  # half a pixel, so that no neighbour shines through
     v = np.clip(once[..., 1], edge, 1.0 - edge)
     return np.stack([once[..., 0], (top + v * height) / total], axis=-1)
-
-
-def _matched(
-    wanted: Float[np.ndarray, "faces 3 3"],
-    there: Float[np.ndarray, "others 3 3"],
-    uv: Float[np.ndarray, "others 3 2"],
-) -> Float[np.ndarray, "faces 3 2"] | None:
-    """Places of triangles on the picture, found by where they are: readers order them differently."""
-    extent = float(np.ptp(wanted.reshape(-1, 3), axis=0).max())
-    found: Any = KDTree(_signature(there, extent)).query(_signature(wanted, extent))
-    far, face = found
-    if np.mean(far > _SAME * extent) > _UNKNOWN:
-        return None
-    apart = np.linalg.norm(wanted[:, :, None] - there[face][:, None], axis=-1)
-    corner: Int[np.ndarray, "faces 3"] = apart.argmin(axis=2)
-    return uv[face[:, None], corner]
-
-
-def _signature(
-    corners: Float[np.ndarray, "faces 3 3"], extent: float
-) -> Float[np.ndarray, "faces 6"]:
-    """The middle of each triangle and the side it shows: two may lie back to back."""
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(cross, axis=1, keepdims=True)
-    normal = np.divide(cross, length, out=np.zeros_like(cross), where=length > 0)
-    return np.concatenate([corners.mean(axis=1), normal * extent * 1e-3], axis=1)

@@ -29,6 +29,8 @@ class ObjectMesh:
     name: str
     texture: Texture | None = None
     """Texture for pictures alone; no motion depends on it."""
+    notes: tuple[str, ...] = ()
+    """What was done to read its file, or left out, in words for the user."""
 
 
 @dataclass(frozen=True)

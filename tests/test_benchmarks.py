@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
-from benchmarks import hand_cost, hands
+from benchmarks import hand_cost, hands, mesh_readers
 from benchmarks.scan_errors import HEAD, compared
 from ingest.scan.clean_mesh import clean
 from ingest.scan.scan_types import Region
@@ -56,3 +57,24 @@ def test_the_drift_of_a_phone_is_told_from_the_error_of_a_mesh() -> None:
     assert float(row["median"]) < 0.1
     assert float(row["p90"]) < 0.1
     assert float(row["world"]) > 0.5
+
+
+def test_readers_of_meshes_are_compared(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    trimesh.creation.box((0.4, 0.3, 0.6)).export(tmp_path / "box.stl")
+    trimesh.creation.icosphere(2).export(tmp_path / "ball.glb")
+    (tmp_path / "none.obj").write_text("v 0 0 0\n")
+    tab = tmp_path / "tabs.obj"
+    tab.write_text("v\t0\t0\t0\nv\t1\t0\t0\nv\t0\t1\t0\nf\t1\t2\t3\n")
+    monkeypatch.setattr(sys, "argv", ["mesh_readers", str(tmp_path)])
+    with monkeypatch.context() as patched:
+        patched.setattr(mesh_readers.logging, "disable", lambda level: None)
+        mesh_readers.main()
+    told = capsys.readouterr().out
+    rows = {
+        line.split()[0]: line.split()[1:4] for line in told.splitlines() if line.startswith(".")
+    }
+    assert rows[".stl"] == rows[".glb"] == ["1", "1", "0"]
+    assert rows[".obj"] == ["2", "1", "1"]
+    assert f"{tab}\n    ours    1 triangles, 1 x 1 x 0, area 0.5" in told

@@ -1,79 +1,32 @@
 """Animated nodes of glTF 2.0 files: channels, parents, mesh and picture."""
 
-import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from jaxtyping import Float64, Int
-from PIL import Image
-from pygltflib import GLTF2, AnimationSampler, BufferView, Primitive
+from jaxtyping import Float64
 from scipy.spatial.transform import Rotation, Slerp
 
-from ingest.animated.animated_take import MeshPart, choose, joined, split_stretch
+from ingest.animated.animated_take import as_mesh_part, choose, joined, split_stretch
 from ingest.animated.animation import Animation, check_times, checked, frame_times, not_finite
 from ingest.animated.keyframes import last_key
 from ingest.formats.json_log import mentions
-from ingest.mesh_texture import Paint, pixels_of
+from ingest.mesh_files.file_parts import MAX_FACES, too_large
+from ingest.mesh_files.gltf_container import GltfFile
+from ingest.mesh_files.gltf_surface import GltfSurfaces, composed, drawn_nodes, local_matrix
 from omomo_core.errors import InputError, reader_complaint
 from omomo_core.motion import FPS
 
 MAX_BYTES = 500 * 10**6
-MAX_COUNT = 20_000_000
-
-_DTYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-
-
-@dataclass(frozen=True)
-class GltfFile:
-    """The scene description, and the bytes of each buffer."""
-
-    source: Path
-    gltf: GLTF2
-    buffers: tuple[bytes, ...]
-
-    def array(self, index: int) -> np.ndarray:
-        """Values of an accessor, (count, components); floats where they are normalised integers."""
-        accessor = self.gltf.accessors[index]
-        width, dtype = _WIDTHS[accessor.type], np.dtype(_DTYPES[accessor.componentType])
-        count = accessor.count
-        if not 0 <= count <= MAX_COUNT:
-            raise ValueError(f"accessor {index} has {count} elements")
-        if accessor.bufferView is None:
-            values = np.zeros((count, width), dtype)
-        else:
-            values = self._view(accessor.bufferView, accessor.byteOffset, count, width, dtype)
-        if accessor.sparse is not None:
-            sparse = accessor.sparse
-            at, new = sparse.indices, sparse.values
-            kind = np.dtype(_DTYPES[at.componentType])
-            places = self._view(at.bufferView, at.byteOffset, sparse.count, 1, kind)[:, 0]
-            values = values.copy()
-            values[places] = self._view(new.bufferView, new.byteOffset, sparse.count, width, dtype)
-        if not accessor.normalized or dtype.kind == "f":
-            return values
-        return np.maximum(values / np.iinfo(dtype).max, -1.0)
-
-    def _view(
-        self, index: int, offset: int | None, count: int, width: int, dtype: np.dtype
-    ) -> np.ndarray:
-        view: BufferView = self.gltf.bufferViews[index]
-        first = (view.byteOffset or 0) + (offset or 0)
-        stride = view.byteStride or width * dtype.itemsize
-        # numpy itself refuses to look beyond the end of the buffer.
-        return np.ndarray(
-            (count, width), dtype, self.buffers[view.buffer], first, (stride, dtype.itemsize)
-        )
 
 
 def open_gltf(path: Path) -> GltfFile:
-    """Read a GLB, or a glTF with its data inside.
+    """Read a GLB, or a glTF with what lies beside it.
 
     Raises:
-        InputError: "gltf-too-large", "gltf-external", "gltf-compressed" or "gltf-unreadable".
+        InputError: "gltf-too-large", "gltf-extension", "gltf-version" or "gltf-unreadable".
     """
     if path.stat().st_size > MAX_BYTES:
         raise InputError(
@@ -84,29 +37,13 @@ def open_gltf(path: Path) -> GltfFile:
             fix="Export the moving object alone, without textures.",
         )
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about chunks of extensions, which are skipped
-            gltf = _parse(path.read_bytes())
-        external = [b.uri for b in gltf.buffers if b.uri and not b.uri.startswith("data:")]
-        buffers = () if external else tuple(_data(gltf, b.uri) for b in gltf.buffers)
+        file = GltfFile(path)
+        file.check_resources()
+    except InputError:
+        raise
     except Exception as problem:  # the decoders raise anything on a damaged file
         raise unreadable(path, problem) from None
-    if external:
-        raise InputError(
-            "gltf-external",
-            f"{path.name} keeps its data in another file: {str(external[0])[:60]}.",
-            where=str(path),
-            fix="Export as GLB: one file.",
-        )
-    packed = [e for e in gltf.extensionsRequired if "draco" in e or "meshopt" in e]
-    if packed:
-        raise InputError(
-            "gltf-compressed",
-            f"{path.name} is compressed ({', '.join(packed)}).",
-            where=str(path),
-            fix="Export it without compression.",
-        )
-    return GltfFile(path, gltf, buffers)
+    return file
 
 
 def unreadable(path: Path, problem: Exception) -> InputError:
@@ -117,21 +54,6 @@ def unreadable(path: Path, problem: Exception) -> InputError:
         where=str(path),
         fix="Open it in a 3D program and export it again as GLB.",
     )
-
-
-def _parse(data: bytes) -> GLTF2:
-    gltf = (
-        GLTF2.load_from_bytes(data)
-        if data.startswith(b"glTF")
-        else GLTF2.from_json(data.decode("utf-8-sig"), infer_missing=True)
-    )
-    if gltf is None:
-        raise ValueError("it has no scene")
-    return gltf
-
-
-def _data(gltf: GLTF2, uri: str | None) -> bytes:
-    return gltf.decode_data_uri(uri) if uri else gltf.binary_blob() or b""
 
 
 REST = {"translation": [0.0, 0.0, 0.0], "rotation": [0.0, 0.0, 0.0, 1.0], "scale": [1.0, 1.0, 1.0]}
@@ -180,13 +102,13 @@ class Channel:
         )
 
 
-def movers(gltf: GLTF2) -> dict[int, set[int]]:
+def movers(file: GltfFile) -> dict[int, set[int]]:
     """The animations (by number) that move, turn or scale each node."""
     found: dict[int, set[int]] = {}
-    for number, animation in enumerate(gltf.animations):
-        for channel in animation.channels:
-            node = channel.target.node
-            if node is not None and channel.target.path in REST:
+    for number, animation in enumerate(file.items("animations")):
+        for channel in animation.get("channels") or ():
+            node, path = channel["target"].get("node"), channel["target"].get("path")
+            if node is not None and path in REST:
                 found.setdefault(node, set()).add(number)
     return found
 
@@ -197,19 +119,20 @@ def channels(file: GltfFile, number: int, node: int) -> tuple[Channel, ...]:
     Raises:
         InputError: "time-backwards", "pose-not-finite" or "gltf-keys".
     """
-    animation = file.gltf.animations[number]
+    animation = file.item("animations", number)
     return tuple(
-        _channel(file, channel.target.path, animation.samplers[channel.sampler], node)
-        for channel in animation.channels
-        if channel.target.node == node and channel.target.path in REST
+        _channel(file, channel["target"]["path"], animation["samplers"][channel["sampler"]], node)
+        for channel in animation.get("channels") or ()
+        if channel["target"].get("node") == node and channel["target"].get("path") in REST
     )
 
 
-def _channel(file: GltfFile, path: str, sampler: AnimationSampler, node: int) -> Channel:
-    name = f"{file.source}, {path} of node {file.gltf.nodes[node].name or node}"
-    times = file.array(sampler.input)[:, 0].astype(np.float64)
-    raw = file.array(sampler.output).astype(np.float64)
-    parts = 3 if sampler.interpolation == "CUBICSPLINE" else 1
+def _channel(file: GltfFile, path: str, sampler: dict[str, Any], node: int) -> Channel:
+    name = f"{file.source}, {path} of node {file.item('nodes', node).get('name') or node}"
+    interpolation = sampler.get("interpolation") or "LINEAR"
+    times = file.array(sampler["input"])[:, 0].astype(np.float64)
+    raw = file.array(sampler["output"]).astype(np.float64)
+    parts = 3 if interpolation == "CUBICSPLINE" else 1
     width = len(REST[path])
     if raw.shape != (len(times) * parts, width) or len(times) == 0:
         raise InputError(
@@ -226,41 +149,11 @@ def _channel(file: GltfFile, path: str, sampler: AnimationSampler, node: int) ->
         check_times(times, lambda key: f"{name}, key {key}", file.source)
     if path == "rotation":
         checked(values[:, parts // 2], lambda key: f"{name}, key {key}")
-    return Channel(path, sampler.interpolation or "LINEAR", times, values)
-
-
-def painted(file: GltfFile, primitive: Primitive, faces: Int[np.ndarray, "faces 3"]) -> Paint:
-    """Places of the triangles' corners on the picture, and the picture.
-
-    Two times None where the primitive has no picture inside the file, or one that cannot be read: it
-    shapes no motion.
-    """
-    try:
-        material = file.gltf.materials[primitive.material or 0].pbrMetallicRoughness
-        told = None if primitive.material is None or material is None else material.baseColorTexture
-        if told is None:
-            return None, None
-        places = getattr(primitive.attributes, f"TEXCOORD_{told.texCoord or 0}")
-        uv = file.array(places).astype(np.float64)[faces]
-        source = file.gltf.textures[told.index or 0].source
-        return uv, pixels_of(Image.open(BytesIO(_bytes(file, source or 0))))
-    except Exception:  # the decoders raise anything on a damaged file
-        return None, None
-
-
-def _bytes(file: GltfFile, index: int) -> bytes:
-    image = file.gltf.images[index]
-    if image.uri:
-        return file.gltf.decode_data_uri(image.uri)
-    view = file.gltf.bufferViews[image.bufferView]
-    first = view.byteOffset or 0
-    return file.buffers[view.buffer][first : first + view.byteLength]
+    return Channel(path, interpolation, times, values)
 
 
 NAME = "glTF"
 FILES = "GLB or glTF with an animated node"
-
-_TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 
 def detect(path: Path) -> bool:
@@ -299,13 +192,17 @@ class _Scene:
 
     def __init__(self, file: GltfFile) -> None:
         self._file = file
-        self._nodes = file.gltf.nodes
-        self._movers = movers(file.gltf)
-        self._parents = {c: i for i, node in enumerate(self._nodes) for c in node.children or ()}
+        self._nodes = file.items("nodes")
+        self._movers = movers(file)
+        self._drawn = {i for i, _ in drawn_nodes(file)}
+        self._surfaces = GltfSurfaces(file)
+        self._parents = {
+            child: i for i, node in enumerate(self._nodes) for child in node.get("children") or ()
+        }
 
     def animation(self, wanted: str | None) -> Animation:
         source = self._file.source
-        names = [node.name or f"node {i}" for i, node in enumerate(self._nodes)]
+        names = [node.get("name") or f"node {i}" for i, node in enumerate(self._nodes)]
         solid = [i for i in sorted(self._movers) if any(True for _ in self._solids(i))]
         node = choose(names, solid or sorted(self._movers), wanted, source)
         chain = self._ancestors(node)
@@ -317,7 +214,13 @@ class _Scene:
         for i in reversed(chain):
             placed = placed @ self._local(i, moving.get(i, ()), times)
         poses, stretch = split_stretch(placed, lambda k: f"{source}, {first + k / FPS:.2f} s")
-        parts = [part.moved(M) for i, M in self._solids(node) for part in self._parts(i)]
+        solids = list(self._solids(node))
+        count = sum(self._surfaces.triangles(i) for i, _ in solids)
+        if count > MAX_FACES:  # counted before many copies are spread out
+            raise too_large(source, f"{count:,} triangles")
+        parts = [
+            as_mesh_part(part.moved(M)) for i, M in solids for part in self._surfaces.of_node(i)
+        ]
         mesh = joined(parts, stretch, names[node], source)
         return Animation(source, poses, np.ones(len(times), bool), "y", mesh)
 
@@ -337,7 +240,8 @@ class _Scene:
         for i in chain:
             numbers = sorted(self._movers.get(i, ()))
             if len(numbers) > 1:
-                titles = [self._file.gltf.animations[k].name or str(k) for k in numbers[:8]]
+                clips = self._file.items("animations")
+                titles = [clips[k].get("name") or str(k) for k in numbers[:8]]
                 raise InputError(
                     "animation-ambiguous",
                     f"{len(numbers)} animations of {source.name} move {name!r}: {', '.join(titles)}.",
@@ -360,17 +264,12 @@ class _Scene:
     ) -> Float64[np.ndarray, "frames 4 4"]:
         """T_parent_node in each frame."""
         node = self._nodes[i]
-        if node.matrix and not moving:
-            matrix = np.array(node.matrix, np.float64).reshape(4, 4).T
-            return np.repeat(matrix[None], len(times), axis=0)
-        still = {path: getattr(node, path) or rest for path, rest in REST.items()}
+        if not moving:
+            return np.repeat(local_matrix(node)[None], len(times), axis=0)
+        still = {path: np.array(node.get(path) or rest, float) for path, rest in REST.items()}
         property_ = {path: np.tile(value, (len(times), 1)) for path, value in still.items()}
         property_ |= {channel.path: channel.at(times) for channel in moving}
-        T = np.tile(np.eye(4), (len(times), 1, 1))
-        R = Rotation.from_quat(property_["rotation"]).as_matrix()
-        T[:, :3, :3] = R * property_["scale"][:, None]
-        T[:, :3, 3] = property_["translation"]
-        return T
+        return composed(property_["translation"], property_["rotation"], property_["scale"])
 
     def _solids(self, top: int) -> Iterator[tuple[int, Float64[np.ndarray, "4 4"]]]:
         """(node, T_top_node) of the meshes that move rigidly with a node."""
@@ -378,37 +277,9 @@ class _Scene:
         while stack:
             i, T = stack.pop()
             node = self._nodes[i]
-            if node.mesh is not None and node.skin is None:
+            if node.get("mesh") is not None and node.get("skin") is None and i in self._drawn:
                 yield i, T
-            for child in node.children or ():
+            for child in node.get("children") or ():
                 if child not in self._movers and child not in seen:
                     seen.add(child)
-                    stack.append((child, T @ self._local(child, (), np.zeros(1))[0]))
-
-    def _parts(self, i: int) -> Iterator[MeshPart]:
-        """Vertices and triangles of a node's mesh, in the node's axes."""
-        for primitive in self._file.gltf.meshes[self._nodes[i].mesh or 0].primitives:
-            faces = self._faces(primitive)
-            if len(faces):
-                position = primitive.attributes.POSITION
-                if position is None:
-                    raise ValueError("a primitive has no positions")
-                vertices = self._file.array(position).astype(np.float64)
-                yield MeshPart(vertices, faces, *painted(self._file, primitive, faces))
-
-    def _faces(self, primitive: Primitive) -> np.ndarray:
-        if primitive.indices is None:
-            count = self._file.gltf.accessors[primitive.attributes.POSITION or 0].count
-            corners = np.arange(count)
-        else:
-            corners = self._file.array(primitive.indices)[:, 0].astype(np.int64)
-        mode = _TRIANGLES if primitive.mode is None else primitive.mode
-        if mode == _TRIANGLES:
-            return corners[: len(corners) // 3 * 3].reshape(-1, 3)
-        if mode == _STRIP:
-            faces = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
-            faces[1::2] = faces[1::2, ::-1]
-            return faces
-        if mode == _FAN:
-            return np.stack([np.full(len(corners) - 2, corners[0]), corners[1:-1], corners[2:]], 1)
-        return np.empty((0, 3), np.int64)  # points and lines are no surface
+                    stack.append((child, T @ local_matrix(self._nodes[child])))

@@ -10,7 +10,8 @@ from jaxtyping import Bool, Float64, Int, UInt8
 
 from ingest.animated.animation import Animation, Up
 from ingest.axes import T_ZUP_ARKIT
-from ingest.mesh import MAX_EXTENT, MAX_FACES, MIN_EXTENT, load_mesh
+from ingest.mesh import MAX_EXTENT, MIN_EXTENT, load_mesh
+from ingest.mesh_files.file_parts import MAX_FACES, FilePart
 from ingest.mesh_texture import TexturedPart, join_textures, patch
 from ingest.trajectory.floor import Floor
 from ingest.trajectory.segments import segments
@@ -343,6 +344,15 @@ class MeshPart:
     def moved(self, T: Float64[np.ndarray, "4 4"]) -> "MeshPart":
         """The part in other axes."""
         return replace(self, vertices=self.vertices @ T[:3, :3].T + T[:3, 3])
+
+
+def as_mesh_part(part: FilePart) -> MeshPart:
+    """A part of a mesh file with its picture decoded; without one that cannot be read."""
+    try:
+        pixels = None if part.picture is None else part.picture.pixels()
+    except Exception:  # the decoders raise anything on a damaged picture
+        pixels = None
+    return MeshPart(part.vertices, part.faces, None if pixels is None else part.places, pixels)
 
 
 def joined(

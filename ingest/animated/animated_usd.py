@@ -8,16 +8,13 @@ angles may jump by a whole turn from one sample to the next.
 """
 
 import zipfile
-from collections.abc import Iterator
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Float64, Int
-from PIL import Image
+from jaxtyping import Float64
 
-from ingest.animated.animated_take import MeshPart, choose, joined, split_stretch
+from ingest.animated.animated_take import MeshPart, as_mesh_part, choose, joined, split_stretch
 from ingest.animated.animation import (
     MAX_FPS,
     Animation,
@@ -26,85 +23,10 @@ from ingest.animated.animation import (
     not_finite,
     sampled,
 )
-from ingest.mesh_texture import Paint, pixels_of
-from ingest.usd_stage import open_stage, pxr, reading_usd, triangles_of
+from ingest.mesh_files.file_parts import MAX_FACES
+from ingest.mesh_files.usd_stage import open_stage, pxr, reading_usd
+from ingest.mesh_files.usd_surface import UsdSurfaces, first_code
 from omomo_core.errors import InputError
-
-
-def painted(
-    prim: Any, faces: Int[np.ndarray, "faces 3"], corners: Int[np.ndarray, "faces 3"]
-) -> Paint:
-    """Places of the triangles' corners on the picture, and the picture.
-
-    Two times None where the mesh has no picture, several materials, or a picture that cannot be read:
-    it shapes no motion.
-
-    Args:
-        prim: of the mesh.
-        faces: which points are the corners of its triangles.
-        corners: which of the polygons' corners these are.
-    """
-    found = picture_on(prim, faces, corners)
-    try:
-        return (None, None) if found is None else (found[0], pixels_of(found[1]))
-    except Exception:  # the decoders raise anything on a damaged picture
-        return None, None
-
-
-def picture_on(
-    prim: Any, faces: Int[np.ndarray, "faces 3"], corners: Int[np.ndarray, "faces 3"]
-) -> tuple[Float[np.ndarray, "faces 3 2"], Image.Image] | None:
-    """The same with a picture that is not decoded yet."""
-    try:
-        sampler = _sampler(prim)
-        places = None if sampler is None else _places(prim, sampler, faces, corners)
-        if sampler is None or places is None:
-            return None
-        # USD counts from the bottom left.
-        return places * [1.0, -1.0] + [0.0, 1.0], Image.open(BytesIO(_bytes(sampler)))
-    except Exception:  # the decoders raise anything on a damaged file
-        return None
-
-
-def _sampler(prim: Any) -> Any:
-    """The shader that reads the picture of the diffuse colour."""
-    shade = pxr("UsdShade")
-    material = shade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
-    surface = material.ComputeSurfaceSource()[0] if material else None
-    colour = surface.GetInput("diffuseColor") if surface else None
-    if not colour or not colour.HasConnectedSource():
-        return None
-    found = shade.Shader(colour.GetConnectedSource()[0].GetPrim())
-    return found if found.GetIdAttr().Get() == "UsdUVTexture" else None
-
-
-def _places(prim: Any, sampler: Any, faces: np.ndarray, corners: np.ndarray) -> np.ndarray | None:
-    """Texture coordinates of the triangles' corners."""
-    geom, name = pxr("UsdGeom"), "st"
-    where = sampler.GetInput("st")
-    if where and where.HasConnectedSource():
-        reader = pxr("UsdShade").Shader(where.GetConnectedSource()[0].GetPrim())
-        told = reader.GetInput("varname")
-        name = str(told.Get()) if told and told.Get() else name
-    primvar = geom.PrimvarsAPI(prim).GetPrimvar(name)
-    if not primvar.HasValue():
-        return None
-    values = np.array(primvar.ComputeFlattened(), np.float64)
-    whole = primvar.GetInterpolation() == geom.Tokens.faceVarying
-    return values[corners if whole else faces]
-
-
-def _bytes(sampler: Any) -> bytes:
-    """The picture's file, which lies in the stage's or in its folder."""
-    asset = sampler.GetInput("file").Get()
-    stage = Path(sampler.GetPrim().GetStage().GetRootLayer().realPath).resolve()
-    file = Path(asset.resolvedPath.partition("[")[0]).resolve()
-    if not file.is_relative_to(stage.parent):
-        raise ValueError(f"{file} lies elsewhere")
-    ar = pxr("Ar")
-    opened = ar.GetResolver().OpenAsset(ar.ResolvedPath(asset.resolvedPath))
-    return bytes(opened.GetBuffer())
-
 
 NAME = "USD"
 FILES = "USD with an animated prim"
@@ -152,8 +74,9 @@ class _Stage:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._usd, self._geom = pxr("Usd"), pxr("UsdGeom")
+        self._geom = pxr("UsdGeom")
         self._stage = open_stage(path)
+        self._start = first_code(self._stage)
         self._rate = float(self._stage.GetTimeCodesPerSecond())
         if not 0 < self._rate < MAX_FPS:
             raise InputError(
@@ -169,7 +92,7 @@ class _Stage:
         full = bool(wanted) and str(wanted).startswith("/")
         names = [str(p.GetPath()) if full else str(p.GetName()) for p in self._prims]
         moving = [i for i, p in enumerate(self._prims) if p.GetPath() in self._moving]
-        solid = [i for i in moving if any(True for _ in self._meshes(self._prims[i]))]
+        solid = [i for i in moving if self._solid(self._prims[i])]
         prim = self._prims[choose(names, solid or moving, wanted, self._path)]
         codes = self._codes(prim)
         times = codes / self._rate
@@ -183,9 +106,8 @@ class _Stage:
         if not finite.all():
             raise not_finite(place(int(np.argmin(finite))))
         poses, stretch = split_stretch(T, place)
-        T_prim_units = np.linalg.inv(self._placed(prim, codes[0]))
-        parts = [self._part(mesh, T_prim_units, codes[0]) for mesh in self._meshes(prim)]
-        mesh = joined([p for p in parts if len(p.faces)], stretch, str(prim.GetName()), self._path)
+        parts = [part for part in self._parts(prim, float(codes[0])) if len(part.faces)]
+        mesh = joined(parts, stretch, str(prim.GetName()), self._path)
         up = "y" if self._geom.GetStageUpAxis(self._stage) == self._geom.Tokens.y else "z"
         moved = sampled(self._path, times, poses, up)
         return Animation(self._path, moved.T_file_object, moved.valid, up, mesh)
@@ -217,18 +139,13 @@ class _Stage:
         T[:3] *= self._geom.GetStageMetersPerUnit(self._stage)
         return T
 
-    def _meshes(self, top: Any) -> Iterator[Any]:
-        """The meshes that move rigidly with a prim."""
-        stack = [top]
-        while stack:
-            prim = stack.pop()
-            if prim.IsA(self._geom.Mesh):
-                yield prim
-            inside = prim.GetFilteredChildren(self._usd.TraverseInstanceProxies())
-            stack += [child for child in inside if child.GetPath() not in self._moving]
+    def _parts(self, prim: Any, code: float) -> list[MeshPart]:
+        """Vertices and triangles of what moves rigidly with a prim, in its axes."""
+        surfaces = UsdSurfaces(self._stage, code, self._moving)
+        read = surfaces.parts(surfaces.below(prim), MAX_FACES, self._path)
+        return [as_mesh_part(part) for part in read]
 
-    def _part(self, prim: Any, T_top_world: Float64[np.ndarray, "4 4"], code: float) -> MeshPart:
-        """Vertices and triangles of a mesh, in the top prim's axes."""
-        points, faces, corners = triangles_of(self._geom.Mesh(prim), code)
-        part = MeshPart(points, faces, *painted(prim, faces, corners))
-        return part.moved(T_top_world @ self._placed(prim, code))
+    def _solid(self, prim: Any) -> bool:
+        """Whether a surface hangs on a prim."""
+        surfaces = UsdSurfaces(self._stage, self._start, self._moving)
+        return any(True for _ in surfaces.below(prim))

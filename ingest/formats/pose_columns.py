@@ -66,7 +66,7 @@ class _Role(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Header:
+class ColumnHeader:
     """The line that names the columns of a table of poses."""
 
     path: Path
@@ -94,7 +94,7 @@ class Header:
         return tuple(role.name for role in self.roles) == _WANTED
 
 
-def header_of(file: Path) -> Header | None:
+def header_of(file: Path) -> ColumnHeader | None:
     """Return the header, or the comment above the first row, that names the columns of poses.
 
     Nothing is refused here: a line that names most of a pose's columns is a header, be it right or not.
@@ -107,7 +107,7 @@ def header_of(file: Path) -> Header | None:
         for separator in _SEPARATORS:
             fields = tuple(field.strip() for field in line.split(separator))
             if not floats(fields) and _names_poses(fields):
-                return Header(file, number, fields, separator, commented)
+                return ColumnHeader(file, number, fields, separator, commented)
     return None
 
 
@@ -167,7 +167,7 @@ IN_ORDER = Columns(tuple(range(8)), 8, None)
 """Lines of `t x y z qx qy qz qw` between blanks."""
 
 
-def columns_of(header: Header) -> Columns:
+def columns_of(header: ColumnHeader) -> Columns:
     """The columns that a header names.
 
     Raises:
@@ -200,7 +200,7 @@ def columns_of(header: Header) -> Columns:
     )
 
 
-def _unclear(header: Header, missing: list[str], doubled: list[str]) -> InputError:
+def _unclear(header: ColumnHeader, missing: list[str], doubled: list[str]) -> InputError:
     if doubled:
         what = f"names more than one column for {', '.join(doubled)}"
         what += f" and none for {', '.join(missing)}" if missing else ""
@@ -260,7 +260,7 @@ def read_pose_rows(log: Path, usual: Columns) -> PoseRows:
     )
 
 
-def _fitting(log: Path, columns: Columns, header: Header) -> Columns:
+def _fitting(log: Path, columns: Columns, header: ColumnHeader) -> Columns:
     """The columns with the separator of the rows, which need not be that of the header."""
     row = _first_pose(log, header)
     split = {s: row.split(s) for s in (columns.separator, *_SEPARATORS)}
@@ -280,7 +280,7 @@ def _fitting(log: Path, columns: Columns, header: Header) -> Columns:
     )
 
 
-def _first_pose(log: Path, header: Header) -> str:
+def _first_pose(log: Path, header: ColumnHeader) -> str:
     if header.commented:
         return first_row(log)
     rows = [line.strip() for line in head_lines(log)[header.line :]]

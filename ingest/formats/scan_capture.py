@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float32
 
 from ingest.formats.camera_poses import check_poses, one_size, poses_from_quaternions
-from ingest.formats.pose_columns import Header, columns_of, header_of
+from ingest.formats.pose_columns import ColumnHeader, columns_of, header_of
 from ingest.formats.still_images import sure_loader
 from ingest.formats.text_table import NumberTable, TextRows, first_row, floats, numbers, read_rows
 from ingest.session import CaptureSession, DepthLog
@@ -80,7 +80,7 @@ def _log(path: Path) -> Path:
     return path / "poses.txt" if path.is_dir() else path
 
 
-def _named(header: Header) -> tuple[int, tuple[int, ...], float | None]:
+def _named(header: ColumnHeader) -> tuple[int, tuple[int, ...], float | None]:
     """Columns of the status and of all numbers as the header has them, and the unit of time it names."""
     columns = columns_of(header)
     names = [field.lower() for field in header.fields]

@@ -31,10 +31,11 @@ _MANY_TRIANGLES = 200_000
 
 
 def mesh_checks(mesh: ObjectMesh) -> list[Check]:
-    """The mesh's size and its number of triangles."""
+    """The mesh's size, its number of triangles, and what was done to read it."""
     sides = np.ptp(mesh.vertices, axis=0)
     largest = float(sides.max())
     message = " x ".join(f"{side:.2f}" for side in sides) + f" m, {len(mesh.faces):,} triangles"
+    message = "; ".join([message, *mesh.notes])
     severity = (
         "bad" if not _TINY <= largest <= _HUGE else "ok" if _SMALL < largest < _LARGE else "warn"
     )

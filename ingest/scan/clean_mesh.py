@@ -14,6 +14,7 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from ingest.axes import T_ZUP_ARKIT
+from ingest.mesh_texture import to_linear
 from ingest.report.take_report import Check, graded
 from ingest.scan.scan_choices import VERTICES
 from ingest.scan.scan_types import Region, ScanMesh
@@ -338,7 +339,7 @@ def save_mesh(clean: CleanMesh, path: Path) -> None:
     """Write what `ingest.mesh.load_mesh` reads back as the same mesh; whole or not at all.
 
     GLB is y up by specification and holds the texture where there is one; the others stay z up and hold
-    the colours of the vertices.
+    the colours of the vertices, in sRGB where GLB's are linear.
 
     Raises:
         InputError: "mesh-format", or those of `whole_file`.
@@ -352,21 +353,25 @@ def save_mesh(clean: CleanMesh, path: Path) -> None:
             fix=f"Give a name that ends in {', '.join(FORMATS)}.",
         )
     turn = T_ZUP_ARKIT[:3, :3] if kind == ".glb" else np.eye(3)
-    encoded = _trimesh(clean, turn, kind == ".glb").export(file_type=kind[1:])
+    encoded = _trimesh(clean, turn, gltf=kind == ".glb").export(file_type=kind[1:])
     with whole_file(path) as partial:
         partial.write_bytes(encoded.encode() if isinstance(encoded, str) else bytes(encoded))
 
 
-def _trimesh(clean: CleanMesh, turn: Float64[np.ndarray, "3 3"], textured: bool) -> trimesh.Trimesh:
+def _trimesh(clean: CleanMesh, turn: Float64[np.ndarray, "3 3"], *, gltf: bool) -> trimesh.Trimesh:
+    """What trimesh writes: it knows no colour spaces, and glTF's colours of vertices are linear."""
     mesh = clean.mesh
     number, faces, visual = np.arange(len(mesh.vertices)), mesh.faces, None
-    if textured and mesh.texture is not None:
+    if gltf and mesh.texture is not None:
         number, faces, visual = _split(mesh.faces, mesh.texture)
+    colours = mesh.colours
+    if gltf and colours is not None:
+        colours = np.rint(255 * to_linear(colours)).astype(np.uint8)
     made = trimesh.Trimesh(
         (mesh.vertices @ turn)[number],
         faces,
         vertex_normals=(clean.normals @ turn)[number],
-        vertex_colors=mesh.colours if visual is None else None,
+        vertex_colors=colours if visual is None else None,
         visual=visual,
         process=False,
     )

@@ -14,11 +14,11 @@ import trimesh
 from jaxtyping import Bool, Float64, Int64, UInt8
 
 from ingest.formats.camera_poses import opencv_poses
-from ingest.mesh_texture import TexturedPart, join_textures, patch, texture_colours
+from ingest.mesh_texture import TexturedPart, fits, join_textures, patch, texture_colours
 from ingest.report.take_report import Check, graded
 from ingest.scan.clean_mesh import CleanMesh, object_frame
 from ingest.scan.dense.stereo import at_pixels
-from ingest.scan.mesh_sources import APP, fits, room_file
+from ingest.scan.mesh_sources import APP, room_file
 from ingest.scan.region import GivenBox, find_aim
 from ingest.scan.room_parts import (
     LARGEST,

@@ -5,9 +5,8 @@ logged poses it is depth that every picture can have, also where the app saved n
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import trimesh
@@ -15,49 +14,35 @@ from jaxtyping import Float32, Float64, Int64, UInt8
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ingest.animated.animated_usd import picture_on
 from ingest.axes import T_ZUP_ARKIT
 from ingest.colmap import read_model
 from ingest.formats.still_images import file_inside
-from ingest.mesh import FORMATS, MAX_BYTES, MAX_EXTENT, MAX_FACES, MIN_EXTENT, decoding, too_large
-from ingest.mesh_texture import (
-    MOST_PIXELS,
-    BaseColour,
-    TexturedPart,
-    join_textures,
-    patch,
-    picture_of,
-    places_of,
-    texture_colours,
+from ingest.mesh import MAX_EXTENT, MIN_EXTENT
+from ingest.mesh_files.file_parts import (
+    MAX_BYTES,
+    MAX_FACES,
+    FilePart,
+    joined_parts,
+    joined_picture,
+    too_large,
 )
+from ingest.mesh_files.mesh_file import FORMATS, Y_UP, read_mesh_file
+from ingest.mesh_files.usd_stage import open_stage, pxr, reading_usd
+from ingest.mesh_files.usd_surface import UsdSurfaces, first_code
+from ingest.mesh_texture import texture_colours
 from ingest.report.take_report import Check
 from ingest.scan.dense.depth_maps import sparse_ratios
 from ingest.scan.dense.stereo import DepthMap, DepthMaps, matrix_for, pixel_rays
 from ingest.scan.frames import Stills
 from ingest.scan.scan_choices import Unit, Up
 from ingest.scan.scan_types import Frame, Registered, ScanMesh, ScanSource
-from ingest.usd_stage import open_stage, pxr, reading_usd, triangles_of
 from omomo_core.errors import InputError
 from omomo_core.motion import Texture
 
 _USD_SUFFIXES = (".usdz", ".usd", ".usdc", ".usda")
 SUFFIXES = (*FORMATS, *_USD_SUFFIXES)
-_Y_UP = (".glb", ".gltf")
-STATES_UP = (*_Y_UP, *_USD_SUFFIXES)
+STATES_UP = (*Y_UP, *_USD_SUFFIXES)
 """Kinds of files that say which way is up."""
-
-
-@dataclass(frozen=True)
-class FilePart:
-    """A mesh of a file, or the part of one that has its own material."""
-
-    vertices: Float64[np.ndarray, "verts 3"]
-    faces: Int64[np.ndarray, "faces 3"]
-    colours: UInt8[np.ndarray, "verts 3"] | None
-    """Without the picture; None where the file states none."""
-    uv: Float64[np.ndarray, "faces 3 2"]
-    """Places of the corners on the picture: (0, 0) is its top left corner."""
-    picture: BaseColour | None
 
 
 @dataclass(frozen=True)
@@ -70,6 +55,8 @@ class MeshContents:
     """A unit of the file, where it states that."""
     up: Up | None
     """The axis of the file that is up, where that is known; it is z here."""
+    notes: tuple[str, ...] = ()
+    """What was done to read it, or left out."""
 
 
 def read_parts(path: Path, up: Up | None = None) -> MeshContents:
@@ -92,19 +79,22 @@ def read_parts(path: Path, up: Up | None = None) -> MeshContents:
         with reading_usd(path):
             file = _stage_parts(path, up)
     else:
-        up = up or ("y" if kind in _Y_UP else None)
+        up = up or ("y" if kind in Y_UP else None)
+        read = read_mesh_file(path)
         turn = T_ZUP_ARKIT if up == "y" else np.eye(4)
-        file = MeshContents(_scene_parts(path, turn), None, up)
+        parts = {part.name: part.moved(turn) for part in read.parts}
+        file = MeshContents(parts, None, up, read.notes)
     found = {name: part for name, part in file.parts.items() if len(part.faces)}
-    _check(found, path)
-    return MeshContents(found, file.metres, file.up)
+    _check(found, path, file.notes)
+    return replace(file, parts=found)
 
 
-def _check(parts: Mapping[str, FilePart], path: Path) -> None:
+def _check(parts: Mapping[str, FilePart], path: Path, notes: Sequence[str]) -> None:
     if not parts:
+        why = "; ".join(notes) or "a point cloud or an empty file"
         raise InputError(
             "mesh-empty",
-            f"{path.name} has no triangles (a point cloud or an empty file).",
+            f"{path.name} has no triangles ({why}).",
             where=str(path),
             fix="Export the object's surface as triangles.",
         )
@@ -125,67 +115,14 @@ def _check(parts: Mapping[str, FilePart], path: Path) -> None:
             )
 
 
-def _scene_parts(path: Path, turn: Float64[np.ndarray, "4 4"]) -> dict[str, FilePart]:
-    parts: dict[str, FilePart] = {}
-    with decoding(path):
-        scene = trimesh.load_scene(path, process=False)
-        nodes = [(node, *scene.graph[node]) for node in scene.graph.nodes_geometry]
-        counts = [len(getattr(scene.geometry[key], "faces", ())) for _, _, key in nodes]
-        if sum(counts) > MAX_FACES:  # counted before a scene of many copies is spread out
-            raise too_large(path, f"{sum(counts):,} triangles")
-        for node, T, key in nodes:
-            if isinstance(part := scene.geometry[key], trimesh.Trimesh):
-                parts[node] = _scene_part(part, turn @ T)
-    return parts
-
-
-def _scene_part(mesh: trimesh.Trimesh, T: Float64[np.ndarray, "4 4"]) -> FilePart:
-    visual: Any = mesh.visual
-    picture = picture_of(mesh)
-    colours = None
-    if visual.kind == "texture" and picture is None:
-        colour = np.asarray(visual.material.main_color, np.uint8)[:3]
-        colours = np.tile(colour, (len(mesh.vertices), 1))
-    elif visual.defined and picture is None:
-        colours = np.array(visual.vertex_colors, np.uint8)[:, :3]
-    faces = np.array(mesh.faces, np.int64)
-    if len(faces) and faces.max() >= len(mesh.vertices):  # told of later, with all other parts
-        return FilePart(np.array(mesh.vertices), faces, None, np.full((*faces.shape, 2), 0.5), None)
-    vertices = trimesh.transform_points(np.asarray(mesh.vertices, np.float64), T)
-    return FilePart(vertices, faces, colours, places_of(mesh), picture)
-
-
 def _stage_parts(path: Path, up: Up | None) -> MeshContents:
     geom, stage = pxr("UsdGeom"), open_stage(path)
     up = up or ("y" if geom.GetStageUpAxis(stage) == geom.Tokens.y else "z")
-    R = T_ZUP_ARKIT[:3, :3] if up == "y" else np.eye(3)
-    cache = geom.XformCache()
-    prims = stage.Traverse(pxr("Usd").TraverseInstanceProxies())
-    parts = {
-        str(prim.GetPath()): _stage_part(prim, cache.GetLocalToWorldTransform(prim), R)
-        for prim in prims
-        if prim.IsA(geom.Mesh)
-    }
-    return MeshContents(parts, float(geom.GetStageMetersPerUnit(stage)), up)
-
-
-def _stage_part(prim: Any, placed: Any, R: Float64[np.ndarray, "3 3"]) -> FilePart:
-    mesh = pxr("UsdGeom").Mesh(prim)
-    points, faces, corners = triangles_of(mesh, 0.0)
-    # USD multiplies row vectors from the left.
-    T = np.asarray(placed, np.float64)
-    vertices = (points @ T[:3, :3] + T[3, :3]) @ R.T
-    colours = np.asarray(mesh.GetDisplayColorAttr().Get() or [], np.float64).reshape(-1, 3)
-    own = (255 * colours.clip(0, 1)).astype(np.uint8) if len(colours) == len(points) else None
-    painted = picture_on(prim, faces, corners)
-    if painted is None:
-        return FilePart(vertices, faces, own, np.full((*faces.shape, 2), 0.5), None)
-    return FilePart(vertices, faces, own, painted[0], BaseColour(painted[1]))
-
-
-def fits(pictures: list[BaseColour]) -> bool:
-    """Whether pictures are few and small enough to be decoded."""
-    return sum(one.image.width * one.image.height for one in pictures) <= MOST_PIXELS
+    turn = T_ZUP_ARKIT if up == "y" else np.eye(4)
+    surfaces = UsdSurfaces(stage, first_code(stage))
+    read = surfaces.parts(surfaces.whole(), MAX_FACES, path)
+    parts = {part.name: part.moved(turn) for part in read}
+    return MeshContents(parts, float(geom.GetStageMetersPerUnit(stage)), up, surfaces.notes)
 
 
 _APART = 0.02
@@ -227,13 +164,12 @@ def read_scan_mesh(
     """
     file = read_parts(path, up)
     chosen = _chosen(file.parts, name, path)
-    vertices = np.concatenate([part.vertices for part in chosen])
-    first = np.cumsum([0, *(len(part.vertices) for part in chosen[:-1])])
-    faces = np.concatenate([p.faces + at for p, at in zip(chosen, first, strict=True)])
+    vertices, faces = joined_parts(chosen)
     metres, notes = _metres(np.ptp(vertices, axis=0), unit, file.metres, height, path)
     texture, unread = _texture(chosen, path)
     colours = _colours(chosen, faces, texture)
-    return ScanMesh(vertices * metres, faces, colours, path.stem, (*notes, *unread), texture)
+    how = [Check("file", "ok", f"How it was read: {'; '.join(file.notes)}.")] if file.notes else []
+    return ScanMesh(vertices * metres, faces, colours, path.stem, (*how, *notes, *unread), texture)
 
 
 def _chosen(parts: Mapping[str, FilePart], name: str | None, path: Path) -> list[FilePart]:
@@ -242,6 +178,7 @@ def _chosen(parts: Mapping[str, FilePart], name: str | None, path: Path) -> list
     if name is not None:
         picked = [key for key in names if name in (key, key.rsplit("/", 1)[-1])]
         picked = picked or [key for key in names if f"/{name}/" in key]
+        picked += [key for key in names if key.startswith(f"{name}/") and key not in picked]
         if not picked:
             raise InputError(
                 "mesh-object-unknown",
@@ -299,23 +236,8 @@ def _metres(
 
 def _texture(parts: list[FilePart], path: Path) -> tuple[Texture | None, tuple[Check, ...]]:
     """The pictures of the parts joined to one, and what is to be told where that cannot be."""
-    pictures = {id(part.picture.image): part.picture for part in parts if part.picture is not None}
-    if not pictures:
-        return None, ()
     try:
-        if not fits(list(pictures.values())):
-            raise ValueError("they are too large")
-        pixels = {key: picture.pixels() for key, picture in pictures.items()}
-        grey = patch()
-        painted = [
-            TexturedPart(
-                part.vertices[part.faces],
-                part.uv,
-                grey if part.picture is None else pixels[id(part.picture.image)],
-            )
-            for part in parts
-        ]
-        return join_textures(painted), ()
+        return joined_picture(parts), ()
     except (ValueError, OSError, SyntaxError):  # what Pillow raises on a damaged picture
         message = f"The pictures of {path.name} cannot be used, so it has no texture."
         return None, (

@@ -12,9 +12,10 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from ingest.axes import T_ZUP_ARKIT
+from ingest.mesh_files.file_parts import FilePart
 from ingest.mesh_texture import BaseColour
 from ingest.report.take_report import Check
-from ingest.scan.mesh_sources import METRES, STATES_UP, FilePart, read_parts
+from ingest.scan.mesh_sources import METRES, STATES_UP, read_parts
 from ingest.scan.region import floor_frame
 from ingest.scan.scan_choices import Unit, Up
 from omomo_core.errors import InputError

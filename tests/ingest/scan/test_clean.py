@@ -1,15 +1,18 @@
 """From a measured surface to the mesh of an object."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 import trimesh
+from pygltflib import GLTF2
 from scipy.spatial.transform import Rotation
 
 from ingest.mesh import load_mesh
 from ingest.scan.clean_mesh import clean, save_mesh
+from ingest.scan.mesh_sources import read_scan_mesh
 from ingest.scan.scan_types import Region
 from omomo_core.errors import InputError
 from omomo_core.geometry.distance_field import distance_field
@@ -144,8 +147,9 @@ def test_a_saved_mesh_is_read_back_as_it_was(tmp_path, kind):
     assert np.allclose(again.vertices.min(axis=0), [-0.2, -0.1, 0.0], atol=1e-3)
     assert np.allclose(again.vertices.max(axis=0), [0.2, 0.1, 0.3], atol=1e-3)
     assert len(again.faces) == len(cleaned.mesh.faces)
+    bytes_ = [1, 147, 3] if kind == ".glb" else [10, 200, 30]  # glTF's are linear
     assert trimesh.load_mesh(path).visual.vertex_colors[:, :3].mean(axis=0) == pytest.approx(
-        [10, 200, 30], abs=1
+        bytes_, abs=1
     )
     assert [file.name for file in tmp_path.iterdir()] == [path.name]
 
@@ -160,3 +164,31 @@ def test_impossible_requests_are_refused(tmp_path):
     with pytest.raises(InputError) as refused:
         save_mesh(_cleaned(_carton()), tmp_path / "nowhere" / "carton.glb")
     assert refused.value.code == "output-not-writable"
+
+
+@pytest.mark.parametrize("kind", ["glb", "ply", "obj"])
+def test_colours_are_linear_in_gltf_and_srgb_elsewhere(tmp_path: Path, kind: str):
+    """As the bytes of the file have them, not as a reader of ours."""
+    cleaned = _cleaned(_carton())
+    count = len(cleaned.mesh.vertices)
+    grey = np.full((count, 3), 128, np.uint8)
+    path = tmp_path / f"carton.{kind}"
+    save_mesh(replace(cleaned, mesh=replace(cleaned.mesh, colours=grey, texture=None)), path)
+    if kind == "glb":
+        file = GLTF2().load(str(path))
+        assert file is not None
+        accessor = file.accessors[file.meshes[0].primitives[0].attributes.COLOR_0]
+        first = file.bufferViews[accessor.bufferView].byteOffset + (accessor.byteOffset or 0)
+        assert (accessor.componentType, accessor.normalized) == (5121, True)
+        assert file.binary_blob()[first : first + 4] == bytes([55, 55, 55, 255])
+    elif kind == "ply":
+        there = trimesh.load_mesh(path, process=False).visual.vertex_colors
+        np.testing.assert_array_equal(there[0, :3], 128)
+    else:
+        words = next(
+            line for line in path.read_text().splitlines() if line.startswith("v ")
+        ).split()
+        np.testing.assert_allclose(np.array(words[4:7], float), 128 / 255, atol=2e-3)
+    colours = read_scan_mesh(path).colours
+    assert colours is not None
+    assert np.abs(colours.astype(int) - 128).max() <= 1

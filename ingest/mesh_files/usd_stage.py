@@ -2,6 +2,7 @@
 
 from collections.abc import Generator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64, Int64
 
+from ingest.mesh_files.polygons import triangulated
 from omomo_core.errors import InputError
 
 
@@ -85,27 +87,34 @@ def open_stage(path: Path) -> Any:
     return stage
 
 
-def triangles_of(
-    mesh: Any, code: float
-) -> tuple[
-    Float64[np.ndarray, "points 3"],
-    Int64[np.ndarray, "triangles 3"],
-    Int64[np.ndarray, "triangles 3"],
-]:
-    """Points of a UsdGeom.Mesh at a time code, in its own frame, and its polygons as triangles.
+@dataclass(frozen=True)
+class UsdTriangles:
+    """A mesh of USD in its own frame, its polygons as triangles."""
 
-    Returns:
-        The points; which points are the triangles' corners; and which of all the polygons' corners,
-        in the order of the file, these are.
+    points: Float64[np.ndarray, "points 3"]
+    faces: Int64[np.ndarray, "triangles 3"]
+    """Which points are the triangles' corners."""
+    corners: Int64[np.ndarray, "triangles 3"]
+    """Which of all the polygons' corners these are, in the order of the file."""
+    counts: Int64[np.ndarray, " polygons"]
+
+
+def triangles_of(mesh: Any, code: float) -> UsdTriangles:
+    """Return the triangles of a UsdGeom.Mesh at a time code, without its holes.
+
+    Raises:
+        ValueError: the lists of the mesh do not fit together.
     """
     points = np.array(mesh.GetPointsAttr().Get(code) or [], np.float64).reshape(-1, 3)
     counts = np.array(mesh.GetFaceVertexCountsAttr().Get(code) or [], np.int64)
     corners = np.array(mesh.GetFaceVertexIndicesAttr().Get(code) or [], np.int64)
-    starts = np.cumsum(counts) - counts
-    fans = np.maximum(counts - 2, 0)
-    first = np.repeat(starts, fans)
-    nth = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
-    used = np.stack([first, first + nth + 1, first + nth + 2], axis=1)
+    if (counts < 0).any() or counts.sum() != len(corners):
+        raise ValueError("a mesh has more corners, or fewer, than its polygons")
+    used = triangulated(points, corners, counts)
+    holes = np.array(mesh.GetHoleIndicesAttr().Get(code) or [], np.int64)
+    if len(holes):
+        polygon = np.searchsorted(np.cumsum(counts), used[:, 0], side="right")
+        used = used[~np.isin(polygon, holes)]
     if mesh.GetOrientationAttr().Get() == pxr("UsdGeom").Tokens.leftHanded:
         used = used[:, ::-1]
-    return points, corners[used], used
+    return UsdTriangles(points, corners[used].reshape(-1, 3), used, counts)
