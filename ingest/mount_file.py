@@ -53,8 +53,7 @@ def load_mount(path: Path) -> Mount:
             "mount-missing",
             "There is no mount file.",
             where=str(path),
-            fix="Calibrate the mount, or write one by hand: "
-            '{"T_phone_object": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]], "method": "measured"}.',
+            fix="Calibrate the mount: omocap calibrate guides you and writes the file.",
         )
     try:
         file = _MountFile.model_validate(strict_json.parse(path.read_bytes()))
@@ -144,6 +143,14 @@ def _rigid(T: Float64[np.ndarray, "4 4"], path: Path) -> Float64[np.ndarray, "4 
     off = float(np.abs(R @ R.T - np.eye(3)).max())
     determinant = float(np.linalg.det(R))
     last_row = float(np.abs(T[3] - [0, 0, 0, 1]).max())
+    if max(off, abs(determinant + 1), last_row) < _RIGID_TOLERANCE:
+        raise InputError(
+            "mount-not-rigid",
+            "T_phone_object is mirrored: its three axes are those of a left hand (determinant -1).",
+            where=str(path),
+            fix="Turn the sign of the axis that was counted the wrong way in what wrote the matrix; axes of "
+            "a right hand have determinant 1.",
+        )
     if max(off, abs(determinant - 1), last_row) > _RIGID_TOLERANCE:
         raise InputError(
             "mount-not-rigid",

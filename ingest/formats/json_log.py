@@ -22,7 +22,7 @@ MAX_JSON_BYTES = 64 * 2**20
 JsonObject = dict[str, object]
 
 _KINDS = {"dict": "an object", "str": "a text", "bool": "true or false", "NoneType": "null"}
-_COPY_FIX = "Copy the session from the phone again; do not edit the log."
+_COPY_FIX = "Compare the place with the app's own file; if that says the same, leave the entry out."
 
 
 def mentions(path: Path, *keys: str) -> bool:
@@ -334,7 +334,7 @@ def _line_record(line: bytes, log: Path, where: str) -> Record:
             "log-damaged",
             f"{where.capitalize()} of {log.name} is damaged: {problem}.",
             where=f"{log}, {where}",
-            fix="Copy the session from the phone again; do not edit the log.",
+            fix=_COPY_FIX,
         ) from None
     except ValueError:
         cut = not line.endswith(b"\n")

@@ -247,7 +247,7 @@ def _read_as(format_: Format, path: Path) -> CaptureSession:
             "image-size",
             f"The log says that its images are {width} x {height} pixels.",
             where=str(path),
-            fix="Copy the session from the phone again; do not edit the log.",
+            fix="Write the size of the images as the app's film has it, or leave it out.",
         )
     return session
 

@@ -112,7 +112,11 @@ def _is_number(field: str) -> bool:
 
 def _damaged(text: TextRows, i: int, what: str) -> InputError:
     line, last = text.lines[i], i == len(text.rows) - 1
-    fix = _CUT_FIX if last else "Copy the session from the phone again; do not edit the log."
+    fix = (
+        _CUT_FIX
+        if last
+        else "Compare the line with the app's own file, or delete it: a missing pose is bridged."
+    )
     return InputError(
         "log-truncated" if last else "log-damaged",
         f"Line {line} of {text.path.name} is {'cut short' if last else 'damaged'}: it has {what}.",

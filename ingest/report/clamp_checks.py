@@ -61,7 +61,7 @@ def _object(mesh: ObjectMesh, mount: Mount) -> list[Check]:
     if not mount.object_id:
         return []
     given = object_id(mesh, mount.object_scale)
-    if given == mount.object_id:
+    if _box_of(given) == _box_of(mount.object_id):
         return [Check("mount's object", "ok", given)]
     message = f"the mount was found for another mesh: {mount.object_id}; this one is {given}"
     fix = (
@@ -69,6 +69,11 @@ def _object(mesh: ObjectMesh, mount: Mount) -> list[Check]:
         "another size, needs a mount of its own."
     )
     return [Check("mount's object", "bad", message, fix=fix)]
+
+
+def _box_of(name: str) -> str:
+    """The part of an id that is not the mesh's name: a file may be renamed."""
+    return name.rpartition(", ")[2]
 
 
 def _sureness(mount: Mount) -> list[Check]:

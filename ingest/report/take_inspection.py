@@ -172,7 +172,9 @@ def _intrinsics(session: CaptureSession) -> Check:
     focal = session.intrinsics[:, 0]
     message = f"fx {focal.min():.0f} to {focal.max():.0f} px"
     if not (session.intrinsics > 0).all() or np.ptp(focal) >= 0.2 * focal.mean():
-        fix = "The log's camera columns are damaged: copy the session again."
+        fix = (
+            "The log's camera columns contradict each other: compare them with the app's own file."
+        )
         return Check("intrinsics", "warn", message, fix=fix)
     if session.image_size is not None:
         off = session.intrinsics[:, 2:].mean(axis=0) / session.image_size - 0.5
