@@ -7,10 +7,6 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BaseModel, Field, StringConstraints, ValidationError
 
-from ingest.mesh import load_mesh
-from ingest.mount_file import load_mount
-from ingest.report.take_inspection import mesh_checks
-from ingest.uncertainty import bounds_95
 from omomo_core.whole_file import write_whole
 
 INFO, FILES, PICTURE = "info.json", "files", "picture.webp"
@@ -66,6 +62,9 @@ def mesh_summary(path: Path, scale: float) -> dict[str, Any]:
     Raises:
         InputError: as `load_mesh`.
     """
+    from ingest.mesh import load_mesh
+    from ingest.report.take_inspection import mesh_checks
+
     mesh = load_mesh(path, scale=scale)
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     return {
@@ -83,6 +82,9 @@ def mount_summary(path: Path) -> dict[str, Any]:
     Raises:
         InputError: as `load_mount`.
     """
+    from ingest.mount_file import load_mount
+    from ingest.uncertainty import bounds_95
+
     mount = load_mount(path)
     bounds = None if mount.covariance is None else bounds_95(mount.covariance)._asdict()
     return {

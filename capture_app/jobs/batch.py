@@ -16,7 +16,7 @@ from capture_app.jobs.job_kinds import summary_of
 from capture_app.jobs.job_record import JobRecord
 from capture_app.jobs.queue import JobQueue, order_id
 from capture_app.manifest import MANIFEST, Manifest, read_manifest
-from capture_app.staged_result import MARK
+from capture_app.staging import MARK
 from ingest.animated.detect import is_animation
 from ingest.archive import is_archive
 from ingest.formats.registry import FORMATS

@@ -20,7 +20,7 @@ from capture_app.commands.run import ResolveRequest, RunRequest
 from capture_app.commands.scan import ScanRequest
 from capture_app.library_item import FILES, INFO, PICTURE, info_of, save_info
 from capture_app.progress import Progress, StageClock
-from capture_app.staged_result import Staging
+from capture_app.staging import Staging
 from omomo_core.whole_file import partial_of
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ import numpy as np
 
 from capture_app.comparison.arrange import placed_motions
 from capture_app.comparison.compared_motions import Choice, Motion, load_motions, stretch
-from capture_app.staged_result import staged_folder
+from capture_app.staging import staged_folder
 from capture_app.study.study_design import (
     SIDES,
     Method,

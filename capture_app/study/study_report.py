@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Int
 from scipy.special import stdtrit
 
-from capture_app.staged_result import staged_folder
+from capture_app.staging import staged_folder
 from capture_app.study.votes import Key, Rater
 from omomo_core.errors import InputError
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from capture_app.staged_result import staged_folder
+from capture_app.staging import staged_folder
 from omomo_core.errors import InputError
 
 

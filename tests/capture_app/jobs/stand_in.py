@@ -11,7 +11,7 @@ from typing import ClassVar
 from capture_app.commands.request import Request
 from capture_app.jobs.job_kinds import Attempt, JobKind
 from capture_app.jobs.worker_store import DEADLIEST
-from capture_app.staged_result import Staging
+from capture_app.staging import Staging
 from omomo_core.errors import InputError
 
 STEPS = ("first", "second", "third")
