@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -123,6 +124,16 @@ def _leaps(person: Person) -> list[_Told]:
     return [(leap.start, leap.stop, _in_words(leap)) for leap in worst]
 
 
+def cause_of_leaps(person: Person, mesh: Path | None) -> Iterator[str]:
+    """Say what to look at where a person is faster than people are."""
+    if mesh is not None and find_leaps(person.human):
+        yield (
+            "Nobody is that fast. A mesh of another size or another thing makes such motions, and so does a "
+            f"wrong mount: check that {mesh.name} is the object, in metres, and look at the phone on it "
+            "(omocap inspect, or the page)."
+        )
+
+
 def _in_words(leap: Leap) -> str:
     name, speed, limit = leap.part.name, leap.speed, leap.limit
     if leap.turns:
@@ -160,7 +171,11 @@ def run_manifest(
             *_segment_note(prepared.segment),
             *start_position_note(prepared.stood, sample.person.human),
         ),
-        faults=(*sample.notes, *unsatisfied(sample.person)),
+        faults=(
+            *sample.notes,
+            *unsatisfied(sample.person),
+            *cause_of_leaps(sample.person, request.object),
+        ),
         grips=held_grips(sample.person),
         timings=timings,
         files=files,

@@ -1,11 +1,12 @@
 """What could not be satisfied is told with its time, the longest stretches first."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from capture_app.manifest_builder import held_grips, unsatisfied
+from capture_app.manifest_builder import cause_of_leaps, held_grips, unsatisfied
 from omomo_core.body.grip import GRIPS
 from omomo_core.generation.person import FingerFit, Person
 from omomo_core.motion import HumanMotion
@@ -70,6 +71,17 @@ def test_a_leap_is_told_with_its_time_its_limb_and_what_people_reach(
         "From 0.93 to 1.10 s the pelvis turns at 600 degrees a second; people reach 340.",
         "From 0.97 to 1.00 s the head moves at 15.0 m/s; people reach 2.4.",
     )
+
+
+def test_a_person_who_leaps_is_a_reason_to_look_at_mesh_and_mount(
+    people: tuple[Person, ...],
+) -> None:
+    person = calm(people[0])
+    assert list(cause_of_leaps(person, Path("lamp.glb"))) == []
+    person.human.joints[21:, 7, 1] += 0.5
+    told = " ".join(cause_of_leaps(person, Path("lamp.glb")))
+    assert "check that lamp.glb is the object, in metres" in told
+    assert list(cause_of_leaps(person, None)) == []
 
 
 def test_the_worst_leaps_are_told(people: tuple[Person, ...]) -> None:
