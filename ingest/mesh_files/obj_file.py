@@ -123,7 +123,8 @@ def _read(data: bytes, path: Path) -> _Statements:
             said.libraries.append(b" ".join(words[1:]).decode("utf-8", "replace"))
         elif key in _NO_SURFACE:
             said.left_out.add(_NO_SURFACE[key])
-    if not data.endswith((b"\n", b"\r")) and len(last) <= _NUMBERS.get(last[0] if last else b"", 0):
+    whole = not last or data.endswith((b"\n", b"\r"))
+    if not whole and len(last) <= _NUMBERS.get(last[0], 0):
         raise cut_short(
             path, f"its last line is {b' '.join(last)[:40].decode('utf-8', 'replace')!r}"
         )

@@ -123,7 +123,7 @@ def test_a_mesh_reads_no_file_beside_its_own(client, site: Site):
     begun = announce(client, {"a.gltf": len(data)}, "object")
     client.put(f"/api/uploads/{begun['id']}/files/0?offset=0", content=data)
     error = problem(client.post(f"/api/uploads/{begun['id']}/finish"), 422)
-    assert "escapes" in error["what"]
+    assert "private.bin, which is not beside it" in error["what"]
 
 
 def test_things_are_renamed_and_deleted(client):
