@@ -106,7 +106,7 @@ class TakeOptions(ReadingOptions):
 
     strict: Annotated[
         bool,
-        OptionGroup.READING,
+        OptionGroup.RESULT,
         Field(
             title="Refuse what is usable with limits",
             description="Refuse a take of which `omocap inspect` finds anything that is to be looked at.",

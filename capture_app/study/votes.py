@@ -72,8 +72,12 @@ def read_key(folder: Path) -> Key:
     try:
         return Key.model_validate_json(path.read_bytes())
     except OSError as error:
-        what = f"It cannot be read: {in_words(error)}."
-        raise _refused("votes-damaged", what, path, "file") from error
+        raise InputError(
+            "study-missing",
+            "This is no study: it has no answer key.",
+            where=str(path),
+            fix="Give the folder that ‹omocap study make› wrote, with its key.json.",
+        ) from error
     except ValidationError as error:
         field, problem = first_problem(error.errors())
         raise InputError(
@@ -218,12 +222,8 @@ def _read(path: Path) -> VoteFile:
             raise _refused("votes-damaged", "The file is far too large for votes.", path, "file")
         return VoteFile.model_validate_json(path.read_bytes())
     except OSError as error:
-        raise _refused(
-            "votes-damaged",
-            f"It cannot be read: {error.strerror or 'the disk failed'}.",
-            path,
-            "file",
-        ) from error
+        what = f"It cannot be read: {in_words(error)}."
+        raise _refused("votes-damaged", what, path, "file") from error
     except ValidationError as error:
         where, problem = first_problem(error.errors())
         what = f"These are no votes, or they are damaged: {f'{where}: ' * bool(where)}{problem}."

@@ -93,7 +93,7 @@ def test_a_mesh_of_another_size_is_the_object_at_the_mount_s_scale(demo: Path, t
     small = trimesh.load_mesh(demo / MESH)
     small.apply_scale(0.8)
     small.export(tmp_path / "box.obj")
-    scaled = replace(load_mount(demo / MOUNT), object_scale=1.25)
+    scaled = replace(load_mount(demo / MOUNT), object_scale=1.25, object_id="")
     save_mount(scaled, tmp_path / "mount.json")
     seen = inspect_take(demo / SESSION, tmp_path / "box.obj", tmp_path / "mount.json")
     true = inspect_take(demo / SESSION, demo / MESH, demo / MOUNT)

@@ -63,5 +63,6 @@ def test_export_render_compare_and_resolve(result: Path, tmp_path: Path) -> None
     manifest = read_manifest(tmp_path / "c" / "manifest.json")
     assert manifest.correction is not None
     assert told["scores"] == manifest.scores[0]
-    assert log == [*manifest.notes, *manifest.faults]
+    seen = [finding.sentence for finding in manifest.findings]
+    assert log == [*seen, *manifest.notes, *manifest.faults]
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]

@@ -67,7 +67,7 @@ def test_a_tracker_step_by_step(tabs, server, box, recorded):
     expect(page.get_by_role("alert")).to_contain_text("Still missing: the recording")
     choose(page, "Drop the recording here", recorded / "take")
     expect(page.get_by_text("tracked without a break")).to_be_visible(timeout=120_000)
-    choose(page, "Drop the tracker's log here", recorded / "take" / "odometry.csv")
+    choose(page, "Drop the tracker's log here", recorded / "take" / "imu.csv")
     expect(page.get_by_role("alert")).to_contain_text("What to do:", timeout=120_000)
     choose(page, "Drop the tracker's log here", recorded / "poses.csv")
     expect(page.get_by_text("poses, 30 a second, 12 s")).to_be_visible(timeout=120_000)

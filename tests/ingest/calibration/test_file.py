@@ -75,7 +75,7 @@ def test_not_rigid_gives_the_measured_deviation(tmp_path: Path):
     assert "0.21" in error.what
     assert "1.331" in error.what
     mirrored = np.diag([1.0, 1.0, -1.0, 1.0])
-    assert "determinant is -1" in _error(tmp_path, mirrored.tolist()).what
+    assert "determinant -1" in _error(tmp_path, mirrored.tolist()).what
     column_major = np.eye(4)
     column_major[3, :3] = [0.1, 0.2, 0.3]
     assert _error(tmp_path, column_major.tolist()).code == "mount-not-rigid"
