@@ -105,7 +105,7 @@ LOGS: dict[str, tuple[Callable[[CaptureSession], CaptureSession], tuple[Format, 
     "mirrored in z": (lambda s: go.mirrored(s, 2), WITH_IMU),
     "stamps in ms": (_paced(1e3), (*WITH_IMU, arkit_data_logger)),
     "stamps in us": (_paced(1e6), (*WITH_IMU, arkit_data_logger)),
-    "stamps in ns": (_paced(1e9), (stray_scanner,)),
+    "stamps in ns": (_paced(1e9), (stray_scanner, arkit_data_logger)),
     "stamps that count": (lambda s: go.timed(s, np.arange(len(s.times)) * 1.0), (*WITH_IMU, *BARE)),
     "four times as fast": (_paced(0.25), (*WITH_IMU, *BARE)),
     "twice as slow as its IMU": (

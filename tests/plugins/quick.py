@@ -25,7 +25,7 @@ _STARTS = (
 )
 """What starts a process."""
 _REASON = "it starts a process: a quick run leaves it out"
-_ROOMS = ("jobs", "web", "page")
+_ROOMS = ("jobs", "web", "page", "replay")
 """Folders of tests/capture_app whose workers, servers and browsers start processes from other threads."""
 
 
