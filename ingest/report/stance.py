@@ -35,8 +35,12 @@ _SHELF = 1.8
 """Metres over the floor at which hardly anything stands that a person puts things on."""
 _FALL_WINDOW = 7
 """Frames over which an acceleration is taken."""
-_FREE, _FALL_SECONDS, _DROP = 3.0, 0.1, 0.1
-"""m/s^2 about gravity's, seconds, and metres of a fall: people lower things at less."""
+_FREE = 3.0
+"""How far from gravity's an acceleration may be in a free fall, m/s^2: people lower things at less."""
+_FALL_SECONDS = 0.1
+"""Shortest time of a fall."""
+_DROP = 0.1
+"""Shortest way of a fall, metres."""
 _UPRIGHT = np.cos(np.radians(25.0))
 """Cosine between an axis of the mesh and up where that axis points up."""
 _ON_MARK, _MARK_TURN = 0.3, 20.0
