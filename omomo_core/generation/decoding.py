@@ -219,9 +219,37 @@ def solve_people(
     solved = solve_bodies(
         body, sampled.root, R, sampled.foot_contact, targets, prefix, on_progress=on_progress
     )
-    frames, before = R.shape[1], 0 if prefix is None else prefix.frames
+    return finish_people(
+        solved, targets, sampled.foot_contact, hands, segments, object_model, body, prefix
+    )
+
+
+@torch.inference_mode()
+def finish_people(
+    solved: SolvedBodies,
+    targets: InteractionTargets,
+    foot_contact: Float[Tensor, "samples frames 4"],
+    hands: Sequence[HandMotion],
+    segments: Sequence[tuple[ContactSegment, ...]],
+    object_model: ObjectModel,
+    body: BodyModel,
+    prefix: SolvedPrefix | None,
+) -> tuple[list[Person], SolvedBodies]:
+    """Return the people of solved bodies, and these with palms laid on what they hold; fingers are closed.
+
+    Args:
+        solved: bodies.
+        targets: what they are solved for.
+        foot_contact: as sampled.
+        hands: palms and contact weights of each sample.
+        segments: what they hold.
+        object_model: the object.
+        body: whose bones.
+        prefix: the first frames, which stay as they are.
+    """
+    frames, before = solved.root.shape[1], 0 if prefix is None else prefix.frames
     solved = lay_palms(body, solved, targets, segments, free_after(before, frames))
-    T, planted = clip.take.motion.T_world_object, sampled.foot_contact.double().numpy()
+    T, planted = targets.T_world_object, foot_contact.double().numpy()
     people = assemble_people(
         body, solved, planted, hands, segments, T, object_model.obstacle, prefix
     )

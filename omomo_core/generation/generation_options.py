@@ -32,6 +32,8 @@ class GenerationOptions:
     contact: Literal["segments", "paper"] = "segments"
     sampler: Sampler = "dpm++"
     steps: int = 10
+    solve: Literal["shown", "all"] = "all"
+    """Whether only the sample that is shown is solved, or every one."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,8 @@ class Generation:
     scores: tuple[dict[str, float], ...]
     notes: tuple[str, ...]
     """Faults of the chosen sample, in sentences."""
+    unsolved: frozenset[int] = frozenset()
+    """Indices of samples that are as they were sampled: palms may miss, and fingers are straight."""
 
     @property
     def motions(self) -> tuple[HumanMotion, ...]:

@@ -1,8 +1,11 @@
 """The generator: an object motion in, K people who move it out, ranked (OMOMO section 3)."""
 
 from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
+import torch
 
 from omomo_core.body.model import BodyModel
 from omomo_core.generation.conditioning import UNCONDITIONED, Conditioning
@@ -12,10 +15,20 @@ from omomo_core.generation.generation_options import (
     GenerationOptions,
     Progress,
     no_progress,
+    notes_of,
 )
+from omomo_core.generation.object_clip import ObjectModel
 from omomo_core.generation.paper_generator import generate_as_published
 from omomo_core.generation.person import join
-from omomo_core.generation.selection.ranking import rank
+from omomo_core.generation.sample_chunks import sample_chunks
+from omomo_core.generation.sampled_take import SampledTake
+from omomo_core.generation.selection.ranking import (
+    first_to_show,
+    is_shown,
+    order_as_sampled,
+    rank,
+    score,
+)
 from omomo_core.generation.stream import stream
 from omomo_core.motion import ObjectMotion
 from omomo_core.stages.stage import Stages
@@ -29,6 +42,7 @@ def generate(
     options: GenerationOptions,
     progress: Progress = no_progress,
     conditioning: Conditioning = UNCONDITIONED,
+    on_sampled: Callable[[SampledTake], None] = lambda take: None,
 ) -> Generation:
     """Return K samples of a person who could have moved the object, ranked.
 
@@ -39,6 +53,8 @@ def generate(
         options: samples, seed, contact rule, sampler.
         progress: called with the name of the step and the fraction done.
         conditioning: palms, contacts, first pose or start position that are given (not in the paper's model).
+        on_sampled: called with the sampled take where only what is shown is solved: with it the other
+            samples can be solved later.
 
     Returns:
         The samples in the world of `motion`. The same arguments give the same result.
@@ -46,14 +62,11 @@ def generate(
     if stages.hands.config.configuration == "paper":
         return generate_as_published(motion, body, stages, options, progress)
     poses = motion.T_world_object
-    finished: Counter[str] = Counter()
-
-    def overall(name: str, done: float) -> None:
-        before = finished[name] * RECORDED.step
-        now = min(RECORDED.length, len(poses) - before)
-        finished[name] += done == 1.0
-        progress(name, (before + done * now) / len(poses))
-
+    overall = _over_chunks(progress, len(poses))
+    if options.solve == "shown" and options.samples > 1:
+        take = _sampled(motion, body, stages, options, overall, conditioning)
+        on_sampled(take)
+        return _solved_to_show(take, progress)
     # Two threads must not each change how many threads BLAS has.
     with one_blas_thread():
         made = stream(
@@ -70,3 +83,67 @@ def generate(
         chunks = list(made)
     people = tuple(join([b.people[k] for b in chunks]) for k in range(options.samples))
     return rank(people, np.concatenate([b.must_hold for b in chunks]))
+
+
+def _over_chunks(progress: Progress, frames: int) -> Progress:
+    """Return a progress callback for each chunk anew, which tells how much of the whole take is done."""
+    finished: Counter[str] = Counter()
+
+    def overall(name: str, done: float) -> None:
+        before = finished[name] * RECORDED.step
+        now = min(RECORDED.length, frames - before)
+        finished[name] += done == 1.0
+        progress(name, (before + done * now) / frames)
+
+    return overall
+
+
+def _sampled(
+    motion: ObjectMotion,
+    body: BodyModel,
+    stages: Stages,
+    options: GenerationOptions,
+    progress: Progress,
+    conditioning: Conditioning,
+) -> SampledTake:
+    """Return a take of which all samples are sampled and none is solved."""
+    model, threads = (
+        ObjectModel(motion.mesh, stages.height / body.height, body.shoe_sole),
+        torch.get_num_threads(),
+    )
+    with one_blas_thread():
+        chunks = sample_chunks(
+            model,
+            motion.T_world_object,
+            body,
+            stages,
+            options,
+            conditioning,
+            RECORDED,
+            progress,
+            threads,
+        )
+        # What the networks gave has done its work when the next chunk is sampled.
+        return SampledTake([replace(chunk, features=None) for chunk in chunks], model, body)
+
+
+def _solved_to_show(take: SampledTake, progress: Progress) -> Generation:
+    """Return the samples ranked as sampled, and solved from the first on until one may be shown."""
+    must_hold = take.must_hold
+    people = [take.as_sampled(k) for k in range(take.samples)]
+    order, told = order_as_sampled(people, must_hold)
+    scores, solved = list(told), list[int]()
+    for k in order:
+        people[k] = take.solve(k, lambda done: progress("solve", done))
+        scores[k] = score(people[k], must_hold)
+        solved.append(k)
+        if is_shown(scores[k]):
+            break
+    chosen = solved[first_to_show([scores[k] for k in solved])]
+    return Generation(
+        tuple(people),
+        chosen,
+        tuple(scores),
+        notes_of(scores[chosen]),
+        frozenset(range(take.samples)) - set(solved),
+    )

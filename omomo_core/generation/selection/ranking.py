@@ -19,6 +19,8 @@ from omomo_core.skeleton import joint
 FEET = (7, 8, 10, 11)
 """Ankles and toes, in the order of a motion's foot contacts."""
 _WEIGHTS: dict[str, float] = asdict(SCORE_WEIGHTS)
+_LASTING = ("miss_cm", "inside_cm", "skate_cm_s")
+"""Faults of people as sampled that tell of those that are left when they are solved."""
 
 
 def score(person: Person, must_hold: Bool[np.ndarray, " frames"]) -> dict[str, float]:
@@ -114,10 +116,43 @@ def choose(motions: Sequence[HumanMotion], scores: Sequence[Mapping[str, float]]
     """
     central = _ranks(distance_to_others(np.stack([human.joints for human in motions])).round(6))
     faults = _ranks(np.array([s["total"] for s in scores]))
+    return int(np.argmin(np.where(_may_be_shown(scores), central + faults, np.inf)))
+
+
+def first_to_show(scores: Sequence[Mapping[str, float]]) -> int:
+    """Return the index of the first of some solved samples that `choose` might show."""
+    return int(_may_be_shown(scores).argmax())
+
+
+def _may_be_shown(scores: Sequence[Mapping[str, float]]) -> Bool[np.ndarray, " samples"]:
     leaps, inside = (np.array([s[k] for s in scores]) for k in ("leaping", "inside_cm"))
     shown = (leaps == 0) | (leaps > 0).all()
-    shown &= inside <= inside[shown].min() + 100 * SCORE.extra_depth
-    return int(np.argmin(np.where(shown, central + faults, np.inf)))
+    return shown & (inside <= inside[shown].min() + 100 * SCORE.extra_depth)
+
+
+def order_as_sampled(
+    people: Sequence[Person], must_hold: Bool[np.ndarray, " frames"]
+) -> tuple[list[int], tuple[dict[str, float], ...]]:
+    """Return in which order people who are not solved are worth solving, and their scores.
+
+    The order is that of the sum of two ranks, as in `choose`, but of the faults that solving hardly mends:
+    palms far from their targets, a body in the object, and skating feet.
+
+    Args:
+        people: as sampled, of the same take.
+        must_hold: frames in which somebody must hold the object.
+    """
+    scores = tuple(score(person, must_hold) for person in people)
+    joints = np.stack([p.human.joints[:: SCORE.stride] for p in people])
+    central = _ranks(distance_to_others(joints).round(6))
+    faults = np.array([sum(_WEIGHTS[name] * s[name] for name in _LASTING) for s in scores])
+    order = np.argsort(central + _ranks(faults), kind="stable")
+    return order.tolist(), scores
+
+
+def is_shown(scores: Mapping[str, float]) -> bool:
+    """Return whether a solved sample may be shown without a look at others: it neither leaps nor is deep."""
+    return scores["leaping"] == 0 and scores["inside_cm"] <= 100 * SCORE.extra_depth
 
 
 def _ranks(values: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:

@@ -141,6 +141,9 @@ class ScoreConfig:
         "m",
         "How much deeper than the least deep sample's, on average, a shown sample's body may be.",
     )
+    stride: int = setting(
+        2, "frames", "Step between the frames in which people who are not solved are compared."
+    )
     outliers_one_in: int = setting(
         4, "count", "The farthest one in so many samples does not count for a sample's distance."
     )
