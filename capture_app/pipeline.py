@@ -1,7 +1,7 @@
 """The whole story: a phone's log, a mesh and a mount become a result folder."""
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,7 +17,8 @@ from capture_app.manifest_builder import run_manifest
 from capture_app.prepare import PreparedTake, prepare_take
 from capture_app.progress import Progress, silent
 from capture_app.rendering import draw_video
-from capture_app.result import Result, save_motion
+from capture_app.result import SAMPLED, Result, save_motion
+from capture_app.sampled_file import save_sampled
 from capture_app.staged_result import StagedResult, run_stages
 from ingest.axes import T_ZUP_ARKIT
 from ingest.mesh_files.file_parts import decoding
@@ -159,9 +160,27 @@ class StagedRun(StagedResult[RunRequest]):
         take, options = self.prepared, self.request.generation
         stood = None if take.stood is None else np.array(take.stood)
         known = Conditioning(contacts=take.contacts, start_position=stood)
-        generated = generate(take.motion, take.body, take.stages, options, self.clock, known)
-        path = self.staging.folder / MOTION
-        save_motion(path, generated.people, generated.chosen, take.motion, take.body.name)
+        folder = self.staging.folder
+        generated = generate(
+            take.motion,
+            take.body,
+            take.stages,
+            options,
+            self.clock,
+            known,
+            on_sampled=partial(save_sampled, folder / SAMPLED),
+        )
+        unsolved = generated.unsolved
+        if not unsolved:
+            (folder / SAMPLED).unlink(missing_ok=True)
+        save_motion(
+            folder / MOTION,
+            generated.people,
+            generated.chosen,
+            take.motion,
+            take.body.name,
+            unsolved,
+        )
         self.keep(
             GeneratedSample(
                 generated.people[generated.chosen],

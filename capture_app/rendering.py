@@ -8,6 +8,7 @@ from capture_app.commands.run import ResultRequest
 from capture_app.overlay.aligned import eye_of
 from capture_app.progress import Progress, silent
 from capture_app.result import body_of, load_result, sample_index
+from capture_app.solve_samples import solved_result
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
 from omomo_core.whole_file import check_target
@@ -75,6 +76,7 @@ def render_result(request: RenderRequest, progress: Progress = silent) -> None:
     """
     loaded = load_result(request.result)
     index = sample_index(loaded, request.sample)
+    loaded = solved_result(loaded, [index], progress)
     check_target(request.output, (".png",) if request.picture else MOVING)
     order = _order(request, len(loaded.object_motion.valid))
     person, moved = loaded.people[index], loaded.object_motion

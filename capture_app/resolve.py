@@ -12,6 +12,7 @@ from capture_app.progress import Progress, silent
 from capture_app.rendering import draw_video
 from capture_app.rerun import unchanged
 from capture_app.result import Result, body_of, load_result, sample_index, save_corrected
+from capture_app.solve_samples import solved_result
 from capture_app.staged_result import StagedResult, run_stages
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.contact_file import read_contacts
@@ -121,7 +122,8 @@ class StagedCorrection(StagedResult[ResolveRequest]):
 
     @cached_property
     def _before(self) -> Result:
-        return load_result(self.request.result)
+        result = load_result(self.request.result)
+        return solved_result(result, [sample_index(result, self.request.sample)], self.clock)
 
     @cached_property
     def _body(self) -> BodyModel:

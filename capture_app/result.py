@@ -1,6 +1,7 @@
 """`motion.npz` of a result folder: the samples of a person's motion and the object they moved."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,9 +17,12 @@ from omomo_core.generation.person import FingerFit, Person
 from omomo_core.geometry.rotations import matrix_from_xyzw, same_numbers, xyzw_from_matrix
 from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion, Texture
 from omomo_core.skeleton import BODY_JOINTS, FINGER_JOINTS
+from omomo_core.whole_file import whole_file
 
 _PLAIN = ("root", "joints", "hand_contact", "foot_contact")
 """Arrays of a HumanMotion that are written as they are."""
+SAMPLED = "sampled.npz"
+"""File of what all samples are solved from; a result of which everything is solved has none."""
 JOINT_NAMES = (*BODY_JOINTS, "left_palm", "right_palm")
 
 
@@ -31,6 +35,8 @@ class Result:
     people: tuple[Person, ...]
     """The samples; `manifest.chosen` is the index of the best."""
     object_motion: ObjectMotion
+    unsolved: frozenset[int] = frozenset()
+    """Indices of samples that are as they were sampled; `solved_result` solves them."""
 
     @property
     def motions(self) -> tuple[HumanMotion, ...]:
@@ -50,10 +56,46 @@ def load_result(folder: Path) -> Result:
         InputError: it is none, or damaged.
     """
     manifest = read_manifest(folder / MANIFEST)
-    people, object_motion = load_motion(folder / MOTION)
+    path = folder / MOTION
+    data = _motion_arrays(path)
+    people, object_motion = _people(path, data), _object_of(path, data)
     if manifest.chosen >= len(people):
-        raise _damaged(folder / MOTION, "it holds fewer samples than the manifest says")
-    return Result(folder, manifest, people, object_motion)
+        raise _damaged(path, "it holds fewer samples than the manifest says")
+    unsolved = unsolved_samples(folder)
+    for k in range(len(people)):
+        if k not in unsolved and (later := sample_file(folder, k)).is_file():
+            people[k] = _people(later, _motion_arrays(later))[0]
+    return Result(folder, manifest, tuple(people), object_motion, unsolved)
+
+
+def unsolved_samples(folder: Path) -> frozenset[int]:
+    """Indices of the samples of a result folder that are as they were sampled.
+
+    Raises:
+        InputError: "result-missing" or "result-damaged".
+    """
+    if not (folder / SAMPLED).is_file():
+        return frozenset()
+    solved = _motion_arrays(folder / MOTION, ("solved",))["solved"]
+    rough = np.flatnonzero(~solved).tolist()
+    return frozenset(k for k in rough if not sample_file(folder, k).is_file())
+
+
+def sample_file(folder: Path, index: int) -> Path:
+    """The file of a sample that was solved after the run, in a result folder."""
+    return folder / f"sample_{index + 1}.npz"
+
+
+def save_sample_of(result: Result, index: int, person: Person) -> Person:
+    """Keep a sample that was solved after the run, and return it as it will be read.
+
+    A result folder that cannot be written stays as it is.
+    """
+    path = sample_file(result.folder, index)
+    arrays = _people_arrays([person])
+    with suppress(InputError), whole_file(path) as unfinished:
+        _write(unfinished, arrays)
+    return _person(arrays, 0)
 
 
 def sample_index(result: Result, number: int | None) -> int:
@@ -91,6 +133,7 @@ def save_motion(
     chosen: int,
     object_motion: ObjectMotion,
     body_name: str,
+    unsolved: Collection[int] = (),
 ) -> None:
     """Write the arrays that docs/format.md describes; the same motion gives the same bytes.
 
@@ -100,10 +143,13 @@ def save_motion(
         chosen: index of the best one.
         object_motion: as many frames as the samples.
         body_name: the body whose bones the samples move.
+        unsolved: indices of samples that are as they were sampled.
     """
+    solved = [k not in unsolved for k in range(len(people))]
     arrays: dict[str, np.ndarray] = {
         "fps": np.array(FPS, np.float32),
         "chosen": np.array(chosen, np.int32),
+        "solved": np.array(solved),
         "body": np.array(body_name),
         "joint_names": np.array(JOINT_NAMES),
         "rotation_names": np.array(BODY_JOINTS),
@@ -126,11 +172,13 @@ def save_corrected(path: Path, before: Result, index: int, person: Person) -> No
         index: of the sample that was corrected.
         person: that sample, corrected.
     """
-    arrays = _read(before.folder / MOTION)
-    new = _people_arrays([person])
+    arrays, new = _read(before.folder / MOTION), _people_arrays([person])
+    later = sample_file(before.folder, index)
+    old, row = (_read(later), 0) if later.is_file() else (arrays, index)
     for key in ("rotations_xyzw", "fingers_xyzw"):
-        new[key] = same_numbers(new[key][0], arrays[key][index])[None]
-    _write(path, {**arrays, **new, "chosen": np.array(0, np.int32)})
+        new[key] = same_numbers(new[key][0], old[key][row])[None]
+    alone = {"chosen": np.array(0, np.int32), "solved": np.ones(1, bool)}
+    _write(path, {**arrays, **new, **alone})
 
 
 def _write(path: Path, arrays: dict[str, np.ndarray]) -> None:
@@ -138,10 +186,10 @@ def _write(path: Path, arrays: dict[str, np.ndarray]) -> None:
     np.savez_compressed(path, allow_pickle=False, **arrays)
 
 
-def _read(path: Path) -> dict[str, np.ndarray]:
+def _read(path: Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
     # Opened here and not by numpy, which leaves a damaged file open.
     with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-        return {key: file[key] for key in file.files}
+        return {key: file[key] for key in names or file.files}
 
 
 def load_motion(path: Path) -> tuple[tuple[Person, ...], ObjectMotion]:
@@ -150,10 +198,27 @@ def load_motion(path: Path) -> tuple[tuple[Person, ...], ObjectMotion]:
     Raises:
         InputError: the file is missing or damaged.
     """
+    data = _motion_arrays(path)
+    return tuple(_people(path, data)), _object_of(path, data)
+
+
+def _people(path: Path, data: dict[str, np.ndarray]) -> list[Person]:
     try:
-        data = _read(path)
-        samples = range(len(data["root"]))
-        return tuple(_person(data, k) for k in samples), _object_motion(data)
+        return [_person(data, k) for k in range(len(data["root"]))]
+    except Exception as error:  # arrays that are missing, or do not fit each other
+        raise _damaged(path, in_words(error)) from error
+
+
+def _object_of(path: Path, data: dict[str, np.ndarray]) -> ObjectMotion:
+    try:
+        return _object_motion(data)
+    except Exception as error:  # as above
+        raise _damaged(path, in_words(error)) from error
+
+
+def _motion_arrays(path: Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
+    try:
+        return _read(path, names)
     except FileNotFoundError as error:
         raise InputError(
             "result-missing",

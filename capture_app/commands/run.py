@@ -67,6 +67,15 @@ class TakeOptions(ReadingOptions):
             description="Steps of the sampler; more is slower and finer.",
         ),
     ] = 10
+    solve: Annotated[
+        Literal["shown", "all"],
+        OptionGroup.MOTION,
+        Field(
+            title="Finish which samples",
+            description="Which samples are solved at once: the one that is shown, or all. The others are "
+            "solved when somebody looks at them.",
+        ),
+    ] = "shown"
     contact: Annotated[
         Literal["segments", "paper"],
         OptionGroup.MOTION,

@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float
 
 from capture_app.manifest import MANIFEST
 from capture_app.result import Result, body_of, load_result
+from capture_app.solve_samples import solved_result
 from omomo_core.body.kinematics import joints_of
 from omomo_core.body.model import BodyModel, load_body
 from omomo_core.contact.segment import ContactSegment
@@ -192,7 +193,7 @@ def _of_result(choice: Choice, all_samples: bool, paper_rule: bool) -> list[Moti
         chosen = [number(choice.which, count, choice, "samples")]
     else:
         chosen = list(range(count)) if all_samples else [result.manifest.chosen]
-    name = choice.path.resolve().name
+    result, name = solved_result(result, chosen), choice.path.resolve().name
     found: list[Motion] = []
     for k in chosen:
         label = name if choice.which is None and not all_samples else f"{name} #{k + 1}"

@@ -28,6 +28,7 @@ from capture_app.exports.target_skeleton import Target, read_target
 from capture_app.exports.usd import write_usd
 from capture_app.picture_bytes import encoded
 from capture_app.result import Result, body_of, load_result, sample_index
+from capture_app.solve_samples import solved_result
 from omomo_core.body.model import BodyModel
 from omomo_core.errors import InputError
 from omomo_core.geometry.rotations import xyzw_from_matrix
@@ -209,6 +210,7 @@ def export_result(request: ExportRequest) -> Exported:
     to = request.to or _format_of(request.output)
     result = load_result(request.result)
     index = sample_index(result, request.sample)
+    result = solved_result(result, [index])
     suffix = "" if request.sample is None else f"_sample_{request.sample}"
     path = target_of(request.output, result.folder.resolve().name + suffix, to)
     skeleton = request.skeleton

@@ -28,6 +28,7 @@ from capture_app.overlay.placing import (
 )
 from capture_app.progress import Progress
 from capture_app.result import Result, load_result, sample_index
+from capture_app.solve_samples import solved_result
 from ingest.archive import is_archive
 from ingest.calibration.board.board_place import load_place, parse_grid
 from ingest.calibration.board.board_spec import Board, Checkerboard
@@ -203,6 +204,7 @@ def overlay_result(request: OverlayRequest, progress: Progress) -> Overlaid:
     check_target(request.output, VIDEO_FORMATS)
     result = load_result(request.result)
     index = sample_index(result, request.sample)
+    result = solved_result(result, [index], progress)
     aligned = find(result, request, progress)
     pictures = draw(
         result,

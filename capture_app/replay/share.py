@@ -13,6 +13,7 @@ from capture_app.manifest import MOTION
 from capture_app.replay import VIEWER
 from capture_app.replay.scene_pack import pack_result, pack_session
 from capture_app.result import load_result
+from capture_app.solve_samples import all_solved
 from ingest.trajectory.trajectory_config import AS_LOGGED, Reading
 from omomo_core.errors import InputError
 
@@ -123,4 +124,4 @@ def open_scene(
             where=str(path),
             fix="Leave out ‹object› and ‹mount›.",
         )
-    return pack_result(load_result(path), film=film)
+    return pack_result(all_solved(load_result(path)), film=film)

@@ -247,6 +247,20 @@ def pack_result_scene(result: Path, scene: Path) -> dict[str, Any]:
     return _written(scene, pack)
 
 
+def solve_samples(result: Path, samples: tuple[int, ...]) -> dict[str, Any]:
+    """Solve samples of a result, numbered from 1, and keep them in its folder.
+
+    Raises:
+        InputError: as `load_result`, or "sample-missing".
+    """
+    from capture_app.result import load_result, sample_index
+    from capture_app.solve_samples import solved_result
+
+    loaded = load_result(result)
+    solved_result(loaded, [sample_index(loaded, number) for number in samples])
+    return {}
+
+
 def pack_result_film(result: Path, film: Path) -> dict[str, Any]:
     """Write what the phone filmed during a result.
 
@@ -268,8 +282,9 @@ def share_result(result: Path, title: str, sample: int | None, page: Path) -> di
     from capture_app.replay.scene_pack import pack_result
     from capture_app.replay.share import share_page
     from capture_app.result import load_result
+    from capture_app.solve_samples import all_solved
 
-    pack = pack_result(load_result(result), name=title, words=_of_a_run, sample=sample)
+    pack = pack_result(all_solved(load_result(result)), name=title, words=_of_a_run, sample=sample)
     write_whole(page, share_page([pack], title=title))
     return {}
 

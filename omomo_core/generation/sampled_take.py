@@ -7,6 +7,7 @@ person is solved when somebody wants to see them.
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import torch
@@ -66,7 +67,7 @@ class SampledTake:
         """
         beside = torch.get_num_threads() > 1
         with one_blas_thread(), torch_threads(1), ThreadPoolExecutor(1) as pool:
-            return _solved(self, k, pool.submit if beside else _at_once, progress)
+            return _solved(self, k, pool if beside else None, progress)
 
 
 def _own(sample: SampledChunk) -> slice:
@@ -110,17 +111,21 @@ class _Laid:
     """The last of them: the hands of the next chunk begin so."""
 
 
-Submit = Callable[..., "Future[_Laid]"]
-"""Calls a function with arguments, at once or in another thread."""
-
-
-def _at_once(lay: Callable[..., _Laid], *arguments: object) -> "Future[_Laid]":
+def _begun(pool: ThreadPoolExecutor | None, lay: Callable[[], _Laid]) -> "Future[_Laid]":
+    """Return what will be laid by the pool, or is laid when this returns."""
+    if pool is not None:
+        return pool.submit(lay)
     done = Future[_Laid]()
-    done.set_result(lay(*arguments))
+    done.set_result(lay())
     return done
 
 
-def _solved(take: SampledTake, k: int, submit: Submit, progress: Callable[[float], None]) -> Person:
+def _solved(
+    take: SampledTake,
+    k: int,
+    pool: ThreadPoolExecutor | None,
+    progress: Callable[[float], None],
+) -> Person:
     people: list[Person] = []
     prefix: SolvedPrefix | None = None
     laid: Future[_Laid] | None = None
@@ -136,7 +141,7 @@ def _solved(take: SampledTake, k: int, submit: Submit, progress: Callable[[float
         if laid is not None:
             people.append(laid.result().person)
         before = sample.posed if laid is None else laid.result().prefix
-        laid = submit(_with_hands, sample, take, targets, bodies, before)
+        laid = _begun(pool, partial(_with_hands, sample, take, targets, bodies, before))
     assert laid is not None
     people.append(laid.result().person)
     progress(1.0)

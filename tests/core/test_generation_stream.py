@@ -13,7 +13,8 @@ from omomo_core.generation.generation_config import LIVE, RECORDED, ChunkSizes
 from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.generation.generator import generate
 from omomo_core.generation.person import join
-from omomo_core.generation.stream import GeneratedChunk, split_into_chunks, stream
+from omomo_core.generation.sample_chunks import split_into_chunks
+from omomo_core.generation.stream import GeneratedChunk, stream
 from omomo_core.stages.stage import Stages
 from omomo_core.weights.load import load_stages
 from tests.core.test_generation import carried, untrained

@@ -6,13 +6,14 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Query
 from fastapi.responses import FileResponse, Response
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from capture_app.commands.inputs import Sample
 from capture_app.commands.run import VIDEO
 from capture_app.jobs.job_record import OVER
 from capture_app.library_item import Info
 from capture_app.manifest import CONTACTS, MANIFEST, Manifest, read_manifest
+from capture_app.result import unsolved_samples
 from capture_app.web import sandboxed_work
 from capture_app.web.file_response import (
     FILE,
@@ -37,6 +38,12 @@ _ORIGINS = ("session", "object", "mount", "parent")
 """Ids of what a result was made from; null for one that was copied in."""
 
 
+Solved = Annotated[
+    tuple[Annotated[int, Field(ge=1, le=64)], ...],
+    Query(description="Samples that are to be solved in it, counted from 1."),
+]
+
+
 class Whole(BaseModel):
     """A result with its manifest and all its files."""
 
@@ -49,6 +56,8 @@ class Whole(BaseModel):
     manifest: dict[str, Any]
     files: list[ResultFile]
     exports: list[ResultFile]
+    unsolved: list[int]
+    """Samples that are as they were sampled, counted from 1; the scene solves them when it is asked to."""
     video_job: str | None
     """Id of the job that draws its video; null when that is over."""
 
@@ -73,6 +82,7 @@ def one(site: Here, id: Id) -> Whole:
         manifest=manifest,
         files=listed(results.place(id), f"{at}/files"),
         exports=listed(results.exports(id), f"{at}/exports"),
+        unsolved=[k + 1 for k in sorted(unsolved_samples(results.content(id)))],
         video_job=_video_job(site, id),
     )
 
@@ -120,8 +130,11 @@ def export(site: Here, id: Id, name: str) -> FileResponse:
 
 
 @router.get("/{id}/scene", response_class=FileResponse, responses=FILE)
-async def scene(site: Here, id: Id) -> FileResponse:
+async def scene(site: Here, id: Id, solved: Solved = ()) -> FileResponse:
     """The result as the viewer plays it, without what the phone filmed: that takes longer to be read."""
+    if solved:
+        folder = site.library.results.content(id)
+        await site.sandbox.run(sandboxed_work.solve_samples, folder, solved)
     return await _packed(site, id, "motion", sandboxed_work.pack_result_scene)
 
 
@@ -133,7 +146,9 @@ async def film(site: Here, id: Id) -> FileResponse:
 
 async def _packed(site: Site, id_: str, name: str, pack: Work) -> FileResponse:
     folder = site.library.results.content(id_)
-    path = site.library.results.cache(id_) / f"{name}-{cache_key(folder)}.bin"
+    # Samples that are solved later stand in the folder, too.
+    later = sorted(path.name for path in folder.glob("sample_*.npz"))
+    path = site.library.results.cache(id_) / f"{name}-{cache_key(folder, *later)}.bin"
     if not path.is_file():
         await site.sandbox.run(pack, folder, path)
     return FileResponse(path, media_type=SCENE)

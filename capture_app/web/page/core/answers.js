@@ -14,7 +14,7 @@
  *    parent?: string | null, object_name?: string, seconds?: number, samples: number,
  *    chosen?: number, video?: string | null, findings?: string[], faults?: string[], notes?: string[], grips?: string[]}} Motion */
 /** @typedef {Motion & {manifest: Manifest, files: Made[], exports: Made[],
- *    video_job: string | null}} Result */
+ *    unsolved: number[], video_job: string | null}} Result */
 /** @typedef {{
  *    inputs: {role: string}[], options: Record<string, unknown>, correction: unknown,
  *    scores: Record<string, number>[], chosen: number, timings: Record<string, number>,

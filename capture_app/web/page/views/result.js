@@ -1,5 +1,5 @@
 // A motion: to look at, to correct, to use, to share.
-import { api, bytes } from "../core/api.js";
+import { api, bytes, inWords } from "../core/api.js";
 import { h, put, say } from "../core/dom.js";
 import { itemHead } from "../core/library.js";
 import { address } from "../core/router.js";
@@ -21,7 +21,7 @@ import { sampleWords } from "/static/viewer/words.js";
 export async function result({ params, signal }) {
   // What takes longest is asked for first.
   const url = `/api/results/${params.id}/scene`;
-  const pack = bytes(url, signal);
+  let pack = bytes(url, signal);
   // A failure is shown by the stage that waits for it.
   pack.catch(() => {});
   /** @type {Promise<ArrayBuffer> | undefined} */
@@ -38,15 +38,36 @@ export async function result({ params, signal }) {
   const stage = new Stage({ label: `The motion ${item.name} in 3D`, signal });
   const chosen = item.chosen ?? 0;
   let shown = chosen;
+  const unsolved = new Set(item.unsolved);
+  /** @type {number[]} */
+  let picked = [];
   const which = h("p", { class: "hint", role: "status" });
   const shared = h("a", { class: "button", download: "" }, "Download to share");
   /** What is done below is done with the sample that is shown; of several, with the last alone.
+   *  A sample that is not solved is shown as it was sampled, until it is.
    *  @param {number[]} samples */
-  const show = (samples) => {
+  const show = async (samples) => {
     if (samples.length === 1) [shown] = samples;
     shared.href = `/api/results/${item.id}/share.html?sample=${shown + 1}`;
-    if (item.samples > 1) say(which, `Of ${sampleWords(shown).toLowerCase()}.`);
-    return stage.open(samples.map((sample) => ({ url, pack, film, sample, name: sampleWords(sample) })));
+    const open = () =>
+      stage.open(samples.map((sample) => ({ url, pack, film, sample, name: sampleWords(sample) })));
+    const now = (picked = samples);
+    const rough = samples.map((k) => k + 1).filter((number) => unsolved.has(number));
+    const told = `Of ${sampleWords(shown).toLowerCase()}.`;
+    if (item.samples > 1) say(which, rough.length ? `${told} Its hands and feet are being finished…` : told);
+    await open();
+    if (!rough.length) return;
+    try {
+      const asked = rough.map((number) => `solved=${number}`).join("&");
+      const solved = await bytes(`${url}?${asked}`, signal);
+      for (const number of rough) unsolved.delete(number);
+      pack = Promise.resolve(solved);
+      if (picked !== now) return;
+      say(which, told);
+      await open();
+    } catch (error) {
+      if (!signal.aborted) say(which, `${told} It could not be finished: ${inWords(error).what}`);
+    }
   };
   const sample = () => shown + 1;
   const node = h(

@@ -1,0 +1,91 @@
+"""People of a take that are sampled first and solved later, one by one."""
+
+import numpy as np
+import pytest
+import torch
+
+from omomo_core.generation.generation_options import GenerationOptions
+from omomo_core.generation.generator import generate
+from omomo_core.generation.person import Person
+from omomo_core.generation.sampled_take import SampledTake
+from omomo_core.generation.selection.ranking import first_to_show, is_shown, order_as_sampled
+from tests.core.test_generation import carried, untrained
+from tests.core.test_generation_stream import BODY
+
+FRAMES = 900
+"""More than a chunk has."""
+
+
+@pytest.fixture(scope="module")
+def made():
+    """A generation of three people, of whom only what is shown is solved, and its sampled take."""
+    taken: list[SampledTake] = []
+    options = GenerationOptions(samples=3, steps=2, solve="shown")
+    generation = generate(carried(FRAMES), BODY, untrained(), options, on_sampled=taken.append)
+    return generation, taken[0]
+
+
+def _same(a: Person, b: Person) -> bool:
+    names = ("root", "rotations", "fingers", "joints", "hand_contact", "foot_contact")
+    return all(np.array_equal(getattr(a.human, n), getattr(b.human, n)) for n in names)
+
+
+def test_what_is_shown_is_solved_and_the_others_are_as_sampled(made):
+    generation, take = made
+    assert len(take.chunks) == 2
+    assert generation.chosen not in generation.unsolved
+    assert generation.people[generation.chosen].finger_fit is not None
+    for k in generation.unsolved:
+        assert _same(generation.people[k], take.as_sampled(k))
+        assert len(generation.people[k].miss) == FRAMES
+
+
+def test_a_person_is_the_same_whenever_and_by_however_many_threads_they_are_solved(made):
+    generation, take = made
+    before = torch.get_num_threads()
+    torch.set_num_threads(3 - min(before, 2))
+    again = take.solve(generation.chosen)
+    torch.set_num_threads(before)
+    assert _same(again, generation.people[generation.chosen])
+
+
+def test_solving_one_moves_them_as_solving_all_does():
+    options = {"samples": 2, "steps": 2, "seed": 4}
+    motion, taken = carried(100), list[SampledTake]()
+    whole = generate(motion, BODY, untrained(), GenerationOptions(**options))
+    few = GenerationOptions(**options, solve="shown")
+    generate(motion, BODY, untrained(), few, on_sampled=taken.append)
+    for k in range(2):
+        apart = taken[0].solve(k).human.joints - whole.people[k].human.joints
+        assert np.linalg.norm(apart, axis=-1).mean() < 0.002
+
+
+def test_progress_of_solving_ends_at_one(made):
+    _, take = made
+    told: list[float] = []
+    take.solve(0, told.append)
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+
+
+def test_the_order_is_by_distance_and_lasting_faults(made):
+    _, take = made
+    people = [take.as_sampled(k) for k in range(3)]
+    order, scores = order_as_sampled(people, take.must_hold)
+    assert sorted(order) == [0, 1, 2]
+    assert all(scores[k]["total"] >= 0 for k in order)
+
+
+@pytest.mark.parametrize(
+    ("scores", "shown", "first"),
+    [
+        ([(0.0, 0.1)], [True], 0),
+        ([(0.4, 0.1), (0.0, 0.3)], [False, True], 1),
+        ([(0.4, 0.1), (0.2, 0.3)], [False, False], 0),
+        ([(0.0, 9.0), (0.0, 1.0)], [False, True], 1),
+    ],
+)
+def test_who_leaps_or_is_deep_is_shown_where_nobody_better_is(scores, shown, first):
+    named = [{"leaping": leaping, "inside_cm": inside} for leaping, inside in scores]
+    assert [is_shown(s) for s in named] == shown
+    assert first_to_show(named) == first
