@@ -36,11 +36,11 @@ from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from ingest.scan.cameras.register import register
 from ingest.scan.clean_mesh import CleanMesh, clean, save_mesh
 from ingest.scan.dense.dense import dense_surface
-from ingest.scan.dense.depth_maps import cloud, measure_depths
+from ingest.scan.dense.depth_maps import measure_depths, surface_points
 from ingest.scan.dense.stereo import SmallPictures, matrix_for, pixel_rays
-from ingest.scan.frames import pick_frames
 from ingest.scan.region import aim_at, find_region
 from ingest.scan.scan_choices import WHOLE
+from ingest.scan.scan_pictures import pick_frames
 from ingest.scan.scan_sources import read_source
 from ingest.scan.scan_types import Region, Registered
 from ingest.scan.silhouettes import find_silhouettes
@@ -235,7 +235,7 @@ def reconstruct(registered: Registered, method: str, name: str, work: Path) -> C
     aim = aim_at(registered.views, None)
     by = method if method in ("depth", "both") else "stereo"
     depths = measure_depths(registered, aim, work, method=by)
-    region = find_region(registered, None, cloud(depths, aim))
+    region = find_region(registered, None, surface_points(depths, aim))
     if method == "poisson":
         vertices, faces = poisson(registered, region, depths.kinds[0], depth=8, trim=5.0)
         return clean(vertices, faces, None, region, name)

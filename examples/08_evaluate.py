@@ -12,15 +12,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from capture_app import (
-    GenerationOptions,
-    RunRequest,
-    evaluate,
-    load_body,
-    load_result,
-    load_stages,
-    run_take,
-)
+from capture_app import GenerationOptions, RunRequest, evaluate, load_result, run_take
 from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from omomo_core.learning.evaluation.real_clips import NAMES
 
@@ -58,9 +50,9 @@ if len(sys.argv) <= 2 and not clips.exists():
 # The object alone is given, or where the person stood at first too; two samples of each.
 given = ["predicted_palms", "predicted_palms_stood"]
 options = GenerationOptions(samples=2)
-evaluation = evaluate(sorted(clips.glob("*.npz")), given, load_stages(), load_body(), options)
+evaluation = evaluate([clips], given, options)
 
-for name, reason in evaluation.skipped.items():
+for name, reason in evaluation.origin.skipped.items():
     print(f"Skipped {name}: {reason}")
 print(f"{f'Mean of {len(evaluation.clips)} clips':24}palms  MPJPE  T_root (cm)   F1")
 for protocol in given:

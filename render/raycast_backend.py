@@ -1,4 +1,4 @@
-"""Draws with Embree and numpy: no OpenGL; the same picture with jagged edges and hard shadows."""
+"""RaycastRenderer: draws with Embree and numpy, without OpenGL; edges are jagged and shadows hard."""
 
 from dataclasses import dataclass
 
@@ -60,7 +60,7 @@ class RaycastRenderer(Renderer):
         return np.ascontiguousarray(layer[..., :3]), depth
 
     def layer(self, camera: Camera) -> Layer:
-        """The same without its depth."""
+        """The scene as the camera sees it, without depth."""
         return self._drawn(camera)[0]
 
     def _drawn(self, camera: Camera) -> tuple[Layer, Float32[np.ndarray, "h w"]]:
@@ -187,7 +187,7 @@ class _World:
     def irradiance(
         self, hits: _Hits, light: Light
     ) -> tuple[Float32[np.ndarray, " hits"], Float32[np.ndarray, " hits"]]:
-        """Light on the surfaces if nothing threw a shadow, and as it is."""
+        """Light on the surfaces if nothing threw a shadow, and with the shadows."""
         facing = np.maximum(hits.normal @ light.to_sun.astype(np.float32), 0.0)
         sunny = np.flatnonzero(facing > 0.0)
         start = hits.point[sunny] + _LIFT * hits.normal[sunny]

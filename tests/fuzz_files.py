@@ -39,8 +39,8 @@ from ingest.formats.registry import FORMATS
 from ingest.formats.still_images import load_millimetres, save_millimetres
 from ingest.mesh import load_mesh
 from ingest.mount_file import load_mount, save_mount
-from ingest.scan.frames import load_picture
 from ingest.scan.mesh_sources import read_scan_mesh
+from ingest.scan.scan_pictures import load_picture
 from ingest.scan.scan_sources import read_source
 from omomo_core.contact.contact_file import read_contacts
 from omomo_core.errors import OmocapError

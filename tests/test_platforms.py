@@ -32,7 +32,7 @@ WORDS = ("/proc/", "/sys/", "/dev/", "/tmp", "egl", "forkserver", "fork")
 """Constants that are, or begin like, one of these."""
 NEED_NO_QUESTION = {
     # What was appended is flushed through the file that is open for writing: every system can.
-    ("capture_app/tables/answers.py", "os.fsync"),
+    ("omomo_core/learning/evaluation/evaluation_runner.py", "os.fsync"),
     ("capture_app/web/site.py", "os.fsync"),
     ("ingest/scan/scan_work.py", "os.fsync"),
     # It asks inside, once for both kinds of system.

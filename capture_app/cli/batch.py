@@ -85,7 +85,7 @@ Database = Annotated[
         "--database",
         envvar="OMOCAP_DATABASE",
         help="Queue that other machines work for, postgresql://user@host/name; a file in the output "
-        "folder if not options.",
+        "folder if not given.",
         show_default=False,
         rich_help_panel=OptionGroup.MACHINES,
     ),

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
@@ -10,7 +11,6 @@ from rich.progress import (
     MofNCompleteColumn,
     ProgressColumn,
     TaskID,
-    TaskProgressColumn,
     TextColumn,
     TimeRemainingColumn,
 )
@@ -137,19 +137,22 @@ def counting(label: str) -> Generator[Callable[[int, int], None]]:
 
 
 @contextmanager
-def following(label: str) -> Generator[Callable[[str, float], None]]:
-    """Show what is being worked on; gives what is called with (its name, fraction of all done)."""
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
-    with ProgressBars(*columns) as bars:
-        task = bars.add_task(label, total=1.0)
+def asking(kept: Path | None) -> Generator[Callable[[int, int], None]]:
+    """Show how many answers there are, and say where they are kept when the command is interrupted."""
+    try:
+        with counting("Asking") as count:
+            begun = False
 
-        def show(name: str, fraction: float) -> None:
-            bars.update(task, description=f"{label} {name}", completed=fraction)
+            def show(done: int, total: int) -> None:
+                nonlocal begun
+                if done and not begun:
+                    errors.print(f"{done} of {total} answers are there from an earlier run.")
+                begun = True
+                count(done, total)
 
-        yield show
+            yield show
+    except KeyboardInterrupt:
+        if kept is not None:
+            text = f"The answers so far are in {kept}; the same command goes on from there."
+            errors.print(text, soft_wrap=True, markup=False)
+        raise

@@ -1,15 +1,15 @@
 """`omocap evaluate`: how far generated people are from recorded ones."""
 
-import json
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from capture_app.cli import options
+from capture_app.cli.console import asking, say
 from capture_app.cli.figure_table import FigureRow, FigureTable
-from capture_app.commands.spelling import all_in_options
 from omomo_core.whole_file import check_target, write_whole
 
 if TYPE_CHECKING:
@@ -54,6 +54,8 @@ BY_OBJECT = {
     "t_root_cm": "T_root",
     "contact_f1_all_frames": "F1 all",
 }
+ANSWERS = ".answers.jsonl"
+"""End of the name of the file with the answers of an evaluation, after the name of its JSON file."""
 GIVEN = {
     "gt_palms": "palms",
     "gt_palms_first_frame": "palms, pose",
@@ -66,10 +68,15 @@ GIVEN = {
 
 def evaluate(
     clips: Annotated[
-        Path, typer.Option(help="Folder of clips; docs/evaluation.md describes their layout.")
+        Path, typer.Option(help="Folder or file of clips; docs/evaluation.md describes them.")
     ],
     json_file: Annotated[
-        Path | None, typer.Option("--json", help="File to write every figure to.")
+        Path | None,
+        typer.Option(
+            "--json",
+            help="File to write every figure to. Answers are kept beside it: an interrupted "
+            "evaluation goes on when it is started again.",
+        ),
     ] = None,
     weights: options.Weights = None,
     samples: Annotated[
@@ -84,6 +91,7 @@ def evaluate(
     protocol: Annotated[
         list[str] | None, typer.Option(help="Only this protocol; may be given several times.")
     ] = None,
+    workers: Annotated[int, typer.Option(help="Processes to use.", min=1)] = 1,
 ) -> None:
     """Generate the people of recorded clips anew and measure how far they are from the real ones.
 
@@ -101,49 +109,29 @@ def evaluate(
     for each protocol; "moved" is the F1 of an answer without learning, that some hand touches exactly
     while the object moves.
     """
-    _check(json_file, protocol or [])
-    made = _evaluated(clips, weights, protocol, samples, seed, steps, body)
-    _print(made)
-    if json_file is not None:
-        settings = {"samples": samples, "seed": seed, "steps": steps, "body": body.value}
-        settings |= {"weights": str(weights) if weights else "shipped"}
-        write_whole(json_file, json.dumps(all_in_options(made.document(settings)), indent=1) + "\n")
-
-
-def _evaluated(
-    clips: Path,
-    weights: Path | None,
-    protocols: list[str] | None,
-    samples: int,
-    seed: int,
-    steps: int,
-    body: SkeletonChoice,
-) -> "Evaluation":
-    """Generate and measure with a bar of progress; clips that are skipped are named."""
-    from capture_app.cli.console import following, say
-    from omomo_core.body.model import load_body
+    from capture_app.tables.table_files import figures_json
     from omomo_core.generation.generation_options import GenerationOptions
     from omomo_core.learning.evaluation.evaluation import evaluate as run
-    from omomo_core.learning.evaluation.protocols import PROTOCOLS
-    from omomo_core.learning.evaluation.real_clips import clip_paths
-    from omomo_core.weights.load import load_stages
 
-    chosen = [p for p in PROTOCOLS if protocols is None or p in protocols]
-    paths, stages = clip_paths(clips), load_stages("capture", weights)
-    options = GenerationOptions(samples=samples, seed=seed, steps=steps)
-    with following("evaluate") as progress:
-        made = run(paths, chosen, stages, load_body(), options, body.value, progress)
-    for name, reason in made.skipped.items():
-        say("skipped", f"{name}: {reason}", "yellow")
-    return made
+    chosen = _protocols(protocol)
+    if json_file is not None:
+        check_target(json_file)
+    kept = json_file and json_file.with_name(json_file.name + ANSWERS)
+    generation = GenerationOptions(samples=samples, seed=seed, steps=steps)
+    ask = partial(run, [clips], chosen, generation, weights, body.value)
+    with asking(kept) as progress:
+        made = ask(kept=kept, workers=workers, progress=progress)
+    _print(made)
+    if json_file is not None:
+        write_whole(json_file, figures_json(made.figures(), made.origin))
 
 
-def _check(json_file: Path | None, protocols: list[str]) -> None:
-    """Refuse at once what would only fail after minutes of work."""
+def _protocols(names: list[str] | None) -> list[str]:
+    """Return those of these names, or all."""
     from omomo_core.errors import InputError
     from omomo_core.learning.evaluation.protocols import PROTOCOLS
 
-    unknown = [p for p in protocols if p not in PROTOCOLS]
+    unknown = [name for name in names or () if name not in PROTOCOLS]
     if unknown:
         raise InputError(
             "unknown-protocol",
@@ -151,15 +139,17 @@ def _check(json_file: Path | None, protocols: list[str]) -> None:
             where="--protocol",
             fix=f"Use {', '.join(PROTOCOLS)}.",
         )
-    if json_file is not None:
-        check_target(json_file)
+    return [name for name in PROTOCOLS if not names or name in names]
 
 
 def _print(made: "Evaluation") -> None:
     from omomo_core.learning.evaluation.protocols import BASELINE
 
+    left_out = {**made.origin.skipped, **made.origin.failed}
+    for name, reason in left_out.items():
+        say("skipped", f"{Path(name).name}: {reason}", "yellow")
     best, table = f"K{made.samples}", made.table()
-    title = f"Mean of {len(made.clips)} clips, {len(made.skipped)} skipped"
+    title = f"Mean of {len(made.clips)} clips, {len(left_out)} skipped"
     _print_protocols(title, FIGURES, table, made.recorded(), best)
     table.pop(BASELINE)
     _print_protocols("Medians, onset of contact and steps", SPREAD, table, made.recorded(), best)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from capture_app.cli.console import counting, errors, output, say
+from capture_app.cli.console import asking, output, say
 from capture_app.cli.derived import derived
 from capture_app.cli.figure_table import FigureRow, FigureTable
 from capture_app.commands.request import validated
@@ -40,13 +40,8 @@ def tables(clips: Clips, out: Out = Path("tables"), **said: Any) -> None:
 
     asked = {**said, "clips": clips, "output": out}
     request = validated(TablesRequest, asked, "option-invalid")
-    try:
-        with counting("Asking") as progress:
-            made = make_tables(request, progress)
-    except KeyboardInterrupt:
-        kept = f"The answers so far are in {out}; the same command goes on from there."
-        errors.print(kept, soft_wrap=True, markup=False)
-        raise
+    with asking(out) as progress:
+        made = make_tables(request, progress)
     _show(made)
 
 

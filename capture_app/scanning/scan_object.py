@@ -19,13 +19,13 @@ from ingest.scan.cameras.register import register
 from ingest.scan.clean_mesh import CleanMesh, clean, main_piece, save_mesh
 from ingest.scan.cut_surface import cut_out, place_looked_at
 from ingest.scan.dense.dense import DenseSurface, dense_surface
-from ingest.scan.dense.depth_maps import cloud, measure_depths
+from ingest.scan.dense.depth_maps import measure_depths, surface_points
 from ingest.scan.dense.stereo import DepthMaps, SmallPictures
-from ingest.scan.frames import pick_frames
 from ingest.scan.mesh_sources import APP, read_scan_mesh, room_depth, room_file
 from ingest.scan.region import aim_at, check_logged_aim, find_region
 from ingest.scan.room_parts import has_floor, read_room, read_room_of_session
 from ingest.scan.scan_choices import DRAFT, DRAFT_PICTURES, WHOLE
+from ingest.scan.scan_pictures import pick_frames
 from ingest.scan.scan_quality import ScanReport, inspect_ready, inspect_scan, one_sided
 from ingest.scan.scan_sources import mesh_in, read_source
 from ingest.scan.scan_types import Frames, Region, Registered, ScanSource
@@ -269,7 +269,7 @@ def _measured(
         room=room,
         progress=clock,
     )
-    region = find_region(registered, request.given_box, cloud(depths, aim))
+    region = find_region(registered, request.given_box, surface_points(depths, aim))
     pictures = SmallPictures(registered.views, detail.outlined)
     masks = find_silhouettes(pictures, depths, region, progress=clock)
     mirrored = request.symmetry == "on" or (

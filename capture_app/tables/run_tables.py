@@ -1,37 +1,40 @@
 """From clips and weights to the tables, with verdicts on the orderings that the paper claims."""
 
-import hashlib
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
-from capture_app.commands.spelling import in_options
 from capture_app.commands.tables import TablesRequest
-from capture_app.tables.answers import Load, Questions, ResultLog, Task, WindowResult, ask_all
-from capture_app.tables.table_files import TableOrigin, write_tables
-from capture_app.tables.table_methods import (
-    METHODS,
-    chosen_methods,
-    digest_of,
-    load_methods,
-    networks_of,
-)
+from capture_app.tables.table_files import write_tables
+from capture_app.tables.table_methods import METHODS, chosen_methods, load_methods, networks_of
 from capture_app.tables.table_rows import Group, PaperTable, grouped, is_unseen, tables_of
 from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
 from omomo_core.learning.evaluation.clip_sources import (
+    Recorded,
     check_sources,
     clip_of,
     read_recorded,
     windows_of,
 )
+from omomo_core.learning.evaluation.evaluated_methods import EvaluatedMethod
+from omomo_core.learning.evaluation.evaluation_runner import (
+    Answer,
+    Ask,
+    EvaluationRunner,
+    FigureOrigin,
+    Progress,
+    Task,
+)
 from omomo_core.learning.evaluation.metrics import PairedDifference, paired_bootstrap
 from omomo_core.learning.evaluation.real_clips import RealClip
+from omomo_core.learning.evaluation.truth import MeasuredSamples, Truth
 from omomo_core.learning.recordings.splits import side_of
 
 F1, MPJPE = "contact_f1", "mpjpe_cm"
@@ -41,7 +44,7 @@ Of = Literal["best", "mean"]
 """Figure of the sample with the least MPJPE, as published; or of all samples, which chance touches less."""
 
 
-def with_verdicts(table: PaperTable, answers: Sequence[WindowResult]) -> PaperTable:
+def with_verdicts(table: PaperTable, answers: Sequence[Answer]) -> PaperTable:
     """The table with a sentence for each claim of the paper that can be looked at."""
     verdicts: list[str] = []
     frames = sorted({section.first_frame for section in table.sections}, reverse=True)
@@ -121,10 +124,9 @@ def _told(first: str, second: str, figure: str, difference: PairedDifference, di
     )
 
 
-MEASURES = 1
-"""Raised whenever the same people would be measured otherwise."""
-Progress = Callable[[int, int], None]
-"""(answers that are there, answers in all)."""
+ANSWERS = "answers.jsonl"
+LoadMethods = Callable[[Sequence[str]], Mapping[str, EvaluatedMethod]]
+"""Methods by the names of the command line; of a module, because other processes call it too."""
 
 
 @dataclass(frozen=True)
@@ -132,11 +134,13 @@ class TablesRun:
     """The tables that were made, and their files."""
 
     tables: list[PaperTable]
-    made: TableOrigin
+    made: FigureOrigin
     files: list[Path]
 
 
-def make_tables(request: TablesRequest, progress: Progress, load: Load | None = None) -> TablesRun:
+def make_tables(
+    request: TablesRequest, progress: Progress, load: LoadMethods | None = None
+) -> TablesRun:
     """Ask, measure, and write; answers that an earlier run has kept are not asked again.
 
     Args:
@@ -145,68 +149,47 @@ def make_tables(request: TablesRequest, progress: Progress, load: Load | None = 
         load: gives methods by name; from the request's weights, if not given.
 
     Raises:
-        InputError: as `read_recorded`; ``no-windows``; ``unknown-method``; ``tables-differ``...
+        InputError: as `read_recorded`; ``no-windows``; ``unknown-method``; ``answers-differ``...
         AssetError: weights of a method are missing or damaged.
     """
     check_sources(request.clips)
     names = chosen_methods(request.methods, request.weights)
-    networks = {name: networks_of(name, request.weights) for name in names}
-    windows, skipped = _windows(request)
-    answers = ResultLog(request.output, _settings(request))
     load = load or partial(
         load_methods, weights=request.weights, sampler=request.sampler, steps=request.steps
     )
-    read = (lambda: windows) if request.workers == 1 else partial(_read, request)
-    questions = Questions(load, names, read, request.samples, request.seed)
-    digests = {name: digest_of(networks[name]) for name in names}
-    rows = _answered(questions, windows, answers, request, digests, progress)
-    tables = [with_verdicts(table, rows) for table in tables_of(rows, request.samples)]
-    made = TableOrigin(
-        [str(path) for path in request.clips],
-        request.split or "",
-        [window.name for window in windows],
-        request.samples,
-        request.seed,
-        request.sampler,
-        request.steps,
-        networks,
-        skipped,
-        {f"{r.task.method}, {r.task.window}": r.problem for r in rows if r.problem},
+    runner = EvaluationRunner(
+        request.clips,
+        partial(_windows, request),
+        partial(_asker, load, names, request.samples, request.seed),
+        {key: getattr(request, key) for key in ("samples", "seed", "sampler", "steps")},
+        {name: networks_of(name, request.weights) for name in names},
+        request.output / ANSWERS,
+        request.workers,
     )
+    run = runner.run([(name, first) for name in names for first in request.first_frames], progress)
+    tables = [
+        with_verdicts(table, run.answers) for table in tables_of(run.answers, request.samples)
+    ]
+    settings = {**run.origin.settings, "split": request.split or ""}
+    made = replace(run.origin, settings=settings)
     return TablesRun(tables, made, write_tables(request.output, tables, made))
 
 
-def _answered(
-    questions: Questions,
-    windows: Sequence[RealClip],
-    answers: ResultLog,
-    request: TablesRequest,
-    weights: dict[str, str],
-    progress: Progress,
-) -> list[WindowResult]:
-    """Every answer, those that were not there asked for."""
-    given = {window.name: _digest(window) for window in windows}
-    tasks = [
-        Task(method, window.name, first_frame)
-        for window in windows
-        for method in questions.methods
-        for first_frame in request.first_frames
-    ]
-    missing = [t for t in tasks if not answers.find(t, given[t.window], weights[t.method])]
-    progress(len(tasks) - len(missing), len(tasks))
-    asked = ask_all(questions, missing, request.workers) if missing else ()
-    for done, (task, answer) in enumerate(asked, start=len(tasks) - len(missing) + 1):
-        figures: dict[str, Any] = {"problem": answer} if isinstance(answer, str) else asdict(answer)
-        answers.add(WindowResult(task, given[task.window], weights[task.method], **figures))
-        progress(done, len(tasks))
-    return [answers.rows[task] for task in tasks]
+def _asker(load: LoadMethods, names: Sequence[str], samples: int, seed: int) -> Ask:
+    methods = load(names)
+
+    def ask(truth: Truth, task: Task) -> MeasuredSamples:
+        # Another seed in every window: guesses must not all err alike.
+        drawn = np.random.SeedSequence([seed, zlib.crc32(task.window.encode())])
+        own = int(drawn.generate_state(1)[0])
+        method = methods[task.method]
+        people = method.sample(truth.clip, samples, own, first_frame=task.first_frame)
+        return truth.answer(people, 0, truth.clip.body)
+
+    return ask
 
 
-def _read(request: TablesRequest) -> list[RealClip]:
-    return _windows(request)[0]
-
-
-def _windows(request: TablesRequest) -> tuple[list[RealClip], dict[str, str]]:
+def _windows(request: TablesRequest) -> Recorded:
     recorded = read_recorded(request.clips, load_body())
     skipped, windows = dict(recorded.skipped), list[RealClip]()
     for clip in recorded.clips:
@@ -216,7 +199,7 @@ def _windows(request: TablesRequest) -> tuple[list[RealClip], dict[str, str]]:
         try:
             windows += windows_of(clip)
         except InputError as problem:
-            skipped[clip.name] = in_options(str(problem))
+            skipped[clip.name] = str(problem)
     if not windows:
         raise InputError(
             "no-windows",
@@ -225,7 +208,7 @@ def _windows(request: TablesRequest) -> tuple[list[RealClip], dict[str, str]]:
             fix="Give clips of 30 frames or more, of people and objects of the split.",
         )
     kinds = [[w for w in windows if is_unseen(w.name) is unseen] for unseen in (False, True)]
-    return [w for kind in kinds for w in _spread(kind, request.limit)], skipped
+    return Recorded([w for kind in kinds for w in _spread(kind, request.limit)], skipped)
 
 
 def _spread(windows: list[RealClip], limit: int | None) -> list[RealClip]:
@@ -234,23 +217,3 @@ def _spread(windows: list[RealClip], limit: int | None) -> list[RealClip]:
         return windows
     chosen = np.linspace(0, len(windows) - 1, limit).round().astype(int)
     return [windows[k] for k in chosen]
-
-
-def _settings(request: TablesRequest) -> dict[str, object]:
-    return {
-        "measures": MEASURES,
-        "samples": request.samples,
-        "seed": request.seed,
-        "sampler": request.sampler,
-        "steps": request.steps,
-    }
-
-
-def _digest(window: RealClip) -> str:
-    """The same for the same person and object in the same motion."""
-    digest = hashlib.sha256(str(len(window.root)).encode())
-    mesh = window.motion.mesh
-    poses = (window.motion.T_world_object, window.joints, window.rotations, mesh.vertices)
-    for array in (*poses, mesh.faces):
-        digest.update(np.ascontiguousarray(array, np.float32).tobytes())
-    return digest.hexdigest()[:16]

@@ -6,10 +6,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from capture_app.tables.table_methods import Network
+from capture_app.commands.spelling import all_in_options, in_options
 from capture_app.tables.table_rows import Column, PaperTable
 from omomo_core.learning.evaluation.clip_sources import clip_of
+from omomo_core.learning.evaluation.evaluation_runner import FigureOrigin
 from omomo_core.learning.recordings.splits import cast_of
+from omomo_core.stages.network_file import Header
 from omomo_core.whole_file import write_whole
 
 
@@ -80,37 +82,18 @@ _BUDGET = {
 """Notes in a network's file that tell its budget."""
 
 
-@dataclass(frozen=True)
-class TableOrigin:
-    """The data, methods and settings that tables were made with."""
-
-    sources: Sequence[str]
-    split: str
-    windows: Sequence[str]
-    samples: int
-    seed: int
-    sampler: str
-    steps: int
-    networks: Mapping[str, Sequence[Network]]
-    """Networks of each method."""
-    skipped: Mapping[str, str]
-    """Clips that could not be used, and why."""
-    failed: Mapping[str, str]
-    """Windows that a method could not answer, and why: left out for all."""
-
-
-def caption(made: TableOrigin) -> list[str]:
+def caption(made: FigureOrigin) -> list[str]:
     """Sentences, for all tables together."""
     return [_data(made), _protocol(made), *_weights(made), *_left_out(made)]
 
 
-def _data(made: TableOrigin) -> str:
+def _data(made: FigureOrigin) -> str:
     clips = {clip_of(window) for window in made.windows}
     casts = [cast for clip in clips if (cast := cast_of(clip)) is not None]
     people = sorted({cast.person for cast in casts})
     things = sorted({cast.object for cast in casts})
     who = f"; people {', '.join(f'sub{p}' for p in people)}; {', '.join(things)}" if casts else ""
-    split = f" (split {made.split})" if made.split else ""
+    split = f" (split {made.settings['split']})" if made.settings["split"] else ""
     return (
         f"Data: {', '.join(made.sources)}{split}: {len(made.windows)} windows of up to 120 frames "
         f"from {len(clips)} clips{who}. These are not the paper's test clips: its numbers are of "
@@ -118,11 +101,13 @@ def _data(made: TableOrigin) -> str:
     )
 
 
-def _protocol(made: TableOrigin) -> str:
-    walk = "all 1,000 steps" if made.sampler == "ddpm" else f"{made.steps} steps"
+def _protocol(made: FigureOrigin) -> str:
+    settings = made.settings
+    walk = "all 1,000 steps" if settings["sampler"] == "ddpm" else f"{settings['steps']} steps"
     return (
-        f"Best of {made.samples}: the sample with the least MPJPE, every figure of it, as published. "
-        f"One sample: the one that the method shows. Sampler {made.sampler}, {walk}; seed {made.seed}. "
+        f"Best of {settings['samples']}: the sample with the least MPJPE, every figure of it, as published. "
+        f"One sample: the one that the method shows. Sampler {settings['sampler']}, {walk}; "
+        f"seed {settings['seed']}. "
         f"Centimetres; O_root, Coll. (share of frames) and contact scores have no unit. Coll. is by the "
         f"published code, whose threshold is 4 % of half the object's largest side; the second of each "
         f"two tables has true 4 cm. A palm touches within 5 cm of the object: of its vertices and points "
@@ -130,13 +115,13 @@ def _protocol(made: TableOrigin) -> str:
     )
 
 
-def _weights(made: TableOrigin) -> list[str]:
+def _weights(made: FigureOrigin) -> list[str]:
     networks = {n.name: n for group in made.networks.values() for n in group}
     descriptions = [_network(network) for network in networks.values()]
     return [f"Weights: {'; '.join(descriptions)}."] if descriptions else []
 
 
-def _network(network: Network) -> str:
+def _network(network: Header) -> str:
     notes = [text.format(network.notes[k]) for k, text in _BUDGET.items() if k in network.notes]
     if start := network.notes.get("started_from"):
         notes.append(f"from the weights {start}")
@@ -146,10 +131,10 @@ def _network(network: Network) -> str:
     return f"{network.name} {network.digest} ({', '.join([size, *notes])})"
 
 
-def _left_out(made: TableOrigin) -> list[str]:
+def _left_out(made: FigureOrigin) -> list[str]:
     out: list[str] = []
     if made.failed:
-        names = ", ".join(f"{task} ({why})" for task, why in made.failed.items())
+        names = ", ".join(f"{task} ({in_options(why)})" for task, why in made.failed.items())
         out.append(f"Left out for all methods, because one had no answer: {names}.")
     if made.skipped:
         out.append(f"{len(made.skipped)} clips could not be used, or are of another split.")
@@ -165,7 +150,7 @@ _ESCAPED = {
 }
 
 
-def write_tables(folder: Path, tables: Sequence[PaperTable], made: TableOrigin) -> list[Path]:
+def write_tables(folder: Path, tables: Sequence[PaperTable], made: FigureOrigin) -> list[Path]:
     """Write `tables.md`, `tables.tex` and `tables.json` into a folder.
 
     Raises:
@@ -174,14 +159,19 @@ def write_tables(folder: Path, tables: Sequence[PaperTable], made: TableOrigin) 
     texts = {
         MARKDOWN: markdown(tables, made),
         LATEX: latex(tables, made),
-        JSON: json.dumps(_document(tables, made), indent=1) + "\n",
+        JSON: figures_json(_document(tables, made), made),
     }
     for name, text in texts.items():
         write_whole(folder / name, text)
     return [folder / name for name in texts]
 
 
-def markdown(tables: Sequence[PaperTable], made: TableOrigin) -> str:
+def figures_json(figures: Mapping[str, Any], made: FigureOrigin) -> str:
+    """Figures as JSON, with where they come from."""
+    return json.dumps(all_in_options({**figures, "made": asdict(made)}), indent=1) + "\n"
+
+
+def markdown(tables: Sequence[PaperTable], made: FigureOrigin) -> str:
     """One part of a page: a heading and two tables for each, verdicts, and the caption."""
     parts: list[str] = []
     for table in tables:
@@ -206,7 +196,7 @@ def _markdown_grid(sheet: Sheet) -> str:
     return "\n".join(lines)
 
 
-def latex(tables: Sequence[PaperTable], made: TableOrigin) -> str:
+def latex(tables: Sequence[PaperTable], made: FigureOrigin) -> str:
     """A float for each table; needs no packages."""
     caption_text = " ".join(caption(made))
     floats: list[str] = []
@@ -244,7 +234,7 @@ def _escaped(text: str) -> str:
     return "".join(_ESCAPED.get(character, character) for character in text)
 
 
-def _document(tables: Sequence[PaperTable], made: TableOrigin) -> dict[str, Any]:
+def _document(tables: Sequence[PaperTable], made: FigureOrigin) -> dict[str, Any]:
     return {
         "tables": [
             {
@@ -257,5 +247,4 @@ def _document(tables: Sequence[PaperTable], made: TableOrigin) -> dict[str, Any]
             for table in tables
         ],
         "caption": caption(made),
-        "made": asdict(made),
     }

@@ -1,20 +1,18 @@
 """The methods of the tables: how they are called, which networks each needs, and those networks loaded."""
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from capture_app.manifest import sha256
 from omomo_core.diffusion.samplers import Sampler
 from omomo_core.errors import AssetError, InputError
 from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.learning.evaluation.evaluated_methods import (
+    LOADERS,
     EvaluatedMethod,
     RecordedPeople,
-    load_method,
 )
-from omomo_core.stages.network_file import read_header
+from omomo_core.stages.network_file import Header, read_header
 
 
 @dataclass(frozen=True)
@@ -38,17 +36,6 @@ METHODS = {
     "recorded": Entry("recorded people"),
 }
 """Methods by the names of the command line, in the order of the tables."""
-
-
-@dataclass(frozen=True)
-class Network:
-    """A trained network, as a caption tells it."""
-
-    name: str
-    digest: str
-    notes: Mapping[str, str]
-    """How it was trained, from its file."""
-    parameters: int
 
 
 def chosen_methods(names: Sequence[str], weights: Path | None) -> list[str]:
@@ -80,19 +67,13 @@ def chosen_methods(names: Sequence[str], weights: Path | None) -> list[str]:
     return chosen
 
 
-def networks_of(name: str, weights: Path | None) -> list[Network]:
+def networks_of(name: str, weights: Path | None) -> list[Header]:
     """The networks of a method.
 
     Raises:
         AssetError: ``weights-damaged``.
     """
-    return [_network(path) for path in _files(name, weights)]
-
-
-def digest_of(networks: Sequence[Network]) -> str:
-    """One digest for all networks of a method; "" when it has none."""
-    text = " ".join(network.digest for network in networks)
-    return hashlib.sha256(text.encode()).hexdigest()[:16] if networks else ""
+    return [read_header(path) for path in _files(name, weights)]
 
 
 def folder_of(name: str, weights: Path | None) -> Path | None:
@@ -113,12 +94,6 @@ def _files(name: str, weights: Path | None) -> list[Path]:
     )
 
 
-def _network(path: Path) -> Network:
-    header = read_header(path)
-    name = f"{path.parent.name}/{path.stem}"
-    return Network(name, sha256(path)[:12], header.notes, header.parameters)
-
-
 def load_methods(
     names: Sequence[str], weights: Path | None, sampler: Sampler, steps: int
 ) -> Mapping[str, EvaluatedMethod]:
@@ -130,6 +105,6 @@ def load_methods(
     options = GenerationOptions(sampler=sampler, steps=steps)
     folders = {name: folder_of(name, weights) for name in names}
     return {
-        name: load_method(name, folder, options) if folder is not None else RecordedPeople()
+        name: LOADERS[name](folder, options) if folder is not None else RecordedPeople()
         for name, folder in folders.items()
     }

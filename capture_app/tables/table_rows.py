@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from capture_app.tables.answers import WindowResult
 from capture_app.tables.table_methods import METHODS
 from omomo_core.learning.evaluation.clip_sources import clip_of
+from omomo_core.learning.evaluation.evaluation_runner import Answer
 from omomo_core.learning.evaluation.metrics import average
 from omomo_core.learning.recordings.splits import UNSEEN, cast_of
 
@@ -128,7 +128,7 @@ class PaperTable:
     """Whether what the paper claims holds here, in words."""
 
 
-Group = Mapping[str, Mapping[str, WindowResult]]
+Group = Mapping[str, Mapping[str, Answer]]
 """Answers of one protocol and one kind of objects: by method, then by window."""
 
 
@@ -138,9 +138,9 @@ def is_unseen(window: str) -> bool:
     return cast is not None and cast.object in UNSEEN
 
 
-def grouped(answers: Sequence[WindowResult], *, unseen: bool, first_frame: bool) -> Group:
+def grouped(answers: Sequence[Answer], *, unseen: bool, first_frame: bool) -> Group:
     """The answers of one protocol, on the windows that all its methods could answer."""
-    group: dict[str, dict[str, WindowResult]] = {}
+    group: dict[str, dict[str, Answer]] = {}
     for row in answers:
         if row.task.first_frame is first_frame and is_unseen(row.task.window) is unseen:
             group.setdefault(row.task.method, {})[row.task.window] = row
@@ -150,7 +150,7 @@ def grouped(answers: Sequence[WindowResult], *, unseen: bool, first_frame: bool)
     return {name: {w: group[name][w] for w in common} for name in METHODS if name in group}
 
 
-def tables_of(answers: Sequence[WindowResult], samples: int) -> list[PaperTable]:
+def tables_of(answers: Sequence[Answer], samples: int) -> list[PaperTable]:
     """Tables 2, 3 and 4, as far as there are windows for them."""
     tables: list[PaperTable] = []
     for number, unseen in ((2, False), (3, True)):
@@ -163,7 +163,7 @@ def tables_of(answers: Sequence[WindowResult], samples: int) -> list[PaperTable]
 
 
 def _sections(
-    answers: Sequence[WindowResult], samples: int, kinds: Sequence[bool], names: Sequence[str]
+    answers: Sequence[Answer], samples: int, kinds: Sequence[bool], names: Sequence[str]
 ) -> list[Section]:
     sections: list[Section] = []
     for first_frame in (True, False):
@@ -191,7 +191,7 @@ def _sections(
 
 def _lines(
     name: str,
-    rows: Mapping[str, WindowResult],
+    rows: Mapping[str, Answer],
     unseen: bool,
     best: bool,
     first_frame: bool,

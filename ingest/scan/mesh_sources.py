@@ -33,8 +33,8 @@ from ingest.mesh_texture import texture_colours
 from ingest.report.take_report import Check
 from ingest.scan.dense.depth_maps import sparse_ratios
 from ingest.scan.dense.stereo import DepthMap, DepthMaps, matrix_for, pixel_rays
-from ingest.scan.frames import Stills
 from ingest.scan.scan_choices import Unit, Up
+from ingest.scan.scan_pictures import Stills
 from ingest.scan.scan_types import Frame, Registered, ScanMesh, ScanSource
 from omomo_core.errors import InputError
 from omomo_core.motion import Texture

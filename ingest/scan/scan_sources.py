@@ -13,9 +13,9 @@ from ingest.archive import is_archive, unpack
 from ingest.film import Film, film_at, frames_of
 from ingest.formats.camera_poses import opencv_poses
 from ingest.formats.registry import read_session
-from ingest.scan.frames import FEWEST, HEIC, MAX_PIXELS, Stills
 from ingest.scan.mesh_sources import SUFFIXES as MESHES
 from ingest.scan.mesh_sources import model_in, model_source
+from ingest.scan.scan_pictures import FEWEST, HEIC, MAX_PIXELS, Stills
 from ingest.scan.scan_types import Colours, Grey, Pictures, ScanSource
 from ingest.session import CaptureSession
 from ingest.session_images import film_and_pairs, image_times

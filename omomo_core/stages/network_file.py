@@ -5,9 +5,10 @@ matrix with `.row_scale` after it, what one of them is worth. Other parameters a
 buffers as they are.
 """
 
+import hashlib
 import json
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -119,8 +120,11 @@ def _check_there(path: Path) -> None:
 
 @dataclass(frozen=True)
 class Header:
-    """What the file of a network says of it."""
+    """The file of a network: its name and digest, and what it says of itself."""
 
+    name: str
+    """The file with its folder, without its ending."""
+    digest: str
     notes: dict[str, str]
     """The training notes that `save_network` was given."""
     parameters: int
@@ -131,13 +135,22 @@ def read_header(path: Path) -> Header:
     """What a file says, without its numbers.
 
     Raises:
-        AssetError: damaged, or not one of our files.
+        AssetError: missing, damaged, or not one of our files.
     """
+    _check_there(path)
     with _readable(path), safe_open(path, framework="pt") as file:
         sizes = [file.get_slice(key).get_shape() for key in _names(file)]
         # In files they stand in no order.
         notes = {k: v for k, v in sorted(file.metadata().items()) if k != "config"}
-    return Header(notes, sum(math.prod(size) for size in sizes))
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()[:12]
+    parameters = sum(math.prod(size) for size in sizes)
+    return Header(f"{path.parent.name}/{path.stem}", digest, notes, parameters)
+
+
+def digest_of(networks: Sequence[Header]) -> str:
+    """One digest for all networks of a method; "" when it has none."""
+    text = " ".join(network.digest for network in networks)
+    return hashlib.sha256(text.encode()).hexdigest()[:16] if networks else ""
 
 
 @contextmanager

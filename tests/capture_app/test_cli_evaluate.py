@@ -62,19 +62,33 @@ def test_every_protocol_is_measured_and_bad_clips_are_skipped_with_their_names(
     assert 0 <= box["real_clips"]["must_hold_contact_f1_all_frames"] <= 1
     assert found["predicted_palms"]["K1"]["t_root_over_60_cm_share"] in (0.0, 1.0)
     assert found["predicted_palms"]["K1"]["hand_jpe_cm_median"] > 0
-    assert list(found["skipped"]) == ["sub1_box_002.npz"]
-    assert "clip-keys" in found["skipped"]["sub1_box_002.npz"]
+    made = found["made"]
+    assert "clip-keys" in made["skipped"][str(tmp_path / "sub1_box_002.npz")]
+    assert (made["sources"], made["windows"]) == ([str(tmp_path)], ["sub1_box_001"])
+    assert [network["name"] for network in made["networks"]["capture"]] == [
+        "weights/hands",
+        "weights/body",
+    ]
 
 
-def test_the_same_seed_gives_the_same_figures(tmp_path: Path, weights: Path, write_clip):
+def test_an_interrupted_evaluation_goes_on_to_the_same_figures(
+    tmp_path: Path, weights: Path, write_clip, capsys: pytest.CaptureFixture[str]
+):
     write_clip("sub1_box_001")
     texts: list[str] = []
     for name in ("a.json", "b.json"):
         more = ("--json", str(tmp_path / name), "--protocol", "predicted_palms")
         assert invoke(words(tmp_path, weights, *more)) == 0
         texts.append((tmp_path / name).read_text())
-    assert texts[0] == texts[1]
+    # Two answers of three are left, as when the second run is interrupted.
+    kept = tmp_path / "b.json.answers.jsonl"
+    kept.write_text("".join(kept.read_text().splitlines(keepends=True)[:3]))
+    assert invoke(words(tmp_path, weights, *more)) == 0
+    assert "2 of 3 answers are there from an earlier run" in capsys.readouterr().err
+    assert texts == [(tmp_path / "b.json").read_text()] * 2
     assert "gt_palms" not in json.loads(texts[0])
+    assert invoke(words(tmp_path, weights, *more, "--seed", "1")) == 2
+    assert "seed was 0, now 1" in capsys.readouterr().err
 
 
 def test_what_cannot_be_evaluated_is_refused(

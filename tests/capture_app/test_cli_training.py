@@ -12,10 +12,10 @@ import torch
 import trimesh
 
 from capture_app.cli.app import invoke
-from capture_app.tables.table_files import TableOrigin, caption
-from capture_app.tables.table_methods import Network
+from capture_app.tables.table_files import caption
 from ingest.formats.registry import read_session
 from ingest.mount_file import load_mount
+from omomo_core.learning.evaluation.evaluation_runner import FigureOrigin
 from omomo_core.learning.recordings.clips import Clip, load_clips, save_clips
 from omomo_core.motion import ObjectMesh, ObjectMotion
 from omomo_core.stages.network_file import read_header
@@ -145,8 +145,8 @@ def test_training_on_held_out_people_is_told(
     assert invoke([*words, "--batch", "2", "--steps", "1"]) == 0
     assert "note: 2 of the clips are of people that the paper holds out" in capsys.readouterr().out
     header = read_header(tmp_path / "run" / "goal.safetensors")
-    network = Network("goal/goal", "", header.notes, header.parameters)
-    made = TableOrigin([], "", [], 1, 0, "ddim", 1, {"goal": [network]}, {}, {})
+    settings = {"samples": 1, "seed": 0, "sampler": "ddim", "steps": 1, "split": ""}
+    made = FigureOrigin([], [], settings, {"goal": [header]}, {}, {})
     assert "trained on 2 clips of held-out people" in " ".join(caption(made))
     header.notes["started_from"] = "shipped"
     assert "from the weights shipped" in " ".join(caption(made))

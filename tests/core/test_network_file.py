@@ -68,6 +68,7 @@ def test_the_header_counts_what_was_learnt_or_measured(tmp_path: Path):
     header = read_header(path)
     assert header.parameters == sum(v.numel() for v in network.state_dict().values())
     assert header.notes == {"steps": "5"}
+    assert header.name == f"{tmp_path.name}/n"
     assert path.stat().st_size < 1.1 * header.parameters
 
 

@@ -16,7 +16,7 @@ from scipy.spatial import KDTree
 
 from ingest.scan.clean_mesh import main_piece
 from ingest.scan.dense.depth_maps import Depths
-from ingest.scan.dense.visual_hull import SURE, Evidence, Mask, gather
+from ingest.scan.dense.visual_hull import SURE, Evidence, Mask, gather_evidence
 from ingest.scan.dense.volume import Box, coloured, seen_at, solid_surface
 from ingest.scan.scan_types import Progress, Region, no_progress
 from omomo_core.errors import InputError
@@ -198,12 +198,12 @@ def dense_surface(
     size = region.high - region.low
     voxel = voxel or float(np.cbrt(np.prod(size) / _VOXELS).clip(_FINEST, _COARSEST))
     box, band = Box.of(region.low, region.high, voxel), max(_BAND * voxel, _LEAST_BAND)
-    evidence = gather(depths, masks, region, box, band, progress)
+    evidence = gather_evidence(depths, masks, region, box, band, progress)
     vertices, faces = _surface(evidence)
     seen = seen_at(vertices, evidence.seen, box, SURE)
     mirror = _mirror(evidence, vertices, faces, seen) if symmetry else None
     if mirror is not None:
-        evidence = gather(depths, masks, region, box, band, progress, mirror.reflection)
+        evidence = gather_evidence(depths, masks, region, box, band, progress, mirror.reflection)
         vertices, faces = _surface(evidence)
         seen = seen_at(vertices, evidence.seen, box, SURE)
     T = region.T_world_floor

@@ -73,9 +73,9 @@ def measure_depths(
     if chosen != "depth":
         kinds.append(stereo_maps(registered, pictures, aim, work, progress))
     if chosen != "stereo":
-        kinds.append(_laid_on(registered, [_lidar(view) for view in registered.views]))
+        kinds.append(_in_world_metres(registered, [_lidar(view) for view in registered.views]))
     if room is not None:
-        kinds.append(_laid_on(registered, room))
+        kinds.append(_in_world_metres(registered, room))
     return Depths(pictures, tuple(kinds), chosen)
 
 
@@ -102,8 +102,8 @@ def _lidar(view: View) -> DepthMap:
     return np.where(farthest - nearest > _MIXED * depth, np.float32(0), depth)
 
 
-def _laid_on(registered: Registered, maps: DepthMaps) -> DepthMaps:
-    """Depth maps in the length of the cameras' world: a phone's depth may be some percent longer.
+def _in_world_metres(registered: Registered, maps: DepthMaps) -> DepthMaps:
+    """Depth maps in the metres of the cameras' world; depth of a phone may be some percent longer.
 
     Where both are joined, a difference of sizes doubles every surface.
     """
@@ -131,16 +131,16 @@ def sparse_ratios(
 
 
 _SPACING = 0.02
-"""Metres between places."""
+"""Metres from one place to the next."""
 _FEWEST_VIEWS = 3
 """Views that must see a surface at a place."""
 _NEAR = 0.03
-"""Metres from it in which they must see it."""
+"""Metres from a place within which they must see the surface."""
 _SHARE = 0.4
-"""The part that they are of all views that see something there or look through it."""
+"""Least share of these views among all that see something there or look through it."""
 
 
-def cloud(depths: Depths, aim: Aim) -> Float64[np.ndarray, "places 3"]:
+def surface_points(depths: Depths, aim: Aim) -> Float64[np.ndarray, "places 3"]:
     """Middles of cubes within the cameras' distance of the aim in which views see a surface.
 
     What one view sees and others look through is a mistake of matching.

@@ -71,10 +71,10 @@ _UNKNOWN = np.float32(-1.0)
 
 
 class VisualHull:
-    """Sums over silhouettes, one slice above the other."""
+    """What silhouettes say of each place of a box, summed slice by slice."""
 
     def __init__(self, box: Box, pictures: int) -> None:
-        """Nothing is said yet.
+        """Begin without silhouettes.
 
         Args:
             box: where it is.
@@ -203,7 +203,7 @@ SURE = 2.0
 _LOW = 0.015
 """Metres above the floor below which depth in a silhouette is the floor's."""
 _THROUGH = 0.5
-"""Pictures that must back a place, as a share of those that see through it."""
+"""Pictures that must back a place, as a share of the pictures that see through it."""
 _WITHIN = 0.8
 """Voxels inside the outlines from which on a place is well inside."""
 _FIRM = 4.0
@@ -234,7 +234,7 @@ class Evidence:
     """Views that show a surface at each place, by depth or by outline."""
 
 
-def gather(
+def gather_evidence(
     depths: Depths,
     masks: Sequence[Mask | None],
     region: Region,
@@ -243,7 +243,7 @@ def gather(
     progress: Progress,
     mirror: Float64[np.ndarray, "4 4"] | None = None,
 ) -> Evidence:
-    """Join depth maps and silhouettes.
+    """The evidence of depth maps and silhouettes together.
 
     Args:
         depths: of the views.
@@ -263,7 +263,7 @@ def gather(
         maps = [kind[index] for kind in depths.kinds]
         if mask is not None:
             matrix = matrix_for(view, mask.shape[::-1])
-            maps = [_own(depth, mask, matrix, T, region) for depth in maps]
+            maps = [_object_depth(depth, mask, matrix, T, region) for depth in maps]
             for way, doubt in ways:
                 hull.add(mask, _nearest(maps, mask), matrix, T @ way, doubt)
         for depth in maps:
@@ -284,7 +284,7 @@ def _joined(volume: Volume, hull: VisualHull) -> Evidence:
     # Well inside the outlines, who sees the background where others see a surface has missed a bar.
     missed = np.maximum(free - seen - hull.backing(), np.float32(0))
     field, unseen = volume.judged(np.where(within, missed, free))
-    backed = _most(hull.backed(_THROUGH * volume.free()) | _thin(volume, hull))
+    backed = _without_noise(hull.backed(_THROUGH * volume.free()) | _thin_places(volume, hull))
     surface = (seen >= SURE) & (np.abs(field) < 1) & (outside < box.voxel)
     hidden = unseen & (outside < 0) & ~backed
     field[open_places(hidden, surface | backed, box.voxel)] = 1.0
@@ -301,13 +301,13 @@ def _joined(volume: Volume, hull: VisualHull) -> Evidence:
     return Evidence(box, grounded(field, box, _FOOT), seen)
 
 
-def _most(places: Bool[np.ndarray, "z y x"]) -> Bool[np.ndarray, "z y x"]:
+def _without_noise(places: Bool[np.ndarray, "z y x"]) -> Bool[np.ndarray, "z y x"]:
     """Places with most of those around them: single ones are noise."""
     around = np.asarray(uniform_filter(places.astype(np.float32), 3, mode="nearest"))
     return places & (around > 0.5)
 
 
-def _thin(volume: Volume, hull: VisualHull) -> Bool[np.ndarray, "z y x"]:
+def _thin_places(volume: Volume, hull: VisualHull) -> Bool[np.ndarray, "z y x"]:
     """Parts of the hull too thin for depth, which enough pictures show with nothing before them."""
     seen, free = volume.seen(), volume.free()
     shown = seen + hull.backing()
@@ -319,7 +319,7 @@ def _thin(volume: Volume, hull: VisualHull) -> Bool[np.ndarray, "z y x"]:
     )
 
 
-def _own(
+def _object_depth(
     depth: Float32[np.ndarray, "rows columns"],
     mask: Mask,
     matrix: Float64[np.ndarray, "3 3"],

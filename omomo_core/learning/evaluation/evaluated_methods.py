@@ -33,12 +33,6 @@ from omomo_core.weights.load import load_stages
 
 Palms = Literal["constrained", "free", "true"]
 """Palms by the contact rule; as the first network says; of the recorded person."""
-DEFAULT = GenerationOptions()
-NAMES: dict[Palms, str] = {
-    "constrained": "OMOMO",
-    "free": "OMOMO without contact constraints",
-    "true": "OMOMO with ground-truth hands",
-}
 
 
 def view_of(clip: RealClip, samples: int, *, first_frame: bool) -> PersonView:
@@ -55,14 +49,9 @@ class Omomo:
 
     hands: Stage
     body: Stage
-    palms: Palms = "constrained"
-    options: GenerationOptions = DEFAULT
+    palms: Palms
+    options: GenerationOptions
     """Sampler and steps; the paper's are 1,000 of "ddpm"."""
-
-    @property
-    def name(self) -> str:
-        """The method's name in the tables."""
-        return NAMES[self.palms]
 
     def sample(
         self, clip: RealClip, samples: int, seed: int, *, first_frame: bool
@@ -92,8 +81,7 @@ class SingleStage:
     """One network, from the object to the body."""
 
     stage: Stage
-    options: GenerationOptions = DEFAULT
-    name: str = "OMOMO single-stage"
+    options: GenerationOptions
 
     def sample(
         self, clip: RealClip, samples: int, seed: int, *, first_frame: bool
@@ -116,11 +104,6 @@ def _silent(done: float) -> None:
 class EvaluatedMethod(Protocol):
     """A way to make people for a moving object."""
 
-    @property
-    def name(self) -> str:
-        """The method's name in the tables."""
-        ...
-
     def sample(
         self, clip: RealClip, samples: int, seed: int, *, first_frame: bool
     ) -> Sequence[HumanMotion]:
@@ -136,20 +119,6 @@ class EvaluatedMethod(Protocol):
         ...
 
 
-def load_method(name: str, folder: Path, options: GenerationOptions) -> EvaluatedMethod:
-    """Return a method by its name, one of `LOADERS`, from a folder that `omocap train` writes.
-
-    Args:
-        name: which; three share the networks of `omocap train omomo`.
-        folder: where its networks are.
-        options: sampler and steps of those that diffuse.
-
-    Raises:
-        AssetError: networks are missing or damaged.
-    """
-    return LOADERS[name](folder, options)
-
-
 @dataclass(frozen=True)
 class _GoalMethod:
     """GOAL adapted: autoregressive and deterministic; the K samples differ in nothing but where people start.
@@ -159,7 +128,6 @@ class _GoalMethod:
     """
 
     network: Goal
-    name: str = "GOAL"
 
     def sample(
         self, clip: RealClip, samples: int, seed: int, *, first_frame: bool
@@ -185,9 +153,8 @@ class _Capture:
     """The `capture` configuration with everything that `omocap run` does after its networks."""
 
     stages: Stages
-    options: GenerationOptions = DEFAULT
+    options: GenerationOptions
     """Sampler and steps."""
-    name: str = "omocap"
 
     def sample(
         self, clip: RealClip, samples: int, seed: int, *, first_frame: bool
@@ -199,19 +166,13 @@ class _Capture:
             else UNCONDITIONED
         )
         options = replace(self.options, samples=samples, seed=seed)
-        people = generate(clip.motion, clip.body, self.stages, options, _no_stages, known)
+        people = generate(clip.motion, clip.body, self.stages, options, conditioning=known)
         others = (m for k, m in enumerate(people.motions) if k != people.chosen)
         return [people.motions[people.chosen], *others]
 
 
-def _no_stages(step: str, done: float) -> None:
-    """Methods do not report their steps."""
-
-
 class RecordedPeople:
     """The recorded people: the bound of every error, and people's own sliding and collisions."""
-
-    name = "recorded people"
 
     def sample(
         self, clip: RealClip, samples: int, seed: int, *, first_frame: bool
@@ -246,3 +207,5 @@ LOADERS: dict[str, Callable[[Path, GenerationOptions], EvaluatedMethod]] = {
     "gt-hands": partial(_omomo, "true"),
     "capture": _capture,
 }
+"""Methods by their names, each from the folder of its networks, as `omocap train` writes it. An `AssetError`
+says that networks are missing or damaged; the options are sampler and steps of those that diffuse."""

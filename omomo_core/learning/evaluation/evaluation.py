@@ -1,24 +1,34 @@
 """A whole evaluation: every clip under every protocol, and the averages."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from omomo_core.body.model import BodyModel
+from omomo_core.body.model import load_body
 from omomo_core.errors import InputError
-from omomo_core.generation.generation_options import GenerationOptions, Progress, no_progress
+from omomo_core.generation.generation_options import GenerationOptions
+from omomo_core.learning.evaluation.clip_sources import Recorded, read_recorded
+from omomo_core.learning.evaluation.evaluation_runner import (
+    Answer,
+    Ask,
+    EvaluationRun,
+    EvaluationRunner,
+    FigureOrigin,
+    Progress,
+)
 from omomo_core.learning.evaluation.metrics import Row, average, spread
 from omomo_core.learning.evaluation.protocols import (
     BASELINE,
+    RECORDED,
     BodyChoice,
     ask,
-    own_values,
-    unlearned,
+    asked_of,
+    protocol_of,
 )
-from omomo_core.learning.evaluation.real_clips import RealClip, read_clip
-from omomo_core.learning.evaluation.truth import MeasuredSamples, Truth
-from omomo_core.stages.stage import Stages
+from omomo_core.stages.network_file import digest_of, read_header
+from omomo_core.weights.load import SHIPPED, load_stages
 
 
 @dataclass(frozen=True)
@@ -29,18 +39,17 @@ class ClipResult:
     object: str
     text: str
     frames: int
-    own: Row
-    answers: dict[str, MeasuredSamples]
-    baseline: tuple[Row, Row]
+    answers: dict[str, Answer]
+    """The answer to each protocol, the baseline and the recorded people."""
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Every clip's figures, and the clips that could not be used with the reason."""
+    """Every clip's figures, and where they come from."""
 
     samples: int
-    clips: list[ClipResult] = field(default_factory=list)
-    skipped: dict[str, str] = field(default_factory=dict)
+    clips: list[ClipResult]
+    origin: FigureOrigin
 
     def table(self) -> dict[str, Any]:
         """{protocol: {"K1": {metric: value}, "K20": ..., "mean_of_samples": ...}}, means over clips."""
@@ -48,122 +57,112 @@ class Evaluation:
         out: dict[str, Any] = {}
         for protocol in self.clips[0].answers:
             answers = [clip.answers[protocol] for clip in self.clips]
-            out[protocol] = {
-                "K1": _summary([a.one for a in answers]),
-                best: _summary([a.best for a in answers]),
-                "mean_of_samples": average([a.mean for a in answers]),
-            }
-        out[BASELINE] = {
-            "K1": average([clip.baseline[0] for clip in self.clips]),
-            best: average([clip.baseline[1] for clip in self.clips]),
-        }
+            one, least = [a.one for a in answers], [a.best for a in answers]
+            if protocol == BASELINE:
+                out[protocol] = {"K1": average(one), best: average(least)}
+            elif protocol != RECORDED:
+                out[protocol] = {
+                    "K1": average(one) | spread(one),
+                    best: average(least) | spread(least),
+                    "mean_of_samples": average([a.mean for a in answers]),
+                }
         return out
 
     def recorded(self) -> Row:
         """Means of the recorded people's own values."""
-        return average([clip.own for clip in self.clips])
+        return average([clip.answers[RECORDED].one for clip in self.clips])
 
     def by_object(self) -> dict[str, "Evaluation"]:
         """The clips of each class of objects, by its name."""
         parts: dict[str, Evaluation] = {}
         for clip in sorted(self.clips, key=lambda clip: clip.object):
-            parts.setdefault(clip.object, Evaluation(self.samples)).clips.append(clip)
+            parts.setdefault(clip.object, replace(self, clips=[])).clips.append(clip)
         return parts
 
-    def document(self, settings: dict[str, Any]) -> dict[str, Any]:
-        """All of it, for a JSON file: the table, the clips' own values, a row per clip, the rest."""
+    def figures(self) -> dict[str, Any]:
+        """All of it, for a JSON file: the table, the clips' own values, a row per clip."""
         return {
             **self.table(),
-            "real_clips": self.recorded(),
+            RECORDED: self.recorded(),
             "objects": {
-                name: {"clips": len(part.clips), **part.table(), "real_clips": part.recorded()}
+                name: {"clips": len(part.clips), **part.table(), RECORDED: part.recorded()}
                 for name, part in self.by_object().items()
             },
             "clips": [self._row(clip) for clip in self.clips],
-            "skipped": self.skipped,
-            "settings": settings,
         }
 
     def _row(self, clip: ClipResult) -> dict[str, Any]:
-        alone = Evaluation(self.samples, [clip])
         names = {"clip": clip.clip, "text": clip.text, "frames": clip.frames}
         names["object"] = clip.object
-        return {**names, **alone.table(), "real_clip": clip.own}
-
-
-def _summary(rows: Sequence[Row]) -> Row:
-    return average(rows) | spread(rows)
+        table = replace(self, clips=[clip]).table()
+        return {**names, **table, "real_clip": clip.answers[RECORDED].one}
 
 
 def evaluate(
-    paths: Sequence[Path],
+    sources: Sequence[Path],
     protocols: Sequence[str],
-    stages: Stages,
-    body: BodyModel,
     options: GenerationOptions,
+    weights: Path | None = None,
     whose: BodyChoice = "person",
-    on_progress: Progress = no_progress,
+    *,
+    kept: Path | None = None,
+    workers: int = 1,
+    progress: Progress = lambda done, total: None,
 ) -> Evaluation:
     """Measure a generator on clips.
 
     Args:
-        paths: the clips; those that cannot be used are skipped, named and counted.
+        sources: clips as `read_recorded` takes them; those that cannot be used are skipped and named.
         protocols: some of PROTOCOLS.
-        stages: the networks.
-        body: the shipped body.
         options: samples (K) and seed.
+        weights: folder of the networks; those that ship, if not given.
         whose: bones of the generated people.
-        on_progress: called with the clip and protocol, and the fraction of all clips done.
+        kept: file of answers, from which an interrupted evaluation goes on.
+        workers: processes.
+        progress: called with the answers that are there, and with all.
 
     Raises:
-        InputError: not one clip can be used.
+        InputError: as `EvaluationRunner.run`; ``no-usable-clips`` when not one clip can be used.
+        AssetError: weights are missing or damaged.
     """
-    evaluation = Evaluation(options.samples)
-    for i, path in enumerate(paths):
-        try:
-            clip = read_clip(path, body)
-        except InputError as error:
-            evaluation.skipped[path.name] = str(error)
-            continue
-
-        def step(protocol: int, name: str, done: float, i: int = i, path: Path = path) -> None:
-            part = (protocol + 0.5 * done + (0.5 if name != "hands" else 0)) / len(protocols)
-            what = f"{path.stem}, {protocols[protocol]}"
-            on_progress(what, (i + min(1.0, part)) / len(paths))
-
-        evaluation.clips.append(_measure(clip, protocols, stages, body, options, whose, step))
-    if not evaluation.clips:
-        raise InputError(
-            "no-usable-clips",
-            f"None of the {len(paths)} clips can be used. {next(iter(evaluation.skipped.values()))}",
-            where=str(paths[0].parent),
-            fix="See docs/evaluation.md for the layout of a clip.",
-        )
-    return evaluation
-
-
-def _measure(
-    clip: RealClip,
-    protocols: Sequence[str],
-    stages: Stages,
-    body: BodyModel,
-    options: GenerationOptions,
-    whose: BodyChoice,
-    step: Callable[[int, str, float], None],
-) -> ClipResult:
-    theirs, truth = clip.body if whose == "person" else body, Truth(clip)
-    answers = {
-        protocol: ask(
-            truth, protocol, stages, options, theirs, lambda name, done, k=k: step(k, name, done)
-        )
-        for k, protocol in enumerate(protocols)
-    }
-    return ClipResult(
-        clip=clip.name,
-        object=clip.motion.mesh.name,
-        text=clip.text,
-        frames=len(clip.root),
-        own=own_values(truth),
-        answers=answers,
-        baseline=unlearned(truth, options.samples, options.seed),
+    folder = weights or SHIPPED / "capture"
+    networks = [read_header(folder / f"{name}.safetensors") for name in ("hands", "body")]
+    runner = EvaluationRunner(
+        sources,
+        partial(_read, sources),
+        partial(_load, options, weights, whose),
+        {**asdict(options), "body": whose, "weights": digest_of(networks)},
+        {"capture": networks},
+        kept,
+        workers,
     )
+    run = runner.run([asked_of(name) for name in (*protocols, BASELINE, RECORDED)], progress)
+    if clips := _results(run):
+        return Evaluation(options.samples, clips, run.origin)
+    raise InputError(
+        "no-usable-clips",
+        f"Not one clip can be used. {next(iter(run.origin.failed.values()))}",
+        where=", ".join(run.origin.sources),
+        fix="Leave those clips or that protocol out.",
+    )
+
+
+def _read(sources: Sequence[Path]) -> Recorded:
+    return read_recorded(sources, load_body())
+
+
+def _load(options: GenerationOptions, weights: Path | None, whose: BodyChoice) -> Ask:
+    body = load_body() if whose == "shipped" else None
+    return partial(ask, stages=load_stages("capture", weights), options=options, body=body)
+
+
+def _results(run: EvaluationRun) -> list[ClipResult]:
+    """Clips to which every protocol has an answer."""
+    answers: dict[str, dict[str, Answer]] = {}
+    for answer in run.answers:
+        answers.setdefault(answer.task.window, {})[protocol_of(answer.task)] = answer
+    return [
+        ClipResult(clip.name, clip.motion.mesh.name, clip.text, len(clip.root), answers[clip.name])
+        for clip in run.clips
+        if not any(answer.problem for answer in answers[clip.name].values())
+    ]

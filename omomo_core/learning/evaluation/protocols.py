@@ -12,10 +12,11 @@ from jaxtyping import Float
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.static_stability import must_be_held
 from omomo_core.generation.conditioning import Conditioning, Pose
-from omomo_core.generation.generation_options import GenerationOptions, Progress
+from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.generation.generator import generate
 from omomo_core.geometry.object_features import ObjectFeatures, object_features
 from omomo_core.geometry.transforms import apply
+from omomo_core.learning.evaluation.evaluation_runner import Task
 from omomo_core.learning.evaluation.metrics import (
     Row,
     contact_scores,
@@ -64,43 +65,54 @@ PROTOCOLS = (
     "predicted_palms_first_frame",
     "predicted_palms_stood",
 )
-BASELINE = "baseline_opposed_palms"
+FIRST_FRAME = "_first_frame"
+"""End of the names of protocols that give the person's first pose."""
+BASELINE, RECORDED = "baseline_opposed_palms", "real_clips"
+"""What is measured beside the protocols: palms without learning, and the recorded people."""
 BodyChoice = Literal["person", "shipped"]
 """Whose bones generated people have: the recorded person's, as the paper gives the shape, or our
 body's at its own stature."""
 
 
+def asked_of(protocol: str) -> tuple[str, bool]:
+    """What is given besides the first pose, and whether that is given, as a `Task` names them."""
+    return protocol.removesuffix(FIRST_FRAME), protocol.endswith(FIRST_FRAME)
+
+
+def protocol_of(task: Task) -> str:
+    """The protocol of a task."""
+    return task.method + FIRST_FRAME * task.first_frame
+
+
 def ask(
-    truth: Truth,
-    protocol: str,
-    stages: Stages,
-    options: GenerationOptions,
-    body: BodyModel,
-    progress: Progress,
+    truth: Truth, task: Task, stages: Stages, options: GenerationOptions, body: BodyModel | None
 ) -> MeasuredSamples:
     """Generate people for a clip under a protocol and measure them.
 
     Args:
         truth: the object and the person who moved it.
-        protocol: one of PROTOCOLS.
+        task: of one of PROTOCOLS, or of what stands beside them: BASELINE or RECORDED.
         stages: the networks.
         options: samples (K) and seed.
-        body: whose bones the generated people get.
-        progress: called with the step and the fraction done.
+        body: whose bones the generated people get; None takes the recorded person's.
     """
+    if task.method == RECORDED:
+        return MeasuredSamples(_own_values(truth), {}, {})
+    if task.method == BASELINE:
+        return _unlearned(truth, options.samples, options.seed)
     clip = truth.clip
+    palms = HandMotion(clip.joints[:, 22:], truth.held[0].astype(float))
     known = Conditioning(
-        hands=HandMotion(clip.joints[:, 22:], truth.held[0].astype(float))
-        if "gt_" in protocol
-        else None,
-        start_pose=Pose(clip.root[0], clip.rotations[0]) if "first_frame" in protocol else None,
-        start_position=clip.root[0, :2] if "stood" in protocol else None,
+        hands=palms if task.method == "gt_palms" else None,
+        start_pose=Pose(clip.root[0], clip.rotations[0]) if task.first_frame else None,
+        start_position=clip.root[0, :2] if task.method == "predicted_palms_stood" else None,
     )
-    people = generate(clip.motion, body, stages, options, progress, known)
-    return truth.answer(people.motions, people.chosen, body)
+    theirs = body or clip.body
+    people = generate(clip.motion, theirs, stages, options, conditioning=known)
+    return truth.answer(people.motions, people.chosen, theirs)
 
 
-def own_values(truth: Truth) -> Row:
+def _own_values(truth: Truth) -> Row:
     """What the recorded person gives where nothing is compared.
 
     ``must_hold_contact_...`` are the scores of an answer without learning: some hand touches exactly
@@ -121,7 +133,7 @@ def own_values(truth: Truth) -> Row:
     }
 
 
-def unlearned(truth: Truth, samples: int, seed: int) -> tuple[Row, Row]:
+def _unlearned(truth: Truth, samples: int, seed: int) -> MeasuredSamples:
     """Opposed palms: figures of one random guess on average, and of the best of K by HandJPE."""
     guesses = opposed_palms(
         object_features(truth.clip.motion), samples, np.random.default_rng(seed)
@@ -135,4 +147,4 @@ def unlearned(truth: Truth, samples: int, seed: int) -> tuple[Row, Row]:
         for g in guesses
     ]
     mean = {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
-    return mean, min(rows, key=lambda row: row["hand_jpe_cm"])
+    return MeasuredSamples(mean, min(rows, key=lambda row: row["hand_jpe_cm"]), {})

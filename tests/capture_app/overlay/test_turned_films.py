@@ -8,7 +8,7 @@ import pytest
 from capture_app.overlay.overlay_film import on_tripod
 from ingest.calibration.board.camera_file import WitnessCamera
 from ingest.film import Turning
-from ingest.scan.frames import is_mirrored
+from ingest.scan.scan_pictures import is_mirrored
 from ingest.scan.scan_sources import video_source
 from tests.stamped_film import film
 

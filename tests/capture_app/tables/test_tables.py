@@ -13,8 +13,7 @@ from typer.testing import CliRunner
 
 from capture_app.cli.tables import tables as command
 from capture_app.commands.tables import TablesRequest
-from capture_app.tables.answers import FILE
-from capture_app.tables.run_tables import TablesRun, make_tables
+from capture_app.tables.run_tables import ANSWERS, TablesRun, make_tables
 from capture_app.tables.table_rows import ABLATION, PAPER, PUBLISHED
 from omomo_core.body.model import load_body
 from omomo_core.errors import AssetError, InputError
@@ -118,77 +117,22 @@ def test_the_papers_numbers_are_those_of_the_paper(shared: Path):
             assert values == [float(x) for x in found[1].split("\t")]
 
 
-def test_an_interrupted_run_goes_on_and_ends_as_an_uninterrupted_one(make: Make, tmp_path: Path):
-    some = {"methods": ["goal", "omomo"], "samples": 2}
-
-    def killed(done: int, total: int) -> None:
-        if done == 9:
-            raise KeyboardInterrupt
-
-    request = TablesRequest(
-        clips=[tmp_path / "data.npz"],
-        output=tmp_path / "out",
-        weights=tmp_path / "weights",
-        **some,
-    )
-    with pytest.raises(KeyboardInterrupt):
-        make_tables(request, killed, load)
-    with (tmp_path / "out" / FILE).open("a") as file:
-        file.write('{"task": {"method": "om')
-    seen: list[int] = []
-    make_tables(request, lambda done, total: seen.append(done), load)
-    assert seen == list(range(9, 4 * 2 * 2 + 1))
-    texts = [(tmp_path / "out" / name).read_text() for name in ("tables.md", "tables.json")]
-    make(**some, output=tmp_path / "again")
-    again = [(tmp_path / "again" / name).read_text() for name in ("tables.md", "tables.json")]
-    assert texts == again
-    # Nothing is asked that has been answered.
-    make(**some, loads=never)
-    make(loads=never, methods=["omomo"], first_frame="given", limit=1)
-
-
-@pytest.mark.slow
-def test_processes_give_what_one_gives(tmp_path: Path):
-    write_data(tmp_path / "data.npz", NAMES)
-    made = [
-        make_tables(
-            TablesRequest(
-                clips=[tmp_path / "data.npz"],
-                output=tmp_path / str(workers),
-                methods=["recorded"],
-                limit=1,
-                workers=workers,
-            ),
-            lambda done, total: None,
-        )
-        for workers in (1, 2)
-    ]
-    assert made[0].tables == made[1].tables
-    assert len(made[0].tables) == 2
-
-
-def test_changed_settings_windows_and_weights_are_refused_by_name(make: Make, tmp_path: Path):
+def test_a_folder_goes_on_unless_it_was_begun_otherwise(make: Make, tmp_path: Path):
     some = {"methods": ["omomo"], "limit": 1, "first_frame": "given"}
-    make(**some)
+    made = make(**some)
+    assert make(**some, loads=never).tables == made.tables
     for change, named in (
         ({"samples": 3}, "samples was 2, now 3"),
         ({"seed": 1}, "seed was 0, now 1"),
         ({"sampler": "ddpm"}, "sampler was dpm"),
         ({"steps": 20}, "steps was 10, now 20"),
     ):
-        with pytest.raises(InputError, match=named) as caught:
+        with pytest.raises(InputError, match=named):
             make(**{**some, **change})
-        assert caught.value.code == "tables-differ"
     write_weights(tmp_path / "weights", seed=1)
     with pytest.raises(InputError, match="the weights of omomo"):
         make(**some)
-    write_weights(tmp_path / "weights")
-    write_data(tmp_path / "data.npz", NAMES, frames=31)
-    with pytest.raises(InputError, match="the window sub"):
-        make(**some)
-    (tmp_path / "out" / FILE).write_text('{"seed": 0}\n{"no": "answer"}\n')
-    with pytest.raises(InputError, match="tables-"):
-        make(**some)
+    assert (tmp_path / "out" / ANSWERS).is_file()
 
 
 def test_a_window_that_one_method_cannot_answer_counts_for_none(make: Make, tmp_path: Path):
@@ -289,7 +233,7 @@ def say_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, make: Make) -> C
 def test_the_command_prints_the_tables(say_tables: Callable[..., str], tmp_path: Path):
     say_tables("160")
     document = json.loads((tmp_path / "said" / "tables.json").read_text())
-    assert document["made"]["sampler"] == "ddim"
+    assert document["made"]["settings"]["sampler"] == "ddim"
     assert [s["first_frame"] for s in document["tables"][0]["sections"]] == [True, True]
     values = document["tables"][0]["sections"][0]["lines"][0]["values"]
     assert np.isfinite(list(values.values())).all()

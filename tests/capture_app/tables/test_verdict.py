@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from capture_app.tables.answers import Task, WindowResult
 from capture_app.tables.run_tables import with_verdicts
 from capture_app.tables.table_rows import CORRECTED, PUBLISHED, tables_of
+from omomo_core.learning.evaluation.evaluation_runner import Answer, Task
 
 
-def answers(**f1: list[float]) -> list[WindowResult]:
+def answers(**f1: list[float]) -> list[Answer]:
     """Two windows of each of some clips, with the contact F1 of some methods."""
-    rows: list[WindowResult] = []
+    rows: list[Answer] = []
     for name, values in f1.items():
         for k, value in enumerate(values):
             task = Task(
@@ -17,7 +17,7 @@ def answers(**f1: list[float]) -> list[WindowResult]:
             )
             figures = {column.key: 1.0 for column in (*PUBLISHED, *CORRECTED)}
             figures |= {"contact_f1": value, "mpjpe_cm": 20 * (1 - value)}
-            rows.append(WindowResult(task, "", "", one=figures, best=figures, mean=figures))
+            rows.append(Answer(task, "", "", one=figures, best=figures, mean=figures))
     return rows
 
 

@@ -14,7 +14,7 @@ from ingest.formats.still_images import load_millimetres
 from ingest.scan.clean_mesh import main_piece
 from ingest.scan.dense import stereo
 from ingest.scan.dense.dense import dense_surface
-from ingest.scan.dense.depth_maps import cloud, measure_depths
+from ingest.scan.dense.depth_maps import measure_depths, surface_points
 from ingest.scan.dense.stereo import (
     SmallPictures,
     agreed,
@@ -177,7 +177,7 @@ def test_places_that_depth_maps_agree_about_and_not_what_one_of_them_sees(filmed
     # Four views are mistaken: they see something right before them.
     for view in range(0, 20, 5):
         maps[view][:] = 0.3
-    places = cloud(replace(depths, kinds=(maps,)), aim)
+    places = surface_points(replace(depths, kinds=(maps,)), aim)
     T = inverse(scene.T_world_object)
     own = places @ T[:3, :3].T + T[:3, 3]
     on = _distance(own, scene.mesh.vertices, scene.mesh.faces) < 0.02

@@ -15,7 +15,7 @@ from ingest.scan.cameras.features import CameraOptions
 from ingest.scan.cameras.metric_scale import looked_at, to_phone, upright
 from ingest.scan.cameras.pose_agreement import as_read, readings
 from ingest.scan.cameras.register import register
-from ingest.scan.frames import pick_frames
+from ingest.scan.scan_pictures import pick_frames
 from ingest.scan.scan_sources import read_source
 from ingest.scan.scan_types import Frames, Registered, ScanSource
 from omomo_core.errors import InputError

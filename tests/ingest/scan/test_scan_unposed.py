@@ -13,7 +13,7 @@ from ingest.scan.cameras.features import CameraOptions, Length, Sight
 from ingest.scan.cameras.metric_scale import by_length, crossing
 from ingest.scan.cameras.pose_agreement import in_one_motion
 from ingest.scan.cameras.register import register
-from ingest.scan.frames import pick_frames
+from ingest.scan.scan_pictures import pick_frames
 from ingest.scan.scan_sources import read_source
 from ingest.scan.scan_types import Registered, View
 from ingest.uncertainty import rotation

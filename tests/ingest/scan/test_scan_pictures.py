@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ingest.formats.still_images import load_millimetres
-from ingest.scan.frames import blur, farthest, look, narrowed, pick_frames
+from ingest.scan.scan_pictures import blur, farthest_points, measure_pictures, narrowed, pick_frames
 from ingest.scan.scan_types import ScanSource
 from omomo_core.errors import InputError
 
@@ -109,7 +109,7 @@ def test_poses_spread_the_pictures_over_the_directions(tmp_path: Path):
 def test_of_near_pictures_the_sharper_is_taken():
     where = np.repeat(np.arange(10.0), 2)[:, None] + np.tile([0.0, 1e-3], 10)[:, None]
     worth = np.tile([0.6, 1.0], 10)
-    assert set(farthest(where, worth, 10).tolist()) == set(range(1, 20, 2))
+    assert set(farthest_points(where, worth, 10).tolist()) == set(range(1, 20, 2))
 
 
 def test_large_pictures_are_kept_smaller_with_their_intrinsics(tmp_path: Path):
@@ -178,5 +178,5 @@ def test_blur_rises_with_blur():
 
 
 def test_motion_is_measured_in_sizes_of_the_picture():
-    looks = look(Made(tuple(range(0, 100, 10))), list(range(10)), lambda done: None)
+    looks = measure_pictures(Made(tuple(range(0, 100, 10))), list(range(10)), lambda done: None)
     np.testing.assert_allclose(np.diff(looks.path), 10 / 320, rtol=0.15)

@@ -1,4 +1,4 @@
-"""Pictures for a scan: the sharpest of a film, spread over its way, and stills."""
+"""Pictures for a scan: sharp ones of a film, spread over the way of the camera, and stills."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
@@ -42,7 +42,7 @@ _FLOW = 160
 
 
 @dataclass(frozen=True)
-class Looks:
+class PictureMeasures:
     """Sharpness and content of the candidate pictures, from reduced copies."""
 
     candidates: tuple[int, ...]
@@ -60,10 +60,10 @@ class Looks:
         return (self.sharpness < _BLURRED) | (self.blur > _SOFT)
 
 
-def look(
+def measure_pictures(
     pictures: Pictures, candidates: Sequence[int], on_progress: Callable[[float], None]
-) -> Looks:
-    """See each candidate once, at a reduced size.
+) -> PictureMeasures:
+    """Sharpness, blur and motion of the candidates, each seen once at a reduced size.
 
     Args:
         pictures: where they are.
@@ -84,7 +84,9 @@ def look(
         on_progress(len(seen) / len(candidates))
     sharp = np.array(laplacian)
     usual = median_filter(sharp, min(_NEIGHBOURS, max(1, len(sharp)))) if len(sharp) else sharp
-    return Looks(tuple(seen), sharp / np.maximum(usual, 1e-9), np.array(blurs), np.cumsum(moves))
+    return PictureMeasures(
+        tuple(seen), sharp / np.maximum(usual, 1e-9), np.array(blurs), np.cumsum(moves)
+    )
 
 
 def blur(grey: Grey) -> float:
@@ -280,18 +282,20 @@ def _picked(source: ScanSource, work: StageCache, count: int, progress: Progress
         usable = np.flatnonzero(np.isfinite(source.T_world_camera).all(axis=(1, 2)))
     step = np.linspace(0, len(usable) - 1, min(len(usable), _LOOKED * count))
     candidates = usable[np.unique(step.astype(int))] if len(usable) else usable
-    looks = look(source.pictures, candidates.tolist(), lambda done: progress("look", done))
-    sharp = np.flatnonzero(~looks.blurred)
+    measures = measure_pictures(
+        source.pictures, candidates.tolist(), lambda done: progress("look", done)
+    )
+    sharp = np.flatnonzero(~measures.blurred)
     if len(sharp) < FEWEST:
-        raise _too_blurred(source, len(sharp), len(looks.candidates))
-    chosen = sharp[_spread(source, looks, sharp, count)]
-    places = np.array(looks.candidates)[np.sort(chosen)]
+        raise _too_blurred(source, len(sharp), len(measures.candidates))
+    chosen = sharp[_spread(source, measures, sharp, count)]
+    places = np.array(measures.candidates)[np.sort(chosen)]
     frames: list[Frame] = []
     for frame in _written(source, work.folder, places.tolist()):
         frames.append(frame)
         progress("frames", len(frames) / len(places))
-    blurred = int(looks.blurred.sum())
-    return Frames(tuple(frames), total, blurred, _notes(len(looks.candidates), blurred))
+    blurred = int(measures.blurred.sum())
+    return Frames(tuple(frames), total, blurred, _notes(len(measures.candidates), blurred))
 
 
 def _too_blurred(source: ScanSource, sharp: int, seen: int) -> InputError:
@@ -312,23 +316,23 @@ def _notes(seen: int, blurred: int) -> tuple[Check, ...]:
 
 
 def _spread(
-    source: ScanSource, looks: Looks, sharp: Int64[np.ndarray, " sharp"], count: int
+    source: ScanSource, measures: PictureMeasures, sharp: Int64[np.ndarray, " sharp"], count: int
 ) -> Int64[np.ndarray, " picked"]:
     """Places in `sharp` that are far from each other; of near ones the sharper."""
     if len(sharp) <= count:
         return np.arange(len(sharp))
-    places = np.array(looks.candidates)[sharp]
+    places = np.array(measures.candidates)[sharp]
     if source.T_world_camera is not None:
         T = source.T_world_camera[places]
         where = np.concatenate([T[:, :3, 3], _FORWARD * T[:, :3, 2]], axis=1)
     else:
         # Time counts too, so that a slow stretch is not left out altogether.
-        steady = np.linspace(0.0, 1.0, len(sharp)) * max(float(looks.path[-1]), 1e-6)
-        where = np.stack([looks.path[sharp], steady], axis=1)
-    return farthest(where, looks.sharpness[sharp].clip(0.2, 1.5), count)
+        steady = np.linspace(0.0, 1.0, len(sharp)) * max(float(measures.path[-1]), 1e-6)
+        where = np.stack([measures.path[sharp], steady], axis=1)
+    return farthest_points(where, measures.sharpness[sharp].clip(0.2, 1.5), count)
 
 
-def farthest(
+def farthest_points(
     where: Float64[np.ndarray, "points axes"], worth: Float64[np.ndarray, " points"], count: int
 ) -> Int64[np.ndarray, " picked"]:
     """Points picked one by one, each far from those before; a worth of 2 counts for twice as far."""
