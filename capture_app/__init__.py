@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from capture_app.rendering import render_result
     from capture_app.resolve import resolve_result
     from capture_app.result import Result, load_result
+    from capture_app.solve_samples import solved_result
     from capture_app.training import train
     from ingest.formats.registry import read_session, register_format
     from ingest.mesh import load_mesh
@@ -75,6 +76,7 @@ __all__ = [
     "run_take",
     "save_clips",
     "save_mount",
+    "solved_result",
     "stream",
     "to_object_motion",
     "train",
@@ -94,6 +96,7 @@ _MODULES = {
     "capture_app.commands.run": ("ResolveRequest", "RunRequest"),
     "capture_app.resolve": ("resolve_result",),
     "capture_app.result": ("Result", "load_result"),
+    "capture_app.solve_samples": ("solved_result",),
     "capture_app.training": ("train",),
     "ingest.formats.registry": ("read_session", "register_format"),
     "ingest.mesh": ("load_mesh",),

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.capture_app.replay.made import unpacked
+from tests.capture_app.replay.made import read_pack
 
 from capture_app.cli.app import invoke
 from capture_app.commands.run import RunRequest
@@ -78,7 +78,7 @@ def test_an_export_of_another_sample_solves_it(result, tmp_path):
 
 
 def test_a_scene_says_which_samples_are_not_solved(result):
-    header, _ = unpacked(pack_result(result, film=False))
+    header, _ = read_pack(pack_result(result, film=False))
     assert header["unsolved"] == sorted(result.unsolved)
 
 
