@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.capture_app.replay.made import read_pack
 
 from capture_app.cli.app import invoke
 from capture_app.commands.run import RunRequest
@@ -15,6 +14,7 @@ from capture_app.result import Result, load_result, sample_file, unsolved_sample
 from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from capture_app.solve_samples import all_solved, solved_result
 from omomo_core.errors import InputError
+from tests.capture_app.replay.made import read_pack
 
 
 @pytest.fixture(scope="module")

@@ -40,7 +40,8 @@ def _lengthen(page) -> str | None:
 def test_files_and_videos_are_of_the_sample_that_is_shown(page, server, motion):
     other = _other(server, motion)
     _show(page, other)
-    expect(page.get_by_text(f"Of sample {other + 1}.")).to_be_visible()
+    expect(page.get_by_text(f"Of sample {other + 1}.", exact=True)).to_be_visible(timeout=60_000)
+    assert server.ask(f"results/{motion}")["unsolved"] == []
     page.get_by_label("Format").select_option("csv")
     page.get_by_role("button", name="Make the file").click()
     link = page.get_by_role("status").get_by_role("link").first
