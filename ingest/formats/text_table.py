@@ -61,10 +61,14 @@ def read_rows(path: Path, separator: str | None) -> TextRows:
     lines: list[int] = []
     for number, line in enumerate(text.split("\n"), start=1):
         if line.strip() and not line.lstrip().startswith("#"):
-            fields = line.strip("\r\n").split(separator)
-            rows.append(tuple(field.strip() for field in fields))
+            rows.append(split_row(line.strip("\r\n"), separator))
             lines.append(number)
     return TextRows(path, tuple(rows), tuple(lines), text.endswith("\n"))
+
+
+def split_row(line: str, separator: str | None) -> tuple[str, ...]:
+    """The fields of a line, without the quotes and brackets that some apps put around them."""
+    return tuple(field.strip().strip('"<>').strip() for field in line.split(separator))
 
 
 def numbers(text: TextRows, width: int, columns: Sequence[int]) -> NumberTable:
