@@ -13,7 +13,7 @@ from av.error import FFmpegError
 from av.sidedata.sidedata import SideData, Type
 from jaxtyping import Float64, Int64
 
-from omomo_core.errors import InputError
+from omomo_core.errors import InputError, reading
 
 _FAULTS = (FFmpegError, LookupError, OSError, ValueError)
 """What PyAV raises on a damaged file: of a byte in a title, too, it makes an error of text."""
@@ -100,15 +100,11 @@ def opened(path: Path) -> Generator[InputContainer]:
     Raises:
         InputError: "no-video" where it cannot be opened, or where reading in the block fails.
     """
-    try:
-        with av.open(str(path), metadata_errors="replace") as container:
-            if not container.streams.video:
-                raise unreadable(path, "it holds no pictures")
-            yield container
-    except InputError:
-        raise
-    except _FAULTS as problem:
-        raise unreadable(path, _reason(problem)) from None
+    refused = reading(lambda why: unreadable(path, why), words=_reason, faults=_FAULTS)
+    with refused, av.open(str(path), metadata_errors="replace") as container:
+        if not container.streams.video:
+            raise unreadable(path, "it holds no pictures")
+        yield container
 
 
 def _reason(problem: Exception) -> str:

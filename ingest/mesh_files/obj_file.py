@@ -23,6 +23,7 @@ from ingest.mesh_files.file_parts import (
 )
 from ingest.mesh_files.mtl_file import Material, read_materials
 from ingest.mesh_files.polygons import triangulated
+from omomo_core.errors import DamageError
 
 _NUMBERS = {b"v": 3, b"vt": 1, b"f": 3, b"fo": 3}
 """Fewest words after these keywords."""
@@ -69,7 +70,7 @@ def read_obj(path: Path, most: int) -> ReadMesh:
     """
     data = path.read_bytes()
     if b"\0" in data[:4096]:
-        raise ValueError("it is no text")
+        raise DamageError("it is no text")
     said = _read(data, path)
     triangles = sum(sum(run.counts) - 2 * len(run.counts) for run in said.runs.values())
     if triangles > most:
@@ -151,7 +152,7 @@ def _split(
 ) -> tuple[Float64[np.ndarray, "verts 3"], UInt8[np.ndarray, "verts 3"] | None]:
     """Positions and colours (0 to 1, or 0 to 255) of lines of 3, 4 (a weight), 6 or 7 numbers."""
     if any(len(row) < 3 for row in rows):
-        raise ValueError("a vertex has fewer than three numbers")
+        raise DamageError("a vertex has fewer than three numbers")
     vertices = np.array([row[:3] for row in rows], np.float64).reshape(-1, 3)
     if not rows or min(map(len, rows)) < 6:
         return vertices, None

@@ -1,7 +1,6 @@
 """USD files opened safely, and their meshes as triangles. Needs usd-core."""
 
-from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -10,8 +9,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64, Int64
 
+from ingest.mesh_files.file_parts import decoding
 from ingest.mesh_files.polygons import triangulated
-from omomo_core.errors import InputError
+from omomo_core.errors import DamageError, InputError
 
 
 def pxr(module: str) -> Any:
@@ -30,24 +30,13 @@ def pxr(module: str) -> Any:
         ) from None
 
 
-@contextmanager
-def reading_usd(path: Path) -> Generator[None]:
+def reading_usd(path: Path) -> AbstractContextManager[None]:
     """Turn whatever USD raises on a damaged file into one error.
 
     Raises:
         InputError: "usd-unreadable", or what the block raises itself.
     """
-    try:
-        yield
-    except InputError:
-        raise
-    except Exception as problem:  # USD raises its own errors, of no common base
-        raise InputError(
-            "usd-unreadable",
-            f"{path.name} cannot be read: {str(problem).strip()[-200:]}",
-            where=str(path),
-            fix="Open it in a 3D program and export it again.",
-        ) from None
+    return decoding(path, "usd-unreadable")
 
 
 def _check_conventions(stage: Any, path: Path) -> None:
@@ -109,7 +98,7 @@ def triangles_of(mesh: Any, code: float) -> UsdTriangles:
     counts = np.array(mesh.GetFaceVertexCountsAttr().Get(code) or [], np.int64)
     corners = np.array(mesh.GetFaceVertexIndicesAttr().Get(code) or [], np.int64)
     if (counts < 0).any() or counts.sum() != len(corners):
-        raise ValueError("a mesh has more corners, or fewer, than its polygons")
+        raise DamageError("a mesh has more corners, or fewer, than its polygons")
     used = triangulated(points, corners, counts)
     holes = np.array(mesh.GetHoleIndicesAttr().Get(code) or [], np.int64)
     if len(holes):
