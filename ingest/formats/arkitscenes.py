@@ -67,8 +67,10 @@ def read(path: Path) -> CaptureSession:
 
 
 def _is_log(file: Path) -> bool:
-    row = first_pose(file, header_of(file, ROTATION_VECTORS))
-    return len(floats(row.split())) == _COLUMNS.width
+    row = floats(first_pose(file, header_of(file, ROTATION_VECTORS)).split())
+    # Positions and quaternions without times are as wide.
+    off = abs(float(np.linalg.norm(np.clip(row[3:], -9, 9))) - 1)
+    return len(row) == _COLUMNS.width and off > 1e-3
 
 
 def _stamped(folder: Path, pattern: str) -> tuple[Float64[np.ndarray, " files"], tuple[Path, ...]]:

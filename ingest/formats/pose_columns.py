@@ -183,8 +183,8 @@ def header_of(file: Path, columns: ColumnNames = POSES) -> ColumnHeader | None:
     """
     lines = [(k, line.strip()) for k, line in enumerate(head_lines(file), 1) if line.strip()]
     first = next((k for k, (_, line) in enumerate(lines) if not line.startswith("#")), len(lines))
-    candidates = [(k, line.lstrip("#%"), True) for k, line in reversed(lines[:first])]
-    candidates += [(k, line.lstrip("%"), False) for k, line in lines[first : first + 1]]
+    candidates = [(k, line.lstrip("%"), False) for k, line in lines[first : first + 1]]
+    candidates += [(k, line.lstrip("#%"), True) for k, line in reversed(lines[:first])]
     for number, line, commented in candidates:
         for separator in _SEPARATORS:
             fields = tuple(field.strip() for field in line.split(separator))
@@ -354,9 +354,29 @@ def read_pose_rows(log: Path, usual: Columns) -> PoseRows:
     Raises:
         InputError: "units-unclear", and those of `read_columns`.
     """
-    rows = read_columns(log, POSES, usual)
+    rows = read_columns(log, POSES, _as_said(log, usual))
     values = rows.table.values
     return PoseRows(rows.clock, values[:, 1:4], values[:, 4:8], rows.table)
+
+
+_ORDER = re.compile(
+    r"(?<![a-z])(?:(q?_?w)[\s,;]*)?q?_?x[\s,;]*q?_?y[\s,;]*q?_?z(?:[\s,;]*(q?_?w))?(?![a-z])", re.I
+)
+"""Prose such as `quaternion (w, x, y, z)`; positions have no w."""
+
+
+def _as_said(log: Path, usual: Columns) -> Columns:
+    """The usual columns, with the quaternion in the order that comments above the first row say."""
+    lines = [line.strip() for line in head_lines(log)]
+    first = next((k for k, x in enumerate(lines) if x and not x.startswith("#")), len(lines))
+    found = [match for line in lines[:first] for match in _ORDER.finditer(line)]
+    ends = {(match[1] is not None, match[2] is not None) for match in found}
+    quaternion = sorted(usual.places[4:])
+    if (True, False) in ends and (False, True) not in ends:
+        quaternion = [*quaternion[1:], quaternion[0]]
+    elif (False, True) not in ends or (True, False) in ends:
+        return usual
+    return replace(usual, places=(*usual.places[:4], *quaternion))
 
 
 def _fitting(log: Path, columns: Columns, header: ColumnHeader) -> Columns:

@@ -227,7 +227,12 @@ class GltfSurfaces:
         only_used(vertices, faces)
         look = self._look(primitive)
         picture, places = self._painted(primitive, look, faces, packed)
-        colours = None if picture else self._vertex_colours(primitive, look, len(vertices), packed)
+        own = look if picture is None else replace(look, factor=None)
+        colours = self._vertex_colours(primitive, own, len(vertices), packed)
+        if picture is not None and colours is not None:
+            tinted = bool((colours < 255).any())
+            self._lost |= {"colours of vertices over a picture left out"} if tinted else set()
+            colours = None
         return FilePart(name, vertices, faces, colours, places, picture)
 
     def _draco(self, primitive: dict[str, Any]) -> DracoPrimitive | None:

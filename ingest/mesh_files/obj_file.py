@@ -110,7 +110,7 @@ def _read(data: bytes, path: Path) -> _Statements:
     for words in _lines(data):
         key, last = words[0], words
         if key == b"v":
-            said.vertices.append([float(word) for word in words[1:9]])
+            said.vertices.append(_numbers(words[1:9]))
         elif key in (b"f", b"fo"):
             _face(words, run, said)
         elif key == b"vt":
@@ -130,6 +130,14 @@ def _read(data: bytes, path: Path) -> _Statements:
             path, f"its last line is {b' '.join(last)[:40].decode('utf-8', 'replace')!r}"
         )
     return said
+
+
+def _numbers(words: list[bytes]) -> list[float]:
+    try:
+        return [float(word) for word in words]
+    except ValueError:
+        bad = b" ".join(words)[:40].decode("utf-8", "replace")
+        raise DamageError(f"{bad!r} are no numbers of a vertex") from None
 
 
 def _face(words: list[bytes], run: _Run, said: _Statements) -> None:

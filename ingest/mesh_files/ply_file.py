@@ -74,6 +74,8 @@ def read_ply(path: Path, most: int) -> ReadMesh:
     strips = _strips(tables)
     faces = tables.get("face", {})
     counts, corners = _lists(faces, "vertex_indices", "vertex_index")
+    if faces and not len(counts) and any(len(values) for values, _ in faces.values()):
+        raise DamageError(f"its faces have no list vertex_indices, but {', '.join(faces)[:60]}")
     triangles = int(np.maximum(counts - 2, 0).sum()) + len(strips)
     if triangles > most:
         raise too_large(path, f"{triangles:,} triangles")
@@ -352,7 +354,7 @@ def _bytes(values: np.ndarray) -> UInt8[np.ndarray, " rows"]:
 
 def _lists(
     table: _Table, *names: str
-) -> tuple[Int64[np.ndarray, " rows"], Int64[np.ndarray, " n"]]:
+) -> tuple[Int64[np.ndarray, " polygons"], Int64[np.ndarray, " n"]]:
     """Lengths and entries of the first of these lists that is there."""
     for name in names:
         values, counts = table.get(name, (None, None))

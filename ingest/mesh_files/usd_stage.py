@@ -1,5 +1,6 @@
 """USD files opened safely, and their meshes as triangles. Needs usd-core."""
 
+import re
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from importlib import import_module
@@ -52,6 +53,15 @@ def _check_conventions(stage: Any, path: Path) -> None:
         )
 
 
+def _names_a_file(error: Any) -> bool:
+    """Whether a part of a stage is missing because its file is."""
+    kinds = pxr("Pcp")
+    return error.errorType in (
+        kinds.ErrorType_InvalidAssetPath,
+        kinds.ErrorType_InvalidSublayerPath,
+    )
+
+
 def open_stage(path: Path) -> Any:
     """The stage of one file that takes nothing from others.
 
@@ -64,6 +74,16 @@ def open_stage(path: Path) -> Any:
         stage = usd.Stage.Open(str(path))
         layers = [str(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath]
         _check_conventions(stage, path)
+        broken = [error for error in stage.GetCompositionErrors() if _names_a_file(error)]
+    if broken:
+        named = re.search(r"@([^@]*)@", str(broken[0]))
+        missing = f": {Path(named[1]).name}" if named else ""
+        raise InputError(
+            "usd-external",
+            f"{path.name} takes things from another file that is not there{missing}.",
+            where=str(path),
+            fix="Put that file where this one names it, and flatten both into one (usdcat --flatten).",
+        )
     whole = str(path.resolve())
     others = [layer for layer in layers if not layer.startswith(whole)]
     if others:

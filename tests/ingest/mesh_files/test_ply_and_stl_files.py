@@ -199,6 +199,14 @@ def test_more_rows_than_bytes_are_refused_at_once(tmp_path: Path, rows: int):
     assert caught.value.code == "mesh-truncated"
 
 
+def test_faces_of_an_unknown_name_are_named(tmp_path: Path):
+    path = tmp_path / "a.ply"
+    trimesh.creation.box((0.4, 0.3, 0.6)).export(path, encoding="ascii")
+    path.write_text(path.read_text().replace("vertex_indices", "vertex_ids"))
+    with pytest.raises(InputError, match="faces have no list vertex_indices, but vertex_ids"):
+        load_mesh(path)
+
+
 def test_binary_stl_may_begin_like_text(tmp_path: Path):
     box = trimesh.creation.box((0.4, 0.3, 0.6))
     data = bytearray(trimesh.exchange.stl.export_stl(box))
