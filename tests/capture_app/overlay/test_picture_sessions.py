@@ -12,6 +12,7 @@ import pytest
 
 from capture_app.commands.overlay import OverlayRequest
 from capture_app.overlay.find_camera import find, overlay_result
+from capture_app.replay.session_track import film_strip
 from capture_app.result import Result
 from capture_app.simulator.simulated_phone import PhoneNoise, simulate
 from ingest.formats import arkit_recorder, nerfcapture, nerfstudio, polycam, record3d, scanner_3d
@@ -110,6 +111,19 @@ def test_one_damaged_picture_of_many_is_left_out_and_named(taken: Taken, tmp_pat
         read_frames(film, [count - 1])
     report = inspect_session(read_session(source))
     assert next(check.message for check in report.checks if check.name == "video") + "." == said
+
+
+def test_a_replay_passes_over_a_damaged_picture(taken: Taken, tmp_path: Path):
+    source = write_session(polycam, taken.session, tmp_path / "take")
+    times = taken.session.times
+    strips = [film_strip(read_session(source), times[0], times[-1], 0)]
+    _cut(source, slice(1, 2))
+    strips.append(film_strip(read_session(source), times[0], times[-1], 0))
+    whole, damaged = strips
+    assert whole is not None
+    assert damaged is not None
+    assert len(whole.times) >= 4
+    np.testing.assert_array_equal(damaged.times, np.delete(whole.times, 1))
 
 
 @pytest.mark.parametrize("wanted", [slice(0, 4), slice(None)])
