@@ -108,8 +108,12 @@ NOT_AS_ITS_FORMAT = "what it holds is not as its format has it"
 
 
 def in_own_words(problem: Exception) -> str:
-    """Return the same where numpy and other libraries raise ValueErrors, too: ours are `DamageError`s."""
-    return NOT_AS_ITS_FORMAT if type(problem) is ValueError else in_words(problem)
+    """Return the same for readers on libraries, whose ValueErrors and keys tell a user nothing.
+
+    What those readers find themselves they raise as `DamageError`.
+    """
+    foreign = type(problem) is ValueError or isinstance(problem, KeyError)
+    return NOT_AS_ITS_FORMAT if foreign else in_words(problem)
 
 
 @contextmanager
