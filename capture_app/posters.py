@@ -133,11 +133,12 @@ def mount_poster(path: Path, mount: Mount, mesh: ObjectMesh) -> None:
     _write(path, mount_views(mount, mesh, side=_SIDE)[:, :_SIDE])
 
 
-def take_poster(path: Path, inspection: Inspection) -> None:
-    """Draw the object with the phone on it at three moments of a take, where it is known."""
+def take_poster(path: Path, inspection: Inspection) -> bool:
+    """Draw the object with the phone on it at three moments of a take; returns whether it is known."""
     picture = take_views(inspection)
     if picture is not None:
         _write(path, picture)
+    return picture is not None
 
 
 def _write(path: Path, picture: RGB) -> None:

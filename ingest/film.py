@@ -4,7 +4,7 @@ from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
+from typing import NamedTuple, cast
 
 import av
 import numpy as np
@@ -13,7 +13,7 @@ from av.error import FFmpegError
 from av.sidedata.sidedata import SideData, Type
 from jaxtyping import Float64, Int64
 
-from omomo_core.errors import InputError
+from omomo_core.errors import InputError, reading
 
 _FAULTS = (FFmpegError, LookupError, OSError, ValueError)
 """What PyAV raises on a damaged file: of a byte in a title, too, it makes an error of text."""
@@ -43,6 +43,8 @@ class Film:
     turning: Turning
     stated: int
     """Frames that its index or its length says it has; 0 where they say nothing."""
+    cut: tuple[int, int] = (0, 0)
+    """Frames before and after these that it still holds and says not to show, as a phone trims a film."""
 
     @property
     def times(self) -> Float64[np.ndarray, " frames"]:
@@ -86,11 +88,14 @@ def film_at(path: Path) -> Film:
         size, tick, stated = (stream.width, stream.height), float(stream.time_base or 0), 0
         rate = float(stream.average_rate or 0)
         length = (stream.duration or 0) * tick or (container.duration or 0) / av.time_base
-        stamps = tuple(sorted(pts for pts, _ in _packets(container)))
+        packets = _packets(container)
+        stamps = tuple(sorted(p.pts for p in packets if p.shown))
+        hidden = [p.pts for p in packets if not p.shown]
         stated = stream.frames or round(length * rate)
     if not stamps or min(size) <= 0:
         raise unreadable(path, "it holds no pictures")
-    return Film(path, stamps, tick, size, _turning(path), stated)
+    cut = sum(pts < stamps[0] for pts in hidden), sum(pts > stamps[-1] for pts in hidden)
+    return Film(path, stamps, tick, size, _turning(path), max(0, stated - sum(cut)), cut)
 
 
 @contextmanager
@@ -100,15 +105,11 @@ def opened(path: Path) -> Generator[InputContainer]:
     Raises:
         InputError: "no-video" where it cannot be opened, or where reading in the block fails.
     """
-    try:
-        with av.open(str(path), metadata_errors="replace") as container:
-            if not container.streams.video:
-                raise unreadable(path, "it holds no pictures")
-            yield container
-    except InputError:
-        raise
-    except _FAULTS as problem:
-        raise unreadable(path, _reason(problem)) from None
+    refused = reading(lambda why: unreadable(path, why), words=_reason, faults=_FAULTS)
+    with refused, av.open(str(path), metadata_errors="replace") as container:
+        if not container.streams.video:
+            raise unreadable(path, "it holds no pictures")
+        yield container
 
 
 def _reason(problem: Exception) -> str:
@@ -170,8 +171,8 @@ def frames_of(path: Path, wanted: Sequence[int]) -> Iterator[tuple[int, av.Video
     """
     with opened(path) as container:
         packets = _packets(container)
-    stamps = sorted(pts for pts, _ in packets)
-    keys = np.array(sorted(pts for pts, key in packets if key) or stamps[:1])
+    stamps = sorted(p.pts for p in packets if p.shown)
+    keys = np.array(sorted(p.pts for p in packets if p.key) or stamps[:1])
     place = {stamps[k]: k for k in wanted if 0 <= k < len(stamps)}
     if not place:
         return
@@ -200,12 +201,19 @@ def _decoded(container: InputContainer) -> Iterator[av.VideoFrame]:
         yield from frames
 
 
-def _packets(container: InputContainer) -> list[tuple[int, bool]]:
-    found: list[tuple[int, bool]] = []
+class _Packet(NamedTuple):
+    pts: int
+    key: bool
+    shown: bool
+    """False for what an edit list says not to show: others need it to be decoded."""
+
+
+def _packets(container: InputContainer) -> list[_Packet]:
+    found: list[_Packet] = []
     try:
         for packet in container.demux(video=0):
             if packet.pts is not None:
-                found.append((packet.pts, packet.is_keyframe))
+                found.append(_Packet(packet.pts, packet.is_keyframe, not packet.is_discard))
     except _FAULTS:
         # A film that ends too early holds what comes before.
         if not found:
@@ -234,6 +242,10 @@ _FIT = 0.35
 """Part of the usual step between images by which a frame may be off the image that it is."""
 _SAME_RATE = 0.1
 """Part by which the steps of a film and of a log that does not count its images may differ."""
+_UNEVEN = 0.1
+"""Part of the usual step by which the steps of a film vary that does not just count its frames."""
+_FEWEST, _MOST_STARTS = 8, 100
+"""Frames that tell such a film apart, and images of the log with which it is tried to begin."""
 _SLACK = 0.05
 """Seconds that pictures may be off where nothing says which few are missing."""
 
@@ -270,7 +282,11 @@ def pairs_of(
     Raises:
         InputError: "film-unpaired" where nothing says which frame is which image.
     """
-    count = len(film.stamps)
+    count, (before, after) = len(film.stamps), film.cut
+    if before or after:
+        if before + count + after != len(times):
+            raise _unpaired(film, len(times))
+        return _paired(np.arange(before, before + count), len(times), count)
     own = film.times - film.times[0]
     step = _usual_step(own)
     places = _counted(own, step)
@@ -281,6 +297,8 @@ def pairs_of(
         number = numbers if states else number
     if even and count == len(times):
         return _paired(np.arange(count), len(times), count)
+    if (by_time := _by_unevenness(own, times, step)) is not None:
+        return _paired(by_time, len(times), count)
     total = int(number[-1]) + 1 if len(number) else 0
     missing = total - int(places[-1]) - 1
     start = round(film.times[0] / step) if step > 0 else 0
@@ -297,6 +315,22 @@ def pairs_of(
         raise _unpaired(film, len(times))
     at = np.searchsorted(number, places + start).clip(max=max(0, len(number) - 1))
     return _paired(np.where(number[at] == places + start, at, -1), len(times), count)
+
+
+def _by_unevenness(
+    own: Float64[np.ndarray, " frames"], times: Float64[np.ndarray, " images"], step: float
+) -> Int64[np.ndarray, " frames"] | None:
+    """The image of each frame of a film that is uneven as its log is, wherever it begins; else None."""
+    if step <= 0 or len(own) < _FEWEST or float(np.diff(own).std()) < _UNEVEN * step:
+        return None
+    best: tuple[float, Int64[np.ndarray, " frames"] | None] = (_UNEVEN * step / 2, None)
+    for start in range(min(max(0, len(times) - len(own)), _MOST_STARTS) + 1):
+        at = own + (times[start] - times[0])
+        if (image := _by_time(at, times)) is not None:
+            known = image >= 0
+            off = float(np.abs(at[known] - (times[image[known]] - times[0])).max())
+            best = min(best, (off, image), key=lambda found: found[0])
+    return best[1]
 
 
 def _paired(image: Int64[np.ndarray, " frames"], images: int, count: int) -> FilmPairs:

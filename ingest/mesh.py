@@ -16,7 +16,7 @@ from ingest.mesh_files.file_parts import (
     too_large,
 )
 from ingest.mesh_files.mesh_file import FORMATS, Y_UP, read_mesh_file
-from omomo_core.errors import InputError, reader_complaint
+from omomo_core.errors import InputError, in_own_words
 from omomo_core.motion import ObjectMesh, Texture
 
 MIN_EXTENT, MAX_EXTENT = 0.02, 5.0
@@ -64,7 +64,7 @@ def _texture(file: ReadMesh) -> tuple[Texture | None, tuple[str, ...]]:
     try:
         return joined_picture(file.parts), ()
     except Exception as problem:  # the decoders raise anything on a damaged picture
-        return None, (f"its pictures left out ({reader_complaint(problem)})",)
+        return None, (f"its pictures left out ({in_own_words(problem)})",)
 
 
 def _parts_note(file: ReadMesh) -> tuple[str, ...]:

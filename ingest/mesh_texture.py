@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 from PIL import Image
 
+from omomo_core.errors import DamageError
 from omomo_core.motion import Texture
 
 MOST_PIXELS = 8192 * 8192
@@ -60,7 +61,7 @@ def pixels_of(image: Image.Image, side: int = MOST_SIDE) -> Pixels:
         ValueError: it has more than MOST_PIXELS.
     """
     if image.width * image.height > MOST_PIXELS:
-        raise ValueError("the picture is too large")
+        raise DamageError("the picture is too large")
     shown = image.convert("RGB")
     shown.thumbnail((side, side))
     return np.asarray(shown, np.uint8)

@@ -1,4 +1,4 @@
-"""A few images of a session, decoded when they are asked for."""
+"""Images of a session: what their files state, whether these are whole, and a few of them decoded."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -44,6 +44,95 @@ def pictures(session: CaptureSession, wanted: Sequence[int]) -> dict[int, Pictur
     """
     found = _files(session.images, wanted) if session.images else _film(session, wanted)
     return {index: _prepared(picture, session.image_turns) for index, picture in found}
+
+
+_JPEG_SIZES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+"""Markers of the segments that hold height and width."""
+_PNG = b"\x89PNG\r\n\x1a\n"
+
+
+def picture_size(path: Path) -> tuple[int, int] | None:
+    """Width and height that a PNG or JPEG states, without decoding it; None for other files."""
+    with path.open("rb") as file:
+        return _stated_size(file.read(2**20))[0]
+
+
+def _stated_size(data: bytes) -> tuple[tuple[int, int] | None, int]:
+    """Width and height that a PNG or JPEG states, None for other data, and where its pixels may begin."""
+    if data.startswith(_PNG) and len(data) >= 24:
+        return (int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")), 24
+    at = 2 if data.startswith(b"\xff\xd8") else len(data)
+    while at + 9 <= len(data) and data[at] == 0xFF:
+        if data[at + 1] in _JPEG_SIZES:
+            height, width = (int.from_bytes(data[at + k : at + k + 2], "big") for k in (5, 7))
+            return (width, height), at
+        at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
+    return None, len(data)
+
+
+def is_whole(path: Path) -> bool:
+    """Whether a file is a picture from its beginning to its end; a PNG or JPEG is not decoded for that."""
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return False
+    size, pixels = _stated_size(data)
+    if size is None:
+        return (
+            cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_REDUCED_GRAYSCALE_8) is not None
+        )
+    end = b"IEND" if data.startswith(_PNG) else b"\xff\xd9"
+    return min(size) > 0 and data.find(end, pixels) >= 0
+
+
+_MOST_LEFT_OUT = 0.2
+"""Part of the pictures that may be damaged while the others are used."""
+_NAMED = 3
+
+
+def left_out(names: Sequence[str], total: int, source: Path) -> str:
+    """Return the sentence that tells of pictures that cannot be read and are left out; "" of none.
+
+    Everything that uses pictures says it in these words.
+
+    Args:
+        names: of those that cannot be read, as a user knows them.
+        total: of all pictures that were to be read.
+        source: of the pictures.
+
+    Raises:
+        InputError: "pictures-damaged" where they are all, or a considerable part.
+    """
+    if not names:
+        return ""
+    if len(names) == total or len(names) > max(1, _MOST_LEFT_OUT * total):
+        raise pictures_damaged(names, total, source)
+    are = "is" if len(names) == 1 else "are"
+    return f"{_cannot_be_read(names, total)} and {are} left out: {_listed(names)}."
+
+
+def pictures_damaged(names: Sequence[str], total: int, source: Path) -> InputError:
+    """The refusal of pictures of which too many cannot be read; arguments as of `left_out`."""
+    return InputError(
+        "pictures-damaged",
+        f"{_cannot_be_read(names, total)}: {_listed(names)}.",
+        where=str(source),
+        fix="Copy them from the phone again.",
+    )
+
+
+def _cannot_be_read(names: Sequence[str], total: int) -> str:
+    return f"{len(names)} of {total} pictures cannot be read"
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return f"{', '.join(names[:_NAMED])}{more}"
+
+
+def damaged_images(files: Sequence[Path]) -> list[str]:
+    """Names of single images that are cut short or no pictures."""
+    return [file.name for file in files if not is_whole(file)]
 
 
 def _prepared(picture: UInt8[np.ndarray, "rows columns"], turns: int) -> Picture:

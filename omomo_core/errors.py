@@ -7,7 +7,8 @@ references: the command line as options, the page as the labels of its form.
 
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from typing import Any, Self
 
@@ -80,18 +81,8 @@ class AssetError(OmocapError):
     """A file the program needs (body, weights) is missing, damaged or of another version."""
 
 
-_OF_PYTHON = (LookupError, TypeError, AttributeError, AssertionError, ArithmeticError, UnicodeError)
-
-
-def reader_complaint(problem: Exception) -> str:
-    """Return what a library says of a file that it cannot read, without the words of Python.
-
-    Exceptions that only name a key, a type or an attribute tell a user nothing.
-    """
-    text = str(problem)
-    if isinstance(problem, _OF_PYTHON) or " " not in text:
-        return "what it holds is not as its format has it"
-    return text[:200]
+class DamageError(ValueError):
+    """What is wrong with a file, in words of ours; a reader of it makes an `InputError` of that."""
 
 
 def in_words(problem: Exception) -> str:
@@ -100,7 +91,7 @@ def in_words(problem: Exception) -> str:
     A ValueError without a class of its own is ours, or Python's about a number; the disk says what it has
     to say without its numbers; and all that a library says of its own insides is left out.
     """
-    if isinstance(problem, KeyError) and problem.args:
+    if isinstance(problem, KeyError) and problem.args and isinstance(problem.args[0], str):
         return f"it has no {str(problem.args[0])[:40]}"
     if isinstance(problem, OSError) and problem.strerror:
         return problem.strerror.lower()
@@ -110,4 +101,41 @@ def in_words(problem: Exception) -> str:
         return f"line {problem.lineno} is no JSON"
     if type(problem) is ValueError or type(problem).__module__.startswith("omomo_core."):
         return str(problem)[:200]
-    return "what it holds is not as its format has it"
+    return NOT_AS_ITS_FORMAT
+
+
+NOT_AS_ITS_FORMAT = "what it holds is not as its format has it"
+
+
+def in_own_words(problem: Exception) -> str:
+    """Return the same for readers on libraries, whose ValueErrors and keys tell a user nothing.
+
+    What those readers find themselves they raise as `DamageError`.
+    """
+    foreign = type(problem) is ValueError or isinstance(problem, KeyError)
+    return NOT_AS_ITS_FORMAT if foreign else in_words(problem)
+
+
+@contextmanager
+def reading(
+    refusal: Callable[[str], InputError],
+    *,
+    words: Callable[[Exception], str] = in_own_words,
+    faults: tuple[type[Exception], ...] = (Exception,),
+) -> Generator[None]:
+    """Turn whatever a library raises on a damaged file into one error.
+
+    Args:
+        refusal: the error, from what is wrong with the file.
+        words: what is wrong, by what was raised.
+        faults: what the library raises.
+
+    Raises:
+        InputError: that, or what the block raises itself.
+    """
+    try:
+        yield
+    except InputError:
+        raise
+    except faults as problem:
+        raise refusal(words(problem)) from None

@@ -159,7 +159,7 @@ class OverlayStyle:
 
 
 def overlay(
-    film: Iterable[RGB],
+    film: Iterable[tuple[int, RGB]],
     cameras: Sequence[Camera],
     person: Actor,
     thing: Actor,
@@ -169,11 +169,11 @@ def overlay(
     style: OverlayStyle = OverlayStyle(),
     backend: Backend = "auto",
     samples: int = 4,
-) -> Generator[RGB]:
+) -> Generator[tuple[int, RGB]]:
     """The film's pictures with a person in them; the film is decoded while others are drawn.
 
     Args:
-        film: as many pictures as there are cameras.
+        film: pictures, each with the place of its camera; the same places are given back.
         cameras: what took each; of one focal length and centre where a lens bends the pictures.
         person, thing: whose frames are the film's pictures; the object is posed by `T_world`.
         distort: the camera's lens.
@@ -185,14 +185,14 @@ def overlay(
     first = next(pictures, None)
     if first is None:
         return
-    height, width = first.shape[:2]
+    height, width = first[1].shape[:2]
     fixed = cameras[0]
     K = np.array([[fixed.fx, 0, fixed.cx], [0, fixed.fy, fixed.cy], [0, 0, 1.0]])
     lens = LensDistortion(K, width, height, distort, finer=1.0) if distort else None
     size = (lens.width, lens.height) if lens else (width, height)
     with open_renderer(*size, backend, samples=samples) as renderer:
         renderer.show(_scene(person, thing, style))
-        for frame, picture in enumerate(chain([first], pictures)):
+        for frame, picture in chain([first], pictures):
             person.pose(renderer, frame)
             thing.pose(renderer, frame)
             layer = _layer(renderer, cameras[frame], lens)
@@ -202,7 +202,7 @@ def overlay(
             done = _as_shown(composite(under, layer, style.opacity), style)
             if style.wipe:
                 done = wiped(_as_shown(picture, style), done, frame / fps)
-            yield np.ascontiguousarray(done)
+            yield frame, np.ascontiguousarray(done)
 
 
 def _as_shown(picture: RGB, style: OverlayStyle) -> UInt8[np.ndarray, "height width 3"]:

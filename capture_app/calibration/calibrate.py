@@ -36,6 +36,7 @@ from ingest.calibration.hand_eye.to_mount import (
     phone_stream,
     read_pose_log,
     refuse_other_lengths,
+    refuse_own_log,
 )
 from ingest.calibration.phone_body import Phone, phone_named
 from ingest.calibration.picked_points import Picked, mount_from_pairs
@@ -122,8 +123,10 @@ def by_tracker(way: TrackerWay) -> Mount:
     """
     _check_object(way)
     T_object_body = load_pose(way.body) if way.body else np.eye(4)
-    phone = phone_stream(read_session(way.session, way.format))
+    session = read_session(way.session, way.format)
+    phone = phone_stream(session)
     target = read_pose_log(way.poses)
+    refuse_own_log(session, target, way.poses)
     refuse_other_lengths(phone, target, way.poses)
     return calibrate_by_motion(
         phone,

@@ -169,8 +169,10 @@ def draw(
     *,
     backend: Backend = "auto",
     samples: int = 4,
-) -> Generator[RGB]:
+) -> Generator[tuple[int, RGB]]:
     """The film's pictures within the motion, as it says to show them or upright, with a sample in them.
+
+    Each comes with its place among them; those that cannot be read are left out.
 
     Args:
         result: what was generated.
@@ -191,8 +193,9 @@ def draw(
     if shown is None:
         poses = np.stack([camera.T_world_camera for camera in aligned.cameras])
         shown = Turning(quarter_turns(poses))
+    filmed = aligned.film.read(aligned.first, aligned.first + len(at))
     return overlay(
-        aligned.film.read(aligned.first, aligned.first + len(at)),
+        ((place - aligned.first, picture) for place, picture in filmed),
         aligned.cameras,
         person,
         thing,

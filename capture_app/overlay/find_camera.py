@@ -1,5 +1,6 @@
 """From what a user says of a film to the overlay of a result in it."""
 
+from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from capture_app.overlay.aligned import (
     shows,
     watched,
 )
-from capture_app.overlay.overlay_film import Watcher, by_phone, on_tripod, pose_in
+from capture_app.overlay.overlay_film import RGB, Watcher, by_phone, on_tripod, pose_in
 from capture_app.overlay.placing import (
     FilmPlacement,
     arkit_world,
@@ -38,6 +39,7 @@ from ingest.calibration.hand_eye.to_mount import stream_of
 from ingest.calibration.pose_file import load_pose
 from ingest.formats.registry import FORMATS, read_session
 from ingest.session import CaptureSession
+from ingest.session_images import left_out
 from omomo_core.errors import InputError
 from omomo_core.whole_file import check_target
 from render.overlay import OverlayStyle
@@ -214,19 +216,42 @@ def overlay_result(request: OverlayRequest, progress: Progress) -> Overlaid:
         backend=request.backend,
         samples=4 if request.smooth else 0,
     )
+    drawn: list[int] = []
+    write_moving(request.output, _counted(pictures, aligned, drawn, progress), aligned.fps)
+    lacking = _left_out(aligned, drawn, len(aligned.seconds))
+    return _overlaid(request, aligned, lacking, person_shown=shows(result, index, aligned))
+
+
+def _counted(
+    pictures: Iterable[tuple[int, RGB]], aligned: Aligned, drawn: list[int], progress: Progress
+) -> Generator[RGB]:
+    """The pictures, while their places are noted; nothing is written where too many are damaged."""
     count = len(aligned.seconds)
-    counted = (progress("video", (k + 1) / count) or p for k, p in enumerate(pictures))
-    write_moving(request.output, counted, aligned.fps)
-    return _overlaid(request, aligned, person_shown=shows(result, index, aligned))
+    for place, picture in pictures:
+        drawn.append(place)
+        progress("video", (place + 1) / count)
+        yield picture
+    _left_out(aligned, drawn, count)
 
 
-def _overlaid(request: OverlayRequest, aligned: Aligned, *, person_shown: bool) -> Overlaid:
+def _left_out(aligned: Aligned, drawn: Sequence[int], count: int) -> str:
+    """The sentence on pictures that could not be read, see `left_out`."""
+    film, first = aligned.film, aligned.first
+    names = [film.name(first + k) for k in sorted({*range(count)} - {*drawn})]
+    return left_out(names, count, film.source)
+
+
+def _overlaid(
+    request: OverlayRequest, aligned: Aligned, lacking: str, *, person_shown: bool
+) -> Overlaid:
     offset = aligned.offset if request.video is not None and request.offset is None else None
     notes = [] if offset is None else [f"The film begins at ‹offset› {offset:.2f} of the motion."]
     if (lost := aligned.film.lost) > 1:
         notes.append(
             f"The film lacks {lost} of the images that its log lists; its stamps say which."
         )
+    if lacking:
+        notes.append(lacking)
     if not person_shown:
         notes.append("The film never shows the place where the person was.")
     return Overlaid(offset, tuple(notes))

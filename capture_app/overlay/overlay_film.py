@@ -1,6 +1,6 @@
 """The film of a camera that watched: its pictures, times, pixels and movement."""
 
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,10 +10,16 @@ from jaxtyping import Float64, UInt8
 
 from ingest.calibration.board.camera_file import WitnessCamera
 from ingest.calibration.hand_eye.hand_eye_model import PoseStream
-from ingest.film import Film, Turning, film_at, frames_of, unreadable
+from ingest.film import Film, Turning, film_at, frames_of
 from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from ingest.session import CaptureSession
-from ingest.session_images import film_and_pairs, image_times
+from ingest.session_images import (
+    damaged_images,
+    film_and_pairs,
+    image_times,
+    left_out,
+    pictures_damaged,
+)
 from omomo_core import strict_json
 from omomo_core.errors import InputError
 
@@ -30,14 +36,20 @@ class TimedPictures:
     """Seconds on the film's own clock, increasing."""
     size: tuple[int, int]
     """Width and height."""
-    read: Callable[[int, int], Iterator[RGB]]
-    """The pictures from one to before another, by their place in `times`."""
+    read: Callable[[int, int], Iterator[tuple[int, RGB]]]
+    """The pictures from one to before another with their places in `times`; damaged ones are left out."""
     shown: Turning | None = None
     """How they are to be shown, where the film says it."""
     places: tuple[int, ...] = ()
     """Place in the film of each picture that a phone filmed while it logged."""
     lost: int = 0
     """Images of the phone's log that the film does not hold."""
+    files: tuple[Path, ...] = ()
+    """The file of each picture, where it has one of its own."""
+
+    def name(self, place: int) -> str:
+        """What a message calls a picture."""
+        return self.files[place].name if self.files else f"that at {self.times[place]:.2f} s"
 
 
 def open_video(path: Path, turns: int = 0) -> TimedPictures:
@@ -54,9 +66,9 @@ def open_video(path: Path, turns: int = 0) -> TimedPictures:
     states = film.turning != Turning()
     left = Turning(0, film.turning.mirrored) if turns else film.turning
 
-    def read(start: int, stop: int) -> Generator[RGB]:
-        for picture in _decoded(path, range(start, stop)):
-            yield _turned(picture, turns)
+    def read(start: int, stop: int) -> Generator[tuple[int, RGB]]:
+        for place, frame in frames_of(path, range(start, stop)):
+            yield place, _turned(frame.to_ndarray(format="rgb24"), turns)
 
     return TimedPictures(path, film.times, _wide(film.size, turns), read, left if states else None)
 
@@ -67,20 +79,13 @@ def open_film(session: CaptureSession) -> TimedPictures:
     They are turned into landscape.
 
     Raises:
-        InputError: "no-video" when it filmed nothing, or it cannot be decoded; "video-bounds"; those of
-            `film_and_pairs`.
+        InputError: "no-video" when it filmed nothing, or it cannot be decoded; "video-bounds";
+            "pictures-damaged" when a considerable part cannot be read; those of `film_and_pairs`.
     """
     known = image_times(session)
     turns = session.image_turns
     if session.images:
-        files = session.images
-        height, width = _turned(_image(files[0]), turns).shape[:2]
-        return TimedPictures(
-            session.source,
-            known,
-            (width, height),
-            lambda start, stop: (_turned(_image(file), turns) for file in files[start:stop]),
-        )
+        return _stills(session, session.images, known)
     if session.video is None:
         raise InputError(
             "no-video",
@@ -93,9 +98,11 @@ def open_film(session: CaptureSession) -> TimedPictures:
     _bounded(film)
     places = pairs.frames.tolist()
 
-    def read(start: int, stop: int) -> Generator[RGB]:
-        for picture in _decoded(film.path, places[start:stop]):
-            yield _turned(picture, turns)
+    place_of = {frame: place for place, frame in enumerate(places)}
+
+    def read(start: int, stop: int) -> Generator[tuple[int, RGB]]:
+        for k, frame in frames_of(film.path, places[start:stop]):
+            yield place_of[k], _turned(frame.to_ndarray(format="rgb24"), turns)
 
     size = _wide(film.size, turns)
     return TimedPictures(
@@ -118,21 +125,25 @@ def _wide(size: tuple[int, int], turns: int) -> tuple[int, int]:
     return size if turns % 2 == 0 else (size[1], size[0])
 
 
-def _decoded(path: Path, places: Sequence[int]) -> Generator[RGB]:
-    """The pictures at some places of a film."""
-    missing = len(places)
-    for _, frame in frames_of(path, places):
-        missing -= 1
-        yield frame.to_ndarray(format="rgb24")
-    if missing:
-        raise unreadable(path, f"{missing} of its pictures are damaged")
+def _stills(
+    session: CaptureSession, files: tuple[Path, ...], times: Float64[np.ndarray, " pictures"]
+) -> TimedPictures:
+    damaged = damaged_images(files)
+    left_out(damaged, len(files), session.source)
+    flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
 
+    def read(start: int, stop: int) -> Generator[tuple[int, RGB]]:
+        for place, file in enumerate(files[start:stop], start):
+            picture = None if file.name in damaged else cv2.imread(str(file), flags)
+            if picture is not None:
+                rgb = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), np.uint8)
+                yield place, _turned(rgb, session.image_turns)
 
-def _image(path: Path) -> RGB:
-    picture = cv2.imread(str(path), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
-    if picture is None:
-        raise InputError("image-damaged", f"{path.name} is no picture.", where=str(path))
-    return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), np.uint8)
+    first = next(read(0, len(files)), None)
+    if first is None:
+        raise pictures_damaged([file.name for file in files], len(files), session.source)
+    height, width = first[1].shape[:2]
+    return TimedPictures(session.source, times, (width, height), read, files=files)
 
 
 def _turned(picture: RGB, turns: int) -> UInt8[np.ndarray, "height width 3"]:

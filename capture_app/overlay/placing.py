@@ -23,6 +23,7 @@ from ingest.calibration.scan_mount import PhonePicture, localise
 from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
 from ingest.mount import Mount
 from ingest.session import CaptureSession
+from ingest.session_images import pictures_damaged
 from ingest.uncertainty import between
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
@@ -218,9 +219,11 @@ def _frame(seconds: float, moved: ObjectMotion) -> int:
 
 def _view(watcher: Watcher, k: int) -> PhonePicture:
     """One of its pictures without the lens' distortion."""
-    picture = next(watcher.film.read(k, k + 1))
+    found = next(watcher.film.read(k, k + 1), None)
+    if found is None:
+        raise pictures_damaged([watcher.film.name(k)], 1, watcher.film.source)
     fx, fy, cx, cy = watcher.intrinsics[k]
-    grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
+    grey = cv2.cvtColor(found[1], cv2.COLOR_RGB2GRAY)
     if watcher.lens.any():
         grey = cv2.undistort(grey, np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]]), watcher.lens)
     name = f"{watcher.film.source}, {watcher.film.times[k]:.2f} s"
@@ -295,18 +298,20 @@ def _changes(film: TimedPictures) -> tuple[Float64[np.ndarray, " n"], Int64[np.n
     every = max(1, round(1 / (_RATE * float(np.median(np.diff(film.times))))))
     height = round(film.size[1] * _WIDTH / film.size[0])
     sums: list[np.ndarray] = []
+    kept: list[float] = []
     before = None
-    for k, picture in enumerate(film.read(0, len(film.times))):
+    for k, picture in film.read(0, len(film.times)):
         if k % every:
             continue
+        kept.append(float(film.times[k]))
         grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
         grey = cv2.resize(grey, (_WIDTH, height), interpolation=cv2.INTER_AREA)
         if before is not None:
             change = cv2.absdiff(grey, before)
             sums.append(cv2.integral(np.where(change > _NOISE, change, 0).astype(np.uint8)))
         before = grey
-    kept = film.times[::every]
-    return (kept[1:] + kept[:-1]) / 2, np.array(sums, np.int64)
+    times = np.array(kept)
+    return (times[1:] + times[:-1]) / 2, np.array(sums, np.int64)
 
 
 def _seen(

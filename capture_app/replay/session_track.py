@@ -90,7 +90,8 @@ def _small(
     try:
         if session.images is not None or session.video is None:
             for index in indices.tolist():
-                yield index, _shrunk(next(iter(film.read(index, index + 1))))
+                for place, picture in film.read(index, index + 1):
+                    yield place, _shrunk(picture)
         else:
             index_of = {film.places[index]: index for index in indices.tolist()}
             for place, frame in frames_of(session.video, list(index_of)):

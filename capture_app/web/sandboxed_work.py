@@ -144,8 +144,8 @@ class SessionInputs:
         )
 
 
-def inspect(inputs: SessionInputs, data: Path, page: Path) -> dict[str, Any]:
-    """Write the report on a session as JSON and, where a phone recorded it, as a page.
+def inspect(inputs: SessionInputs, data: Path) -> dict[str, Any]:
+    """Write the report on a session as JSON.
 
     Returns:
         Its headline.
@@ -153,18 +153,37 @@ def inspect(inputs: SessionInputs, data: Path, page: Path) -> dict[str, Any]:
     Raises:
         InputError: an input cannot be read at all.
     """
+    inspection, animated = _inspected(inputs)
+    known = own_motion() if inspection is None else report_data(inspection)
+    report = {**known, "animated": animated}
+    write_whole(data, json.dumps(report, allow_nan=False))
+    return {key: report[key] for key in ("app", "seconds", "verdict")}
+
+
+def write_page(inputs: SessionInputs, page: Path) -> dict[str, Any]:
+    """Write the report on a session as a page, with the phone on the object; none of an object's own motion.
+
+    Raises:
+        InputError: an input cannot be read at all.
+    """
+    from capture_app.posters import take_views
+
+    inspection, _ = _inspected(inputs)
+    if inspection is not None:
+        text = report_page(inspection, take_views(inspection))
+        write_whole(page, in_page_words(text, "run"))
+    return {}
+
+
+def _inspected(inputs: SessionInputs) -> tuple[Inspection | None, bool]:
+    """What was found, None of an object's own motion; and whether a run would take it for that."""
     animated = is_animation(inputs.session, mounted=inputs.mounted)
     try:
-        inspection = inputs.inspect()
+        return inputs.inspect(), animated
     except InputError:
         if not animated:
             raise
-        report = own_motion()
-    else:
-        report = {**report_data(inspection), "animated": animated}
-        write_whole(page, in_page_words(report_page(inspection), "run"))
-    write_whole(data, json.dumps(report, allow_nan=False))
-    return {key: report[key] for key in ("app", "seconds", "verdict")}
+        return None, animated
 
 
 def check_session(recording: Path) -> dict[str, Any]:
@@ -327,14 +346,15 @@ def draw_mount(mount: Path, mesh: Path, scale: float, poster: Path) -> dict[str,
 
 
 def draw_take(inputs: SessionInputs, poster: Path) -> dict[str, Any]:
-    """Draw the object with the phone on it as a session moves them; nothing where that is not known.
-
-    Raises:
-        InputError: an input cannot be read at all.
-    """
+    """Draw the object with the phone on it as a session moves them; an empty file where that is not known."""
     from capture_app.posters import take_poster
 
-    take_poster(poster, inputs.inspect())
+    try:
+        drawn = take_poster(poster, inputs.inspect())
+    except InputError:
+        drawn = False  # the report says why the session cannot be read
+    if not drawn:
+        write_whole(poster, "")
     return {}
 
 

@@ -13,13 +13,14 @@ from ingest.animated.animated_take import as_mesh_part, choose, joined, split_st
 from ingest.animated.animation import Animation, check_times, checked, frame_times, not_finite
 from ingest.animated.keyframes import last_key
 from ingest.formats.json_log import mentions
-from ingest.mesh_files.file_parts import MAX_FACES, too_large
+from ingest.mesh_files.file_parts import MAX_FACES, decoding, too_large
 from ingest.mesh_files.gltf_container import GltfFile
 from ingest.mesh_files.gltf_surface import GltfSurfaces, composed, drawn_nodes, local_matrix
-from omomo_core.errors import InputError, reader_complaint
+from omomo_core.errors import DamageError, InputError
 from omomo_core.motion import FPS
 
 MAX_BYTES = 500 * 10**6
+UNREADABLE = "gltf-unreadable"
 
 
 def open_gltf(path: Path) -> GltfFile:
@@ -36,24 +37,10 @@ def open_gltf(path: Path) -> GltfFile:
             where=str(path),
             fix="Export the moving object alone, without textures.",
         )
-    try:
+    with decoding(path, UNREADABLE):
         file = GltfFile(path)
         file.check_resources()
-    except InputError:
-        raise
-    except Exception as problem:  # the decoders raise anything on a damaged file
-        raise unreadable(path, problem) from None
     return file
-
-
-def unreadable(path: Path, problem: Exception) -> InputError:
-    """The error for a file that violates the format."""
-    return InputError(
-        "gltf-unreadable",
-        f"{path.name} cannot be read: {reader_complaint(problem)}.",
-        where=str(path),
-        fix="Open it in a 3D program and export it again as GLB.",
-    )
 
 
 REST = {"translation": [0.0, 0.0, 0.0], "rotation": [0.0, 0.0, 0.0, 1.0], "scale": [1.0, 1.0, 1.0]}
@@ -179,12 +166,8 @@ def read(path: Path, node: str | None = None) -> Animation:
             is not that of a rigid thing.
     """
     file = open_gltf(path)
-    try:
+    with decoding(path, UNREADABLE):  # an index beyond a list, a view beyond its buffer, ...
         return _Scene(file).animation(node)
-    except InputError:
-        raise
-    except Exception as problem:  # an index beyond a list, a view beyond its buffer, ...
-        raise unreadable(path, problem) from None
 
 
 class _Scene:
@@ -204,8 +187,13 @@ class _Scene:
         source = self._file.source
         names = [node.get("name") or f"node {i}" for i, node in enumerate(self._nodes)]
         solid = [i for i in sorted(self._movers) if any(True for _ in self._solids(i))]
+        if not solid and not wanted and (bent := self._bent(*self._drawn)):
+            raise self._skinned(names[bent[0]])
         node = choose(names, solid or sorted(self._movers), wanted, source)
         chain = self._ancestors(node)
+        solids = list(self._solids(node))
+        if not solids and (bent := self._bent(node)):
+            raise self._skinned(names[bent[0]])
         moving = self._channels(chain, names[node])
         clocks = [c.times for found in moving.values() for c in found]
         first, last = min(c[0] for c in clocks), max(c[-1] for c in clocks)
@@ -214,7 +202,6 @@ class _Scene:
         for i in reversed(chain):
             placed = placed @ self._local(i, moving.get(i, ()), times)
         poses, stretch = split_stretch(placed, lambda k: f"{source}, {first + k / FPS:.2f} s")
-        solids = list(self._solids(node))
         count = sum(self._surfaces.triangles(i) for i, _ in solids)
         if count > MAX_FACES:  # counted before many copies are spread out
             raise too_large(source, f"{count:,} triangles")
@@ -224,12 +211,33 @@ class _Scene:
         mesh = joined(parts, stretch, names[node], source)
         return Animation(source, poses, np.ones(len(times), bool), "y", mesh)
 
+    def _bent(self, *tops: int) -> list[int]:
+        """Nodes, these or below these, that are drawn and whose mesh bones bend."""
+        below, stack = set(tops), list(tops)
+        while stack:
+            for child in self._nodes[stack.pop()].get("children") or ():
+                if child not in below:
+                    below.add(child)
+                    stack.append(child)
+        nodes = ((i, self._nodes[i]) for i in sorted(below & self._drawn))
+        return [i for i, n in nodes if n.get("mesh") is not None and n.get("skin") is not None]
+
+    def _skinned(self, name: str) -> InputError:
+        return InputError(
+            "animation-skinned",
+            f"The mesh of {name!r} in {self._file.source.name} is bent by bones (a skin); the object that a "
+            "person moves is one rigid thing.",
+            where=str(self._file.source),
+            fix="Parent the object to its bone without weights, or bake its motion to its own location and "
+            "rotation, and export again.",
+        )
+
     def _ancestors(self, node: int) -> list[int]:
         """The node, its parent and so on up to the root."""
         chain = [node]
         while (parent := self._parents.get(chain[-1])) is not None:
             if parent in chain:
-                raise ValueError("a node is its own ancestor")
+                raise DamageError("a node is its own ancestor")
             chain.append(parent)
         return chain
 

@@ -158,6 +158,14 @@ def read(path: Path) -> Animation:
             where=f"{path}:{text.lines[0]}",
             fix="Name the columns time (or frame), x, y, z, qx, qy, qz, qw.",
         )
+    doubled = [name for name in (clock, *_POSE, "interpolation") if names.count(name) > 1]
+    if doubled:
+        raise InputError(
+            "csv-columns",
+            f"The header of {path.name} names more than one column {', '.join(doubled)}.",
+            where=f"{path}:{text.lines[0]}",
+            fix="Name each column once.",
+        )
     table = numbers(rows, len(names), [names.index(name) for name in (clock, *_POSE)])
     fps = 1.0 if clock == "time" else stated_fps(path)
     return animate(

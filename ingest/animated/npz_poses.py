@@ -21,7 +21,7 @@ from ingest.animated.animation import (
     rigid,
     sampled,
 )
-from omomo_core.errors import InputError, in_words
+from omomo_core.errors import InputError, reading
 
 NAME = "npz"
 FILES = "npz with T_world_object, or obj_pos and obj_rot_xyzw, and fps"
@@ -74,11 +74,8 @@ def _load(path: Path) -> _Arrays:
     wanted = [name for name in _NAMES if name in members]
     if sum(members[name] for name in wanted) > MAX_BYTES:
         raise _damaged(path, "it unpacks to more than a gigabyte")
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            return {name: np.asarray(file[name]) for name in wanted}
-    except Exception as problem:  # numpy, zipfile and zlib raise anything on a damaged file
-        raise _damaged(path, in_words(problem)) from None
+    with reading(lambda why: _damaged(path, why)), np.load(path, allow_pickle=False) as file:
+        return {name: np.asarray(file[name]) for name in wanted}
 
 
 def _damaged(path: Path, why: str) -> InputError:

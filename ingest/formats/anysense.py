@@ -4,17 +4,19 @@ Lines `"<t_ms>" ,qx,qy,qz,qw,tx,ty,tz`: ARKit's own poses. The stamp is Unix tim
 taken when the line was written, not when the frame was: it jitters and may repeat.
 """
 
-from dataclasses import replace
 from pathlib import Path
 
 from ingest.formats.camera_poses import check_poses, poses_from_quaternions
-from ingest.formats.text_table import first_row, floats, logs, numbers, only_log, read_rows
+from ingest.formats.pose_columns import Columns, first_pose, header_of, read_pose_rows
+from ingest.formats.text_table import floats, logs, only_log
 from ingest.session import CaptureSession
 
 NAME = "AnySense"
 FILES = "AR_Pose_<date>.txt, or a folder with one"
 LACKS = "no tracking state, intrinsics or IMU; times are those of writing, not of the frames"
-_WIDTH = 8
+_COLUMNS = Columns((0, 5, 6, 7, 1, 2, 3, 4), 8, ",", second=1e-3, scale=1.0)
+STAMP = '"<'
+"""What a stamp begins with."""
 
 
 def detect(path: Path) -> bool:
@@ -23,22 +25,21 @@ def detect(path: Path) -> bool:
 
 
 def read(path: Path) -> CaptureSession:
-    """Read a pose file, or a folder that holds exactly one."""
-    text = read_rows(only_log(path, logs(path, ("*.txt",), _is_log)), ",")
-    bare = tuple((row[0].strip('"<>'), *row[1:]) for row in text.rows)
-    table = numbers(replace(text, rows=bare), _WIDTH, range(_WIDTH))
-    times = table.values[:, 0] * 1e-3
-    T = poses_from_quaternions(table.values[:, 5:8], table.values[:, 1:5], table.place)
-    check_poses(times, T, table.path, table.place)
-    return CaptureSession(app=NAME, source=path, times=times, T_world_phone=T)
+    """Read a pose file, or a folder that holds exactly one; a header may name another order."""
+    log = only_log(path, logs(path, ("*.txt",), _is_log))
+    rows = read_pose_rows(log, _COLUMNS)
+    T = poses_from_quaternions(rows.positions, rows.xyzw, rows.place)
+    check_poses(rows.clock.times, T, log, rows.place)
+    return CaptureSession(app=NAME, source=path, times=rows.clock.times, T_world_phone=T)
 
 
 def _is_log(file: Path) -> bool:
-    stamp, *pose = first_row(file).split(",")
-    stamp = stamp.strip()
+    fields = first_pose(file, header_of(file)).split(",")
+    stamps = [field.strip() for field in fields if field.strip().startswith(STAMP)]
+    others = [field for field in fields if not field.strip().startswith(STAMP)]
     return (
-        stamp.startswith('"<')
-        and stamp.endswith('>"')
-        and stamp[2:-2].isdigit()
-        and len(floats(pose)) == _WIDTH - 1
+        len(stamps) == 1
+        and stamps[0].endswith('>"')
+        and stamps[0][2:-2].isdigit()
+        and len(floats(others)) == _COLUMNS.width - 1
     )

@@ -13,8 +13,16 @@ from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
 from ingest.formats.camera_poses import arkit_poses, at_times, check_poses, one_size
+from ingest.formats.pose_columns import (
+    ROTATION_VECTORS,
+    SIZED_INTRINSICS,
+    Columns,
+    first_pose,
+    header_of,
+    read_columns,
+)
 from ingest.formats.still_images import depth_log_mm, stills
-from ingest.formats.text_table import first_row, floats, logs, numbers, only_log, read_rows
+from ingest.formats.text_table import floats, logs, only_log
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 from omomo_core.geometry.transforms import inverse
@@ -24,7 +32,8 @@ FILES = "a folder with lowres_wide.traj"
 LACKS = "no tracking state or IMU; poses are those of the laser scan, about ten a second"
 
 IMAGES, INTRINSICS, DEPTH = "lowres_wide", "lowres_wide_intrinsics", "lowres_depth"
-_WIDTH = 7
+_COLUMNS = Columns(tuple(range(7)), 7, None, second=1.0, scale=1.0)
+_CAMERA = Columns(tuple(range(6)), 6, None)
 
 
 def detect(path: Path) -> bool:
@@ -35,8 +44,8 @@ def detect(path: Path) -> bool:
 def read(path: Path) -> CaptureSession:
     """Read a scene folder (or the .traj file in it); intrinsics are interpolated in time."""
     log = only_log(path, logs(path, ("*.traj",), _is_log))
-    table = numbers(read_rows(log, None), _WIDTH, range(_WIDTH))
-    times = table.values[:, 0]
+    rows = read_columns(log, ROTATION_VECTORS, _COLUMNS)
+    times, table = rows.clock.times, rows.table
     T_camera_world = np.tile(np.eye(4), (len(times), 1, 1))
     T_camera_world[:, :3, :3] = Rotation.from_rotvec(table.values[:, 1:4]).as_matrix()
     T_camera_world[:, :3, 3] = table.values[:, 4:]
@@ -58,7 +67,10 @@ def read(path: Path) -> CaptureSession:
 
 
 def _is_log(file: Path) -> bool:
-    return len(floats(first_row(file).split())) == _WIDTH
+    row = floats(first_pose(file, header_of(file, ROTATION_VECTORS)).split())
+    # Positions and quaternions without times are as wide.
+    off = abs(float(np.linalg.norm(np.clip(row[3:], -9, 9))) - 1)
+    return len(row) == _COLUMNS.width and off > 1e-3
 
 
 def _stamped(folder: Path, pattern: str) -> tuple[Float64[np.ndarray, " files"], tuple[Path, ...]]:
@@ -89,7 +101,7 @@ def _read_intrinsics(
 
 def _pincam(file: Path) -> Float64[np.ndarray, "6"]:
     """Width, height, fx, fy, cx, cy of one image."""
-    values = numbers(read_rows(file, None), 6, range(6)).values
+    values = read_columns(file, SIZED_INTRINSICS, _CAMERA).table.values
     if len(values) != 1:
         raise InputError(
             "log-damaged",

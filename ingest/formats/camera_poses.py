@@ -188,6 +188,7 @@ _CAMERAS = {"arkit": np.eye(4), "opencv": T_OPENCV_ARKIT_CAMERA}
 _WORLDS = {"y": np.eye(4), "z": T_ARKIT_ZUP}
 """What turns a world whose up axis is stated into ARKit's (multiplied from the left)."""
 
+_LEFT_HANDED = re.compile(r"left[- ]?handed", re.I)
 _STATED = re.compile(r"\s*#\s*(axes|up)\s*:\s*(.*?)\s*$")
 
 
@@ -254,6 +255,13 @@ def _stated_axes(log: Path) -> dict[str, str]:
     known = {"axes": tuple(_CAMERAS), "up": tuple(_WORLDS)}
     stated: dict[str, str] = {}
     for number, line in enumerate(head_lines(log), start=1):
+        if line.lstrip().startswith("#") and _LEFT_HANDED.search(line):
+            raise InputError(
+                "axes-unknown",
+                f"A comment says that the axes are left-handed: {line.strip()[:60]}",
+                where=f"{log}:{number}",
+                fix="Turn the trajectory into right-handed axes, and say so.",
+            )
         if (match := _STATED.match(line)) is None:
             continue
         key, value = match[1], match[2].lower()

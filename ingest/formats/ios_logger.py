@@ -1,17 +1,26 @@
 """ios_logger (and its relatives): ARposes.txt, Frames.txt, Accel.txt, Gyro.txt, Frames.m4v.
 
-Commas, no header. Poses are ARKit's own, the quaternion is written w first. Frames.txt holds the
-intrinsics of the images, a subset of the poses; Accel.txt is in g. Time is Unix seconds.
+Commas; the app writes no header, and one that names the columns counts. Poses are ARKit's own, the
+quaternion is written w first. Frames.txt holds the intrinsics of the images, a subset of the poses;
+Accel.txt is in g. Time is Unix seconds.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64
 
 from ingest.formats.camera_poses import check_clock, check_poses, poses_from_quaternions
-from ingest.formats.pose_columns import Columns, header_of, read_pose_rows
-from ingest.formats.text_table import NumberTable, first_row, floats, numbers, read_rows
+from ingest.formats.pose_columns import (
+    INTRINSICS,
+    SENSOR,
+    Columns,
+    header_of,
+    read_columns,
+    read_pose_rows,
+)
+from ingest.formats.text_table import first_row, floats
 from ingest.session import GRAVITY, CaptureSession, ImuLog
 from omomo_core.errors import InputError
 
@@ -19,8 +28,11 @@ NAME = "ios_logger"
 FILES = "a folder with ARposes.txt"
 LACKS = "no tracking state or depth"
 IMAGE_SIZE = (1920, 1440)
-_POSES = Columns((0, 1, 2, 3, 5, 6, 7, 4), 8, ",", second=1.0, metre=1.0)
+_POSES = Columns((0, 1, 2, 3, 5, 6, 7, 4), 8, ",", second=1.0, scale=1.0)
 """The app writes no header, and the quaternion w first."""
+_FRAMES = Columns((0, 2, 3, 4, 5), 6, ",", second=1.0)
+_ACCEL = Columns((0, 1, 2, 3), 4, ",", second=1.0, scale=GRAVITY)
+_GYRO = replace(_ACCEL, scale=1.0)
 
 
 def detect(path: Path) -> bool:
@@ -40,7 +52,7 @@ def read(path: Path) -> CaptureSession:
     T = poses_from_quaternions(rows.positions, rows.xyzw, rows.place)
     check_poses(times, T, rows.table.path, rows.place)
     images = _images(folder / "Frames.txt")
-    intrinsics = _at(times, images.values[:, 0], images.values[:, 2:]) if images else None
+    intrinsics = _at(times, images[:, 0], images[:, 1:]) if images is not None else None
     video = folder / "Frames.m4v"
     return CaptureSession(
         app=NAME,
@@ -48,24 +60,21 @@ def read(path: Path) -> CaptureSession:
         times=times,
         T_world_phone=T,
         intrinsics=intrinsics,
-        image_size=IMAGE_SIZE if images else None,
+        image_size=IMAGE_SIZE if images is not None else None,
         video=video if video.is_file() else None,
-        video_times=images.values[:, 0] if images else None,
+        video_times=images[:, 0] if images is not None else None,
         imu=_read_imu(folder),
     )
 
 
-def _table(path: Path, width: int) -> NumberTable:
-    return numbers(read_rows(path, ","), width, range(width))
-
-
-def _images(path: Path) -> NumberTable | None:
-    """A row for each image; None where the app wrote no image."""
-    images = _table(path, 6) if path.is_file() else None
-    if images is None or not images.lines:
+def _images(path: Path) -> Float64[np.ndarray, "images 5"] | None:
+    """Seconds, fx, fy, cx and cy of each image; None where the app wrote no image."""
+    rows = read_columns(path, INTRINSICS, _FRAMES) if path.is_file() else None
+    if rows is None or not rows.table.lines:
         return None
-    check_clock(images.values[:, 0], images.place)
-    return images
+    times = rows.clock.times
+    check_clock(times, rows.table.place)
+    return np.column_stack([times, rows.table.values[:, 1:]])
 
 
 def _read_imu(folder: Path) -> ImuLog | None:
@@ -73,7 +82,7 @@ def _read_imu(folder: Path) -> ImuLog | None:
     files = folder / "Accel.txt", folder / "Gyro.txt"
     if not all(file.is_file() for file in files):
         return None
-    accel, gyro = (_by_time(_table(file, 4)) for file in files)
+    accel, gyro = _by_time(files[0], _ACCEL), _by_time(files[1], _GYRO)
     if min(len(accel), len(gyro)) < 2:
         return None
     accel = accel[(accel[:, 0] >= gyro[0, 0]) & (accel[:, 0] <= gyro[-1, 0])]
@@ -85,13 +94,15 @@ def _read_imu(folder: Path) -> ImuLog | None:
             fix="Give both logs of this very take, or leave both out.",
         )
     times = accel[:, 0]
-    with np.errstate(over="ignore"):  # absurd readings are refused later
-        felt = accel[:, 1:] * GRAVITY
-    return ImuLog(times=times, accel=felt, gyro=_at(times, gyro[:, 0], gyro[:, 1:]))
+    return ImuLog(times=times, accel=accel[:, 1:], gyro=_at(times, gyro[:, 0], gyro[:, 1:]))
 
 
-def _by_time(table: NumberTable) -> Float64[np.ndarray, "rows columns"]:
-    return table.values[np.argsort(table.values[:, 0], kind="stable")]
+def _by_time(path: Path, usual: Columns) -> Float64[np.ndarray, "rows 4"]:
+    """Seconds and what the sensor read, in the order of time."""
+    rows = read_columns(path, SENSOR, usual)
+    times = rows.clock.times
+    order = np.argsort(times, kind="stable")
+    return np.column_stack([times, rows.table.values[:, 1:]])[order]
 
 
 def _at(

@@ -53,7 +53,7 @@ def read_clock(stamps: Float64[np.ndarray, " rows"], stated: float | None, place
         if fitting:
             raise InputError(
                 "units-unclear",
-                f"The header says that stamps are {named}, but they are {step:.6g} apart, as {fitting[0]} "
+                f"Its stamps are said to be {named}, but they are {step:.6g} apart, as {fitting[0]} "
                 "would be.",
                 where=place(0),
                 fix="Name the unit that the stamps are in.",

@@ -21,8 +21,9 @@ from ingest.formats.json_log import (
     one_file_each,
     pinhole,
 )
-from ingest.formats.still_images import depth_log_mm, file_inside, picture_size, stills
+from ingest.formats.still_images import depth_log_mm, file_inside, stills
 from ingest.session import CaptureSession
+from ingest.session_images import picture_size
 from omomo_core.errors import InputError
 
 NAME = "Polycam"

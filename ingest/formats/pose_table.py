@@ -8,8 +8,16 @@ A table of eight columns without a header is ambiguous: ios_logger writes the qu
 from dataclasses import replace
 from pathlib import Path
 
+from ingest.formats.anysense import STAMP
 from ingest.formats.camera_poses import poses_from_quaternions, session_of_poses
-from ingest.formats.pose_columns import IN_ORDER, Columns, header_of, is_in_order, read_pose_rows
+from ingest.formats.pose_columns import (
+    IN_ORDER,
+    Columns,
+    first_pose,
+    header_of,
+    is_in_order,
+    read_pose_rows,
+)
 from ingest.formats.text_table import first_row, floats, logs, only_log
 from ingest.session import CaptureSession
 
@@ -57,6 +65,8 @@ def _is_table(file: Path) -> bool:
     """Whether a header names a pose's columns, and no app's of which more is known."""
     header = header_of(file)
     if header is None or file.name == "ARposes.txt" or is_in_order(file):
+        return False
+    if STAMP in first_pose(file, header):
         return False
     return not any(names <= header.names for names in _OF_APPS)
 

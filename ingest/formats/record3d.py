@@ -28,11 +28,11 @@ from ingest.formats.json_log import (
 from ingest.formats.still_images import (
     file_inside,
     levels_of,
-    picture_size,
     stills,
     sure_loader,
 )
 from ingest.session import R_CAMERA_DEVICE, CaptureSession, DepthLog
+from ingest.session_images import picture_size
 from omomo_core.errors import InputError
 
 _MAX_SIDE = 640

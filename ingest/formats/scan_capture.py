@@ -84,11 +84,12 @@ def _named(header: ColumnHeader) -> tuple[int, tuple[int, ...], float | None]:
     """Columns of the status and of all numbers as the header has them, and the unit of time it names."""
     columns = columns_of(header)
     names = [field.lower() for field in header.fields]
-    missing = [name for name in ("status", *_CAMERA) if name not in names]
-    if missing:
+    unclear = [name for name in ("status", *_CAMERA) if names.count(name) != 1]
+    if unclear:
         raise InputError(
             "header-unclear",
-            f"The header of {header.path.name} names no column for {', '.join(missing)}.",
+            f"The header of {header.path.name} names none or more than one column for "
+            f"{', '.join(unclear)}.",
             where=f"{header.path}:{header.line}",
             fix="Give poses.txt as ScanCapture wrote it.",
         )

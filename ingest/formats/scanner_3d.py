@@ -9,8 +9,9 @@ from pathlib import Path
 
 from ingest.formats.camera_poses import check_poses, from_matrices, poses_from_matrices
 from ingest.formats.json_log import mentions, one_file_each
-from ingest.formats.still_images import depth_log_mm, file_inside, picture_size, stills
+from ingest.formats.still_images import depth_log_mm, file_inside, stills
 from ingest.session import CaptureSession
+from ingest.session_images import picture_size
 
 NAME = "3D Scanner App"
 FILES = 'an "All Data" folder with frame_00000.json'

@@ -42,10 +42,6 @@ def save_millimetres(metres: Float32[np.ndarray, "height width"], file: Path) ->
     file.write_bytes(cv2.imencode(".png", millimetres)[1].tobytes())
 
 
-_JPEG_SIZES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
-"""Markers of the segments that hold height and width."""
-
-
 def file_inside(folder: Path, *names: str) -> Path | None:
     """The first of these files that is there; a name that leads out of the folder is not."""
     for name in names:
@@ -137,21 +133,6 @@ def sure(metres: Metres, confidence: Confidence | None) -> Metres:
     height, width = metres.shape
     fitting = cv2.resize(confidence, (width, height), interpolation=cv2.INTER_NEAREST)
     return np.where(np.asarray(fitting) > 0, metres, np.float32(0))
-
-
-def picture_size(path: Path) -> tuple[int, int] | None:
-    """Width and height that a PNG or JPEG states, without decoding it; None for other files."""
-    with path.open("rb") as file:
-        data = file.read(2**20)
-    if data.startswith(b"\x89PNG\r\n\x1a\n") and len(data) >= 24:
-        return int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")
-    at = 2 if data.startswith(b"\xff\xd8") else len(data)
-    while at + 9 <= len(data) and data[at] == 0xFF:
-        if data[at + 1] in _JPEG_SIZES:
-            height, width = (int.from_bytes(data[at + k : at + k + 2], "big") for k in (5, 7))
-            return width, height
-        at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
-    return None
 
 
 def write_depth_mm(session: CaptureSession, target: Callable[[int], Path]) -> list[int]:

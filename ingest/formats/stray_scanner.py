@@ -112,6 +112,14 @@ def _columns(text: TextRows, names: tuple[str, ...]) -> NumberTable:
             fix="Give the folder as Stray Scanner wrote it, with the header line "
             f"{', '.join(names)}.",
         )
+    doubled = [name for name in names if header.count(name) > 1]
+    if doubled:
+        raise InputError(
+            "header-unclear",
+            f"The header of {text.path.name} names more than one column for {', '.join(doubled)}.",
+            where=f"{text.path}:{text.lines[0]}",
+            fix="Name each column once.",
+        )
     return numbers(text.without_header(), len(header), [header.index(name) for name in names])
 
 

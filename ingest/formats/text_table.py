@@ -56,15 +56,25 @@ def read_rows(path: Path, separator: str | None) -> TextRows:
             where=str(path),
             fix="Give the folder that the capture app wrote.",
         )
-    text = path.read_bytes().decode("utf-8", errors="replace").removeprefix("\ufeff")
+    text = _decoded(path.read_bytes())
     rows: list[tuple[str, ...]] = []
     lines: list[int] = []
     for number, line in enumerate(text.split("\n"), start=1):
         if line.strip() and not line.lstrip().startswith("#"):
-            fields = line.strip("\r\n").split(separator)
-            rows.append(tuple(field.strip() for field in fields))
+            rows.append(split_row(line.strip("\r\n"), separator))
             lines.append(number)
     return TextRows(path, tuple(rows), tuple(lines), text.endswith("\n"))
+
+
+def _decoded(data: bytes) -> str:
+    """The text of UTF-8, or of UTF-16 that says so, as a redirection in PowerShell writes it."""
+    coding = "utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8"
+    return data.decode(coding, errors="replace").removeprefix("\ufeff")
+
+
+def split_row(line: str, separator: str | None) -> tuple[str, ...]:
+    """The fields of a line, without the quotes and brackets that some apps put around them."""
+    return tuple(field.strip().strip('"<>').strip() for field in line.split(separator))
 
 
 def numbers(text: TextRows, width: int, columns: Sequence[int]) -> NumberTable:
@@ -99,6 +109,13 @@ def _row_numbers(text: TextRows, i: int, width: int, columns: Sequence[int]) -> 
         return [float(fields[c]) for c in columns]
     except ValueError:
         bad = next(fields[c] for c in columns if not _is_number(fields[c]))
+        if _is_number(bad.replace(",", ".")):
+            raise InputError(
+                "log-decimal-comma",
+                f"Numbers of {text.path.name} have a decimal comma, such as {bad[:30]!r}.",
+                where=f"{text.path}:{text.lines[i]}",
+                fix="Export the table with decimal points.",
+            ) from None
         raise _damaged(text, i, f"{bad[:30]!r} where a number belongs") from None
 
 
@@ -155,10 +172,10 @@ def head_lines(path: Path) -> list[str]:
         return []
     try:
         with path.open("rb") as file:
-            text = file.read(_HEAD_BYTES).decode("utf-8", errors="replace")
+            text = _decoded(file.read(_HEAD_BYTES))
     except OSError:
         return []
-    return text.removeprefix("\ufeff").split("\n")
+    return text.split("\n")
 
 
 def first_row(path: Path) -> str:

@@ -1,7 +1,7 @@
 """What a mesh file holds: parts with their looks, remarks on how they were read, and what bounds them."""
 
-from collections.abc import Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float64, Int64, UInt8
 
 from ingest.mesh_texture import BaseColour, TexturedPart, fits, join_textures, patch
-from omomo_core.errors import InputError, reader_complaint
+from omomo_core.errors import DamageError, InputError, reading
 from omomo_core.motion import Texture
 
 MAX_BYTES = 200 * 10**6
@@ -78,7 +78,7 @@ def joined_picture(parts: Sequence[FilePart]) -> Texture | None:
     if not pictures:
         return None
     if not fits(list(pictures.values())):
-        raise ValueError("they are too large")
+        raise DamageError("they are too large")
     tinted = {id(part.picture): part.picture for part in parts if part.picture is not None}
     pixels = {key: picture.pixels() for key, picture in tinted.items()}
     plain = {id(part): _plain(part) for part in parts if part.picture is None}
@@ -116,7 +116,7 @@ def only_used(
         ValueError: a triangle names a vertex that is not there.
     """
     if len(faces) and not 0 <= faces.min() <= faces.max() < len(vertices):
-        raise ValueError("a triangle names a vertex that is not there")
+        raise DamageError("a triangle names a vertex that is not there")
     used = np.zeros(len(vertices), np.bool_)
     used[faces] = True
     number = np.cumsum(used) - 1
@@ -144,21 +144,20 @@ def cut_short(path: Path, how: str) -> InputError:
     )
 
 
-@contextmanager
-def decoding(path: Path) -> Generator[None]:
-    """Turn whatever a decoder raises on a damaged file into one error.
+def unreadable(path: Path, why: str, code: str = "mesh-unreadable") -> InputError:
+    """The error for a damaged file of a 3D program."""
+    return InputError(
+        code,
+        f"{path.name} cannot be read: {why}.",
+        where=str(path),
+        fix="Open it in a 3D program and export it again.",
+    )
+
+
+def decoding(path: Path, code: str = "mesh-unreadable") -> AbstractContextManager[None]:
+    """Turn whatever a decoder raises on such a file into one error.
 
     Raises:
-        InputError: "mesh-unreadable", or what the block raises itself.
+        InputError: of this code, or what the block raises itself.
     """
-    try:
-        yield
-    except InputError:
-        raise
-    except Exception as problem:  # the decoders raise anything on a damaged file
-        raise InputError(
-            "mesh-unreadable",
-            f"{path.name} cannot be read: {reader_complaint(problem)}.",
-            where=str(path),
-            fix="Open it in a 3D program and export it again.",
-        ) from problem
+    return reading(lambda why: unreadable(path, why, code))

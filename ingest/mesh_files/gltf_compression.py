@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Int64
 
-from omomo_core.errors import InputError
+from omomo_core.errors import DamageError, InputError
 
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 DRACO = "KHR_draco_mesh_compression"
@@ -47,7 +47,7 @@ def unpacked_view(data: bytes, told: Mapping[str, Any], extension: str, path: Pa
     decoder = _decoder("meshopt", extension, path)
     count, stride = int(told["count"]), int(told["byteStride"])
     if not 0 <= count * stride <= _MOST_UNPACKED or count < 0 or not 0 < stride <= 256:
-        raise ValueError("a compressed view has an impossible size")
+        raise DamageError("a compressed view has an impossible size")
     mode, filter_ = str(told["mode"]), str(told.get("filter", "NONE"))
     return np.asarray(decoder.decode_gltf_buffer(data, count, stride, mode, filter_)).tobytes()
 

@@ -9,7 +9,7 @@ from urllib.parse import unquote, unquote_to_bytes
 import numpy as np
 
 from ingest.mesh_files.gltf_compression import DRACO, MESHOPT, unpacked_view
-from omomo_core.errors import InputError
+from omomo_core.errors import DamageError, InputError
 
 MAX_COUNT = 20_000_000
 """Elements of one accessor."""
@@ -114,7 +114,7 @@ class GltfFile:
         """All of a list of the file, such as "nodes"; empty where it has none."""
         found = self.json.get(kind) or []
         if not isinstance(found, list):
-            raise ValueError(f"its {kind} are no list")
+            raise DamageError(f"its {kind} are no list")
         return found
 
     def item(self, kind: str, index: Any) -> dict[str, Any]:
@@ -125,7 +125,7 @@ class GltfFile:
         """
         found = self.items(kind)
         if not isinstance(index, int) or not 0 <= index < len(found):
-            raise ValueError(f"it names one of its {kind} that is not there")
+            raise DamageError(f"it names one of its {kind} that is not there")
         return found[index]
 
     def array(self, index: Any) -> np.ndarray:
@@ -140,7 +140,7 @@ class GltfFile:
         count = self.count(index)
         self._read += count * width
         if self._read > _MOST_READ:
-            raise ValueError("its accessors have too many numbers together")
+            raise DamageError("its accessors have too many numbers together")
         if accessor.get("bufferView") is None:
             values = np.zeros((count, width), dtype)
         else:
@@ -159,7 +159,7 @@ class GltfFile:
         """
         count = self.item("accessors", index)["count"]
         if not isinstance(count, int) or not 0 <= count <= MAX_COUNT:
-            raise ValueError(f"accessor {index} has {count} elements")
+            raise DamageError(f"accessor {index} has {count} elements")
         return count
 
     def _filled_in(
@@ -168,7 +168,7 @@ class GltfFile:
         """Values in which a sparse accessor replaces some."""
         count, at, new = sparse["count"], sparse["indices"], sparse["values"]
         if not isinstance(count, int) or not 0 <= count <= len(values):
-            raise ValueError("a sparse accessor replaces more than there is")
+            raise DamageError("a sparse accessor replaces more than there is")
         places = self._rows(at, count, 1, np.dtype(_DTYPES[at["componentType"]]))[:, 0]
         values = values.copy()
         values[places] = self._rows(new, count, width, dtype)
@@ -180,7 +180,7 @@ class GltfFile:
         stride = view.get("byteStride") or width * dtype.itemsize
         data = self.view(told["bufferView"])
         if offset < 0 or stride < 0:
-            raise ValueError("a view begins before its buffer")
+            raise DamageError("a view begins before its buffer")
         # numpy itself refuses to look beyond the end of the view.
         return np.ndarray((count, width), dtype, data, offset, (stride, dtype.itemsize))
 
@@ -216,7 +216,7 @@ class GltfFile:
         data = self._buffer(view["buffer"])
         first, length = view.get("byteOffset") or 0, view["byteLength"]
         if not 0 <= first <= first + length <= len(data):
-            raise ValueError("a view reaches beyond its buffer")
+            raise DamageError("a view reaches beyond its buffer")
         return data[first : first + length]
 
     def _buffer(self, index: Any) -> bytes:
@@ -224,7 +224,7 @@ class GltfFile:
         if index not in self._buffers:
             uri = buffer.get("uri")
             if uri is None and (index != 0 or self._blob is None):
-                raise ValueError("a buffer has no data")
+                raise DamageError("a buffer has no data")
             self._buffers[index] = self.resource(str(uri)) if uri is not None else self._blob or b""
         return self._buffers[index]
 
@@ -258,7 +258,7 @@ class GltfFile:
                 fix="Put that file where this one names it, or export as GLB: one file.",
             )
         if file.stat().st_size > _MOST_BESIDE:
-            raise ValueError(f"{name[:60]} beside it has {file.stat().st_size / 1e6:.0f} MB")
+            raise DamageError(f"{name[:60]} beside it has {file.stat().st_size / 1e6:.0f} MB")
         return file.read_bytes()
 
 
@@ -269,7 +269,7 @@ def _taken_apart(data: bytes) -> tuple[dict[str, Any], bytes | None]:
         data, blob = _chunks(data)
     described = json.loads(data.decode("utf-8-sig"))
     if not isinstance(described, dict):
-        raise ValueError("its description is no object")
+        raise DamageError("its description is no object")
     return described, blob
 
 
@@ -278,7 +278,7 @@ def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
     if version == 1:
         return b'{"asset": {"version": "1.0"}}', None
     if length > len(data):
-        raise ValueError(f"it ends after {len(data):,} of its {length:,} bytes")
+        raise DamageError(f"it ends after {len(data):,} of its {length:,} bytes")
     found: dict[bytes, bytes] = {}
     at = _GLB_HEAD
     while at + _CHUNK_HEAD <= len(data):
@@ -287,5 +287,5 @@ def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
         found.setdefault(kind, data[at : at + size])
         at += size + -size % 4
     if _JSON_CHUNK not in found:
-        raise ValueError("it has no description of a scene")
+        raise DamageError("it has no description of a scene")
     return found[_JSON_CHUNK], found.get(_BINARY_CHUNK)

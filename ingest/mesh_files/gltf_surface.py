@@ -16,6 +16,7 @@ from ingest.mesh_files.file_parts import FilePart, ReadMesh, constant_colour, on
 from ingest.mesh_files.gltf_compression import DRACO, DracoPrimitive
 from ingest.mesh_files.gltf_container import GltfFile
 from ingest.mesh_texture import BaseColour, to_srgb
+from omomo_core.errors import DamageError
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 _INSTANCED, _LOD, _HIDES = "EXT_mesh_gpu_instancing", "MSFT_lod", "KHR_node_visibility"
@@ -88,7 +89,7 @@ def drawn_nodes(file: GltfFile) -> Iterator[tuple[int, Float64[np.ndarray, "4 4"
         if i in coarse or not _extension(node, _HIDES).get("visible", True):
             continue
         if i in seen:
-            raise ValueError("a node hangs on two parents, or on itself")
+            raise DamageError("a node hangs on two parents, or on itself")
         seen.add(i)
         T = T_parent @ local_matrix(node)
         yield i, T
@@ -174,7 +175,7 @@ class GltfSurfaces:
         told = _extension(node, _INSTANCED).get("attributes") or {}
         counts = [self._file.count(index) for index in told.values()]
         if counts and max(counts) > _MOST_INSTANCES:
-            raise ValueError(f"it has {max(counts):,} instances")
+            raise DamageError(f"it has {max(counts):,} instances")
         return min(counts, default=1)
 
     def placed(self, i: int, T: Float64[np.ndarray, "4 4"]) -> Iterator[FilePart]:
@@ -226,7 +227,12 @@ class GltfSurfaces:
         only_used(vertices, faces)
         look = self._look(primitive)
         picture, places = self._painted(primitive, look, faces, packed)
-        colours = None if picture else self._vertex_colours(primitive, look, len(vertices), packed)
+        own = look if picture is None else replace(look, factor=None)
+        colours = self._vertex_colours(primitive, own, len(vertices), packed)
+        if picture is not None and colours is not None:
+            tinted = bool((colours < 255).any())
+            self._lost |= {"colours of vertices over a picture left out"} if tinted else set()
+            colours = None
         return FilePart(name, vertices, faces, colours, places, picture)
 
     def _draco(self, primitive: dict[str, Any]) -> DracoPrimitive | None:
@@ -367,7 +373,7 @@ class GltfSurfaces:
         if parent is None:
             steps = [local_matrix(self._file.item("nodes", k)) for k in reversed(chain)]
             return np.linalg.multi_dot(steps) if len(steps) > 1 else steps[0]
-        raise ValueError("a node hangs on itself")
+        raise DamageError("a node hangs on itself")
 
     def _weights(
         self, primitive: dict[str, Any], joints: int
@@ -382,7 +388,7 @@ class GltfSurfaces:
         joint = np.concatenate(names, axis=1).astype(np.int64)
         weight = np.concatenate(weights, axis=1).astype(np.float64)
         if len(joint) and not 0 <= joint.min() <= joint.max() < joints:
-            raise ValueError("a vertex names a joint that is not there")
+            raise DamageError("a vertex names a joint that is not there")
         total = weight.sum(axis=1, keepdims=True)
         return joint, np.divide(weight, total, out=np.zeros_like(weight), where=total > 0)
 

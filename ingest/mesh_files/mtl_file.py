@@ -43,7 +43,10 @@ def read_materials(
     lost: list[str] = []
     opened: dict[str, BaseColour | None] = {}
     for said in libraries:
-        for file in _files(obj, said):
+        files = list(_files(obj, said))
+        if not files:
+            lost.append(f"its materials left out: {said[:60]} is not beside it")
+        for file in files:
             for line in file.read_text("utf-8", "replace").splitlines():
                 _statement(line.partition("#")[0].split(), materials, obj.parent, opened)
     lost += [

@@ -23,6 +23,7 @@ from ingest.mesh_files.file_parts import (
 )
 from ingest.mesh_files.mtl_file import Material, read_materials
 from ingest.mesh_files.polygons import triangulated
+from omomo_core.errors import DamageError
 
 _NUMBERS = {b"v": 3, b"vt": 1, b"f": 3, b"fo": 3}
 """Fewest words after these keywords."""
@@ -69,7 +70,7 @@ def read_obj(path: Path, most: int) -> ReadMesh:
     """
     data = path.read_bytes()
     if b"\0" in data[:4096]:
-        raise ValueError("it is no text")
+        raise DamageError("it is no text")
     said = _read(data, path)
     triangles = sum(sum(run.counts) - 2 * len(run.counts) for run in said.runs.values())
     if triangles > most:
@@ -109,7 +110,7 @@ def _read(data: bytes, path: Path) -> _Statements:
     for words in _lines(data):
         key, last = words[0], words
         if key == b"v":
-            said.vertices.append([float(word) for word in words[1:9]])
+            said.vertices.append(_numbers(words[1:9]))
         elif key in (b"f", b"fo"):
             _face(words, run, said)
         elif key == b"vt":
@@ -129,6 +130,14 @@ def _read(data: bytes, path: Path) -> _Statements:
             path, f"its last line is {b' '.join(last)[:40].decode('utf-8', 'replace')!r}"
         )
     return said
+
+
+def _numbers(words: list[bytes]) -> list[float]:
+    try:
+        return [float(word) for word in words]
+    except ValueError:
+        bad = b" ".join(words)[:40].decode("utf-8", "replace")
+        raise DamageError(f"{bad!r} are no numbers of a vertex") from None
 
 
 def _face(words: list[bytes], run: _Run, said: _Statements) -> None:
@@ -151,7 +160,7 @@ def _split(
 ) -> tuple[Float64[np.ndarray, "verts 3"], UInt8[np.ndarray, "verts 3"] | None]:
     """Positions and colours (0 to 1, or 0 to 255) of lines of 3, 4 (a weight), 6 or 7 numbers."""
     if any(len(row) < 3 for row in rows):
-        raise ValueError("a vertex has fewer than three numbers")
+        raise DamageError("a vertex has fewer than three numbers")
     vertices = np.array([row[:3] for row in rows], np.float64).reshape(-1, 3)
     if not rows or min(map(len, rows)) < 6:
         return vertices, None

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float64, Int64, UInt8
+from jaxtyping import Bool, Float64, Int64, UInt8
 
 from ingest.mesh_files.file_parts import FilePart, ReadMesh, cut_short, only_used, too_large
 from ingest.mesh_files.mtl_file import picture_inside
 from ingest.mesh_files.polygons import triangulated
+from ingest.mesh_texture import BaseColour
+from omomo_core.errors import DamageError
 
 _HEAD = 65536
 """Bytes within which the header ends."""
@@ -72,6 +74,8 @@ def read_ply(path: Path, most: int) -> ReadMesh:
     strips = _strips(tables)
     faces = tables.get("face", {})
     counts, corners = _lists(faces, "vertex_indices", "vertex_index")
+    if faces and not len(counts) and any(len(values) for values, _ in faces.values()):
+        raise DamageError(f"its faces have no list vertex_indices, but {', '.join(faces)[:60]}")
     triangles = int(np.maximum(counts - 2, 0).sum()) + len(strips)
     if triangles > most:
         raise too_large(path, f"{triangles:,} triangles")
@@ -81,19 +85,62 @@ def read_ply(path: Path, most: int) -> ReadMesh:
     all_faces = np.concatenate([corners[used].reshape(-1, 3), strips])
     if colours is None and "red" in faces and not len(strips):
         colours = _of_faces(faces, all_faces, of_face, len(vertices))
-    # Several pictures are not told apart.
-    picture = None if uv is None or len(pictures) != 1 else picture_inside(path.parent, pictures[0])
-    own, renumbered = only_used(vertices, all_faces)
-    shown = None if colours is None or picture else colours[own]
-    part = FilePart(path.stem, vertices[own], renumbered, shown, uv if picture else None, picture)
-    return ReadMesh((part,), ("triangle strips unrolled",) if len(strips) else ())
+    surface = _Surface(vertices, all_faces, colours, uv)
+    number = _shown(faces, of_face, len(pictures))
+    unrolled = ("triangle strips unrolled",) if len(strips) else ()
+    if not pictures or uv is None or number is None:
+        unsaid = "which one they show" if uv is not None else "where on them they lie"
+        lost = (f"its pictures left out: its faces do not say {unsaid}",) if pictures else ()
+        return ReadMesh((surface.part(path.stem, None, None),), (*unrolled, *lost))
+    looks = [picture_inside(path.parent, name) for name in pictures]
+    used = np.unique(number).tolist()
+    parts = [surface.part(f"{path.stem} {k}", number == k, looks[k]) for k in used]
+    lost = tuple(
+        f"its picture {pictures[k][:60]} left out: it is not beside it, or damaged"
+        for k in used
+        if looks[k] is None
+    )
+    return ReadMesh(tuple(parts), (*unrolled, *lost))
+
+
+@dataclass(frozen=True)
+class _Surface:
+    """All that is drawn of a file."""
+
+    vertices: Float64[np.ndarray, "verts 3"]
+    faces: Int64[np.ndarray, "faces 3"]
+    colours: UInt8[np.ndarray, "verts 3"] | None
+    uv: Float64[np.ndarray, "faces 3 2"] | None
+
+    def part(
+        self, name: str, which: Bool[np.ndarray, " faces"] | None, picture: BaseColour | None
+    ) -> FilePart:
+        """Those triangles that show a picture; None for all."""
+        chosen = slice(None) if which is None else which
+        own, renumbered = only_used(self.vertices, self.faces[chosen])
+        colours = None if self.colours is None or picture else self.colours[own]
+        places = self.uv[chosen] if picture and self.uv is not None else None
+        return FilePart(name, self.vertices[own], renumbered, colours, places, picture)
+
+
+def _shown(
+    faces: _Table, of_face: Int64[np.ndarray, " faces"], pictures: int
+) -> Int64[np.ndarray, " faces"] | None:
+    """The number of the picture that each triangle shows; None where that is not said of several."""
+    if pictures <= 1:
+        return np.zeros(len(of_face), np.int64)
+    values, counts = faces.get("texnumber", (None, None))
+    if values is None or counts is not None:
+        return None
+    number = values.astype(np.int64)[of_face]
+    return number if ((number >= 0) & (number < pictures)).all() else None
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], list[str], int]:
     """Byte order ("" of text), elements, names of pictures, and where the rows begin."""
     end = re.search(rb"(?:^|[\r\n])end_header[ \t]*(\r\n|\n|\r)", data[:_HEAD])
     if not data.startswith(b"ply") or end is None:
-        raise ValueError("it has no header of a PLY file")
+        raise DamageError("it has no header of a PLY file")
     order, elements, pictures = None, list[_Element](), list[str]()
     for line in data[: end.start()].decode("latin-1").splitlines():
         words = line.split()
@@ -108,11 +155,11 @@ def _header(data: bytes) -> tuple[str, list[_Element], list[str], int]:
             case ["comment", "TextureFile", *name]:
                 pictures.append(" ".join(name))
             case ["property" | "element" | "format", *_]:
-                raise ValueError(f"its header has the line {line[:60]!r}")
+                raise DamageError(f"its header has the line {line[:60]!r}")
             case _:
                 pass
     if order is None:
-        raise ValueError("its header names no format")
+        raise DamageError("its header names no format")
     return order, elements, pictures, end.end()
 
 
@@ -123,7 +170,7 @@ def _property(told: list[str]) -> _Property:
         case [kind, name] if kind in _TYPES:
             return _Property(name, _TYPES[kind], None)
         case _:
-            raise ValueError(f"its header has the property {' '.join(told)[:60]!r}")
+            raise DamageError(f"its header has the property {' '.join(told)[:60]!r}")
 
 
 def _binary(
@@ -182,7 +229,7 @@ def _first_lengths(data: bytes, start: int, element: _Element, order: str) -> di
                 continue
             lengths[k] = int(np.frombuffer(data, number, 1, start)[0])
             if not 0 <= lengths[k] * size <= len(data):
-                raise ValueError("a list has an impossible length")
+                raise DamageError("a list has an impossible length")
             start += number.itemsize + lengths[k] * size
         else:
             start += size
@@ -221,7 +268,7 @@ def _uneven_rows(
                 counts[k].append(length)
             stop = start + length * kind.itemsize
             if length < 0:
-                raise ValueError("a list has an impossible length")
+                raise DamageError("a list has an impossible length")
             if stop > len(data):
                 raise _lacking(element, path)
             pieces[k].append(data[start:stop])
@@ -262,7 +309,7 @@ def _text_rows(lines: list[bytes], element: _Element) -> _Table:
                 at += 1
                 counts[k].append(length)
             if length < 0 or at + length > len(words):
-                raise ValueError(f"a row of {element.name!r} has too few numbers: {line[:60]!r}")
+                raise DamageError(f"a row of {element.name!r} has too few numbers: {line[:60]!r}")
             values[k].extend(map(float, words[at : at + length]))
             at += length
     with np.errstate(invalid="ignore"):  # a number that its type cannot hold
@@ -279,7 +326,7 @@ def _vertices(
     table: _Table,
 ) -> tuple[Float64[np.ndarray, "verts 3"], UInt8[np.ndarray, "verts 3"] | None]:
     if not {"x", "y", "z"} <= table.keys():
-        raise ValueError("it has no vertices with x, y and z")
+        raise DamageError("it has no vertices with x, y and z")
     vertices = np.stack([table[axis][0].astype(np.float64) for axis in "xyz"], axis=1)
     return vertices, _colours(table)
 
@@ -307,13 +354,13 @@ def _bytes(values: np.ndarray) -> UInt8[np.ndarray, " rows"]:
 
 def _lists(
     table: _Table, *names: str
-) -> tuple[Int64[np.ndarray, " rows"], Int64[np.ndarray, " n"]]:
+) -> tuple[Int64[np.ndarray, " polygons"], Int64[np.ndarray, " n"]]:
     """Lengths and entries of the first of these lists that is there."""
     for name in names:
         values, counts = table.get(name, (None, None))
         if values is not None and counts is not None:
             if values.dtype.kind == "f" and not (values % 1 == 0).all():
-                raise ValueError("a polygon names vertices by numbers that are not whole")
+                raise DamageError("a polygon names vertices by numbers that are not whole")
             return counts, values.astype(np.int64)
     return np.empty(0, np.int64), np.empty(0, np.int64)
 

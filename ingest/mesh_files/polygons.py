@@ -3,6 +3,8 @@
 import numpy as np
 from jaxtyping import Float64, Int64
 
+from omomo_core.errors import DamageError
+
 MOST_CONCAVE = 2000
 """Corners of a concave polygon: cutting it into ears takes the square of their number."""
 _STRAIGHT = 1e-9
@@ -28,7 +30,7 @@ def triangulated(
         ValueError: a corner names no vertex, or a concave polygon has more than MOST_CONCAVE corners.
     """
     if len(corners) and not 0 <= corners.min() <= corners.max() < len(vertices):
-        raise ValueError("a polygon names a vertex that is not there")
+        raise DamageError("a polygon names a vertex that is not there")
     starts = np.cumsum(counts) - counts
     fans = np.maximum(counts - 2, 0)
     polygon = np.repeat(np.arange(len(counts)), fans)
@@ -73,7 +75,7 @@ def _concave(
 def _ears(points: Float64[np.ndarray, "corners 3"]) -> Int64[np.ndarray, "triangles 3"]:
     """Triangles of one polygon, seen along its normal, cut off corner by corner."""
     if len(points) > MOST_CONCAVE:
-        raise ValueError(f"a concave polygon has {len(points)} corners: triangulate it")
+        raise DamageError(f"a concave polygon has {len(points)} corners: triangulate it")
     flat = _seen_flat(points)
     left, triangles = list(range(len(points))), []
     while len(left) > 3:

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from ingest.mesh_files.file_parts import FilePart, ReadMesh, cut_short, too_large
+from omomo_core.errors import DamageError
 
 _HEAD, _FACET = 84, 50
 """Bytes of the header with the count, and of each triangle."""
@@ -47,11 +48,11 @@ def _count(data: bytes) -> int:
 def _binary(data: bytes, path: Path, most: int) -> Float64[np.ndarray, "faces 3 3"]:
     count = _count(data)
     if count < 0:
-        raise ValueError("it is no STL")
+        raise DamageError("it is no STL")
     there = (len(data) - _HEAD) // _FACET
     if count > there:
         if there == 0 or count > 2**24:
-            raise ValueError("it is no STL")
+            raise DamageError("it is no STL")
         raise cut_short(path, f"{there:,} triangles follow its header instead of {count:,}")
     if count > most:
         raise too_large(path, f"{count:,} triangles")

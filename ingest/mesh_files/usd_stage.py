@@ -1,7 +1,7 @@
 """USD files opened safely, and their meshes as triangles. Needs usd-core."""
 
-from collections.abc import Generator
-from contextlib import contextmanager
+import re
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64, Int64
 
+from ingest.mesh_files.file_parts import decoding
 from ingest.mesh_files.polygons import triangulated
-from omomo_core.errors import InputError
+from omomo_core.errors import DamageError, InputError
 
 
 def pxr(module: str) -> Any:
@@ -30,24 +31,13 @@ def pxr(module: str) -> Any:
         ) from None
 
 
-@contextmanager
-def reading_usd(path: Path) -> Generator[None]:
+def reading_usd(path: Path) -> AbstractContextManager[None]:
     """Turn whatever USD raises on a damaged file into one error.
 
     Raises:
         InputError: "usd-unreadable", or what the block raises itself.
     """
-    try:
-        yield
-    except InputError:
-        raise
-    except Exception as problem:  # USD raises its own errors, of no common base
-        raise InputError(
-            "usd-unreadable",
-            f"{path.name} cannot be read: {str(problem).strip()[-200:]}",
-            where=str(path),
-            fix="Open it in a 3D program and export it again.",
-        ) from None
+    return decoding(path, "usd-unreadable")
 
 
 def _check_conventions(stage: Any, path: Path) -> None:
@@ -63,6 +53,15 @@ def _check_conventions(stage: Any, path: Path) -> None:
         )
 
 
+def _names_a_file(error: Any) -> bool:
+    """Whether a part of a stage is missing because its file is."""
+    kinds = pxr("Pcp")
+    return error.errorType in (
+        kinds.ErrorType_InvalidAssetPath,
+        kinds.ErrorType_InvalidSublayerPath,
+    )
+
+
 def open_stage(path: Path) -> Any:
     """The stage of one file that takes nothing from others.
 
@@ -75,6 +74,16 @@ def open_stage(path: Path) -> Any:
         stage = usd.Stage.Open(str(path))
         layers = [str(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath]
         _check_conventions(stage, path)
+        broken = [error for error in stage.GetCompositionErrors() if _names_a_file(error)]
+    if broken:
+        named = re.search(r"@([^@]*)@", str(broken[0]))
+        missing = f": {Path(named[1]).name}" if named else ""
+        raise InputError(
+            "usd-external",
+            f"{path.name} takes things from another file that is not there{missing}.",
+            where=str(path),
+            fix="Put that file where this one names it, and flatten both into one (usdcat --flatten).",
+        )
     whole = str(path.resolve())
     others = [layer for layer in layers if not layer.startswith(whole)]
     if others:
@@ -109,7 +118,7 @@ def triangles_of(mesh: Any, code: float) -> UsdTriangles:
     counts = np.array(mesh.GetFaceVertexCountsAttr().Get(code) or [], np.int64)
     corners = np.array(mesh.GetFaceVertexIndicesAttr().Get(code) or [], np.int64)
     if (counts < 0).any() or counts.sum() != len(corners):
-        raise ValueError("a mesh has more corners, or fewer, than its polygons")
+        raise DamageError("a mesh has more corners, or fewer, than its polygons")
     used = triangulated(points, corners, counts)
     holes = np.array(mesh.GetHoleIndicesAttr().Get(code) or [], np.int64)
     if len(holes):

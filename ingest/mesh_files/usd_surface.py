@@ -18,6 +18,7 @@ from PIL import Image
 from ingest.mesh_files.file_parts import FilePart, too_large
 from ingest.mesh_files.usd_stage import UsdTriangles, pxr, triangles_of
 from ingest.mesh_texture import BaseColour, to_srgb
+from omomo_core.errors import DamageError
 
 _DRAWN = ("default", "render")
 _SHAPES = ("Cube", "Sphere", "Cylinder", "Cylinder_1", "Cone", "Capsule", "Capsule_1", "Plane")
@@ -143,7 +144,7 @@ class UsdSurfaces:
         instancer = self._geom.PointInstancer(prim)
         numbers = np.array(instancer.GetProtoIndicesAttr().Get(self._code) or [], np.int64)
         if len(numbers) * len(placed) > _MOST_INSTANCES:
-            raise ValueError(f"it has {len(numbers) * len(placed):,} instances")
+            raise DamageError(f"it has {len(numbers) * len(placed):,} instances")
         found = instancer.ComputeInstanceTransformsAtTime(
             self._code, self._code, instancer.IncludeProtoXform, instancer.IgnoreMask
         )
@@ -152,7 +153,7 @@ class UsdSurfaces:
             list(instancer.ComputeMaskAtTime(self._code)) or [True] * len(numbers), bool
         )
         if not len(own) == len(shown) == len(numbers):
-            raise ValueError("an instancer has fewer places than instances")
+            raise DamageError("an instancer has fewer places than instances")
         for k, path in enumerate(instancer.GetPrototypesRel().GetForwardedTargets()):
             copies = own[shown & (numbers == k)]
             prototype = self._stage.GetPrimAtPath(path)
@@ -274,7 +275,7 @@ def native_shape(
         told = prim.GetAttribute(name).Get(code)
         value = rest if told is None else float(told)
         if not 0 < value < float("inf"):
-            raise ValueError(f"a {kind} has {name} {value:g}")
+            raise DamageError(f"a {kind} has {name} {value:g}")
         return value
 
     if kind == "Cube":
@@ -358,7 +359,7 @@ def _bytes(sampler: Any) -> bytes:
     stage = Path(sampler.GetPrim().GetStage().GetRootLayer().realPath).resolve()
     file = Path(asset.resolvedPath.partition("[")[0]).resolve()
     if not file.is_relative_to(stage.parent):
-        raise ValueError(f"{file} lies elsewhere")
+        raise DamageError(f"{file} lies elsewhere")
     ar = pxr("Ar")
     opened = ar.GetResolver().OpenAsset(ar.ResolvedPath(asset.resolvedPath))
     return bytes(opened.GetBuffer())

@@ -1,6 +1,6 @@
 """The inspection of a take: all checks of a session, a mount and a mesh, and the curves beside them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from ingest.report.sight import agreement_checks
 from ingest.report.stance import bottom
 from ingest.report.take_report import Check, TakeReport, graded
 from ingest.session import CaptureSession
-from ingest.session_images import film_and_pairs, image_times
+from ingest.session_images import damaged_images, film_and_pairs, image_times, left_out
 from ingest.trajectory.object_motion import ObjectTake
 from omomo_core.errors import InputError
 from omomo_core.geometry.runs import runs
@@ -190,7 +190,12 @@ def _intrinsics(session: CaptureSession) -> Check:
 
 
 def _video(session: CaptureSession) -> Check:
-    """Whether the video can be decoded, and which of its frames are which images of the log."""
+    """Whether the video can be decoded, and which of its frames are which images of the log.
+
+    Of an app that saves single images, whether these can be read.
+    """
+    if session.images:
+        return _images(session.images, session.source)
     if session.video is None:
         return Check("video", "ok", "none: no overlay")
     try:
@@ -210,6 +215,17 @@ def _video(session: CaptureSession) -> Check:
         "paired by the film's stamps",
         fix="The others are left out; copy the session from the phone again if the film was whole.",
     )
+
+
+def _images(files: Sequence[Path], source: Path) -> Check:
+    try:
+        lacking = left_out(damaged_images(files), len(files), source)
+    except InputError as error:
+        fix = f"{error.fix} The motion does not need them."
+        return Check("video", "warn", error.what.rstrip("."), fix=fix)
+    if not lacking:
+        return Check("video", "ok", f"{len(files)} single images")
+    return Check("video", "warn", lacking.rstrip("."), fix="The motion does not need them.")
 
 
 Spans = list[tuple[float, float]]

@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float64, Int64
 from PIL import Image, UnidentifiedImageError
 from scipy.ndimage import median_filter
 
-from ingest.formats.still_images import picture_size, save_millimetres
+from ingest.formats.still_images import save_millimetres
 from ingest.report.take_report import Check
 from ingest.scan.scan_choices import PICTURES
 from ingest.scan.scan_types import (
@@ -25,6 +25,7 @@ from ingest.scan.scan_types import (
     no_progress,
 )
 from ingest.scan.scan_work import StageCache, key_of, state_of
+from ingest.session_images import is_whole, left_out, picture_size
 from omomo_core.errors import InputError
 
 WIDTH = 640
@@ -187,7 +188,9 @@ def load_picture(file: Path, *, keep: bool) -> Colours | None:
         )
     flags = cv2.IMREAD_COLOR | (cv2.IMREAD_IGNORE_ORIENTATION if keep else 0)
     picture = cv2.imread(str(file), flags)
-    return None if picture is None else np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB))
+    if picture is None or not is_whole(file):
+        return None
+    return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB))
 
 
 def _load_heic(file: Path) -> Colours | None:
@@ -250,7 +253,7 @@ def pick_frames(
 
     Raises:
         InputError: "scan-few" when there are too few pictures, "scan-blurred" when too few of them
-            are sharp.
+            are sharp, "pictures-damaged" when many cannot be read.
     """
     # The same scan may be asked for from another folder later.
     work, given = StageCache(folder.resolve()), source.where.resolve()
@@ -285,6 +288,10 @@ def _picked(source: ScanSource, work: StageCache, count: int, progress: Progress
     measures = measure_pictures(
         source.pictures, candidates.tolist(), lambda done: progress("look", done)
     )
+    damaged = [
+        source.pictures.names[k] for k in sorted({*candidates.tolist()} - {*measures.candidates})
+    ]
+    lacking = left_out(damaged, len(candidates), source.where)
     sharp = np.flatnonzero(~measures.blurred)
     if len(sharp) < FEWEST:
         raise _too_blurred(source, len(sharp), len(measures.candidates))
@@ -295,7 +302,8 @@ def _picked(source: ScanSource, work: StageCache, count: int, progress: Progress
         frames.append(frame)
         progress("frames", len(frames) / len(places))
     blurred = int(measures.blurred.sum())
-    return Frames(tuple(frames), total, blurred, _notes(len(measures.candidates), blurred))
+    notes = _notes(len(measures.candidates), blurred, lacking)
+    return Frames(tuple(frames), total, blurred, notes)
 
 
 def _too_blurred(source: ScanSource, sharp: int, seen: int) -> InputError:
@@ -308,11 +316,14 @@ def _too_blurred(source: ScanSource, sharp: int, seen: int) -> InputError:
     )
 
 
-def _notes(seen: int, blurred: int) -> tuple[Check, ...]:
+def _notes(seen: int, blurred: int, lacking: str) -> tuple[Check, ...]:
+    fix = "Copy the pictures again."
+    damaged = (Check("pictures", "warn", lacking, None, fix),) if lacking else ()
     if blurred < 0.3 * seen:
-        return ()
+        return damaged
     message = f"{blurred} of {seen} pictures are blurred and were left out."
-    return (Check("sharpness", "warn", message, None, "Film slower, or with more light."),)
+    fix = "Film slower, or with more light."
+    return (*damaged, Check("sharpness", "warn", message, None, fix))
 
 
 def _spread(

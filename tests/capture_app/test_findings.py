@@ -1,5 +1,6 @@
 """What `omocap inspect` finds amber is said by a run, kept in its manifest, and refused by --strict."""
 
+import csv
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from PIL import Image
 from capture_app.cli.app import invoke
 from capture_app.inspection import findings, inspect_take
 from capture_app.manifest import MANIFEST, read_manifest, to_look_at
+from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from tests.capture_app.conftest import FAST, Inputs
 
 
@@ -47,6 +49,28 @@ def test_a_strict_run_refuses_it(far: Inputs, weights: Path, capsys) -> None:
     assert "which takes an arm" in told
     assert "leave out --strict" in told
     assert not far.output.exists()
+
+
+def test_a_strict_batch_refuses_it_and_makes_the_others(far: Inputs, weights: Path, capsys) -> None:
+    good = (DEMO / SESSION, DEMO / MESH, DEMO / MOUNT, "good")
+    table, out = far.folder / "takes.csv", far.folder / "out"
+    takes = [good, (far.session, far.mesh, far.mount, "far")]
+    lines = [",".join(map(str, take)) for take in takes]
+    table.write_text("\n".join(["session,object,mount,name", *lines, ""]))
+    options = [word for name, value in FAST.items() for word in (f"--{name}", str(value))]
+    words = ["batch", table, "-o", out, "--weights", weights, "--no-video", "--strict", *options]
+    assert invoke([str(word) for word in words]) == 2
+    told = " ".join(capsys.readouterr().out.split())
+    assert "Done: 1 of 2" in told
+    assert "usable with limits" in told
+    with (out / "results.csv").open() as file:
+        rows = {row["name"]: row for row in csv.DictReader(file)}
+    assert {name: (row["state"], row["code"]) for name, row in rows.items()} == {
+        "good": ("done", ""),
+        "far": ("failed", "take-limited"),
+    }
+    assert (out / "good" / MANIFEST).is_file()
+    assert not (out / "far").exists()
 
 
 def test_the_phone_on_the_object_is_drawn(far: Inputs, tmp_path: Path, capsys) -> None:

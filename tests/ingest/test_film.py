@@ -47,6 +47,45 @@ def test_stamps_that_begin_later_say_that_the_beginning_is_lost(tmp_path: Path):
     assert paired(path) == {k: k + 12 for k in range(28)}
 
 
+@pytest.mark.parametrize("lost", [[], [7], [7, 20], [0], [39]])
+@pytest.mark.parametrize("seed", range(3))
+def test_an_uneven_film_is_paired_by_its_stamps(tmp_path: Path, seed: int, lost: list[int]):
+    """A variable frame rate: 17 to 50 pictures a second, and the log has the times of all."""
+    seconds = np.cumsum(np.random.default_rng(seed).uniform(0.02, 0.06, 40))
+    kept = [k for k in range(40) if k not in lost]
+    path = film(tmp_path / "a.mkv", kept, seconds=seconds)
+    assert paired(path, 65575.5 + seconds) == dict(enumerate(kept))
+
+
+def _trimmed(path: Path, frames: int) -> Path:
+    """Let the edit list of a film begin later, as a phone trims without encoding again."""
+    data = bytearray(path.read_bytes())
+    edit, clock = data.index(b"elst") + 16, data.index(b"mdhd") + 16
+    begin, scale = (int.from_bytes(data[k : k + 4], "big") for k in (edit, clock))
+    data[edit : edit + 4] = (begin + scale * frames // RATE).to_bytes(4, "big")
+    path.write_bytes(data)
+    return path
+
+
+@pytest.mark.parametrize(("trimmed", "held"), [(7, 7), (13, 3)])
+def test_a_trimmed_film_has_the_frames_that_it_shows(tmp_path: Path, trimmed: int, held: int):
+    """What comes before the key frame of the first one is passed over; every tenth frame is a key."""
+    path, count = _trimmed(film(tmp_path / "a.mp4", list(range(40))), trimmed), 40 - trimmed
+    found = film_at(path)
+    assert (len(found.stamps), found.cut) == (count, (held, 0))
+    np.testing.assert_allclose(found.times, np.arange(count) / RATE, atol=1e-3)
+    check_decodes(found)
+    wanted = [0, 9, count - 1]
+    grey = [f.to_ndarray(format="gray")[20:].mean() for _, f in frames_of(path, wanted)]
+    np.testing.assert_allclose(grey, [6 * (k + trimmed) for k in wanted], atol=2)
+    if held == trimmed:
+        assert paired(path) == {k: k + trimmed for k in range(count)}
+    else:  # nothing says how many are missing before the key frame
+        with pytest.raises(InputError) as caught:
+            paired(path)
+        assert caught.value.code == "film-unpaired"
+
+
 def test_numbers_of_the_log_say_which_rows_it_has_lost(tmp_path: Path):
     path = film(tmp_path / "a.mp4", list(range(40)))
     rows = np.array([k for k in range(40) if not 10 <= k < 20])

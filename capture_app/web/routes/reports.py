@@ -88,7 +88,7 @@ async def report(site: Here, id: Id, said: Asked) -> Report:
     """The report on a session, with what to fix; one that cannot be read says why."""
     seen = seen_with(site.library, id, said)
     try:
-        data, _ = await _inspected(site, id, seen)
+        data = await _inspected(site, id, seen)
     except InputError as problem:
         if is_of_the_disk(problem):
             raise
@@ -100,8 +100,11 @@ async def report(site: Here, id: Id, said: Asked) -> Report:
 
 @router.get("/sessions/{id}/report.html", response_class=HTMLResponse, responses=_PAGE_REPLY)
 async def report_page(site: Here, id: Id, said: Asked) -> Response:
-    """The report as a page with plots."""
-    _, page = await _inspected(site, id, seen_with(site.library, id, said))
+    """The report as a page with plots and, where the object is known, the phone on it."""
+    seen = seen_with(site.library, id, said)
+    page = site.library.shelves["session"].cache(id) / f"report-{cache_key('report', seen)}.html"
+    if not page.is_file():
+        await site.sandbox.run(sandboxed_work.write_page, seen, page)
     if not page.is_file():
         raise Refused(
             404,
@@ -137,20 +140,17 @@ async def object_scene(site: Here, id: Id) -> FileResponse:
     return FileResponse(scene, media_type=SCENE)
 
 
-async def _inspected(
-    site: Site, id_: str, inputs: sandboxed_work.SessionInputs
-) -> tuple[Path, Path]:
-    """The files of a report, which are written when it is asked for the first time."""
+async def _inspected(site: Site, id_: str, inputs: sandboxed_work.SessionInputs) -> Path:
+    """The file of a report, which is written when it is asked for the first time."""
     made = cache_key("report", inputs)
-    folder = site.library.shelves["session"].cache(id_)
-    data, page = folder / f"report-{made}.json", folder / f"report-{made}.html"
+    data = site.library.shelves["session"].cache(id_) / f"report-{made}.json"
     if not data.is_file():
-        headline = await site.sandbox.run(sandboxed_work.inspect, inputs, data, page)
+        headline = await site.sandbox.run(sandboxed_work.inspect, inputs, data)
         if inputs.reading != AS_LOGGED:
             # What somebody tries out says nothing about the recording.
             headline.pop("verdict")
         _note(site, id_, headline)
-    return data, page
+    return data
 
 
 def _note(site: Site, id_: str, headline: dict[str, Any]) -> None:
@@ -218,8 +218,22 @@ async def of_result(site: Here, id: Id) -> FileResponse:
 async def of_session(site: Here, id: Id, said: Asked) -> FileResponse:
     """The object with the phone on it, as the session moves them; 404 where that is not known."""
     inputs = seen_with(site.library, id, said)
+    if inputs.mesh is None:
+        raise _no_picture(id)
     later = site.library.shelves["session"].cache(id) / f"take-{cache_key('take', inputs)}.webp"
+    if later.is_file() and not later.stat().st_size:
+        raise _no_picture(id)
     return _drawn(site, [later], sandboxed_work.draw_take, inputs)
+
+
+def _no_picture(id_: str) -> Refused:
+    return Refused(
+        404,
+        "picture-none",
+        "There is no picture: the object is not given, or the recording gives no motion of it.",
+        where=id_,
+        fix="Give the object and its mount; the report says what is wrong with a recording.",
+    )
 
 
 @picture_router.get("/objects/{id}/picture", response_class=FileResponse, responses=_REPLY)

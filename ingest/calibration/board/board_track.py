@@ -17,9 +17,8 @@ from ingest.calibration.board.board_spec import MIN_CORNERS, Board, Checkerboard
 from ingest.calibration.board.camera_file import WitnessCamera
 from ingest.film import film_at, frames_of
 from ingest.formats.camera_poses import T_OPENCV_ARKIT_CAMERA
-from ingest.formats.still_images import picture_size
 from ingest.session import CaptureSession
-from ingest.session_images import film_and_pairs, image_times
+from ingest.session_images import film_and_pairs, image_times, picture_size
 from omomo_core.errors import InputError
 
 MAX_PIXELS = 50_000_000

@@ -224,6 +224,38 @@ def read_pose_log(path: Path) -> PoseStream:
     return PoseStream(times[new], T[new])
 
 
+_SAME_TIME, _SAME_PLACE = 1e-4, 2e-4
+"""Seconds and metres between two copies of one log, as their decimals round it; trackers are noisier."""
+_SHARED = 0.9
+"""Part of a log's poses that are the other's, where it is a copy or a cut of it."""
+
+
+def refuse_own_log(session: CaptureSession, target: PoseStream, log: Path) -> None:
+    """Refuse the phone's own log as that of another tracker.
+
+    Its stamps and the way between its places are those of the session, whatever axes it was written with.
+
+    Raises:
+        InputError: "tracker-is-phone".
+    """
+    places = session.T_world_phone[:, :3, 3]
+    for shift in (0.0, session.times[0] - target.times[0]):
+        times = target.times + shift
+        nearest = np.searchsorted(session.times, times - _SAME_TIME).clip(max=len(places) - 1)
+        same = np.abs(session.times[nearest] - times) <= _SAME_TIME
+        if same.mean() < _SHARED:
+            continue
+        own, other = places[nearest[same]], target.T[same, :3, 3]
+        ways = [np.linalg.norm(p - p[0], axis=1) for p in (own, other)]
+        if (np.abs(ways[0] - ways[1]) <= _SAME_PLACE).mean() >= _SHARED:
+            raise InputError(
+                "tracker-is-phone",
+                f"{log.name} is the log of the phone itself: it has the stamps and the way of the session.",
+                where=str(log),
+                fix="Give what the other tracker logged of the object while the phone was clamped to it.",
+            )
+
+
 def refuse_other_lengths(phone: PoseStream, target: PoseStream, log: Path) -> None:
     """Refuse a tracker's log whose positions are not metres.
 

@@ -100,6 +100,27 @@ def test_a_mount_is_never_overwritten(tmp_path: Path, capsys: pytest.CaptureFixt
     assert mount.read_text() == "precious"
 
 
+@pytest.mark.parametrize("copied", ["its file", "its poses as TUM, from zero and z up"])
+def test_the_phones_own_log_is_no_trackers(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], copied: str
+):
+    log, mount = _phone(tmp_path / "wiggle"), tmp_path / "mount.json"
+    poses = log / "odometry.csv"
+    if copied != "its file":
+        session = read_session(log)
+        R = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+        q = Rotation.from_matrix(R @ session.T_world_phone[:, :3, :3] @ np.diag([1, -1, -1]))
+        times = session.times - session.times[0]
+        rows = np.column_stack([times, session.T_world_phone[:, :3, 3] @ R.T, q.as_quat()])
+        poses = tmp_path / "box.txt"
+        np.savetxt(poses, rows, "%.6f")
+    assert invoke(["calibrate", "tracker", str(log), str(poses), "-o", str(mount)]) == 2
+    told = capsys.readouterr().err
+    assert "tracker-is-phone" in told
+    assert f"{poses.name} is the log of the phone itself" in " ".join(told.split())
+    assert not mount.exists()
+
+
 @pytest.mark.slow
 def test_calibrated_by_a_film_of_a_board_another_take_is_right(tmp_path: Path):
     from ingest.calibration.board.board_sheet import preset_for

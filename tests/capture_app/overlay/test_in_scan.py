@@ -58,7 +58,7 @@ def watcher(scanned: Scanned, path: np.ndarray, T_rest_room: np.ndarray) -> Watc
         Path("film"),
         np.arange(len(path)) / 2,
         (WIDTH, pictures[0].shape[0]),
-        lambda start, stop: iter(pictures[start:stop]),
+        lambda start, stop: iter(list(enumerate(pictures))[start:stop]),
     )
     K = np.tile(intrinsics(WIDTH), (len(path), 1))
     return Watcher(taken, T_rest_room @ path @ T_OPENCV_ARKIT_CAMERA, K, np.zeros(5))

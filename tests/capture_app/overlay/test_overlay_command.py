@@ -73,8 +73,8 @@ def drawn(filmed: Path, result: Result, watched: Watched, style: OverlayStyle, *
     witness = watched.witness
     watcher = on_tripod(filmed / "witness.mp4", witness.camera.at(W, H))
     aligned = seen_by(result, watcher, FilmPlacement(witness.T_world_camera, witness.start))
-    before = list(aligned.film.read(0, len(aligned.seconds)))
-    return aligned, before, list(draw(result, 0, aligned, style, **how))
+    before = [picture for _, picture in aligned.film.read(0, len(aligned.seconds))]
+    return aligned, before, [picture for _, picture in draw(result, 0, aligned, style, **how)]
 
 
 @pytest.mark.parametrize("backend", ["pyrender", "raycast"])
@@ -236,7 +236,7 @@ def no_phone(filmed: Path) -> list[str]:
     ("words", "code"),
     [
         (text_for_a_video, "no-video"),
-        (torn_video, "no-video"),
+        (torn_video, "pictures-damaged"),
         (no_camera, "camera-needed"),
         (camera_without_focal, "camera-unreadable"),
         (camera_without_place, "camera-place-needed"),

@@ -12,10 +12,13 @@ import pytest
 
 from capture_app.commands.overlay import OverlayRequest
 from capture_app.overlay.find_camera import find, overlay_result
+from capture_app.replay.session_track import film_strip
 from capture_app.result import Result
 from capture_app.simulator.simulated_phone import PhoneNoise, simulate
 from ingest.formats import arkit_recorder, nerfcapture, nerfstudio, polycam, record3d, scanner_3d
+from ingest.formats.registry import read_session
 from ingest.mount_file import save_mount
+from ingest.report.take_inspection import inspect_session
 from ingest.session import CaptureSession
 from omomo_core.errors import InputError
 from tests.capture_app.overlay.taken import PHONE, Watched, standing, write_result
@@ -67,7 +70,7 @@ def test_they_are_the_film_of_the_clamped_phone(taken: Taken, tmp_path: Path, ap
     assert expected is not None
     np.testing.assert_allclose(aligned.seconds, expected - expected[0], atol=0.02)
     assert aligned.fps == pytest.approx(60 / EVERY, rel=0.02)
-    pictures = list(aligned.film.read(0, 3))
+    pictures = [picture for _, picture in aligned.film.read(0, 3)]
     assert [picture.shape for picture in pictures] == [(90, 120, 3)] * 3
     assert all(abs(int(picture.mean()) - 128) < 3 for picture in pictures)
 
@@ -83,6 +86,59 @@ def test_the_person_is_drawn_into_them(taken: Taken, tmp_path: Path):
     with pytest.raises(IndexError):
         read_frames(film, [len(times)])
     assert any(np.abs(picture.astype(int) - 128).max() > 40 for picture in drawn)
+
+
+def _cut(source: Path, wanted: slice) -> list[str]:
+    """Cut pictures short; returns their names."""
+    files = sorted((source / "keyframes" / "images").glob("*.jpg"))[wanted]
+    for file in files:
+        file.write_bytes(file.read_bytes()[:-40])
+    return [file.name for file in files]
+
+
+def test_one_damaged_picture_of_many_is_left_out_and_named(taken: Taken, tmp_path: Path):
+    source = write_session(polycam, taken.session, tmp_path / "take")
+    [name] = _cut(source, slice(4, 5))
+    result, film = taken.result(tmp_path, source), tmp_path / "film.mp4"
+    request = OverlayRequest(result=result.folder, output=film)
+    made = overlay_result(request, lambda stage, done: None)
+    assert taken.session.images is not None
+    count = len(taken.session.images)
+    said = f"1 of {count} pictures cannot be read and is left out: {name}."
+    assert said in made.notes
+    assert len(list(read_frames(film, range(count - 1)))) == count - 1
+    with pytest.raises(IndexError):
+        read_frames(film, [count - 1])
+    report = inspect_session(read_session(source))
+    assert next(check.message for check in report.checks if check.name == "video") + "." == said
+
+
+def test_a_replay_passes_over_a_damaged_picture(taken: Taken, tmp_path: Path):
+    source = write_session(polycam, taken.session, tmp_path / "take")
+    times = taken.session.times
+    strips = [film_strip(read_session(source), times[0], times[-1], 0)]
+    _cut(source, slice(1, 2))
+    strips.append(film_strip(read_session(source), times[0], times[-1], 0))
+    whole, damaged = strips
+    assert whole is not None
+    assert damaged is not None
+    assert len(whole.times) >= 4
+    np.testing.assert_array_equal(damaged.times, np.delete(whole.times, 1))
+
+
+@pytest.mark.parametrize("wanted", [slice(0, 4), slice(None)])
+def test_many_damaged_pictures_are_refused(taken: Taken, tmp_path: Path, wanted: slice):
+    source = write_session(polycam, taken.session, tmp_path / "take")
+    names = _cut(source, wanted)
+    assert taken.session.images is not None
+    said = f"{len(names)} of {len(taken.session.images)} pictures cannot be read: {names[0]}"
+    with pytest.raises(InputError, match=said) as caught:
+        find(taken.result(tmp_path, source), _of(), lambda stage, done: None)
+    assert caught.value.code == "pictures-damaged"
+    report = inspect_session(read_session(source))
+    video = next(check for check in report.checks if check.name == "video")
+    assert video.severity == "warn"
+    assert video.message.startswith(said)
 
 
 @pytest.mark.parametrize("given", ["folder", "archive", "file of poses"])

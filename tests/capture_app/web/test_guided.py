@@ -1,5 +1,6 @@
 """What guides through a calibration, and the pictures by which things are known."""
 
+import io
 import json
 import struct
 import time
@@ -7,6 +8,7 @@ import time
 import httpx
 import pytest
 import trimesh
+from PIL import Image
 
 from capture_app.web.site import Site
 from tests.capture_app.web.talk import BROKEN, problem, upload
@@ -67,6 +69,44 @@ def test_objects_and_mounts_have_pictures(client: httpx.Client, example: dict[st
     for what in ("picture", "scene"):
         answer = client.get(f"/api/mounts/{mount['id']}/{what}")
         assert problem(answer, 404)["code"] == "mount-object"
+
+
+def test_a_session_has_a_picture_once_its_object_is_known(
+    client: httpx.Client, example: dict[str, str]
+):
+    at = f"/api/sessions/{example['session']}/picture"
+    ids = f"object={example['object']}&mount={example['mount']}"
+    picture = drawn(client, f"{at}?{ids}")
+    assert picture.headers["content-type"] == "image/webp"
+    with Image.open(io.BytesIO(picture.content)) as shown:
+        assert shown.size == (3 * 420 + 2 * 4, 420)
+    assert problem(client.get(at), 404)["code"] == "picture-none"
+    for gone in ("object", "mount"):
+        lost = {**example, gone: "f" * 16}
+        answer = client.get(at, params={k: lost[k] for k in ("object", "mount")})
+        assert problem(answer, 404)["code"] == f"{gone}-missing"
+    broken = f"/api/sessions/{upload(client, BROKEN, 'session')}/picture?{ids}"
+    assert problem(refused_in_the_end(client, broken), 404)["code"] == "picture-none"
+
+
+def refused_in_the_end(client: httpx.Client, address: str) -> httpx.Response:
+    """The answer once it is no longer that a picture is being drawn."""
+    until = time.monotonic() + 60
+    while problem(answer := client.get(address), 404)["code"] == "picture-later":
+        assert time.monotonic() < until
+        time.sleep(0.2)
+    return answer
+
+
+def test_the_page_of_a_report_shows_the_phone_on_the_object(
+    client: httpx.Client, example: dict[str, str]
+):
+    at = f"/api/sessions/{example['session']}/report.html"
+    page = client.get(at, params={k: example[k] for k in ("object", "mount")})
+    assert page.text.count('<img src="data:image/jpeg;base64,') == 1
+    assert "A wrong mesh or mount shows here." in page.text
+    assert "img-src data:" in page.headers["content-security-policy"]
+    assert "<img" not in client.get(at).text
 
 
 def test_a_mount_is_shown_on_its_object(client: httpx.Client, example: dict[str, str]):

@@ -9,7 +9,7 @@ import pytest
 
 from capture_app.commands.spelling import in_options, labels
 from capture_app.web.page_words import _BUTTONS, all_in_page_words, in_page_words
-from omomo_core.errors import InputError, reader_complaint
+from omomo_core.errors import DamageError, InputError, in_own_words, reading
 
 ROOT = Path(__file__).resolve().parents[3]
 PAGE = "".join(path.read_text() for path in (ROOT / "capture_app" / "web" / "page").rglob("*.js"))
@@ -71,8 +71,21 @@ def test_a_command_is_said_by_its_button():
 
 
 @pytest.mark.parametrize(
-    "problem", [KeyError("y"), TypeError("'NoneType' object is odd"), OSError()]
+    "problem",
+    [
+        KeyError("y"),
+        TypeError("'NoneType' object is odd"),
+        OSError(),
+        ValueError("buffer is too small for requested array"),
+    ],
 )
 def test_python_is_not_spoken(problem: Exception):
-    assert reader_complaint(problem) == "what it holds is not as its format has it"
-    assert reader_complaint(ValueError("PLY header ends early")) == "PLY header ends early"
+    assert in_own_words(problem) == "what it holds is not as its format has it"
+
+
+def test_what_a_reader_finds_itself_is_said():
+    with (
+        pytest.raises(InputError, match="It is damaged: the header ends early"),
+        reading(lambda why: InputError("odd", f"It is damaged: {why}.")),
+    ):
+        raise DamageError("the header ends early")

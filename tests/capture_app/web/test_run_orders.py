@@ -68,6 +68,13 @@ def test_the_phones_own_frame_is_taken_where_it_is_said(
     assert problem(client.post("/api/jobs", json=wrong), 422)["code"] == "request-invalid"
 
 
+def test_a_run_may_be_asked_to_refuse_what_is_usable_with_limits(
+    client: httpx.Client, site: Site, example: dict[str, str]
+):
+    assert not ordered(client, site, **example).strict
+    assert ordered(client, site, **example, options={"strict": True}).strict
+
+
 def test_an_objects_own_motion_needs_no_mount_and_takes_none(
     client: httpx.Client, site: Site, example: dict[str, str], thrown: str
 ):
@@ -90,7 +97,7 @@ def test_a_run_and_its_report_are_told_the_same(
     order = ordered(client, site, **example, options={**SAID, "up": up})
     asked: list[Reading] = []
 
-    async def run(_: object, seen, data, page):
+    async def run(_: object, seen, data):
         asked.append(seen.reading)
         raise RuntimeError
 

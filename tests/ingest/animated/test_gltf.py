@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 import trimesh
+from pygltflib import Attributes, Mesh, Primitive, Skin
 from scipy.spatial.transform import Rotation, Slerp
 
 from ingest.animated.detect import read_animation
@@ -209,3 +210,37 @@ def test_data_in_other_files_or_by_unknown_extensions_is_refused(glb, tmp_path, 
     }
     (tmp_path / "a.gltf").write_text(json.dumps(text))
     refused("gltf-external", read_animation, tmp_path / "a.gltf")
+
+
+def _skinned(glb, *, own_keys: bool) -> None:
+    """A box bent by two bones, of which one turns."""
+    joints, weights = np.zeros((8, 4)), np.zeros((8, 4))
+    joints[4:, 0], weights[:, 0] = 1, 1
+    primitive = glb.gltf.meshes[0].primitives[0]
+    primitive.attributes.JOINTS_0 = glb.add(joints.astype(np.uint32))
+    glb.gltf.accessors[-1].componentType = 5125
+    primitive.attributes.WEIGHTS_0 = glb.add(weights)
+    bones = [glb.node("hip"), glb.node("knee")]
+    glb.gltf.skins = [Skin(joints=bones)]
+    skin = glb.node("Trousers", mesh=0, skin=0)
+    for bone in (*bones, *([skin] if own_keys else [])):
+        glb.move(bone, "rotation", TIMES, about_y(0, 40, 80).as_quat())
+
+
+@pytest.mark.parametrize("wanted", [None, "Trousers"])
+@pytest.mark.parametrize("own_keys", [True, False])
+def test_a_skinned_mesh_is_no_moving_object(glb, tmp_path, refused, own_keys, wanted):
+    _skinned(glb, own_keys=own_keys)
+    file = glb.write(tmp_path / "a.glb")
+    told = refused("animation-skinned", read_animation, file, wanted)
+    assert "The mesh of 'Trousers' in a.glb is bent by bones" in told
+
+
+def test_a_solid_thing_beside_a_skinned_one_is_the_object(glb, tmp_path):
+    _skinned(glb, own_keys=False)
+    glb.move(glb.node("Ball", mesh=1), "translation", TIMES, [[0, 0, 0], [1, 0, 0], [2, 0, 0]])
+    position, indices = glb.gltf.meshes[0].primitives[0].attributes.POSITION, 1
+    solid = Primitive(attributes=Attributes(POSITION=position), indices=indices)
+    glb.gltf.meshes.append(Mesh(primitives=[solid]))
+    found = read_animation(glb.write(tmp_path / "a.glb"))
+    np.testing.assert_allclose(found.T_file_object[:, 0, 3], AT - 0.5, atol=1e-6)

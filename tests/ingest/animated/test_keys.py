@@ -144,3 +144,5 @@ def test_what_is_missing_is_said(tmp_path, refused):
     path.write_text("time,x,y,z,rx,ry,rz\n0,0,0,0,0,0,0\n")
     assert "qx" in refused("csv-columns", read_animation, path)
     refused("node-unused", read_animation, write_csv(path, "time", good), "Chair")
+    path.write_text("time,x,y,z,qx,qy,qz,qw,x\n0,0,0,0,0,0,0,1,5\n")
+    assert "more than one column x" in refused("csv-columns", read_animation, path)

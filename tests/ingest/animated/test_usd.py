@@ -96,3 +96,10 @@ class TestWithUsd:
         empty = "#usda 1.0\n( timeCodesPerSecond = 24 )\n"
         (tmp_path / "d.usda").write_text(empty)
         refused("animation-missing", read_animation, tmp_path / "d.usda")
+
+    @pytest.mark.parametrize("arc", ["references", "payload"])
+    def test_a_part_in_a_file_that_is_not_there_is_not_left_out(self, tmp_path, refused, arc):
+        leg = f'def "Leg" ( {arc} = @./leg of it.usda@ ) {{ }}'
+        path = write(tmp_path / "a.usda", more=leg)
+        told = refused("usd-external", read_animation, path)
+        assert "another file that is not there: leg of it.usda" in told

@@ -95,6 +95,62 @@ def test_a_header_that_contradicts_is_refused(tmp_path: Path, header: str, row: 
     assert error_of(table(tmp_path / "poses.csv", header, row)).code == code
 
 
+W_FIRST = "{t} {x} 2 3 {W} {X} {Y} {Z}"
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "# quaternion order: wxyz",
+        "# timestamp position(x y z) quaternion(w x y z)",
+        "# time [s], place [m], rotation as (w, x, y, z)",
+        "# t x y z qw qx qy qz",
+    ],
+)
+def test_prose_says_the_order_of_quaternions(tmp_path: Path, said: str):
+    session = read_session(table(tmp_path / "poses.txt", said, W_FIRST))
+    turned = session.T_world_phone[0, :3, :3]
+    flipped = turned @ np.diag([1, -1, -1])
+    assert min(np.abs(turned - R.as_matrix()).max(), np.abs(flipped - R.as_matrix()).max()) < 1e-6
+    usual = table(tmp_path / "poses.txt", "# (x, y, z) and (x, y, z, w)", f"{{t}} {PQ}")
+    again = read_session(usual).T_world_phone[0, :3, :3] @ np.diag([1, -1, -1])
+    np.testing.assert_allclose(again, R.as_matrix(), atol=1e-6)
+
+
+def test_the_header_of_the_rows_counts_more_than_a_comment(tmp_path: Path):
+    both = "# t x y z qx qy qz qw\nt,x,y,z,qw,qx,qy,qz"
+    session = read_session(table(tmp_path / "poses.csv", both, W_FIRST.replace(" ", ",")))
+    np.testing.assert_allclose(session.T_world_phone[0, :3, :3], R.as_matrix(), atol=1e-6)
+
+
+def test_left_handed_axes_are_refused(tmp_path: Path):
+    file = table(tmp_path / "poses.txt", "# Unity, left-handed", f"{{t}} {PQ}")
+    assert error_of(file).code == "axes-unknown"
+
+
+def test_a_decimal_comma_is_named(tmp_path: Path):
+    row = f"{{t}};{PQ.replace(' ', ';')}"
+    file = table(tmp_path / "poses.csv", "t;x;y;z;qx;qy;qz;qw", row)
+    file.write_text(file.read_text().replace(".", ","))
+    error = error_of(file)
+    assert error.code == "log-decimal-comma"
+    assert error.where.endswith(":2")
+
+
+@pytest.mark.parametrize("coding", ["utf-16", "utf-8-sig"])
+def test_text_says_its_coding(tmp_path: Path, coding: str):
+    """PowerShell writes UTF-16 where a program's output is redirected."""
+    file = table(tmp_path / "poses.txt", "# t x y z qx qy qz qw", f"{{t}} {PQ}")
+    file.write_bytes(file.read_text().encode(coding))
+    np.testing.assert_allclose(read_session(file).T_world_phone[30, :3, 3], [1.3, 2, 3])
+
+
+def test_poses_without_times_are_no_scene_of_arkitscenes(tmp_path: Path):
+    """Seven numbers, of which the first may pass for a time that runs on."""
+    error = error_of(table(tmp_path / "poses.traj", "", "{x} {t} 3 {X} {Y} {Z} {W}"))
+    assert error.code == "session-unknown"
+
+
 def test_scan_capture_by_its_header(take: MakeTake, tmp_path: Path):
     folder = write_session(scan_capture, take(0), tmp_path)
     before = read_session(folder)

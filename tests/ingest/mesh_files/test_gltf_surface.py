@@ -342,6 +342,21 @@ def test_colours_of_vertices_are_linear(tmp_path: Path, dtype: str, half: float)
     np.testing.assert_array_equal(np.unique(mesh.colours, axis=0), [[128, 0, 0]])
 
 
+@pytest.mark.parametrize("shade", [1.0, 0.5])
+def test_colours_over_a_picture_are_told_where_they_change_it(tmp_path: Path, shade: float):
+    glb = Glb()
+    _picture(glb)
+    glb.json["textures"] = [{"source": 0}]
+    base = {"baseColorTexture": {"index": 0}, "baseColorFactor": [0.3, 0.3, 0.3, 1]}
+    glb.json["materials"] = [{"pbrMetallicRoughness": base}]
+    uv, colours = glb.array(np.zeros((8, 2))), glb.array(np.full((8, 3), shade))
+    glb.node(mesh=glb.mesh({**simple(glb, TEXCOORD_0=uv, COLOR_0=colours), "material": 0}))
+    mesh = load_mesh(glb.write(tmp_path / "a.glb"))
+    assert mesh.texture is not None
+    said = "colours of vertices over a picture left out" in mesh.notes
+    assert said == (shade < 1)
+
+
 def test_many_copies_are_counted_before_they_are_made(tmp_path: Path):
     glb = Glb()
     told = {"TRANSLATION": glb.array(np.zeros((200_000, 3)))}

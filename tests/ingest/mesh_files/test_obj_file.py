@@ -178,3 +178,15 @@ def test_a_number_that_lacks_digits_is_found(tmp_path: Path):
     path.write_text("\n".join([*rows, *("f {} {} {}".format(*face) for face in faces)])[:-1])
     with pytest.raises(InputError, match="lacks digits"):
         load_mesh(path)
+
+
+def test_a_decimal_comma_and_lacking_materials_are_named(tmp_path: Path):
+    path = tmp_path / "a.obj"
+    rows = [f"v {x} {y} {z}" for x, y, z in CUBE]
+    faces = ["f " + " ".join(str(k + 1) for k in quad) for quad in QUADS]
+    path.write_text("\n".join([*rows, *faces, ""]).replace(".", ","))
+    with pytest.raises(InputError, match="'0,0 0,0 0,0' are no numbers of a vertex"):
+        load_mesh(path)
+    textured = ["f " + " ".join(f"{k + 1}/1" for k in quad) for quad in QUADS]
+    path.write_text("\n".join(["mtllib my chair.mtl", *rows, "vt 0 0", *textured, ""]))
+    assert "its materials left out: my chair.mtl is not beside it" in load_mesh(path).notes

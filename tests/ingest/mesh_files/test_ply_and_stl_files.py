@@ -126,6 +126,53 @@ def test_places_on_a_picture_at_the_corners_of_faces(tmp_path: Path):
     np.testing.assert_array_equal(mesh.texture.image[0, 0], [9, 8, 7])
 
 
+def _two_pictures(path: Path, *, numbered: bool, second: str = "b.png") -> Path:
+    """A cube whose first face shows b.png, and the others a.png."""
+    Image.new("RGB", (4, 4), (9, 8, 7)).save(path.parent / "a.png")
+    Image.new("RGB", (4, 4), (200, 100, 50)).save(path.parent / "b.png")
+    extra = [("texnumber", "i4")] if numbered else []
+    faces = np.zeros(len(POLYGONS), [("vertex_indices", "O"), ("texcoord", "O"), *extra])
+    for k, polygon in enumerate(POLYGONS):
+        faces["vertex_indices"][k] = np.array(polygon, "i4")
+        faces["texcoord"][k] = np.full(2 * len(polygon), 0.5, "f4")
+    if numbered:
+        faces["texnumber"][0] = 1
+    parts = [
+        plyfile.PlyElement.describe(vertices(), "vertex"),
+        plyfile.PlyElement.describe(faces, "face"),
+    ]
+    comments = ["TextureFile a.png", f"TextureFile {second}"]
+    plyfile.PlyData(parts, comments=comments).write(str(path))
+    return path
+
+
+def test_each_face_shows_its_own_picture_of_several(tmp_path: Path):
+    """MeshLab numbers the pictures of faces by texnumber."""
+    path = _two_pictures(tmp_path / "a.ply", numbered=True)
+    is_the_cube(path)
+    mesh = load_mesh(path)
+    assert mesh.texture is not None
+    corners = {tuple(np.round(p, 4)) for p in np.array(CUBE)[list(QUADS[0])]}
+    of_first = np.array(
+        [{tuple(np.round(p, 4)) for p in mesh.vertices[face]} <= corners for face in mesh.faces]
+    )
+    image, uv = mesh.texture.image, mesh.texture.uv.mean(axis=1)
+    at = (uv * [image.shape[1], image.shape[0]]).astype(int)
+    seen = image[at[:, 1], at[:, 0]]
+    assert of_first.sum() == 2
+    np.testing.assert_array_equal(seen[of_first], [[200, 100, 50]] * 2)
+    np.testing.assert_array_equal(seen[~of_first], [[9, 8, 7]] * 10)
+
+
+def test_pictures_that_are_left_out_are_told(tmp_path: Path):
+    mesh = load_mesh(_two_pictures(tmp_path / "a.ply", numbered=False))
+    assert mesh.texture is None
+    assert "its pictures left out: its faces do not say which one they show" in mesh.notes
+    mesh = load_mesh(_two_pictures(tmp_path / "b.ply", numbered=True, second="gone.png"))
+    assert mesh.texture is not None
+    assert "its picture gone.png left out: it is not beside it, or damaged" in mesh.notes
+
+
 @pytest.mark.parametrize("text", [True, False])
 @pytest.mark.parametrize("cut", [1, 30, 120])
 def test_a_file_without_its_end_is_cut_short(tmp_path: Path, text: bool, cut: int):
@@ -150,6 +197,14 @@ def test_more_rows_than_bytes_are_refused_at_once(tmp_path: Path, rows: int):
     with pytest.raises(InputError) as caught:
         load_mesh(path)
     assert caught.value.code == "mesh-truncated"
+
+
+def test_faces_of_an_unknown_name_are_named(tmp_path: Path):
+    path = tmp_path / "a.ply"
+    trimesh.creation.box((0.4, 0.3, 0.6)).export(path, encoding="ascii")
+    path.write_text(path.read_text().replace("vertex_indices", "vertex_ids"))
+    with pytest.raises(InputError, match="faces have no list vertex_indices, but vertex_ids"):
+        load_mesh(path)
 
 
 def test_binary_stl_may_begin_like_text(tmp_path: Path):

@@ -40,6 +40,7 @@ class Made:
 
     shifts: tuple[float, ...]
     blurred: frozenset[int] = frozenset()
+    damaged: frozenset[int] = frozenset()
     large: int = 1
 
     @property
@@ -47,7 +48,7 @@ class Made:
         return tuple(f"shot {k}" for k in range(len(self.shifts)))
 
     def colours(self, wanted: Sequence[int]) -> Iterator[tuple[int, np.ndarray]]:
-        for k in wanted:
+        for k in sorted({*wanted} - self.damaged):
             picture = _view(self.shifts[k])
             if k in self.blurred:
                 picture = cv2.blur(picture, (15, 15))
@@ -180,3 +181,16 @@ def test_blur_rises_with_blur():
 def test_motion_is_measured_in_sizes_of_the_picture():
     looks = measure_pictures(Made(tuple(range(0, 100, 10))), list(range(10)), lambda done: None)
     np.testing.assert_allclose(np.diff(looks.path), 10 / 320, rtol=0.15)
+
+
+def test_damaged_pictures_are_left_out_and_named(tmp_path: Path):
+    """One of many is told of; a considerable part is refused, in the same words."""
+    shifts = tuple(float(10 * k) for k in range(40))
+    one = ScanSource("video", Path("a.mp4"), Made(shifts, damaged=frozenset({7})))
+    picked = pick_frames(one, tmp_path / "one", count=20)
+    said = {check.name: check.message for check in picked.notes}
+    assert said == {"pictures": "1 of 40 pictures cannot be read and is left out: shot 7."}
+    many = ScanSource("video", Path("a.mp4"), Made(shifts, damaged=frozenset(range(9))))
+    with pytest.raises(InputError, match="9 of 40 pictures cannot be read: shot 0, shot 1") as bad:
+        pick_frames(many, tmp_path / "many", count=20)
+    assert bad.value.code == "pictures-damaged"
