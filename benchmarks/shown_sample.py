@@ -21,8 +21,7 @@ from omomo_core.generation.generator import generate
 from omomo_core.generation.sampled_take import SampledTake
 from omomo_core.generation.selection.ranking import (
     choose,
-    first_to_show,
-    is_shown,
+    is_good,
     order_as_sampled,
     score,
 )
@@ -65,13 +64,13 @@ def compared(take: SampledTake, clip: RealClip) -> Row:
     people = [take.solve(k) for k in range(take.samples)]
     scores = [score(person, must) for person in people]
     best = choose([person.human for person in people], scores)
-    solved: list[int] = []
+    solved, shown = list[int](), best
     order, _ = order_as_sampled([take.as_sampled(k) for k in range(take.samples)], must)
     for k in order:
         solved.append(k)
-        if is_shown(scores[k]):
+        if is_good(scores[k]):
+            shown = k
             break
-    shown = solved[first_to_show([scores[k] for k in solved])]
     row: Row = {"solved": len(solved)}
     for name, k in (("all", best), ("shown", shown)):
         errors: Mapping[str, float] = joint_errors(people[k].human.joints, clip.joints)

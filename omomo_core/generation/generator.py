@@ -23,8 +23,8 @@ from omomo_core.generation.person import join
 from omomo_core.generation.sample_chunks import sample_chunks
 from omomo_core.generation.sampled_take import SampledTake
 from omomo_core.generation.selection.ranking import (
-    first_to_show,
-    is_shown,
+    choose,
+    is_good,
     order_as_sampled,
     rank,
     score,
@@ -128,7 +128,7 @@ def _sampled(
 
 
 def _solved_to_show(take: SampledTake, progress: Progress) -> Generation:
-    """Return the samples ranked as sampled, and solved from the first on until one may be shown."""
+    """Return the samples, of which those are solved that come first as sampled, up to a good one."""
     must_hold = take.must_hold
     people = [take.as_sampled(k) for k in range(take.samples)]
     order, told = order_as_sampled(people, must_hold)
@@ -137,9 +137,11 @@ def _solved_to_show(take: SampledTake, progress: Progress) -> Generation:
         people[k] = take.solve(k, lambda done: progress("solve", done))
         scores[k] = score(people[k], must_hold)
         solved.append(k)
-        if is_shown(scores[k]):
+        if is_good(scores[k]):
+            chosen = k
             break
-    chosen = solved[first_to_show([scores[k] for k in solved])]
+    else:
+        chosen = choose([person.human for person in people], scores)
     return Generation(
         tuple(people),
         chosen,

@@ -85,9 +85,9 @@ class ChunkFeatures:
     """What the networks gave for a chunk: the prefix of the next one is taken from it."""
 
     hands: Float[Tensor, "samples frames 8"] | None
-    """Of stage 1; None where the palms are given."""
+    """Features of stage 1; None where the palms are given."""
     body: Float[Tensor, "samples frames channels"]
-    """Of stage 2."""
+    """Features of stage 2."""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from omomo_core.generation.generation_options import GenerationOptions
 from omomo_core.generation.generator import generate
 from omomo_core.generation.person import Person
 from omomo_core.generation.sampled_take import SampledTake
-from omomo_core.generation.selection.ranking import first_to_show, is_shown, order_as_sampled
+from omomo_core.generation.selection.ranking import is_good, order_as_sampled
 from tests.core.test_generation import carried, untrained
 from tests.core.test_generation_stream import BODY
 
@@ -77,15 +77,10 @@ def test_the_order_is_by_distance_and_lasting_faults(made):
 
 
 @pytest.mark.parametrize(
-    ("scores", "shown", "first"),
-    [
-        ([(0.0, 0.1)], [True], 0),
-        ([(0.4, 0.1), (0.0, 0.3)], [False, True], 1),
-        ([(0.4, 0.1), (0.2, 0.3)], [False, False], 0),
-        ([(0.0, 9.0), (0.0, 1.0)], [False, True], 1),
-    ],
+    ("leaping", "inside_cm", "total", "good"),
+    [(0.0, 0.1, 1.0, True), (0.4, 0.1, 1.0, False), (0.0, 9.0, 1.0, False), (0.0, 0.1, 9.0, False)],
 )
-def test_who_leaps_or_is_deep_is_shown_where_nobody_better_is(scores, shown, first):
-    named = [{"leaping": leaping, "inside_cm": inside} for leaping, inside in scores]
-    assert [is_shown(s) for s in named] == shown
-    assert first_to_show(named) == first
+def test_who_leaps_is_deep_or_has_many_faults_is_not_shown_without_a_look_at_others(
+    leaping, inside_cm, total, good
+):
+    assert is_good({"leaping": leaping, "inside_cm": inside_cm, "total": total}) == good

@@ -116,18 +116,10 @@ def choose(motions: Sequence[HumanMotion], scores: Sequence[Mapping[str, float]]
     """
     central = _ranks(distance_to_others(np.stack([human.joints for human in motions])).round(6))
     faults = _ranks(np.array([s["total"] for s in scores]))
-    return int(np.argmin(np.where(_may_be_shown(scores), central + faults, np.inf)))
-
-
-def first_to_show(scores: Sequence[Mapping[str, float]]) -> int:
-    """Return the index of the first of some solved samples that `choose` might show."""
-    return int(_may_be_shown(scores).argmax())
-
-
-def _may_be_shown(scores: Sequence[Mapping[str, float]]) -> Bool[np.ndarray, " samples"]:
     leaps, inside = (np.array([s[k] for s in scores]) for k in ("leaping", "inside_cm"))
     shown = (leaps == 0) | (leaps > 0).all()
-    return shown & (inside <= inside[shown].min() + 100 * SCORE.extra_depth)
+    shown &= inside <= inside[shown].min() + 100 * SCORE.extra_depth
+    return int(np.argmin(np.where(shown, central + faults, np.inf)))
 
 
 def order_as_sampled(
@@ -150,9 +142,10 @@ def order_as_sampled(
     return order.tolist(), scores
 
 
-def is_shown(scores: Mapping[str, float]) -> bool:
-    """Return whether a solved sample may be shown without a look at others: it neither leaps nor is deep."""
-    return scores["leaping"] == 0 and scores["inside_cm"] <= 100 * SCORE.extra_depth
+def is_good(scores: Mapping[str, float]) -> bool:
+    """Return whether a solved sample may be shown without a look at others: no leap, not deep, few faults."""
+    deep = scores["inside_cm"] > 100 * SCORE.extra_depth
+    return scores["leaping"] == 0 and not deep and scores["total"] <= SCORE.most_faults
 
 
 def _ranks(values: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:

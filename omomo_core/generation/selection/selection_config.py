@@ -141,6 +141,9 @@ class ScoreConfig:
         "m",
         "How much deeper than the least deep sample's, on average, a shown sample's body may be.",
     )
+    most_faults: float = setting(
+        4.0, "cost", "Sum of faults of a solved sample above which the next one is solved, too."
+    )
     stride: int = setting(
         2, "frames", "Step between the frames in which people who are not solved are compared."
     )
