@@ -14,10 +14,11 @@ from capture_app.commands.run import RunRequest
 from capture_app.generated_sample import GeneratedSample
 from capture_app.manifest import MOTION, Manifest
 from capture_app.manifest_builder import run_manifest
+from capture_app.motion_arrays import SAMPLED
 from capture_app.prepare import PreparedTake, prepare_take
 from capture_app.progress import Progress, silent
 from capture_app.rendering import draw_video
-from capture_app.result import SAMPLED, Result, save_motion
+from capture_app.result import Result, save_motion
 from capture_app.sampled_file import save_sampled
 from capture_app.staged_result import StagedResult, run_stages
 from ingest.axes import T_ZUP_ARKIT

@@ -8,6 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from capture_app.manifest import MANIFEST, MOTION, Manifest, read_manifest
+from capture_app.motion_arrays import (
+    damaged,
+    motion_arrays,
+    read_arrays,
+    sample_file,
+    unsolved_samples,
+)
 from capture_app.picture_bytes import decoded, encoded
 from omomo_core.body.grip import GRIPS
 from omomo_core.body.model import BodyModel, load_body, with_height
@@ -21,8 +28,6 @@ from omomo_core.whole_file import whole_file
 
 _PLAIN = ("root", "joints", "hand_contact", "foot_contact")
 """Arrays of a HumanMotion that are written as they are."""
-SAMPLED = "sampled.npz"
-"""File of what all samples are solved from; a result of which everything is solved has none."""
 JOINT_NAMES = (*BODY_JOINTS, "left_palm", "right_palm")
 
 
@@ -57,33 +62,15 @@ def load_result(folder: Path) -> Result:
     """
     manifest = read_manifest(folder / MANIFEST)
     path = folder / MOTION
-    data = _motion_arrays(path)
+    data = motion_arrays(path)
     people, object_motion = _people(path, data), _object_of(path, data)
     if manifest.chosen >= len(people):
-        raise _damaged(path, "it holds fewer samples than the manifest says")
+        raise damaged(path, "it holds fewer samples than the manifest says")
     unsolved = unsolved_samples(folder)
     for k in range(len(people)):
         if k not in unsolved and (later := sample_file(folder, k)).is_file():
-            people[k] = _people(later, _motion_arrays(later))[0]
+            people[k] = _people(later, motion_arrays(later))[0]
     return Result(folder, manifest, tuple(people), object_motion, unsolved)
-
-
-def unsolved_samples(folder: Path) -> frozenset[int]:
-    """Indices of the samples of a result folder that are as they were sampled.
-
-    Raises:
-        InputError: "result-missing" or "result-damaged".
-    """
-    if not (folder / SAMPLED).is_file():
-        return frozenset()
-    solved = _motion_arrays(folder / MOTION, ("solved",))["solved"]
-    rough = np.flatnonzero(~solved).tolist()
-    return frozenset(k for k in rough if not sample_file(folder, k).is_file())
-
-
-def sample_file(folder: Path, index: int) -> Path:
-    """The file of a sample that was solved after the run, in a result folder."""
-    return folder / f"sample_{index + 1}.npz"
 
 
 def save_sample_of(result: Result, index: int, person: Person) -> Person:
@@ -172,9 +159,9 @@ def save_corrected(path: Path, before: Result, index: int, person: Person) -> No
         index: of the sample that was corrected.
         person: that sample, corrected.
     """
-    arrays, new = _read(before.folder / MOTION), _people_arrays([person])
+    arrays, new = read_arrays(before.folder / MOTION), _people_arrays([person])
     later = sample_file(before.folder, index)
-    old, row = (_read(later), 0) if later.is_file() else (arrays, index)
+    old, row = (read_arrays(later), 0) if later.is_file() else (arrays, index)
     for key in ("rotations_xyzw", "fingers_xyzw"):
         new[key] = same_numbers(new[key][0], old[key][row])[None]
     alone = {"chosen": np.array(0, np.int32), "solved": np.ones(1, bool)}
@@ -186,19 +173,13 @@ def _write(path: Path, arrays: dict[str, np.ndarray]) -> None:
     np.savez_compressed(path, allow_pickle=False, **arrays)
 
 
-def _read(path: Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
-    # Opened here and not by numpy, which leaves a damaged file open.
-    with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-        return {key: file[key] for key in names or file.files}
-
-
 def load_motion(path: Path) -> tuple[tuple[Person, ...], ObjectMotion]:
     """Read what `save_motion` wrote: the samples and the object's motion.
 
     Raises:
         InputError: the file is missing or damaged.
     """
-    data = _motion_arrays(path)
+    data = motion_arrays(path)
     return tuple(_people(path, data)), _object_of(path, data)
 
 
@@ -206,37 +187,14 @@ def _people(path: Path, data: dict[str, np.ndarray]) -> list[Person]:
     try:
         return [_person(data, k) for k in range(len(data["root"]))]
     except Exception as error:  # arrays that are missing, or do not fit each other
-        raise _damaged(path, in_words(error)) from error
+        raise damaged(path, in_words(error)) from error
 
 
 def _object_of(path: Path, data: dict[str, np.ndarray]) -> ObjectMotion:
     try:
         return _object_motion(data)
     except Exception as error:  # as above
-        raise _damaged(path, in_words(error)) from error
-
-
-def _motion_arrays(path: Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
-    try:
-        return _read(path, names)
-    except FileNotFoundError as error:
-        raise InputError(
-            "result-missing",
-            "The result folder has no motion in it.",
-            where=str(path),
-            fix="Run the take again.",
-        ) from error
-    except Exception as error:  # damaged bytes fail in a dozen ways in zipfile, zlib and numpy
-        raise _damaged(path, in_words(error)) from error
-
-
-def _damaged(path: Path, why: str) -> InputError:
-    return InputError(
-        "result-damaged",
-        f"The motion cannot be read: {why}.",
-        where=str(path),
-        fix="Run the take again.",
-    )
+        raise damaged(path, in_words(error)) from error
 
 
 def _people_arrays(people: Sequence[Person]) -> dict[str, np.ndarray]:

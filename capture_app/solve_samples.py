@@ -3,8 +3,9 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
+from capture_app.motion_arrays import SAMPLED
 from capture_app.progress import Progress, silent
-from capture_app.result import SAMPLED, Result, body_of, save_sample_of
+from capture_app.result import Result, body_of, save_sample_of
 from capture_app.sampled_file import load_sampled
 
 

@@ -71,7 +71,6 @@ class TakeOptions(ReadingOptions):
         Literal["shown", "all"],
         OptionGroup.MOTION,
         Field(
-            title="Finish which samples",
             description="Which samples are solved at once: the one that is shown, or all. The others are "
             "solved when somebody looks at them.",
         ),

@@ -8,9 +8,10 @@ import pytest
 
 from capture_app.cli.app import invoke
 from capture_app.commands.run import RunRequest
+from capture_app.motion_arrays import sample_file, unsolved_samples
 from capture_app.pipeline import run_take
 from capture_app.replay.scene_pack import pack_result
-from capture_app.result import Result, load_result, sample_file, unsolved_samples
+from capture_app.result import Result, load_result
 from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from capture_app.solve_samples import all_solved, solved_result
 from omomo_core.errors import InputError

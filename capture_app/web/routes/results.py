@@ -13,7 +13,7 @@ from capture_app.commands.run import VIDEO
 from capture_app.jobs.job_record import OVER
 from capture_app.library_item import Info
 from capture_app.manifest import CONTACTS, MANIFEST, Manifest, read_manifest
-from capture_app.result import unsolved_samples
+from capture_app.motion_arrays import unsolved_samples
 from capture_app.web import sandboxed_work
 from capture_app.web.file_response import (
     FILE,

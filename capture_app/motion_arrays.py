@@ -1,0 +1,69 @@
+"""Arrays of the files of a result folder that hold motion, and which of its samples are solved.
+
+Nothing here loads torch: a server asks, too.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from capture_app.manifest import MOTION
+from omomo_core.errors import InputError, in_words
+
+SAMPLED = "sampled.npz"
+"""File of what all samples are solved from; a result of which everything is solved has none."""
+
+
+def unsolved_samples(folder: Path) -> frozenset[int]:
+    """Indices of the samples of a result folder that are as they were sampled.
+
+    Raises:
+        InputError: "result-missing" or "result-damaged".
+    """
+    if not (folder / SAMPLED).is_file():
+        return frozenset()
+    solved = motion_arrays(folder / MOTION, ("solved",))["solved"]
+    rough = np.flatnonzero(~solved).tolist()
+    return frozenset(k for k in rough if not sample_file(folder, k).is_file())
+
+
+def sample_file(folder: Path, index: int) -> Path:
+    """The file of a sample that was solved after the run, in a result folder."""
+    return folder / f"sample_{index + 1}.npz"
+
+
+def motion_arrays(path: Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
+    """Arrays of a file, all or those of these names.
+
+    Raises:
+        InputError: "result-missing" or "result-damaged".
+    """
+    try:
+        return read_arrays(path, names)
+    except FileNotFoundError as error:
+        raise InputError(
+            "result-missing",
+            "The result folder has no motion in it.",
+            where=str(path),
+            fix="Run the take again.",
+        ) from error
+    except Exception as error:  # damaged bytes fail in a dozen ways in zipfile, zlib and numpy
+        raise damaged(path, in_words(error)) from error
+
+
+def damaged(path: Path, why: str) -> InputError:
+    """The error for a motion that cannot be read."""
+    return InputError(
+        "result-damaged",
+        f"The motion cannot be read: {why}.",
+        where=str(path),
+        fix="Run the take again.",
+    )
+
+
+def read_arrays(path: Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
+    """Arrays of a file, as numpy reads them and raises."""
+    # Opened here and not by numpy, which leaves a damaged file open.
+    with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+        return {key: file[key] for key in names or file.files}
