@@ -4,6 +4,10 @@ BVH knows one skeleton a file and no meshes. Maya, MotionBuilder and most script
 only, so the object is a skeleton of one bone in a file of its own, with the same clock and axes. The
 format has no rest rotations: at rest every joint's axes are the file's, and offsets alone say how the
 bones lie.
+
+Programs disagree about a joint that has both an offset and a position: some add the two, some take the
+position alone. So only the root has a position, and its offset is 0: what stands above the hips is left
+out, as is what does not hang on them.
 """
 
 from collections.abc import Sequence
@@ -32,14 +36,32 @@ def write_bvh(path: Path, object_path: Path, take: Take) -> None:
         object_path: of the object: a root named "object" at the mesh's origin.
         take: in the axes and units of the files (usually y up, centimetres).
     """
-    bones = take.skeleton
-    turns = take.rotations @ bones.rotations.swapaxes(-1, -2)
-    path.write_text(_text(bones, take.positions, turns, take.fps), encoding="utf-8")
+    bones, kept = _from_hips(take.skeleton)
+    turns = take.rotations[:, kept] @ bones.rotations.swapaxes(-1, -2)
+    path.write_text(_text(bones, take.positions[:, kept], turns, take.fps), encoding="utf-8")
     thing = _object_bone(take)
     T = take.T_world_object
     object_path.write_text(
         _text(thing, T[:, None, :3, 3], T[:, None, :3, :3], take.fps), encoding="utf-8"
     )
+
+
+def _from_hips(bones: Skeleton) -> tuple[Skeleton, list[int]]:
+    """Return the hips with all that hangs on them, and the joints that these are.
+
+    Names lose their colons: three.js keeps a colon in a bone's name and drops it from the motion's.
+    """
+    kept = [bones.hips]
+    for j, parent in enumerate(bones.parents):
+        if parent in kept:
+            kept.append(j)
+    return Skeleton(
+        names=tuple(bones.names[j].replace(":", "") for j in kept),
+        parents=(-1, *(kept.index(bones.parents[j]) for j in kept[1:])),
+        positions=bones.positions[kept],
+        rotations=bones.rotations[kept],
+        hips=0,
+    ), kept
 
 
 def _object_bone(take: Take) -> Skeleton:
@@ -71,7 +93,7 @@ def _joint(bones: Skeleton, j: int, depth: int) -> list[str]:
     """A joint and what hangs on it."""
     tab = "\t" * depth
     word = "JOINT" if j else "ROOT"
-    travels = "6 Xposition Yposition Zposition " if j in bones.travelling else "3 "
+    travels = "3 " if j else "6 Xposition Yposition Zposition "
     lines = [f"{tab}{word} {bones.names[j]}", f"{tab}{{", f"{tab}\t{_offset(_bone(bones, j))}"]
     lines.append(f"{tab}\tCHANNELS {travels}{_CHANNELS}")
     children = [k for k in _file_order(bones) if bones.parents[k] == j]
@@ -117,25 +139,8 @@ def _values(
 ) -> Float[np.ndarray, "frames channels"]:
     local = turns[:, bones.above].swapaxes(-1, -2) @ turns
     local[:, 0] = turns[:, 0]
-    columns: list[Float[np.ndarray, "frames 3"]] = []
-    for j in _file_order(bones):
-        if j in bones.travelling:
-            columns.append(_place(bones, positions, turns, j))
-        columns.append(_angles(local[:, j]))
-    return np.concatenate(columns, axis=1)
-
-
-def _place(
-    bones: Skeleton,
-    positions: Float[np.ndarray, "frames joints 3"],
-    turns: Float[np.ndarray, "frames joints 3 3"],
-    j: int,
-) -> Float[np.ndarray, "frames 3"]:
-    """A joint's position channels: in its parent's frame; they take the place of its offset."""
-    parent = bones.parents[j]
-    if parent < 0:
-        return positions[:, j]
-    return np.einsum("fyx,fy->fx", turns[:, parent], positions[:, j] - positions[:, parent])
+    angles = [_angles(local[:, j]) for j in _file_order(bones)]
+    return np.concatenate([positions[:, 0], *angles], axis=1)
 
 
 def _angles(R: Float[np.ndarray, "frames 3 3"]) -> Float[np.ndarray, "frames 3"]:

@@ -101,7 +101,7 @@ def test_bvh(motions: range, case: Any, true_joints: Any, tmp_path: Path) -> Non
         read = read_bvh(path, metres_per_unit=1.0)
         thing = read_bvh(tmp_path / "a_object.bvh", metres_per_unit=1.0)
         assert read.fps == pytest.approx(one.fps, rel=1e-5)
-        joints = read.joints[:, [read.names.index(n) for n in one.names]]
+        joints = read.joints[:, [read.names.index(n.replace(":", "")) for n in one.names]]
         R = thing.rotations[:, 0]
         turned = R if one.up == "z" else Y_UP.T @ R
         place = one.home(thing.joints[:, 0], one.up, one.units)
@@ -123,9 +123,24 @@ def test_bvh_as_bvhio_reads_it(motions: range, case: Any, true_joints: Any, tmp_
         frame = number % len(true)
         root.loadPose(frame)
         at = {joint.Name: np.array(joint.PositionWorld) for joint, _, _ in root.layout()}
-        joints = np.stack([at[name] for name in one.names])
+        joints = np.stack([at[name.replace(":", "")] for name in one.names])
         np.testing.assert_allclose(one.home(joints, one.up, one.units), true[frame], atol=TOLERANCE)
         assert root.getKeyframeRange() == (0, len(true) - 1)
+
+
+@pytest.mark.parametrize("bones", Bones)
+def test_only_the_root_of_a_bvh_travels_and_its_offset_is_zero(
+    bones: Bones, case: Any, true_joints: Any, tmp_path: Path
+) -> None:
+    """So it is the same for who adds the two (three.js 0.187) and who takes the position (bvhio)."""
+    one = case(0, ExportFormat.bvh)
+    path = one.write(tmp_path / "a.bvh", bones=bones, up="z", units="m")
+    head, motion = path.read_text().split("MOTION\n")
+    assert head.count("Xposition") == 1
+    assert head.split("OFFSET ")[1].splitlines()[0].split() == ["0.000000"] * 3
+    assert ":" not in head
+    pelvis = [float(x) for x in motion.splitlines()[2].split()[:3]]
+    np.testing.assert_allclose(pelvis, true_joints(one.sampled)[0, 0], atol=TOLERANCE)
 
 
 @EACH
