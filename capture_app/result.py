@@ -132,11 +132,11 @@ def save_motion(
         body_name: the body whose bones the samples move.
         unsolved: indices of samples that are as they were sampled.
     """
-    solved = [k not in unsolved for k in range(len(people))]
+    solved = np.array([k not in unsolved for k in range(len(people))])
     arrays: dict[str, np.ndarray] = {
         "fps": np.array(FPS, np.float32),
         "chosen": np.array(chosen, np.int32),
-        "solved": np.array(solved),
+        **({} if solved.all() else {"solved": solved}),
         "body": np.array(body_name),
         "joint_names": np.array(JOINT_NAMES),
         "rotation_names": np.array(BODY_JOINTS),
@@ -164,8 +164,8 @@ def save_corrected(path: Path, before: Result, index: int, person: Person) -> No
     old, row = (read_arrays(later), 0) if later.is_file() else (arrays, index)
     for key in ("rotations_xyzw", "fingers_xyzw"):
         new[key] = same_numbers(new[key][0], old[key][row])[None]
-    alone = {"chosen": np.array(0, np.int32), "solved": np.ones(1, bool)}
-    _write(path, {**arrays, **new, **alone})
+    arrays.pop("solved", None)
+    _write(path, {**arrays, **new, "chosen": np.array(0, np.int32)})
 
 
 def _write(path: Path, arrays: dict[str, np.ndarray]) -> None:

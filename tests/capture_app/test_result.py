@@ -29,7 +29,6 @@ from omomo_core.motion import HumanMotion, ObjectMotion
 SHAPES = {
     "fps": (),
     "chosen": (),
-    "solved": (3,),
     "body": (),
     "joint_names": (24,),
     "rotation_names": (22,),
