@@ -101,6 +101,16 @@ def test_a_manifest_makes_the_same_motion_again(inputs: Inputs, weights: Path) -
     assert (inputs.folder / "again" / "motion.npz").read_bytes() == first
 
 
+def test_a_result_of_before_samples_were_solved_later_solves_all_again(
+    inputs: Inputs, weights: Path
+) -> None:
+    manifest = run_take(inputs.request(weights), silent).manifest
+    assert request_of(manifest, inputs.folder / "again").solve == "shown"
+    before = {name: value for name, value in manifest.options.items() if name != "solve"}
+    older = manifest.model_copy(update={"options": before})
+    assert request_of(older, inputs.folder / "again").solve == "all"
+
+
 def test_a_changed_input_is_not_run_again_silently(inputs: Inputs, weights: Path) -> None:
     run_take(inputs.request(weights), silent)
     manifest = read_manifest(inputs.output / "manifest.json")
