@@ -29,6 +29,7 @@ from omomo_core.generation.selection.ranking import (
     rank,
     score,
 )
+from omomo_core.generation.selection.selection_config import SCORE
 from omomo_core.generation.stream import stream
 from omomo_core.motion import ObjectMotion
 from omomo_core.stages.stage import Stages
@@ -133,7 +134,7 @@ def _solved_to_show(take: SampledTake, progress: Progress) -> Generation:
     people = [take.as_sampled(k) for k in range(take.samples)]
     order, told = order_as_sampled(people, must_hold)
     scores, solved = list(told), list[int]()
-    for k in order:
+    for k in order if len(take.chunks) == 1 else order[: SCORE.most_solved]:
         people[k] = take.solve(k, lambda done: progress("solve", done))
         scores[k] = score(people[k], must_hold)
         solved.append(k)
@@ -141,7 +142,9 @@ def _solved_to_show(take: SampledTake, progress: Progress) -> Generation:
             chosen = k
             break
     else:
-        chosen = choose([person.human for person in people], scores)
+        everyone = len(solved) == take.samples
+        fewest = min(solved, key=lambda k: scores[k]["total"])
+        chosen = choose([p.human for p in people], scores) if everyone else fewest
     return Generation(
         tuple(people),
         chosen,

@@ -60,6 +60,14 @@ def test_solving_one_moves_them_as_solving_all_does():
         assert np.linalg.norm(apart, axis=-1).mean() < 0.002
 
 
+def test_of_a_long_take_two_are_solved_at_most(made):
+    generation, take = made
+    assert len(generation.unsolved) >= take.samples - 2
+    solved = set(range(take.samples)) - generation.unsolved
+    totals = {k: generation.scores[k]["total"] for k in solved}
+    assert generation.chosen == min(totals, key=lambda k: totals[k]) or len(solved) == 1
+
+
 def test_progress_of_solving_ends_at_one(made):
     _, take = made
     told: list[float] = []

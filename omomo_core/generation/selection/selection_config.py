@@ -141,6 +141,11 @@ class ScoreConfig:
         "m",
         "How much deeper than the least deep sample's, on average, a shown sample's body may be.",
     )
+    most_solved: int = setting(
+        2,
+        "count",
+        "Samples of a take of several chunks that are solved until one is good, at most.",
+    )
     most_faults: float = setting(
         4.0, "cost", "Sum of faults of a solved sample above which the next one is solved, too."
     )
