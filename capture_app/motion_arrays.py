@@ -4,12 +4,13 @@ Nothing here loads torch: a server asks, too.
 """
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from capture_app.manifest import MOTION
-from omomo_core.errors import InputError, in_words
+from omomo_core.errors import InputError, in_words, reading
 
 SAMPLED = "sampled.npz"
 """File of what all samples are solved from; a result of which everything is solved has none."""
@@ -39,17 +40,17 @@ def motion_arrays(path: Path, names: Sequence[str] | None = None) -> dict[str, n
     Raises:
         InputError: "result-missing" or "result-damaged".
     """
-    try:
-        return read_arrays(path, names)
-    except FileNotFoundError as error:
-        raise InputError(
-            "result-missing",
-            "The result folder has no motion in it.",
-            where=str(path),
-            fix="Run the take again.",
-        ) from error
-    except Exception as error:  # damaged bytes fail in a dozen ways in zipfile, zlib and numpy
-        raise damaged(path, in_words(error)) from error
+    # Damaged bytes fail in a dozen ways in zipfile, zlib and numpy.
+    with reading(partial(damaged, path), words=in_words):
+        try:
+            return read_arrays(path, names)
+        except FileNotFoundError as error:
+            raise InputError(
+                "result-missing",
+                "The result folder has no motion in it.",
+                where=str(path),
+                fix="Run the take again.",
+            ) from error
 
 
 def damaged(path: Path, why: str) -> InputError:

@@ -3,6 +3,7 @@
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from capture_app.picture_bytes import decoded, encoded
 from omomo_core.body.grip import GRIPS
 from omomo_core.body.model import BodyModel, load_body, with_height
 from omomo_core.contact.segment import ContactSegment
-from omomo_core.errors import InputError, in_words
+from omomo_core.errors import InputError, in_words, reading
 from omomo_core.generation.person import FingerFit, Person
 from omomo_core.geometry.rotations import matrix_from_xyzw, same_numbers, xyzw_from_matrix
 from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion, Texture
@@ -184,17 +185,14 @@ def load_motion(path: Path) -> tuple[tuple[Person, ...], ObjectMotion]:
 
 
 def _people(path: Path, data: dict[str, np.ndarray]) -> list[Person]:
-    try:
+    # Arrays may be missing, or not fit each other.
+    with reading(partial(damaged, path), words=in_words):
         return [_person(data, k) for k in range(len(data["root"]))]
-    except Exception as error:  # arrays that are missing, or do not fit each other
-        raise damaged(path, in_words(error)) from error
 
 
 def _object_of(path: Path, data: dict[str, np.ndarray]) -> ObjectMotion:
-    try:
+    with reading(partial(damaged, path), words=in_words):
         return _object_motion(data)
-    except Exception as error:  # as above
-        raise damaged(path, in_words(error)) from error
 
 
 def _people_arrays(people: Sequence[Person]) -> dict[str, np.ndarray]:
@@ -206,15 +204,24 @@ def _people_arrays(people: Sequence[Person]) -> dict[str, np.ndarray]:
     arrays["fingers_xyzw"] = np.stack([xyzw_from_matrix(m.fingers) for m in motions])
     arrays["palm_miss"] = np.stack([p.miss for p in people])
     arrays["inside"] = np.stack([p.depth for p in people])
-    fits = [p.finger_fit for p in people if p.finger_fit is not None]
-    if len(fits) == len(people):
-        arrays["finger_depth"] = np.stack([f.depth for f in fits])
-        arrays["pad_distance"] = np.stack([f.pad_distance for f in fits])
     arrays["contact_anchors"] = np.array(anchors).reshape(-1, 3)
     single: dict[str, np.ndarray] = {k: array.astype(np.float32) for k, array in arrays.items()}
-    if len(fits) == len(people):
-        single["grip"] = np.stack([f.grip for f in fits]).astype(np.uint8)
+    single |= _finger_arrays([p.finger_fit for p in people], len(motions[0].root))
     return {**single, "contact_spans": np.array(spans, np.int32).reshape(-1, 4)}
+
+
+def _finger_arrays(fits: Sequence[FingerFit | None], frames: int) -> dict[str, np.ndarray]:
+    """Arrays of how fingers lie, 0 where that was not measured of a sample; none if it was of no sample."""
+    if all(fit is None for fit in fits):
+        return {}
+    nothing = np.zeros((frames, 2))
+    unknown = FingerFit(nothing, nothing, nothing.astype(np.int64))
+    known = [fit or unknown for fit in fits]
+    return {
+        "finger_depth": np.stack([f.depth for f in known]).astype(np.float32),
+        "pad_distance": np.stack([f.pad_distance for f in known]).astype(np.float32),
+        "grip": np.stack([f.grip for f in known]).astype(np.uint8),
+    }
 
 
 def _object_arrays(moved: ObjectMotion) -> dict[str, np.ndarray]:
@@ -258,7 +265,7 @@ def _person(data: dict[str, np.ndarray], k: int) -> Person:
         if sample == k
     )
     fit = None
-    if "grip" in data:
+    if "grip" in data and ("solved" not in data or data["solved"][k]):
         fit = FingerFit(
             data["finger_depth"][k], data["pad_distance"][k], data["grip"][k].astype(np.int64)
         )

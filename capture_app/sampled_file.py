@@ -1,14 +1,16 @@
 """`sampled.npz` of a result folder: all people as they were sampled, from which each can be solved."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import torch
 
+from capture_app.motion_arrays import read_arrays
 from omomo_core.body.model import BodyModel
 from omomo_core.contact.segment import ContactSegment
-from omomo_core.errors import InputError, in_words
+from omomo_core.errors import InputError, in_words, reading
 from omomo_core.generation.decoding import SampledBodies
 from omomo_core.generation.object_clip import ObjectModel
 from omomo_core.generation.sample_chunks import Chunk, SampledChunk
@@ -45,9 +47,9 @@ def load_sampled(path: Path, body: BodyModel) -> SampledTake:
     Raises:
         InputError: "result-damaged".
     """
-    try:
-        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-            data: Arrays = {key: file[key] for key in file.files}
+    # Damaged bytes fail in a dozen ways in zipfile and numpy.
+    with reading(partial(_damaged, path), words=in_words):
+        data = read_arrays(path)
         mesh = ObjectMesh(data["vertices"], data["faces"], str(data["object_name"]))
         model = ObjectModel(mesh, *data["size"].tolist())
         chunks = [
@@ -55,13 +57,15 @@ def load_sampled(path: Path, body: BodyModel) -> SampledTake:
             for n, bounds in enumerate(data["chunks"].tolist())
         ]
         return SampledTake(chunks, model, body)
-    except Exception as error:  # damaged bytes fail in a dozen ways in zipfile and numpy
-        raise InputError(
-            "result-damaged",
-            f"The samples that are not solved yet cannot be read: {in_words(error)}.",
-            where=str(path),
-            fix="Run the take again.",
-        ) from error
+
+
+def _damaged(path: Path, why: str) -> InputError:
+    return InputError(
+        "result-damaged",
+        f"The samples that are not solved yet cannot be read: {why}.",
+        where=str(path),
+        fix="Run the take again.",
+    )
 
 
 def _bounds(chunk: Chunk) -> tuple[int, int, int, int]:

@@ -108,10 +108,7 @@ def _sampled(
     conditioning: Conditioning,
 ) -> SampledTake:
     """Return a take of which all samples are sampled and none is solved."""
-    model, threads = (
-        ObjectModel(motion.mesh, stages.height / body.height, body.shoe_sole),
-        torch.get_num_threads(),
-    )
+    model = ObjectModel(motion.mesh, stages.height / body.height, body.shoe_sole)
     with one_blas_thread():
         chunks = sample_chunks(
             model,
@@ -122,14 +119,14 @@ def _sampled(
             conditioning,
             RECORDED,
             progress,
-            threads,
+            torch.get_num_threads(),
         )
         # What the networks gave has done its work when the next chunk is sampled.
         return SampledTake([replace(chunk, features=None) for chunk in chunks], model, body)
 
 
 def _solved_to_show(take: SampledTake, progress: Progress) -> Generation:
-    """Return the samples, of which those are solved that come first as sampled, up to a good one."""
+    """Return the samples, solved in the order in which they rank as sampled, until one is good."""
     must_hold = take.must_hold
     people = [take.as_sampled(k) for k in range(take.samples)]
     order, told = order_as_sampled(people, must_hold)

@@ -8,10 +8,11 @@ import pytest
 
 from capture_app.cli.app import invoke
 from capture_app.commands.run import RunRequest
-from capture_app.motion_arrays import sample_file, unsolved_samples
+from capture_app.motion_arrays import SAMPLED, sample_file, unsolved_samples
 from capture_app.pipeline import run_take
 from capture_app.replay.scene_pack import pack_result
-from capture_app.result import Result, load_result
+from capture_app.result import Result, body_of, load_result
+from capture_app.sampled_file import load_sampled
 from capture_app.simulator.demo_take import DEMO, MESH, MOUNT, SESSION
 from capture_app.solve_samples import all_solved, solved_result
 from omomo_core.errors import InputError
@@ -56,6 +57,19 @@ def test_a_sample_is_solved_once_and_kept(result):
     for name in ("root", "rotations", "fingers", "joints"):
         one, other = (getattr(r.people[k].human, name) for r in (solved, again))
         np.testing.assert_array_equal(one, other)
+
+
+def test_a_run_and_its_file_give_the_same_person_to_the_last_bit(result):
+    """The chosen sample was solved in the run's memory; here it is solved from the folder."""
+    chosen = result.manifest.chosen
+    again = load_sampled(result.folder / SAMPLED, body_of(result)).solve(chosen)
+    stored = result.people[chosen]
+    for name in ("root", "joints", "hand_contact", "foot_contact"):
+        one = getattr(again.human, name).astype(np.float32)
+        np.testing.assert_array_equal(one, getattr(stored.human, name))
+    np.testing.assert_array_equal(
+        again.finger_fit.depth.astype(np.float32), stored.finger_fit.depth
+    )
 
 
 def test_what_is_solved_already_stays_as_it_is(result):

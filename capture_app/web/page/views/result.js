@@ -54,7 +54,7 @@ export async function result({ params, signal }) {
     const now = (picked = samples);
     const rough = samples.map((k) => k + 1).filter((number) => unsolved.has(number));
     const told = `Of ${sampleWords(shown).toLowerCase()}.`;
-    if (item.samples > 1) say(which, rough.length ? `${told} Its hands and feet are being finished…` : told);
+    if (item.samples > 1) say(which, rough.length ? `${told} Hands and feet are being finished…` : told);
     await open();
     if (!rough.length) return;
     try {
