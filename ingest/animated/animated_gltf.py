@@ -10,7 +10,14 @@ from jaxtyping import Float64
 from scipy.spatial.transform import Rotation, Slerp
 
 from ingest.animated.animated_take import as_mesh_part, choose, joined, split_stretch
-from ingest.animated.animation import Animation, check_times, checked, frame_times, not_finite
+from ingest.animated.animation import (
+    Animation,
+    check_times,
+    checked,
+    frame_times,
+    not_finite,
+    not_rigid,
+)
 from ingest.animated.keyframes import last_key
 from ingest.formats.json_log import mentions
 from ingest.mesh_files.file_parts import MAX_FACES, decoding, too_large
@@ -209,18 +216,35 @@ class _Scene:
             as_mesh_part(part.moved(M)) for i, M in solids for part in self._surfaces.of_node(i)
         ]
         mesh = joined(parts, stretch, names[node], source)
-        return Animation(source, poses, np.ones(len(times), bool), "y", mesh)
+        notes = not_rigid(*self._not_rigid(node, {i for i, _ in solids}, names))
+        return Animation(source, poses, np.ones(len(times), bool), "y", mesh, notes)
+
+    def _not_rigid(
+        self, top: int, solids: set[int], names: list[str]
+    ) -> tuple[list[str], list[str]]:
+        """Names of the parts whose shape changes, and of those that move by themselves."""
+        channels = (c for a in self._file.items("animations") for c in a.get("channels") or ())
+        targets = (channel["target"] for channel in channels)
+        morphed = {t.get("node") for t in targets if t.get("path") == "weights"}
+        moving = {i for i in self._below(top) if i in self._movers and any(self._solids(i))}
+        apart = moving.union(self._bent(top))
+        return [names[i] for i in sorted(morphed & solids)], [names[i] for i in sorted(apart)]
 
     def _bent(self, *tops: int) -> list[int]:
         """Nodes, these or below these, that are drawn and whose mesh bones bend."""
+        nodes = ((i, self._nodes[i]) for i in (*tops, *self._below(*tops)) if i in self._drawn)
+        bent = {i for i, n in nodes if n.get("mesh") is not None and n.get("skin") is not None}
+        return sorted(bent)
+
+    def _below(self, *tops: int) -> list[int]:
+        """Nodes below these."""
         below, stack = set(tops), list(tops)
         while stack:
             for child in self._nodes[stack.pop()].get("children") or ():
                 if child not in below:
                     below.add(child)
                     stack.append(child)
-        nodes = ((i, self._nodes[i]) for i in sorted(below & self._drawn))
-        return [i for i, n in nodes if n.get("mesh") is not None and n.get("skin") is not None]
+        return sorted(below - set(tops))
 
     def _skinned(self, name: str) -> InputError:
         return InputError(

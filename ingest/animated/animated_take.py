@@ -169,6 +169,8 @@ def to_animated_take(
     T_zup_object = _T_ZUP[animation.up] @ T_file_object @ inverse(_T_ZUP[mesh_up])
     motion = ObjectMotion(mesh, T_zup_object, animation.valid)
     notes = check_motion(motion, animation.source)
+    if mesh_file is None:
+        notes = (*animation.notes, *notes)
     ground = _floor(motion, floor, animation.source)
     T_world_zup = np.eye(4)
     T_world_zup[2, 3] = -ground.height

@@ -21,11 +21,12 @@ from ingest.animated.animation import (
     check_times,
     frame_times,
     not_finite,
+    not_rigid,
     sampled,
 )
 from ingest.mesh_files.file_parts import MAX_FACES
 from ingest.mesh_files.usd_stage import open_stage, pxr, reading_usd
-from ingest.mesh_files.usd_surface import UsdSurfaces, first_code
+from ingest.mesh_files.usd_surface import UsdSurfaces, bends, first_code
 from omomo_core.errors import InputError
 
 NAME = "USD"
@@ -110,7 +111,16 @@ class _Stage:
         mesh = joined(parts, stretch, str(prim.GetName()), self._path)
         up = "y" if self._geom.GetStageUpAxis(self._stage) == self._geom.Tokens.y else "z"
         moved = sampled(self._path, times, poses, up)
-        return Animation(self._path, moved.T_file_object, moved.valid, up, mesh)
+        notes = not_rigid(*self._not_rigid(prim))
+        return Animation(self._path, moved.T_file_object, moved.valid, up, mesh, notes)
+
+    def _not_rigid(self, top: Any) -> tuple[list[str], list[str]]:
+        """Names of the parts whose shape changes, and of those that move by themselves."""
+        surfaces = UsdSurfaces(self._stage, self._start, self._moving)
+        bending = [drawn.prim for drawn in surfaces.below(top) if bends(drawn.prim)]
+        below = (p for p in self._prims if p != top and p.GetPath().HasPrefix(top.GetPath()))
+        apart = [p for p in below if p.GetPath() in self._moving and self._solid(p)]
+        return [str(p.GetName()) for p in bending], [str(p.GetName()) for p in apart]
 
     def _samples(self, prim: Any) -> list[float]:
         return list(self._geom.Xformable(prim).GetTimeSamples())

@@ -35,6 +35,24 @@ class Animation:
     """Which axis of the file's world points up."""
     mesh: ObjectMesh | None = None
     """The object's surface, where the file holds one."""
+    notes: tuple[str, ...] = ()
+    """What of the file's object is not rigid, and how it was read."""
+
+
+def not_rigid(bending: Sequence[str], apart: Sequence[str]) -> tuple[str, ...]:
+    """Sentences about nodes of an object whose shape changes, and about those that move by themselves."""
+    notes = list[str]()
+    if bending:
+        notes.append(
+            f"The shape of {', '.join(bending)} changes in the file; the object that a person moves is "
+            "one rigid thing, so its shape at rest was taken."
+        )
+    if apart:
+        notes.append(
+            "What moves by itself on the object, or is bent by bones, is no part of it and was left "
+            f"out: {', '.join(apart)}."
+        )
+    return tuple(notes)
 
 
 def frame_times(first: float, last: float, source: Path) -> Float64[np.ndarray, " frames"]:

@@ -61,7 +61,11 @@ def _binary(data: bytes, path: Path, most: int) -> Float64[np.ndarray, "faces 3 
 
 
 def _text(data: bytes, path: Path) -> Float64[np.ndarray, "faces 3 3"]:
-    numbers = [float(value) for found in _CORNER.findall(data) for value in found]
+    words = [word for corner in _CORNER.findall(data) for word in corner]
+    comma = next((word for word in words if b"," in word), None)
+    if comma is not None:
+        raise DamageError(f"{comma.decode(errors='replace')!r} is no number of a vertex")
+    numbers = [float(word) for word in words]
     corners, rest = divmod(len(numbers), 9)
     if rest or not re.search(rb"\bendsolid\b", data[-4096:], re.IGNORECASE):
         raise cut_short(path, "it ends within a solid")

@@ -52,6 +52,14 @@ def first_code(stage: Any) -> float:
     return float(stage.GetStartTimeCode()) if stage.HasAuthoredTimeCodeRange() else 0.0
 
 
+def bends(prim: Any) -> bool:
+    """Whether the shape of a prim changes: its points have time samples, or a skeleton bends it."""
+    based = pxr("UsdGeom").PointBased(prim)
+    if based and based.GetPointsAttr().GetNumTimeSamples() > 1:
+        return True
+    return bool(pxr("UsdSkel").BindingAPI(prim).GetInheritedSkeleton())
+
+
 class UsdSurfaces:
     """Reads what a stage draws at one time code, and keeps account of what it did."""
 

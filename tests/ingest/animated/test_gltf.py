@@ -8,6 +8,7 @@ import trimesh
 from pygltflib import Attributes, Mesh, Primitive, Skin
 from scipy.spatial.transform import Rotation, Slerp
 
+from ingest.animated.animated_take import to_animated_take
 from ingest.animated.detect import read_animation
 
 TIMES = [0.5, 1.5, 2.5]
@@ -244,3 +245,26 @@ def test_a_solid_thing_beside_a_skinned_one_is_the_object(glb, tmp_path):
     glb.gltf.meshes.append(Mesh(primitives=[solid]))
     found = read_animation(glb.write(tmp_path / "a.glb"))
     np.testing.assert_allclose(found.T_file_object[:, 0, 3], AT - 0.5, atol=1e-6)
+
+
+def test_what_is_not_rigid_on_the_object_is_said(glb, tmp_path):
+    keys = [0, 2], [[0, 0, 0], [1, 0, 0]]
+    attributes = glb.gltf.meshes[0].primitives[0].attributes
+    bulge = Attributes(POSITION=attributes.POSITION)
+    glb.gltf.meshes.append(
+        Mesh(primitives=[Primitive(attributes=attributes, indices=1, targets=[bulge])])
+    )
+    lid = glb.node("Lid", mesh=1)
+    drawer = glb.node("Drawer", mesh=0, translation=[0, 0, 5])
+    chest = glb.node("Chest", mesh=0, children=[lid, drawer])
+    glb.move(chest, "translation", *keys)
+    plain = read_animation(glb.write(tmp_path / "a.glb"))
+    assert plain.notes == ()
+    glb.move(drawer, "translation", *keys)
+    glb.move(lid, "weights", [0, 2], [0.0, 1.0])
+    glb.gltf.scenes[0].nodes = [chest]
+    found = read_animation(glb.write(tmp_path / "a.glb"), "Chest")
+    shape, left_out = to_animated_take(found, None).notes[:2]
+    assert "The shape of Lid changes" in shape
+    assert left_out.endswith("was left out: Drawer.")
+    assert len(found.mesh.faces) == len(plain.mesh.faces) - 12

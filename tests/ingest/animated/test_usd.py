@@ -103,3 +103,22 @@ class TestWithUsd:
         path = write(tmp_path / "a.usda", more=leg)
         told = refused("usd-external", read_animation, path)
         assert "another file that is not there: leg of it.usda" in told
+
+    def test_what_is_not_rigid_on_the_object_is_said(self, tmp_path):
+        path = write(tmp_path / "a.usda")
+        assert read_animation(path, "Chair").notes == ()
+        moving = """
+            double3 xformOp:translate.timeSamples = { 1: (0, 0, 0), 49: (1, 0, 0) }
+            uniform token[] xformOpOrder = ["xformOp:translate"]"""
+        box = STAGE[STAGE.index('        def Mesh "Box"') : STAGE.index("    }}\n{more}")]
+        drawer = box.replace("{{", "{" + moving).replace("}}", "}").replace("Box", "Drawer")
+        points = box[box.index("points = [") + len("points = ") : box.index("]\n        }}") + 1]
+        cushion = box.replace("{{", "{").replace("}}", "}").replace("Box", "Cushion")
+        samples = f".timeSamples = {{ 1: {points}, 49: {points} }}"
+        cushion = cushion.replace(f"points = {points}", "points" + samples)
+        text = path.read_text()
+        at = text.index('        def Mesh "Box"')
+        path.write_text(text[:at] + drawer + cushion + text[at:])
+        shape, left_out = read_animation(path, "Chair").notes
+        assert "The shape of Cushion changes" in shape
+        assert left_out.endswith("was left out: Drawer.")

@@ -247,3 +247,11 @@ def test_an_stl_says_how_many_triangles_it_has(tmp_path: Path):
     with pytest.raises(InputError) as caught:
         load_mesh(path)
     assert caught.value.code == "mesh-empty"
+
+
+def test_a_decimal_comma_in_stl_is_named(tmp_path: Path):
+    text = trimesh.exchange.stl.export_stl_ascii(trimesh.creation.box((0.5, 0.4, 0.3)))
+    path = tmp_path / "a.stl"
+    path.write_text(text.replace(".", ","))
+    with pytest.raises(InputError, match="is no number of a vertex"):
+        load_mesh(path)
