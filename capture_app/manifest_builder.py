@@ -2,9 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
-
-import numpy as np
 
 from capture_app.commands.run import ResolveRequest, RunRequest
 from capture_app.generated_sample import GeneratedSample
@@ -18,18 +15,15 @@ from capture_app.manifest import (
     Segment,
     sha256,
 )
+from capture_app.motion_faults import cause_of_leaps, held_grips, unsatisfied
 from capture_app.prepare import PreparedTake, start_position_note
 from capture_app.result import Result
 from ingest.trajectory.trajectory_config import TRAJECTORY, TrajectoryConfig
 from omomo_core.body.body_config import BODY, BodyConfig
-from omomo_core.body.grip import GRIPS
 from omomo_core.config import Number, settings_of
 from omomo_core.contact.contact_config import CONTACT, ContactConfig
 from omomo_core.generation.generation_config import GENERATION, GenerationConfig
-from omomo_core.generation.person import Person
-from omomo_core.generation.selection.speed_limits import Leap, find_leaps
 from omomo_core.geometry.geometry_config import GEOMETRY, GeometryConfig
-from omomo_core.geometry.runs import runs
 from omomo_core.motion import FPS
 from omomo_core.stages.stage_config import STAGES, StagesConfig
 from omomo_core.weights.load import SHIPPED
@@ -62,83 +56,6 @@ def changed_settings(recorded: Mapping[str, Number]) -> tuple[str, ...]:
     """
     now = recorded_config()
     return tuple(name for name, value in recorded.items() if name in now and now[name] != value)
-
-
-FAR = 0.03
-"""Metres off a palm's place, or inside the object, that are worth a word."""
-MOST = 3
-"""So many stretches are told, the longest ones."""
-MOST_LEAPS = 5
-"""So many leaps are told besides, the farthest beyond what people do: one of each limb at a time."""
-
-_Told = tuple[int, int, str]
-"""First frame, frame after the last, what is wrong."""
-
-
-def unsatisfied(person: Person) -> tuple[str, ...]:
-    """Return when a palm is off its place, the body is in the object, or a limb is too fast.
-
-    In the order of time.
-    """
-    events = sorted([*_misses(person), *_leaps(person)])
-    return tuple(f"From {a / FPS:.2f} to {b / FPS:.2f} s {text}." for a, b, text in events)
-
-
-def held_grips(person: Person) -> tuple[str, ...]:
-    """Return how each hand holds and when, in the order of time; nothing where it is not known."""
-    if person.finger_fit is None:
-        return ()
-    grip = person.finger_fit.grip
-    lines = sorted(
-        (start, stop, side, name)
-        for side, column in enumerate(grip.T)
-        for number, name in enumerate(GRIPS)
-        for start, stop in runs((column == number) & (column > 0))
-    )
-    return tuple(
-        f"From {a / FPS:.2f} to {b / FPS:.2f} s the {('left', 'right')[side]} hand holds: {name}."
-        for a, b, side, name in lines
-    )
-
-
-def _misses(person: Person) -> list[_Told]:
-    fit = person.finger_fit
-    hands = np.zeros((0, 2)) if fit is None else fit.depth
-    events = (
-        ("the left hand is up to {:.0f} cm inside the object", hands[:, 0]),
-        ("the right hand is up to {:.0f} cm inside the object", hands[:, 1]),
-        ("the left palm is up to {:.0f} cm off its place on the object", person.miss[:, 0]),
-        ("the right palm is up to {:.0f} cm off its place on the object", person.miss[:, 1]),
-        ("the body without hands is up to {:.0f} cm inside the object", person.depth),
-    )
-    stretches = [
-        (start, stop, text.format(100 * curve[start:stop].max()))
-        for text, curve in events
-        for start, stop in runs(curve > FAR)
-    ]
-    return sorted(stretches, key=lambda s: s[0] - s[1])[:MOST]
-
-
-def _leaps(person: Person) -> list[_Told]:
-    worst = sorted(find_leaps(person.human), key=lambda leap: -leap.speed / leap.limit)[:MOST_LEAPS]
-    return [(leap.start, leap.stop, _in_words(leap)) for leap in worst]
-
-
-def cause_of_leaps(person: Person, mesh: Path | None) -> Iterator[str]:
-    """Say what to look at where a person is faster than people are."""
-    if mesh is not None and find_leaps(person.human):
-        yield (
-            "Nobody is that fast. A mesh of another size or another thing makes such motions, and so does a "
-            f"wrong mount: check that {mesh.name} is the object, in metres, and look at the phone on it "
-            "(omocap inspect, or the page)."
-        )
-
-
-def _in_words(leap: Leap) -> str:
-    name, speed, limit = leap.part.name, leap.speed, leap.limit
-    if leap.turns:
-        return f"the {name} turns at {speed:.0f} degrees a second; people reach {limit:.0f}"
-    return f"the {name} moves at {speed:.1f} m/s; people reach {limit:.1f}"
 
 
 def run_manifest(

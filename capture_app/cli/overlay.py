@@ -22,12 +22,14 @@ def overlay(result: options.Result, file: options.OutputFile = None, **said: Any
     """
     target = file or result / "overlay.mp4"
     check_target(target, _ENDINGS)
-    from capture_app.overlay.find_camera import overlay_result
+    from capture_app.overlay.find_camera import FEW, overlay_result
 
     asked = {**said, "result": result, "output": target}
     request = validated(OverlayRequest, asked, "option-invalid")
     with progress_bars() as progress:
-        made = overlay_result(request, progress)
-    say("Done", str(target), "green")
+        made = overlay_result(request, progress, lambda told: say("Note", told, "yellow"))
     for note in made.notes:
         say("Note", note, "yellow")
+    say("Done", str(target), "green")
+    if made.person_shown < FEW:
+        say("Done, but look at", "the film: the person is hardly in it", "bold yellow")

@@ -144,7 +144,7 @@ def _start_overlay(order: OverlayRequest, attempt: Attempt) -> FileJob:
     from capture_app.overlay.find_camera import overlay_result
 
     def write() -> None:
-        made = overlay_result(order, attempt.progress)
+        made = overlay_result(order, attempt.progress, attempt.say)
         for note in made.notes:
             attempt.say(note)
         if made.offset is not None:

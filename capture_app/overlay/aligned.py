@@ -154,11 +154,11 @@ def watched(result: Result, watcher: Watcher, place: FilmPlacement) -> Aligned:
     )
 
 
-def shows(result: Result, sample: int, aligned: Aligned) -> bool:
-    """Whether any joint of a sample is within any of the pictures."""
+def shown_share(result: Result, sample: int, aligned: Aligned) -> float:
+    """Part of the pictures in which any joint of a sample is."""
     nearest = np.rint(aligned.seconds * FPS).astype(int)
     joints = result.motions[sample].joints[nearest]
-    return share_shown(joints, aligned.cameras, *aligned.film.size) > 0
+    return share_shown(joints, aligned.cameras, *aligned.film.size)
 
 
 def draw(

@@ -1,6 +1,6 @@
 """From what a user says of a film to the overlay of a result in it."""
 
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from capture_app.overlay.aligned import (
     mount_of,
     own_film,
     session_of,
-    shows,
+    shown_share,
     watched,
 )
 from capture_app.overlay.overlay_film import RGB, Watcher, by_phone, on_tripod, pose_in
@@ -191,14 +191,23 @@ class Overlaid:
     """Seconds that were added to the film's time; None where they were known."""
     notes: tuple[str, ...]
     """In sentences."""
+    person_shown: float
+    """Part of the pictures in which the person is."""
 
 
-def overlay_result(request: OverlayRequest, progress: Progress) -> Overlaid:
+FEW = 0.1
+"""Part of a film's pictures with the person in it below which it is said that they are hardly seen."""
+
+
+def overlay_result(
+    request: OverlayRequest, progress: Progress, say: Callable[[str], None] | None = None
+) -> Overlaid:
     """Draw it into a file that appears whole or not at all.
 
     Args:
         request: what to draw.
         progress: called with the stages "board" or "localise", and "video".
+        say: told, before anything is drawn, that the film hardly shows the person.
 
     Raises:
         InputError: see `find` and `draw`, or the file cannot be written.
@@ -208,6 +217,9 @@ def overlay_result(request: OverlayRequest, progress: Progress) -> Overlaid:
     index = sample_index(result, request.sample)
     result = solved_result(result, [index], progress)
     aligned = find(result, request, progress)
+    person_shown = shown_share(result, index, aligned)
+    if say is not None and person_shown < FEW:
+        say(_unseen(request, person_shown, len(aligned.seconds)))
     pictures = draw(
         result,
         index,
@@ -219,7 +231,18 @@ def overlay_result(request: OverlayRequest, progress: Progress) -> Overlaid:
     drawn: list[int] = []
     write_moving(request.output, _counted(pictures, aligned, drawn, progress), aligned.fps)
     lacking = _left_out(aligned, drawn, len(aligned.seconds))
-    return _overlaid(request, aligned, lacking, person_shown=shows(result, index, aligned))
+    return Overlaid(*_told(request, aligned, lacking), person_shown)
+
+
+def _unseen(request: OverlayRequest, share: float, count: int) -> str:
+    """The sentence on a film that hardly shows the person."""
+    seen = f"The person is in {round(share * count)} of the film's {count} pictures"
+    if request.video is not None:
+        return f"{seen}: the camera looks elsewhere, or its place or ‹offset› is wrong."
+    return (
+        f"{seen}: the phone on the object looks away from who moves it. Give the film of another "
+        "camera (‹video›) to see them."
+    )
 
 
 def _counted(
@@ -241,9 +264,10 @@ def _left_out(aligned: Aligned, drawn: Sequence[int], count: int) -> str:
     return left_out(names, count, film.source)
 
 
-def _overlaid(
-    request: OverlayRequest, aligned: Aligned, lacking: str, *, person_shown: bool
-) -> Overlaid:
+def _told(
+    request: OverlayRequest, aligned: Aligned, lacking: str
+) -> tuple[float | None, tuple[str, ...]]:
+    """The offset that was found, and what else is worth a word."""
     offset = aligned.offset if request.video is not None and request.offset is None else None
     notes = [] if offset is None else [f"The film begins at ‹offset› {offset:.2f} of the motion."]
     if (lost := aligned.film.lost) > 1:
@@ -252,6 +276,4 @@ def _overlaid(
         )
     if lacking:
         notes.append(lacking)
-    if not person_shown:
-        notes.append("The film never shows the place where the person was.")
-    return Overlaid(offset, tuple(notes))
+    return offset, tuple(notes)

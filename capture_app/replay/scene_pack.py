@@ -16,8 +16,10 @@ from jaxtyping import Float, Int
 from capture_app.commands.spelling import all_in_options
 from capture_app.exports.bones import creased, strongest_influences
 from capture_app.inspection import Inspection, look_over, refuse_bad
+from capture_app.motion_faults import Told, told_faults, told_grips
 from capture_app.overlay.aligned import mount_of, session_of
 from capture_app.picture_bytes import encoded
+from capture_app.replay import PACK_VERSION
 from capture_app.replay.session_track import filmed, recording
 from capture_app.result import Result, body_of, sample_index
 from ingest.mount import Mount
@@ -34,8 +36,9 @@ from omomo_core.geometry.surface import Surface, sample_surface
 from omomo_core.geometry.transforms import inverse
 from omomo_core.motion import FPS, HumanMotion, ObjectMesh, ObjectMotion
 from omomo_core.skeleton import ALL_JOINTS, ALL_PARENTS
+from render.cameras import pinhole
+from render.views import share_shown
 
-VERSION = 1
 _ALIGN = 8
 _EMPTY: dict[str, Any] = {
     "start_time": 0.0,
@@ -54,7 +57,9 @@ _EMPTY: dict[str, Any] = {
     "events": [],
     "notes": [],
     "faults": [],
+    "grips": [],
     "phone": None,
+    "filmed": [],
     "film": None,
     "fps": FPS,
     "joint_names": ALL_JOINTS,
@@ -78,7 +83,7 @@ def pack_bytes(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> b
         header_part[name] = {"dtype": dtype.str[1:], "shape": list(array.shape), "offset": offset}
         parts.append(raw)
         offset += len(raw)
-    whole = {"version": VERSION, **_EMPTY, **header, "arrays": header_part}
+    whole = {"version": PACK_VERSION, **_EMPTY, **header, "arrays": header_part}
     text = json.dumps(whole, allow_nan=False).encode()
     return b"".join([_padded(struct.pack("<I", len(text)) + text), *parts])
 
@@ -148,7 +153,9 @@ QUATERNION = 32767
 _MOST_FRAMES = 200_000
 _GUESSED_HEIGHT = 1.0
 """Metres above the floor at which a phone is taken to start when nothing says where the floor is."""
-_TOLD = ("events", "faults", "notes")
+_LOOKED_AT, _EVERY = 1000, 10
+"""Pixels of a picture's height, and frames from one to the next, when it is asked whom a phone sees."""
+_TOLD = ("events", "faults", "grips", "notes")
 
 
 def pack_result(
@@ -189,7 +196,8 @@ def pack_result(
         "contacts": _contacts(result.people, moved.mesh),
         "editable": any(person.segments for person in result.people),
         "floor": manifest.floor.model_dump(),
-        "faults": manifest.faults,
+        "faults": [_faults(result, k) for k in range(len(result.people))],
+        "grips": [_placed(told_grips(person)) for person in result.people],
         "notes": (*manifest.notes, *header_part.pop("notes", ())),
     }
     header = {**header, **thing[0], **header_part}
@@ -203,6 +211,22 @@ def pack_result(
             **arrays,
         },
     )
+
+
+def _faults(result: Result, k: int) -> list[dict[str, Any]]:
+    """What could not be satisfied in a sample, as checks; nothing of one that is not solved yet."""
+    if k in result.unsolved:
+        return []
+    told, chosen = told_faults(result.people[k]), k == result.manifest.chosen
+    said = {one.sentence for one in told}
+    general = [text for text in result.manifest.faults if chosen and text not in said]
+    faults: dict[str, Any] = {"kind": "fault", "name": "motion", "severity": "warn", "fix": ""}
+    placed = [faults | one for one in _placed(told)]
+    return [*placed, *(faults | {"message": t, "start": None, "stop": None} for t in general)]
+
+
+def _placed(told: Sequence[Told]) -> list[dict[str, Any]]:
+    return [{"message": one.sentence, "start": one.start, "stop": one.stop - 1} for one in told]
 
 
 def pack_film(result: Result) -> bytes:
@@ -296,7 +320,19 @@ def _recorded(result: Result, film: bool) -> tuple[dict[str, Any], Arrays]:
     inspection = look_over(session, result.object_motion.mesh, mount, Reading(**given))
     T_world_phone = _phone_of(result, mount)
     log = recording(inspection, T_world_phone, result.manifest.segment.start, film)
+    if lens := log.header["phone"]:
+        log.header["filmed"] = _filmed(result, T_world_phone, lens)
     return log.header, {**log.arrays, **_phone_arrays(T_world_phone)}
+
+
+def _filmed(
+    result: Result, T_world_phone: Float[np.ndarray, "frames 4 4"], lens: Mapping[str, float]
+) -> list[float]:
+    """Part of the time in which the phone's camera sees each sample."""
+    size = round(_LOOKED_AT * lens["aspect"]), _LOOKED_AT
+    looks = slice(None, None, _EVERY)
+    views = [pinhole(T, lens["fov_y"], *size) for T in T_world_phone[looks]]
+    return [round(share_shown(h.joints[looks], views, *size), 3) for h in result.motions]
 
 
 def _log_of(result: Result) -> tuple[Mount, CaptureSession] | None:

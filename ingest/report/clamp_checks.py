@@ -44,7 +44,12 @@ def _residuals(mount: Mount) -> Check:
     Drift is not judged either: it has been taken out, and it grows with the walk.
     """
     if not mount.residuals:
-        return Check("mount", "ok", f"{mount.method}; its file tells no residuals")
+        # Measured by benchmarks/take_checks.py: what passes as good is nearly always one of these.
+        unseen = (
+            "a log does not show whether it is turned about the vertical or moved along a flat side"
+        )
+        message = f"{mount.method}; its file tells no residuals, and {unseen}: look at the picture"
+        return Check("mount", "ok", message)
     severity = worst(
         [
             grade(abs(value), *_LIMITS[unit])

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from capture_app.manifest_builder import cause_of_leaps, held_grips, unsatisfied
+from capture_app.motion_faults import cause_of_leaps, held_grips, unsatisfied
 from omomo_core.body.grip import GRIPS
 from omomo_core.generation.person import FingerFit, Person
 from omomo_core.motion import HumanMotion

@@ -19,7 +19,7 @@ export function packed(header, arrays) {
     listed[name] = { dtype, shape, offset };
     offset += whole(values.length * SIZES[dtype]);
   }
-  const text = new TextEncoder().encode(JSON.stringify({ version: 1, ...header, arrays: listed }));
+  const text = new TextEncoder().encode(JSON.stringify({ version: 2, ...header, arrays: listed }));
   const first = whole(4 + text.length);
   const buffer = new ArrayBuffer(first + offset);
   const view = new DataView(buffer);

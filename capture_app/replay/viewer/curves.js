@@ -32,7 +32,9 @@ export function curveLane({ values, top, unit, label, kind }) {
   const most = Math.max(top, highest);
   const svg = drawing(values.length, `${label}: at most ${told(highest, unit)}`);
   piece(svg, "path", { d: path(values, most), class: `tl-curve ${kind}` });
-  return { lane: element("div", { class: "tl-lane" }, [svg]), at: (frame) => told(values[frame], unit) };
+  const scale = element("span", { class: "tl-scale", text: told(most, unit), "aria-hidden": "true" });
+  const lane = element("div", { class: "tl-lane" }, [svg, scale]);
+  return { lane, at: (frame) => told(values[frame], unit) };
 }
 
 /** The tracking of each frame as bands.

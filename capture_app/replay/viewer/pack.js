@@ -4,9 +4,9 @@
  *  @typedef {{
  *    version: number, kind: "result" | "film" | "session" | "object", name: string,
  *    fps: number, frames: number, samples: number, chosen: number, first: number, editable: boolean,
- *    joint_names: string[], joint_parents: number[], contacts: Segment[][],
+ *    joint_names: string[], joint_parents: number[], contacts: Segment[][], unsolved: number[],
  *    object: {name: string} | null, body: {height: number} | null, report: {verdict: string, app: string} | null,
- *    events: Check[], faults: string[], notes: string[], phone: Lens | null,
+ *    events: Check[], faults: Check[][], grips: Grip[][], notes: string[], phone: Lens | null, filmed: number[],
  *    arrays: Record<string, {dtype: keyof typeof TYPES, shape: number[], offset: number}>,
  *  }} Header */
 /** When a hand holds the object, frames `start` to `stop` (exclusive), and where.
@@ -16,6 +16,7 @@
 /** A check of the report that is not fine; `start` and `stop` in frames, null for the whole take.
  *  @typedef {{name: string, severity: "bad" | "warn", message: string, fix: string,
  *    start: number | null, stop: number | null}} Check */
+/** How a hand holds, in frames. @typedef {{message: string, start: number, stop: number}} Grip */
 /** Angle of the phone's picture, and quarter turns that bring it upright.
  *  @typedef {{fov_y: number, aspect: number, turns: number}} Lens */
 /** @typedef {"body" | "object"} Surface */
@@ -51,7 +52,7 @@ export function readPack(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   /** @type {Header} */
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
-  if (header.version !== 1) throw new Error(`scene packs of version ${header.version} are not read`);
+  if (header.version !== 2) throw new Error(`scene packs of version ${header.version} are not read`);
   const first = Math.ceil((4 + length) / 8) * 8;
   const views = new Map();
   /** @type {Pack["array"]} */

@@ -2,7 +2,7 @@
 
 import { clock, element } from "./elements.js";
 import { TINTS } from "./palette.js";
-import { isPlaced } from "./reports.js";
+import { isPlaced, toldOf } from "./reports.js";
 import { CAMERAS, LAYERS } from "./words.js";
 /** @import {Check, Header} from "./pack.js"
  *  @import {Placed} from "./reports.js"
@@ -79,17 +79,22 @@ export function paneNames(host, viewer, names) {
   );
 }
 
-/** The report, the faults and the notes; `chosen(event)` hears which place was clicked.
- *  @param {HTMLElement} host @param {Header} header @param {(check: Placed) => void} chosen */
-export function reportPanel(host, header, chosen) {
+/** The report, the faults of a sample and the notes; `chosen(event)` hears which place was clicked.
+ *  @param {HTMLElement} host @param {Header} header @param {number} sample
+ *  @param {(check: Placed) => void} chosen */
+export function reportPanel(host, header, sample, chosen) {
   const { report, events, faults, notes } = header;
   /** @type {HTMLElement[][]} */
   const parts = [];
-  if (report) parts.push(titled(`Recording: ${report.verdict}`, events.map((e) => item(e, header, chosen))));
-  const facts = [...faults, ...notes].map((text) => element("li", { text }));
-  if (facts.length) parts.push(titled("Good to know", facts));
+  /** @param {Check[]} checks */
+  const items = (checks) => checks.map((check) => item(check, header, chosen));
+  if (report) parts.push(titled(`Recording: ${report.verdict}`, items(events)));
+  if (faults[sample]?.length) parts.push(titled("Motion", items(faults[sample])));
+  if (notes.length) {
+    parts.push(titled("Good to know", notes.map((text) => element("li", { text }))));
+  }
   host.replaceChildren(...parts.flat());
-  host.hidden = !events.length && !facts.length;
+  host.hidden = !toldOf(header, sample).length && !notes.length;
 }
 
 /** @param {Element} host @param {Check} event */

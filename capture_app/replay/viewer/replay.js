@@ -57,7 +57,7 @@ class Page {
     panels.cameraButtons(at("cameras"), this.viewer, this.header);
     panels.layerBoxes(at("layers"), this.viewer, this.header);
     panels.speedChoice(select("speed"), this.viewer);
-    panels.reportPanel(at("report"), this.header, (event) => this.#go(event));
+    this.#report(this.header.first);
     this.#choices();
     this.#transport();
     this.#editing();
@@ -69,6 +69,11 @@ class Page {
     const way = this.header.kind === "session" ? "orbit" : "follow";
     this.viewer.camera(way);
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.viewer.play();
+  }
+
+  /** @param {number} sample */
+  #report(sample) {
+    panels.reportPanel(at("report"), this.header, sample, (event) => this.#go(event));
   }
 
   #name() {
@@ -129,6 +134,7 @@ class Page {
   #pickSample(k) {
     this.viewer.sample(0, k);
     this.timeline.sample = k;
+    this.#report(k);
     this.#names();
   }
 

@@ -1,4 +1,4 @@
-// The lane of what the report says: a flag where a check concerns a part of the take.
+// The lane of what there is to look at: a flag where a check, or a fault of the motion, concerns a part of the take.
 
 import { clock, element } from "./elements.js";
 /** @import {Check, Header} from "./pack.js" */
@@ -9,10 +9,15 @@ const LEAST = 0.012; // share of the lane that a flag takes at least
 const ROWS = 3;
 const WORDS = { bad: "Problem", warn: "Look here" };
 
-/** null when no check has a place.
- *  @param {Header} header @param {(check: Placed) => void} chosen */
-export function reportLane(header, chosen) {
-  const placed = header.events.filter(isPlaced);
+/** What is told of the recording and of a sample. @param {Header} header @param {number} sample */
+export function toldOf({ events, faults }, sample) {
+  return [...events, ...(faults[sample] ?? [])];
+}
+
+/** null when nothing that is told has a place.
+ *  @param {Header} header @param {number} sample @param {(check: Placed) => void} chosen */
+export function reportLane(header, sample, chosen) {
+  const placed = toldOf(header, sample).filter(isPlaced);
   if (!placed.length) return null;
   /** @type {number[]} */
   const ends = [];

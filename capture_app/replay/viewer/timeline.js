@@ -143,7 +143,7 @@ export class Timeline extends EventTarget {
     this.#rows.replaceChildren(this.#head());
     for (const { label, lane } of this.#strips?.lanes ?? []) this.#row(label, lane);
     for (const { name, lane, at } of lanesOf(this.#pack, this.#sample)) this.#row(name, lane, at);
-    const reports = reportLane(this.#pack.header, (event) => this.#choose(event));
+    const reports = reportLane(this.#pack.header, this.#sample, (event) => this.#choose(event));
     if (reports) this.#row("Report", reports);
     this.#rows.append(element("div", { class: "tl-playhead", "aria-hidden": "true" }));
     this.#read();

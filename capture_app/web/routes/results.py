@@ -14,6 +14,7 @@ from capture_app.jobs.job_record import OVER
 from capture_app.library_item import Info
 from capture_app.manifest import CONTACTS, MANIFEST, Manifest, read_manifest
 from capture_app.motion_arrays import unsolved_samples
+from capture_app.replay import PACK_VERSION
 from capture_app.web import sandboxed_work
 from capture_app.web.file_response import (
     FILE,
@@ -148,7 +149,7 @@ async def _packed(site: Site, id_: str, name: str, pack: Work) -> FileResponse:
     folder = site.library.results.content(id_)
     # Samples that are solved later stand in the folder, too.
     later = sorted(path.name for path in folder.glob("sample_*.npz"))
-    path = site.library.results.cache(id_) / f"{name}-{cache_key(folder, *later)}.bin"
+    path = site.library.results.cache(id_) / f"{name}-{cache_key(folder, PACK_VERSION, *later)}.bin"
     if not path.is_file():
         await site.sandbox.run(pack, folder, path)
     return FileResponse(path, media_type=SCENE)

@@ -1,6 +1,7 @@
 """`omocap overlay`: the film with the person in it, or one clear paragraph and nothing written."""
 
 import json
+import re
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -181,7 +182,24 @@ def test_the_phones_own_film_shows_the_person(
     assert first.shape == (60, 80, 3)
     blue = (first[..., 2] - first[..., 0] > 20).mean()
     assert blue > 0.02  # the person, whom the phone looks at
-    assert "never shows" not in capsys.readouterr().out
+    assert "hardly in it" not in capsys.readouterr().out
+
+
+def test_a_film_without_the_person_is_told_before_it_is_drawn(
+    filmed: Path, result: Result, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = json.loads((filmed / "camera.json").read_text())
+    T = np.array(table["T_world_camera"])
+    T[:3, :3] = T[:3, :3] @ np.diag([-1.0, 1.0, -1.0])  # it looks the other way
+    camera, out = tmp_path / "turned.json", tmp_path / "over.mp4"
+    camera.write_text(json.dumps(table | {"T_world_camera": T.tolist()}))
+    words = ["--video", str(filmed / "witness.mp4"), "--camera", str(camera), "--offset", "0.97"]
+    run(result.folder, *words, "-o", str(out))
+    told = capsys.readouterr().out
+    assert re.search(r"Note: The person is in 0 of the film's \d pictures: the camera", told)
+    assert (
+        told.index("Note: The person") < told.index("Done:") < told.index("but look at: the film")
+    )
 
 
 def text_for_a_video(filmed: Path) -> list[str]:

@@ -8,6 +8,9 @@ import pytest
 from PIL import Image
 from playwright.sync_api import expect
 
+from capture_app.motion_faults import unsatisfied
+from capture_app.result import load_result
+
 STOP = re.compile(r"hand contact 1, stop")
 
 
@@ -53,6 +56,42 @@ def test_files_and_videos_are_of_the_sample_that_is_shown(page, server, motion):
     page.wait_for_url(re.compile(r"#/jobs/"))
     job = server.ask(f"jobs/{page.url.partition('#/jobs/')[2][:16]}")
     assert job["options"]["sample"] == other + 1
+
+
+def test_what_is_told_is_of_the_sample_that_is_shown(page, server, motion):
+    """Faults and grips are those of the sample on the screen; a click on one, or on its mark, goes there."""
+    card = page.locator("section", has=page.get_by_role("heading", name="Good to know"))
+    for sample in (1 - _other(server, motion), _other(server, motion)):
+        _show(page, sample)
+        expect(card.get_by_role("heading", level=3)).to_have_text(f"Sample {sample + 1}")
+        expect(page.get_by_text(f"Of sample {sample + 1}.", exact=True)).to_be_visible(
+            timeout=60_000
+        )
+        expect(card.get_by_text("is known when it is finished")).to_have_count(0)
+        told = _told(server, motion, sample)
+        assert told
+        expect(card.locator("ul.told li")).to_have_text(told)
+        marks = page.locator(".tl-reports .tl-flag")
+        placed = [text for text in told if text.startswith("From ")]
+        expect(marks).to_have_count(len(placed))
+        start = float(placed[0].split()[1])
+        time = page.get_by_role("slider", name="Time")
+        card.locator("ul.told").get_by_role("button", name=placed[0]).click()
+        expect(time).to_have_attribute("aria-valuenow", str(round(30 * start)))
+        page.keyboard.press("Home")
+        time.focus()
+        page.keyboard.press("Home")
+        marks.first.click()
+        expect(time).to_have_attribute("aria-valuenow", str(round(30 * start)))
+    expect(page.locator(".tl-scale").first).to_have_text(re.compile(r"^\d+\.\d cm$"))
+
+
+def _told(server, motion: str, sample: int) -> list[str]:
+    folder = server.library / "results" / motion
+    result = load_result(folder if (folder / "manifest.json").is_file() else folder / "files")
+    said = list(unsatisfied(result.people[sample]))
+    general = [text for text in result.manifest.faults if not text.startswith("From ")]
+    return [*said, *(general if sample == result.manifest.chosen else [])]
 
 
 def test_the_sample_that_is_shown_is_corrected(page, server, motion):
@@ -169,3 +208,11 @@ def test_correcting_fits_the_window(page, width: int, height: int):
     for name in ("Solve again", "Stop correcting", "Add left"):
         box = page.get_by_role("button", name=name).bounding_box()
         assert box["y"] + box["height"] <= height
+
+
+def test_a_film_that_shows_nobody_is_told_before_it_is_drawn(page):
+    page.get_by_text("The person in a film of the take").click()
+    film = page.get_by_role("combobox", name="Into")
+    expect(film).to_have_value("other")
+    film.select_option("own")
+    expect(page.get_by_text(re.compile("films them at no time|films them in . %"))).to_be_visible()

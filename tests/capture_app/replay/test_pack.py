@@ -1,6 +1,7 @@
 """A scene pack, read by another reader, shows what the result and the session hold."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -226,3 +227,17 @@ def test_heavy_object_is_made_light_for_the_eye() -> None:
     radius = np.linalg.norm(arrays["object_vertices"], axis=1)
     np.testing.assert_allclose(radius, 0.3, atol=2e-3)
     assert arrays["object_position"][0, 2] == pytest.approx(0.3, abs=1e-3)
+
+
+def test_faults_and_grips_are_those_of_each_sample(tmp_path: Path) -> None:
+    result = make_result(tmp_path)
+    miss = np.zeros((FRAMES, 2))
+    miss[6:12, 1] = 0.08
+    people = (replace(result.people[0], miss=miss), *result.people[1:])
+    rough = replace(result, people=people, unsolved=frozenset({1}))
+    faults = read_pack(pack_result(rough))[0]["faults"]
+    assert faults[1] == []
+    palm = next(told for told in faults[0] if "right palm" in told["message"])
+    assert (palm["start"], palm["stop"], palm["severity"]) == (6, 11, "warn")
+    assert "From 0.20 to 0.40 s the right palm is up to 8 cm off" in palm["message"]
+    assert len(read_pack(pack_result(rough))[0]["grips"]) == len(people)

@@ -1,17 +1,18 @@
 // Videos of a motion: seen from elsewhere, or in a film of the take.
 import { ApiError, api } from "../core/api.js";
-import { h } from "../core/dom.js";
+import { h, say } from "../core/dom.js";
 import { address, go } from "../core/router.js";
 import { boardField, boardPlace } from "../calibrate/board.js";
 import { cameraFields } from "../calibrate/camera.js";
 import { brought } from "./brought.js";
 import { attempt, choice, number, tick } from "./fields.js";
 import { freshKey } from "./order_form.js";
-/** @import {Guide, Item, Result, Session} from "../core/answers.js" */
+/** @import {Guide, Item, Result, Session} from "../core/answers.js"
+ *  @import {Stage} from "./stage.js" */
 
 /** `sample()`: which one is drawn, from 1.
  *  @typedef {{guide: Guide, videos: Item[], sessions: Session[], sample: () => number,
- *    signal: AbortSignal}} Context */
+ *    stage: Stage, signal: AbortSignal}} Context */
 
 const VIEWS = {
   third: "from the side",
@@ -21,6 +22,7 @@ const VIEWS = {
   object: "from the object",
   hands: "close to the hands",
 };
+const FEW = 0.1; // part of the time in which a film has to show the person
 const THINGS = [
   ["outline", "its outline"],
   ["drawn", "the object itself"],
@@ -50,10 +52,23 @@ export function overlayForm(item, context) {
     ...(item.session ? [["own", "what the phone filmed"]] : []),
     ["other", "the film of another camera"],
   ]);
+  const unseen = h("p", { class: "hint", role: "status" });
   const show = () => {
     other.node.hidden = film.read() !== "other";
+    unseen.hidden = !other.node.hidden;
   };
-  film.input.addEventListener("change", show);
+  let chosen = false;
+  film.input.addEventListener("change", () => {
+    chosen = true;
+    show();
+  });
+  context.stage.addEventListener("opened", () => {
+    const share = context.stage.viewer?.header(0)?.filmed[context.sample() - 1] ?? 1;
+    say(unseen, share < FEW ? nobody(share) : "");
+    // What shows the person is chosen, until somebody chooses.
+    if (!chosen) film.input.value = share < FEW || !item.session ? "other" : "own";
+    show();
+  });
   show();
   const thing = choice("Draw of the object", THINGS, { hint: "It hides what is behind it." });
   const opacity = number("How solid the person is", { value: 100, min: 5, max: 100, unit: "%" });
@@ -76,9 +91,19 @@ export function overlayForm(item, context) {
   const options = h("div", { class: "grid" }, thing.node, opacity.node, offset.node, wipe.node);
   return orderForm("Draw into the film", read, [
     film.node,
+    unseen,
     other.node,
     h("details", {}, h("summary", {}, "How it looks, and when"), options),
   ]);
+}
+
+/** @param {number} share of the time */
+function nobody(share) {
+  const seen = share > 0 ? `in ${Math.max(1, Math.round(100 * share))} % of the time only` : "at no time";
+  return (
+    `The phone on the object looks away from the person and films them ${seen}. ` +
+    "The film of another camera shows them."
+  );
 }
 
 /** @param {Result} item @param {Context} context */

@@ -17,6 +17,10 @@ import { sampleWords } from "/static/viewer/words.js";
  *  @import {Visit} from "../core/router.js"
  *  @import {Context} from "../parts/videos_form.js" */
 
+const FPS = 30;
+const FAULTLESS =
+  "Every palm is where it should be, nothing is inside the object, and nobody is too fast.";
+
 /** `#/results/ID` @param {Visit} visit */
 export async function result({ params, signal }) {
   // What takes longest is asked for first.
@@ -90,10 +94,10 @@ export async function result({ params, signal }) {
         samplePicker(item.samples, chosen, show),
         stood(item, stage),
       ),
-      h("div", { class: "stack" }, use(item, choices, which, { sample, signal }), share(shared), words(item)),
+      h("div", { class: "stack" }, use(item, choices, which, { sample, signal }), share(shared), words(item, stage)),
     ),
     resultVideo(item, signal),
-    moreVideos(item, { guide, videos, sessions, sample, signal }),
+    moreVideos(item, { guide, videos, sessions, sample, stage, signal }),
     making(item),
   );
   show([chosen]);
@@ -170,37 +174,57 @@ function share(link) {
   );
 }
 
-/** @param {Result} item */
-function words(item) {
-  const told = [...(item.findings ?? []), ...(item.faults ?? []), ...(item.notes ?? [])];
+/** What is known of the take, and of the sample that is shown.
+ *  @param {Result} item @param {Stage} stage */
+function words(item, stage) {
+  const take = [...(item.findings ?? []), ...(item.notes ?? [])];
+  const sample = h("div", { class: "stack tight" });
+  stage.addEventListener("opened", () => put(sample, ofShown(item, stage)));
   return h(
     "section",
     { class: "card stack" },
     h("h2", {}, "Good to know"),
-    told.length
-      ? h(
-          "ul",
-          { class: "told" },
-          told.map((text) => h("li", {}, text)),
-        )
-      : h(
-          "p",
-          { class: "hint" },
-          "Every palm is where it should be. The body and the hands are not inside the object.",
-        ),
-    item.grips?.length
-      ? h(
-          "details",
-          {},
-          h("summary", {}, "How the hands hold"),
-          h(
-            "ul",
-            {},
-            item.grips.map((text) => h("li", {}, text)),
-          ),
-        )
-      : null,
+    take.length ? h("ul", { class: "told" }, take.map((text) => h("li", {}, text))) : null,
+    sample,
   );
+}
+
+/** The faults of each shown sample, and how its hands hold; a click goes to the place.
+ *  @param {Result} item @param {Stage} stage */
+function ofShown(item, stage) {
+  return stage.scenes.map(({ sample = 0 }, slot) => {
+    const header = stage.viewer?.header(slot);
+    if (!header) return null;
+    const rough = header.unsolved.includes(sample);
+    const faults = header.faults[sample] ?? [];
+    const grips = header.grips[sample] ?? [];
+    return [
+      item.samples > 1 ? h("h3", {}, sampleWords(sample)) : null,
+      rough
+        ? h("p", { class: "hint" }, "How the hands and the body fit is known when it is finished.")
+        : faults.length
+          ? h("ul", { class: "told" }, faults.map((fault) => place(fault, stage)))
+          : h("p", { class: "hint" }, FAULTLESS),
+      grips.length && !rough
+        ? h(
+            "details",
+            {},
+            h("summary", {}, "How the hands hold"),
+            h("ul", {}, grips.map((grip) => place(grip, stage))),
+          )
+        : null,
+    ];
+  });
+}
+
+/** @param {{message: string, start: number | null}} told @param {Stage} stage */
+function place({ message, start }, stage) {
+  if (start === null) return h("li", {}, message);
+  const go = () => {
+    stage.viewer?.pause();
+    stage.viewer?.seek(start / FPS);
+  };
+  return h("li", {}, h("button", { type: "button", class: "link", on: { click: go } }, message));
 }
 
 /** @param {Result} item @param {Context} context */
