@@ -8,7 +8,6 @@ import typer
 from rich.markup import escape
 from typer.core import TyperGroup
 
-from capture_app.cli import options
 from capture_app.cli.console import output, say
 from capture_app.cli.derived import derived
 from capture_app.commands.calibrate import (
@@ -34,17 +33,8 @@ MaybeObject = Annotated[
 ]
 
 
-Model = Annotated[
-    Path,
-    typer.Argument(
-        help="COLMAP model of the scan: the folder with cameras, images and points3D.",
-        show_default=False,
-    ),
-]
-
-
 @derived(ScanWay)
-def scan(model: Model, mount_file: MountFile, **said: Any) -> None:
+def scan(mount_file: MountFile, **said: Any) -> None:
     """Find the clamped phone in the scan of the object and its surroundings.
 
     The object stands where it was scanned while the clamped phone films for two seconds. If it is
@@ -53,11 +43,11 @@ def scan(model: Model, mount_file: MountFile, **said: Any) -> None:
     """
     from capture_app.cli.mount_summary import carry_out
 
-    carry_out(ScanWay, {**said, "model": model}, mount_file)
+    carry_out(ScanWay, said, mount_file)
 
 
 @derived(SessionWay)
-def session(session: options.Session, mount_file: MountFile, **said: Any) -> None:
+def session(mount_file: MountFile, **said: Any) -> None:
     """Scan the object, then clamp the phone to it without stopping the log or moving the object.
 
     The clamped phone's pose while it stands still, and the object's place in the same world, give
@@ -65,21 +55,11 @@ def session(session: options.Session, mount_file: MountFile, **said: Any) -> Non
     """
     from capture_app.cli.mount_summary import carry_out
 
-    carry_out(SessionWay, {**said, "session": session}, mount_file)
-
-
-Film = Annotated[
-    Path,
-    typer.Argument(
-        help="What the second camera recorded: a video, a folder of pictures with times.csv, or the "
-        "session of a second phone.",
-        show_default=False,
-    ),
-]
+    carry_out(SessionWay, said, mount_file)
 
 
 @derived(BoardWay)
-def board(session: options.Session, film: Film, mount_file: MountFile, **said: Any) -> None:
+def board(mount_file: MountFile, **said: Any) -> None:
     """Film a board on the object from a tripod while the clamped phone logs and you turn the object.
 
     Turn it by 30 to 60 degrees about two directions for 20 seconds. The clocks need not agree. Print
@@ -87,21 +67,11 @@ def board(session: options.Session, film: Film, mount_file: MountFile, **said: A
     """
     from capture_app.cli.mount_summary import carry_out
 
-    carry_out(BoardWay, {**said, "session": session, "film": film}, mount_file)
-
-
-Poses = Annotated[
-    Path,
-    typer.Argument(
-        help="The tracker's log of the object in its own resting frame: lines of "
-        "t x y z qx qy qz qw by blanks or commas; any clock.",
-        show_default=False,
-    ),
-]
+    carry_out(BoardWay, said, mount_file)
 
 
 @derived(TrackerWay)
-def tracker(session: options.Session, poses: Poses, mount_file: MountFile, **said: Any) -> None:
+def tracker(mount_file: MountFile, **said: Any) -> None:
     """Calibrate from a recording in which phone and another tracker followed the same motion.
 
     Turn the object by 30 to 60 degrees about two directions, for 20 seconds or more. The clocks need
@@ -109,22 +79,11 @@ def tracker(session: options.Session, poses: Poses, mount_file: MountFile, **sai
     """
     from capture_app.cli.mount_summary import carry_out
 
-    carry_out(TrackerWay, {**said, "session": session, "poses": poses}, mount_file)
-
-
-MountToRefine = Annotated[
-    Path,
-    typer.Argument(
-        help="Mount file to refine, of the same clamping.",
-        show_default=False,
-    ),
-]
+    carry_out(TrackerWay, said, mount_file)
 
 
 @derived(FloorWay)
-def floor(
-    mount: MountToRefine, session: options.Session, mount_file: MountFile, **said: Any
-) -> None:
+def floor(mount_file: MountFile, **said: Any) -> None:
     """Refine a mount by a take in which the object stands on the floor, or is pushed over it.
 
     Each rest fixes how the object is tilted. Its height is fixed where the floor's is known: from
@@ -132,7 +91,7 @@ def floor(
     """
     from capture_app.cli.mount_summary import carry_out
 
-    carry_out(FloorWay, {**said, "mount": mount, "session": session}, mount_file)
+    carry_out(FloorWay, said, mount_file)
 
 
 PairFile = Annotated[

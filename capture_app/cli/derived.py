@@ -9,7 +9,7 @@ import typer
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from capture_app.commands.inputs import group_of, option_of, typed_as
+from capture_app.commands.inputs import Positional, group_of, option_of, typed_as
 
 
 def derived(
@@ -54,6 +54,8 @@ def derived(
 
 
 def _parameter(name: str, field: FieldInfo) -> inspect.Parameter:
+    if any(isinstance(mark, Positional) for mark in field.metadata):
+        return _argument(name, field)
     flag = option_of(name, field)
     kind = typed_as(field.annotation)
     if field.default is True or kind == bool | None:
@@ -75,6 +77,13 @@ def _parameter(name: str, field: FieldInfo) -> inspect.Parameter:
         default=default,
         annotation=Annotated[kind, option],
     )
+
+
+def _argument(name: str, field: FieldInfo) -> inspect.Parameter:
+    """An argument that must be given."""
+    argument = typer.Argument(help=field.description, show_default=False)
+    kind = Annotated[typed_as(field.annotation), argument]
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=kind)
 
 
 def _text(default: Any, kind: Any) -> Any:

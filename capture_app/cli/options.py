@@ -6,7 +6,8 @@ from typing import Annotated, Any
 
 import typer
 
-from capture_app.commands.inputs import OptionGroup
+from capture_app.commands.inputs import LOG, OptionGroup
+from capture_app.commands.run import DRAW
 from omomo_core.errors import InputError
 
 IDENTITY = "identity"
@@ -27,9 +28,7 @@ def _option(*names: str, text: str, **rest: Any) -> Any:
 
 Session = Annotated[
     Path,
-    typer.Argument(
-        help="What the phone's logger wrote: folder, pose file or archive.", show_default=False
-    ),
+    typer.Argument(help=LOG, show_default=False),
 ]
 Recording = Annotated[
     Path,
@@ -66,7 +65,7 @@ Format = Annotated[
         text="Read the log as that of this app (a name that `omocap formats` lists), whatever it looks like.",
     ),
 ]
-Video = Annotated[bool, typer.Option(help="Draw a video.", rich_help_panel=OptionGroup.RESULT)]
+Video = Annotated[bool, typer.Option(help=DRAW, rich_help_panel=OptionGroup.RESULT)]
 Replace = Annotated[
     bool,
     _option(

@@ -15,14 +15,6 @@ from capture_app.commands.scan import ScanRequest
 if TYPE_CHECKING:
     from capture_app.scanning.scan_object import ObjectScan
 
-Source = Annotated[
-    Path,
-    typer.Argument(
-        help="What the object was filmed with: a phone's session with pictures, photos, a video, a "
-        "COLMAP model; or a mesh of another app (GLB, OBJ, PLY, STL, USDZ).",
-        show_default=False,
-    ),
-]
 Output = Annotated[
     Path,
     typer.Option("-o", "--output", help="Mesh to write: .glb, .ply or .obj.", show_default=False),
@@ -30,7 +22,7 @@ Output = Annotated[
 
 
 @derived(ScanRequest)
-def scan(source: Source, mesh: Output, **said: Any) -> None:
+def scan(mesh: Output, **said: Any) -> None:
     """Make the object's mesh from a film of it: metres, z up, standing on its base.
 
     Walk around the object twice, once level with it and once from above. Beside object.glb comes the
@@ -40,8 +32,7 @@ def scan(source: Source, mesh: Output, **said: Any) -> None:
     from capture_app.cli.console import progress_bars
     from capture_app.scanning.scan_object import scan_object
 
-    asked = {**said, "source": source, "output": mesh}
-    request = validated(ScanRequest, asked, "option-invalid")
+    request = validated(ScanRequest, {**said, "output": mesh}, "option-invalid")
     _estimate(request)
     with progress_bars() as progress:
         made = scan_object(request, progress)

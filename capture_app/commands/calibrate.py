@@ -6,8 +6,10 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat, model_validator
 
 from capture_app.commands.inputs import (
+    LOG,
     BoardPlacement,
     CameraIntrinsics,
+    DescribedModel,
     FromLibrary,
     Inline,
     LogFormat,
@@ -16,6 +18,7 @@ from capture_app.commands.inputs import (
     Number,
     OptionName,
     Point,
+    Positional,
     ShortText,
     with_example,
 )
@@ -27,7 +30,12 @@ _MESH = "Mesh of the object: OBJ, PLY, STL or GLB, in metres; its frame is the o
 _MAYBE_MESH = "Mesh of the object, to note which one it is."
 Object = Annotated[Path, Field(description=_MESH)]
 MaybeObject = Annotated[Path | None, Field(description=_MAYBE_MESH)]
-SessionPath = Annotated[Path, FromLibrary(("session",))]
+SessionPath = Annotated[
+    Path,
+    Positional(),
+    FromLibrary(("session",)),
+    Field(description=LOG),
+]
 
 
 class Way(BaseModel):
@@ -72,8 +80,15 @@ class BoardWay(Way):
     method: Literal["board"] = "board"
     object: MaybeObject = None
     session: SessionPath
-    film: Annotated[Path, FromLibrary(("video", "session", "material"))]
-    """A video, a folder of pictures with times.csv, or the session of a second phone."""
+    film: Annotated[
+        Path,
+        Positional(),
+        FromLibrary(("video", "session", "material")),
+        Field(
+            description="What the second camera recorded: a video, a folder of pictures with times.csv, "
+            "or the session of a second phone."
+        ),
+    ]
     board: Annotated[
         ShortText,
         Field(
@@ -110,8 +125,15 @@ class TrackerWay(Way):
     method: Literal["tracker"] = "tracker"
     object: MaybeObject = None
     session: SessionPath
-    poses: Annotated[Path, FromLibrary(("material",))]
-    """Lines of t x y z qx qy qz qw, in the tracker's own resting frame."""
+    poses: Annotated[
+        Path,
+        Positional(),
+        FromLibrary(("material",)),
+        Field(
+            description="The tracker's log of the object in its own resting frame: lines of "
+            "t x y z qx qy qz qw by blanks or commas; any clock."
+        ),
+    ]
     body: Annotated[
         Path | None,
         Inline(Matrix, "body.txt"),
@@ -171,7 +193,7 @@ class SessionWay(Way):
         Field(
             title="The mesh of the recording",
             description="Mesh of the object that the app made in this very session, as it exports it "
-            "(y up).",
+            "(y up); not given with a pose or a board.",
         ),
     ] = None
     object_pose: Annotated[
@@ -234,8 +256,15 @@ class ScanWay(Way):
 
     method: Literal["scan"] = "scan"
     object: Object
-    model: Annotated[Path | None, FromLibrary(("material",))] = None
-    """Folder of a COLMAP model; None for that of the scan which made the mesh."""
+    model: Annotated[
+        Path | None,
+        Positional(),
+        FromLibrary(("material",)),
+        Field(
+            description="COLMAP model of the scan: the folder with cameras, images and points3D."
+        ),
+    ] = None
+    """None for that of the scan which made the mesh."""
     images: Annotated[
         Path | None,
         Field(
@@ -251,7 +280,9 @@ class ScanWay(Way):
     session: Annotated[
         Path | None,
         FromLibrary(("session",)),
-        Field(description="What the clamped phone's logger wrote, with its film."),
+        Field(
+            description="What the clamped phone's logger wrote, with its film; not given with photos."
+        ),
     ] = None
     photos: Annotated[
         Path | None,
@@ -308,7 +339,12 @@ class FloorWay(Way):
 
     method: Literal["floor"] = "floor"
     object: Object
-    mount: Annotated[Path, FromLibrary(("mount",))]
+    mount: Annotated[
+        Path,
+        Positional(),
+        FromLibrary(("mount",)),
+        Field(description="Mount file to refine, of the same clamping."),
+    ]
     session: SessionPath
     phone_height: Annotated[
         float | None,
@@ -317,14 +353,14 @@ class FloorWay(Way):
             gt=0,
             le=5,
             description="Metres from the floor up to the lens of the wide camera, measured with a tape "
-            "where the object first rests.",
+            "where the object first rests; what the recording shows if not given.",
         ),
     ] = None
     floor: Annotated[
         FiniteFloat | None,
         Field(
             description="Height of the floor in the phone's world, metres (0 is where recording began, "
-            "so it is negative)."
+            "so it is negative); what the recording shows if not given."
         ),
     ] = None
 
@@ -360,7 +396,8 @@ class HandWay(Way):
         Field(
             title="measure its lens",
             description='For a phone whose lens is not known: "WIDTH HEIGHT TOP SIDE" of its body and of '
-            "the main lens from the top and, from behind, from the left edge, mm.",
+            "the main lens from the top and, from behind, from the left edge, mm; "
+            "not given for others.",
         ),
     ] = None
 
@@ -382,7 +419,8 @@ class DrawingWay(HandWay):
         Annotated[Point, BeforeValidator(_three)] | None,
         Field(
             title="Where it is, in the object's own axes",
-            description='Where it is in the object\'s frame, metres: "0.10 0.22 0.05".',
+            description='Where it is in the object\'s frame, metres: "0.10 0.22 0.05"; '
+            "not given with a matrix.",
         ),
     ] = None
     point: Annotated[
@@ -393,18 +431,20 @@ class DrawingWay(HandWay):
         ShortText | None,
         Field(
             title="How it is turned",
-            description='How the phone is turned, in words: "screen faces +x, top edge points +z".',
+            description='How the phone is turned, in words: "screen faces +x, top edge points +z"; '
+            "not given with angles, a quaternion or a matrix.",
         ),
     ] = None
     euler: Annotated[
         ShortText | None,
         Field(
-            description='Order and degrees: "xyz 0 90 0" about fixed axes, "XYZ 0 90 0" about turned ones.'
+            description='Instead of axes: order and degrees, "xyz 0 90 0" about fixed axes, "XYZ 0 90 0" '
+            "about turned ones."
         ),
     ] = None
     quaternion: Annotated[
         Annotated[tuple[Number, Number, Number, Number], BeforeValidator(_four)] | None,
-        Field(description='x y z w: "0 0 0 1".'),
+        Field(description='Instead of axes, as a unit quaternion x y z w: "0 0 0 1".'),
     ] = None
     matrix: Annotated[
         Path | None,
@@ -416,7 +456,7 @@ class DrawingWay(HandWay):
             allow_inf_nan=False,
             ge=0,
             le=1000,
-            description="One sigma of the place; take 3 for a ruler.",
+            description="One sigma of the place, mm; take 3 for a ruler.",
         ),
     ] = 1.0
     sigma_deg: Annotated[
@@ -425,12 +465,12 @@ class DrawingWay(HandWay):
             allow_inf_nan=False,
             ge=0,
             le=180,
-            description="One sigma of the direction; take 3 by eye.",
+            description="One sigma of the direction, degrees; take 3 by eye.",
         ),
     ] = 1.0
 
 
-class ClickedPair(BaseModel):
+class ClickedPair(DescribedModel):
     """A point on the phone, and the same point on the object."""
 
     model_config = ConfigDict(frozen=True) | with_example(

@@ -4,7 +4,7 @@ import types
 from dataclasses import dataclass
 from enum import Enum, StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.fields import FieldInfo
@@ -19,6 +19,8 @@ _Row = tuple[Number, Number, Number, Number]
 Matrix = tuple[_Row, _Row, _Row, _Row]
 """A pose, row by row; a similarity where its rotation may be scaled."""
 
+_T = TypeVar("_T")
+
 PLACE_EXAMPLE = {
     "points": [
         {"board_mm": [0, 0], "object": [0.17, -0.06, 0.13]},
@@ -28,6 +30,16 @@ PLACE_EXAMPLE = {
 }
 
 
+class DescribedModel(BaseModel):
+    """A model in whose schema the text below a field is the field's description."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
+
+Which = Annotated[_T, Field(description="Says which of the alternatives this is.")]
+"""The type of a field by which the members of a union are told apart: `Which[Literal["run"]]`."""
+
+
 def with_example(**example: Any) -> ConfigDict:
     """Return the configuration of a model of HTTP that has this example."""
     return ConfigDict(
@@ -35,42 +47,54 @@ def with_example(**example: Any) -> ConfigDict:
     )
 
 
-class PlacePoint(BaseModel):
+class PlacePoint(DescribedModel):
     """A point of a printed board, and where it is on the object."""
 
     model_config = with_example(**PLACE_EXAMPLE["points"][0])
 
     board_mm: tuple[Number, Number]
-    """x and y on the print, from the corner where the arrows start."""
+    """x and y on the print in millimetres, from the corner where the arrows start."""
     object: Point
     """Metres in the object's frame."""
 
 
-class BoardPlacement(BaseModel):
+class BoardPlacement(DescribedModel):
     """The place of a board on the object."""
 
     model_config = with_example(**PLACE_EXAMPLE)
 
     points: Annotated[list[PlacePoint], Field(min_length=3, max_length=200)]
+    """Points that do not lie on one line."""
     sigma_mm: Annotated[float, Field(gt=0, le=100)] = 2.0
+    """How far the places on the object are off, one sigma, millimetres."""
 
 
-class CameraIntrinsics(BaseModel):
+class CameraIntrinsics(DescribedModel):
     """The intrinsics of a camera, in pixels of its pictures, and its pose where that is known."""
 
     model_config = with_example(fx=1430, fy=1430, cx=960, cy=540, width=1920, height=1080)
 
     fx: Annotated[float, Field(gt=0, le=1e6)]
+    """Focal length along x, pixels."""
     fy: Annotated[float, Field(gt=0, le=1e6)]
+    """Focal length along y, pixels."""
     cx: Number
+    """Principal point from the left edge, pixels."""
     cy: Number
+    """Principal point from the top edge, pixels."""
     distortion: Annotated[list[Number], Field(max_length=14)] = []
-    """OpenCV's k1 k2 p1 p2 k3 ..."""
+    """OpenCV's k1 k2 p1 p2 k3 ...; none if empty."""
     width: Annotated[int, Field(ge=16, le=16384)]
+    """Width of its pictures, pixels."""
     height: Annotated[int, Field(ge=16, le=16384)]
+    """Height of its pictures, pixels."""
     T_world_camera: Matrix | None = None
-    """Its pose in the world of a result: x right, y down, z ahead."""
+    """Its pose in the world of a result, row by row, metres: x right, y down, z ahead. Needed in an overlay
+    without a board, if not given elsewhere."""
 
+
+LOG = "What the phone's logger wrote: folder, pose file or archive."
+"""Description of a session, for fields and arguments."""
 
 ItemKind = Literal["session", "object", "mount", "video", "contacts", "material"]
 """What can be in the library of the page."""
@@ -107,6 +131,11 @@ class OptionName:
 
 
 @dataclass(frozen=True)
+class Positional:
+    """Marks a field that the command line takes as an argument, without the name of an option."""
+
+
+@dataclass(frozen=True)
 class FromLibrary:
     """Marks a path that a client of the page names by the id of something in the library."""
 
@@ -132,7 +161,7 @@ LogFormat = Annotated[
         title="Recorded with",
         max_length=100,
         description="Read the log as that of this app (a name that `omocap formats` lists), "
-        "whatever it looks like.",
+        "whatever it looks like; told by what it holds if not given.",
     ),
 ]
 Sample = Annotated[

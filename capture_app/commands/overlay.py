@@ -55,7 +55,7 @@ class OverlayRequest(Request):
         Field(
             title="The board",
             description="The board that the film shows, as its sheet says: A4, or "
-            "5x7:35mm:26mm:DICT_5X5_100.",
+            "5x7:35mm:26mm:DICT_5X5_100. None is looked for if not given.",
         ),
     ] = None
     board_at: Annotated[
@@ -86,7 +86,7 @@ class OverlayRequest(Request):
         FromLibrary(("material",)),
         Field(
             description="COLMAP model of the object where it stood before the take, and of its "
-            "surroundings: the camera is found again in it."
+            "surroundings: the camera is found again in it. Not used if not given."
         ),
     ] = None
     scan_images: Annotated[
@@ -100,7 +100,7 @@ class OverlayRequest(Request):
         Inline(Matrix, "model_to_object.txt"),
         Field(
             description="With --scan: the four rows of four that take the model's points into the "
-            "object's frame."
+            "object's frame in metres."
         ),
     ] = None
     scanned_at: Annotated[
@@ -112,7 +112,7 @@ class OverlayRequest(Request):
         Field(
             title="Add to the film's time to get the motion's",
             description="Seconds to add to the film's time to get the motion's; found by a board on the "
-            "object, or by what moves in the film of a camera that stood still.",
+            "object, or by what moves in the film of a camera that stood still, if not given.",
         ),
     ] = None
     object_style: Annotated[

@@ -40,7 +40,7 @@ class ReadingOptions(BaseModel):
             title="Which way is up",
             description="Which way is up, where the log does not say: a direction in the phone's world, "
             "e.g. 0,1,0; or the axis of the mesh that points up where the object rests, e.g. object:z "
-            "or object:-y.",
+            "or object:-y. What the log says, if not given.",
         ),
     ] = None
     stitch: Annotated[

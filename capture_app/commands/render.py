@@ -28,8 +28,8 @@ Markers = Annotated[bool, Field(description="Show where hands hold, and the obje
 Smooth = Annotated[
     bool | None,
     Field(
-        description="Smooth edges; a video takes half as long again. PNGs have them if not told "
-        "otherwise."
+        description="Smooth edges; a video takes half as long again. only PNGs have them if "
+        "not given."
     ),
 ]
 DrawnBy = Annotated[

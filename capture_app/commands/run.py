@@ -42,6 +42,8 @@ Replace = Annotated[
 ]
 
 
+DRAW = "Draw a video."
+"""Description of the choice whether a video is drawn."""
 VIDEO = "motion.mp4"
 """Name of the video in a result folder."""
 
@@ -50,7 +52,13 @@ class TakeOptions(ReadingOptions):
     """Options of a take and its motion for the page, the command line and tables alike."""
 
     samples: Annotated[
-        int, Field(title="Samples", ge=1, le=64, description="Motions to make; the best is chosen.")
+        int,
+        Field(
+            title="Samples",
+            ge=1,
+            le=64,
+            description="How many motions to make; the best is chosen.",
+        ),
     ] = 4
     seed: Annotated[
         int,
@@ -99,8 +107,8 @@ class TakeOptions(ReadingOptions):
             title="They stood elsewhere",
             description="Where the person stood when the take began, to about 30 cm: x,y on the floor "
             "of the result's world in metres, e.g. 0.8,-1.2; or the word phone, if the "
-            "person stood before the phone's screen and tapped it to record. Every result "
-            "says where its person begins.",
+            "person stood before the phone's screen and tapped it to record; the program "
+            "decides if not given. Every result says where its person begins.",
         ),
     ] = None
     force: Annotated[

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat, model_validator
 
-from capture_app.commands.inputs import FromLibrary, LogFormat, OptionName, ShortText
+from capture_app.commands.inputs import FromLibrary, LogFormat, OptionName, Positional, ShortText
 from capture_app.commands.request import ItemRequest, place_of
 from capture_app.commands.text_values import read_box, read_point
 from ingest.scan.scan_choices import PICTURES, VERTICES, Method, Symmetry, Unit, Up
@@ -37,7 +37,8 @@ class ScanOptions(BaseModel):
             title="Height of the object",
             gt=0,
             le=10,
-            description="The object's height in metres, where nothing else tells its size.",
+            description="The object's height in metres, where nothing else tells its size; not used "
+            "if not given.",
         ),
     ] = None
     board: Annotated[
@@ -47,7 +48,8 @@ class ScanOptions(BaseModel):
             description="What lies printed beside the object and gives the size: a board of omocap "
             "(A4, or such as 5x7:35mm:26mm:DICT_5X5_100), AprilTags or ArUco markers with the side of "
             "the black square (tag36h11:80mm, or DICT_4X4_50:50mm:7 for number 7 alone), or a plain "
-            "checkerboard with its inner corners and the side of a square (checkerboard:9x6:25mm).",
+            "checkerboard with its inner corners and the side of a square (checkerboard:9x6:25mm). None is "
+            "looked for if not given.",
         ),
     ] = None
     length: Annotated[
@@ -55,7 +57,7 @@ class ScanOptions(BaseModel):
         Field(
             max_length=2000,
             description="A length between two points picked in pictures gives the size: "
-            "METRES:PICTURE,X,Y;PICTURE,X,Y:PICTURE,X,Y;PICTURE,X,Y.",
+            "METRES:PICTURE,X,Y;PICTURE,X,Y:PICTURE,X,Y;PICTURE,X,Y. Not used if not given.",
         ),
     ] = None
     poses: Annotated[
@@ -70,7 +72,7 @@ class ScanOptions(BaseModel):
     ] = False
     format: LogFormat = None
     frames: Annotated[
-        int, Field(title="Pictures to use", ge=12, le=400, description="Pictures to use.")
+        int, Field(title="Pictures to use", ge=12, le=400, description="How many pictures to use.")
     ] = PICTURES
     box: Annotated[
         Annotated[Corners, BeforeValidator(_box)] | None,
@@ -93,7 +95,7 @@ class ScanOptions(BaseModel):
         Field(
             title="The place",
             description="A point x,y,z on the object in a mesh that holds more: what stands there is cut "
-            "out. In metres, z up, as Blender shows it.",
+            "out. In metres, z up, as Blender shows it; the whole mesh is taken if not given.",
         ),
     ] = None
     symmetry: Annotated[
@@ -117,18 +119,26 @@ class ScanOptions(BaseModel):
             title="Corners of the mesh",
             ge=500,
             le=100_000,
-            description="Vertices of the mesh, about.",
+            description="How many vertices the mesh has, about.",
         ),
     ] = VERTICES
     unit: Annotated[
-        Unit | None, OptionName("--units"), Field(description="Unit of a mesh of another app.")
+        Unit | None,
+        OptionName("--units"),
+        Field(description="Unit of a mesh of another app; what its file says if not given."),
     ] = None
     up: Annotated[
         Up | None,
-        Field(description="The axis of a mesh file that is up, where it does not say it."),
+        Field(
+            description="The axis of a mesh file that is up, where it does not say it; the file decides "
+            "if not given."
+        ),
     ] = None
     object_name: Annotated[
-        ShortText | None, Field(description="Which object of a mesh that holds several.")
+        ShortText | None,
+        Field(
+            description="Which object of a mesh that holds several; not given where there is one."
+        ),
     ] = None
 
     draft: Annotated[
@@ -186,8 +196,15 @@ class ScanRequest(ScanOptions, ItemRequest):
     KIND: ClassVar[str] = "scan"
     READS: ClassVar[tuple[str, ...]] = ("source", "images")
 
-    source: Annotated[Path, FromLibrary(("session", "video", "material"))]
-    """A session with pictures, photos, a video, a COLMAP model, or a mesh that another app made."""
+    source: Annotated[
+        Path,
+        Positional(),
+        FromLibrary(("session", "video", "material")),
+        Field(
+            description="What the object was filmed with: a phone's session with pictures, photos, a "
+            "video, a COLMAP model; or a mesh of another app (GLB, OBJ, PLY, STL, USDZ)."
+        ),
+    ]
     images: Annotated[
         Path | None, Field(description="Folder of the pictures of a COLMAP model.")
     ] = None

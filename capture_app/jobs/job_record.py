@@ -4,8 +4,9 @@ import errno
 from datetime import datetime
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import ConfigDict
 
+from capture_app.commands.inputs import DescribedModel
 from omomo_core.errors import OmocapError
 
 State = Literal["queued", "running", "cancelling", "cancelled", "done", "failed"]
@@ -16,7 +17,7 @@ LONGEST_LOG = 200
 """Sentences."""
 
 
-class _Frozen(BaseModel):
+class _Frozen(DescribedModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
@@ -24,18 +25,24 @@ class JobInput(_Frozen):
     """A file or folder that a job reads."""
 
     role: str
+    """What it is to the job, such as "session"."""
     path: str
+    """Its path; over HTTP its name in the library."""
     sha256: str | None = None
-    """Known once the job has read it."""
+    """Checksum of its content; not given before the job has read it."""
 
 
 class JobError(_Frozen):
     """Why a job failed, in words; a defect's trace is in the worker's log."""
 
     code: str
+    """Stays the same in all versions, such as "mesh-unreadable"."""
     what: str
+    """What is wrong, in a sentence."""
     where: str = ""
+    """The file, option or frames; "" where that is no place."""
     fix: str = ""
+    """How to fix it; "" where no remedy is sure."""
 
     @classmethod
     def of(cls, error: OmocapError) -> "JobError":
@@ -49,9 +56,11 @@ class JobRecord(_Frozen):
     id: str
     """16 lower-case hex digits."""
     kind: str
+    """What is ordered, such as "run"."""
     name: str
     """Name that its owner gave it."""
     state: State
+    """How it is going; it stays cancelled, done or failed."""
     stage: str
     """What it is at, e.g. "solve"; the last thing it was at when it is over."""
     fraction: float
@@ -61,6 +70,7 @@ class JobRecord(_Frozen):
     timings: dict[str, float]
     """Seconds spent in each stage."""
     inputs: tuple[JobInput, ...]
+    """What it reads."""
     options: dict[str, Any]
     """What was ordered, apart from inputs and output."""
     output: str | None
@@ -68,11 +78,15 @@ class JobRecord(_Frozen):
     summary: dict[str, Any]
     """What its kind tells of the outcome: a run its verdict on the take and its scores."""
     error: JobError | None
+    """Why it failed; null unless it has."""
     attempts: int
     """How often a worker began or went on with it."""
     created: datetime
+    """When it was ordered, UTC."""
     started: datetime | None
+    """When a worker first began with it, UTC."""
     ended: datetime | None
+    """When it was over, UTC."""
 
 
 FULL = (errno.ENOSPC, errno.EDQUOT)

@@ -6,8 +6,10 @@ from collections.abc import AsyncGenerator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
+from typing import Any
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
+from fastapi.security import HTTPBearer
 from starlette.middleware import Middleware
 from starlette.requests import Request
 
@@ -26,6 +28,12 @@ from capture_app.web.routes import about, items, jobs, mounts, reports, results,
 from capture_app.web.site import Limits, Site
 
 _SWEEP_EVERY = 3600.0
+_BEARER = HTTPBearer(
+    auto_error=False,
+    description="The token that the server printed when it was started. A browser sends the cookie "
+    "instead that it gets from POST /api/login.",
+)
+"""Describes what `Token.guard` asks for, and refuses nobody itself."""
 _ERRORS = (400, 401, 403, 404, 408, 409, 411, 413, 422, 500, 507)
 
 
@@ -70,6 +78,8 @@ def create_app(
         docs_url=None,
         redoc_url=None,
         lifespan=_lifespan,
+        generate_unique_id_function=_operation_id,
+        dependencies=[Depends(_BEARER)] if site.token is not None else [],
         responses={status: {"model": ErrorReply} for status in _ERRORS},
         middleware=[
             Middleware(Headers),
@@ -98,6 +108,11 @@ def create_app(
         app.include_router(items.routes(kind))
     add_pages(app)
     return app
+
+
+def _operation_id(route: Any) -> str:
+    """Return a name that stays when an address changes: what it is about, and its function's name."""
+    return "_".join([*map(str, route.tags), route.name.rstrip("_")])
 
 
 def _bound(limits: Limits) -> Callable[[Request], int]:

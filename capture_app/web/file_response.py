@@ -15,18 +15,15 @@ from unicodedata import normalize
 from urllib.parse import quote
 
 from fastapi import FastAPI
-from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 from starlette.responses import FileResponse, Response
 from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
 
+from capture_app.commands.inputs import DescribedModel
 from capture_app.replay import VIEWER
 from capture_app.web.guards import SANDBOX
 from capture_app.web.problems import Refused
-
-FILE: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}
-"""How a route that answers with a file describes its reply."""
 
 _SHOWN = {
     ".mp4": "video/mp4",
@@ -37,12 +34,33 @@ _SHOWN = {
 """The only kinds that a browser may show by itself."""
 
 
-class ResultFile(BaseModel):
+def binary(description: str, *kinds: str) -> dict[int | str, dict[str, Any]]:
+    """Return how a route that answers with a file describes its reply.
+
+    Args:
+        description: what the file is.
+        kinds: content types that it may have.
+    """
+    schema = {"schema": {"type": "string", "format": "binary"}}
+    return {200: {"description": description, "content": dict.fromkeys(kinds, schema)}}
+
+
+DOWNLOAD = "application/octet-stream"
+FILE = binary(
+    "The file; what no browser shows by itself is a download.", DOWNLOAD, *_SHOWN.values()
+)
+PICTURE = binary("A picture.", "image/png")
+
+
+class ResultFile(DescribedModel):
     """A file as the page lists it."""
 
     name: str
+    """Its file name."""
     size: int
+    """Bytes."""
     href: str
+    """Address on this server from which it is loaded."""
 
 
 def file_response(path: Path, name: str) -> FileResponse:
@@ -55,7 +73,7 @@ def file_response(path: Path, name: str) -> FileResponse:
     kind = _SHOWN.get(path.suffix.lower())
     return FileResponse(
         path,
-        media_type=kind or "application/octet-stream",
+        media_type=kind or DOWNLOAD,
         filename=name,
         content_disposition_type="inline" if kind else "attachment",
         headers={"content-security-policy": SANDBOX, "cache-control": "private, no-cache"},

@@ -9,9 +9,9 @@ from typing import Any
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
-from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
+from capture_app.commands.inputs import DescribedModel
 from capture_app.commands.request import first_problem
 from capture_app.web.page_words import in_page_words
 from omomo_core.errors import InputError, OmocapError
@@ -23,21 +23,26 @@ _FULL_CODES = ("disk-full", "archive-disk")
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
 
-class ErrorDetail(BaseModel):
+class ErrorDetail(DescribedModel):
     """An error: what is wrong, where, and how to fix it."""
 
     code: str
+    """Stays the same in all versions, for programs."""
     what: str
+    """What is wrong, in a sentence."""
     where: str = ""
+    """The file, the frames or the part of the request; "" where that is no place."""
     field: str = ""
     """The field of the request that it concerns, where it is one."""
     fix: str = ""
+    """How to fix it; "" where no remedy is sure."""
 
 
-class ErrorReply(BaseModel):
+class ErrorReply(DescribedModel):
     """The body of every answer that is not a success."""
 
     error: ErrorDetail
+    """What went wrong."""
 
 
 class Refused(InputError):

@@ -9,12 +9,14 @@ from pathlib import Path
 from typing import IO, Annotated, TypeVar
 
 from fastapi import Depends, Request
+from fastapi import Path as PathParameter
 
 from capture_app.jobs.queue import JobQueue
 from capture_app.web.guards import Token
 from capture_app.web.library import Library
 from capture_app.web.problems import Refused
 from capture_app.web.sandbox_process import SandboxPool
+from capture_app.web.shelves import Id
 from ingest.archive import MAX_BYTES, MAX_ENTRIES
 from ingest.mesh import MAX_BYTES as MESH_BYTES
 
@@ -215,3 +217,8 @@ async def _site(request: Request) -> Site:
 
 Here = Annotated[Site, Depends(_site)]
 """A route's parameter: the site it belongs to."""
+ThingId = Annotated[
+    Id,
+    PathParameter(description="Id of the thing: 16 hex digits, as a list or what made it tells."),
+]
+"""A route's parameter: a part of its address."""

@@ -3,10 +3,10 @@
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, Field, create_model
+from pydantic import Field, create_model
 from pydantic.fields import FieldInfo
 
-from capture_app.commands.inputs import MeshFile, typed_as
+from capture_app.commands.inputs import DescribedModel, MeshFile, typed_as
 from capture_app.commands.reading import ReadingOptions
 from capture_app.library_item import FILES
 from capture_app.scanning.scan_folder import MODEL
@@ -22,9 +22,11 @@ IDENTITY = "identity"
 MountChoice = Id | Literal["identity"]
 
 
-class _SeenWith(BaseModel):
+class _SeenWith(DescribedModel):
     object: Id | None = None
+    """Id of the object; without it only the log is judged, if not given."""
     mount: MountChoice | None = None
+    """Id of the mount, or "identity"; where the phone was is not judged if not given."""
 
 
 def _in_query(field: FieldInfo) -> Any:

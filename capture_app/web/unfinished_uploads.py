@@ -11,7 +11,7 @@ from unicodedata import category, normalize
 
 from pydantic import BaseModel, Field, ValidationError
 
-from capture_app.commands.inputs import ItemKind
+from capture_app.commands.inputs import DescribedModel, ItemKind
 from capture_app.library_item import FILES, Name, now, save_info
 from capture_app.web.problems import Refused
 from capture_app.web.shelves import keep_tree, missing, new_id, remove_folder
@@ -90,12 +90,13 @@ _LISTED = 3
 """Files that an error names."""
 
 
-class Announced(BaseModel):
+class Announced(DescribedModel):
     """A file that shall come."""
 
     path: str = Field(max_length=2048)
     """Its name, with "/" between folders."""
     size: int = Field(ge=0, lt=2**53)
+    """Bytes."""
 
 
 class Upload(BaseModel):

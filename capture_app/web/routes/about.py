@@ -9,10 +9,10 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import ConfigDict, Field
 
 from capture_app.commands.export import Bones, ExportFormat
-from capture_app.commands.inputs import ItemKind
+from capture_app.commands.inputs import DescribedModel, ItemKind
 from capture_app.exports.export_formats import FORMATS
 from capture_app.exports.fbx import has_blender
 from capture_app.library_item import FILES, Info, mesh_summary, mount_summary
@@ -28,12 +28,13 @@ _FPS = (24, 25, 30, 60)
 _VIEWS = ("third", "orbit", "follow", "top", "object", "hands")
 
 
-class Login(BaseModel):
+class Login(DescribedModel):
     """What the server printed when it was started."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"token": "printed-at-the-start"}]})
 
     token: Annotated[str, Field(max_length=1000)]
+    """The token itself."""
 
 
 def routes(worker_runs: Callable[[], bool]) -> APIRouter:
@@ -55,7 +56,7 @@ def routes(worker_runs: Callable[[], bool]) -> APIRouter:
         }
 
     router.get("/choices")(choices)
-    router.post("/login", status_code=204)(login)
+    router.post("/login", status_code=204, openapi_extra={"security": [{}]})(login)
     assert health
     return router
 

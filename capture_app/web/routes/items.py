@@ -6,16 +6,15 @@ from pathlib import Path
 from typing import Any
 
 from fastapi import APIRouter
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import ConfigDict, Field
 
-from capture_app.commands.inputs import ItemKind
+from capture_app.commands.inputs import DescribedModel, ItemKind
 from capture_app.library_item import Info, Name, mesh_summary
 from capture_app.manifest import MANIFEST, read_manifest
 from capture_app.web.library import SHELVES, Library
 from capture_app.web.page_words import all_in_page_words
 from capture_app.web.problems import Refused
-from capture_app.web.shelves import Id
-from capture_app.web.site import Here, Site
+from capture_app.web.site import Here, Site, ThingId
 from capture_app.web.sources import mesh_file_of
 from omomo_core.errors import InputError
 
@@ -55,27 +54,33 @@ def _origins(result: Path) -> Iterator[Path]:
             return  # its job will say that it is damaged
 
 
-class LibraryItem(BaseModel):
+class LibraryItem(DescribedModel):
     """A thing of the library; each kind says more of it."""
 
     model_config = ConfigDict(extra="allow")
 
     id: str
+    """16 hex digits."""
     name: str
+    """What people call it."""
     created: datetime
+    """When it came, UTC."""
     size: int
+    """Bytes of all its files."""
     files: int
+    """How many they are."""
 
 
-class Rename(BaseModel):
+class Rename(DescribedModel):
     """A new name."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"name": "the blue chair"}]})
 
     name: Name
+    """What to call it from now on."""
 
 
-class Change(BaseModel):
+class Change(DescribedModel):
     """What may be changed of an object."""
 
     model_config = ConfigDict(
@@ -83,8 +88,9 @@ class Change(BaseModel):
     )
 
     name: Name | None = None
+    """What to call it from now on; as before if not given."""
     scale: float | None = Field(None, gt=0, le=1000, allow_inf_nan=False)
-    """Factor that brings its mesh to metres."""
+    """Factor that brings its mesh to metres; as before if not given."""
 
 
 def item(id_: str, info: Info) -> LibraryItem:
@@ -98,41 +104,41 @@ def routes(kind: ItemKind) -> APIRouter:
     router = APIRouter(prefix=f"/api/{SHELVES[kind]}", tags=[SHELVES[kind]])
 
     @router.get("")
-    def everything(site: Here) -> list[LibraryItem]:
+    def list_(site: Here) -> list[LibraryItem]:
         """All there are, the newest first."""
         return [item(id_, info) for id_, info in site.library.shelves[kind].list()]
 
     @router.get("/{id}")
-    def one(site: Here, id: Id) -> LibraryItem:
+    def get(site: Here, id: ThingId) -> LibraryItem:
         """What is known of one."""
         return item(id, site.library.shelves[kind].get(id))
 
     @router.delete("/{id}", status_code=204)
-    def remove(site: Here, id: Id) -> None:
+    def delete(site: Here, id: ThingId) -> None:
         """Delete one; not while a job needs it."""
         site.library.shelves[kind].get(id)
         refuse_in_use(site, id)
         site.library.shelves[kind].remove(id)
 
     if kind == "object":
-        router.patch("/{id}")(change_object)
+        router.patch("/{id}", name="change")(change_object)
     else:
 
         @router.patch("/{id}")
-        def rename(site: Here, id: Id, given: Rename) -> LibraryItem:
+        def rename(site: Here, id: ThingId, given: Rename) -> LibraryItem:
             """Give it another name."""
             named = site.library.shelves[kind].change(id, renamed(given.name))
             return item(id, named)
 
         assert rename
 
-    assert everything
-    assert one
-    assert remove
+    assert list_
+    assert get
+    assert delete
     return router
 
 
-async def change_object(site: Here, id: Id, given: Change) -> LibraryItem:
+async def change_object(site: Here, id: ThingId, given: Change) -> LibraryItem:
     """Give an object another name, or read its mesh in another unit."""
     facts: dict[str, Any] = {}
     if given.scale is not None:

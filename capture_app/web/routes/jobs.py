@@ -14,7 +14,7 @@ from capture_app.web.page_words import all_in_page_words
 from capture_app.web.problems import Refused
 from capture_app.web.routes.orders import Ordered
 from capture_app.web.shelves import Id, missing, new_id
-from capture_app.web.site import Here, Site
+from capture_app.web.site import Here, Site, ThingId
 from omomo_core.errors import InputError
 
 router = APIRouter(prefix="/api/jobs", tags=["jobs"])
@@ -41,7 +41,13 @@ class Job(JobRecord):
 async def order(
     site: Here,
     given: Annotated[Ordered, Body()],
-    idempotency_key: Annotated[Id | None, Header()] = None,
+    idempotency_key: Annotated[
+        Id | None,
+        Header(
+            description="Becomes the job's id: a request with the same one starts no second job. A new "
+            "one if not given."
+        ),
+    ] = None,
 ) -> Job:
     """Order a motion, a correction, an export, a video, a comparison, a calibration or a scan.
 
@@ -56,35 +62,37 @@ async def order(
 
 
 @router.get("")
-def list_jobs(
+def list_(
     site: Here,
-    limit: Annotated[int, Query(ge=1, le=1000)] = 100,
-    state: State | None = None,
+    limit: Annotated[int, Query(ge=1, le=1000, description="How many at most.")] = 100,
+    state: Annotated[
+        State | None, Query(description="Only those in this state; all if not given.")
+    ] = None,
 ) -> list[Job]:
     """The latest jobs, the newest first."""
     return [_job(site, record) for record in site.queue.list(limit=limit, state=state)]
 
 
 @router.get("/{id}")
-def one(site: Here, id: Id) -> Job:
+def get(site: Here, id: ThingId) -> Job:
     """How a job is going."""
     return _there(site, id, site.queue.get(id))
 
 
 @router.post("/{id}/cancel")
-def cancel(site: Here, id: Id) -> Job:
+def cancel(site: Here, id: ThingId) -> Job:
     """Stop a job; nothing of it is left behind."""
     return _there(site, id, site.queue.cancel(id))
 
 
 @router.post("/{id}/again")
-def retry_job(site: Here, id: Id) -> Job:
+def again(site: Here, id: ThingId) -> Job:
     """Begin a failed or cancelled job once more."""
     return _there(site, id, site.queue.again(id))
 
 
 @router.delete("/{id}", status_code=204)
-def forget(site: Here, id: Id) -> None:
+def forget(site: Here, id: ThingId) -> None:
     """Take a job that is over off the list; what it made stays."""
     _there(site, id, site.queue.get(id))
     try:

@@ -9,13 +9,13 @@ from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Body, Query
 from fastapi.responses import FileResponse
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from capture_app.commands.calibrate import DrawingWay, HandWay, PointsWay
-from capture_app.commands.inputs import ShortText, with_example
+from capture_app.commands.inputs import DescribedModel, ShortText, Which, with_example
 from capture_app.library_item import FILES, Info, Name, mount_summary
 from capture_app.web import sandboxed_work
-from capture_app.web.file_response import cache_key, file_response
+from capture_app.web.file_response import DOWNLOAD, binary, cache_key, file_response
 from capture_app.web.page_words import all_in_page_words
 from capture_app.web.routes.items import LibraryItem, item
 from capture_app.web.routes.orders import by_id, with_paths
@@ -29,17 +29,18 @@ _LEFT_OUT = ("mesh_scale", "format")
 """The library knows the unit of a mesh, and there is no log."""
 
 
-class IdentityForm(BaseModel):
+class IdentityForm(DescribedModel):
     """The phone's frame is the object's."""
 
     model_config = with_example(method="identity", name="the phone itself")
 
-    method: Literal["identity"]
+    method: Which[Literal["identity"]]
     name: Name
+    """What to call the mount."""
 
 
 @by_id(DrawingWay, leave_out=_LEFT_OUT)
-class DrawingForm(BaseModel):
+class DrawingForm(DescribedModel):
     """A holder's drawing says where the phone is; one of axes, euler and quaternion."""
 
     model_config = with_example(
@@ -50,13 +51,15 @@ class DrawingForm(BaseModel):
         axes="screen faces +y, top edge points +z",
     )
 
-    method: Literal["drawing"]
+    method: Which[Literal["drawing"]]
     name: Name
+    """What to call the mount."""
     object: Id | None = None
+    """Id of the object, to note which one it is; not noted if not given."""
 
 
 @by_id(PointsWay, leave_out=_LEFT_OUT)
-class PointsForm(BaseModel):
+class PointsForm(DescribedModel):
     """Points measured on the phone and clicked on the object."""
 
     model_config = with_example(
@@ -71,9 +74,11 @@ class PointsForm(BaseModel):
         ],
     )
 
-    method: Literal["points"]
+    method: Which[Literal["points"]]
     name: Name
+    """What to call the mount."""
     object: Id
+    """Id of the object on which the points were clicked."""
 
 
 MountForm = Annotated[IdentityForm | DrawingForm | PointsForm, Field(discriminator="method")]
@@ -116,15 +121,18 @@ def _way(site: Site, id_: str, given: MountForm) -> HandWay:
 
 
 guide_router = APIRouter(prefix="/api/calibration", tags=["calibration"])
-_PDF: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}
+_PDF = binary("The sheet as PDF, to be saved.", DOWNLOAD)
 
 
-class Looked(BaseModel):
+class Looked(DescribedModel):
     """What a look at a recording showed."""
 
     good: str
+    """What the recording shows, in a sentence."""
     doubts: list[str]
+    """What may spoil the calibration, and what to do about it, in sentences."""
     notes: list[str]
+    """What else was seen, in sentences."""
 
 
 @guide_router.get("")
@@ -153,7 +161,14 @@ def ways() -> dict[str, Any]:
 
 
 @guide_router.get("/look")
-async def look(site: Here, of: sandboxed_work.Look, id: Id, board: ShortText = "") -> Looked:
+async def look(
+    site: Here,
+    of: Annotated[sandboxed_work.Look, Query(description="What it is to be used for.")],
+    id: Annotated[Id, Query(description="Id of a session, a video or a material.")],
+    board: Annotated[
+        ShortText, Query(description="The board that it shows, as its sheet says.")
+    ] = "",
+) -> Looked:
     """A quick look at a recording, a film or a log, by what it is to be used for."""
     path = site.library.content(id, "session", "video", "material")
     looked = await site.sandbox.run(sandboxed_work.look, path, of, board)
@@ -162,7 +177,13 @@ async def look(site: Here, of: sandboxed_work.Look, id: Id, board: ShortText = "
 
 @guide_router.get("/board.pdf", response_class=FileResponse, responses=_PDF)
 async def board_sheet(
-    site: Here, paper: Annotated[str, Query(max_length=40)] = "A4"
+    site: Here,
+    paper: Annotated[
+        str,
+        Query(
+            max_length=40, description="The sheet's size: a name that GET /api/calibration lists."
+        ),
+    ] = "A4",
 ) -> FileResponse:
     """The board to print at 100 %."""
     path = site.library.cache / f"board-{cache_key('board', paper)}.pdf"

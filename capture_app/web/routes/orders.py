@@ -1,20 +1,29 @@
 """What a client may order: the requests of POST /api/jobs, with ids of the library where jobs have paths."""
 
 import json
+import re
 from collections.abc import Callable, Collection
 from copy import copy
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar, get_args
 
 from pydantic import BaseModel, Discriminator, Field, Tag, create_model
 from pydantic.fields import FieldInfo
 
 from capture_app.commands.calibrate import BoardWay, FloorWay, ScanWay, SessionWay, TrackerWay, Way
 from capture_app.commands.export import ExportFormat, ExportRequest
-from capture_app.commands.inputs import PLACE_EXAMPLE, FromLibrary, Inline, Sample, with_example
+from capture_app.commands.inputs import (
+    PLACE_EXAMPLE,
+    DescribedModel,
+    FromLibrary,
+    Inline,
+    Sample,
+    Which,
+    with_example,
+)
 from capture_app.commands.overlay import OverlayRequest
 from capture_app.commands.render import RenderOptions
-from capture_app.commands.run import TakeOptions
+from capture_app.commands.run import DRAW, TakeOptions
 from capture_app.commands.scan import ScanRequest
 from capture_app.library_item import Name
 from capture_app.web.library import Library
@@ -83,11 +92,20 @@ def with_paths(
 
 def _client_field(name: str, field: FieldInfo) -> dict[str, Any]:
     source = _source(field)
-    if source is None:
-        return {} if _is_path(field) else {name: (field.annotation, field)}
-    kind: Any = Id if isinstance(source, FromLibrary) else source.value
+    if source is None and _is_path(field):
+        return {}
     taken = copy(field)
+    text = _OPTION.sub("", field.description or "")
+    if source is None:
+        taken.description = text
+        return {name: (field.annotation, taken)}
     taken.metadata = []
+    if isinstance(source, FromLibrary):
+        kind: Any = Id
+        taken.description = f"{text} The id of this in the library ({' or '.join(source.kinds)})."
+    else:
+        kind = source.value
+        taken.description = f"{text} The content as JSON, not a file."
     if not field.is_required():
         kind |= None
     return {_client_name(name, source): (kind, taken)}
@@ -114,15 +132,19 @@ def _text(value: Any) -> str:
     return "".join(" ".join(map(repr, row)) + "\n" for row in value)
 
 
+_OPTION = re.compile("--(?=[a-z])")
+"""What makes a field's name an option of the command line."""
 _ID = "0123456789abcdef"
 
 
-class Calibration(BaseModel):
+class Calibration(DescribedModel):
     """What a calibration by any method needs."""
 
-    kind: Literal["calibrate"]
+    kind: Which[Literal["calibrate"]]
     name: Name
+    """What to call the mount."""
     object: Id
+    """Id of the object that the phone was clamped to."""
 
 
 _SCALE = ("mesh_scale",)
@@ -138,7 +160,7 @@ class ByBoard(Calibration):
         board="A4", place=PLACE_EXAMPLE,
     )  # fmt: skip
 
-    method: Literal["board"]
+    method: Which[Literal["board"]]
 
 
 @by_id(SessionWay, leave_out=_SCALE)
@@ -152,21 +174,20 @@ class BySession(Calibration):
         kind="calibrate", method="session", name="clamp", object=_ID, session=_ID, scan=_ID
     )
 
-    method: Literal["session"]
+    method: Which[Literal["session"]]
 
 
 @by_id(ScanWay, leave_out=_SCALE)
 class ByScan(Calibration):
-    """What the clamped phone saw at rest, found again in the scan of the object.
-
-    Without `model` in the scan that the object was made by.
-    """
+    """What the clamped phone saw at rest, found again in the scan of the object."""
 
     model_config = with_example(
         kind="calibrate", method="scan", name="clamp", object=_ID, session=_ID
     )
 
-    method: Literal["scan"]
+    method: Which[Literal["scan"]]
+    model: Id | None = None
+    """Id of a COLMAP model of the scan (material); that of the object's own scan if not given."""
 
 
 @by_id(TrackerWay, leave_out=_SCALE)
@@ -177,7 +198,7 @@ class ByTracker(Calibration):
         kind="calibrate", method="tracker", name="clamp", object=_ID, session=_ID, poses=_ID
     )
 
-    method: Literal["tracker"]
+    method: Which[Literal["tracker"]]
 
 
 @by_id(FloorWay, leave_out=_SCALE)
@@ -188,7 +209,7 @@ class ByFloor(Calibration):
         kind="calibrate", method="floor", name="clamp", object=_ID, mount=_ID, session=_ID
     )
 
-    method: Literal["floor"]
+    method: Which[Literal["floor"]]
 
 
 WAYS: dict[type[Calibration], type[Way]] = {
@@ -210,28 +231,34 @@ class RunOptions(TakeOptions):
 
     model_config = with_example(samples=4, seed=0, height=1.72, up="object:z", floor=-0.8)
 
-    video: bool = True
+    video: Annotated[bool, Field(description=DRAW)] = True
 
 
-class Run(BaseModel):
+class Run(DescribedModel):
     """A take becomes a motion."""
 
     model_config = with_example(
         kind="run", session=_EXAMPLE_ID, object=_EXAMPLE_ID, mount=_EXAMPLE_ID, options={"seed": 1}
     )
 
-    kind: Literal["run"]
+    kind: Which[Literal["run"]]
     name: Name | None = None
+    """What to call the result; as the session if not given."""
     session: Id
+    """Id of the recording."""
     object: Id | None = None
+    """Id of the object. A phone's log needs it; not given, the object's own motion has its mesh."""
     mount: MountChoice | None = None
-    """"identity" where the mesh is in the phone's own frame. A phone's log needs one or the other;
-    an object's own motion has none."""
+    """Id of the mount, or "identity" where the mesh is in the phone's own frame. A phone's log needs one
+    or the other; it is not given for an object's own motion."""
     contacts: Id | None = None
+    """Id of a list of contacts: which hand holds the object when and where. The program decides if not
+    given."""
     options: RunOptions = RunOptions()
+    """How to make the motion."""
 
 
-class Resolve(BaseModel):
+class Resolve(DescribedModel):
     """A result with corrected contacts becomes another one."""
 
     model_config = with_example(
@@ -245,24 +272,28 @@ class Resolve(BaseModel):
         },
     )
 
-    kind: Literal["resolve"]
+    kind: Which[Literal["resolve"]]
     name: Name | None = None
+    """What to call the new result; as the old one, with the word corrected, if not given."""
     result: Id
+    """Id of the result that was corrected."""
     contacts: dict[str, Any]
     """The whole of contacts.json, as corrected."""
     sample: Sample = None
-    video: bool = True
+    video: Annotated[bool, Field(description=DRAW)] = True
 
 
 @by_id(ExportRequest, leave_out=("name", "output", "blender"))
-class Export(BaseModel):
+class Export(DescribedModel):
     """A result becomes a file of another program."""
 
     model_config = with_example(kind="export", result=_EXAMPLE_ID, to="glb", bones="unreal", fps=60)
 
-    kind: Literal["export"]
+    kind: Which[Literal["export"]]
     result: Id
+    """Id of the result."""
     to: ExportFormat
+    """Format of the file; dae is refused with a reason."""
 
 
 class Render(RenderOptions):
@@ -270,25 +301,29 @@ class Render(RenderOptions):
 
     model_config = with_example(kind="render", result=_EXAMPLE_ID, view="orbit", size=[960, 540])
 
-    kind: Literal["render"]
-    result: Id
-    size: _Size = (960, 540)
+    kind: Which[Literal["render"]]
+    result: Annotated[Id, Field(description="Id of the result.")]
+    size: Annotated[_Size, Field(description="Width and height of the pictures in pixels.")] = (
+        960,
+        540,
+    )
     """At most what others who wait can bear."""
 
 
-class Compare(BaseModel):
+class Compare(DescribedModel):
     """Several results side by side in one video."""
 
     model_config = with_example(kind="compare", results=[_EXAMPLE_ID, "fedcba9876543210"])
 
-    kind: Literal["compare"]
+    kind: Which[Literal["compare"]]
     results: Annotated[list[Id], Field(min_length=1, max_length=25)]
+    """Ids of the results, in the order in which they are shown."""
     samples: bool = False
     """All samples of each, not only the chosen one."""
 
 
 @by_id(OverlayRequest, leave_out=("name", "output", "result", "backend"))
-class Overlay(BaseModel):
+class Overlay(DescribedModel):
     """A result drawn into a film of the take.
 
     Without `video` the clamped phone's own film. Where its camera stood is told by `board`, by
@@ -297,20 +332,22 @@ class Overlay(BaseModel):
 
     model_config = with_example(kind="overlay", result=_EXAMPLE_ID, video=_EXAMPLE_ID, board="A4")
 
-    kind: Literal["overlay"]
+    kind: Which[Literal["overlay"]]
     result: Id
+    """Id of the result."""
 
 
 @by_id(ScanRequest, leave_out=("output", "facts", "keep", "replace"))
-class Scan(BaseModel):
+class Scan(DescribedModel):
     """A film or photos of an object, or a mesh of another app, become an object of the library."""
 
     model_config = with_example(kind="scan", name="chair", source=_EXAMPLE_ID, height=0.95)
 
-    kind: Literal["scan"]
+    kind: Which[Literal["scan"]]
     name: Name
+    """What to call the object."""
     room: Literal["app"] | None = None
-    """Use the room's mesh that the phone's app exported into the session."""
+    """Use the room's mesh that the phone's app exported into the session; not used if not given."""
 
 
 def _tag(given: Any) -> str:
@@ -321,7 +358,7 @@ def _tag(given: Any) -> str:
 
 
 # A discriminator inside of another one is nothing that OpenAPI can describe.
-Ordered = Annotated[
+_AnyOrder = (
     Annotated[Run, Tag("run")]
     | Annotated[Resolve, Tag("resolve")]
     | Annotated[Export, Tag("export")]
@@ -333,11 +370,16 @@ Ordered = Annotated[
     | Annotated[BySession, Tag("calibrate by session")]
     | Annotated[ByScan, Tag("calibrate by scan")]
     | Annotated[ByTracker, Tag("calibrate by tracker")]
-    | Annotated[ByFloor, Tag("calibrate by floor")],
+    | Annotated[ByFloor, Tag("calibrate by floor")]
+)
+_TAGS = [mark.tag for order in get_args(_AnyOrder) for mark in order.__metadata__]
+Ordered = Annotated[
+    _AnyOrder,
     Discriminator(
         _tag,
         custom_error_type="order_unknown",
-        custom_error_message="there is no order of this kind, or no calibration by this method",
+        custom_error_message="the kind, with the method of a calibration, is none of these: "
+        + ", ".join(_TAGS),
     ),
 ]
 """What POST /api/jobs takes."""

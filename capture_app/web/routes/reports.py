@@ -12,20 +12,26 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Query
 from fastapi.responses import FileResponse, HTMLResponse, Response
-from pydantic import BaseModel, ConfigDict
+from pydantic import ConfigDict
 
-from capture_app.commands.inputs import MeshFile
-from capture_app.library_item import PICTURE
+from capture_app.commands.inputs import DescribedModel, MeshFile
+from capture_app.library_item import PICTURE as POSTER
 from capture_app.scanning.scan_folder import OUTLINE, VIEWS
 from capture_app.web import sandboxed_work
-from capture_app.web.file_response import FILE, cache_key, file_response, one_of
+from capture_app.web.file_response import (
+    DOWNLOAD,
+    PICTURE,
+    binary,
+    cache_key,
+    file_response,
+    one_of,
+)
 from capture_app.web.guards import REPORT
 from capture_app.web.page_words import all_in_page_words
 from capture_app.web.problems import ErrorDetail, Refused, is_of_the_disk
 from capture_app.web.sandbox_process import Work
 from capture_app.web.sandboxed_work import unreadable
-from capture_app.web.shelves import Id
-from capture_app.web.site import Here, Site
+from capture_app.web.site import Here, Site, ThingId
 from capture_app.web.sources import ReadAs, mesh_file_of, scan_of, seen_with
 from ingest.report.take_inspection import REPORT_PAGE
 from ingest.trajectory.trajectory_config import AS_LOGGED
@@ -33,33 +39,47 @@ from omomo_core.errors import InputError
 
 router = APIRouter(prefix="/api", tags=["reports"])
 
-SCENE = "application/octet-stream"
-SCENE_REPLY: dict[int | str, dict[str, Any]] = {200: {"content": {SCENE: {}}}}
+SCENE = DOWNLOAD
+SCENE_REPLY = binary(
+    "A packed scene: the length of its JSON as 4 bytes, little-endian; the JSON, which lists arrays; "
+    "the arrays.",
+    SCENE,
+)
 Asked = Annotated[ReadAs, Query()]
 _PAGE_REPLY: dict[int | str, dict[str, Any]] = {200: {"content": {"text/html": {}}}}
 
 
-class ReportCheck(BaseModel):
+class ReportCheck(DescribedModel):
     """One verdict on a take."""
 
     name: str
+    """What was checked."""
     severity: str
+    """"ok", "warn" or "bad"."""
     message: str
+    """What was found, in a sentence."""
     fix: str
+    """What to do about it; "" where there is nothing."""
     frames: tuple[int, int] | None
+    """First and last pose of the log that it is about; null for all of it."""
     seconds: tuple[float | None, float | None] | None
+    """Their times, seconds from the start of the log."""
 
 
-class ReportHeadline(BaseModel):
+class ReportHeadline(DescribedModel):
     """Its headline; null where the session cannot be read."""
 
     seconds: float | None
+    """How long the log is, seconds."""
     rate: float | None
+    """Poses a second."""
     stretches: int | None
+    """How many tracking failures left."""
     longest: float | None
+    """How long the longest of them is, seconds."""
 
 
-class Report(BaseModel):
+class Report(DescribedModel):
     """What `omocap inspect` finds."""
 
     model_config = ConfigDict(extra="forbid")
@@ -70,21 +90,31 @@ class Report(BaseModel):
     reason: str
     """Why it is not better, in one line."""
     advice: str
+    """What to do next, in a sentence."""
     app: str
+    """The app that recorded it."""
     animated: bool
     """A run would take it for the object's own motion, which needs no mount."""
     seconds: float
+    """How long the log is, seconds."""
     poses: int
+    """How many the log has."""
     rate: float | None
+    """Poses a second; null where there are too few to tell."""
     checks: list[ReportCheck]
+    """All that was checked."""
     segments: list[tuple[float, float]]
+    """Start and end of each stretch that tracking failures left, seconds from the start of the log."""
     floor: str
+    """The height of the floor and how it was found, in a sentence."""
     problem: ErrorDetail | None
+    """Why the log cannot be read; null where it can."""
     facts: ReportHeadline
+    """What a list of sessions tells of it."""
 
 
 @router.get("/sessions/{id}/report")
-async def report(site: Here, id: Id, said: Asked) -> Report:
+async def report(site: Here, id: ThingId, said: Asked) -> Report:
     """The report on a session, with what to fix; one that cannot be read says why."""
     seen = seen_with(site.library, id, said)
     try:
@@ -99,7 +129,7 @@ async def report(site: Here, id: Id, said: Asked) -> Report:
 
 
 @router.get("/sessions/{id}/report.html", response_class=HTMLResponse, responses=_PAGE_REPLY)
-async def report_page(site: Here, id: Id, said: Asked) -> Response:
+async def report_page(site: Here, id: ThingId, said: Asked) -> Response:
     """The report as a page with plots and, where the object is known, the phone on it."""
     seen = seen_with(site.library, id, said)
     page = site.library.shelves["session"].cache(id) / f"report-{cache_key('report', seen)}.html"
@@ -118,7 +148,7 @@ async def report_page(site: Here, id: Id, said: Asked) -> Response:
 
 
 @router.get("/sessions/{id}/scene", response_class=FileResponse, responses=SCENE_REPLY)
-async def session_scene(site: Here, id: Id, said: Asked) -> FileResponse:
+async def session_scene(site: Here, id: ThingId, said: Asked) -> FileResponse:
     """The session as the viewer plays it."""
     seen = seen_with(site.library, id, said)
     made = cache_key("scene", seen)
@@ -129,7 +159,7 @@ async def session_scene(site: Here, id: Id, said: Asked) -> FileResponse:
 
 
 @router.get("/objects/{id}/scene", response_class=FileResponse, responses=SCENE_REPLY)
-async def object_scene(site: Here, id: Id) -> FileResponse:
+async def object_scene(site: Here, id: ThingId) -> FileResponse:
     """The object as the viewer shows it."""
     mesh_file = mesh_file_of(site.library, id)
     scene = site.library.shelves["object"].cache(id) / f"scene-{cache_key('scene', mesh_file)}.bin"
@@ -173,27 +203,27 @@ scan_router = APIRouter(prefix="/api", tags=["objects"])
 
 
 @scan_router.get("/objects/{id}/scan/report.html", response_class=HTMLResponse)
-def scan_report(site: Here, id: Id) -> Response:
+def scan_report(site: Here, id: ThingId) -> Response:
     """How good the scan is, and what to film again, as a page."""
     page = one_of(scan_of(site.library, id), REPORT_PAGE)
     text = site.library.shown(page.read_text(encoding="utf-8"))
     return HTMLResponse(text, headers={"content-security-policy": REPORT})
 
 
-@scan_router.get("/objects/{id}/scan/views.png", response_class=FileResponse, responses=FILE)
-def views(site: Here, id: Id) -> FileResponse:
+@scan_router.get("/objects/{id}/scan/views.png", response_class=FileResponse, responses=PICTURE)
+def scan_views(site: Here, id: ThingId) -> FileResponse:
     """The mesh from four sides."""
     return file_response(one_of(scan_of(site.library, id), VIEWS), VIEWS)
 
 
-@scan_router.get("/objects/{id}/scan/outline.png", response_class=FileResponse, responses=FILE)
-def outline(site: Here, id: Id) -> FileResponse:
+@scan_router.get("/objects/{id}/scan/outline.png", response_class=FileResponse, responses=PICTURE)
+def scan_outline(site: Here, id: ThingId) -> FileResponse:
     """Its outline, and the box that it was looked for in, on two of the film's pictures."""
     return file_response(one_of(scan_of(site.library, id), OUTLINE), OUTLINE)
 
 
 @scan_router.get("/rooms/{id}/scene", response_class=FileResponse, responses=SCENE_REPLY)
-async def room_scene(site: Here, id: Id) -> FileResponse:
+async def room_scene(site: Here, id: ThingId) -> FileResponse:
     """The room's mesh that was brought, or that lies in a session, as the viewer shows it."""
     shelf = site.library.shelf_of(id, "session", "material")
     scene = shelf.cache(id) / f"scene-{cache_key('room')}.bin"
@@ -203,11 +233,11 @@ async def room_scene(site: Here, id: Id) -> FileResponse:
 
 
 picture_router = APIRouter(prefix="/api", tags=["pictures"])
-_REPLY: dict[int | str, dict[str, object]] = {200: {"content": {"image/webp": {}}}}
+_REPLY = binary("A picture; 404 with the code picture-later while it is drawn.", "image/webp")
 
 
 @picture_router.get("/results/{id}/picture", response_class=FileResponse, responses=_REPLY)
-async def of_result(site: Here, id: Id) -> FileResponse:
+async def of_result(site: Here, id: ThingId) -> FileResponse:
     """The person and the object, in the middle of the motion."""
     folder = site.library.results.content(id)
     later = site.library.results.cache(id) / f"poster-{cache_key(folder)}.webp"
@@ -215,7 +245,7 @@ async def of_result(site: Here, id: Id) -> FileResponse:
 
 
 @picture_router.get("/sessions/{id}/picture", response_class=FileResponse, responses=_REPLY)
-async def of_session(site: Here, id: Id, said: Asked) -> FileResponse:
+async def of_session(site: Here, id: ThingId, said: Asked) -> FileResponse:
     """The object with the phone on it, as the session moves them; 404 where that is not known."""
     inputs = seen_with(site.library, id, said)
     if inputs.mesh is None:
@@ -237,22 +267,22 @@ def _no_picture(id_: str) -> Refused:
 
 
 @picture_router.get("/objects/{id}/picture", response_class=FileResponse, responses=_REPLY)
-async def of_object(site: Here, id: Id) -> FileResponse:
+async def of_object(site: Here, id: ThingId) -> FileResponse:
     """The object from in front and above."""
     mesh_file = mesh_file_of(site.library, id)
     shelf = site.library.shelves["object"]
     later = shelf.cache(id) / f"poster-{cache_key(mesh_file)}.webp"
-    made = shelf.folder / id / PICTURE
+    made = shelf.folder / id / POSTER
     return _drawn(site, [made, later], sandboxed_work.draw_object, mesh_file.path, mesh_file.scale)
 
 
 @picture_router.get("/mounts/{id}/picture", response_class=FileResponse, responses=_REPLY)
-async def of_mount(site: Here, id: Id) -> FileResponse:
+async def of_mount(site: Here, id: ThingId) -> FileResponse:
     """The phone on its object."""
     mount, mesh_file = _mounted(site, id)
     shelf = site.library.shelves["mount"]
     later = shelf.cache(id) / f"poster-{cache_key(mesh_file)}.webp"
-    made = shelf.folder / id / PICTURE
+    made = shelf.folder / id / POSTER
     return _drawn(
         site, [made, later], sandboxed_work.draw_mount, mount, mesh_file.path, mesh_file.scale
     )
@@ -284,7 +314,7 @@ def _forget(drawn: asyncio.Future[dict[str, Any]]) -> None:
 
 
 @picture_router.get("/mounts/{id}/scene", response_class=FileResponse, responses=SCENE_REPLY)
-async def mount_scene(site: Here, id: Id) -> FileResponse:
+async def mount_scene(site: Here, id: ThingId) -> FileResponse:
     """The phone on its object, as the viewer shows it."""
     mount, mesh_file = _mounted(site, id)
     scene = site.library.shelves["mount"].cache(id) / f"scene-{cache_key('scene', mesh_file)}.bin"

@@ -5,10 +5,11 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query
+from fastapi import Path as PathParameter
 from fastapi.responses import FileResponse, Response
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import ConfigDict, Field
 
-from capture_app.commands.inputs import Sample
+from capture_app.commands.inputs import DescribedModel, Sample
 from capture_app.commands.run import VIDEO
 from capture_app.jobs.job_record import OVER
 from capture_app.library_item import Info
@@ -17,8 +18,10 @@ from capture_app.motion_arrays import unsolved_samples
 from capture_app.replay import PACK_VERSION
 from capture_app.web import sandboxed_work
 from capture_app.web.file_response import (
+    DOWNLOAD,
     FILE,
     ResultFile,
+    binary,
     cache_key,
     file_name,
     file_response,
@@ -27,14 +30,14 @@ from capture_app.web.file_response import (
 )
 from capture_app.web.problems import Refused
 from capture_app.web.routes.items import LibraryItem, Rename, item, refuse_in_use, renamed
-from capture_app.web.routes.reports import SCENE
+from capture_app.web.routes.reports import SCENE, SCENE_REPLY
 from capture_app.web.sandbox_process import Work
-from capture_app.web.shelves import Id
-from capture_app.web.site import Here, Site
+from capture_app.web.site import Here, Site, ThingId
 from omomo_core.errors import InputError
 from omomo_core.motion import FPS
 
 router = APIRouter(prefix="/api/results", tags=["results"])
+_PAGE = binary("A page of HTML, to be saved.", DOWNLOAD)
 _ORIGINS = ("session", "object", "mount", "parent")
 """Ids of what a result was made from; null for one that was copied in."""
 
@@ -45,18 +48,28 @@ Solved = Annotated[
 ]
 
 
-class Whole(BaseModel):
+FileName = Annotated[str, PathParameter(description="Name of the file, as the result lists it.")]
+
+
+class Whole(DescribedModel):
     """A result with its manifest and all its files."""
 
     model_config = ConfigDict(extra="allow")
 
     id: str
+    """16 hex digits, those of the job that made it."""
     name: str
+    """What people call it."""
     created: datetime
+    """When it was made, UTC."""
     size: int
+    """Bytes of all its files."""
     manifest: dict[str, Any]
+    """Its manifest.json: versions, seed, inputs, options, scores and findings."""
     files: list[ResultFile]
+    """What lies in its folder."""
     exports: list[ResultFile]
+    """Files and videos that were made of it."""
     unsolved: list[int]
     """Samples that are as they were sampled, counted from 1; the scene solves them when it is asked to."""
     video_job: str | None
@@ -64,13 +77,13 @@ class Whole(BaseModel):
 
 
 @router.get("")
-def list_results(site: Here) -> list[LibraryItem]:
+def list_(site: Here) -> list[LibraryItem]:
     """All there are, the newest first."""
     return [_item(site, id_, info) for id_, info in site.library.results.list()]
 
 
 @router.get("/{id}")
-def one(site: Here, id: Id) -> Whole:
+def get(site: Here, id: ThingId) -> Whole:
     """What is known of one, with its manifest and all its files."""
     results = site.library.results
     manifest = read_manifest(results.content(id) / MANIFEST).model_dump(mode="json")
@@ -89,13 +102,13 @@ def one(site: Here, id: Id) -> Whole:
 
 
 @router.patch("/{id}")
-def rename(site: Here, id: Id, given: Rename) -> LibraryItem:
+def rename(site: Here, id: ThingId, given: Rename) -> LibraryItem:
     """Give it another name."""
     return _item(site, id, site.library.results.change(id, renamed(given.name)))
 
 
 @router.delete("/{id}", status_code=204)
-def remove(site: Here, id: Id) -> None:
+def delete(site: Here, id: ThingId) -> None:
     """Delete one with all that was made of it; not while a job needs it."""
     site.library.results.get(id)
     refuse_in_use(site, id)
@@ -103,7 +116,7 @@ def remove(site: Here, id: Id) -> None:
 
 
 @router.get("/{id}/contacts")
-def contacts(site: Here, id: Id) -> Response:
+def contacts(site: Here, id: ThingId) -> Response:
     """Which hand holds the object when and where, to be corrected."""
     path = site.library.results.content(id) / CONTACTS
     if not path.is_file():
@@ -118,20 +131,20 @@ def contacts(site: Here, id: Id) -> Response:
 
 
 @router.get("/{id}/files/{name}", response_class=FileResponse, responses=FILE)
-def file(site: Here, id: Id, name: str) -> FileResponse:
+def file(site: Here, id: ThingId, name: FileName) -> FileResponse:
     """One of its files."""
     return _served(site, id, one_of(site.library.results.content(id), name))
 
 
 @router.get("/{id}/exports/{name}", response_class=FileResponse, responses=FILE)
-def export(site: Here, id: Id, name: str) -> FileResponse:
+def export(site: Here, id: ThingId, name: FileName) -> FileResponse:
     """A file that was made of it."""
     site.library.results.get(id)
     return _served(site, id, one_of(site.library.results.exports(id), name))
 
 
-@router.get("/{id}/scene", response_class=FileResponse, responses=FILE)
-async def scene(site: Here, id: Id, solved: Solved = ()) -> FileResponse:
+@router.get("/{id}/scene", response_class=FileResponse, responses=SCENE_REPLY)
+async def scene(site: Here, id: ThingId, solved: Solved = ()) -> FileResponse:
     """The result as the viewer plays it, without what the phone filmed: that takes longer to be read."""
     if solved:
         folder = site.library.results.content(id)
@@ -139,8 +152,8 @@ async def scene(site: Here, id: Id, solved: Solved = ()) -> FileResponse:
     return await _packed(site, id, "motion", sandboxed_work.pack_result_scene)
 
 
-@router.get("/{id}/film", response_class=FileResponse, responses=FILE)
-async def film(site: Here, id: Id) -> FileResponse:
+@router.get("/{id}/film", response_class=FileResponse, responses=SCENE_REPLY)
+async def film(site: Here, id: ThingId) -> FileResponse:
     """What the phone filmed during the result, as the viewer shows it; empty where it filmed nothing."""
     return await _packed(site, id, "film", sandboxed_work.pack_result_film)
 
@@ -155,8 +168,8 @@ async def _packed(site: Site, id_: str, name: str, pack: Work) -> FileResponse:
     return FileResponse(path, media_type=SCENE)
 
 
-@router.get("/{id}/share.html", response_class=FileResponse, responses=FILE)
-async def share(site: Here, id: Id, sample: Annotated[Sample, Query()] = None) -> FileResponse:
+@router.get("/{id}/share.html", response_class=FileResponse, responses=_PAGE)
+async def share(site: Here, id: ThingId, sample: Annotated[Sample, Query()] = None) -> FileResponse:
     """The result as one page that plays anywhere, to be saved; it opens on the sample, from 1."""
     name = site.library.results.get(id).name
     folder = site.library.results.content(id)

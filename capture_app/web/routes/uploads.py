@@ -9,15 +9,15 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Query, Request
 from fastapi import Path as PathParameter
-from pydantic import BaseModel, Field
+from pydantic import ConfigDict, Field
 from starlette.requests import ClientDisconnect
 
-from capture_app.commands.inputs import ItemKind
+from capture_app.commands.inputs import DescribedModel, ItemKind
 from capture_app.library_item import FILES, Info, Name, mesh_summary, mount_summary
 from capture_app.web import sandboxed_work
 from capture_app.web.problems import Refused
-from capture_app.web.shelves import Id, content_of
-from capture_app.web.site import Here, Site
+from capture_app.web.shelves import content_of
+from capture_app.web.site import Here, Site, ThingId
 from capture_app.web.unfinished_uploads import Announced, Upload
 from ingest.mesh import FORMATS
 from omomo_core.errors import InputError
@@ -135,15 +135,18 @@ async def _check_session(site: Site, recording: Path) -> None:
             raise
 
 
-class Begin(BaseModel):
+class Begin(DescribedModel):
     """Files that shall come."""
 
     kind: ItemKind
+    """What they are; "material" is whatever else a calibration or a scan reads."""
     name: Name
+    """What to call the thing."""
     files: list[Announced]
+    """All its files, in the order by which they are numbered from 0."""
 
-    model_config = {
-        "json_schema_extra": {
+    model_config = ConfigDict(
+        json_schema_extra={
             "examples": [
                 {
                     "kind": "session",
@@ -152,29 +155,32 @@ class Begin(BaseModel):
                 }
             ]
         }
-    }
+    )
 
 
-class Finish(BaseModel):
+class Finish(DescribedModel):
     """How to read what came."""
 
     scale: float = Field(1.0, gt=0, le=1000, allow_inf_nan=False)
     """Factor that brings an object's mesh to metres."""
 
-    model_config = {"json_schema_extra": {"examples": [{"scale": 0.01}]}}
+    model_config = ConfigDict(json_schema_extra={"examples": [{"scale": 0.01}]})
 
 
-class Received(BaseModel):
+class Received(DescribedModel):
     """How much of a file is on the server's disk."""
 
     received: int
+    """Bytes, from its beginning."""
 
 
-class Adopted(BaseModel):
+class Adopted(DescribedModel):
     """What an upload became."""
 
     kind: ItemKind
+    """What it is."""
     id: str
+    """Its id in the library: that of the upload."""
 
 
 PATH = "/api/uploads"
@@ -196,7 +202,7 @@ def begin(site: Here, given: Begin) -> dict[str, Any]:
 
 
 @router.get("")
-def unfinished(site: Here) -> list[dict[str, Any]]:
+def list_(site: Here) -> list[dict[str, Any]]:
     """The uploads that are not finished, the newest first."""
     uploads = site.library.uploads
     return [
@@ -206,7 +212,7 @@ def unfinished(site: Here) -> list[dict[str, Any]]:
 
 
 @router.get("/{id}")
-def progress(site: Here, id: Id) -> dict[str, Any]:
+def get(site: Here, id: ThingId) -> dict[str, Any]:
     """How much of each file has arrived: where to go on."""
     return _whole(site, id)
 
@@ -215,9 +221,9 @@ def progress(site: Here, id: Id) -> dict[str, Any]:
 async def receive(
     site: Here,
     request: Request,
-    id: Id,
-    index: Annotated[int, PathParameter(ge=0, lt=2**31)],
-    offset: Annotated[int, Query(ge=0, lt=2**53)],
+    id: ThingId,
+    index: Annotated[int, PathParameter(ge=0, lt=2**31, description="Number of the file, from 0.")],
+    offset: Annotated[int, Query(ge=0, lt=2**53, description="Bytes that are there already.")],
 ) -> Received:
     """Send a piece of a file, to go behind what is there."""
     try:
@@ -230,14 +236,16 @@ async def receive(
 
 @router.post("/{id}/finish")
 async def finish(
-    site: Here, id: Id, given: Annotated[Finish, Body(default_factory=lambda: Finish(scale=1.0))]
+    site: Here,
+    id: ThingId,
+    given: Annotated[Finish, Body(default_factory=lambda: Finish(scale=1.0))],
 ) -> Adopted:
     """Turn a whole upload into what it is; when that fails it is kept."""
     return Adopted(kind=await finish_upload(site, id, given.scale), id=id)
 
 
 @router.delete("/{id}", status_code=204)
-def abandon(site: Here, id: Id) -> None:
+def delete(site: Here, id: ThingId) -> None:
     """Take an upload away."""
     site.library.uploads.remove(id)
 

@@ -57,7 +57,13 @@ def test_a_rough_mount_becomes_upright_and_as_high_as_the_tape_says(
     demo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
     rough, fine = _rough(tmp_path), tmp_path / "fine.json"
-    floor(rough, demo / SESSION, fine, object=demo / MESH, phone_height=_lens())
+    floor(
+        mount=rough,
+        session=demo / SESSION,
+        mount_file=fine,
+        object=demo / MESH,
+        phone_height=_lens(),
+    )
     found = load_mount(fine)
     assert _lean(load_mount(rough)) > 2
     assert _lean(found) < 0.4
@@ -82,7 +88,12 @@ def test_a_floor_that_contradicts_writes_nothing(demo: Path, tmp_path: Path):
     sure = np.diag([np.radians(0.3) ** 2] * 3 + [0.002**2] * 3)
     save_mount(replace(mount, T_phone_object=tilted, covariance=sure), tmp_path / "sure.json")
     with pytest.raises(InputError) as caught:
-        floor(tmp_path / "sure.json", demo / SESSION, tmp_path / "out.json", object=demo / MESH)
+        floor(
+            mount=tmp_path / "sure.json",
+            session=demo / SESSION,
+            mount_file=tmp_path / "out.json",
+            object=demo / MESH,
+        )
     assert caught.value.code == "floor-contradicts-mount"
     assert caught.value.where == str(demo / SESSION)
     assert not (tmp_path / "out.json").exists()
@@ -105,9 +116,9 @@ def test_a_mesh_of_another_size_is_the_object_at_the_mount_s_scale(demo: Path, t
     assert seen.take.floor.height == pytest.approx(true.take.floor.height, abs=1e-6)
     fine = tmp_path / "fine.json"
     floor(
-        tmp_path / "mount.json",
-        demo / SESSION,
-        fine,
+        mount=tmp_path / "mount.json",
+        session=demo / SESSION,
+        mount_file=fine,
         object=tmp_path / "box.obj",
         phone_height=_lens(),
     )
